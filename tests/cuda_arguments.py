@@ -158,6 +158,13 @@ TYPES = {
     "ik.polish": {**_each("most inverse_reach", NUMBER), "steps": WHOLE},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "ik.singular_values.rotate_rows": {"rows": NUMBERS},
+    "servo": {
+        **_each("limits state", MATRIX), **_each("counters active_rows", INDICES), "goal": NUMBERS,
+        **_each("n m mode p s stride first ticks worst y z", WHOLE), **_each("tick below", NUMBER),
+    },
+    "servo.braking.is_box": {"widened": TRUTH},
+    "servo.desired_motion.write_objective": {"arrays": types.UniTuple(NUMBERS, 5)},
+    "servo.desired_motion.approach": {"e": NUMBER},
 }  # fmt: skip
 
 

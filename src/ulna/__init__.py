@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from ulna.reachability.map import ReachabilityMap
     from ulna.reachability.reachability_map import reachability_map
     from ulna.robot import Robot, load
+    from ulna.servo.command import Command, CommandStatus
+    from ulna.servo.servo import Servo
     from ulna.viewer.open_page import view
 
 __version__ = "0.1.0"
@@ -56,6 +58,8 @@ __all__ = [
     "Box",
     "Capsule",
     "ClusterError",
+    "Command",
+    "CommandStatus",
     "Comparison",
     "CompilerWarning",
     "ConvexMesh",
@@ -87,6 +91,7 @@ __all__ = [
     "Reason",
     "Report",
     "Robot",
+    "Servo",
     "Severity",
     "SingularityError",
     "Sphere",
@@ -149,6 +154,8 @@ _HOMES = {
     "ulna.reachability.map": ("ReachabilityMap",),
     "ulna.reachability.reachability_map": ("reachability_map",),
     "ulna.robot": ("Robot", "load"),
+    "ulna.servo.command": ("Command", "CommandStatus"),
+    "ulna.servo.servo": ("Servo",),
     "ulna.viewer.open_page": ("view",),
 }
 

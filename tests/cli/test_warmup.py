@@ -54,6 +54,7 @@ for q in (ready, batch, batch.tolist(), np.broadcast_to(ready, (2, 3, 7)), batch
             robot.distance_gradient(q, scene, **ask)
         robot.check_collision(q, scene, max_distance=0.1), robot.distances(q, scene)
         robot.edge_in_collision(q, panda.home, scene)
+        robot.servo(scene, acceleration=1.0).warm_up()
 panda.differential_ik(panda.home, np.ones((4, 6)), 0.01)
 for method in ("levenberg_marquardt", "jacobian_transpose", "pseudo_inverse", "damped_least_squares"):
     panda.inverse_kinematics(target, method=method), panda.inverse_kinematics(targets, panda.home, method=method)

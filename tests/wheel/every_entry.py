@@ -26,7 +26,7 @@ from ulna.engine.entries import ready
 from ulna.planning import slices
 
 N = 1000
-CALLERS = "ulna.collision", "ulna.ik", "ulna.kinematics", "ulna.planning", "ulna.viewer", "ulna.dh"
+CALLERS = "ulna.collision", "ulna.ik", "ulna.kinematics", "ulna.planning", "ulna.servo", "ulna.viewer", "ulna.dh"
 HASHES, ROWS = defaultdict(hashlib.sha256), defaultdict(int)
 
 
@@ -99,11 +99,23 @@ def ask():
         robot.distances(q[:100], world)
         for one in q[:200]:
             robot.in_collision(one, world)
+        ask_a_servo(robot, world)
     ask_for_closed_forms()
     str(panda.allowed_collisions), str(held.with_tool(np.eye(4)).allowed_collisions)
     ask_for_plans([(panda, boxes), (held, mixed)])
     with tempfile.TemporaryDirectory() as folder:
         film.record_robot(film.make_form(Path(folder, "film.mp4"), 0.1, (64, 36)), panda, panda.home)
+
+
+def ask_a_servo(robot, world):
+    """For commands of each kind, from the first configuration where it can start."""
+    servo, free = robot.servo(world, acceleration=5.0, clearance=0.0), robot.random(1000, seed=3)
+    start = free[np.argmax(robot.signed_distance(free, world))]
+    servo.start(start)
+    for k in range(100):
+        servo.step(velocity=np.full(robot.n_dof, 0.2)), servo.step(twist=np.full(6, 0.1)), servo.step(q=free[k % 40])
+    for _ in range(100):
+        servo.step(pose=robot.forward_kinematics(start)), servo.step()
 
 
 def ask_for_closed_forms():

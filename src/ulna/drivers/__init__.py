@@ -9,6 +9,6 @@ from typing import TYPE_CHECKING
 from ulna.engine.entries import Entries
 
 # Each of these compiles the distance or the overlap of two bodies in lanes, which takes longest.
-DRIVERS = Entries(__name__, compiled_together=frozenset({"continuous", "nearest", "overlap", "planning"}))
+DRIVERS = Entries(__name__, compiled_together=frozenset({"continuous", "nearest", "overlap", "planning", "servo"}))
 if not TYPE_CHECKING:  # tools find the modules beside this file
     __getattr__ = DRIVERS.module

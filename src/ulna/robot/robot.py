@@ -55,7 +55,11 @@ from ulna.planning.options import PlanOptions
 from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import plan_motion
+<<<<<<< HEAD
 from ulna.planning.trajectory import Trajectory
+=======
+from ulna.servo.servo import Servo
+>>>>>>> servo
 
 if TYPE_CHECKING:
     from ulna.collision.clouds import PointCloud
@@ -1128,6 +1132,49 @@ class Robot(Quick):
             options["held"] = as_names(options["held"])  # once: it may be an iterator
         plan = partial(self.plan, **options)
         return plan_many(plan, q_starts, goals, world, threads, progress=progress)
+
+    def servo(
+        self,
+        world: World | None = None,
+        *,
+        acceleration: ArrayLike,
+        rate: float = 1000,
+        link: str | None = None,
+        velocity: ArrayLike | None = None,
+        clearance: float = 0.01,
+        tracking_error: ArrayLike = 0.0,
+        posture: ArrayLike | None = None,
+    ) -> Servo:
+        """A servo: it steers the arm tick by tick, and certifies each command together with a full stop after it (docs/servo.md).
+
+        Args:
+            world: The objects; none unless given. It may change between ticks.
+            acceleration: The greatest of each joint [rad/s^2 or m/s^2], a number or shape (n_dof,).
+            rate: Ticks a second [Hz].
+            link: The link that poses and twists are of; the tip unless given.
+            velocity: The greatest of each joint [rad/s or m/s], a number or shape (n_dof,), where it is below the description's.
+            clearance: No object is nearer than this [m]; it does not count between links of the robot.
+            tracking_error: How far each joint may be from its command [rad or m]: the certificate holds for all of that.
+            posture: A configuration that the null space goes towards [rad or m], shape (n_dof,); none unless given.
+
+        Raises:
+            InputError: An argument that cannot be taken; its name is in the message.
+            UnknownNameError: There is no such link.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> servo = panda.servo(acceleration=5.0)
+            >>> servo.start(panda.home).status
+            <CommandStatus.AT_REST: 'at rest'>
+            >>> for _ in range(400):
+            ...     command = servo.step(twist=[0.1, 0, 0, 0, 0, 0])
+            >>> str(command)
+            'following'
+        """
+        return Servo(
+            self.tree, self._checker, world, rate, link, velocity, acceleration, clearance, tracking_error, posture
+        )  # fmt: skip
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:

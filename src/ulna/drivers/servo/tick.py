@@ -1,0 +1,354 @@
+"""Computes one tick of a servo: a command, and a full stop after it, that are certified free.
+
+The state is a position q, a velocity, and a certified stop: a straight line from q to a place where the arm rests. A tick
+
+1. measures the pairs that are near where the certified stop ends;
+2. finds the velocity x at the end of the tick that is nearest to what is desired, by a quadratic program (``kernels.servo``).
+   Its rows are the box of ``braking`` and one row a near pair: the place where the arm would rest after this tick comes no
+   nearer than the clearance and RESERVE, nor much nearer in one tick. No row excludes a velocity that is known to be in the
+   box, so that there is always a solution;
+3. certifies the curve of the tick and the stop after it, both with ROOM beside them, for x, and then for smaller shares of the
+   way from the certified stop's velocity to x;
+4. tries, if none of them is free, without that room and with half the clearance, and takes what leads by a short way, HOP, to a
+   place that is farther from everything;
+5. goes on with the certified stop otherwise.
+
+So at every moment a stop is certified in which nothing is hit that does not move. There is a way out of every place where the arm
+comes to rest by itself: all within ROOM of it is free, or it is farther from everything than such a place. A certificate knows
+distances by lower bounds alone, which for two boxes may be 1 / sqrt(3) of them; with half the clearance, and ROOM as it is, a
+small motion away passes step 4 nevertheless. So nothing is nearer than the clearance where the arm comes to rest, and on the way
+there it is nearer by HOP at most, and never by more than half.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.drivers.carried import carried_by
+from ulna.drivers.continuous import edge_is_free, interval_work
+from ulna.drivers.servo.nearness import measure_near, near_of
+from ulna.engine.decorators import entry, kernel, routine, workspace
+from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TABLE, WHOLE
+from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding
+from ulna.kernels.collision.scene import Scene
+from ulna.kernels.ik.search_layout import N_SYSTEM
+from ulna.kernels.servo import servo_layout as layout
+from ulna.kernels.servo.braking import (
+    ends_within,
+    go_on_stopping,
+    stop_velocity,
+    ticks_to_stop,
+    write_stop,
+    write_velocity_box,
+)
+from ulna.kernels.servo.desired_motion import SMALL, missed, write_objective
+from ulna.kernels.servo.quadratic_program import minimise
+from ulna.kernels.spatial.elementary import all_in_range
+
+RESOLUTION = 1e-3  # [m]: a motion is refused if something in it is not decided by intervals in which all moves by less
+HOP = 1e-3  # [m]: the longest way of any point in step 4
+RESERVE = 2e-3  # [m]: how much farther than the clearance the quadratic program stays, so that few intervals certify a motion
+WITHIN = 0.05  # [m]: beyond the clearance; pairs farther away have no row
+EASE = 0.05  # [s]: the time constant of the approach to the reserve
+SHARES = (1.0, 0.5, 0.25, 0.125)
+NARROW_SHARES = (1.0, 0.125)
+_LEAVING = 0.5  # of the clearance: certified in step 4. The lower bounds of distances are at least 1 / sqrt(3) of them
+_OUTWARD = 10.0  # the weight of leaving the reserve, beside that of the command
+_SAME = 0.02  # of what is desired: it is reached. The damping alone takes so much of a twist where J has a singular value of 0.07
+_STILL = 1e-7  # of the velocity of one tick of acceleration: at rest
+
+
+class Tick(NamedTuple):
+    """All that a tick reads and writes."""
+
+    scene: Scene
+    carried: NamedTuple
+    work: tuple
+    of_world: float
+    near: NamedTuple
+    limits: NDArray
+    settings: NDArray
+    state: NDArray
+    counters: NDArray
+    x: NDArray
+    """The velocities that the quadratic program finds, shape (n_dof,)."""
+    tried: NDArray
+    """Those that are tried."""
+    points: NDArray
+    """Where the tick begins and ends and where the stop ends, and what is certified beside the two, shape (5, n_dof)."""
+
+
+@entry(*((*scene, TABLE, WHOLE, WHOLE, MATRIX, NUMBERS, NUMBERS, MATRIX, INDICES, NUMBERS) for scene in SCENES))
+def servo_tick(
+    joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
+    chain, expressed_in, mode, limits, settings, goal, state, counters, report,
+):  # fmt: skip
+    """Write the state after a tick, and its report (``servo_layout``). False if the goal is out of range, and nothing is written.
+
+    For START the goal is a position and a velocity, 2 n_dof numbers: if their stop is not certified the status is REFUSED.
+    """
+    if not all_in_range(goal):
+        return False
+    scene, n = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch), limits.shape[1]
+    tick = Tick(
+        scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, n), limits, settings, state, counters,
+        np.empty(n), np.empty(n), np.empty((5, n)),
+    )  # fmt: skip
+    report[:] = -1.0
+    report[layout.SHARE], report[layout.DISTANCE] = 0.0, np.inf
+    if mode == layout.START:
+        report[layout.STATUS] = start(tick, goal)
+        return True
+    if counters[layout.CERTIFIED] == 0 and stop_is_free(tick):
+        counters[layout.CERTIFIED] = 1
+    if mode == layout.REST:
+        go_on_stopping(state, counters, settings, n)
+        report[layout.STATUS] = status_of_stop(counters)
+        return True
+    work = work_of(n)
+    report[layout.STATUS] = advance(tick, mode, chain, expressed_in, goal, work, report)
+    return True
+
+
+@workspace
+def work_of(n):
+    """Room for the quadratic program: H, f, J, what is desired, the damped system, rows, their bounds, the active ones, ..."""
+    m = 2 * n + layout.MOST_PAIRS
+    return (
+        (np.empty(n * n), np.empty(n), np.empty(6 * n), np.empty(max(6, n)), np.empty(N_SYSTEM)),
+        (np.zeros(m * n), np.empty(m), np.empty(n, np.int64), np.empty(n), np.empty(2 * n * n + 4 * n), np.empty(2 * n)),
+    )  # fmt: skip
+
+
+@kernel
+def start(tick, goal):
+    """Set the state to a position and a velocity; the status."""
+    state, n = tick.state, tick.limits.shape[1]
+    for j in range(n):
+        state[layout.Q, j], state[layout.QD, j], state[layout.QDD, j] = goal[j], goal[n + j], 0.0
+        tick.tried[j] = goal[n + j]
+    ticks = ticks_to_stop(tick.tried, tick.limits, tick.settings[layout.TICK])
+    write_stop(state, tick.counters, tick.settings, tick.tried, ticks)
+    for j in range(n):
+        if not tick.limits[layout.LOWER, j] <= state[layout.TO, j] <= tick.limits[layout.UPPER, j]:
+            return layout.LIMITED_BY_POSITION
+    tick.counters[layout.CERTIFIED] = 1 if stop_is_free(tick) else 0
+    if tick.counters[layout.CERTIFIED] == 0:
+        return layout.REFUSED
+    return status_of_stop(tick.counters)
+
+
+@kernel
+def status_of_stop(counters):
+    """The status while the certified stop goes on."""
+    if counters[layout.CERTIFIED] == 0:
+        return layout.NOT_CERTIFIED
+    return layout.AT_REST if counters[layout.DONE] >= counters[layout.TICKS] else layout.BRAKING
+
+
+@routine
+def stop_is_free(tick):
+    """Whether what is left of the certified stop is free in this world."""
+    for j in range(tick.limits.shape[1]):
+        tick.points[3, j] = tick.limits[layout.ASIDE, j]
+    return is_free(tick, tick.state[layout.Q], tick.state[layout.TO], tick.points[3], tick.settings[layout.CLEARANCE])
+
+
+@routine
+def is_free(tick, q_a, q_b, spread, margin):
+    """Whether all within ``spread`` of a line is certainly free."""
+    return edge_is_free(tick.scene, tick.carried, tick.work, q_a, q_b, spread, RESOLUTION, margin, tick.of_world)
+
+
+@kernel
+def advance(tick, mode, chain, expressed_in, goal, work, report):
+    """Steps 1 to 5; the status."""
+    state, counters, settings, limits = tick.state, tick.counters, tick.settings, tick.limits
+    objective, rows = work
+    normal_rows, bound_rows, active_rows, multiplier_rows, work_rows, box_rows = rows
+    n, certified = limits.shape[1], counters[layout.CERTIFIED] == 1
+    count = measure_near(
+        tick.scene, state[layout.TO], settings[layout.CLEARANCE], WITHIN, layout.MOST_PAIRS, tick.near
+    )  # fmt: skip
+    least = tick.near.excess[layout.MOST_PAIRS]
+    ticks = write_velocity_box(state, counters, limits, settings[layout.TICK], box_rows)
+    for j in range(n):
+        tick.x[j] = min(max(stop_velocity(state, counters, j), box_rows[j]), box_rows[n + j])
+    m = write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows)
+    write_objective(mode, chain, expressed_in, goal, limits, settings, state[layout.Q], objective)
+    keep_reserve(tick, count, ticks, objective[0], objective[1])
+    k = minimise(objective[0], objective[1], normal_rows, bound_rows, m, tick.x, active_rows, multiplier_rows, work_rows)
+    for j in range(n):
+        tick.x[j] = min(max(tick.x[j], box_rows[j]), box_rows[n + j])
+    miss = missed(mode, objective[2], objective[3], tick.x)
+    status = status_of_rows(tick, miss, k, active_rows, multiplier_rows, box_rows, report)
+    share = certified_share(tick, certified, least)
+    report[layout.SHARE] = share
+    if share == 0.0:
+        go_on_stopping(state, counters, settings, n)
+    if share < 1.0 and is_moved(tick):
+        report_nearest(tick, count, report)
+        return layout.LIMITED_BY_CLEARANCE if certified else layout.NOT_CERTIFIED
+    if not certified:
+        return layout.NOT_CERTIFIED
+    if status == layout.FOLLOWING and counters[layout.DONE] >= counters[layout.TICKS]:
+        return layout.AT_REST
+    return status
+
+
+@kernel
+def is_moved(tick):
+    """Whether the velocity found is not that of rest."""
+    moved = False
+    for j in range(tick.x.shape[0]):
+        moved = moved or abs(tick.x[j]) > _STILL * tick.limits[layout.ACCELERATION, j] * tick.settings[layout.TICK]
+    return moved
+
+
+@kernel
+def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
+    """Write the rows of the quadratic program, the box first; how many they are.
+
+    After a tick that ends with x the arm rests at c + way x. Row i says how much nearer pair i may be there than at the end of
+    the certified stop. No row excludes the velocity at which the quadratic program starts.
+    """
+    n, state, h = tick.x.shape[0], tick.state, tick.settings[layout.TICK]
+    way, ease = 0.5 * h * (1 + ticks), h / (h + EASE)
+    for j in range(n):
+        normal_rows[n * j + j], bound_rows[j] = 1.0, box_rows[j]
+        normal_rows[n * (n + j) + j], bound_rows[n + j] = -1.0, -box_rows[n + j]
+    for i in range(count):
+        r, at, by = 2 * n + i, -ease * max(tick.near.excess[i] - RESERVE, 0.0), 0.0
+        for j in range(n):
+            g = tick.near.gradients[i, j]
+            normal_rows[n * r + j] = g
+            at += g * (state[layout.TO, j] - state[layout.Q, j] - 0.5 * h * state[layout.QD, j])
+            by += g * tick.x[j]
+        bound_rows[r] = min(at / way, by)
+    return 2 * n + count
+
+
+@kernel
+def keep_reserve(tick, count, ticks, h_rows, f_rows):
+    """Add to the objective, where a motion is desired, that pairs within the reserve come out of it.
+
+    Rows are linear, so that along a curved way pairs get into it.
+    """
+    n, h, sought = tick.x.shape[0], tick.settings[layout.TICK], 0.0
+    for j in range(n):
+        sought = max(sought, abs(f_rows[j]))
+    if sought < SMALL:
+        return
+    for i in range(count):
+        inside = RESERVE - tick.near.excess[i]
+        if inside > 0.0:
+            out, square = inside * h / (h + EASE) / (0.5 * h * (1 + ticks)), 1e-300
+            for j in range(n):
+                square += tick.near.gradients[i, j] * tick.near.gradients[i, j]
+            for j in range(n):
+                g = _OUTWARD * tick.near.gradients[i, j] / square
+                f_rows[j] += g * out
+                for k in range(n):
+                    h_rows[n * j + k] += g * tick.near.gradients[i, k]
+
+
+@kernel
+def certified_share(tick, certified, least):
+    """Steps 3 and 4: take the largest share that is certified into the state; 0 if there is none."""
+    clearance = tick.settings[layout.CLEARANCE]
+    if certified:
+        for share in SHARES:
+            if is_candidate(tick, share, 1.0, clearance):
+                accept(tick)
+                return share
+    for share in NARROW_SHARES:
+        if is_candidate(tick, share, 0.0, _LEAVING * clearance if certified else 0.0):
+            measure_near(tick.scene, tick.points[2], clearance, WITHIN, 0, tick.near)
+            if tick.near.excess[layout.MOST_PAIRS] > least:
+                accept(tick)
+                return share
+    return 0.0
+
+
+@routine
+def is_candidate(tick, share, room, margin):
+    """Whether a share of the way from the certified stop's velocity to x is within all limits and certified."""
+    state, limits, settings, points = tick.state, tick.limits, tick.settings, tick.points
+    n, h, still = tick.x.shape[0], settings[layout.TICK], True
+    for j in range(n):
+        stop = stop_velocity(state, tick.counters, j)
+        tick.tried[j] = tick.x[j] if share == 1.0 else stop + share * (tick.x[j] - stop)
+        change = limits[layout.ACCELERATION, j] * h
+        still = still and abs(tick.tried[j]) <= _STILL * change and abs(state[layout.QD, j]) <= change
+    if still:
+        tick.tried[:] = 0.0
+    ticks = ticks_to_stop(tick.tried, limits, h)
+    if not ends_within(tick.tried, state, limits, h, ticks):
+        return False
+    for j in range(n):
+        x, qd = tick.tried[j], state[layout.QD, j]
+        points[0, j] = state[layout.Q, j]
+        points[1, j] = points[0, j] + 0.5 * h * (qd + x)
+        points[2, j] = points[1, j] + 0.5 * ticks * h * x
+        points[4, j] = limits[layout.ASIDE, j] + room * limits[layout.ROOM, j]
+        points[3, j] = points[4, j] + 0.125 * h * abs(x - qd) * (1.0 + 1e-9)  # a parabola beside its chord
+    if not is_free(tick, points[0], points[1], points[3], margin):
+        return False
+    way = fastest_ball(tick.scene.joints, tick.carried)
+    if ticks > 0 and not is_free(tick, points[1], points[2], points[4], margin):
+        return False
+    if ticks > 0:
+        way += fastest_ball(tick.scene.joints, tick.carried)
+    return room > 0.0 or way <= HOP
+
+
+@kernel
+def accept(tick):
+    """Write the state after the tick that was tried."""
+    state, h = tick.state, tick.settings[layout.TICK]
+    for j in range(tick.x.shape[0]):
+        state[layout.QDD, j] = (tick.tried[j] - state[layout.QD, j]) / h
+        state[layout.QD, j], state[layout.Q, j] = tick.tried[j], tick.points[1, j]
+    write_stop(state, tick.counters, tick.settings, tick.tried, ticks_to_stop(tick.tried, tick.limits, h))
+
+
+@kernel
+def status_of_rows(tick, miss, k, active_rows, multiplier_rows, box_rows, report):
+    """What limits the velocity found: the active row of the greatest multiplier, which goes to the report."""
+    if miss <= _SAME:
+        return layout.FOLLOWING
+    n, most, row = tick.x.shape[0], 0.0, -1
+    for a in range(k):
+        if multiplier_rows[a] > most:
+            most, row = multiplier_rows[a], active_rows[a]
+    if row < 0:
+        return layout.NEAR_SINGULARITY
+    if row >= 2 * n:
+        write_pair(tick, row - 2 * n, report)
+        return layout.LIMITED_BY_CLEARANCE
+    j, x = row % n, abs(box_rows[row])
+    report[layout.ENTRY] = j
+    if x >= tick.limits[layout.SPEED, j] * (1.0 - 1e-9):
+        return layout.LIMITED_BY_VELOCITY
+    change = abs(box_rows[row] - tick.state[layout.QD, j]) / (tick.limits[layout.ACCELERATION, j] * tick.settings[layout.TICK])
+    return layout.LIMITED_BY_ACCELERATION if change >= 1.0 - 1e-6 else layout.LIMITED_BY_POSITION
+
+
+@kernel
+def report_nearest(tick, count, report):
+    """Write the pair that was nearest where the certified stop ends to the report."""
+    nearest = 0
+    for i in range(1, count):
+        if tick.near.excess[i] < tick.near.excess[nearest]:
+            nearest = i
+    if count > 0:
+        write_pair(tick, nearest, report)
+
+
+@kernel
+def write_pair(tick, i, report):
+    """Write near pair i to the report."""
+    report[layout.ENTRY] = -1.0
+    report[layout.BODY], report[layout.OTHER] = tick.near.pairs[i, 0], tick.near.pairs[i, 1]
+    report[layout.DISTANCE] = tick.near.contacts[i, 0]

@@ -1,0 +1,1 @@
+"""Formulas of a servo: the desired motion, the quadratic program and the full stop."""

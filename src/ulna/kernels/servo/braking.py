@@ -1,0 +1,124 @@
+"""Computes the full stop of all joints, and the velocities after which there is one within the limits.
+
+The stop is synchronised: all joints rest after the same number of ticks n, each with a constant deceleration. So q moves on a
+straight line, from q to q + qd n h / 2 with ticks of length h, and one certified edge decides on all of it. After k ticks
+
+    q_k = q + x (2 - x) (end - q),    qd_k = (1 - x) qd,    x = k / n.
+
+Acceleration is constant in a tick too. After a tick with velocity v at its end and a stop of n ticks, a joint rests at
+
+    q + h (qd + v) / 2 + n h v / 2,
+
+which is linear in v. So for each n the velocities v that keep the limits of position, speed and acceleration in the tick and in
+the stop after it are a box. For the n that the certified stop has left after this tick, that stop's own velocity is in the box:
+the box is never empty. In the tick the joint stays between its limits too: where it turns back, it does so no later than in the
+certified stop, at the same or a greater deceleration.
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.kernels.servo.servo_layout import (
+    ACCELERATION,
+    DONE,
+    FROM,
+    LOWER,
+    QD,
+    QDD,
+    RATE,
+    SPEED,
+    TICK,
+    TICKS,
+    TO,
+    UPPER,
+    Q,
+)
+
+_ROUNDING = 1e-9  # of a number of ticks: a stop takes one tick more above it
+_BEYOND = 1e-12  # [rad or m]: what rounding may put the end of a stop beyond a limit
+
+
+@kernel
+def ticks_to_stop(rate_rows, limits, tick):
+    """How many ticks the stop from a velocity takes. ``rate_rows``: [rad/s or m/s], one for each entry of q."""
+    most = 0.0
+    for j in range(rate_rows.shape[0]):
+        most = max(most, abs(rate_rows[j]) / (limits[ACCELERATION, j] * tick))
+    n = int(most)
+    return n if most <= n + _ROUNDING * most else n + 1
+
+
+@kernel
+def write_stop(state, counters, settings, rate_rows, ticks):
+    """Write the stop that begins at the position of the state with a velocity and takes a number of ticks."""
+    way = 0.5 * ticks * settings[TICK]
+    for j in range(rate_rows.shape[0]):
+        state[RATE, j], state[FROM, j] = rate_rows[j], state[Q, j]
+        state[TO, j] = state[Q, j] + way * rate_rows[j] if ticks > 0 else state[Q, j]
+    counters[TICKS], counters[DONE] = ticks, 0
+
+
+@kernel
+def stop_velocity(state, counters, j):
+    """The velocity of entry j of q after one more tick of the certified stop."""
+    n, done = counters[TICKS], counters[DONE]
+    return 0.0 if n - done <= 1 else (1.0 - (done + 1) / n) * state[RATE, j]
+
+
+@kernel
+def go_on_stopping(state, counters, settings, n_dof):
+    """Write the state after one more tick of the certified stop."""
+    n = counters[TICKS]
+    if counters[DONE] >= n:
+        for j in range(n_dof):
+            state[QD, j], state[QDD, j] = 0.0, 0.0
+        return
+    x = (counters[DONE] + 1) / n
+    for j in range(n_dof):
+        state[QD, j] = stop_velocity(state, counters, j)
+        state[QDD, j] = -state[RATE, j] / (n * settings[TICK])
+        moved = state[FROM, j] + x * (2.0 - x) * (state[TO, j] - state[FROM, j])
+        state[Q, j] = state[TO, j] if counters[DONE] + 1 == n else moved
+    counters[DONE] += 1
+
+
+@kernel
+def ends_within(rate_rows, state, limits, tick, ticks):
+    """Whether the stop after a tick that ends with these velocities ends within the limits of position."""
+    good = True
+    for j in range(rate_rows.shape[0]):
+        end = state[Q, j] + 0.5 * tick * (state[QD, j] + rate_rows[j]) + 0.5 * ticks * tick * rate_rows[j]
+        good = good and limits[LOWER, j] - _BEYOND <= end <= limits[UPPER, j] + _BEYOND
+    return good
+
+
+@kernel
+def write_velocity_box(state, counters, limits, tick, box_rows):
+    """Write the lower and the upper bounds of the velocities at the end of the tick, 2 n_dof rows; return the ticks of the stop.
+
+    One tick more than the certified stop has left is tried first, then as many, and last one fewer. In the last box is the
+    velocity of the certified stop.
+    """
+    left = counters[TICKS] - counters[DONE]
+    for fewer in range(3):
+        n = left + 1 - fewer
+        if n >= 0 and fewer < 2 and is_box(state, counters, limits, tick, n, box_rows, widened=False):
+            return n
+    n = max(left - 1, 0)
+    is_box(state, counters, limits, tick, n, box_rows, widened=True)
+    return n
+
+
+@kernel
+def is_box(state, counters, limits, tick, n, box_rows, widened):
+    """Write the bounds for a stop of n ticks; whether there is a velocity between them. Widened: to the certified stop's."""
+    n_dof, good, way = box_rows.shape[0] // 2, True, 0.5 * tick * (n + 1)
+    for j in range(n_dof):
+        most = min(limits[SPEED, j], limits[ACCELERATION, j] * tick * n)
+        change, half = limits[ACCELERATION, j] * tick, 0.5 * tick * state[QD, j]
+        low = max(state[QD, j] - change, -most, (limits[LOWER, j] - state[Q, j] - half) / way)
+        high = min(state[QD, j] + change, most, (limits[UPPER, j] - state[Q, j] - half) / way)
+        if widened:
+            known = stop_velocity(state, counters, j)
+            low, high = min(low, known), max(high, known)
+        box_rows[j], box_rows[n_dof + j] = low, high
+        good = good and low <= high
+    return good

@@ -1,0 +1,207 @@
+"""Solves a strictly convex quadratic program exactly, from a point that keeps its rows.
+
+It minimises x' H x / 2 - f' x with g_i' x >= b_i for each row i.
+
+A primal active-set method (Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm 16.3), with the Schur complement of the
+active rows (section 16.2). With H = L L', z = L' x - L^-1 f and Y the columns L^-1 g_i of the active rows:
+
+1. The multipliers are the solution of Y' Y m = Y' z, and the step p to the minimum on the active rows is L'^-1 (Y m - z).
+2. If there is no step, the active row with the least multiplier is released; with none below zero x is the minimum.
+3. Else x moves by p, or until a row blocks it, which becomes active.
+
+Every x on the way keeps all rows, so that the result does too if the number of rounds ends the search.
+"""
+
+import numpy as np
+
+from ulna.engine.decorators import kernel, routine
+
+_ROUNDS = 3  # times the number of rows and of unknowns
+_FLAT = 1e-9  # of the size of z: no step, and no multiplier
+_ALONG = 1e-8  # of the sizes of a row and a step: the step is along the row
+_LEAST_PIVOT = 1e-13  # of a diagonal entry
+
+
+@routine
+def minimise(factor_rows, f_rows, normal_rows, bound_rows, m, x_rows, active_rows, multiplier_rows, work_rows):
+    """Write the minimum to x; return how many rows are active, whose numbers and multipliers are written.
+
+    factor_rows: H, n n numbers, which is overwritten; normal_rows: m n numbers; active_rows: whole numbers, room for n;
+    work_rows: room for 2 n n + 4 n numbers. f is overwritten with L^-1 f.
+    """
+    n = x_rows.shape[0]
+    factorise_square(factor_rows, n, n)
+    forward(factor_rows, n, n, f_rows, 0)
+    y, s, z, p = 0, n * n, 2 * n * n, 2 * n * n + n
+    k, size = 0, 1e-300
+    for i in range(n):
+        size = max(size, abs(f_rows[i]))
+    for _ in range(_ROUNDS * (m + n)):
+        size = max(size, write_gradient_of(factor_rows, f_rows, x_rows, work_rows, z))
+        write_schur(k, n, multiplier_rows, work_rows, y, s, z)
+        factorise_schur(k, n, work_rows, s)
+        solve_schur(k, n, multiplier_rows, work_rows, s)
+        longest = write_step(k, n, multiplier_rows, work_rows, y, z, p)
+        if longest <= _FLAT * size or k == n:
+            worst = least_multiplier(k, multiplier_rows, -_FLAT * size)
+            if worst < 0:
+                return k
+            k = release(worst, k, n, active_rows, multiplier_rows, work_rows, y)
+            continue
+        backward(factor_rows, n, n, work_rows, p)
+        share, blocking = first_blocking(normal_rows, bound_rows, m, n, x_rows, active_rows, k, work_rows, p)
+        for i in range(n):
+            x_rows[i] += share * work_rows[p + i]
+        if blocking >= 0:
+            active_rows[k] = blocking
+            for i in range(n):
+                work_rows[y + n * k + i] = normal_rows[n * blocking + i]
+            forward(factor_rows, n, n, work_rows, y + n * k)
+            k += 1
+    return k
+
+
+@kernel
+def write_gradient_of(factor_rows, f_rows, x_rows, work_rows, z):
+    """Write z = L' x - L^-1 f; its greatest entry."""
+    n, largest = x_rows.shape[0], 0.0
+    for i in range(n):
+        total = -f_rows[i]
+        for j in range(i, n):
+            total += factor_rows[n * j + i] * x_rows[j]
+        work_rows[z + i] = total
+        largest = max(largest, abs(total))
+    return largest
+
+
+@kernel
+def write_step(k, n, multiplier_rows, work_rows, y, z, p):
+    """Write Y m - z, which is L' times the step; its greatest entry."""
+    longest = 0.0
+    for i in range(n):
+        total = -work_rows[z + i]
+        for a in range(k):
+            total += multiplier_rows[a] * work_rows[y + n * a + i]
+        work_rows[p + i] = total
+        longest = max(longest, abs(total))
+    return longest
+
+
+@kernel
+def least_multiplier(k, multiplier_rows, below):
+    """Step 2: the place of the least multiplier, if it is less than that; else -1."""
+    worst, least = -1, below
+    for a in range(k):
+        if multiplier_rows[a] < least:
+            worst, least = a, multiplier_rows[a]
+    return worst
+
+
+@kernel
+def write_schur(k, n, multiplier_rows, work_rows, y, s, z):
+    """Step 1: write the lower triangle of Y' Y, and Y' z in place of the multipliers."""
+    for a in range(k):
+        for b in range(a + 1):
+            total = 0.0
+            for i in range(n):
+                total += work_rows[y + n * a + i] * work_rows[y + n * b + i]
+            work_rows[s + n * a + b] = total
+        total = 0.0
+        for i in range(n):
+            total += work_rows[y + n * a + i] * work_rows[z + i]
+        multiplier_rows[a] = total
+
+
+@kernel
+def factorise_schur(k, n, work_rows, s):
+    """The Cholesky factor of that triangle in its place. A row that depends on others has a least pivot."""
+    for a in range(k):
+        for b in range(a + 1):
+            total = work_rows[s + n * a + b]
+            diagonal = total
+            for c in range(b):
+                total -= work_rows[s + n * a + c] * work_rows[s + n * b + c]
+            if a == b:
+                work_rows[s + n * a + a] = np.sqrt(max(total, _LEAST_PIVOT * diagonal + 1e-300))
+            else:
+                work_rows[s + n * a + b] = total / work_rows[s + n * b + b]
+
+
+@kernel
+def solve_schur(k, n, multiplier_rows, work_rows, s):
+    """The multipliers, from Y' z."""
+    for a in range(k):
+        total = multiplier_rows[a]
+        for c in range(a):
+            total -= work_rows[s + n * a + c] * multiplier_rows[c]
+        multiplier_rows[a] = total / work_rows[s + n * a + a]
+    for back in range(k):
+        a = k - 1 - back
+        total = multiplier_rows[a]
+        for c in range(a + 1, k):
+            total -= work_rows[s + n * c + a] * multiplier_rows[c]
+        multiplier_rows[a] = total / work_rows[s + n * a + a]
+
+
+@kernel
+def release(worst, k, n, active_rows, multiplier_rows, work_rows, y):
+    """Step 2: take an active row out; return how many are left."""
+    for a in range(worst, k - 1):
+        active_rows[a], multiplier_rows[a] = active_rows[a + 1], multiplier_rows[a + 1]
+        for i in range(n):
+            work_rows[y + n * a + i] = work_rows[y + n * (a + 1) + i]
+    return k - 1
+
+
+@kernel
+def first_blocking(normal_rows, bound_rows, m, n, x_rows, active_rows, k, work_rows, p):
+    """Step 3: the share of the step up to the first row that blocks it, and that row, or 1.0 and -1."""
+    share, blocking = 1.0, -1
+    for r in range(m):
+        along, value, size = 0.0, 0.0, 0.0
+        for i in range(n):
+            g, step = normal_rows[n * r + i], work_rows[p + i]
+            along += g * step
+            value += g * x_rows[i]
+            size += abs(g * step)
+        if along < -_ALONG * size:
+            here = max(bound_rows[r] - value, -1e300) / along
+            if here < share:
+                is_active = False
+                for a in range(k):
+                    is_active = is_active or active_rows[a] == r
+                if not is_active:
+                    share, blocking = max(here, 0.0), r
+    return share, blocking
+
+
+@kernel
+def factorise_square(factor_rows, n, stride):
+    """The lower Cholesky factor of a matrix, in its place."""
+    for r in range(n):
+        for c in range(r + 1):
+            total = factor_rows[stride * r + c]
+            for k in range(c):
+                total -= factor_rows[stride * r + k] * factor_rows[stride * c + k]
+            factor_rows[stride * r + c] = np.sqrt(total) if r == c else total / factor_rows[stride * c + c]
+
+
+@kernel
+def forward(factor_rows, n, stride, x_rows, first):
+    """x = L^-1 x, for the n numbers from ``first`` on."""
+    for r in range(n):
+        total = x_rows[first + r]
+        for c in range(r):
+            total -= factor_rows[stride * r + c] * x_rows[first + c]
+        x_rows[first + r] = total / factor_rows[stride * r + r]
+
+
+@kernel
+def backward(factor_rows, n, stride, x_rows, first):
+    """x = L'^-1 x, for the n numbers from ``first`` on."""
+    for back in range(n):
+        r = n - 1 - back
+        total = x_rows[first + r]
+        for c in range(r + 1, n):
+            total -= factor_rows[stride * c + r] * x_rows[first + c]
+        x_rows[first + r] = total / factor_rows[stride * r + r]

@@ -1,0 +1,28 @@
+"""Numbers the commands, the tables and the results of a servo's tick. Plain numbers only."""
+
+# What a tick is for. START sets the state and certifies its stop.
+START, REST, VELOCITY, POSITION, TWIST, POSE = 0, 1, 2, 3, 4, 5
+# Rows of the limits, shape (N_LIMITS, n_dof): position, speed and acceleration; how far a joint may be from its command, and how
+# far beside a motion all is certified besides, so that there is room to leave; and the posture.
+LOWER, UPPER, SPEED, ACCELERATION, ASIDE, ROOM, POSTURE = 0, 1, 2, 3, 4, 5, 6
+N_LIMITS = 7
+# The settings: the length of a tick [s]; how near an object may be [m]; lambda of the damping; the pull towards the posture
+# [1/s], 0 for none.
+TICK, CLEARANCE, DAMPING, PULL = 0, 1, 2, 3
+N_SETTINGS = 4
+# Rows of the state, shape (N_STATE, n_dof): position, velocity and acceleration now; the certified stop: its velocity and
+# position where it begins, and where it ends.
+Q, QD, QDD, RATE, FROM, TO = 0, 1, 2, 3, 4, 5
+N_STATE = 6
+# Whole numbers of the state: how many ticks the stop takes, how many of these are over, and whether it is certified now.
+TICKS, DONE, CERTIFIED = 0, 1, 2
+N_COUNTERS = 3
+# The report: what the tick was, the share of the velocity found that was certified, the entry of q and the pair that limit it
+# (-1 for none), and how near that pair is where the arm would rest [m].
+STATUS, SHARE, ENTRY, BODY, OTHER, DISTANCE = 0, 1, 2, 3, 4, 5
+N_REPORT = 6
+(
+    FOLLOWING, LIMITED_BY_POSITION, LIMITED_BY_VELOCITY, LIMITED_BY_ACCELERATION, LIMITED_BY_CLEARANCE, NEAR_SINGULARITY,
+    BRAKING, AT_REST, NOT_CERTIFIED, REFUSED,
+) = range(10)  # fmt: skip
+MOST_PAIRS = 24  # that the quadratic program has rows for: the nearest

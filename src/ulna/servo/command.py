@@ -1,0 +1,81 @@
+"""Holds what a tick of a servo commands, and says what limits it."""
+
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.kernels.servo import servo_layout as layout
+
+Array = NDArray[np.float64]
+
+
+class CommandStatus(StrEnum):
+    """What a tick of a servo was."""
+
+    FOLLOWING = "following"
+    LIMITED_BY_POSITION = "limited by position"
+    LIMITED_BY_VELOCITY = "limited by velocity"
+    LIMITED_BY_ACCELERATION = "limited by acceleration"
+    LIMITED_BY_CLEARANCE = "limited by clearance"
+    NEAR_SINGULARITY = "near a singularity"
+    BRAKING = "braking"
+    AT_REST = "at rest"
+    NOT_CERTIFIED = "not certified"
+
+
+class Limiting(NamedTuple):
+    """What limits a command.
+
+    Attributes:
+        joint: The entry of q that is at a limit, by its joint's name; None if none is.
+        pair: The names of the two shapes, or of a shape and an object, that are near; None if none are.
+        distance: Of that pair, where the certified stop ended before this tick [m]; None without one.
+        share: How much of the way from the certified stop's velocity to the velocity found was certified, 0 to 1.
+    """
+
+    joint: str | None
+    pair: tuple[str, str] | None
+    distance: float | None
+    share: float
+
+
+class Command(NamedTuple):
+    """What a tick of a servo commands: the state at the end of the tick, to be reached with constant acceleration.
+
+    Attributes:
+        q: Joint positions [rad or m], shape (n_dof,).
+        qd: Joint velocities [rad/s or m/s], shape (n_dof,).
+        qdd: Joint accelerations in the tick [rad/s^2 or m/s^2], shape (n_dof,).
+        status: What the tick was.
+        limiting: What limits it.
+    """
+
+    q: Array
+    qd: Array
+    qdd: Array
+    status: CommandStatus
+    limiting: Limiting
+
+    def __str__(self) -> str:
+        of = ""
+        if self.limiting.joint is not None:
+            of = f": {self.limiting.joint}"
+        elif self.limiting.pair is not None:
+            of = f": {self.limiting.pair[0]} is {1e3 * (self.limiting.distance or 0.0):.3g} mm from {self.limiting.pair[1]}"
+        return f"{self.status}{of}"
+
+
+STATUS_OF = {
+    layout.FOLLOWING: CommandStatus.FOLLOWING,
+    layout.LIMITED_BY_POSITION: CommandStatus.LIMITED_BY_POSITION,
+    layout.LIMITED_BY_VELOCITY: CommandStatus.LIMITED_BY_VELOCITY,
+    layout.LIMITED_BY_ACCELERATION: CommandStatus.LIMITED_BY_ACCELERATION,
+    layout.LIMITED_BY_CLEARANCE: CommandStatus.LIMITED_BY_CLEARANCE,
+    layout.NEAR_SINGULARITY: CommandStatus.NEAR_SINGULARITY,
+    layout.BRAKING: CommandStatus.BRAKING,
+    layout.AT_REST: CommandStatus.AT_REST,
+    layout.NOT_CERTIFIED: CommandStatus.NOT_CERTIFIED,
+}
+"""By the numbers of ``servo_layout``."""

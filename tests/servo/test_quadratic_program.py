@@ -1,0 +1,61 @@
+"""The quadratic program of a tick: its solutions keep the rows and have multipliers that prove them the minimum."""
+
+import numpy as np
+import pytest
+
+from ulna.kernels.servo.quadratic_program import minimise
+
+
+def solved(H, f, G, b, x):
+    """The minimum, and a multiplier for each row, by the kernel."""
+    (m, n), x = G.shape, x.copy()
+    active, multipliers, work = np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros(2 * n * n + 4 * n)
+    k = minimise(H.ravel().copy(), f.copy(), G.ravel().copy(), b, m, x, active, multipliers, work)
+    of_rows = np.zeros(m)
+    of_rows[active[:k]] = multipliers[:k]
+    return x, of_rows
+
+
+def problem(rng, n, m, condition):
+    """A convex problem, and a point that keeps its rows; some rows are active there."""
+    A = rng.normal(size=(n, n)) * np.geomspace(1, condition, n)
+    x, G = rng.normal(size=n), rng.normal(size=(m, n))
+    return A @ A.T + 1e-4 * np.eye(n), 10 * rng.normal(size=n), G, G @ x - rng.choice([0.0, 1.0], m) * rng.uniform(0, 1, m), x
+
+
+@pytest.mark.parametrize("n", [1, 3, 7, 14])
+@pytest.mark.parametrize("condition", [1.0, 1e-2])
+def test_a_solution_has_the_multipliers_of_a_minimum(rng, n, condition):
+    for _ in range(100):
+        H, f, G, b, x_0 = problem(rng, n, 3 * n + 4, condition)
+        x, multipliers = solved(H, f, G, b, x_0)
+        size = np.abs(f).max() + np.abs(H).max() * np.abs(x).max()
+        assert (G @ x - b).min() >= -1e-9 * (1 + np.abs(x).max())
+        assert multipliers.min() >= -1e-7 * size
+        np.testing.assert_allclose(H @ x - f, G.T @ multipliers, atol=1e-6 * size)
+        assert np.abs(multipliers * (G @ x - b)).max() <= 1e-6 * size * (1 + np.abs(x).max())
+
+
+def test_without_a_row_in_the_way_it_is_the_solution_of_the_equations(rng):
+    H, f, G, _, x_0 = problem(rng, 7, 20, 1.0)
+    x, multipliers = solved(H, f, G, np.full(20, -1e9), x_0)
+    np.testing.assert_allclose(x, np.linalg.solve(H, f), rtol=1e-8)
+    assert not multipliers.any()
+
+
+def test_rows_that_repeat_each_other_do_no_harm(rng):
+    """As two bodies of one link near one wall."""
+    for _ in range(100):
+        H, f, G, b, x_0 = problem(rng, 7, 10, 1.0)
+        G, b = np.concatenate([G, G, G * (1 + 1e-14)]), np.concatenate([b, b, b])
+        x, _ = solved(H, f, G, b, x_0)
+        once, _ = solved(H, f, G[:10], b[:10], x_0)
+        np.testing.assert_allclose(x, once, atol=1e-7 * (1 + np.abs(once).max()))
+
+
+def test_a_point_that_no_row_lets_go_stays(rng):
+    """Between bounds that are equal."""
+    x_0 = rng.normal(size=3)
+    G, b = np.concatenate([np.eye(3), -np.eye(3)]), np.concatenate([x_0, -x_0])
+    x, _ = solved(np.eye(3), rng.normal(size=3), G, b, x_0)
+    np.testing.assert_array_equal(x, x_0)

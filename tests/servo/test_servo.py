@@ -1,0 +1,254 @@
+"""A servo: its commands keep all limits, touch nothing, go where they are sent, and lead out of every place."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import ulna
+from servo_judge import RATE, boxes, hostile, judge, mixed
+
+ACCELERATION = 10.0
+WORLDS = {"boxes": lambda: boxes(10, 1), "other boxes": lambda: boxes(10, 2), "mixed": mixed, "none": lambda: None}
+
+
+@pytest.fixture(scope="module")
+def worlds():
+    return {name: make() for name, make in WORLDS.items()}
+
+
+def started(robot, world=None, **options):
+    servo = robot.servo(world, **{"acceleration": ACCELERATION, **options})
+    return servo, servo.start(robot.home)
+
+
+def run(servo, n, **goal):
+    for _ in range(n):
+        command = servo.step(**goal)
+    return command
+
+
+@pytest.mark.parametrize("name", WORLDS)
+@pytest.mark.parametrize("seed", range(2))
+def test_hostile_commands_touch_nothing_and_keep_the_limits(panda, worlds, name, seed):
+    world = worlds[name]
+    servo, start = started(panda, world)
+    commands = list(hostile(panda, servo, 10_000, seed))
+    found = judge(panda, world, start, commands, ACCELERATION)
+    assert found["contacts"] == 0
+    assert max(found["velocity"], found["acceleration"], found["by differences"]) <= 1.0
+    assert found["beyond"] <= 1e-12
+    assert sum(np.abs(np.diff([c.q for c in commands], axis=0)).max(axis=1)) > 5.0  # it does move
+    if world is not None:
+        assert panda.signed_distance([c.q for c in commands], world, self_collision=False).min() >= 0.009
+
+
+@pytest.mark.parametrize("name", ["boxes", "mixed"])
+@pytest.mark.parametrize("rate", [100, 10])
+def test_so_do_slow_ticks(panda, worlds, name, rate):
+    servo, start = started(panda, worlds[name], rate=rate, clearance=0.005)
+    commands = list(hostile(panda, servo, 2_000, 5))
+    found = judge(panda, worlds[name], start, commands, ACCELERATION, rate)
+    assert found["contacts"] == 0
+    assert max(found["velocity"], found["acceleration"], found["by differences"]) <= 1.0
+    assert found["beyond"] <= 1e-12
+
+
+@pytest.mark.parametrize("name", ["boxes", "other boxes", "mixed"])
+def test_there_is_a_way_out_of_every_rest(panda, worlds, name):
+    """Pressed against something from many sides, it moves away again as soon as it is sent away."""
+    world, stuck = worlds[name], 0
+    for seed in range(12):
+        servo, _ = started(panda, world)
+        run(servo, 1500, velocity=np.random.default_rng(seed).choice([-1.0, 1.0], 7))
+        rest = run(servo, 600)
+        assert rest.status == "at rest"
+        before = panda.signed_distance(rest.q, world)
+        away = panda.distance_gradient(rest.q, world)
+        command = run(servo, 60, velocity=0.5 * away / np.abs(away).max())
+        stuck += np.abs(command.q - rest.q).max() < 1e-3 and before < 0.05
+        assert panda.signed_distance(command.q, world) > min(before, 0.011)
+    assert stuck == 0
+
+
+def test_it_reaches_a_configuration(panda):
+    servo, _ = started(panda)
+    for seed in range(8):
+        goal = panda.random(1, seed=seed)[0]
+        if panda.edge_in_collision(servo.q, goal):
+            continue
+        command = run(servo, 4000, q=goal)
+        np.testing.assert_allclose(command.q, goal, atol=1e-8)
+        assert command.status == "at rest"
+        assert not command.qd.any()
+
+
+def test_it_reaches_a_pose_without_overshoot(panda):
+    servo, start = started(panda, posture=panda.home)
+    target = panda.forward_kinematics(start.q) @ ulna.pose((0.1, 0.05, -0.1), (0.2, -0.3, 0.5))
+    errors = [np.abs(panda.forward_kinematics(servo.step(pose=target).q) - target).max() for _ in range(3000)]
+    assert errors[-1] < 1e-6
+    assert max(np.diff(errors)) < 1e-9
+
+
+def test_a_twist_moves_the_hand_along_it(panda):
+    servo, _ = started(panda)
+    before = panda.forward_kinematics(run(servo, 300, twist=[0.1, 0, 0, 0, 0, 0]).q)
+    command = run(servo, 1000, twist=[0.1, 0, 0, 0, 0, 0])
+    after = panda.forward_kinematics(command.q)
+    np.testing.assert_allclose((after - before)[:3, 3], [0.1, 0, 0], atol=1e-3)
+    assert command.status == "following"
+    assert str(command) == "following"
+
+
+def test_it_slides_along_a_wall(panda):
+    """The hand is sent into a wall, and along it: it does not come nearer than the clearance, and it does go along."""
+    world = ulna.World()
+    world.add("wall", ulna.Box((0.1, 2.0, 2.0)), ulna.pose((0.55, 0, 0.5)))
+    servo, _ = started(panda, world)
+    command = run(servo, 3000, twist=[0.1, 0.05, 0, 0, 0, 0])
+    moved = (panda.forward_kinematics(command.q) - panda.forward_kinematics(panda.home))[:3, 3]
+    assert moved[1] > 0.1
+    assert 0.01 <= panda.signed_distance(command.q, world, self_collision=False) < 0.016
+    assert command.status == "limited by clearance"
+    assert command.limiting.pair[1] == "wall"
+    assert "mm from wall" in str(command)
+
+
+def test_a_limit_is_named(panda):
+    servo, _ = started(panda)
+    assert servo.step(velocity=[9.0, 0, 0, 0, 0, 0, 0]).status == "limited by acceleration"
+    assert servo.step(velocity=[9.0, 0, 0, 0, 0, 0, 0]).limiting.joint == "panda_joint1"
+    command = run(servo, 8000, velocity=[0.5, 0, 0, 0, 0, 0, 0])
+    assert (command.status, command.limiting.joint) == ("limited by position", "panda_joint1")
+    assert command.q[0] == pytest.approx(panda.upper[0], abs=1e-6)
+
+
+def test_an_object_that_appears_is_seen_in_the_next_tick(panda):
+    world = ulna.World()
+    servo, _ = started(panda, world)
+    run(servo, 500, velocity=[0.5, 0, 0, 0, 0, 0, 0])
+    hand = panda.forward_kinematics(servo.q)
+    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), hand)
+    command = servo.step(velocity=[0.5, 0, 0, 0, 0, 0, 0])
+    assert command.status == "not certified"
+    assert run(servo, 300, velocity=[0.5, 0, 0, 0, 0, 0, 0]).qd.any() == 0
+    world.remove("crate")
+    assert run(servo, 300, velocity=[-0.5, 0, 0, 0, 0, 0, 0]).qd[0] == pytest.approx(-0.5)
+
+
+def test_out_of_the_clearance_of_an_object_that_appears_it_moves_away(panda):
+    world, x = ulna.World(), 0.7
+    servo, _ = started(panda, world)
+    world.add("ball", ulna.Sphere(0.05), ulna.pose((x, 0, 0.5)))
+    while panda.signed_distance(panda.home, world, self_collision=False) > 0.006:
+        x -= 0.001
+        world.move("ball", ulna.pose((x, 0, 0.5)))
+    assert panda.signed_distance(panda.home, world, self_collision=False) > 0.0
+    away = panda.distance_gradient(panda.home, world, self_collision=False)
+    assert servo.step(velocity=away).status == "not certified"
+    command = run(servo, 1000, velocity=away)
+    assert panda.signed_distance(command.q, world, self_collision=False) > 0.01
+    assert command.status != "not certified"
+
+
+@pytest.mark.parametrize(("error", "beside", "touches"), [(0.0, 5e-3, True), (2.5e-3, 5e-3, False), (2.5e-3, 2.5e-3, False)])
+def test_the_certificate_holds_beside_the_command(panda, error, beside, touches):
+    """All configurations within the tracking error of a command are free, and without one some are not."""
+    world = ulna.World()
+    world.add("wall", ulna.Box((0.1, 2.0, 2.0)), ulna.pose((0.65, 0, 0.5)))
+    servo, _ = started(panda, world, tracking_error=error, clearance=0.0)
+    command = run(servo, 4000, twist=[0.1, 0, 0, 0, 0, 0])
+    corners = np.stack(np.meshgrid(*[[-beside, beside]] * 7), axis=-1).reshape(-1, 7)
+    assert panda.in_collision(command.q + corners, world).any() == touches
+
+
+def test_it_starts_in_motion_where_it_can_stop(panda):
+    servo = panda.servo(acceleration=ACCELERATION)
+    command = servo.start(panda.home, np.full(7, 0.5))
+    assert command.status == "braking"
+    rest = run(servo, 51)
+    np.testing.assert_allclose(rest.q, panda.home + 0.5 * 0.051 / 2, atol=1e-3)
+    assert rest.status == "at rest"
+    with pytest.raises(ulna.InputError, match="cannot stop"):
+        servo.start([panda.upper[0] - 1e-3, *panda.home[1:]], [2.0, 0, 0, 0, 0, 0, 0])
+    np.testing.assert_array_equal(servo.q, rest.q)
+
+
+@pytest.mark.parametrize(
+    ("options", "argument"),
+    [
+        ({"acceleration": 0}, "acceleration"),
+        ({"acceleration": np.nan}, "acceleration"),
+        ({"rate": 0}, "rate"),
+        ({"rate": 1e9}, "rate"),
+        ({"velocity": 0}, "velocity"),
+        ({"clearance": -1}, "clearance"),
+        ({"clearance": True}, "clearance"),
+        ({"tracking_error": -1}, "tracking_error"),
+        ({"posture": [1, 2]}, "posture"),
+    ],
+)
+def test_what_cannot_be_taken_is_named(panda, options, argument):
+    with pytest.raises(ulna.InputError) as error:
+        panda.servo(**{"acceleration": 1.0, **options})
+    assert error.value.argument == argument
+
+
+@pytest.mark.parametrize(
+    ("goal", "argument"),
+    [
+        ({"q": np.full(7, np.nan)}, "q[0]"),
+        ({"velocity": [1, 2]}, "velocity"),
+        ({"twist": [1, 2, 3]}, "twist"),
+        ({"twist": [np.inf, 0, 0, 0, 0, 0]}, "twist[0]"),
+        ({"pose": np.zeros((4, 4))}, "pose"),
+        ({"q": np.zeros(7), "velocity": np.zeros(7)}, "step"),
+        ({"twist": np.zeros(6), "expressed_in": "tool"}, "expressed_in"),
+    ],
+)
+def test_a_goal_that_cannot_be_taken_changes_nothing(panda, goal, argument):
+    servo, _ = started(panda)
+    before = run(servo, 50, velocity=np.full(7, 0.1))
+    with pytest.raises(ulna.InputError) as error:
+        servo.step(**goal)
+    assert error.value.argument == argument
+    np.testing.assert_array_equal(servo.q, before.q)
+    assert servo.step().status == "braking"
+
+
+def test_it_has_to_be_started_where_it_is_free(panda):
+    world = ulna.World()
+    servo = panda.servo(world, acceleration=1.0)
+    with pytest.raises(ulna.InputError, match="start"):
+        servo.step()
+    with pytest.raises(ulna.InputError, match="limits"):
+        servo.start(panda.upper + 0.1)
+    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), panda.forward_kinematics(panda.home))
+    with pytest.raises(ulna.InputError, match="free"):
+        servo.start(panda.home)
+
+
+def test_a_copy_goes_on_from_the_same_state(panda):
+    servo, _ = started(panda, boxes(3, 1))
+    run(servo, 100, velocity=np.full(7, 0.3))
+    copy = pickle.loads(pickle.dumps(servo))  # noqa: S301 - our own
+    np.testing.assert_array_equal(copy.step(twist=np.ones(6)).q, servo.step(twist=np.ones(6)).q)
+    for ours, its in zip(servo._scene, copy._scene, strict=True):  # of one type, or the tick is compiled once more
+        if isinstance(ours, np.ndarray):
+            assert (ours.dtype, ours.ndim, ours.flags.writeable) == (its.dtype, its.ndim, its.flags.writeable)
+
+
+@pytest.mark.parametrize("tool", [ulna.Cylinder(0.03, 0.2), ulna.ConvexMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.2)])])
+def test_what_is_attached_touches_nothing_either(panda, worlds, tool):
+    robot = panda.with_attached("tool", tool, np.eye(4), touch_links=panda.link_names[-3:])
+    servo, start = started(robot, worlds["boxes"], clearance=0.0)
+    found = judge(robot, worlds["boxes"], start, list(hostile(robot, servo, 3000, 4)), ACCELERATION)
+    assert found["contacts"] == 0
+
+
+def test_the_rate_is_that_of_the_differences(panda):
+    servo, _ = started(panda, rate=250)
+    command = run(servo, 250, velocity=[0.2, 0, 0, 0, 0, 0, 0])
+    assert servo.step(velocity=[0.2, 0, 0, 0, 0, 0, 0]).q[0] - command.q[0] == pytest.approx(0.2 / 250)
+    assert RATE == 1000
