@@ -55,11 +55,8 @@ from ulna.planning.options import PlanOptions
 from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import plan_motion
-<<<<<<< HEAD
 from ulna.planning.trajectory import Trajectory
-=======
 from ulna.servo.servo import Servo
->>>>>>> servo
 
 if TYPE_CHECKING:
     from ulna.collision.clouds import PointCloud
