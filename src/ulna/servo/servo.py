@@ -1,18 +1,17 @@
 """Steers an arm tick by tick: each command, and a full stop after it, is certified free (``drivers.servo.tick``)."""
 
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
+from ulna.collision.solid_numbers import rows_of
 from ulna.collision.world import World
-from ulna.description.arrays import as_floats
+from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.pose import as_one_pose
 from ulna.drivers.servo import tick as driver
 from ulna.errors import InputError
-from ulna.ik.options import positive
 from ulna.ik.problem import refuse_immovable
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.layout import IN_BASE, OBJECT
@@ -20,7 +19,7 @@ from ulna.kernels.servo import servo_layout as layout
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree, entry_names
-from ulna.planning.trajectory import as_limits
+from ulna.planning.motion_limits import as_limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
 
 Array = NDArray[np.float64]
@@ -55,8 +54,7 @@ class Servo:
         n = tree.n_dof
         if positive("rate", rate) > _FASTEST:
             raise InputError("rate", f"{rate!r}; at most {_FASTEST:g} ticks a second are expected")
-        if isinstance(clearance, bool) or not isinstance(clearance, Real) or not 0 <= clearance < np.inf:
-            raise InputError("clearance", f"{clearance!r}; a distance [m] of at least 0 is expected")
+        clearance = as_number("clearance", clearance, 0.0, "a distance [m] of at least 0")
         aside = as_floats("tracking_error", tracking_error)
         if aside.shape not in {(), (n,)} or not ((aside >= 0) & (aside < np.inf)).all():
             raise InputError("tracking_error", f"{tracking_error!r}; a number of at least 0, or {n} of them, is expected")
@@ -71,7 +69,7 @@ class Servo:
         self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(1e9, WITHIN * tree.velocity_limits))
         self._limits[layout.ACCELERATION], self._limits[layout.ASIDE] = accelerations, aside
         self._limits[layout.ROOM] = _ROOM * accelerations * tick * tick
-        self._settings = np.array([tick, float(clearance), _DAMPING**2, 0.0])
+        self._settings = np.array([tick, clearance, _DAMPING**2, 0.0])
         if posture is not None:
             self._limits[layout.POSTURE] = as_configuration(posture, tree, "posture")
             self._settings[layout.PULL] = _PULL
@@ -218,4 +216,5 @@ class Servo:
         bodies, scene = self._checker.bodies, self._scene
         if i < len(bodies.names) or self._world is None or scene is None:
             return bodies.names[i]
-        return self._world.objects().names[int(scene.objects[i - len(bodies.names), OBJECT])]
+        row = rows_of(scene.nodes, np.array([i - len(bodies.names)]))[0]
+        return self._world.objects().names[int(scene.objects[row, OBJECT])]

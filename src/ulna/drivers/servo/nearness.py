@@ -9,10 +9,10 @@ from ulna.engine.decorators import routine, workspace
 from ulna.kernels.collision.bvh import FOUND, STACK, bounds_of, rows_within
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE
 from ulna.kernels.collision.contacts import write_contact, write_gradient
-from ulna.kernels.collision.posed_pair import ball_distance, may_touch, place_bodies, rows_gap
+from ulna.kernels.collision.posed_pair import ball_distance, may_touch, place_bodies, rows_gap, solid_at
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.servo.servo_layout import MOST_PAIRS
-from ulna.kernels.spatial.se3 import constant_pose, load_pose
+from ulna.kernels.spatial.se3 import load_pose
 
 
 class Near(NamedTuple):
@@ -68,7 +68,7 @@ def measure_near(scene, q, clearance, within, most, near):
             while top > 0:
                 n_found, top = rows_within(scene.nodes, (low, high), near.stack, top, near.found)
                 for i in range(n_found):
-                    if not may_touch(scene, k, near.found[i]):
+                    if not may_touch(scene, k, solid_at(scene, near.found[i], 0.0)[0]):
                         count = consider(scene, k, n + near.found[i], clearance, within, most, near, count)
     for p in range(scene.pairs.shape[0]):
         count = consider(scene, scene.pairs[p, 0], scene.pairs[p, 1], 0.0, within, most, near, count)
@@ -82,9 +82,11 @@ def consider(scene, i, j, clearance, within, most, near, count):
     """Measure a pair if its bounding balls are near, and keep it if it is among the nearest; return how many are kept."""
     bodies, n, a = scene.bodies, scene.bodies.shape[0], load_pose(near.body_rows, i)
     if j < n:
-        b, others, points, row = load_pose(near.body_rows, j), bodies, scene.vertices, j
+        row, b = j, load_pose(near.body_rows, j)
+        others, points = bodies, scene.vertices
     else:
-        b, others, points, row = constant_pose(scene.objects, j - n, 0.0), scene.objects, scene.points, j - n
+        row, b = solid_at(scene, j - n, 0.0)
+        others, points = scene.objects, scene.points
     if ball_distance(bodies, i, a, others, row, b) - clearance >= within:
         return count
     write_contact(scene, near.body_rows, i, j, near.scratch, near.contacts, MOST_PAIRS)
