@@ -18,7 +18,7 @@ from command_fixtures import without_announcements
 from ulna.cli import plugins
 
 COMMANDS = [
-    *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "reach", "dh", "compare", "inspect", "urdf"),
+    *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "run", "reach", "dh", "compare", "inspect", "urdf"),
     *("view", "record", "bench", "warmup"),
 ]
 OF_PLUGINS = ("demo", "ros1", "ros2")  # tests/demo

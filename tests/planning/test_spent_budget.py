@@ -24,7 +24,7 @@ def ur5():
     pytest.importorskip("scipy")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return ulna.load("ur5", meshes="hulls")
+        return ulna.load("ur5", meshes="hulls", srdf=False)
 
 
 def behind_a_wall():

@@ -10,7 +10,7 @@ import pytest
 from command_fixtures import without_announcements
 
 COMMANDS = [
-    *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "reach", "dh", "compare", "inspect", "urdf"),
+    *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "run", "reach", "dh", "compare", "inspect", "urdf"),
     *("view", "demo", "record", "bench", "warmup", "ros1", "ros2"),
 ]
 WRONG_TABLE = """
