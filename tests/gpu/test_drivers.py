@@ -36,7 +36,7 @@ DRIVERS = {
     "poses": (poses, (A2, A2, A3, FLAG), 76, 0),
     "jacobians": (jacobians, (A2, types.int64, A2, A2, FLAG), 80, 0),
     "frames": (frames_of(JOINTS), (A2, A2, A2, A4, FLAG), 74, 0),
-    "overlaps of boxes": (overlaps_of(JOINTS, BODIES), (*BOXES, A2, BOOLS, FLAG), 106, 0),
+    "overlaps of boxes": (overlaps_of(JOINTS, BODIES), (*BOXES, A2, BOOLS, FLAG), 134, 0),
     "overlaps of any shapes": (overlaps_of(JOINTS, BODIES), (*SCENE, A2, BOOLS, FLAG), 255, 64),
     "distances of boxes": (distances_of(JOINTS, BODIES), (*BOXES, A3, A3, A3, A2, A1, FLAG), 255, 64),
     "distances of any shapes": (distances_of(JOINTS, BODIES), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),

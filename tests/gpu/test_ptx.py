@@ -17,7 +17,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 import ulna.kernels
 from cuda_arguments import SCENE_OF_BOXES, argument_types, place_of
 
-COMPILED = "chain", "collision", "distance", "ik", "spatial"
+COMPILED = "chain", "collision", "distance", "ik", "servo", "spatial"
 LEFT_OUT = {"planning": "one search at a time, on the CPU", "render": "films are drawn by the CPU"}
 SHAPES_ALONE = {"collision.posed_pair.convex_overlap"}  # not called where all bodies are boxes
 

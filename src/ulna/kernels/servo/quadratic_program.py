@@ -12,9 +12,8 @@ active rows (section 16.2). With H = L L', z = L' x - L^-1 f and Y the columns L
 Every x on the way keeps all rows, so that the result does too if the number of rounds ends the search.
 """
 
-import numpy as np
-
 from ulna.engine.decorators import kernel, routine
+from ulna.engine.lanes import sqrt
 
 _ROUNDS = 3  # times the number of rows and of unknowns
 _FLAT = 1e-9  # of the size of z: no step, and no multiplier
@@ -122,7 +121,7 @@ def factorise_schur(k, n, work_rows, s):
             for c in range(b):
                 total -= work_rows[s + n * a + c] * work_rows[s + n * b + c]
             if a == b:
-                work_rows[s + n * a + a] = np.sqrt(max(total, _LEAST_PIVOT * diagonal + 1e-300))
+                work_rows[s + n * a + a] = sqrt(max(total, _LEAST_PIVOT * diagonal + 1e-300))
             else:
                 work_rows[s + n * a + b] = total / work_rows[s + n * b + b]
 
@@ -183,7 +182,7 @@ def factorise_square(factor_rows, n, stride):
             total = factor_rows[stride * r + c]
             for k in range(c):
                 total -= factor_rows[stride * r + k] * factor_rows[stride * c + k]
-            factor_rows[stride * r + c] = np.sqrt(total) if r == c else total / factor_rows[stride * c + c]
+            factor_rows[stride * r + c] = sqrt(total) if r == c else total / factor_rows[stride * c + c]
 
 
 @kernel
