@@ -50,6 +50,7 @@ def recording(name, entry):
         result = entry(*arguments)
         key = f"{name}{' (boxes)' if len(arguments) > 5 and arguments[2] is None else ''}"
         key += " (no numbers)" if arguments[-1] is None else ""
+        key += " (float32)" if getattr(arguments[0], "dtype", None) == np.float32 else ""
         for argument in (*arguments, result):
             for part in argument if isinstance(argument, tuple) else (argument,):
                 HASHES[key].update(part.tobytes() if isinstance(part, np.ndarray) else repr(part).encode())
