@@ -1,6 +1,6 @@
 """What is public, and so must stand in the reference.
 
-That is what stands in ``ulna.__all__``, every class that a user reaches from there through an annotation (what a method
+That is what stands in ``ulna.__all__`` and ``ulna.arms.__all__``, every class that a user reaches from there through an annotation (what a method
 returns, what an attribute holds), and every attribute and method of these that has no underscore in front.
 """
 
@@ -14,6 +14,7 @@ import typing
 from functools import cache
 
 import ulna
+import ulna.arms
 
 _NAMED_IN_ANNOTATIONS = (
     "ulna.description",
@@ -23,12 +24,13 @@ _NAMED_IN_ANNOTATIONS = (
     "ulna.gpu",
     "ulna.robot",
     "ulna.viewer",
+    "ulna.arms",
 )
 
 
 def public_classes():
     """The public classes by the name under which the reference has them."""
-    waiting = [getattr(ulna, name) for name in ulna.__all__]
+    waiting = [getattr(of, name) for of in (ulna, ulna.arms) for name in of.__all__]
     seen = set()
     while waiting:
         thing = waiting.pop()
