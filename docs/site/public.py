@@ -30,7 +30,8 @@ _NAMED_IN_ANNOTATIONS = (
 
 def public_classes():
     """The public classes by the name under which the reference has them."""
-    waiting = [getattr(of, name) for of in (ulna, ulna.arms) for name in of.__all__]
+    waiting = [getattr(ulna, name) for name in ulna.__all__]
+    waiting += [thing for name in ulna.arms.__all__ if inspect.isclass(thing := getattr(ulna.arms, name))]
     seen = set()
     while waiting:
         thing = waiting.pop()
