@@ -1,7 +1,8 @@
 """What is public, and so must stand in the reference.
 
 That is what stands in ``ulna.__all__`` and ``ulna.arms.__all__``, every class that a user reaches from there through an
-annotation (what a method returns, what an attribute holds), and every attribute and method of these that has no underscore in front.
+annotation (what a method returns, what an attribute holds), and every attribute and method of these that has no underscore in
+front.
 """
 
 import enum
