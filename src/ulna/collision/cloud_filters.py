@@ -1,4 +1,4 @@
-"""Chooses points of a cloud: those in a box, and few that stand for many."""
+"""Filters the points of a cloud: crops them to a box, and keeps one in each voxel."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -51,7 +51,7 @@ def load_description(
 
 
 def _given_srdf(srdf: object, document: Document, description: Description) -> Srdf:
-    """The SRDF at a path or in a text; one warning stands for all references that it has to names the robot lacks."""
+    """The SRDF at a path or in a text. If it has names that the robot lacks, there is one warning for all of them."""
     path_or_text = _checked_source("srdf", srdf, "a path or SRDF text")
     semantic = expanded(open_document("srdf", path_or_text, "SRDF"), {}, document.package_dirs)
     semantics = matched(read_srdf(semantic.text, semantic.source), description)

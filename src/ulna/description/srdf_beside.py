@@ -24,7 +24,7 @@ _PACKAGE_NAME = re.compile(r"\w[\w.-]*")
 
 
 def srdf_beside(document: Document, folder: Path, description: Description) -> Srdf:
-    """The SRDF that lies beside a URDF in a folder, its references checked; an empty one if there is none, or no one of several.
+    """The SRDF beside a URDF in a folder, its references checked. Empty if no file fits, or several do and none is preferred.
 
     1. Files are looked for in the URDF's folder, in ``srdf`` beside that folder, and in ``config`` of the packages
        ``NAME_moveit_config``: NAME is that of the robot, of the URDF, or of its package without ``_description``.
@@ -79,7 +79,7 @@ def _read(path: Path, package_dirs: tuple[Path, ...], description: Description) 
 
     Raises:
         OSError: It cannot be read.
-        DescriptionError: It is none, is that of another robot, or names a link that the robot lacks.
+        DescriptionError: It is not an SRDF, belongs to another robot, or names a link that the robot lacks.
     """
     document = Document(regular_file_bytes(path, LONGEST), path.name, path.parent, file=path.name)
     name = parse(document.text, path.name).get("name", "")

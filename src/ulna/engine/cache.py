@@ -14,8 +14,8 @@ processes, clones and versions of Ulna that share a folder do not disturb each o
 Numba's own cache is keyed by the entry's file alone: by its size and its time of change. It would go on loading an entry's old
 code after a change in a kernel that the entry calls, or where an upgrade has set an older time.
 
-A call of an entry that has no machine code in this process goes to ``load_overload``, which reads the file of its name; if there
-is none, or it is damaged, Numba compiles, and ``save_overload`` writes the file, as a whole or not at all. A shared routine
+A call of an entry that has no machine code in this process goes to ``load_overload``, which reads the file of its name. If
+that is missing or damaged, Numba compiles, and ``save_overload`` writes the file, as a whole or not at all. A shared routine
 (``shared``) has a file of its own, which is loaded before those of its callers. Files that were not used for a month are removed.
 
 Whoever can write into the folder can have code executed. So it is opened once, checked as it is open, and its files are opened

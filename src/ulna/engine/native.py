@@ -83,7 +83,7 @@ def _array(context: Any, builder: Any, kind: types.Array, places: Iterator[Any])
 
 
 def native_entry(entry: Any, leading: tuple, calls: Any) -> Any:
-    """An entry of the extension for the signature that takes these arguments, compiled if need be; None if there is none.
+    """The extension's entry for these arguments, compiled if it is not yet. None if no signature takes them.
 
     Raises:
         NotCompiledError: It is not compiled yet, and this thread may not compile now.

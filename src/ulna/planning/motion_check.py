@@ -89,7 +89,7 @@ def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence
 
 
 def _allowed(quantity: str, limits: ArmLimits, q: Array, differences: Array) -> Array | None:
-    """The limit of each difference, shape (n, n_dof); None if there is none. q: the positions at their ends."""
+    """The limit of each difference, shape (n, n_dof); None if the quantity has no limit. q: the positions at their ends."""
     most = getattr(limits, quantity)
     if most is None:
         return None

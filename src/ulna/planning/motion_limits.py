@@ -29,7 +29,7 @@ def limits_of(limits: str | Path, names: Sequence[str]) -> ArmLimits:
     Raises:
         UnknownNameError: There is no such name, and it is no ``*.yaml``.
         InputError: The arm has another number of joints.
-        FileError, DescriptionError: The file cannot be read, or is none of limits.
+        FileError, DescriptionError: The file cannot be read, or is not a file of joint limits.
     """
     if not isinstance(limits, str | Path):
         raise InputError("limits", f"{limits!r}; the name of an arm or a file joint_limits.yaml is expected")

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.engine.decorators import routine, workspace
-from ulna.kernels.collision.bvh import FOUND, STACK, bounds_of, rows_within
+from ulna.kernels.collision.bvh import FOUND, STACK, bounds_within, rows_within
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE
 from ulna.kernels.collision.contacts import write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import ball_distance, may_touch, place_bodies, rows_gap, solid_at
@@ -55,21 +55,17 @@ def measure_near(scene, q, clearance, within, most, near):
     """
     bodies, n = scene.bodies, scene.bodies.shape[0]
     place_bodies(scene.joints, bodies, q, near.joint_rows, near.body_rows)
-    near.excess[MOST_PAIRS], count, reach = within, 0, clearance + within
+    near.excess[MOST_PAIRS], count = within, 0
     for k in range(n):
         for w in range(scene.first, scene.end):
-            if not may_touch(scene, k, w):
-                count = consider(scene, k, n + w, clearance, within, most, near, count)
+            count = consider(scene, k, n + w, clearance, within, most, near, count)
         if scene.root >= 0:
-            low, high = bounds_of(bodies, k, load_pose(near.body_rows, k))
-            low = low[0] - reach, low[1] - reach, low[2] - reach
-            high = high[0] + reach, high[1] + reach, high[2] + reach
-            near.stack[0], top = scene.root, 1
+            bounds, top = bounds_within(bodies, k, load_pose(near.body_rows, k), clearance + within), 1
+            near.stack[0] = scene.root
             while top > 0:
-                n_found, top = rows_within(scene.nodes, (low, high), near.stack, top, near.found)
+                n_found, top = rows_within(scene.nodes, bounds, near.stack, top, near.found)
                 for i in range(n_found):
-                    if not may_touch(scene, k, solid_at(scene, near.found[i], 0.0)[0]):
-                        count = consider(scene, k, n + near.found[i], clearance, within, most, near, count)
+                    count = consider(scene, k, n + near.found[i], clearance, within, most, near, count)
     for p in range(scene.pairs.shape[0]):
         count = consider(scene, scene.pairs[p, 0], scene.pairs[p, 1], 0.0, within, most, near, count)
     for c in range(count):
@@ -79,13 +75,18 @@ def measure_near(scene, q, clearance, within, most, near):
 
 @routine
 def consider(scene, i, j, clearance, within, most, near, count):
-    """Measure a pair if its bounding balls are near, and keep it if it is among the nearest; return how many are kept."""
+    """Measure a pair, unless it may touch or its bounding balls are far apart; keep it if it is among the nearest.
+
+    Returns how many are kept.
+    """
     bodies, n, a = scene.bodies, scene.bodies.shape[0], load_pose(near.body_rows, i)
     if j < n:
         row, b = j, load_pose(near.body_rows, j)
         others, points = bodies, scene.vertices
     else:
         row, b = solid_at(scene, j - n, 0.0)
+        if may_touch(scene, i, row):
+            return count
         others, points = scene.objects, scene.points
     if ball_distance(bodies, i, a, others, row, b) - clearance >= within:
         return count

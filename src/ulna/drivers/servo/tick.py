@@ -255,7 +255,7 @@ def keep_reserve(tick, count, ticks, h_rows, f_rows):
 
 @kernel
 def certified_share(tick, certified, least):
-    """Steps 3 and 4: take the largest share that is certified into the state; 0 if there is none."""
+    """Steps 3 and 4: accept the largest share that is certified, and return it; 0 if no share is."""
     clearance = tick.settings[layout.CLEARANCE]
     if certified:
         for share in SHARES:

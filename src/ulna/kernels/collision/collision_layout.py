@@ -30,7 +30,7 @@ GROUP_WIDTH = 5
 # A run, the pairs of one body of the first ball: the body, the first pair and the one after the last.
 RUN_BODY, RUN_FIRST, RUN_END = 0, 1, 2
 RUN_WIDTH = 3
-# A node of a tree: its rows, the one that says what the children are, and the place of a node where there is none.
+# How many rows a node of a tree has; the row that says what the children are; the root of an empty tree.
 NODE_ROWS, CHILD, NO_NODE = 7, 6, -1
 # The place of a node is PLACES times the number of its seven rows, plus what is in these: the AABBs of eight children, the first
 # eight points of a cloud, or the second. In the last row of points are the row of the cloud's ball in the table of solids, and

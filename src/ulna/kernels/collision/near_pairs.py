@@ -8,11 +8,11 @@
 """
 
 from ulna.engine.decorators import kernel, routine
-from ulna.kernels.collision.bvh import bounds_of, rows_within
+from ulna.kernels.collision.bvh import bounds_within, rows_within
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OBJECT, PAIR_OTHER
 from ulna.kernels.collision.contacts import write_contact
 from ulna.kernels.collision.posed_pair import ball_distance, may_touch, solid_at
-from ulna.kernels.layout import LARGEST, OBJECT
+from ulna.kernels.layout import OBJECT
 from ulna.kernels.spatial.se3 import load_pose
 
 
@@ -27,7 +27,6 @@ def find_near_pairs(scene, body_rows, within, work, contact_rows, pair_rows):
     """
     stack, found, scratch, last_rows = work
     bodies, n, count = scene.bodies, scene.bodies.shape[0], 0
-    margin = min(within, 1e3 * LARGEST)  # with an infinite one absent children would overlap too
     for k in range(n):
         first, a = count, load_pose(body_rows, k)
         for w in range(scene.first, scene.end):
@@ -37,12 +36,10 @@ def find_near_pairs(scene, body_rows, within, work, contact_rows, pair_rows):
                     scene, body_rows, k, w, row, least, within, first, count, scratch, last_rows, contact_rows, pair_rows
                 )
         if scene.root >= 0:
-            low, high = bounds_of(bodies, k, a)
-            low = low[0] - margin, low[1] - margin, low[2] - margin
-            high = high[0] + margin, high[1] + margin, high[2] + margin
-            stack[0], top = scene.root, 1
+            bounds, top = bounds_within(bodies, k, a, within), 1
+            stack[0] = scene.root
             while top > 0:
-                n_found, top = rows_within(scene.nodes, (low, high), stack, top, found)
+                n_found, top = rows_within(scene.nodes, bounds, stack, top, found)
                 for i in range(n_found):
                     w = found[i]
                     least, row = object_bound(scene, k, a, w)

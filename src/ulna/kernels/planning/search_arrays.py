@@ -15,7 +15,7 @@ class Trees(NamedTuple):
     radii: NDArray
     """Of each node's domain, shape (2, capacity)."""
     costs: NDArray
-    """Of each node, infinite where there is none, shape (2, capacity / 8, 8); for RRT_CONNECT (2, 0, 8)."""
+    """The cost to reach each node, infinite in unused places, shape (2, capacity / 8, 8); for RRT_CONNECT (2, 0, 8)."""
     refused: NDArray
     """The last edges that were not free, in a ring, shape (MOST_REFUSED, 2, n_dof)."""
 

@@ -15,7 +15,7 @@ from ulna.kernels.layout import IN_BASE
 from ulna.kernels.servo.servo_layout import ACCELERATION, DAMPING, POSE, POSITION, POSTURE, PULL, SPEED, TICK, VELOCITY
 
 _APPROACH = 4.0  # ticks: the time constant near a position
-SMALL = 1e-6  # [m/s, rad/s]: a smaller motion is none
+SMALL = 1e-6  # [m/s, rad/s]: a slower desired motion counts as rest
 _SHARE = 0.7  # of the acceleration, with which a position is approached
 
 
