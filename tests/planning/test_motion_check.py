@@ -10,15 +10,6 @@ from ulna.errors import InputError, UnknownNameError
 from ulna.planning.arm_limits import ARMS
 
 
-@pytest.fixture(scope="module")
-def plan(panda, world):
-    left, right = panda.home.copy(), panda.home.copy()
-    left[0], right[0] = 1, -1
-    plan = panda.plan(left, right, world)
-    assert len(plan.path) > 2
-    return plan
-
-
 def worst_share(samples, period, limits):
     """The greatest share of a limit, by differences taken one after the other, from and to rest."""
     q = [samples.q[0]] * 3 + list(samples.q) + [samples.q[-1]] * 3

@@ -19,15 +19,6 @@ from ulna.planning.trajectory import make_trajectory
 NAMES = tuple("abcdefg")
 
 
-@pytest.fixture(scope="module")
-def plan(panda, world):
-    left, right = panda.home.copy(), panda.home.copy()
-    left[0], right[0] = 1, -1
-    plan = panda.plan(left, right, world)
-    assert len(plan.path) > 2
-    return plan
-
-
 def random_path(rng, n=5):
     path = np.cumsum(rng.normal(size=(n, 7)), axis=0)
     return path, np.linalg.norm(np.diff(path, axis=0), axis=1)

@@ -181,8 +181,8 @@ def _poses(goals: list[str], robot: Robot, *, degrees: bool) -> dict[str, NDArra
     return poses
 
 
-def plan_data(robot: Robot, found: Plan, motion: Trajectory | None) -> Data:
-    """A plan, and its times; see ``PLAN_KEYS``."""
+def found_data(robot: Robot, found: Plan) -> Data:
+    """What was found for a robot."""
     return {
         "robot": robot.name,
         "status": str(found.status),
@@ -190,6 +190,13 @@ def plan_data(robot: Robot, found: Plan, motion: Trajectory | None) -> Data:
         "reason": str(found),
         "joints": robot.joint_names,
         "path": found.path,
+    }
+
+
+def plan_data(robot: Robot, found: Plan, motion: Trajectory | None) -> Data:
+    """A plan, and its times; see ``PLAN_KEYS``."""
+    return {
+        **found_data(robot, found),
         "length": found.length,
         "certified": found.certified,
         "clearance": found.clearance,

@@ -13,6 +13,7 @@ from ulna.cli.cell import Obstacles
 from ulna.cli.depends import Json, as_options, command
 from ulna.cli.options import Degrees, Seed
 from ulna.cli.output import Data, Output
+from ulna.cli.plan import found_data
 from ulna.cli.targets import Start, positions
 from ulna.errors import InputError
 from ulna.planning.plan import Plan
@@ -100,12 +101,7 @@ def _confirmed(motion: Trajectory, speed: float, place: str) -> bool:
 def run_data(robot: Robot, arm: Arm, found: Plan, motion: Trajectory | None, record: Record | None, speed: float) -> Data:
     """A run; see ``RUN_KEYS``."""
     return {
-        "robot": robot.name,
-        "status": str(found.status),
-        "success": bool(found),
-        "reason": str(found),
-        "joints": robot.joint_names,
-        "path": found.path,
+        **found_data(robot, found),
         "duration": None if motion is None else motion.duration / speed,
         "moved": record is not None,
         "stopped": record is not None and record.stopped,
