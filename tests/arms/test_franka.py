@@ -72,6 +72,15 @@ def test_a_motion_is_stopped_from_another_place(controller, motion_to):
     assert not arm.run(motion_to(arm.q, TURN)).stopped
 
 
+def test_a_connection_that_is_closed_while_the_arm_moves_ends_when_it_has_stopped(controller, motion_to):
+    arm = Franka()
+    motion = motion_to(arm.q, TURN)
+    controller.at_tick = 80, arm.close
+    assert arm.run(motion).stopped
+    with pytest.raises(ulna.ArmConnectionError, match="was closed"):
+        arm.run(motion)
+
+
 def test_the_measured_positions_can_be_read_while_it_moves(controller, motion_to):
     arm, seen = Franka(), []
     controller.at_tick = 300, lambda: seen.append(arm.q)

@@ -133,3 +133,9 @@ def test_a_plan_that_does_not_move_is_one_command(arm, fr3):
     record = arm.run(fr3.plan(fr3.home, fr3.home, None).trajectory(acceleration=1.0, jerk=1.0))
     assert record.commanded.shape == (1, 7)
     assert record.tracking_error == 0.0
+
+
+@pytest.mark.parametrize("tolerance", [2.0, -0.01, np.nan, True, "near"])
+def test_a_tolerance_over_which_the_approach_would_be_too_fast_is_refused(fr3, tolerance):
+    with pytest.raises(ulna.InputError, match="start_tolerance"):
+        Recorder(fr3.home, start_tolerance=tolerance)

@@ -78,3 +78,11 @@ def test_a_plan_and_a_check_take_a_file(file, panda):
     assert motion.check(str(path))
     assert motion.check(velocity=1.0, acceleration=3.0, jerk=100.0)
     assert not motion.check(jerk=90.0)
+
+
+def test_a_velocity_that_a_file_does_not_state_is_that_of_the_description(file, panda):
+    goal = panda.home.copy()
+    goal[0] += 1.0
+    fast = panda.plan(panda.home, goal).trajectory(velocity=50.0, acceleration=200.0)
+    check = fast.check(file("joint_limits: {panda_joint1: {has_acceleration_limits: false}}"))
+    assert (check.within, check.quantity, check.limit) == (False, "velocity", panda.velocity_limits[0])

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from numbers import Real
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.arms.arm_model import ArmModel
+from ulna.description.arrays import as_number
 from ulna.errors import InputError
 from ulna.planning.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 PERIOD = 0.001  # [s], of a Franka's commands
 START_TOLERANCE = 0.01  # [rad]: the arm may be so far from a motion's start
+MOST_TOLERANCE = 0.03  # [rad]: over twice as much the approach needs 9 rad/s^2 and 450 rad/s^3
 _APPROACH = 0.2  # [s], from where the arm is to the start of a motion
 _ROUNDED = 1e-9  # [rad], of a position at its limit
+
+
+def as_tolerance(value: object) -> float:
+    """How far the arm may be from a motion's start [rad].
+
+    Raises:
+        InputError: It is not a number from 0 to MOST_TOLERANCE.
+    """
+    return as_number("start_tolerance", value, 0.0, f"a number from 0 to {MOST_TOLERANCE} rad", most=MOST_TOLERANCE)
 
 
 def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, tolerance: float, period: float) -> Array:
@@ -37,8 +46,7 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
         raise InputError(
             "motion", f"{type(motion).__name__}; an ulna.Trajectory is expected, as plan.trajectory(jerk=...) returns"
         )
-    if isinstance(speed, bool) or not isinstance(speed, Real) or not 0.0 < float(speed) <= 1.0:
-        raise InputError("speed", f"{speed!r}; a share of the motion's speed above 0 and at most 1 is expected")
+    speed = as_number("speed", speed, 0.0, "a share of the motion's speed above 0 and at most 1", above=True, most=1.0)
     if len(motion.joint_names) != model.n_dof:
         raise InputError("motion", f"it moves {len(motion.joint_names)} joints, and the {model.name} has {model.n_dof}")
     if motion.duration > 0.0 and not motion.limits_jerk:
@@ -51,7 +59,7 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
             f"it starts {away[joint]:.4g} rad from where {motion.joint_names[joint]} is, and {tolerance:g} rad are allowed; "
             "plan from arm.q",
         )
-    motion = motion if speed == 1.0 else motion.slowed(float(speed))
+    motion = motion if speed == 1.0 else motion.slowed(speed)
     commands = motion.sampled(period).q
     outside = (commands < model.lower - _ROUNDED) | (commands > model.upper + _ROUNDED)
     if outside.any():

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.arms.arm_model import FR3, ArmModel
-from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, commands_of
+from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, as_tolerance, commands_of
 from ulna.arms.record import Record
 from ulna.arms.same_arm import refuse_another_robot
+from ulna.description.pose import inverse
 from ulna.errors import ArmConnectionError, ArmError, InputError, needs_extra
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
@@ -50,22 +51,22 @@ class Franka:
             address: The controller's IP address or name; a simulator on this machine unless given.
             robot: The robot that motions are planned with. It is refused unless it is the arm: seven joints, limits of position
                 within the arm's, and the last joint's axis where the arm measures it.
-            start_tolerance: How far any joint may be from a motion's start [rad].
+            start_tolerance: How far any joint may be from a motion's start [rad], at most 0.03.
             realtime: Whether a kernel with real-time priorities is demanded, as the maker advises for a real arm.
 
         Raises:
             MissingExtraError: pylibfranka is not installed.
             ArmConnectionError: There is no controller, or it refuses the connection.
-            InputError: The robot is not the arm.
+            InputError: The robot is not the arm, or the tolerance is out of range.
         """
         with needs_extra("a Franka", "franka", "pylibfranka"):
             import pylibfranka  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - it is optional
         self.model: ArmModel = FR3
         self.joint_names: tuple[str, ...] | None = None
-        self.address = address
         self._robot: Any = ()
-        self._client, self._tolerance, self._stop = pylibfranka, start_tolerance, Event()
+        self._client, self._tolerance, self._stop = pylibfranka, as_tolerance(start_tolerance), Event()
         self._measured: Array | None = None  # while a motion runs
+        self._closing = False
         self._control: Any = None  # while a motion runs; it is held nowhere else, since a new one cannot begin while it lives
         demand = pylibfranka.RealtimeConfig.kEnforce if realtime else pylibfranka.RealtimeConfig.kIgnore
         with self._named_errors(f"no connection to a Franka at {address}"):
@@ -73,7 +74,7 @@ class Franka:
             state = self._robot.read_once()
         if robot is not None:
             T_base_ee, T_flange_ee = (np.array(each).reshape(4, 4).T for each in (state.O_T_EE, state.F_T_EE))
-            refuse_another_robot(robot, state.q, T_base_ee @ np.linalg.inv(T_flange_ee))
+            refuse_another_robot(robot, state.q, T_base_ee @ inverse(T_flange_ee))
             self.joint_names = tuple(robot.joint_names)
 
     @property
@@ -91,7 +92,8 @@ class Franka:
     def run(self, motion: Trajectory, *, speed: float = 1.0) -> Record:
         """Follow a motion at 1 kHz, and return when it has ended or ``stop`` was called.
 
-        First the arm moves to the motion's start from where it is, at most ``start_tolerance``, in 0.2 s.
+        First the arm moves to the motion's start, in 0.2 s, from where the controller commands it to be: at most twice
+        ``start_tolerance`` away.
 
         Args:
             motion: A motion with limits of jerk, from where the arm is.
@@ -134,6 +136,7 @@ class Franka:
 
     def close(self) -> None:
         """End the connection. A motion that runs in another thread is stopped first, by its own thread."""
+        self._closing = True
         self.stop()
         if self._measured is None:
             self._robot = None
@@ -160,6 +163,8 @@ class Franka:
             raise
         finally:
             self._measured = self._control = None
+            if self._closing:
+                self._robot = None
             if collecting:
                 gc.enable()
         return _record(sent, names, stopped=stopped)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.arms.arm_model import FR3, ArmModel
-from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, commands_of
+from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, as_tolerance, commands_of
 from ulna.arms.record import Record
 from ulna.description.arrays import as_floats
 from ulna.errors import InputError
@@ -31,15 +31,15 @@ class Recorder:
         Args:
             q: Where it is [rad or m], shape (n_dof,).
             model: The arm in whose place it is; a Franka Research 3 unless given.
-            start_tolerance: How far any joint may be from a motion's start [rad or m].
+            start_tolerance: How far any joint may be from a motion's start [rad or m], at most 0.03.
 
         Raises:
-            InputError: q is not one position for each joint within the limits.
+            InputError: q is not one position for each joint within the limits, or the tolerance is out of range.
         """
         q = np.array(as_floats("q", q))
         if q.shape != (model.n_dof,) or not ((q >= model.lower) & (q <= model.upper)).all():
             raise InputError("q", f"shape {q.shape}; {model.n_dof} positions within the arm's limits are expected")
-        self.model, self.records, self._q, self._tolerance = model, [], q, start_tolerance
+        self.model, self.records, self._q, self._tolerance = model, [], q, as_tolerance(start_tolerance)
 
     @property
     def q(self) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.arms.arm_model import FR3
+from ulna.description.pose import inverse
 from ulna.errors import InputError
 from ulna.robot import Robot
 
@@ -40,7 +41,7 @@ def refuse_another_robot(robot: Robot, q: ArrayLike, T_base_flange: Array) -> No
     last = next(joint for joint in moving if joint.name == robot.joint_names[-1])
     first = next(joint for joint in moving if joint.name == robot.joint_names[0])
     T_first, T_last = (robot.forward_kinematics(np.array(q), link=link) for link in (first.parent, last.child))
-    described = np.linalg.inv(T_first) @ T_last
+    described = inverse(T_first) @ T_last
     moved, turned = described[:3, 3] - T_base_flange[:3, 3], np.abs(described[:3, :3] - T_base_flange[:3, :3]).max()
     beside = np.linalg.norm(moved - described[:3, 2] * (described[:3, 2] @ moved))
     if not max(beside, turned) <= _NEAR:

@@ -50,7 +50,7 @@ Velocity = Annotated[
 ]
 Acceleration = Annotated[
     float | None,
-    typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^2 or m/s^2]; 5 unless --limits states it."),
+    typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^2 or m/s^2]; 5 without --limits."),
 ]
 Jerk = Annotated[
     float | None,

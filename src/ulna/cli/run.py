@@ -13,8 +13,9 @@ from ulna.cli.cell import Obstacles
 from ulna.cli.depends import Json, as_options, command
 from ulna.cli.options import Degrees, Seed
 from ulna.cli.output import Data, Output
-from ulna.cli.plan import found_data
+from ulna.cli.plan import Clearance, found_data
 from ulna.cli.targets import Start, positions
+from ulna.description.arrays import as_number
 from ulna.errors import InputError
 from ulna.planning.plan import Plan
 from ulna.planning.trajectory import Trajectory
@@ -30,7 +31,6 @@ class ArmName(StrEnum):
 Driver = Annotated[ArmName, typer.Argument(metavar="ARM", help="franka: a Franka Research 3, by pylibfranka.")]
 Address = Annotated[str, typer.Option(metavar="HOST", help="The address of the arm's controller.")]
 Goal = Annotated[str, typer.Option("--to", metavar="NUMBERS", help="Joint positions to reach, or home.")]
-Clearance = Annotated[float, typer.Option(metavar="METRES", help="Keep objects at least this far away.")]
 Speed = Annotated[float, typer.Option(metavar="NUMBER", help="The share of the arm's speed, above 0 and at most 1.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Connect to nothing and move nothing: check and record the commands.")]
 Yes = Annotated[bool, typer.Option("--yes", help="Move without asking first.")]
@@ -71,8 +71,7 @@ def run(
         raise InputError("--from", "the arm starts where it is; with --dry-run a start can be given")
     if as_json and not (yes or dry_run):
         raise InputError("--json", "nothing is asked with it; --yes or --dry-run is expected")
-    if not 0.0 < speed <= 1.0:
-        raise InputError("--speed", f"{speed!r}; a number above 0 and at most 1 is expected")
+    as_number("--speed", speed, 0.0, "a number above 0 and at most 1", above=True, most=1.0)
     goal = positions("--to", to, robot, degrees=degrees)
     begin = robot.home if start is None else positions("--from", start, robot, degrees=degrees)
     driver: Arm = Recorder(begin) if dry_run else Franka(address, robot=robot)
@@ -80,7 +79,7 @@ def run(
         found = robot.plan(driver.q, goal, world, clearance=clearance, seed=seed)
     motion, record = None, None
     if found:
-        motion = found.trajectory(limits=str(driver.model.limits))
+        motion = found.trajectory(limits=driver.model.limits)
         place = "a dry run" if dry_run else f"the {driver.model.name} at {address}"
         if dry_run or yes or _confirmed(motion, speed, place):
             record = driver.run(motion, speed=speed)

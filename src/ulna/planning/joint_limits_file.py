@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.file_bytes import file_bytes
 from ulna.errors import DescriptionError, FileError
 from ulna.planning.arm_limits import ArmLimits
 
@@ -31,7 +32,7 @@ def read_joint_limits(path: Path, names: Sequence[str]) -> ArmLimits:
         DescriptionError: It is not YAML, has no ``joint_limits`` or none of these joints, or a limit is no number above 0.
     """
     try:
-        text = path.read_bytes()
+        text = file_bytes(path, _MOST_BYTES)
     except OSError as error:
         raise FileError(str(path), error.strerror or str(error)) from None
     if len(text) > _MOST_BYTES:

@@ -46,6 +46,11 @@ def limits_of(limits: str | Path, names: Sequence[str]) -> ArmLimits:
     return ARMS[name]
 
 
+def velocities_of(arm: ArmLimits, described: Array) -> Array:
+    """The velocities of an arm, and where it states none those of the description, shape (n,) [rad/s or m/s]."""
+    return np.where(np.isnan(arm.velocity), described, arm.velocity)
+
+
 def as_motion_limits(
     names: Sequence[str],
     own_velocity: Array,
@@ -62,7 +67,7 @@ def as_motion_limits(
     """
     arm = None if limits is None else limits_of(limits, names)
     if velocity is None:
-        known = own_velocity if arm is None else np.where(np.isnan(arm.velocity), own_velocity, arm.velocity)
+        known = own_velocity if arm is None else velocities_of(arm, own_velocity)
         if not known.all():
             still = ", ".join(repr(name) for name, most in zip(names, known, strict=True) if not most)
             raise InputError(

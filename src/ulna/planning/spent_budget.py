@@ -14,7 +14,7 @@ from ulna.planning.plan_status import Effort
 from ulna.planning.search import Search
 
 Array = NDArray[np.float64]
-_SAMPLES = 32  # of a refused edge, which is at most 1 rad long, at which it is looked for what touches
+_SAMPLES = 32  # of a refused edge, at which what touches is looked for; a long one may pass a thin object between them
 _MOST_NAMED = 3  # pairs in a sentence
 
 

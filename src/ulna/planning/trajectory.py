@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
-from ulna.description.arrays import as_floats, as_number
+from ulna.description.arrays import as_floats, as_number, positive
 from ulna.errors import FileError, InputError, needs_extra
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.averaged import Averaged
 from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
-from ulna.planning.motion_limits import as_limits, limits_of
+from ulna.planning.motion_limits import as_limits, limits_of, velocities_of
 from ulna.planning.ros_message import joint_trajectory
 from ulna.planning.timing import Grid, Limits, Moment, Profile, TimedPath
 
@@ -110,14 +110,14 @@ class Trajectory:
             InputError: ``since`` or ``clearance`` is not a finite number of at least 0, or the world is not one.
             GeometryError: The world has shapes that cannot be checked.
         """
-        as_number("since", since, 0.0, "a time [s] of at least 0")
-        as_number("clearance", clearance, 0.0, "a distance [m] of at least 0")
+        since = as_number("since", since, 0.0, "a time [s] of at least 0")
+        clearance = as_number("clearance", clearance, 0.0, "a distance [m] of at least 0")
         if world is not None and not isinstance(world, World):
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
         if self._motion is None:
             raise AssertionError("every plan with a path has one")
-        points, spreads = self._timed.edges_since(min(float(since), self.duration))
-        return self._motion._replace(world=world, margin=float(clearance)).is_free(points, spreads)
+        points, spreads = self._timed.edges_since(min(since, self.duration))
+        return self._motion._replace(world=world, margin=clearance).is_free(points, spreads)
 
     def sampled(self, period: float = 0.001) -> Samples:
         """What a controller is sent: positions, velocities and accelerations once a period.
@@ -134,11 +134,11 @@ class Trajectory:
         Raises:
             InputError: ``period`` is not above 0, or there would be more than 10^7 samples.
         """
-        as_number("period", period, 0.0, "a time [s] above 0", above=True)
-        n = np.ceil(self.duration / float(period) * (1 - 1e-12))
+        period = positive("period", period, "a time [s] above 0")
+        n = np.ceil(self.duration / period * (1 - 1e-12))
         if n > _MOST_SAMPLES:
             raise InputError("period", f"{period!r}; a motion of {self.duration:.4g} s would have {n:.3g} samples")
-        t = np.arange(int(n) + 1, dtype=np.float64) * float(period)
+        t = np.arange(int(n) + 1, dtype=np.float64) * period
         q, qd, qdd = self.at(t)[:3]
         q[-1], qd[-1], qdd[-1] = self.q[-1], 0.0, 0.0
         return Samples(t, q, qd, qdd)
@@ -159,8 +159,8 @@ class Trajectory:
         allows depend on its position, and so do those of ``limits="fr3"`` here.
 
         Args:
-            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml``: see ``docs/planning.md``. Those with which
-                the motion was made, if nothing is given.
+            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml``: see ``docs/planning.md``. A velocity that
+                it does not state is the description's. If nothing is given: the limits with which the motion was made.
             velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers, instead of that of ``limits``.
             acceleration: The greatest acceleration [rad/s^2 or m/s^2].
             jerk: The greatest jerk [rad/s^3 or m/s^3].
@@ -178,8 +178,9 @@ class Trajectory:
         samples, n = self.sampled(period), self.q.shape[1]
         arm = ArmLimits(np.full(n, np.inf), None, None, "")
         if limits is not None:
+            described = arm.velocity if self._motion is None else self._motion.checker.tree.velocity_limits
             arm = limits_of(limits, self.joint_names)
-            arm = arm._replace(velocity=np.where(np.isnan(arm.velocity), np.inf, arm.velocity))
+            arm = arm._replace(velocity=velocities_of(arm, np.where(described > 0.0, described, np.inf)))
         elif velocity is None and acceleration is None and jerk is None:
             if self._limits is None:
                 raise InputError("limits", "none is given, and none is known of this motion")
@@ -202,12 +203,10 @@ class Trajectory:
         Raises:
             InputError: ``factor`` is not such a number.
         """
-        as_number("factor", factor, 1e-6, "a number of at least 1e-6 and at most 1")
-        if factor > 1.0:
-            raise InputError("factor", f"{factor!r}; at most 1 is expected: a faster motion has to be timed again")
+        factor = as_number("factor", factor, 1e-6, "a number from 1e-6 to 1: a faster motion has to be timed again", most=1.0)
         if len(self.times) == 1:
             return self
-        timed, names = self._timed.slowed(float(factor)), self.joint_names
+        timed, names = self._timed.slowed(factor), self.joint_names
         return make_trajectory(timed, names, certified=self.certified, motion=self._motion, limits=self._limits)
 
     def replace(self, plan: Plan, *, at: float) -> Trajectory:
@@ -231,21 +230,21 @@ class Trajectory:
         """
         from ulna.planning.replaced import replaced  # noqa: PLC0415 - it needs this module's neighbours, and few motions need it
 
-        as_number("at", at, 0.0, "a time [s] within the motion")
-        if float(at) > self.duration:
+        at = as_number("at", at, 0.0, "a time [s] within the motion")
+        if at > self.duration:
             raise InputError("at", f"{at!r}; the motion takes {self.duration:.4g} s")
         motion = plan._motion  # noqa: SLF001 - a plan and its trajectory belong together
         if not plan or motion is None:
             raise InputError("plan", f"there is no path: {plan.status}")
         if self._limits is None:
             raise InputError("limits", "none is known of this motion")
-        here = self.at(float(at)).q
+        here = self.at(at).q
         if plan.path.shape[1] != len(here) or np.abs(plan.path[0] - here).max() > _NEAR:
             raise InputError(
                 "plan", f"its path does not begin where the motion is at {at:.6g} s; plan from motion.at({at:.6g}).q"
             )
-        timed = replaced(self._timed, plan.path, float(at), self._limits, motion.is_free)
-        return make_trajectory(timed, self.joint_names, certified=True, motion=motion, limits=self._limits)
+        timed = replaced(self._timed, plan.path, at, self._limits, motion.is_free)
+        return make_trajectory(timed, self.joint_names, certified=self.certified, motion=motion, limits=self._limits)
 
     def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
         """Write a table: a line of names, then a line for each time, with q, qd and qdd.
