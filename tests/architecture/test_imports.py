@@ -42,7 +42,8 @@ def test_a_name_that_there_is_not_is_an_attribute_error():
         _ = ulna.robbot
     with pytest.raises(ImportError, match="robbot"):
         from ulna import robbot  # noqa: F401
-    assert ulna.kinematics.tree.build_tree
+    assert ulna.load("panda")
+    assert ulna.kinematics.tree.build_tree  # which a robot has imported
 
 
 def test_importing_ulna_alone_imports_none_of_its_modules():

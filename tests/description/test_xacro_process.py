@@ -51,7 +51,7 @@ def test_a_process_without_output_is_ended_after_the_time_limit(monkeypatch):
 
 def test_a_process_has_no_environment_variables_of_the_user(monkeypatch):
     monkeypatch.setenv("TOKEN", "canary")
-    names = "import json, os\n" + SAYS + "say('{\"left_out\": {}}')\nsay(json.dumps({'error': ' '.join(os.environ)}))"
+    names = "import json, os\n" + READY + "say(json.dumps({'error': ' '.join(os.environ)}))"
     monkeypatch.setattr(xacro_process, "_START", names)
     with pytest.raises(DescriptionError) as caught:
         ulna.load(DOCUMENT)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
-from servo_judge import RATE, boxes, hostile, judge, mixed
+from servo_judge import boxes, hostile, judge, mixed
 
 ACCELERATION = 10.0
 WORLDS = {"boxes": lambda: boxes(10, 1), "other boxes": lambda: boxes(10, 2), "mixed": mixed, "none": lambda: None}
@@ -72,15 +72,31 @@ def test_there_is_a_way_out_of_every_rest(panda, worlds, name):
 
 
 def test_it_reaches_a_configuration(panda):
-    servo, _ = started(panda)
+    (servo, _), reached = started(panda), 0
     for seed in range(8):
         goal = panda.random(1, seed=seed)[0]
         if panda.edge_in_collision(servo.q, goal):
             continue
+        reached += 1
         command = run(servo, 4000, q=goal)
         np.testing.assert_allclose(command.q, goal, atol=1e-8)
         assert command.status == "at rest"
         assert not command.qd.any()
+    assert reached >= 3
+
+
+def test_what_was_certified_in_one_world_is_not_in_another(panda):
+    for between in ("warm_up", "a refused start"):
+        world = ulna.World()
+        servo, start = started(panda, world)
+        assert run(servo, 50, velocity=[0.5, 0, 0, 0, 0, 0, 0]).status != "not certified"
+        world.add("crate", ulna.Box((0.3, 0.3, 0.3)), panda.forward_kinematics(start.q))
+        if between == "warm_up":
+            servo.warm_up()
+        else:
+            with pytest.raises(ulna.InputError, match="not certainly free"):
+                servo.start(start.q)
+        assert servo.step().status == "not certified", between
 
 
 def test_it_reaches_a_pose_without_overshoot(panda):
@@ -251,4 +267,3 @@ def test_the_rate_is_that_of_the_differences(panda):
     servo, _ = started(panda, rate=250)
     command = run(servo, 250, velocity=[0.2, 0, 0, 0, 0, 0, 0])
     assert servo.step(velocity=[0.2, 0, 0, 0, 0, 0, 0]).q[0] - command.q[0] == pytest.approx(0.2 / 250)
-    assert RATE == 1000

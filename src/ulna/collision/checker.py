@@ -402,6 +402,15 @@ class Checker:
         """
         return self._scene(self._objects(world), self_collision)
 
+    def scene_and_names(self, world: World | None) -> tuple[Scene, list[str]]:
+        """The robot with itself and a world, as the kernels take it, and the objects' names by their numbers in it.
+
+        Raises:
+            GeometryError: As ``scene_of``.
+        """
+        objects = self._objects(world)
+        return self._scene(objects, True), objects.names
+
     def _objects(self, world: World | None) -> Objects:
         if world is not None and not isinstance(world, World):
             raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")

@@ -19,7 +19,7 @@ from ulna.kernels.servo import servo_layout as layout
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree, entry_names
-from ulna.planning.motion_limits import as_limits
+from ulna.planning.motion_limits import LARGEST, as_limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
 
 Array = NDArray[np.float64]
@@ -66,7 +66,10 @@ class Servo:
         tree.chain(self._link)  # refused where there is no such link
         self._limits = np.zeros((layout.N_LIMITS, n))
         self._limits[layout.LOWER], self._limits[layout.UPPER] = tree.least, tree.most
-        self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(1e9, WITHIN * tree.velocity_limits))
+        if not tree.velocity_limits.all():
+            still = ", ".join(name for name, most in zip(entry_names(tree), tree.velocity_limits, strict=True) if not most)
+            raise InputError("robot", f"its description allows {still} a velocity of 0, so a servo would never move")
+        self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * tree.velocity_limits))
         self._limits[layout.ACCELERATION], self._limits[layout.ASIDE] = accelerations, aside
         self._limits[layout.ROOM] = _ROOM * accelerations * tick * tick
         self._settings = np.array([tick, clearance, _DAMPING**2, 0.0])
@@ -78,6 +81,7 @@ class Servo:
         self._goals = np.zeros(n), np.zeros(6), np.zeros(12), np.zeros(2 * n)
         self._names, self._started = entry_names(tree), False
         self._scene: Scene | None = None
+        self._object_names: list[str] = []  # of the scene
 
     @property
     def q(self) -> Array:
@@ -111,11 +115,11 @@ class Servo:
         if (np.abs(goal[n:]) > self._limits[layout.SPEED]).any():
             raise InputError("qd", "faster than the limits of velocity")
         before, counters = self._state.copy(), self._counters.copy()
-        self._scene = self._scene_now()
         self._run(layout.START, IN_BASE, goal)
         status = int(self._report[layout.STATUS])
         if status in {layout.LIMITED_BY_POSITION, layout.REFUSED}:
             self._state[:], self._counters[:] = before, counters
+            self._counters[layout.CERTIFIED] = 0  # perhaps it was in another world
             if status == layout.LIMITED_BY_POSITION:
                 raise InputError("qd", "the arm cannot stop within its joint limits")
             raise InputError(
@@ -154,9 +158,6 @@ class Servo:
             raise InputError("step", "takes one of q, velocity, twist and pose")
         frame = as_frame(expressed_in)
         mode, goal = goals[0][1](goals[0][0]) if goals else (layout.REST, self._goals[0])
-        scene = self._scene_now()
-        if scene is not self._scene:
-            self._scene, self._counters[layout.CERTIFIED] = scene, 0
         self._run(mode, frame, goal)
         return self._command()
 
@@ -170,11 +171,11 @@ class Servo:
         self.__dict__.update({**state, "_checker": Checker(*state["_checker"])})
 
     def warm_up(self) -> None:
-        """Compile what a tick needs, or load it, so that no tick does."""
+        """Compile what a tick needs, or load it, so that no tick does: for a world of the kinds of shapes that it has now."""
         kept = self._state.copy(), self._counters.copy(), self._report.copy()
-        self._scene = self._scene_now()
         self._run(layout.REST, IN_BASE, self._goals[0])
         self._state[:], self._counters[:], self._report[:] = kept
+        self._counters[layout.CERTIFIED] = 0  # perhaps it was in another world
 
     def _to_q(self, q: ArrayLike) -> tuple[int, Array]:
         self._goals[0][:] = as_configuration(q, self._tree, "q")
@@ -196,11 +197,11 @@ class Servo:
         self._goals[2][:] = as_one_pose(pose, "pose")[:3].ravel()
         return layout.POSE, self._goals[2]
 
-    def _scene_now(self) -> Scene:
-        return self._checker.scene_of(self._world, self_collision=True)
-
     def _run(self, mode: int, frame: int, goal: Array) -> None:
-        scene = self._scene_now() if self._scene is None else self._scene
+        """Run a tick in the world as it is now; what was certified in another one counts no longer."""
+        scene, self._object_names = self._checker.scene_and_names(self._world)
+        if scene is not self._scene:
+            self._scene, self._counters[layout.CERTIFIED] = scene, 0
         chain, kept = self._tree.chain(self._link), (self._state, self._counters, self._report)
         driver.servo_tick(*scene, chain, frame, mode, self._limits, self._settings, goal, *kept)
 
@@ -214,7 +215,7 @@ class Servo:
 
     def _name(self, i: int) -> str:
         bodies, scene = self._checker.bodies, self._scene
-        if i < len(bodies.names) or self._world is None or scene is None:
+        if i < len(bodies.names) or scene is None:
             return bodies.names[i]
         row = rows_of(scene.nodes, np.array([i - len(bodies.names)]))[0]
-        return self._world.objects().names[int(scene.objects[row, OBJECT])]
+        return self._object_names[int(scene.objects[row, OBJECT])]

@@ -22,7 +22,7 @@ class JointSliders:
     """
 
     def __init__(self, gui: viser.GuiApi, robot: Robot, moved: Callable[[], None]) -> None:
-        self._moved, self._dirty = moved, set[int]()
+        self._moved, self._dirty = moved, dict[int, float]()  # what a person has set entries of q to [rad or m]
         self._prefix = f"{robot.name}_"
         self.sliders: dict[int, tuple[Slide, viser.GuiSliderHandle]] = {}
         self._followers: list[tuple[Follower, viser.GuiSliderHandle]] = []
@@ -43,10 +43,10 @@ class JointSliders:
 
     def take(self, q: NDArray[np.float64]) -> bool:
         """Write the values of sliders that a person has moved into q, within the limits. Returns whether there were any."""
-        dirty, self._dirty = self._dirty, set()
-        for column in dirty:
-            slide, slider = self.sliders[column]
-            q[column] = min(max(slider.value / self._factor(slide.unit), slide.low), slide.high)
+        dirty, self._dirty = self._dirty, {}
+        for column, value in dirty.items():
+            slide, _ = self.sliders[column]
+            q[column] = min(max(value, slide.low), slide.high)
         return bool(dirty)
 
     def show(self, q: NDArray[np.float64]) -> None:
@@ -110,7 +110,8 @@ class JointSliders:
     def _listener(self, column: int) -> Callable:
         async def listen(event: viser.GuiEvent) -> None:
             if event.client is not None:  # moved by a person, not by ``show``
-                self._dirty.add(column)
+                slide, slider = self.sliders[column]
+                self._dirty[column] = slider.value / self._factor(slide.unit)
                 self._moved()
 
         return listen

@@ -9,7 +9,6 @@ N_LIMITS = 7
 # The settings: the length of a tick [s]; how near an object may be [m]; lambda of the damping; the pull towards the posture
 # [1/s], 0 for none.
 TICK, CLEARANCE, DAMPING, PULL = 0, 1, 2, 3
-N_SETTINGS = 4
 # Rows of the state, shape (N_STATE, n_dof): position, velocity and acceleration now; the certified stop: its velocity and
 # position where it begins, and where it ends.
 Q, QD, QDD, RATE, FROM, TO = 0, 1, 2, 3, 4, 5
