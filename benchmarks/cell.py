@@ -1,8 +1,8 @@
 """A real cell: what a depth camera sees, arms of meshes, things that move. ``python -m benchmarks.cell --largest 1000000``.
 
-Ulna alone, on one processor, in the thread's own time, so that a busy machine counts less; each time is a median. The camera looks
-at a bin on a table (``depth_camera``). Verdicts and distances are compared with a k-d tree of SciPy's. An arm that cannot be had
-is named.
+Ulna alone, on one processor, in the thread's own time, so that a busy machine counts less; each time is a median. The camera
+looks at a bin on a table (``depth_camera``). Verdicts and distances are compared with a k-d tree of SciPy's. An arm that cannot
+be had is named.
 """
 
 import argparse
@@ -248,7 +248,8 @@ def judge_rows(balls: int) -> list[dict]:
         touches = robot.in_collision(q, world)
         rows.append({
             "ball_m": radius, "balls": len(q), "touching": int(np.sum(touches)),
-            "verdicts_differ": int(np.sum(touches != (expected <= 0))), "distances_differ_m": float(np.abs(found - expected).max()),
+            "verdicts_differ": int(np.sum(touches != (expected <= 0))),
+            "distances_differ_m": float(np.abs(found - expected).max()),
         })  # fmt: skip
     return rows
 

@@ -55,7 +55,7 @@ class Camera:
 
 
 def bin_on_a_table(seed: int, parts: int = 8) -> list[tuple[Array, Array]]:
-    """The table, the bin's walls, parts in it and posts beside it: boxes along the base's axes, as lower and upper corners [m]."""
+    """A table, a bin's walls, parts in it, posts beside it: boxes along the base's axes, as lower and upper corners [m]."""
     rng, wall = np.random.default_rng(seed), 0.01
     (x0, y0), (x1, y1), high = (0.40, -0.20), (0.70, 0.20), 0.15
     boxes = [
