@@ -3,7 +3,6 @@
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 
-from ulna.collision.names import OF_OBJECTS
 from ulna.description.arrays import as_number
 from ulna.errors import InputError, UnknownNameError
 
@@ -13,6 +12,7 @@ ALWAYS = "always"  # touching in all sampled configurations
 SOMETIMES = "sometimes"  # touching in some of them: checked
 NEVER = "never"  # touching in none of them: checked, unless the user allows the pair
 USER = "user"  # given by the user
+OF_OBJECTS = "; for the links that may touch an object of a world: world.add(..., touch_links=[...])"
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.names import OF_OBJECTS, as_link_names
-from ulna.description.given_names import refuse_no_name
+from ulna.collision.allowed import OF_OBJECTS
+from ulna.description.given_names import as_link_names, refuse_no_name
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import frozen
 from ulna.description.shapes import HalfSpace, Solid

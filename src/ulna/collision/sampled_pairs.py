@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.allowed import ADJACENT, ALWAYS, FIXED, NEVER, SOMETIMES, AllowedCollisions, LinkPair, as_link_pairs
-from ulna.collision.bodies import Bodies
+from ulna.collision.bodies import NO_PAIRS, Bodies, scene_of
 from ulna.collision.object_tables import NO_OBJECTS
-from ulna.collision.scene_tables import NO_PAIRS, may_touch_of, scene_of
 from ulna.description.robot_description import Description
 from ulna.drivers import overlap
 from ulna.kernels.collision.collision_layout import OVERLAPS
@@ -56,7 +55,7 @@ class FoundPairs:
         if self._not_counted is None:
             allowed, open_pairs = self._by_joints()
             q = for_kernel(random_positions(self._tree, SAMPLES, SEED))
-            itself = scene_of(self._tree.joints, bodies, NO_PAIRS, NO_OBJECTS, may_touch_of(bodies, NO_OBJECTS.touch_sets))
+            itself = scene_of(self._tree.joints, bodies, NO_PAIRS, NO_OBJECTS)
             for links in open_pairs:
                 alone = itself._replace(pairs=bodies.table_of_pairs([links]))
                 if all(overlap.overlap_one(*alone, row) == OVERLAPS for row in q):
