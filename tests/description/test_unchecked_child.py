@@ -16,9 +16,9 @@ from ulna.description.xacro.child import confinement
 CONFINED = pytest.mark.skipif(not confinement.has_seccomp(), reason="the system has no seccomp, or its numbers are not known")
 UNCHECKED = """
 import os, socket, subprocess
-from ulna.description.xacro.child import hooks, main as program
+from ulna.description.xacro.child import main as program
 names = {**vars(os), **vars(socket), **vars(subprocess), "open": open, "__import__": __import__}
-hooks.evaluate = lambda text, lookup: eval(text, {"__builtins__": names})
+program.evaluate = lambda text, lookup: eval(text, {"__builtins__": names})
 """
 NO_HOOK, UNCONFINED = "program.add_audit_hook = lambda: None\n", "program.confine = lambda *_: {}\n"
 ESCAPES = {
