@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from ulna.collision.arena import Arena
 from ulna.collision.clouds import PointCloud
 from ulna.drivers import morton_order, tree_nodes
-from ulna.drivers.tree_nodes import NOWHERE
 from ulna.engine.lanes import WIDTH
-from ulna.kernels.collision.collision_layout import CHILD, NO_NODE, NODE_ROWS, PLACES
+from ulna.kernels.collision.collision_layout import CHILD, NO_NODE, NODE_ROWS, NOWHERE, PLACES
 from ulna.kernels.layout import CONTACT, HALF_EXTENTS, RADIUS
 
 Array = NDArray[np.float64]

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.tree_nodes import NOWHERE
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.collision_layout import (
     BALL_ROW,
@@ -18,6 +17,7 @@ from ulna.kernels.collision.collision_layout import (
     FIRST_POINTS,
     NO_NODE,
     NODE_ROWS,
+    NOWHERE,
     PLACES,
 )
 from ulna.kernels.layout import HALF_SPACE, REACH, SHAPE

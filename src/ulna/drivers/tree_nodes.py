@@ -11,10 +11,8 @@ from ulna.engine.decorators import entry, routine
 from ulna.engine.lanes import WIDTH, empty_rows, load, load_columns, splat, store
 from ulna.engine.signatures import MATRIX, NUMBERS, POINTS, POINTS_32, WHOLE
 from ulna.engine.signatures import NUMBER as PLAIN
-from ulna.kernels.collision.collision_layout import BALL_REACH, BALL_ROW, CHILD, FIRST_POINTS, NODE_ROWS, PLACES
+from ulna.kernels.collision.collision_layout import BALL_REACH, BALL_ROW, CHILD, FIRST_POINTS, NODE_ROWS, NOWHERE, PLACES
 from ulna.kernels.spatial.elementary import maximum, minimum
-
-NOWHERE = 1e300  # a bound, or a coordinate, of what overlaps nothing
 
 
 @entry((MATRIX, MATRIX, NUMBERS, MATRIX, WHOLE))

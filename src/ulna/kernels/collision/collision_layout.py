@@ -38,5 +38,6 @@ NODE_ROWS, CHILD, NO_NODE = 7, 6, -1
 PLACES = 4
 CHILDREN, FIRST_POINTS = 0, 1
 BALL_ROW, BALL_REACH = 0, 1
+NOWHERE = 1e300  # a bound, or a coordinate, of what overlaps nothing [m]
 # The number of a solid is a row of the table, or, from here on, that of a ball: 16 times the number of its seven rows, and which.
 FIRST_BALL = 1 << 44
