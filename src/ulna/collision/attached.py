@@ -47,12 +47,7 @@ class Attached:
 
 
 def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...]) -> tuple[Attached, ...]:
-    """The attached objects with one more; its names are checked.
-
-    Raises:
-        InputError: The name is taken.
-        UnknownNameError: There is no such link, or no such link or attached object to touch.
-    """
+    """The attached objects with one more; its names are checked."""
     taken = (*link_names, *(one.name for one in held))
     if new.name in taken:
         raise InputError("name", f"the robot already has a link or an attached object {new.name!r}")
@@ -65,11 +60,7 @@ def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...
 
 
 def detach(held: tuple[Attached, ...], name: str) -> tuple[Attached, ...]:
-    """The attached objects without the one of this name.
-
-    Raises:
-        UnknownNameError: There is no such attached object.
-    """
+    """The attached objects without the one of this name."""
     if name not in {one.name for one in held}:
         raise UnknownNameError("attached object", name, [one.name for one in held])
     return tuple(one for one in held if one.name != name)

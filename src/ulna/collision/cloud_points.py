@@ -79,11 +79,7 @@ def in_box(points: Points, box: Box, T: NDArray[np.float64]) -> NDArray[np.bool_
 
 
 def one_per_voxel(points: Points, voxel: float) -> tuple[NDArray[np.bool_], float]:
-    """Which points to keep, one in each voxel that has any; how far any is at most from the one kept in its voxel [m].
-
-    Raises:
-        InputError: The voxel is not a length above 0, or too small for the extent of the points.
-    """
+    """Which points to keep, one in each voxel that has any; how far any is at most from the one kept in its voxel [m]."""
     edge = as_floats("voxel", voxel)
     if edge.shape or not 0 < edge < np.inf:
         raise InputError("voxel", f"{voxel!r}; a length above 0 [m] is expected")

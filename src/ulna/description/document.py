@@ -42,11 +42,7 @@ def is_text(source: str) -> bool:
 
 
 def open_document(argument: str, source: str | Path, kind: str, package_dirs: tuple[Path, ...]) -> Document:
-    """The document at a path, or in a string that begins with ``<``. ``argument`` and ``kind`` name it in messages.
-
-    Raises:
-        FileError: The file cannot be read.
-    """
+    """The document at a path, or in a string that begins with ``<``. ``argument`` and ``kind`` name it in messages."""
     if isinstance(source, str) and is_text(source):
         return Document(_encoded(argument, source), f"{kind} text", None, package_dirs)
     path = Path(source)
@@ -84,11 +80,7 @@ def expanded(document: Document, xacro_args: Mapping[str, object]) -> Document:
 
 
 def refuse_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
-    """Refuse arguments for a document that takes none.
-
-    Raises:
-        InputError: There are arguments.
-    """
+    """Refuse arguments for a document that takes none."""
     if xacro_args:
         raise InputError("xacro_args", f"{source} is not a xacro file, so it takes no arguments")
 

@@ -57,11 +57,7 @@ class Readable:
         return ".." not in Path(path).parts and any(_within(given, root) for root in self._linked_roots)
 
     def find(self, name: str) -> str:
-        """The folder of a package. One that is not in ``package_dirs`` or ROS's paths, but above, must have a ``package.xml``.
-
-        Raises:
-            OutsideError: No readable file is there.
-        """
+        """The folder of a package. One that is not in ``package_dirs`` or ROS's paths, but above, must have a ``package.xml``."""
         if not name or name.startswith(".") or "/" in name or "\\" in name:
             raise OutsideError(f"$(find {name}): {name!r} is not the name of a package")
         folders = [path for path in package_folders(name, self.folder, self.package_dirs) if path.is_dir()]

@@ -75,12 +75,7 @@ def _files(folder: Path, stem: str, package_dirs: tuple[Path, ...], robot: str) 
 
 
 def _read(path: Path, package_dirs: tuple[Path, ...], description: Description) -> Srdf:
-    """The SRDF in a file.
-
-    Raises:
-        OSError: It cannot be read.
-        DescriptionError: It is not an SRDF, belongs to another robot, or names a link that the robot lacks.
-    """
+    """The SRDF in a file."""
     document = Document(regular_file_bytes(path, LONGEST), path.name, path.parent, package_dirs, path.name)
     name = document.root.get("name", "")
     if "$" not in name:  # else it is known once it is expanded

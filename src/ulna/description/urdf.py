@@ -31,11 +31,7 @@ def read_urdf(document: Document) -> Description:
 
 
 def decoded(document: Document) -> str:
-    """The text of an XML document, without the encoding that it declares.
-
-    Raises:
-        DescriptionError: The encoding is unknown, or the text is not in it.
-    """
+    """The text of an XML document, without the encoding that it declares."""
     text, declared = document.text, document.root.getroottree().docinfo.encoding or "utf-8"
     marks = {b"\xff\xfe\0\0": "utf-32", b"\0\0\xfe\xff": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
     encoding = next((name for mark, name in marks.items() if text.startswith(mark)), declared)

@@ -97,11 +97,7 @@ class JacobianByLink(dict[Any, Callable[..., Array]]):
 
 
 def as_frame(expressed_in: str) -> int:
-    """The kernels' number of a frame.
-
-    Raises:
-        InputError: There is no such frame; the message lists the frames.
-    """
+    """The kernels' number of a frame."""
     frame = EXPRESSED_IN.get(expressed_in) if isinstance(expressed_in, str) else None
     if frame is None:
         raise InputError("expressed_in", f"{expressed_in!r} is not a frame{did_you_mean(str(expressed_in), EXPRESSED_IN)}")

@@ -200,12 +200,7 @@ _KNOWN = {*_RULES, *_OPERATORS, ast.And, ast.Or, ast.Load, ast.Store, ast.compre
 
 @lru_cache(maxsize=4096)
 def _checked(text: str) -> ast.expr:
-    """The syntax tree of an expression that consists of known parts only.
-
-    Raises:
-        RefusedError: It has a part that is not known, such as a lambda.
-        SyntaxError: It is not an expression.
-    """
+    """The syntax tree of an expression that consists of known parts only."""
     tree = ast.parse(text, "<expression>", "eval").body
     for node in ast.walk(tree):
         if type(node) not in _KNOWN:
