@@ -106,19 +106,14 @@ def with_mesh_paths(kind: str, text: str, folder: Path | None, package_dirs: Ite
         return text
     root = etree.fromstring(text.encode(), etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False))
     named = [element for element in root.iter(*_NAMING_FILES) if element.get("filename")]
-    places = _found_files((element.get("filename", "") for element in named), folder, package_dirs)
-    for element in named:
-        element.set("filename", places[element.get("filename", "")].resolve().as_uri())
-    return etree.tostring(root.getroottree(), encoding="unicode")
-
-
-def _found_files(uris: Iterable[str], folder: Path | None, package_dirs: Iterable[str | Path]) -> dict[str, Path]:
-    """The file of each address; each is searched for once."""
     package_dirs = list(package_dirs)
-    places = {uri: resolve_uri(uri, folder, package_dirs) for uri in dict.fromkeys(uris)}
-    missing = [uri for uri, (path, _) in places.items() if path is None]
+    found = {uri: resolve_uri(uri, folder, package_dirs) for uri in dict.fromkeys(e.get("filename", "") for e in named)}
+    missing = [uri for uri, (path, _) in found.items() if path is None]
     for uri in missing[:1]:
-        tried = "; ".join(map(str, places[uri][1])) or "nothing, for it leads out of its package"
+        tried = "; ".join(map(str, found[uri][1])) or "nothing, for it leads out of its package"
         others = f" ({len(missing) - 1} more of this robot are missing)" if len(missing) > 1 else ""
         raise FileError(uri, f"no such file{others}; tried {tried}")
-    return {uri: path for uri, (path, _) in places.items() if path is not None}
+    for element in named:
+        path, _ = found[element.get("filename", "")]
+        element.set("filename", Path(path or "").resolve().as_uri())
+    return etree.tostring(root.getroottree(), encoding="unicode")
