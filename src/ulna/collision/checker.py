@@ -59,7 +59,6 @@ WORTH_A_THREAD = 64  # edges
 _NOTHING_BOUND = False, None, None, None
 _NO_LAST_SCENE: tuple[Any, ...] = None, None, None
 _TOUCHES, _NEAREST = 2, 3  # places in Checker.prebound[0]
-_FIRST = slice(0, 1)
 
 
 class Checker:
@@ -171,7 +170,7 @@ class Checker:
         """The nearest pair of each row of q (``kernels.collision.nearest``), shape (n, NEAREST_WIDTH)."""
         rows = q[None] if q.ndim == 1 else flat(q)
         found = np.empty((len(rows), NEAREST_WIDTH))
-        if not _in_parts(lambda part: nearest.nearest_batch(*scene, rows[part], found[part]), len(rows), threads):
+        if not _in_parts(partial(nearest.nearest_batch, *scene), (rows, found), threads):
             refuse_out_of_range(q)
         return found
 
@@ -188,12 +187,8 @@ class Checker:
         gradient, rows = as_out(out, q.shape, q), flat(q)
         pairs, of_rows = self._nearest(q, scene, threads)[:, BODY:].astype(np.int64), gradient.reshape(rows.shape)
         all_contacts = np.empty((len(pairs), CONTACT_WIDTH))
-
-        def run(part: slice) -> bool:
-            of_q = np.arange(part.stop - part.start)
-            return contacts.contacts_each(*scene, for_kernel(rows[part]), of_q, pairs[part], all_contacts[part], of_rows[part])
-
-        _in_parts(run, len(rows), threads)
+        arrays = for_kernel(rows), pairs, all_contacts, of_rows
+        _in_parts(lambda q, *rest: contacts.contacts_each(*scene, q, np.arange(len(q)), *rest), arrays, threads)
         return gradient
 
     def edge_in_collision(
@@ -212,17 +207,15 @@ class Checker:
         one = starts.ndim == ends.ndim == 1
         batch, a, b = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
         status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
-
-        def run(part: slice) -> bool:
-            return continuous.edges_each(*scene, for_kernel(a[part]), for_kernel(b[part]), resolution, status[part], free[part])
-
-        _in_parts(run, len(a), threads, WORTH_A_THREAD)
-        if (status == EDGE_OUT_OF_RANGE).any():
+        arrays = for_kernel(a), for_kernel(b), status, free
+        _in_parts(lambda a, b, *out: continuous.edges_each(*scene, a, b, resolution, *out), arrays, threads, WORTH_A_THREAD)
+        outcome = status.item() if one else EDGE_OUT_OF_RANGE if (status == EDGE_OUT_OF_RANGE).any() else None
+        if outcome == EDGE_OUT_OF_RANGE:
             refuse_out_of_range(starts, "q_a")
             refuse_out_of_range(ends, "q_b")
         if one:
             free_until = free.item()
-            return EdgeReport(status.item() == EDGE_CONTACT, free_until, starts + free_until * (ends - starts))
+            return EdgeReport(outcome == EDGE_CONTACT, free_until, starts + free_until * (ends - starts))
         q = (a + free[:, None] * (b - a)).reshape(*batch, self.tree.n_dof)
         return EdgeReport((status == EDGE_CONTACT).reshape(batch), free.reshape(batch), q)
 
@@ -331,9 +324,10 @@ def _objects_of(world: World | None) -> Objects:
     return NO_OBJECTS if world is None else world.objects()
 
 
-def _in_parts(run: Callable[[slice], bool], n: int, threads: int | None, least: int = LEAST_ROWS) -> bool:
-    """``in_parts``; one row at once, in less time."""
+def _in_parts(run: Callable[..., bool], arrays: tuple[NDArray, ...], threads: int | None, least: int = LEAST_ROWS) -> bool:
+    """``in_parts`` of a function of rows of these arrays; a single row at once, in less time."""
+    n = len(arrays[0])
     if n == 1:
         refuse_unless_threads(threads)
-        return run(_FIRST)
-    return in_parts(run, n, least, threads)
+        return run(*arrays)
+    return in_parts(lambda part: run(*(array[part] for array in arrays)), n, least, threads)

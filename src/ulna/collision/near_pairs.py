@@ -52,22 +52,32 @@ def find_near_pairs(
     Raises:
         InputError: An entry of q is out of range, or ``threads`` is not a number of threads.
     """
-    rows, found = q[None] if q.ndim == 1 else flat(q), {}
-
-    def run(part: slice) -> bool:
-        found[part.start] = _in_one_part(rows[part], scene, n_objects, within, gradients=gradients)
-        return found[part.start] is not None
-
+    rows = q[None] if q.ndim == 1 else flat(q)
     if len(rows) <= LEAST_ROWS:
         refuse_unless_threads(threads)
-        good = run(slice(0, len(rows)))
+        found = _in_one_part(rows, scene, n_objects, within, gradients=gradients)
     else:
-        good = in_parts(run, len(rows), least=LEAST_ROWS, threads=threads)
-    if not good:
+        found = _in_several_parts(rows, scene, n_objects, within, threads, gradients=gradients)
+    if found is None:
         refuse_out_of_range(q)
+        raise AssertionError("an entry of q is out of range")
+    return found
+
+
+def _in_several_parts(
+    q: Array, scene: Scene, n_objects: int, within: float, threads: int | None, *, gradients: bool
+) -> NearPairs | None:
+    found: dict[int, NearPairs] = {}
+
+    def run(part: slice) -> bool:
+        of_part = _in_one_part(q[part], scene, n_objects, within, gradients=gradients)
+        if of_part is not None:
+            found[part.start] = of_part
+        return of_part is not None
+
+    if not in_parts(run, len(q), least=LEAST_ROWS, threads=threads):
+        return None
     parts = [found[start] for start in sorted(found)]
-    if len(parts) == 1:
-        return parts[0]
     before = np.cumsum([0, *(len(part.pairs) for part in parts)])
     ends = np.concatenate([part.ends + first for part, first in zip(parts, before, strict=False)])
     return NearPairs(ends, *(np.concatenate(arrays) for arrays in list(zip(*parts, strict=True))[1:]))
