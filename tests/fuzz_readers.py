@@ -13,7 +13,7 @@ import atheris
 
 with atheris.instrument_imports(include=["ulna.description", "ulna.description", "ulna.errors", "ulna.robot"]):
     import ulna
-    from ulna.description import load
+    from ulna.description import document
 
 ROBOT = (
     '<robot name="r"><link name="a"/><link name="b"/>'
@@ -25,7 +25,7 @@ WORDS = b"""robot link joint parent child origin axis limit mimic safety_control
     parent_link value link1 link2 revolute continuous fixed prismatic planar floating xmlns:xacro="http://www.ros.org/wiki/xacro"
     xacro:macro xacro:include ${ }""".split()
 seen = {"xacro": 0}
-is_xacro = load.is_xacro
+is_xacro = document.is_xacro
 
 
 def now_and_then(root) -> bool:
@@ -70,6 +70,6 @@ def weave(provider) -> str:
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    load.is_xacro = now_and_then
+    document.is_xacro = now_and_then
     atheris.Setup(sys.argv, one)
     atheris.Fuzz()

@@ -45,7 +45,7 @@ def test_every_member_of_a_robot_has_its_place(public):
 def test_a_class_is_reached_through_what_methods_return_and_what_attributes_hold(public):
     reached = set(public.public_classes())
     assert {
-        "ulna.collision.edge_report.EdgeReport",
+        "ulna.collision.report.EdgeReport",
         "ulna.kinematics.groups.JointGroup",
         "ulna.description.robot_description.Mimic",
     } <= reached

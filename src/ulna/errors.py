@@ -182,5 +182,4 @@ def did_you_mean(name: str, known: Iterable[str], most: int = 8) -> str:
         return "; there are none"
     if len(known) == 1:
         return f"; the only one is {known[0]!r}"
-    shown = ", ".join(repr(k) for k in known[:most])
-    return f"; there are {shown}" + (f" and {len(known) - most} more" if len(known) > most else "")
+    return f"; there are {listed([repr(k) for k in known], most)}"

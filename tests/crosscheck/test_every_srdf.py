@@ -11,6 +11,7 @@ import ulna
 from pinocchio_peer import Peer
 from robot_files import example_srdfs
 from ulna import DescriptionWarning, UlnaError
+from ulna.description.document import Document
 from ulna.description.srdf import read_srdf
 
 FILES = example_srdfs()
@@ -53,7 +54,7 @@ def test_all_are_there():
 
 @pytest.mark.parametrize("path", FILES, ids=lambda f: f"{f.parts[-3]}-{f.stem}")
 def test_each_is_read(path):
-    srdf = read_srdf(path.read_bytes(), path.name)
+    srdf = read_srdf(Document(path.read_bytes(), path.name))
     assert srdf.groups or srdf.disabled_collisions
 
 
@@ -66,7 +67,7 @@ def test_each_goes_with_its_robot_and_names_only_what_the_robot_has(file):
         assert set(group.link_names) <= links
         assert set(group.joint_names) <= joints
         assert [robot.joint_names[k] for k in range(len(robot.joint_names)) if k in group.columns] == list(group.joint_names)
-    raw = read_srdf(file.read_bytes(), file.name)
+    raw = read_srdf(Document(file.read_bytes(), file.name))
     lost = len(raw.disabled_collisions) - len(robot.srdf.disabled_collisions)
     assert lost <= sum("disabled collision" in sentence for sentence in robot.srdf.warnings)
     assert pickle.loads(pickle.dumps(robot)).srdf == robot.srdf  # noqa: S301

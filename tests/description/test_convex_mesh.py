@@ -58,7 +58,7 @@ def test_the_columns_of_every_shape():
     for shape, columns in expected.items():
         assert shape_columns(shape) == pytest.approx(columns)
     mesh = ulna.ConvexMesh([(-3, 0, 0), (1, 2, 0), (0, -1, 4)])
-    assert shape_columns(mesh, 5) == pytest.approx((HULL, 3, 2, 4, 0, 5, 3, np.sqrt(29)))
+    assert shape_columns(mesh, 5) == pytest.approx((HULL, 3, 2, 4, 0, 5, 3, np.sqrt(17)))
     assert_close(shape_vertices(mesh), mesh.vertices)
     assert shape_vertices(ulna.HalfSpace()).shape == (0, 3)
 

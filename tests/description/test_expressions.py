@@ -6,9 +6,8 @@ import math
 import pytest
 import xacro
 
-from ulna.description.xacro.child.expressions import evaluate
+from ulna.description.xacro.child.expressions import evaluate, offer_those_of_xacro
 from ulna.description.xacro.child.parent import RefusedError
-from ulna.description.xacro.child.permitted import offer_those_of_xacro
 
 NAMES = {"a": 2, "b": 0.5, "s": "left arm", "xs": [3, 1, 2], "d": {"k": "v", "n": 1}, "t": (1, 2), "yes": True, "none": None}
 EXPRESSIONS = [

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from ulna.description.xacro.child.confinement import LIMITS, set_limits
-from ulna.description.xacro.process import _limits
+from ulna.description.xacro.expansion import _limits
 
 resource = pytest.importorskip("resource", reason="limits of POSIX")
 

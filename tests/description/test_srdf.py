@@ -7,6 +7,7 @@ import pytest
 
 import ulna
 from ulna import DescriptionError, DescriptionWarning, FileError, InputError
+from ulna.description.document import Document
 from ulna.description.semantic import DisabledCollision, EndEffector, Group, GroupState, Srdf, VirtualJoint
 from ulna.description.srdf import read_srdf
 
@@ -54,7 +55,7 @@ def changed(old: str, new: str, text: str = SRDF) -> str:
 
 
 def test_every_element_is_read():
-    assert read_srdf(SRDF.encode(), "arm.srdf") == READ
+    assert read_srdf(Document(SRDF.encode(), "arm.srdf")) == READ
 
 
 def test_a_robot_has_the_srdf_and_virtual_joints_are_not_in_q(tmp_path):

@@ -10,15 +10,15 @@ import pytest
 
 import ulna
 from ulna import DescriptionError
-from ulna.description.xacro import process as xacro_process
+from ulna.description.xacro import expansion
 from ulna.description.xacro.child import confinement
 
 CONFINED = pytest.mark.skipif(not confinement.has_seccomp(), reason="the system has no seccomp, or its numbers are not known")
 UNCHECKED = """
 import os, socket, subprocess
-from ulna.description.xacro.child import hooks, main as program
+from ulna.description.xacro.child import main as program
 names = {**vars(os), **vars(socket), **vars(subprocess), "open": open, "__import__": __import__}
-hooks.evaluate = lambda text, lookup: eval(text, {"__builtins__": names})
+program.evaluate = lambda text, lookup: eval(text, {"__builtins__": names})
 """
 NO_HOOK, UNCONFINED = "program.add_audit_hook = lambda: None\n", "program.confine = lambda *_: {}\n"
 ESCAPES = {
@@ -33,8 +33,8 @@ ESCAPES = {
 
 def switch_off_the_check(monkeypatch, and_then: str = "") -> None:
     """Make the child evaluate any Python."""
-    before, start = xacro_process._START.split("main()\n")[0], "main()\n"
-    monkeypatch.setattr(xacro_process, "_START", before + textwrap.dedent(UNCHECKED) + and_then + start)
+    before, start = expansion._START.split("main()\n")[0], "main()\n"
+    monkeypatch.setattr(expansion, "_START", before + textwrap.dedent(UNCHECKED) + and_then + start)
 
 
 def expanded(name: str, place: Path) -> tuple:

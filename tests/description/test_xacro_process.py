@@ -5,7 +5,6 @@ import pytest
 import ulna
 from ulna import DescriptionError
 from ulna.description.xacro import expansion as xacro
-from ulna.description.xacro import process as xacro_process
 
 DOCUMENT = (
     '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="${1}"/>' + "<!-- long -->" * 10_000 + "</robot>"
@@ -30,20 +29,20 @@ PROGRAMS = {
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_a_process_that_misbehaves_is_an_error(name, monkeypatch):
     program, message = PROGRAMS[name]
-    monkeypatch.setattr(xacro_process, "_START", program)
-    monkeypatch.setattr(xacro_process, "_LONGEST_MESSAGE", 100_000)
+    monkeypatch.setattr(xacro, "_START", program)
+    monkeypatch.setattr(xacro, "_LONGEST_MESSAGE", 100_000)
     with pytest.raises(DescriptionError, match=message):
         ulna.load(DOCUMENT)
 
 
 def test_a_skipped_limit_is_named_when_the_process_dies(monkeypatch):
-    monkeypatch.setattr(xacro_process, "_START", SAYS + 'say(\'{"left_out": {"RLIMIT_AS": "not here"}}\')')
+    monkeypatch.setattr(xacro, "_START", SAYS + 'say(\'{"left_out": {"RLIMIT_AS": "not here"}}\')')
     with pytest.raises(DescriptionError, match=r"its limits are 20 s; this system has not granted RLIMIT_AS \(not here\)$"):
         ulna.load(DOCUMENT)
 
 
 def test_a_process_without_output_is_ended_after_the_time_limit(monkeypatch):
-    monkeypatch.setattr(xacro_process, "_START", "import time; time.sleep(1000)")
+    monkeypatch.setattr(xacro, "_START", "import time; time.sleep(1000)")
     monkeypatch.setattr(xacro, "TIME_LIMIT_S", 0.5)
     with pytest.raises(DescriptionError, match=r"no end within 0\.5 s; expansion stopped$"):
         ulna.load(DOCUMENT)
@@ -52,7 +51,7 @@ def test_a_process_without_output_is_ended_after_the_time_limit(monkeypatch):
 def test_a_process_has_no_environment_variables_of_the_user(monkeypatch):
     monkeypatch.setenv("TOKEN", "canary")
     names = "import json, os\n" + READY + "say(json.dumps({'error': ' '.join(os.environ)}))"
-    monkeypatch.setattr(xacro_process, "_START", names)
+    monkeypatch.setattr(xacro, "_START", names)
     with pytest.raises(DescriptionError) as caught:
         ulna.load(DOCUMENT)
     allowed = {"LC_CTYPE", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "SYSTEMROOT"}

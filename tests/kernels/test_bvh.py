@@ -7,7 +7,7 @@ from kernel_modes import compiled
 from ulna.collision.arena import Arena
 from ulna.collision.object_tables import make_objects
 from ulna.collision.object_tree import bounds, compact_order, most_nodes, without, write_tree
-from ulna.collision.solid_numbers import numbers_below
+from ulna.collision.objects import numbers_below
 from ulna.description.pose import pose
 from ulna.description.shapes import Box
 from ulna.kernels.collision.bvh import FOUND, STACK, rows_within

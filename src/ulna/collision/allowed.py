@@ -3,7 +3,6 @@
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 
-from ulna.collision.names import OF_OBJECTS
 from ulna.description.arrays import as_number
 from ulna.errors import InputError, UnknownNameError
 
@@ -13,6 +12,7 @@ ALWAYS = "always"  # touching in all sampled configurations
 SOMETIMES = "sometimes"  # touching in some of them: checked
 NEVER = "never"  # touching in none of them: checked, unless the user allows the pair
 USER = "user"  # given by the user
+OF_OBJECTS = "; for the links that may touch an object of a world: world.add(..., touch_links=[...])"
 
 
 @dataclass(frozen=True)
@@ -137,11 +137,7 @@ class AllowedCollisions(Collection):
 
 
 def as_link_pairs(pairs: Iterable, name: str = "pairs") -> tuple[LinkPair, ...]:
-    """The pairs as ``LinkPair``, each once: given as such, as two names, or as pairs of an SRDF.
-
-    Raises:
-        InputError: A pair is not the names of two different links; ``name`` is in the message.
-    """
+    """The pairs as ``LinkPair``, each once: given as such, as two names, or as pairs of an SRDF."""
     found: dict[frozenset[str], LinkPair] = {}
     for pair in pairs:
         links = (pair.link_a, pair.link_b) if hasattr(pair, "link_a") and hasattr(pair, "link_b") else pair
@@ -153,12 +149,7 @@ def as_link_pairs(pairs: Iterable, name: str = "pairs") -> tuple[LinkPair, ...]:
 
 
 def as_allowed(allowed: Iterable, link_names: tuple[str, ...]) -> AllowedCollisions:
-    """The allowed pairs given by a user; their names are checked.
-
-    Raises:
-        InputError: A pair is not the names of two different links.
-        UnknownNameError: There is no such link.
-    """
+    """The allowed pairs given by a user; their names are checked."""
     if isinstance(allowed, str) or not isinstance(allowed, Iterable):
         raise InputError("allowed", f"{allowed!r}; pairs of links are expected, as robot.allowed_collisions.plus(...) makes them")
     collection = allowed if isinstance(allowed, AllowedCollisions) else AllowedCollisions(as_link_pairs(allowed, "allowed"))

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.names import OF_OBJECTS, as_link_names
-from ulna.description.given_names import refuse_no_name
+from ulna.collision.allowed import OF_OBJECTS
+from ulna.description.given_names import as_link_names, refuse_no_name
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import frozen
 from ulna.description.shapes import HalfSpace, Solid
@@ -47,12 +47,7 @@ class Attached:
 
 
 def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...]) -> tuple[Attached, ...]:
-    """The attached objects with one more; its names are checked.
-
-    Raises:
-        InputError: The name is taken.
-        UnknownNameError: There is no such link, or no such link or attached object to touch.
-    """
+    """The attached objects with one more; its names are checked."""
     taken = (*link_names, *(one.name for one in held))
     if new.name in taken:
         raise InputError("name", f"the robot already has a link or an attached object {new.name!r}")
@@ -65,11 +60,7 @@ def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...
 
 
 def detach(held: tuple[Attached, ...], name: str) -> tuple[Attached, ...]:
-    """The attached objects without the one of this name.
-
-    Raises:
-        UnknownNameError: There is no such attached object.
-    """
+    """The attached objects without the one of this name."""
     if name not in {one.name for one in held}:
         raise UnknownNameError("attached object", name, [one.name for one in held])
     return tuple(one for one in held if one.name != name)

@@ -1,4 +1,4 @@
-"""Makes the tables of a robot's collision bodies and of the pairs to check."""
+"""Makes the tables of a robot's collision bodies, of the pairs to check, and of them with the objects of a world."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,12 +10,17 @@ from numpy.typing import NDArray
 
 from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
+from ulna.collision.objects import Objects
 from ulna.collision.rounded_shapes import NO_VERTICES, hull_columns, shape_columns, tight_frame
 from ulna.description.robot_description import Description, frozen
 from ulna.description.shapes import ConvexMesh
 from ulna.errors import GeometryError
+from ulna.kernels.collision.scene import Scene
 from ulna.kernels.layout import BODY_WIDTH, BOX, FRAME_WIDTH, SHAPE
 from ulna.kinematics.tree import Tree
+
+NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
+NO_PAIRS.setflags(write=False)  # as those of a robot are: kernels are compiled for one kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,3 +117,25 @@ def _distinct(names: tuple[str, ...], links: tuple[str, ...]) -> tuple[str, ...]
     """The shapes' names, made different: a repeated name is prefixed with its link, and numbered if that is not enough."""
     long = [f"{link}/{name}" if names.count(name) > 1 else name for name, link in zip(names, links, strict=True)]
     return tuple(f"{name} ({long[: k + 1].count(name)})" if long.count(name) > 1 else name for k, name in enumerate(long))
+
+
+def scene_of(
+    joints: NDArray[np.float64],
+    bodies: Bodies,
+    pairs: NDArray[np.int64],
+    objects: Objects,
+    may_touch: NDArray[np.bool_] | None = None,
+) -> Scene:
+    """Bodies, those pairs of them, and objects, as the kernels take them; ``may_touch_of`` the two unless given."""
+    boxes = bodies.only_boxes and objects.only_boxes
+    vertices, points = (None, None) if boxes else (bodies.vertices, objects.vertices)
+    may_touch = may_touch_of(bodies, objects.touch_sets) if may_touch is None else may_touch
+    of_world = objects.table, points, objects.nodes, objects.root, objects.first, objects.end
+    return Scene(joints, bodies.table, vertices, pairs, *of_world, may_touch)
+
+
+def may_touch_of(bodies: Bodies, touch_sets: tuple[frozenset[str], ...]) -> NDArray[np.bool_]:
+    """Which bodies may touch the objects of which sets, shape (n_bodies, n_sets)."""
+    may_touch = np.array([[owner in links for links in touch_sets] for owner in bodies.owners])
+    may_touch.setflags(write=False)
+    return may_touch

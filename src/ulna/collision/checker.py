@@ -9,16 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
-from ulna.collision.bodies import Bodies, checked_pairs, make_bodies
+from ulna.collision.bodies import NO_PAIRS, Bodies, checked_pairs, make_bodies, may_touch_of, scene_of
 from ulna.collision.clouds import PointCloud
 from ulna.collision.distances import Distances, distances_of
-from ulna.collision.edge_report import EdgeReport
-from ulna.collision.near_pairs import NearPairs, as_reach, find_near_pairs, reports_of
-from ulna.collision.object_tables import NO_OBJECTS
+from ulna.collision.near_pairs import as_reach, find_near_pairs, reports_of
+from ulna.collision.object_tables import NO_OBJECTS, make_objects
+from ulna.collision.object_tree import compact_order
 from ulna.collision.objects import Objects
-from ulna.collision.own_points import owners_near
+from ulna.collision.report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
-from ulna.collision.scene_tables import NO_PAIRS, may_touch_of, scene_of
 from ulna.collision.world import World
 from ulna.description.arrays import as_number
 from ulna.description.pose import as_one_pose
@@ -26,21 +25,32 @@ from ulna.description.robot_description import Description
 from ulna.description.shapes import lengths
 from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.engine.bound import bind
-from ulna.engine.threads import as_threads, in_parts
+from ulna.engine.threads import LEAST_ROWS, in_parts, refuse_unless_threads
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
     BODY,
     CONTACT_WIDTH,
     EDGE_CONTACT,
     EDGE_OUT_OF_RANGE,
+    FIRST_BALL,
     FREE,
     NEAREST,
     NEAREST_WIDTH,
     OUT_OF_RANGE,
     OVERLAPS,
+    PAIR_BODY,
+    PAIR_OTHER,
 )
 from ulna.kernels.collision.scene import Scene
-from ulna.kinematics.positions import as_out, as_positions, flat, for_kernel, refuse_out_of_range, rows_of_both
+from ulna.kinematics.positions import (
+    as_configuration,
+    as_out,
+    as_positions,
+    flat,
+    for_kernel,
+    refuse_out_of_range,
+    rows_of_both,
+)
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
@@ -52,7 +62,7 @@ _TOUCHES, _NEAREST = 2, 3  # places in Checker.prebound[0]
 
 
 class Checker:
-    """The collision queries of one robot."""
+    """The collision queries of one robot. Their arguments, results and errors are those of the methods of ``Robot``."""
 
     def __init__(
         self,
@@ -79,11 +89,7 @@ class Checker:
 
     @cached_property
     def bodies(self) -> Bodies:
-        """The collision bodies of the robot and of the objects attached to it.
-
-        Raises:
-            GeometryError: There are no collision shapes, or one of a kind that cannot be checked.
-        """
+        """The collision bodies of the robot and of the objects attached to it."""
         return make_bodies(self.description, self.tree, self.attached)
 
     @property
@@ -105,24 +111,8 @@ class Checker:
         out: NDArray[np.bool_] | None = None,
         threads: int | None = None,
     ) -> bool | NDArray[np.bool_]:
-        """Whether anything touches.
-
-        Args:
-            q: Joint positions [rad or m], shape (..., n_dof).
-            world: The obstacles, if any.
-            self_collision: Whether the robot is also checked against itself.
-            out: Where to write the results, shape (...,); a new array unless given.
-            threads: How many threads; the default unless given.
-
-        Returns:
-            A bool for one q without ``out``, else shape (...,).
-
-        Raises:
-            InputError: q has another shape or is out of range, ``out`` does not fit, ``threads`` is not a number of threads, or
-                there is nothing to check.
-            GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
-        """
-        objects = self._objects(world)
+        """Whether anything touches: a bool for one q without ``out``, else shape (...,)."""
+        objects = _objects_of(world)
         scene = self._scene(objects, self_collision)
         if out is None and threads is None:
             return self._of_scene(_TOUCHES, objects, self_collision, scene)(q)
@@ -131,15 +121,26 @@ class Checker:
     def _any_touch(
         self, scene: Scene, q: ArrayLike, out: NDArray[np.bool_] | None = None, threads: int | None = None
     ) -> bool | NDArray[np.bool_]:
-        """The same, in Python."""
+        """``in_collision`` in Python."""
         q = as_positions(q, self.tree)
-        if q.ndim == 1 and threads is not None:
-            as_threads(threads)  # refused where it is no number of threads
-        if q.ndim == 1 and out is None:
-            return self._touches(q, scene)
+        if q.ndim == 1:
+            refuse_unless_threads(threads)
+            if out is None:
+                return self._touches(q, scene)
         hits = as_out(out, q.shape[:-1], q, dtype=np.bool_)
-        self._touch_each(q, scene, hits, threads)
+        if q.ndim == 1:
+            hits[()] = self._touches(q, scene)
+        else:
+            rows, of_rows = flat(q), hits.reshape(-1)
+            if not in_parts(lambda part: overlap.overlap_batch(*scene, rows[part], of_rows[part]), len(rows), threads=threads):
+                refuse_out_of_range(q)
         return hits
+
+    def _touches(self, q: Array, scene: Scene) -> bool:
+        result = overlap.overlap_one(*scene, for_kernel(q))
+        if result == OUT_OF_RANGE:
+            refuse_out_of_range(q)
+        return result == OVERLAPS
 
     def signed_distance(
         self,
@@ -149,26 +150,29 @@ class Checker:
         out: NDArray[np.float64] | None = None,
         threads: int | None = None,
     ) -> Any:
-        """The least signed distance [m]: a number for one q without ``out``, else shape (...,). Arguments as ``in_collision``.
-
-        Raises:
-            InputError: As ``in_collision``.
-            GeometryError: As ``in_collision``.
-        """
-        objects = self._objects(world)
+        """The least signed distance [m]: a number for one q without ``out``, else shape (...,)."""
+        objects = _objects_of(world)
         scene = self._scene(objects, self_collision)
         if out is None and threads is None:
             return self._of_scene(_NEAREST, objects, self_collision, scene)(q)
         return self._least_distance(scene, q, out, threads)
 
     def _least_distance(self, scene: Scene, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Any:
-        """The same, in Python."""
+        """``signed_distance`` in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
-            return float(self._nearest(q, scene, threads)[NEAREST])
+            return float(self._nearest(q, scene, threads)[0, NEAREST])
         result = as_out(out, q.shape[:-1], q)
-        result[...] = self._nearest(q, scene, threads)[..., NEAREST]
+        result.reshape(-1)[:] = self._nearest(q, scene, threads)[:, NEAREST]
         return result
+
+    def _nearest(self, q: Array, scene: Scene, threads: int | None) -> Array:
+        """The nearest pair of each row of q (``kernels.collision.nearest``), shape (n, NEAREST_WIDTH)."""
+        rows = q[None] if q.ndim == 1 else flat(q)
+        found = np.empty((len(rows), NEAREST_WIDTH))
+        if not _in_parts(partial(nearest.nearest_batch, *scene), (rows, found), threads):
+            refuse_out_of_range(q)
+        return found
 
     def distance_gradient(
         self,
@@ -177,19 +181,14 @@ class Checker:
         self_collision: bool,
         out: NDArray[np.float64] | None = None,
         threads: int | None = None,
-    ) -> NDArray[np.float64]:
-        """The gradient of the least signed distance [m/rad or 1], shape (..., n_dof). Arguments as ``in_collision``.
-
-        Raises:
-            InputError: As ``in_collision``.
-            GeometryError: As ``in_collision``.
-        """
-        objects = self._objects(world)
-        scene = self._scene(objects, self_collision)
-        q = as_positions(q, self.tree)
+    ) -> Array:
+        """The gradient of the least signed distance [m/rad or 1], shape (..., n_dof)."""
+        scene, q = self.scene_of(world, self_collision), as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
-        found = self._nearest(q, scene, threads).reshape(-1, NEAREST_WIDTH)
-        self._gradients(rows, scene, found, gradient.reshape(rows.shape), threads)
+        pairs, of_rows = self._nearest(q, scene, threads)[:, BODY:].astype(np.int64), gradient.reshape(rows.shape)
+        all_contacts = np.empty((len(pairs), CONTACT_WIDTH))
+        arrays = for_kernel(rows), pairs, all_contacts, of_rows
+        _in_parts(lambda q, *rest: contacts.contacts_each(*scene, q, np.arange(len(q)), *rest), arrays, threads)
         return gradient
 
     def edge_in_collision(
@@ -201,51 +200,32 @@ class Checker:
         resolution: float,
         threads: int | None = None,
     ) -> EdgeReport:
-        """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each; the rest as ``in_collision``.
-
-        Raises:
-            InputError: As ``in_collision``; or ``resolution`` [m] is not a number of at least ``LEAST_RESOLUTION``, or the
-                shapes of q_a and q_b cannot be broadcast.
-            GeometryError: As ``in_collision``.
-        """
+        """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each."""
         resolution = as_number("resolution", resolution, LEAST_RESOLUTION, f"a length of at least {LEAST_RESOLUTION:g} m")
-        objects = self._objects(world)
-        scene = self._scene(objects, self_collision)
+        scene = self.scene_of(world, self_collision)
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
-        if starts.ndim == ends.ndim == 1:
-            return self._one_edge(starts, ends, scene, float(resolution), threads)
-        batch, a, b = rows_of_both(starts, ends, "q_a", "q_b")
-        status, free = self._edges(a, b, scene, resolution, threads)
-        if (status == EDGE_OUT_OF_RANGE).any():
+        one = starts.ndim == ends.ndim == 1
+        batch, a, b = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
+        status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
+        arrays = for_kernel(a), for_kernel(b), status, free
+        _in_parts(lambda a, b, *out: continuous.edges_each(*scene, a, b, resolution, *out), arrays, threads, WORTH_A_THREAD)
+        outcome = status.item() if one else EDGE_OUT_OF_RANGE if (status == EDGE_OUT_OF_RANGE).any() else None
+        if outcome == EDGE_OUT_OF_RANGE:
             refuse_out_of_range(starts, "q_a")
             refuse_out_of_range(ends, "q_b")
+        if one:
+            free_until = free.item()
+            return EdgeReport(outcome == EDGE_CONTACT, free_until, starts + free_until * (ends - starts))
         q = (a + free[:, None] * (b - a)).reshape(*batch, self.tree.n_dof)
         return EdgeReport((status == EDGE_CONTACT).reshape(batch), free.reshape(batch), q)
-
-    def _one_edge(self, a: Array, b: Array, scene: Scene, resolution: float, threads: int | None) -> EdgeReport:
-        """The report of one edge, shape (n_dof,) each."""
-        if threads is not None:
-            as_threads(threads)  # refused where it is no number of threads
-        status, free = np.empty(1, dtype=np.int64), np.empty(1)
-        continuous.edges_each(*scene, for_kernel(a[None]), for_kernel(b[None]), resolution, status, free)
-        outcome, free_until = status.item(), free.item()
-        if outcome == EDGE_OUT_OF_RANGE:
-            refuse_out_of_range(a, "q_a")
-            refuse_out_of_range(b, "q_b")
-        return EdgeReport(outcome == EDGE_CONTACT, free_until, a + free_until * (b - a))
 
     def check_collision(
         self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float, threads: int | None = None
     ) -> Any:
-        """The pairs at most ``max_distance`` [m] apart: a report for one q, else an array of reports, shape (...,).
-
-        Raises:
-            InputError: As ``in_collision``; or ``max_distance`` is not a number of at least 0.
-            GeometryError: As ``in_collision``.
-        """
-        objects = self._objects(world)  # read once, so that the report has the names of the objects that were checked
-        q = as_positions(q, self.tree)
-        found = self._near(q, objects, self_collision, as_reach("max_distance", max_distance), threads, gradients=False)
+        """The pairs at most ``max_distance`` [m] apart: a report for one q, else an array of reports, shape (...,)."""
+        objects = _objects_of(world)  # read once, so that the report has the names of the objects that were checked
+        q, within = as_positions(q, self.tree), as_reach("max_distance", max_distance)
+        found = find_near_pairs(q, self._scene(objects, self_collision), len(objects.names), within, threads=threads)
         of_rows = reports_of(found, self.bodies, objects.names)
         if q.ndim == 1:
             return next(of_rows)
@@ -257,29 +237,36 @@ class Checker:
     def distances(
         self, q: ArrayLike, world: World | None, self_collision: bool, within: float, threads: int | None = None
     ) -> Distances:
-        """The pairs at most ``within`` [m] apart, as arrays (``Robot.distances``).
-
-        Raises:
-            InputError: As ``in_collision``; or ``within`` is not a number of at least 0.
-            GeometryError: As ``in_collision``.
-        """
-        objects, q = self._objects(world), as_positions(q, self.tree)
-        found = self._near(q, objects, self_collision, as_reach("within", within), threads, gradients=True)
+        """The pairs at most ``within`` [m] apart, as arrays."""
+        objects, q, within = _objects_of(world), as_positions(q, self.tree), as_reach("within", within)
+        scene = self._scene(objects, self_collision)
+        found = find_near_pairs(q, scene, len(objects.names), within, gradients=True, threads=threads)
         return distances_of(found, self.bodies, objects.names)
 
-    def _near(
-        self, q: Array, objects: Objects, self_collision: bool, within: float, threads: int | None, *, gradients: bool
-    ) -> NearPairs:
-        """The pairs near each other at each q of a batch, shape (..., n_dof)."""
-        if threads is not None:
-            as_threads(threads)  # refused where it is no number of threads, even for one q
-        rows = q[None] if q.ndim == 1 else flat(q)
-        scene = self._scene(objects, self_collision)
-        found = find_near_pairs(rows, scene, len(objects.names), within, gradients=gradients, threads=threads)
-        if found is None:
-            refuse_out_of_range(q)
-            raise AssertionError("an entry of q is out of range")
-        return found
+    def links_that_touch(self, q: ArrayLike) -> tuple[tuple[str, str], ...]:
+        """The pairs of links that touch at ``at`` = q, shape (n_dof,), of those that are checked."""
+        q = as_configuration(q, self.tree, "at")
+        held, report = {one.name for one in self.attached}, self.check_collision(q, None, self_collision=True, max_distance=0.0)
+        pairs = dict.fromkeys((pair.link_a, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
+        return tuple(pair for pair in pairs if held.isdisjoint(pair))
+
+    def links_near(
+        self, cloud: PointCloud, q: ArrayLike, within: float, pose: ArrayLike | None
+    ) -> tuple[tuple[str, ...], NDArray[np.int64]]:
+        """The links and attached objects, and which of them is nearest to each ball of a cloud, -1 if none is within."""
+        if not isinstance(cloud, PointCloud):
+            raise InputError("cloud", f"{type(cloud).__name__}; an ulna.PointCloud is expected")
+        q, names = as_configuration(q, self.tree, "q"), tuple(dict.fromkeys(self.bodies.owners))
+        T, within = as_one_pose(np.eye(4) if pose is None else pose, "pose"), lengths("within", (within,), 1)[0]
+        objects = make_objects({"cloud": cloud}, {"cloud": T}, {})
+        found = find_near_pairs(q, scene_of(self.tree.joints, self.bodies, NO_PAIRS, objects), 0, within)
+        pairs = found.pairs[::-1]  # of the bodies near a point the nearest is written last
+        # The cloud is the only object, so its balls are numbered from 0, in the order of its tree.
+        place = pairs[:, PAIR_OTHER] - len(self.bodies.names) - FIRST_BALL
+        owner_of_body = np.array([names.index(owner) for owner in self.bodies.owners])
+        owner_of_ball = np.full(len(cloud.points), -1)
+        owner_of_ball[compact_order(cloud.points)[place]] = owner_of_body[pairs[:, PAIR_BODY]]
+        return names, owner_of_ball
 
     def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: Scene) -> Callable[[ArrayLike], Any]:
         """A function of q in the last scene, in C if the extension is there; made when it is first needed."""
@@ -304,117 +291,17 @@ class Checker:
         return in_c or in_python
 
     def __getstate__(self) -> dict[str, Any]:
-        """What is kept of the last questions is not copied, nor pickled."""
+        """What is kept of the last scene is not copied, nor pickled."""
         return {**self.__dict__, "_last_scene": _NO_LAST_SCENE, "prebound": [_NOTHING_BOUND]}
 
-    def _touch_each(self, q: NDArray[np.float64], scene: Scene, out: NDArray[np.bool_], threads: int | None) -> None:
-        """Write to out, shape (...,), whether anything touches."""
-        if q.ndim == 1:
-            out[()] = self._touches(q, scene)
-            return
-        rows, of_rows = flat(q), out.reshape(-1)
-        if not in_parts(lambda part: overlap.overlap_batch(*scene, rows[part], of_rows[part]), len(rows), threads=threads):
-            refuse_out_of_range(q)
-
-    def _gradients(self, rows: Array, scene: Scene, found: Array, out: Array, threads: int | None) -> None:
-        """Write the gradient of the nearest pair found for each row of q to out, shape (n, n_dof)."""
-        pairs = found[:, BODY:].astype(np.int64)
-        all_contacts = np.empty((len(pairs), CONTACT_WIDTH))
-
-        def run(part: slice) -> bool:
-            of_q = np.arange(part.stop - part.start)
-            return contacts.contacts_each(*scene, for_kernel(rows[part]), of_q, pairs[part], all_contacts[part], out[part])
-
-        if len(rows) == 1:
-            run(slice(0, 1))
-        else:
-            in_parts(run, len(rows), threads=threads)
-
-    def _edges(self, a: Array, b: Array, scene: Scene, resolution: float, threads: int | None) -> tuple[NDArray[np.int64], Array]:
-        """The status of each edge, and the fraction of it that is free, shape (n,) each."""
-        status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
-
-        def run(part: slice) -> bool:
-            return continuous.edges_each(*scene, for_kernel(a[part]), for_kernel(b[part]), resolution, status[part], free[part])
-
-        in_parts(run, len(a), least=WORTH_A_THREAD, threads=threads)
-        return status, free
-
-    def _touches(self, q: NDArray[np.float64], scene: Scene) -> bool:
-        result = overlap.overlap_one(*scene, for_kernel(q))
-        if result == OUT_OF_RANGE:
-            refuse_out_of_range(q)
-        return result == OVERLAPS
-
-    def _nearest(self, q: NDArray[np.float64], scene: Scene, threads: int | None = None) -> NDArray[np.float64]:
-        """The nearest pair of each q (``kernels.collision.nearest``), shape (..., NEAREST_WIDTH)."""
-        if q.ndim == 1:
-            if threads is not None:
-                as_threads(threads)  # refused where it is no number of threads
-            one = np.empty((1, NEAREST_WIDTH))
-            if not nearest.nearest_batch(*scene, q[None], one):
-                refuse_out_of_range(q)
-            return one[0]
-        found, rows = np.empty((*q.shape[:-1], NEAREST_WIDTH)), flat(q)
-        out = found.reshape(-1, NEAREST_WIDTH)
-        if not in_parts(lambda part: nearest.nearest_batch(*scene, rows[part], out[part]), len(rows), threads=threads):
-            refuse_out_of_range(q)
-        return found
-
-    def links_that_touch(self, q: ArrayLike) -> tuple[tuple[str, str], ...]:
-        """The pairs of links that touch at q, shape (n_dof,), of those that are checked.
-
-        Raises:
-            InputError: q is not one configuration.
-            GeometryError: As ``in_collision``.
-        """
-        q = as_positions(q, self.tree, "at")
-        if q.ndim != 1:
-            raise InputError("at", f"shape {q.shape}; one configuration, shape ({self.tree.n_dof},), is expected")
-        held, report = {one.name for one in self.attached}, self.check_collision(q, None, self_collision=True, max_distance=0.0)
-        pairs = dict.fromkeys((pair.link_a, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
-        return tuple(pair for pair in pairs if held.isdisjoint(pair))
-
-    def links_near(
-        self, cloud: PointCloud, q: ArrayLike, within: float, pose: ArrayLike | None
-    ) -> tuple[tuple[str, ...], NDArray[np.int64]]:
-        """The links and attached objects, and which of them is nearest to each ball of a cloud (``Robot.links_near``).
-
-        Raises:
-            InputError: q is not one configuration, ``within`` is not a length, or the pose is not a rigid motion.
-            GeometryError: As ``in_collision``.
-        """
-        if not isinstance(cloud, PointCloud):
-            raise InputError("cloud", f"{type(cloud).__name__}; an ulna.PointCloud is expected")
-        q = as_positions(q, self.tree)
-        if q.ndim != 1:
-            raise InputError("q", f"shape {q.shape}; one configuration, shape ({self.tree.n_dof},), is expected")
-        refuse_out_of_range(q)
-        T = as_one_pose(np.eye(4) if pose is None else pose, "pose")
-        return owners_near(cloud, T, q, self.tree.joints, self.bodies, lengths("within", (within,), 1)[0])
-
     def scene_of(self, world: World | None, self_collision: bool) -> Scene:
-        """What is checked, as the kernels take it.
-
-        Raises:
-            InputError: There is nothing to check.
-            GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
-        """
-        return self._scene(self._objects(world), self_collision)
+        """What is checked, as the kernels take it."""
+        return self._scene(_objects_of(world), self_collision)
 
     def scene_and_names(self, world: World | None) -> tuple[Scene, list[str]]:
-        """The robot with itself and a world, as the kernels take it, and the objects' names by their numbers in it.
-
-        Raises:
-            GeometryError: As ``scene_of``.
-        """
-        objects = self._objects(world)
+        """The robot with itself and a world, as the kernels take it, and the objects' names by their numbers in it."""
+        objects = _objects_of(world)
         return self._scene(objects, True), objects.names
-
-    def _objects(self, world: World | None) -> Objects:
-        if world is not None and not isinstance(world, World):
-            raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
-        return NO_OBJECTS if world is None else world.objects()
 
     def _scene(self, objects: Objects, self_collision: bool) -> Scene:
         """The arguments of the kernels: the robot and the objects. The last ones are kept."""
@@ -429,3 +316,18 @@ class Checker:
         scene = scene_of(self.tree.joints, self.bodies, self.pairs if self_collision else NO_PAIRS, objects, known[1])
         self._last_scene = objects, self_collision, scene
         return scene
+
+
+def _objects_of(world: World | None) -> Objects:
+    if world is not None and not isinstance(world, World):
+        raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+    return NO_OBJECTS if world is None else world.objects()
+
+
+def _in_parts(run: Callable[..., bool], arrays: tuple[NDArray, ...], threads: int | None, least: int = LEAST_ROWS) -> bool:
+    """``in_parts`` of a function of rows of these arrays; a single row at once, in less time."""
+    n = len(arrays[0])
+    if n == 1:
+        refuse_unless_threads(threads)
+        return run(*arrays)
+    return in_parts(lambda part: run(*(array[part] for array in arrays)), n, least, threads)

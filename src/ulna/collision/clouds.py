@@ -10,8 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.cloud_filters import in_box, one_per_voxel
-from ulna.collision.depth_image import points_of_depth
+from ulna.collision.cloud_points import in_box, one_per_voxel, points_of_depth
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import frozen
@@ -247,6 +246,15 @@ class HeightMap:
 
     def __repr__(self) -> str:
         return f"HeightMap({' x '.join(map(str, self.heights.shape))} cells of {self.cell:g} m)"
+
+
+def cells_of(terrain: HeightMap) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The centres of the boxes over the cells in the frame of the object [m], and half their extents, shape (n, 3) each."""
+    nx, ny = terrain.heights.shape
+    x, y = ((np.arange(n) - (n - 1) / 2) * terrain.cell for n in (nx, ny))
+    half = np.empty((nx * ny, 3))
+    half[:, :2], half[:, 2] = terrain.cell / 2, (terrain.heights.ravel() - terrain.bottom) / 2
+    return np.column_stack([np.repeat(x, ny), np.tile(y, nx), terrain.bottom + half[:, 2]]), half
 
 
 Obstacle = Solid | PointCloud | HeightMap

@@ -10,10 +10,10 @@ from ulna.collision.bodies import Bodies
 from ulna.collision.report import Pair, Report
 from ulna.description.arrays import as_number
 from ulna.drivers import contacts
-from ulna.engine.threads import in_parts
+from ulna.engine.threads import in_parts, refuse_unless_threads
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE, NORMAL, PAIR_WIDTH, WITNESS_A, WITNESS_B
 from ulna.kernels.collision.scene import Scene
-from ulna.kinematics.positions import for_kernel
+from ulna.kinematics.positions import flat, for_kernel, refuse_out_of_range
 
 Array = NDArray[np.float64]
 FIRST_ROOM, ROOM_OF_ONE = 32, 32  # pairs: for any batch, and for each q; if there are more, the search is repeated with more room
@@ -43,14 +43,30 @@ class NearPairs(NamedTuple):
 
 
 def find_near_pairs(
-    q: Array, scene: Scene, n_objects: int, within: float, *, gradients: bool, threads: int | None = None
-) -> NearPairs | None:
-    """The pairs that are at most ``within`` [m] apart at each q, shape (n, n_dof); None if an entry of q is out of range.
+    q: Array, scene: Scene, n_objects: int, within: float, *, gradients: bool = False, threads: int | None = None
+) -> NearPairs:
+    """The pairs that are at most ``within`` [m] apart at each q, shape (..., n_dof).
 
     n_objects: how many objects there are; with 0 all solids of an object count, and not only the nearest to each body.
+
+    Raises:
+        InputError: An entry of q is out of range, or ``threads`` is not a number of threads.
     """
-    if len(q) <= LEAST_ROWS:
-        return _in_one_part(q, scene, n_objects, within, gradients=gradients)
+    rows = q[None] if q.ndim == 1 else flat(q)
+    if len(rows) <= LEAST_ROWS:
+        refuse_unless_threads(threads)
+        found = _in_one_part(rows, scene, n_objects, within, gradients=gradients)
+    else:
+        found = _in_several_parts(rows, scene, n_objects, within, threads, gradients=gradients)
+    if found is None:
+        refuse_out_of_range(q)
+        raise AssertionError("an entry of q is out of range")
+    return found
+
+
+def _in_several_parts(
+    q: Array, scene: Scene, n_objects: int, within: float, threads: int | None, *, gradients: bool
+) -> NearPairs | None:
     found: dict[int, NearPairs] = {}
 
     def run(part: slice) -> bool:

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.arena import Arena
-from ulna.collision.clouds import HeightMap, Obstacle, PointCloud
-from ulna.collision.expand import Solids, expand
+from ulna.collision.clouds import HeightMap, Obstacle, PointCloud, cells_of
 from ulna.collision.object_tree import (
     MOST_LEVELS,
     NO_TREE,
@@ -33,7 +32,19 @@ from ulna.collision.rounded_shapes import shape_columns, shape_vertices
 from ulna.description.shapes import Box, HalfSpace, Sphere
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.collision_layout import BALL_ROW, CHILD, NO_NODE, NODE_ROWS, PLACES
-from ulna.kernels.layout import BODY_WIDTH, FIRST_VERTEX, HULL, N_VERTICES, OBJECT, SHAPE, TOUCH_SET
+from ulna.kernels.layout import (
+    BODY_WIDTH,
+    BOX,
+    FIRST_VERTEX,
+    HALF_EXTENTS,
+    HULL,
+    N_VERTICES,
+    OBJECT,
+    RADIUS,
+    REACH,
+    SHAPE,
+    TOUCH_SET,
+)
 
 Array = NDArray[np.float64]
 MOST_UNINDEXED = 64  # so many objects need no BVH: testing each for eight configurations at once is as fast
@@ -137,17 +148,18 @@ class ObjectTables:
             at = arena.add_rows(np.array([row]))
             tree, n_of_points = write_cloud(arena, shape, T, at) if n else NO_TREE, -(-n // (2 * WIDTH))
         else:
-            tree, n_of_points = write_tree(arena, *self._add_cells(number, touch_set, T, expand(shape))), 0
+            tree, n_of_points = write_tree(arena, *self._add_cells(number, touch_set, T, shape)), 0
         rows, nodes = slice(first_row, arena.n_rows), slice(first_node, arena.n_nodes)
         self._many[name], self._root = _Many(shape, rows, nodes, n_of_points, tree), None
 
-    def _add_cells(self, number: int, touch_set: int, T: Array, solids: Solids) -> tuple[Array, Array, Array]:
-        """Write the rows of a height map; what a tree is written over."""
-        order = compact_order(solids.places)
-        rows = np.empty((len(order), BODY_WIDTH))
-        rows[:, :12], rows[:, SHAPE:] = T[:3].ravel(), solids.columns[order]
-        rows[:, OBJECT], rows[:, TOUCH_SET] = number, touch_set
-        rows[:, 3:12:4] += solids.places[order] @ T[:3, :3].T
+    def _add_cells(self, number: int, touch_set: int, T: Array, terrain: HeightMap) -> tuple[Array, Array, Array]:
+        """Write the rows of a height map, a box for each cell; what a tree is written over."""
+        centres, half = cells_of(terrain)
+        order = compact_order(centres)
+        rows = np.zeros((len(order), BODY_WIDTH))
+        rows[:, :12], rows[:, OBJECT], rows[:, TOUCH_SET], rows[:, SHAPE] = T[:3].ravel(), number, touch_set, BOX
+        rows[:, HALF_EXTENTS:RADIUS], rows[:, REACH] = half[order], np.linalg.norm(half[order], axis=1)
+        rows[:, 3:12:4] += centres[order] @ T[:3, :3].T
         first = self._arena.add_rows(rows)
         return *bounds(rows), -1.0 - np.arange(float(first), first + len(rows))
 

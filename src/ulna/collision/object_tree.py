@@ -9,12 +9,11 @@ from ulna.collision.arena import Arena
 from ulna.collision.clouds import PointCloud
 from ulna.drivers import morton_order, tree_nodes
 from ulna.engine.lanes import WIDTH
-from ulna.kernels.collision.collision_layout import CHILD, NO_NODE, NODE_ROWS, PLACES
+from ulna.kernels.collision.collision_layout import CHILD, NO_NODE, NODE_ROWS, NOWHERE, PLACES
 from ulna.kernels.layout import CONTACT, HALF_EXTENTS, RADIUS
 
 Array = NDArray[np.float64]
 MOST_LEVELS = 11  # of a tree over 8^11 solids, more than memory holds
-_NOWHERE = 1e300  # bounds that overlap no body
 
 
 class ObjectTree(NamedTuple):
@@ -108,7 +107,7 @@ def without(arena: Arena, tree: ObjectTree, place: int) -> ObjectTree:
         arena.n_nodes += 1
         if level == last:
             column = arena.nodes[first : first + NODE_ROWS, lane]
-            column[:3], column[3:CHILD], column[CHILD] = _NOWHERE, -_NOWHERE, np.nan
+            column[:3], column[3:CHILD], column[CHILD] = NOWHERE, -NOWHERE, np.nan
         else:
             node = int(arena.nodes[first + CHILD, lane]) // PLACES
             arena.nodes[first + CHILD, lane] = PLACES * arena.n_nodes

@@ -1,12 +1,29 @@
-"""Holds the tables of a world's objects as they were at one moment."""
+"""Holds the tables of a world's objects as they were at one moment, and lists the solids in them.
+
+A solid has a number (``kernels.collision.collision_layout``): a row of the table, or the place of a ball in a node.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.solid_numbers import numbers_below, table_of
+from ulna.engine.lanes import WIDTH
+from ulna.kernels.collision.collision_layout import (
+    BALL_ROW,
+    CHILD,
+    CHILDREN,
+    FIRST_BALL,
+    FIRST_POINTS,
+    NO_NODE,
+    NODE_ROWS,
+    NOWHERE,
+    PLACES,
+)
 from ulna.kernels.layout import HALF_SPACE, REACH, SHAPE
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
 
 
 @dataclass(eq=False, slots=True)
@@ -52,3 +69,42 @@ class Objects:
         table = self.solids
         bounded = table[table[:, SHAPE] != HALF_SPACE]
         return float(np.max(np.linalg.norm(bounded[:, 3:12:4], axis=1) + bounded[:, REACH], initial=0.0))
+
+
+def numbers_below(nodes: Array, root: int) -> Numbers:
+    """The numbers of the solids in a tree, shape (n,)."""
+    found, below = [np.empty(0, np.int64)], np.array([root] if root != NO_NODE else [], dtype=np.int64)
+    while len(below):
+        number, kind = below // PLACES, below % PLACES
+        of_points = kind != CHILDREN
+        found.append(_balls_in(nodes, number[of_points], kind[of_points] - FIRST_POINTS))
+        children = nodes.reshape(-1, NODE_ROWS, WIDTH)[number[~of_points], CHILD].ravel()
+        children = children[~np.isnan(children)].astype(np.int64)
+        found.append(-1 - children[children < 0])
+        below = children[children >= 0]
+    return np.concatenate(found)
+
+
+def rows_of(nodes: Array, numbers: Numbers) -> Numbers:
+    """The row of the table that says the size, the object and the touch set of each solid, shape (n,)."""
+    rows, is_ball = numbers.copy(), numbers >= FIRST_BALL
+    number = (numbers[is_ball] - FIRST_BALL) // (2 * WIDTH)
+    rows[is_ball] = nodes.reshape(-1, NODE_ROWS, WIDTH)[number, CHILD, BALL_ROW]
+    return rows
+
+
+def table_of(table: Array, nodes: Array, numbers: Numbers) -> Array:
+    """Solids as rows of a table of their own, shape (n, BODY_WIDTH)."""
+    solids, is_ball = table[rows_of(nodes, numbers)], numbers >= FIRST_BALL
+    number, place = np.divmod(numbers[is_ball] - FIRST_BALL, 2 * WIDTH)
+    second, lane = np.divmod(place, WIDTH)
+    for axis in range(3):
+        solids[is_ball, 3 + 4 * axis] = nodes[NODE_ROWS * number + 3 * second + axis, lane]
+    return solids
+
+
+def _balls_in(nodes: Array, number: Numbers, second: Numbers) -> Numbers:
+    """The numbers of the balls in the first or the second half of nodes of points."""
+    lanes = np.arange(WIDTH)
+    present = nodes[NODE_ROWS * number + 3 * second] < NOWHERE
+    return (FIRST_BALL + (2 * WIDTH * number + WIDTH * second)[:, None] + lanes)[present]

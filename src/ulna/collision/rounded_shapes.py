@@ -28,26 +28,22 @@ def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[floa
     Raises:
         GeometryError: It is a mesh as a file gives it, which need not be convex.
     """
-    columns = _core_columns(shape, first_vertex)
-    reach = inf if isinstance(shape, HalfSpace) else hypot(*columns[1:4]) + columns[4]
-    return *columns, reach
-
-
-def _core_columns(shape: Shape | HalfSpace, first_vertex: int) -> tuple[float, ...]:
     match shape:
         case Sphere(radius):
-            return SPHERE, 0.0, 0.0, 0.0, radius, 0, 0
+            columns = SPHERE, 0.0, 0.0, 0.0, radius, 0, 0
         case Capsule():
-            return CAPSULE, 0.0, 0.0, shape.length / 2, shape.radius, 0, 0
+            columns = CAPSULE, 0.0, 0.0, shape.length / 2, shape.radius, 0, 0
         case Box():
-            return BOX, *shape.half_extents, 0.0, 0, 0
+            columns = BOX, *shape.half_extents, 0.0, 0, 0
         case Cylinder():
-            return CYLINDER, shape.radius, shape.radius, shape.length / 2, 0.0, 0, 0
-        case ConvexMesh(vertices=vertices):
-            return HULL, *np.abs(vertices).max(axis=0).tolist(), 0.0, first_vertex, len(vertices)
+            columns = CYLINDER, shape.radius, shape.radius, shape.length / 2, 0.0, 0, 0
         case HalfSpace():
-            return HALF_SPACE, 0.0, 0.0, 0.0, 0.0, 0, 0
-    raise GeometryError(f"a {type(shape).__name__} has no collision kernel; {_ADVICE}")
+            return HALF_SPACE, 0.0, 0.0, 0.0, 0.0, 0, 0, inf
+        case ConvexMesh(vertices=vertices):
+            return hull_columns(vertices, first_vertex)
+        case _:
+            raise GeometryError(f"a {type(shape).__name__} has no collision kernel; {_ADVICE}")
+    return *columns, hypot(*columns[1:4]) + columns[4]
 
 
 def hull_columns(vertices: NDArray[np.float64], first_vertex: int) -> tuple[float, ...]:

@@ -5,18 +5,19 @@ barrier to entry of complex robotic software, J. Software Engineering for Roboti
 pairs are checked: samples without contact do not prove that there is none, and a pair costs a few nanoseconds.
 """
 
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.allowed import ADJACENT, ALWAYS, FIXED, NEVER, SOMETIMES, AllowedCollisions, LinkPair, as_link_pairs
-from ulna.collision.bodies import Bodies
+from ulna.collision.bodies import NO_PAIRS, Bodies, scene_of
 from ulna.collision.object_tables import NO_OBJECTS
-from ulna.collision.scene_tables import NO_PAIRS, may_touch_of, scene_of
 from ulna.description.robot_description import Description
 from ulna.drivers import overlap
 from ulna.kernels.collision.collision_layout import OVERLAPS
+from ulna.kernels.collision.scene import Scene
 from ulna.kinematics.positions import for_kernel
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
@@ -38,12 +39,16 @@ class FoundPairs:
         self._not_counted: AllowedCollisions | None = None
 
     def counted(self, bodies: Bodies) -> AllowedCollisions:
-        """The pairs, each with its number of contacts, and the pairs that are checked."""
+        """The pairs, each with its number of contacts in SAMPLES random configurations, and the pairs that are checked."""
         if self._counted is None:
             allowed, open_pairs = self._by_joints()
-            seen = sampled(self._tree, bodies, open_pairs)
-            allowed += [pair for pair in seen if pair.reason == ALWAYS]
-            self._counted = self._with_srdf(allowed, tuple(pair for pair in seen if pair.reason != ALWAYS))
+            q, touches = random_positions(self._tree, SAMPLES, SEED), np.empty(SAMPLES, np.bool_)
+            checked = []
+            for links, alone in self._alone(bodies, open_pairs):
+                overlap.overlap_batch(*alone, for_kernel(q), touches)
+                pair = _judged(*links, touches, q)
+                (allowed if pair.reason == ALWAYS else checked).append(pair)
+            self._counted = self._with_srdf(allowed, tuple(checked))
         return self._counted
 
     def without_counts(self, bodies: Bodies) -> AllowedCollisions:
@@ -56,13 +61,17 @@ class FoundPairs:
         if self._not_counted is None:
             allowed, open_pairs = self._by_joints()
             q = for_kernel(random_positions(self._tree, SAMPLES, SEED))
-            itself = scene_of(self._tree.joints, bodies, NO_PAIRS, NO_OBJECTS, may_touch_of(bodies, NO_OBJECTS.touch_sets))
-            for links in open_pairs:
-                alone = itself._replace(pairs=bodies.table_of_pairs([links]))
+            for links, alone in self._alone(bodies, open_pairs):
                 if all(overlap.overlap_one(*alone, row) == OVERLAPS for row in q):
                     allowed.append(LinkPair(*links, ALWAYS))
             self._not_counted = self._with_srdf(allowed)
         return self._not_counted
+
+    def _alone(self, bodies: Bodies, link_pairs: list[tuple[str, str]]) -> Iterator[tuple[tuple[str, str], Scene]]:
+        """Each pair of links with a scene in which only these two are checked."""
+        itself = scene_of(self._tree.joints, bodies, NO_PAIRS, NO_OBJECTS)
+        for links in link_pairs:
+            yield links, itself._replace(pairs=bodies.table_of_pairs([links]))
 
     def _by_joints(self) -> tuple[list[LinkPair], list[tuple[str, str]]]:
         """Of the links with shapes: the pairs that may touch by how they are joined, and all others."""
@@ -80,18 +89,6 @@ class FoundPairs:
 
     def _with_srdf(self, allowed: list[LinkPair], checked: tuple[LinkPair, ...] = ()) -> AllowedCollisions:
         return AllowedCollisions(tuple(allowed), checked).plus(*as_link_pairs(self._description.srdf.disabled_collisions))
-
-
-def sampled(tree: Tree, bodies: Bodies, link_pairs: list[tuple[str, str]]) -> list[LinkPair]:
-    """Counts the contacts of each pair of links in SAMPLES random configurations, which are the same in every run."""
-    if not link_pairs:
-        return []
-    q = random_positions(tree, SAMPLES, SEED)
-    touching = np.empty((len(link_pairs), SAMPLES), dtype=np.bool_)
-    groups = np.repeat(np.arange(len(link_pairs)), [len(bodies.pairs_of([links])) for links in link_pairs])
-    pairs, vertices = bodies.table_of_pairs(link_pairs), None if bodies.only_boxes else bodies.vertices
-    overlap.overlap_groups(tree.joints, bodies.table, vertices, pairs, groups, for_kernel(q), touching)
-    return [_judged(a, b, touches, q) for (a, b), touches in zip(link_pairs, touching, strict=True)]
 
 
 def _judged(a: str, b: str, touches: NDArray[np.bool_], q: NDArray[np.float64]) -> LinkPair:

@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.clouds import Obstacle, PointCloud
-from ulna.collision.names import as_link_names
 from ulna.collision.object_tables import ObjectTables
 from ulna.collision.objects import Objects
-from ulna.description.given_names import refuse_no_name
+from ulna.description.given_names import as_link_names, refuse_no_name
 from ulna.description.pose import as_one_pose, as_pose, orthonormal
 from ulna.errors import GeometryError, InputError, UnknownNameError
 

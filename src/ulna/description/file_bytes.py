@@ -30,11 +30,7 @@ def file_bytes(path: str | Path, most: int) -> bytes:
 
 
 def regular_file_bytes(path: str | Path, most: int) -> bytes:
-    """The bytes of a regular file only, for a path from an untrusted description.
-
-    Raises:
-        OSError: It cannot be opened or read, or is not a file.
-    """
+    """The bytes of a regular file only, for a path from an untrusted description."""
     with open(path, "rb", opener=_without_waiting) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(22, "not a regular file", str(path))

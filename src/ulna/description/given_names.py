@@ -1,6 +1,7 @@
 """Checks names that a user gives: of links, joints, tools, objects."""
 
 import re
+from collections.abc import Iterable
 
 from ulna.errors import InputError
 
@@ -27,10 +28,16 @@ def name_fault(name: object) -> str:
 
 
 def refuse_no_name(name: object, argument: str = "name") -> None:
-    """Refuse an invalid name.
-
-    Raises:
-        InputError: See ``name_fault``.
-    """
+    """Refuse an invalid name."""
     if fault := name_fault(name):
         raise InputError(argument, fault)
+
+
+def as_link_names(names: Iterable[str]) -> frozenset[str]:
+    """The names of ``touch_links`` as a set."""
+    if isinstance(names, str) or not isinstance(names, Iterable):
+        raise InputError("touch_links", f"{names!r}; a list of names is expected")
+    given = tuple(names)
+    for name in given:
+        refuse_no_name(name, "touch_links")
+    return frozenset(given)

@@ -8,7 +8,7 @@ from typing import Literal
 
 from ulna.description.document import Document, expanded, is_text, open_document, refuse_arguments
 from ulna.description.meshes.mesh_files import with_mesh_paths
-from ulna.description.names.by_name import BUNDLED, find_by_name
+from ulna.description.names.by_name import BUNDLED, Bundled, find_by_name
 from ulna.description.packages import as_package_dirs
 from ulna.description.references import matched
 from ulna.description.robot_description import Description
@@ -16,7 +16,6 @@ from ulna.description.semantic import Srdf
 from ulna.description.srdf import read_srdf
 from ulna.description.srdf_beside import srdf_beside
 from ulna.description.urdf import decoded, read_urdf
-from ulna.description.xml import parse
 from ulna.errors import DescriptionWarning, InputError
 
 _SUFFIXES = (".urdf", ".xacro", ".srdf", ".xml", ".sdf", ".mjcf")
@@ -39,22 +38,21 @@ def load_description(
         DescriptionError: The description is invalid; the message names the file and, if known, the line.
         InputError: ``source`` or ``srdf`` is neither a path nor text, or the document has no such xacro argument.
     """
-    document, home = _document(source, xacro_args, package_dirs)
-    description = replace(read_urdf(document.text, document.source), folder=document.folder, package_dirs=document.package_dirs)
-    if srdf is None and isinstance(source, str) and source in BUNDLED:
-        srdf = BUNDLED[source].semantics()
+    document, bundled = _document(source, xacro_args, package_dirs)
+    description = read_urdf(document)
+    if srdf is None and bundled is not None:
+        srdf = bundled.semantics()
     if srdf is None and document.folder is not None:  # nothing lies beside a text, or a bundled robot
         description = replace(description, srdf=srdf_beside(document, document.folder, description))
     elif srdf is not None and srdf is not False:
         description = replace(description, srdf=_given_srdf(srdf, document, description))
-    return description, home
+    return description, None if bundled is None else bundled.home
 
 
 def _given_srdf(srdf: object, document: Document, description: Description) -> Srdf:
     """The SRDF at a path or in a text. If it has names that the robot lacks, there is one warning for all of them."""
     path_or_text = _checked_source("srdf", srdf, "a path or SRDF text")
-    semantic = expanded(open_document("srdf", path_or_text, "SRDF"), {}, document.package_dirs)
-    semantics = matched(read_srdf(semantic.text, semantic.source), description)
+    semantics = matched(read_srdf(expanded(open_document("srdf", path_or_text, "SRDF", document.package_dirs), {})), description)
     for first in semantics.warnings[:1]:
         count = len(semantics.warnings)
         more = f" ({count} such sentences: robot.srdf.warnings)" if count > 1 else ""
@@ -67,23 +65,25 @@ def urdf_text(
 ) -> str:
     """The URDF text of a source, even if it cannot be loaded; of a xacro file, its expansion."""
     document, _ = _document(source, xacro_args, package_dirs)
-    text = decoded(parse(document.text, document.source), document.text, document.source)
-    return with_mesh_paths(mesh_paths, text, document.folder, document.package_dirs)
+    return with_mesh_paths(mesh_paths, decoded(document), document.folder, document.package_dirs)
 
 
-def _document(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> tuple[Document, Home]:
+def _document(
+    source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
+) -> tuple[Document, Bundled | None]:
+    """The document of a source, expanded; for a bundled robot, which it is."""
     source = _checked_source("source", source, "a name, a path or URDF text")
     if not isinstance(xacro_args, Mapping):
         raise InputError("xacro_args", f"{xacro_args!r}; a dict of names and values is expected")
     folders = as_package_dirs(package_dirs)
-    if isinstance(source, str) and source in BUNDLED:
-        bundled = BUNDLED[source]
-        refuse_arguments(source, xacro_args)
-        return Document(bundled.text(), bundled.file, package_dirs=folders), bundled.home
+    bundled = BUNDLED.get(source) if isinstance(source, str) else None
+    if bundled is not None:
+        refuse_arguments(str(source), xacro_args)
+        return Document(bundled.text(), bundled.file, package_dirs=folders), bundled
     if isinstance(source, str) and not is_text(source) and _may_be_a_name(source):
         named = find_by_name(source)
         source, xacro_args, folders = named.path, {**named.xacro_args, **xacro_args}, (*folders, *named.package_dirs)
-    return expanded(open_document("source", source, "URDF"), xacro_args, folders), None
+    return expanded(open_document("source", source, "URDF", folders), xacro_args), None
 
 
 def _may_be_a_name(source: str) -> bool:

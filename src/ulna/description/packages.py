@@ -13,7 +13,7 @@ from ulna.errors import InputError
 
 _NAME = re.compile(r"<name>([^<]*+)</name>")
 _LONGEST = 1_000_000  # bytes of a package.xml that are read
-_LEVELS_ABOVE = 6  # folders above the description in which its package may lie
+_LEVELS_ABOVE = 6  # folders
 
 
 def as_package_dirs(package_dirs: Iterable[str | Path]) -> tuple[Path, ...]:
@@ -50,14 +50,32 @@ def package_folders(name: str, description_folder: Path | None, package_dirs: It
         yield folder / name
     for folder in filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)):
         yield Path(folder) if _is_package(Path(folder), name) else Path(folder) / name
-    for folder in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
-        yield Path(folder) / "share" / name
+    for folder in _shares_of_ros():
+        yield folder / name
     if description_folder is not None:
-        above = description_folder.resolve()
-        for folder in [above, *above.parents][:_LEVELS_ABOVE]:
+        for folder in folders_above(description_folder):
             yield folder if _is_package(folder, name) else folder / name
-    for entry in sys.path:
-        yield Path(entry) / "cmeel.prefix" / "share" / name
+    for folder in _shares_of_python():
+        yield folder / name
+
+
+def folders_above(folder: Path) -> list[Path]:
+    """A folder and those above it in which the package of a description may begin."""
+    return [folder.resolve(), *folder.resolve().parents][:_LEVELS_ABOVE]
+
+
+def installed_folders() -> Iterator[Path]:
+    """The folders of installed packages: of ROS 2, and of the data packages of this Python."""
+    yield from _shares_of_ros()
+    yield from _shares_of_python()
+
+
+def _shares_of_ros() -> Iterator[Path]:
+    return (Path(prefix) / "share" for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix)
+
+
+def _shares_of_python() -> Iterator[Path]:
+    return (Path(entry) / "cmeel.prefix" / "share" for entry in sys.path if entry)
 
 
 def _is_package(folder: Path, name: str) -> bool:

@@ -5,16 +5,14 @@ They are the files in its folder, in its package, in ``package_dirs``, and in th
 
 import os
 import re
-import sys
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from fnmatch import fnmatch
 from pathlib import Path
 
 from ulna.description.file_bytes import regular_file_bytes
-from ulna.description.packages import package_folders
+from ulna.description.packages import folders_above, installed_folders, package_folders
 
-_PACKAGE_LEVELS = 6  # above a document, in which its own package may begin
 _WILDCARD = re.compile(r"[*?[]")
 _MOST_NAMES = 100_000  # of files and folders that one pattern is compared with; links to "." can make more without end
 
@@ -38,15 +36,14 @@ class Readable:
             self.admit(Path(path))
         if folder is not None:
             self.admit(folder)
-            above = [Path(os.path.realpath(folder)), *Path(os.path.realpath(folder)).parents][:_PACKAGE_LEVELS]
-            for package in [path for path in above if (path / "package.xml").is_file()][:1]:
+            for package in [path for path in folders_above(folder) if (path / "package.xml").is_file()][:1]:
                 self.admit(package)
 
     def admit(self, folder: Path) -> None:
         """Allow reading a folder."""
         self._roots.add(os.path.realpath(folder))
         given = os.path.abspath(folder)  # noqa: PTH100 - links stay
-        if any(_within(given, installed) for installed in _installed_folders()):
+        if any(_within(given, os.path.abspath(installed)) for installed in installed_folders()):  # noqa: PTH100
             self._linked_roots.add(given)
 
     def admits(self, path: str | Path) -> bool:
@@ -57,11 +54,7 @@ class Readable:
         return ".." not in Path(path).parts and any(_within(given, root) for root in self._linked_roots)
 
     def find(self, name: str) -> str:
-        """The folder of a package. One that is not in ``package_dirs`` or ROS's paths, but above, must have a ``package.xml``.
-
-        Raises:
-            OutsideError: No readable file is there.
-        """
+        """The folder of a package. One that is not in ``package_dirs`` or ROS's paths, but above, must have a ``package.xml``."""
         if not name or name.startswith(".") or "/" in name or "\\" in name:
             raise OutsideError(f"$(find {name}): {name!r} is not the name of a package")
         folders = [path for path in package_folders(name, self.folder, self.package_dirs) if path.is_dir()]
@@ -139,11 +132,3 @@ def _names_in(folders: Iterable[str], part: str) -> Iterator[tuple[str, str]]:
 
 def _within(path: str, root: str) -> bool:
     return path == root or path.startswith(root.rstrip(os.sep) + os.sep)
-
-
-def _installed_folders() -> Iterator[str]:
-    """The folders of installed packages: of ROS 2, and of the data packages of this Python."""
-    for prefix in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
-        yield os.path.abspath(Path(prefix) / "share")  # noqa: PTH100 - links stay
-    for entry in filter(None, sys.path):
-        yield os.path.abspath(Path(entry) / "cmeel.prefix" / "share")  # noqa: PTH100

@@ -142,11 +142,7 @@ Solid = Box | Sphere | Cylinder | Capsule | ConvexMesh | HalfSpace
 
 
 def as_points(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Finite points [m], shape (n, 3), n at least 1.
-
-    Raises:
-        InputError: They are not; ``name`` is in the message.
-    """
+    """Finite points [m], shape (n, 3), n at least 1."""
     points = within_reach(name, values)
     if points.ndim != 2 or points.shape[1] != 3 or not len(points):
         raise InputError(name, f"shape {points.shape}; points of shape (n, 3) are expected, at least one")
@@ -154,11 +150,7 @@ def as_points(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def within_reach(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Finite numbers of at most a million metres.
-
-    Raises:
-        InputError: They are not; ``name`` is in the message.
-    """
+    """Finite numbers of at most a million metres."""
     numbers = as_floats(name, values)
     if not (np.abs(numbers) <= LARGEST).all():
         raise InputError(name, f"finite numbers of at most {LARGEST:g} m are expected")
@@ -166,11 +158,7 @@ def within_reach(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def lengths(name: str, values: object, count: int) -> tuple[float, ...]:
-    """So many finite lengths of at least 0 [m].
-
-    Raises:
-        InputError: They are not; ``name`` is in the message.
-    """
+    """So many finite lengths of at least 0 [m]."""
     given = as_floats(name, values)  # type: ignore[arg-type]
     if given.shape != (count,) or not ((given >= 0) & (given <= LARGEST)).all():
         expected = f"{count} finite length{'s' * (count > 1)} of at least 0 and at most {LARGEST:g} m"

@@ -8,19 +8,20 @@ from collections.abc import Iterable
 
 from lxml import etree
 
+from ulna.description.document import Document
 from ulna.description.semantic import DisabledCollision, EndEffector, Group, GroupState, Srdf, VirtualJoint
-from ulna.description.xml import Reader, parse, without_namespace
+from ulna.description.xml import Reader, without_namespace
 
 _MOST = 2000  # groups, chains and states: resolving them takes their number times that of the joints
 
 
-def read_srdf(text: bytes, source: str) -> Srdf:
-    """The semantic description in an SRDF document, as written: no name in it is looked up. ``source`` names it in messages.
+def read_srdf(document: Document) -> Srdf:
+    """The semantic description in an SRDF document, as written: no name in it is looked up.
 
     Raises:
         DescriptionError: It is not an SRDF: not XML, a name or a number is missing, two groups or two states have the same name.
     """
-    return _Reader(source).srdf(without_namespace(parse(text, source)))
+    return _Reader(document.source).srdf(without_namespace(document.root))
 
 
 class _Reader(Reader):

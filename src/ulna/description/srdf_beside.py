@@ -15,7 +15,7 @@ from ulna.description.references import matched
 from ulna.description.robot_description import Description
 from ulna.description.semantic import Srdf
 from ulna.description.srdf import read_srdf
-from ulna.description.xml import LONGEST, parse
+from ulna.description.xml import LONGEST
 from ulna.errors import DescriptionError, DescriptionWarning, InputError, listed
 
 _ENDINGS = (".srdf", ".srdf.xacro")
@@ -75,18 +75,12 @@ def _files(folder: Path, stem: str, package_dirs: tuple[Path, ...], robot: str) 
 
 
 def _read(path: Path, package_dirs: tuple[Path, ...], description: Description) -> Srdf:
-    """The SRDF in a file.
-
-    Raises:
-        OSError: It cannot be read.
-        DescriptionError: It is not an SRDF, belongs to another robot, or names a link that the robot lacks.
-    """
-    document = Document(regular_file_bytes(path, LONGEST), path.name, path.parent, file=path.name)
-    name = parse(document.text, path.name).get("name", "")
+    """The SRDF in a file."""
+    document = Document(regular_file_bytes(path, LONGEST), path.name, path.parent, package_dirs, path.name)
+    name = document.root.get("name", "")
     if "$" not in name:  # else it is known once it is expanded
         _refuse_other(name, path, description)
-    whole = expanded(document, {}, package_dirs)
-    srdf = read_srdf(whole.text, whole.source)
+    srdf = read_srdf(expanded(document, {}))
     _refuse_other(srdf.name, path, description)
     known = {link.name for link in description.links}
     missing = [link for link in dict.fromkeys(_links(srdf)) if link not in known]

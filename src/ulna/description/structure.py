@@ -46,10 +46,8 @@ def root_link(description: Description) -> str:
                 raise DescriptionError(message, description.source, joint.line)
         if joint.child in parent_joint:
             other = parent_joint[joint.child].name
-            message = (
-                f"link {joint.child!r} is the child of two joints, {other!r} and {joint.name!r}: closed loops are not supported"
-            )
-            raise DescriptionError(message, description.source, joint.line)
+            message = f"link {joint.child!r} is the child of two joints, {other!r} and {joint.name!r}"
+            raise DescriptionError(f"{message}: closed loops are not supported", description.source, joint.line)
         parent_joint[joint.child] = joint
     roots = [name for name in links if name not in parent_joint]
     if not roots:
@@ -67,20 +65,25 @@ def joints_from_root(description: Description) -> tuple[Joint, ...]:
     Raises:
         DescriptionError: The links and joints do not form one tree.
     """
-    children: dict[str, list[Joint]] = defaultdict(list)
-    for joint in description.joints:
-        children[joint.parent].append(joint)
-    ordered: list[Joint] = []
-    waiting = children[root_link(description)][::-1]
-    while waiting:
-        joint = waiting.pop()
-        ordered.append(joint)
-        waiting.extend(reversed(children[joint.child]))
+    ordered = joints_below(description, root_link(description))
     if len(ordered) < len(description.joints):
         reached = {joint.name for joint in ordered}
         lost = next(joint for joint in description.joints if joint.name not in reached)
         message = f"joint {lost.name!r} is part of a loop of joints that the root does not reach"
         raise DescriptionError(message, description.source, lost.line)
+    return ordered
+
+
+def joints_below(description: Description, link: str) -> tuple[Joint, ...]:
+    """The joints below a link, each after the joint of its parent link; otherwise in the order of the file, depth first."""
+    children: dict[str, list[Joint]] = defaultdict(list)
+    for joint in description.joints:
+        children[joint.parent].append(joint)
+    ordered, waiting = [], children[link][::-1]
+    while waiting:
+        joint = waiting.pop()
+        ordered.append(joint)
+        waiting.extend(reversed(children[joint.child]))
     return tuple(ordered)
 
 

@@ -1,6 +1,5 @@
 """Cuts parts out of a description, and adds a tool to one."""
 
-from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 from ulna.description.given_names import refuse_no_name
 from ulna.description.references import matched, with_chains_listed
 from ulna.description.robot_description import Description, Joint, JointType, Link
-from ulna.description.structure import leaf_links, root_link
+from ulna.description.structure import joints_below, leaf_links, root_link
 from ulna.errors import DescriptionError, InputError, UnknownNameError
 
 
@@ -26,7 +25,8 @@ def cut_out(description: Description, base: str | None, tip: str | None) -> Desc
         if name is not None and name not in names:
             raise UnknownNameError("link", name, names)
     start = base or root
-    kept = _below(description, start) if tip is None else {joint.name for joint in chain_joints(description, start, tip)}
+    inside = joints_below(description, start) if tip is None else chain_joints(description, start, tip)
+    kept = {joint.name for joint in inside}
     joints = tuple(joint for joint in description.joints if joint.name in kept)
     links = {start} | {joint.child for joint in joints}
     for joint in joints:
@@ -71,16 +71,3 @@ def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, 
         joints.append(joint)
         link = joint.parent
     return tuple(reversed(joints))
-
-
-def _below(description: Description, base: str) -> set[str]:
-    """The names of the joints below a link."""
-    children: dict[str, list[Joint]] = defaultdict(list)
-    for joint in description.joints:
-        children[joint.parent].append(joint)
-    kept, waiting = set(), [base]
-    while waiting:
-        joints = children[waiting.pop()]
-        kept |= {joint.name for joint in joints}
-        waiting += [joint.child for joint in joints]
-    return kept

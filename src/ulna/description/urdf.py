@@ -8,10 +8,11 @@ import numpy as np
 from lxml import etree
 from numpy.typing import NDArray
 
+from ulna.description.document import Document
 from ulna.description.pose import pose
 from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
 from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from ulna.description.xml import Reader, parse, without_namespace
+from ulna.description.xml import Reader, without_namespace
 from ulna.errors import DescriptionError, did_you_mean
 from ulna.kernels.layout import LARGEST
 
@@ -19,29 +20,27 @@ _OTHER_FORMATS = {"mujoco": "MJCF", "sdf": "SDF"}
 _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 
 
-def read_urdf(text: bytes, source: str) -> Description:
-    """The description in a URDF document. ``source`` names it in messages.
+def read_urdf(document: Document) -> Description:
+    """The description in a URDF document; its folder and its packages are the document's.
 
     Raises:
         DescriptionError: It is invalid; the message names the document and the line.
     """
-    root = parse(text, source)
-    return _Reader(source).robot(without_namespace(root), decoded(root, text, source))
+    text = decoded(document)
+    return _Reader(document.source).robot(without_namespace(document.root), text, document)
 
 
-def decoded(root: etree._Element, text: bytes, source: str) -> str:
-    """The text of an XML document, without the encoding that it declares.
-
-    Raises:
-        DescriptionError: The encoding is unknown, or the text is not in it.
-    """
-    declared = root.getroottree().docinfo.encoding or "utf-8"
+def decoded(document: Document) -> str:
+    """The text of an XML document, without the encoding that it declares."""
+    text, declared = document.text, document.root.getroottree().docinfo.encoding or "utf-8"
     marks = {b"\xff\xfe\0\0": "utf-32", b"\0\0\xfe\xff": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
     encoding = next((name for mark, name in marks.items() if text.startswith(mark)), declared)
     try:
         return re.sub(r"^\s*<\?xml[^>]*\?>", '<?xml version="1.0"?>', text.decode(encoding).lstrip("\ufeff"), count=1)
     except (LookupError, UnicodeDecodeError):
-        raise DescriptionError(f"is written in {encoding}, which Python does not read; save it as UTF-8", source) from None
+        raise DescriptionError(
+            f"is written in {encoding}, which Python does not read; save it as UTF-8", document.source
+        ) from None
 
 
 class _Reader(Reader):
@@ -51,7 +50,7 @@ class _Reader(Reader):
         super().__init__(source)
         self.materials: dict[str, tuple[float, float, float, float]] = {}
 
-    def robot(self, root: etree._Element, text: str) -> Description:
+    def robot(self, root: etree._Element, text: str, document: Document) -> Description:
         if root.tag != "robot":
             other = f" but {_OTHER_FORMATS[root.tag]}, which is not read" if root.tag in _OTHER_FORMATS else ""
             raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not a URDF{other}")
@@ -65,6 +64,8 @@ class _Reader(Reader):
             joints=tuple(self.joint(element) for element in root.iterfind("joint")),
             source=self.source,
             text=text,
+            folder=document.folder,
+            package_dirs=document.package_dirs,
         )
 
     def link(self, element: etree._Element) -> Link:

@@ -60,22 +60,14 @@ class Reader:
         return DescriptionError(message, self.source, element.sourceline)
 
     def child(self, element: etree._Element, tag: str) -> etree._Element:
-        """The child of that tag.
-
-        Raises:
-            DescriptionError: There is no such child, or there are several.
-        """
+        """The child of that tag."""
         child = self.only(element, tag)
         if child is None:
             raise self.fail(element, f"<{element.tag}> {element.get('name')!r} has no <{tag}>")
         return child
 
     def only(self, element: etree._Element, tag: str) -> etree._Element | None:
-        """The child of that tag, or None.
-
-        Raises:
-            DescriptionError: There are several.
-        """
+        """The child of that tag, or None."""
         children = element.findall(tag)
         if len(children) > 1:
             name = "".join(f" {value!r}" for value in [element.get("name")] if value)
@@ -83,11 +75,7 @@ class Reader:
         return children[0] if children else None
 
     def attribute(self, element: etree._Element, key: str) -> str:
-        """An attribute that must be there.
-
-        Raises:
-            DescriptionError: It is missing or empty.
-        """
+        """An attribute that must be there."""
         value = element.get(key)
         if not value:
             raise self.fail(element, f"<{element.tag}> has no attribute {key!r}")
@@ -113,11 +101,7 @@ class Reader:
         return x, y, z
 
     def vector(self, element: etree._Element, key: str, count: int, low: float = -math.inf) -> tuple[float, ...]:
-        """An attribute that is ``count`` finite numbers of at least ``low``.
-
-        Raises:
-            DescriptionError: It is missing, or not so many such numbers.
-        """
+        """An attribute that is ``count`` finite numbers of at least ``low``."""
         text, values = self.attribute(element, key), self.numbers(element, key)
         if len(values) != count or not all(math.isfinite(v) and v >= low for v in values):
             expected = f"{count} finite number{'s' * (count > 1)}" + (f" of at least {low:g}" if low > -math.inf else "")
@@ -125,11 +109,7 @@ class Reader:
         return values
 
     def numbers(self, element: etree._Element, key: str) -> tuple[float, ...]:
-        """An attribute that is any count of numbers, which may be infinite or NaN.
-
-        Raises:
-            DescriptionError: It is missing, or has a word that is not a number.
-        """
+        """An attribute that is any count of numbers, which may be infinite or NaN."""
         text = self.attribute(element, key)
         try:
             if "_" in text or not text.isascii():

@@ -20,11 +20,7 @@ ROW_PRODUCTS = {"modified": "Rx(alpha) Tx(a) Tz(d) Rz(theta)", "standard": "Rz(t
 
 
 def checked_convention(convention: str) -> str:
-    """The convention; an ``InputError`` if no convention has that name.
-
-    Raises:
-        InputError: There is no convention of that name.
-    """
+    """The convention; an ``InputError`` if no convention has that name."""
     if convention not in CONVENTIONS:
         raise InputError("convention", f"{convention!r} is not known{did_you_mean(str(convention), CONVENTIONS)}")
     return convention

@@ -1,14 +1,14 @@
-"""Runs the overlap test over one q, a batch, or groups of pairs."""
+"""Runs the overlap test over one q or a batch."""
 
 import numpy as np
 
 from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
-from ulna.engine.lanes import WIDTH, empty_rows, load, splat, store, zero_rows
-from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TRUTH_ROWS, TRUTHS
+from ulna.engine.lanes import WIDTH, empty_rows, load, store, zero_rows
+from ulna.engine.signatures import MATRIX, NUMBERS, SCENES, TRUTHS
 from ulna.kernels.collision.bvh import FOUND, STACK, place_bounds
 from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
-from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed, pair_overlaps
+from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.spatial.elementary import all_in_range
@@ -58,21 +58,3 @@ def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, root,
                 has_tree and overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found)
             )
     return good
-
-
-@entry(*((*scene[:4], INDICES, MATRIX, TRUTH_ROWS) for scene in SCENES))
-def overlap_groups(joints, bodies, vertices, pairs, groups, q, out):
-    """Write to the bools of out, shape (n_groups, n), which groups of pairs touch at each q; pair p belongs to groups[p]."""
-    n = q.shape[0]
-    q_rows, hit_rows = zero_rows(max(1, q.shape[1])), empty_rows(out.shape[0])
-    joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
-    for start in range(0, n, WIDTH):
-        gather(q, start, q_rows)
-        place_bodies(joints, bodies, q_rows, joint_rows, body_rows)
-        for g in range(out.shape[0]):
-            store(hit_rows, g, splat(0.0, load(q_rows, 0)))
-        for p in range(pairs.shape[0]):
-            store(hit_rows, groups[p], pair_overlaps(bodies, vertices, pairs, p, body_rows, load(hit_rows, groups[p])))
-        for g in range(out.shape[0]):
-            for lane in range(WIDTH):
-                out[g, min(start + lane, n - 1)] = hit_rows[g, lane] > 0.0

@@ -11,10 +11,8 @@ from ulna.engine.decorators import entry, routine
 from ulna.engine.lanes import WIDTH, empty_rows, load, load_columns, splat, store
 from ulna.engine.signatures import MATRIX, NUMBERS, POINTS, POINTS_32, WHOLE
 from ulna.engine.signatures import NUMBER as PLAIN
-from ulna.kernels.collision.collision_layout import BALL_REACH, BALL_ROW, CHILD, FIRST_POINTS, NODE_ROWS, PLACES
+from ulna.kernels.collision.collision_layout import BALL_REACH, BALL_ROW, CHILD, FIRST_POINTS, NODE_ROWS, NOWHERE, PLACES
 from ulna.kernels.spatial.elementary import maximum, minimum
-
-_NOWHERE = 1e300  # a bound, or a coordinate, of what overlaps nothing
 
 
 @entry((MATRIX, MATRIX, NUMBERS, MATRIX, WHOLE))
@@ -48,7 +46,7 @@ def write_cloud(points, T, reach, row, nodes, first):
         write_leaves(rows, T, reach, row, nodes, first + i * WIDTH // 2, above + i, min(WIDTH, n_leaves - WIDTH * i))
     for k in range(n, 2 * WIDTH * (above - first)):
         i, lane = NODE_ROWS * (first + k // (2 * WIDTH)) + 3 * (k // WIDTH % 2), k % WIDTH
-        nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane] = _NOWHERE, _NOWHERE, _NOWHERE
+        nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane] = NOWHERE, NOWHERE, NOWHERE
     clear_rest(nodes, above, n_leaves)
     return write_levels(nodes, above, n_lowest) + 1 - first
 
@@ -111,5 +109,5 @@ def clear_rest(nodes, first, n):
     for k in range(n, WIDTH * ((n + WIDTH - 1) // WIDTH)):
         i, lane = NODE_ROWS * (first + k // WIDTH), k % WIDTH
         for axis in range(3):
-            nodes[i + axis, lane], nodes[i + 3 + axis, lane] = _NOWHERE, -_NOWHERE
+            nodes[i + axis, lane], nodes[i + 3 + axis, lane] = NOWHERE, -NOWHERE
         nodes[i + CHILD, lane] = np.nan

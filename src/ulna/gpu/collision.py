@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.checker import Checker
-from ulna.collision.solid_numbers import numbers_below, table_of
+from ulna.collision.objects import numbers_below, table_of
 from ulna.collision.world import World
 from ulna.engine.lanes import WIDTH
 from ulna.gpu import device

@@ -71,8 +71,7 @@ def _elements(
 ) -> etree._Element | None:
     """The root of a document that was refused: the expanded one of a xacro file, or None if it is not XML or does not expand."""
     try:
-        whole = expanded(Document(text, source, folder), xacro_args, package_dirs)
-        root = parse(whole.text, source)
+        root = expanded(Document(text, source, folder, package_dirs), xacro_args).root
     except (DescriptionError, InputError):
         return None
     return root if root.tag == "robot" else None

@@ -16,20 +16,48 @@ Array = NDArray[np.float64]
 _SHAPE = (4, 4)
 
 
-class CompiledForward(Called):
+class FunctionOfLink(Called):
+    """A function of q for one link: its entry for one q, and its entry for a batch, which is run in parts."""
+
+    __slots__ = ("_batch", "_chain", "_frame", "_link", "_n_dof", "_one", "_shape", "_tree")
+
+    def __init__(
+        self, tree: Tree, link: str, one: Callable[..., bool], batch: Callable[..., bool], frame: tuple[int, ...], shape: tuple
+    ) -> None:
+        """Of entries that take the chain and ``frame`` before q; ``shape`` is that of the result for one q."""
+        self._tree, self._link, self._n_dof, self._frame, self._shape = tree, link, tree.n_dof or NO_Q, frame, shape
+        self._chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer
+        self._one, self._batch = ready(one), batch
+        self.in_c = bind(self._one, "pose", (self._chain, *frame, tree.n_dof), tree.n_dof, shape, self._validated)
+
+    def _validated(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """The result for a batch, and for arguments that must be converted or refused."""
+        q = as_positions(q, self._tree)
+        result = as_out(out, (*q.shape[:-1], *self._shape), q)
+        if q.ndim == 1:
+            refuse_unless_threads(threads)
+            x = for_kernel(q)
+            good = result.size == 0 or self._one(self._chain, *self._frame, len(x), x, result)
+        else:
+            leading, rows = (self._tree.chain(self._link), *self._frame), flat(q)
+            of_rows = result.reshape(len(rows), *self._shape)
+            good = in_parts(lambda part: self._batch(*leading, rows[part], of_rows[part]), len(rows), LEAST_POSES, threads)
+        if not good:
+            refuse_out_of_range(q)
+        return result
+
+
+class CompiledForward(FunctionOfLink):
     """The pose of one link, for a control loop: ``robot.compile_forward(link)``.
 
     It validates its arguments as ``robot.forward_kinematics`` does, in less time. It may be pickled, and called from many threads
     at once, each with an ``out`` of its own.
     """
 
-    __slots__ = ("_chain", "_link", "_n_dof", "_one", "_tree")
+    __slots__ = ()
 
     def __init__(self, tree: Tree, link: str) -> None:
-        self._tree, self._link, self._n_dof = tree, link, tree.n_dof or NO_Q
-        self._chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer
-        self._one = ready(forward.forward_one)
-        self.in_c = bind(self._one, "pose", (self._chain, tree.n_dof), tree.n_dof, _SHAPE, self._validated)
+        super().__init__(tree, link, forward.forward_one, forward.forward_batch, (), _SHAPE)
 
     def __call__(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """T_base_link.
@@ -54,21 +82,6 @@ class CompiledForward(Called):
             except TypeError:  # out has another type; to find that here takes 80 us, so q's type is tested before
                 pass
         return self._validated(q, out, threads)
-
-    def _validated(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
-        """The same for a batch, and for arguments that must be converted or refused."""
-        q = as_positions(q, self._tree)
-        T = as_out(out, (*q.shape[:-1], 4, 4), q)
-        if q.ndim == 1:
-            refuse_unless_threads(threads)
-            x = for_kernel(q)
-            good = self._one(self._chain, len(x), x, T)
-        else:
-            chain, rows, of_rows = self._tree.chain(self._link), flat(q), T.reshape(-1, 4, 4)
-            good = in_parts(lambda part: forward.forward_batch(chain, rows[part], of_rows[part]), len(rows), LEAST_POSES, threads)
-        if not good:
-            refuse_out_of_range(q)
-        return T
 
     def __reduce__(self):
         return CompiledForward, (self._tree, self._link)

@@ -64,12 +64,7 @@ def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
 
 
 def group_named(name: str, groups: Mapping[str, JointGroup]) -> JointGroup:
-    """The group of that name.
-
-    Raises:
-        InputError: It is not a name.
-        UnknownNameError: There is no such group.
-    """
+    """The group of that name."""
     if not isinstance(name, str):
         raise InputError("group", f"{type(name).__name__}; the name of a group of the SRDF is expected")
     if name not in groups:
@@ -79,11 +74,7 @@ def group_named(name: str, groups: Mapping[str, JointGroup]) -> JointGroup:
 
 
 def state_named(name: str, states: Iterable[GroupState], group: JointGroup | None) -> GroupState:
-    """The state of that key or, with a group, of that name in it; without a group also the only state of that name.
-
-    Raises:
-        UnknownNameError: There is no such state, or without a group there are several.
-    """
+    """The state of that key or, with a group, of that name in it; without a group also the only state of that name."""
     by_key = {state.key: state for state in states}
     alike = [key for key, state in by_key.items() if state.name == name]
     key = name if name in by_key or group is None else f"{group.name}/{name}"
@@ -96,11 +87,7 @@ def state_named(name: str, states: Iterable[GroupState], group: JointGroup | Non
 
 
 def tip_of(group: JointGroup) -> str:
-    """The link that a pose is of where only the group is named.
-
-    Raises:
-        InputError: It has several tips, or no links.
-    """
+    """The link that a pose is of where only the group is named."""
     if group.tip is None:
         ends = f"the tips {', '.join(group.tips)}" if group.tips else "no links"
         raise InputError("link", f"the group {group.name!r} has {ends}; name the link that the pose is of")

@@ -8,13 +8,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.pose import rpy_from_matrix
 from ulna.drivers import jacobian
-from ulna.engine.bound import Called, bind, call_in_c
-from ulna.engine.entries import ready
-from ulna.engine.threads import LEAST_POSES, in_parts, refuse_unless_threads
+from ulna.engine.bound import call_in_c
 from ulna.errors import InputError, SingularityError, did_you_mean
 from ulna.kernels.layout import IN_BASE, IN_LINK, IN_SPATIAL
-from ulna.kinematics.forward import forward_kinematics
-from ulna.kinematics.positions import FLOAT64, NO_Q, as_out, as_positions, flat, refuse_out_of_range
+from ulna.kinematics.forward import FunctionOfLink, forward_kinematics
+from ulna.kinematics.positions import FLOAT64, as_out, as_positions
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
@@ -22,22 +20,19 @@ EXPRESSED_IN = {"base": IN_BASE, "link": IN_LINK, "spatial": IN_SPATIAL}
 LEAST_COS_PITCH = 1e-6
 
 
-class CompiledJacobian(Called):
+class CompiledJacobian(FunctionOfLink):
     """The geometric Jacobian of one link, for a control loop: ``robot.compile_jacobian(link, expressed_in=...)``.
 
     It validates its arguments as ``robot.jacobian`` does, in less time. It may be pickled, and called from many threads at once,
     each with an ``out`` of its own.
     """
 
-    __slots__ = ("_chain", "_expressed_in", "_frame", "_link", "_n_dof", "_one", "_shape", "_tree")
+    __slots__ = ("_expressed_in", "_number")
 
     def __init__(self, tree: Tree, link: str, expressed_in: str) -> None:
-        self._frame, self._expressed_in = as_frame(expressed_in), expressed_in
-        self._tree, self._link, self._n_dof, self._shape = tree, link, tree.n_dof or NO_Q, (6, tree.n_dof)
-        self._chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer
-        self._one = ready(jacobian.jacobian_one)
-        leading = self._chain, self._frame, tree.n_dof
-        self.in_c = bind(self._one, "pose", leading, tree.n_dof, self._shape, self._validated)
+        self._expressed_in, self._number = expressed_in, as_frame(expressed_in)
+        shape = 6, tree.n_dof
+        super().__init__(tree, link, jacobian.jacobian_one, jacobian.jacobian_batch, (self._number,), shape)
 
     def __call__(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """J: the link's velocity for a unit rate of each entry of q, linear rows first.
@@ -57,30 +52,11 @@ class CompiledJacobian(Called):
         if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray:
             J, jacobian_one = np.empty(self._shape) if out is None else out, self._one  # as a method it would take 20 ns longer
             try:
-                if jacobian_one(self._chain, self._frame, self._n_dof, q, J):
+                if jacobian_one(self._chain, self._number, self._n_dof, q, J):
                     return J
             except TypeError:  # out has another type; to find that here takes 80 us, so q's type is tested before
                 pass
         return self._validated(q, out, threads)
-
-    def _validated(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
-        """The same for a batch, and for arguments that must be converted or refused."""
-        q, n_dof = as_positions(q, self._tree), self._tree.n_dof
-        J = as_out(out, (*q.shape[:-1], 6, n_dof), q)
-        if q.ndim == 1:
-            refuse_unless_threads(threads)
-            good = n_dof == 0 or self._one(self._chain, self._frame, n_dof, q, J)
-        else:
-            chain, frame, rows = self._tree.chain(self._link), self._frame, flat(q)
-            of_rows = J.reshape(len(rows), 6, n_dof)
-
-            def run(part: slice) -> bool:
-                return jacobian.jacobian_batch(chain, frame, rows[part], of_rows[part])
-
-            good = in_parts(run, len(rows), LEAST_POSES, threads)
-        if not good:
-            refuse_out_of_range(q)
-        return J
 
     def __reduce__(self):
         return CompiledJacobian, (self._tree, self._link, self._expressed_in)
@@ -121,11 +97,7 @@ class JacobianByLink(dict[Any, Callable[..., Array]]):
 
 
 def as_frame(expressed_in: str) -> int:
-    """The kernels' number of a frame.
-
-    Raises:
-        InputError: There is no such frame; the message lists the frames.
-    """
+    """The kernels' number of a frame."""
     frame = EXPRESSED_IN.get(expressed_in) if isinstance(expressed_in, str) else None
     if frame is None:
         raise InputError("expressed_in", f"{expressed_in!r} is not a frame{did_you_mean(str(expressed_in), EXPRESSED_IN)}")

@@ -71,11 +71,7 @@ def flat(q: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def rows_of_both(a: NDArray, b: NDArray, name_a: str, name_b: str) -> tuple[tuple[int, ...], NDArray, NDArray]:
-    """The batch shape of two batches together, and the rows of each (``rows_of``).
-
-    Raises:
-        InputError: The shapes cannot be broadcast together.
-    """
+    """The batch shape of two batches together, and the rows of each (``rows_of``)."""
     try:
         batch = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
     except ValueError:

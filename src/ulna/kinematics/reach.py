@@ -66,7 +66,7 @@ def reach_of(chain: Array, lower: Array, upper: Array) -> Reach | None:
         for k in range(1, len(s) - 1):
             s[k] = _shortest_over_axis(links[k].near(s[k - 1]), links[k + 1].far(s[k + 1]))
         if len(s) > 1:
-            s[0], s[-1] = links[1].foot_of_far(s[1]), links[-2].foot_of_near(s[-2])
+            s[0], s[-1] = links[1].far(s[1])[0], links[-2].near(s[-2])[0]
     segments = [links[k].lengths(s[k - 1], s[k]) for k in range(1, len(s))]
     base, end = links[0], links[-1]
     least, most = _range([*segments, (0.0, base.spread), (0.0, end.spread)])
@@ -103,12 +103,6 @@ class _Link:
         """The position of point s of the second axis in the frame of the first."""
         p = self.middle + s * self.axis
         return p[2], float(np.hypot(p[0], p[1]))
-
-    def foot_of_far(self, s: float) -> float:
-        return self.far(s)[0]
-
-    def foot_of_near(self, s: float) -> float:
-        return self.near(s)[0]
 
     def lengths(self, s_near: float, s_far: float) -> tuple[float, float]:
         """The least and the largest distance between a point of the first axis and one of the second."""

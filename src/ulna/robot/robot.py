@@ -19,7 +19,7 @@ from ulna.collision.allowed import AllowedCollisions, as_allowed
 from ulna.collision.attached import Attached, attach, detach
 from ulna.collision.checker import Checker
 from ulna.collision.distances import Distances
-from ulna.collision.edge_report import EdgeReport
+from ulna.collision.report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
-from ulna.collision.solid_numbers import rows_of
+from ulna.collision.objects import rows_of
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.pose import as_one_pose

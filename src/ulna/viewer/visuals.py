@@ -6,8 +6,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from ulna.collision.clouds import HeightMap, PointCloud
-from ulna.collision.expand import expand
+from ulna.collision.clouds import HeightMap, PointCloud, cells_of
 from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.reader import Beside, mesh_bytes, read_scene
 from ulna.description.robot_description import Body
@@ -96,12 +95,11 @@ def _hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:
 
 def _many(shape: PointCloud | HeightMap) -> trimesh.Trimesh:
     """A coarse ball at each point, or a column for each cell."""
-    parts = expand(shape)
     if isinstance(shape, PointCloud):
-        one, sizes = trimesh.creation.icosphere(subdivisions=0), np.full((len(parts.places), 3), shape.radius)
+        one, places, sizes = trimesh.creation.icosphere(subdivisions=0), shape.points, np.full((1, 3), shape.radius)
     else:
-        one, sizes = trimesh.creation.box((2, 2, 2)), parts.columns[:, 1:4]
-    vertices = parts.places[:, None] + sizes[:, None] * one.vertices
+        one, (places, sizes) = trimesh.creation.box((2, 2, 2)), cells_of(shape)
+    vertices = places[:, None] + sizes[:, None] * one.vertices
     faces = len(one.vertices) * np.arange(len(vertices))[:, None, None] + one.faces
     return trimesh.Trimesh(vertices.reshape(-1, 3), faces.reshape(-1, 3), process=False)
 

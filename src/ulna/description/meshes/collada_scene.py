@@ -39,11 +39,7 @@ class Scene:
             raise ValueError("its scene shows no geometry")
 
     def urls(self) -> list[str]:
-        """The ids of the geometries that the scene shows, each once.
-
-        Raises:
-            ValueError: The scene shows a skin or a morph, or refers to a node that is not in the file.
-        """
+        """The ids of the geometries that the scene shows, each once."""
         found: dict[str, None] = {}
         seen: set[etree._Element] = set()
         rest = list(self._top)

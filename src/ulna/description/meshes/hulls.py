@@ -102,11 +102,7 @@ def hull_of(path: Path, scale: Scale) -> ConvexMesh:
 
 
 def refuse_unchecked(path: Path) -> None:
-    """Refuse a file format that is drawn but not checked for collision.
-
-    Raises:
-        FileError: It is one.
-    """
+    """Refuse a file format that is drawn but not checked for collision."""
     if path.suffix.lower() not in CHECKED:
         kinds = ", ".join(CHECKED)
         raise FileError(str(path), f"is of kind {path.suffix.lower()!r}, which is not read for collision checking, only {kinds}")

@@ -56,11 +56,7 @@ class MeshFiles:
         self.readable = Readable(self.folder, [str(folder) for folder in self.package_dirs])
 
     def find(self, uri: str) -> Path:
-        """The file behind ``package://``, ``file://`` or a path that is relative to the description.
-
-        Raises:
-            FileError: It does not exist, may not be read, or is not a mesh; the message says which, and the paths tried.
-        """
+        """The file behind ``package://``, ``file://`` or a path that is relative to the description."""
         if Path(uri).suffix.lower() not in MESHES:
             raise FileError(uri, f"is not read as a mesh; {', '.join(MESHES)} are")
         try:
@@ -71,11 +67,7 @@ class MeshFiles:
             raise FileError(uri, str(error)) from None  # a name that no file system takes
 
     def beside(self, mesh: Path, name: str) -> Path:
-        """A file that a mesh refers to, such as a texture: in the mesh's folder, or where the description may read.
-
-        Raises:
-            FileError: It lies elsewhere.
-        """
+        """A file that a mesh refers to, such as a texture: in the mesh's folder, or where the description may read."""
         path = mesh.parent / unquote(name)
         if not (self.readable.admits(str(path)) or path.resolve().is_relative_to(mesh.parent.resolve())):
             raise FileError(name, f"lies outside {mesh.parent}, the folder of {mesh.name}, which refers to it")
@@ -107,34 +99,21 @@ _NAMING_FILES = ("mesh", "texture")
 
 
 def with_mesh_paths(kind: str, text: str, folder: Path | None, package_dirs: Iterable[str | Path]) -> str:
-    """The text with mesh and texture paths as they are (``"given"``), or as absolute ``file://`` addresses (``"file"``).
-
-    Raises:
-        FileError: One is not there; the message lists every path tried.
-    """
+    """The text with mesh and texture paths as they are (``"given"``), or as absolute ``file://`` addresses (``"file"``)."""
     if kind not in _KINDS:
         raise InputError("mesh_paths", f"{kind!r} is not known{did_you_mean(str(kind), _KINDS)}")
     if kind == "given":
         return text
     root = etree.fromstring(text.encode(), etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False))
     named = [element for element in root.iter(*_NAMING_FILES) if element.get("filename")]
-    places = _found_files((element.get("filename", "") for element in named), folder, package_dirs)
-    for element in named:
-        element.set("filename", places[element.get("filename", "")].resolve().as_uri())
-    return etree.tostring(root.getroottree(), encoding="unicode")
-
-
-def _found_files(uris: Iterable[str], folder: Path | None, package_dirs: Iterable[str | Path]) -> dict[str, Path]:
-    """The file of each address; each is searched for once.
-
-    Raises:
-        FileError: One is not there; the message lists every path tried.
-    """
     package_dirs = list(package_dirs)
-    places = {uri: resolve_uri(uri, folder, package_dirs) for uri in dict.fromkeys(uris)}
-    missing = [uri for uri, (path, _) in places.items() if path is None]
+    found = {uri: resolve_uri(uri, folder, package_dirs) for uri in dict.fromkeys(e.get("filename", "") for e in named)}
+    missing = [uri for uri, (path, _) in found.items() if path is None]
     for uri in missing[:1]:
-        tried = "; ".join(map(str, places[uri][1])) or "nothing, for it leads out of its package"
+        tried = "; ".join(map(str, found[uri][1])) or "nothing, for it leads out of its package"
         others = f" ({len(missing) - 1} more of this robot are missing)" if len(missing) > 1 else ""
         raise FileError(uri, f"no such file{others}; tried {tried}")
-    return {uri: path for uri, (path, _) in places.items() if path is not None}
+    for element in named:
+        path, _ = found[element.get("filename", "")]
+        element.set("filename", Path(path or "").resolve().as_uri())
+    return etree.tostring(root.getroottree(), encoding="unicode")

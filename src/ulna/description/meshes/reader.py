@@ -27,11 +27,7 @@ MOST_BYTES = 100_000_000
 
 
 def mesh_bytes(path: Path) -> bytes:
-    """The bytes of a mesh file.
-
-    Raises:
-        FileError: It cannot be read, is not a regular file, or is too long.
-    """
+    """The bytes of a mesh file."""
     try:
         data = regular_file_bytes(path, MOST_BYTES)
     except (OSError, ValueError) as error:
@@ -143,19 +139,11 @@ class Beside(Resolver):
         return mesh_bytes(self._files.beside(self._mesh, key))
 
     def write(self, name: str, data: object) -> None:
-        """Not supported.
-
-        Raises:
-            NotImplementedError: Always.
-        """
+        """Not supported."""
         raise NotImplementedError(f"{name} would be written")
 
     def namespaced(self, namespace: str) -> Resolver:
-        """Not supported.
-
-        Raises:
-            NotImplementedError: Always.
-        """
+        """Not supported."""
         raise NotImplementedError(namespace)
 
     def keys(self) -> Iterable[str]:

@@ -1,57 +1,56 @@
-"""Expands xacro to URDF text, in a child process that may only compute.
+"""Expands xacro to URDF text, in a child process that may only compute (``xacro.child``). The parent process passes it files.
 
 A document that only defines a macro, as the course's ``franka_robot.urdf`` does, is expanded by calling it.
 """
 
+import json
 import re
-from collections.abc import Iterable, Mapping
+import subprocess
+from collections.abc import Mapping
 from pathlib import Path
+from typing import IO, Any
 
 from lxml import etree
 
-from ulna.description.readable import Readable
-from ulna.description.xml import parse
+from ulna.description.child_process import child_process, last_words, printable, program_of
+from ulna.description.document import NAMESPACES, Document
+from ulna.description.readable import OutsideError, Readable
+from ulna.description.xml import LONGEST
 from ulna.errors import DescriptionError, InputError, did_you_mean
 
 TIME_LIMIT_S = 20.0
 MEMORY_LIMIT_BYTES = 2 << 30
+_LONGEST_MESSAGE = 7 * LONGEST  # of the child: a text of that length, each letter written as \u0000
+_START = program_of("ulna.description.xacro.child.main")
 
 
-def is_xacro(root: etree._Element) -> bool:
-    """True if a document uses xacro: elements of its namespace, or its expressions with the namespace declared."""
-    if any(isinstance(e.tag, str) and etree.QName(e).namespace in NAMESPACES for e in root.iter()):
-        return True
-    declared = any(uri in NAMESPACES for uri in root.nsmap.values())
-    return declared and any("${" in str(v) or "$(" in str(v) for e in root.iter() for v in e.attrib.values())
+class _DiedError(Exception):
+    """The child ended, or sent an invalid message."""
 
 
-def expand_xacro(
-    text: bytes, source: str, folder: Path | None, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
-) -> bytes:
+def expand_xacro(document: Document, xacro_args: Mapping[str, object]) -> bytes:
     """The URDF that a xacro document expands to.
 
-    A document that only defines one macro, as the course's ``franka_robot.urdf`` does, is expanded by calling it; its parameters
-    without a default come from ``xacro_args``. Files are read in the document's folder, in its package and in ``package_dirs``.
+    Of a document that only defines a macro, the parameters without a default come from ``xacro_args``. Files are read in the
+    document's folder, in its package and in its ``package_dirs``.
 
     Raises:
         DescriptionError: The document fails, runs too long, reaches outside, or defines several macros and calls none.
         InputError: It has no argument of a name in ``xacro_args``.
     """
-    from ulna.description.xacro.process import expanded_by_child  # noqa: PLC0415 - plain URDF needs no child process
-
-    root = parse(text, source)
+    root, source = document.root, document.source
     arguments = {str(key): str(value) for key, value in xacro_args.items()}
-    if only_defines(root):
-        call_the_macro(root, source, arguments)
-    beside = None if folder is None else folder.resolve()
+    if _only_defines(root):
+        _call_the_macro(root, source, arguments)
+    beside = None if document.folder is None else document.folder.resolve()
     request = {
         "text": etree.tostring(root, encoding="unicode"),
         "file": None if beside is None else str(beside / source),
         "folder": str(beside or Path.cwd()),
         "arguments": arguments,
+        "longest": LONGEST,
     }
-    readable = Readable(beside, [str(Path(p).resolve()) for p in package_dirs])
-    expanded = expanded_by_child(request, readable, MEMORY_LIMIT_BYTES, TIME_LIMIT_S, source)
+    expanded = _expanded_by_child(request, Readable(beside, [str(Path(p).resolve()) for p in document.package_dirs]), source)
     declared = {e.get("name", "") for e in root.iter() if isinstance(e.tag, str) and etree.QName(e).localname == "arg"}
     for name in arguments:
         if name not in declared and name not in expanded["asked"]:
@@ -63,13 +62,96 @@ def expand_xacro(
         raise DescriptionError(f"xacro: expands to text that is not Unicode ({error.reason})", source) from None
 
 
-NAMESPACES = ("http://www.ros.org/wiki/xacro", "http://ros.org/wiki/xacro", "http://wiki.ros.org/xacro")
+def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str) -> dict[str, Any]:
+    """The reply of the child to a request: ``urdf``, and as ``asked`` the names of arguments that it looked up."""
+    with child_process(_START, MEMORY_LIMIT_BYTES, TIME_LIMIT_S) as (child, late):
+        left_out: dict[str, str] = {}
+        try:
+            left_out = _received(child)["left_out"]
+            done = _served(child, request, readable)
+        except (_DiedError, OSError, ValueError, KeyError, TypeError):
+            child.kill()
+            words = last_words(child, child.communicate()[1])
+            if late.is_set():
+                raise DescriptionError(f"xacro: no end within {TIME_LIMIT_S:g} s; expansion stopped", source) from None
+            limits = _limits(MEMORY_LIMIT_BYTES, TIME_LIMIT_S, left_out)
+            raise DescriptionError(f"xacro: the expansion died ({words}); {limits}", source) from None
+    if "error" in done:
+        raise DescriptionError(f"xacro: {printable(str(done['error']))}", source)
+    return done
+
+
+def _served(child: subprocess.Popen, request: dict[str, Any], readable: Readable) -> dict[str, Any]:
+    """The child's last message, after the request and all files that it needs."""
+    _send(child, request)
+    while True:
+        message = _received(child)
+        if "error" in message or (isinstance(message.get("urdf"), str) and isinstance(message.get("asked"), list)):
+            return message
+        _send(child, _found(message, readable))
+
+
+def _found(message: dict[str, Any], readable: Readable) -> dict[str, Any]:
+    """The reply to a request of the child, or the error."""
+    ((kind, name),) = message.items()
+    if not isinstance(name, str):
+        raise _DiedError
+    try:
+        if kind == "read":
+            return {"text": _text(name, readable)}
+        if kind == "find":
+            return {"folder": readable.find(name)}
+        if kind == "matching":
+            return {"files": readable.matching(name)}
+    except OutsideError as error:
+        return {"refused": str(error)}
+    except OSError as error:
+        return {"failed": (error.errno or 5, error.strerror or str(error))}
+    except ValueError:  # a zero byte, or a lone surrogate
+        return {"refused": f"{name!a} is not a file name"}
+    raise _DiedError
+
+
+def _text(path: str, readable: Readable) -> str:
+    content = readable.read(path, LONGEST)
+    if len(content) > LONGEST:
+        raise OutsideError(f"reads {path}, which is longer than the {LONGEST / 1e6:.0f} MB that are read")
+    try:
+        text = content.decode()
+    except UnicodeDecodeError as error:
+        raise OutsideError(f"reads {path}, which is not UTF-8 ({error.reason})") from None
+    if "<!ENTITY" in text:
+        raise OutsideError(f"reads {path}, which declares XML entities; they are refused")
+    return text
+
+
+def _send(child: subprocess.Popen, message: dict[str, Any]) -> None:
+    sink: IO[bytes] = child.stdin  # pyright: ignore[reportAssignmentType]
+    sink.write(json.dumps(message).encode() + b"\n")
+    sink.flush()
+
+
+def _received(child: subprocess.Popen) -> dict[str, Any]:
+    source: IO[bytes] = child.stdout  # pyright: ignore[reportAssignmentType]
+    line = source.readline(_LONGEST_MESSAGE)
+    message = json.loads(line) if line.endswith(b"\n") else None
+    if not isinstance(message, dict):
+        raise _DiedError
+    return message
+
+
+def _limits(memory: int, seconds: float, left_out: dict[str, str]) -> str:
+    said = f"its limits are {seconds:g} s" + ("" if "RLIMIT_AS" in left_out else f" and {memory >> 30} GiB")
+    could_not = ", ".join(f"{name} ({why})" for name, why in left_out.items())
+    return said + (f"; this system has not granted {could_not}" if could_not else "")
+
+
 _WORD = r"""(?:'[^']*+'|"[^"]*+"|[^\s'"]++)++"""
 _DEFAULT = re.compile(rf"\s*([^\s:=]++)\s*+:?=\s*+(?:\^\|?)?(?:\$\{{[^}}]*+\}}|\$\([^)]*+\)|{_WORD}|)(?:\s++|$)(.*)", re.DOTALL)
 """``name:=default``, as the package xacro reads it; but without backtracking, which can take exponential time."""
 
 
-def only_defines(root: etree._Element) -> bool:
+def _only_defines(root: etree._Element) -> bool:
     """True if there is no link, joint or macro call at the top level, only definitions."""
     definitions = {"macro", "property", "arg", "include"}
     children = [etree.QName(e) for e in root if isinstance(e.tag, str)]
@@ -78,7 +160,7 @@ def only_defines(root: etree._Element) -> bool:
     return not others and any(n.localname == "macro" for n in ours) and all(n.localname in definitions for n in ours)
 
 
-def call_the_macro(root: etree._Element, source: str, arguments: dict[str, str]) -> None:
+def _call_the_macro(root: etree._Element, source: str, arguments: dict[str, str]) -> None:
     """Append a call of the document's one macro, and take its parameters out of the arguments.
 
     Raises:

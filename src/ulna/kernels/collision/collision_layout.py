@@ -36,7 +36,8 @@ NODE_ROWS, CHILD, NO_NODE = 7, 6, -1
 # eight points of a cloud, or the second. In the last row of points are the row of the cloud's ball in the table of solids, and
 # the radius of a ball with the margin for what touches it [m].
 PLACES = 4
-CHILDREN, FIRST_POINTS, SECOND_POINTS = 0, 1, 2
+CHILDREN, FIRST_POINTS = 0, 1
 BALL_ROW, BALL_REACH = 0, 1
+NOWHERE = 1e300  # a bound, or a coordinate, of what overlaps nothing [m]
 # The number of a solid is a row of the table, or, from here on, that of a ball: 16 times the number of its seven rows, and which.
 FIRST_BALL = 1 << 44

@@ -126,11 +126,7 @@ def _filter(machine: str) -> _Program:
 
 
 def audit_hook(event: str, arguments: tuple) -> None:
-    """Refuse an event that evaluating expressions does not need.
-
-    Raises:
-        RefusedError: It opens or lists files, imports, starts a process, or the like.
-    """
+    """Refuse an event that evaluating expressions does not need."""
     if event.startswith(_REFUSED):
         words = " ".join(argument for argument in arguments if isinstance(argument, str))[:80]
         raise RefusedError(f"a description may not do this: {event} {words}".rstrip())

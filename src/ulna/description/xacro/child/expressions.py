@@ -1,22 +1,26 @@
 """Computes the expressions of a xacro document from their syntax tree.
 
 It supports literals, names, arithmetic, comparisons, ``and``, ``or``, ``not``, ``a if b else c``, subscripts, lists and their
-comprehensions, tuples, dicts, and calls of the functions and methods of ``functions``. An attribute is an entry of a YAML
-dictionary or of a namespace, never an attribute of a Python object. Everything else is refused before anything is computed.
+comprehensions, tuples, dicts, and calls of functions that are offered and of methods of texts, dicts, lists and tuples. An
+attribute is an entry of a YAML dictionary or of a namespace, never an attribute of a Python object. Everything else is refused
+before anything is computed.
 """
 
 import ast
+import math
 import operator
 from collections.abc import Callable, Iterator
+from functools import lru_cache, partial
 from typing import Any
 
 import xacro
 
 from ulna.description.xacro.child.parent import RefusedError
-from ulna.description.xacro.child.permitted import checked, method_of, offered
 
 Lookup = Callable[[str], Any]
 """From a name to its value; a ``KeyError`` if it has none."""
+_WORDS = {ast.GeneratorExp: "a generator", ast.Lambda: "a lambda", ast.JoinedStr: "an f-string"}
+_LITERALS = (str, int, float, complex, type(None))  # bool is an int
 _OPERATORS: dict[type, Callable] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -54,7 +58,7 @@ def evaluate(text: str, lookup: Lookup) -> Any:
         RefusedError: It has a part that is not known here, or calls what is not offered.
         SyntaxError, NameError, Exception: As Python raises them.
     """
-    return _value(checked(text.strip()), lookup)
+    return _value(_checked(text.strip()), lookup)
 
 
 def _value(node: ast.AST, lookup: Lookup) -> Any:
@@ -191,3 +195,96 @@ _RULES: dict[type, Callable[[Any, Lookup], Any]] = {
     ast.Attribute: _attribute,
     ast.Call: _call,
 }
+_KNOWN = {*_RULES, *_OPERATORS, ast.And, ast.Or, ast.Load, ast.Store, ast.comprehension, ast.keyword}
+
+
+@lru_cache(maxsize=4096)
+def _checked(text: str) -> ast.expr:
+    """The syntax tree of an expression that consists of known parts only."""
+    tree = ast.parse(text, "<expression>", "eval").body
+    for node in ast.walk(tree):
+        if type(node) not in _KNOWN:
+            raise RefusedError(f"uses {_WORDS.get(type(node), type(node).__name__)}, which is not known in expressions: {text}")
+        _check_names(node)
+        if isinstance(node, ast.comprehension):
+            _check_target(node)
+    return tree
+
+
+def _check_names(node: ast.AST) -> None:
+    """No name of Python's own. Python has turned look-alikes (NFKC) into plain letters by now."""
+    if isinstance(node, ast.Name) and node.id.startswith("__"):
+        raise RefusedError(f"uses the invalid name {node.id}")
+    if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
+        raise RefusedError(f"uses the invalid name {node.attr}")
+    if isinstance(node, ast.keyword) and node.arg is None:
+        raise RefusedError("uses '**', which is not known in expressions")
+    if isinstance(node, ast.Dict) and None in node.keys:
+        raise RefusedError("uses '**', which is not known in expressions")
+    if isinstance(node, ast.Constant) and not isinstance(node.value, _LITERALS):
+        raise RefusedError(f"uses {node.value!r}, which is neither a number nor a text")
+
+
+def _check_target(node: ast.comprehension) -> None:
+    """What runs through a list is a name, or names that take the parts of each item."""
+    names = node.target.elts if isinstance(node.target, ast.Tuple) else [node.target]
+    if node.is_async or not all(isinstance(name, ast.Name) for name in names):
+        raise RefusedError("a comprehension runs through something that is not a name")
+
+
+def _words(text: str) -> set[str]:
+    return set(text.split())
+
+
+_PLAIN = _words(
+    "list dict map len str float int bool min max round sorted range abs all any complex divmod enumerate filter frozenset"
+    " isinstance ord repr reversed set sum tuple zip"
+)
+_OF_XACRO = _words("load_yaml abs_filename dotify arg message warning error print_location fatal tokenize")
+_OF_TEXTS = _words(
+    "split rsplit splitlines join lower upper title capitalize strip lstrip rstrip startswith endswith find rfind index count"
+    " replace zfill partition rpartition removeprefix removesuffix isdigit isalpha isalnum isnumeric"
+)  # not `format`, which reads attributes
+_OF_DICTS, _OF_LISTS = _words("items keys values get"), _words("index count")
+_METHODS: dict[type, tuple[type, set[str]]] = {
+    str: (str, _OF_TEXTS),
+    dict: (dict, _OF_DICTS),
+    xacro.YamlDictWrapper: (dict, _OF_DICTS),
+    list: (list, _OF_LISTS),
+    xacro.YamlListWrapper: (list, _OF_LISTS),
+    tuple: (tuple, _OF_LISTS),
+}
+_offered: dict[int, Any] = {}  # by identity; the values are kept, so that no other takes their identity
+
+
+def offered(value: Any) -> bool:
+    """Whether a value is a function that expressions may call."""
+    return id(value) in _offered
+
+
+def offer(function: Callable) -> Callable:
+    """Let expressions call a function."""
+    _offered[id(function)] = function
+    return function
+
+
+def method_of(value: Any, name: str) -> Callable | None:
+    """A method of a text, a dict, a list or a tuple; None for any other. It is that of Python's own type."""
+    plain, names = _METHODS.get(type(value), (object, set()))
+    return partial(getattr(plain, name), value) if name in names else None
+
+
+def offer_those_of_xacro(symbols: dict[str, Any]) -> None:
+    """Offer the known ones of xacro's names, and take all other functions out."""
+    mathematical = {name for name in vars(math) if not name.startswith("_")}
+    _keep(symbols, _PLAIN | _OF_XACRO | mathematical)
+    for namespace, known in (("python", _PLAIN), ("math", mathematical), ("xacro", _OF_XACRO)):
+        _keep(symbols[namespace], known)
+
+
+def _keep(table: dict[str, Any], known: set[str]) -> None:
+    for name, value in list(table.items()):
+        if callable(value) and name not in known:
+            dict.pop(table, name)
+        elif callable(value):
+            offer(value)

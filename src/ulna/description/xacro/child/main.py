@@ -1,19 +1,27 @@
-"""Reads a request, confines its process, expands the document."""
+"""Reads a request, confines its process, expands the document.
+
+Of the package xacro it replaces how expressions are evaluated (``expressions``), and how files are read (by the parent process).
+"""
 
 import io
 import json
+import os
 import re
 import sys
 import unicodedata
 import warnings
 import xml.dom.minidom
+from types import ModuleType, SimpleNamespace
 from typing import Any
+from urllib.parse import unquote
 
 import xacro
 import yaml
+from xacro import substitution_args
 
+from ulna.description.xacro.child.addresses import path_of_address
 from ulna.description.xacro.child.confinement import add_audit_hook, confine
-from ulna.description.xacro.child.hooks import Arguments, teach_xacro
+from ulna.description.xacro.child.expressions import evaluate, offer, offer_those_of_xacro
 from ulna.description.xacro.child.parent import Parent, RefusedError
 
 
@@ -39,7 +47,7 @@ def main() -> None:
 
 def _expanded(parent: Parent, request: dict) -> dict[str, Any]:
     arguments = Arguments(request["arguments"])
-    teach_xacro(parent, arguments, request["file"], request["folder"])
+    _teach_xacro(parent, arguments, request["file"], request["folder"])
     document: Any = xml.dom.minidom.parseString(request["text"])  # noqa: S318 - the parent parsed it first
     xacro.process_doc(document, mappings=arguments)
     text = document.toprettyxml(indent="  ")
@@ -71,3 +79,101 @@ def _load_what_is_imported_late() -> None:
     yaml.safe_load("a: [1, 2.0, 2001-01-01, !!binary aa==]")
     xml.dom.minidom.parseString("<a/>").toprettyxml()  # noqa: S318 - our own
     unicodedata.normalize("NFKC", "a")  # names of other alphabets, and "\N{...}" in a text, need it
+
+
+_REPLACED = {
+    xacro: ("safe_eval", "abs_filename_spec", "glob"),
+    substitution_args: ("_eval", "_eval_find", "_eval_env", "_eval_optenv"),
+}
+
+
+class Arguments(dict):
+    """The arguments given, and the names that a document looks up."""
+
+    def __init__(self, given: dict[str, str]) -> None:
+        super().__init__(given)
+        self.asked: set[str] = set()
+
+    def __contains__(self, name: object) -> bool:
+        self.asked.add(str(name))
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        self.asked.add(name)
+        return super().__getitem__(name)
+
+
+def _teach_xacro(parent: Parent, arguments: Arguments, file: str | None, folder: str) -> None:
+    """Replace the functions by which xacro evaluates expressions and reads files, relative ones in ``folder``.
+
+    Raises:
+        RefusedError: This version of xacro lacks one of the replaced names.
+    """
+    missing = [f"{module.__name__}.{name}" for module, names in _REPLACED.items() for name in names if not hasattr(module, name)]
+    if missing:
+        raise RefusedError(f"this version of the package xacro is not known here (no {missing[0]}); 2.1.1 is")
+    for module in _REPLACED:
+        _without_python(module, parent)
+    beside = xacro.abs_filename_spec
+    offer_those_of_xacro(xacro._global_symbols)  # noqa: SLF001
+    changed: Any = xacro
+    changed.safe_eval = lambda text, names, _=None: evaluate(text, names.__getitem__)
+    changed.root_dir = folder  # of $(cwd)
+    changed.abs_filename_spec = lambda spec: os.path.join(folder, _located(spec, parent, beside))  # noqa: PTH118 - text
+    changed.glob = SimpleNamespace(glob=parent.matching)
+    _teach_substitution(parent, arguments)
+    if file is not None:
+        xacro.init_stacks(file)
+        xacro.substitution_args_context["filename"] = file
+
+
+def _without_python(module: ModuleType, parent: Parent) -> None:
+    """Replace ``open`` in a module, which then asks the parent; and ``eval``, ``exec`` and ``compile``, which then raise."""
+
+    def refused(*_: object, **__: object) -> None:
+        raise RefusedError("this version of the package xacro evaluates Python by itself; 2.1.1 does not here")
+
+    vars(module).update(open=parent.open, eval=refused, exec=refused, compile=refused)
+
+
+def _located(spec: str, parent: Parent, beside) -> str:
+    """The path of an address: ``package://``, ``file://``, or beside the document that names it."""
+    scheme, _, rest = str(spec).partition("://")
+    if scheme == "package":
+        name, _, inside = unquote(rest).partition("/")
+        return os.path.join(parent.find(name), inside)  # noqa: PTH118 - text in, text out
+    return path_of_address(rest) if scheme == "file" else beside(spec)
+
+
+def _teach_substitution(parent: Parent, arguments: Arguments) -> None:
+    """``$(find)`` by the parent, ``$(env)`` by the arguments, and ``$(eval)`` as any expression."""
+
+    def variable(name: str) -> str:
+        if name in arguments:
+            return arguments[name]
+        raise RefusedError(f"$(env {name}): a description reads no environment variables; give {name} in xacro_args")
+
+    def variable_or(name: str, default: str = "") -> str:
+        return arguments[name] if name in arguments else default  # noqa: SIM401 - `get` would not note the name
+
+    functions = {"find": offer(parent.find), "env": offer(variable), "optenv": offer(variable_or)}
+    functions |= {"arg": offer(lambda name: _converted(arguments[name])), "dirname": offer(_folder)}
+    constants = {"true": True, "false": False}
+
+    def named(name: str) -> Any:
+        for table in (functions, constants, xacro._global_symbols):  # noqa: SLF001
+            if name in table:
+                return table[name]
+        return _converted(arguments[name])
+
+    changed: Any = substitution_args
+    changed._eval_find, changed._eval_env, changed._eval_optenv = parent.find, variable, variable_or  # noqa: SLF001
+    changed._eval = lambda text, _: str(evaluate(text, named))  # noqa: SLF001
+
+
+def _folder() -> str:
+    return substitution_args._eval_dirname(xacro.substitution_args_context.get("filename"))  # noqa: SLF001
+
+
+def _converted(text: str) -> Any:
+    return substitution_args.convert_value(text, "auto")

@@ -26,12 +26,7 @@ class Parent:
         self._sink.flush()
 
     def open(self, path: str, mode: str = "r") -> io.StringIO:
-        """The text of a file, in place of the built-in ``open``.
-
-        Raises:
-            RefusedError: The mode is not "r", or the file may not be read.
-            OSError: It cannot be read.
-        """
+        """The text of a file, in place of the built-in ``open``."""
         if not isinstance(path, str) or mode != "r":
             raise RefusedError(f"opens {path!r} with {mode!r}; a description can only read text files")
         return io.StringIO(self._asked({"read": path})["text"], newline=None)
