@@ -78,7 +78,7 @@ class VoxelGrid:
     """Cubes in a lattice, as OctoMap and nvblox have them, or the space that a camera does not see.
 
     Args:
-        occupied: Which cells are filled, shape (nx, ny, nz), bools or 0 and 1. A sensor's unknown cells are not free: count them in.
+        occupied: Which cells are filled, shape (nx, ny, nz), bools or 0 and 1. Cells that a sensor does not know are not free.
         cell: The cells' edge length [m].
         corner: Where the grid's corner of least x, y and z is in the frame of the object [m], shape (3,); the grid is centred at
             the origin unless given. Cell i, j, k begins at ``corner + (i, j, k) cell``.
@@ -156,7 +156,7 @@ class VoxelGrid:
         pose: ArrayLike | None = None,
         depth_scale: float | None = None,
     ) -> VoxelGrid:
-        """The cells of a box that a depth camera does not see to be empty: behind what it sees, beside its image, without a measurement.
+        """The cells of a box that a depth camera does not see to be empty: behind what it sees, or outside of its image.
 
         A cell is empty where the camera sees past all of it: its corners are in front of the camera, and each pixel that it may
         cover has a depth beyond it. So the surfaces that are seen are filled too. Between pixels nothing is taken to be nearer
@@ -213,7 +213,7 @@ class VoxelGrid:
 
     @property
     def boxes(self) -> tuple[Array, Array]:
-        """The centres of boxes that fill the occupied cells [m], and half their extents, shape (n, 3) each: one for each run along z."""
+        """The centres of boxes that fill the occupied cells [m], one for each run along z, and half their extents, (n, 3)."""
         padded = np.pad(self.occupied, ((0, 0), (0, 0), (1, 1))).astype(np.int8)
         changes = np.diff(padded, axis=2)
         begins, ends = np.argwhere(changes == 1), np.argwhere(changes == -1)
@@ -230,7 +230,7 @@ class VoxelGrid:
 
 
 class _LeastDepth:
-    """The least depth in squares of 1, 2, 4, ... pixels of an image: level k, at i, j, is that of the square that begins there."""
+    """The least depth in squares of 1, 2, 4, ... pixels of an image: level k at i, j that of the square that begins there."""
 
     def __init__(self, depth: Array) -> None:
         self.levels, step = [depth], 1
@@ -241,7 +241,10 @@ class _LeastDepth:
             step *= 2
 
     def is_beyond(self, corners: Array, K: Array) -> NDArray[np.bool_]:
-        """Whether the image is deeper than each cell at all pixels that it may cover; its corners in the camera's frame, (n, 8, 3)."""
+        """Whether the image is deeper than each cell at all pixels that it may cover, shape (n,).
+
+        corners: those of the cells in the camera's frame, shape (n, 8, 3).
+        """
         z = corners[..., 2]
         depths = np.where(z > 0, z, 1.0)
         u, v = (corners[..., axis] / depths * K[axis, axis] + K[axis, 2] for axis in (0, 1))

@@ -1,10 +1,11 @@
 """Keeps the tables of a world's objects, and changes of them only what an object's change needs.
 
-What is written to an arena stays as it is, so that a query goes on in the world as it was. A cloud, a height map and a voxel grid have rows and
-a tree of their own, which are written again only when they themselves move. Of the other objects, those that were added or moved
-last are tested one by one, up to MOST_UNINDEXED: their rows are written again after each change, which takes a microsecond. If
-there are more, a tree is written over all. An object that moves leaves that tree, of which the nodes above it are copied, and is
-tested alone from then on. One more tree is written over these trees. When the arena is full, what is in use goes into a new one.
+What is written to an arena stays as it is, so that a query goes on in the world as it was. A cloud, a height map and a voxel grid
+have rows and a tree of their own, which are written again only when they themselves move. Of the other objects, those that were
+added or moved last are tested one by one, up to MOST_UNINDEXED: their rows are written again after each change, which takes a
+microsecond. If there are more, a tree is written over all. An object that moves leaves that tree, of which the nodes above it are
+copied, and is tested alone from then on. One more tree is written over these trees. When the arena is full, what is in use goes
+into a new one.
 """
 
 from collections.abc import Mapping
