@@ -39,7 +39,9 @@ class Scene:
         self.camera = Camera(eye, middle, fov=0.6)
         self.solids: list[Solid] = []
 
-    def put(self, shape: ulna.Box | ulna.Cylinder, T: NDArray, color: tuple[int, int, int], opacity: float = 1.0) -> None:
+    def put(
+        self, shape: ulna.Box | ulna.Cylinder | ulna.PointCloud, T: NDArray, color: tuple[int, int, int], opacity: float = 1.0
+    ) -> None:
         """Add a shape at T_base_shape."""
         self.solids.append(Solid(f"solid {len(self.solids)}", self.robot.base, T, shape, color, opacity))
 
@@ -150,11 +152,66 @@ def inverse_kinematics(size: tuple[int, int]) -> Pixels:
     return np.concatenate([np.concatenate(tiles[:4], axis=1), np.concatenate(tiles[4:8], axis=1)])
 
 
+def camera_sees(size: tuple[int, int]) -> Pixels:
+    """What a depth camera sees of a bin and the Panda, with the Panda's own points red; and what is thinned, and not seen."""
+    robot, T = ulna.load("panda"), ulna.pose((0.6, 0, 0.15))
+    q = robot.home.copy()
+    q[0] = 0.4
+    boxes = [(np.array(extents) / 2, ulna.pose(place)) for extents, place in BIN]
+    own = [shape for link in robot.description.links for shape in (body.shape for body in link.collisions)]
+    boxes += [(np.array(shape.half_extents), pose) for shape, pose in zip(own, robot.collision_poses(q), strict=True)]
+    image = depth_of(boxes)
+    cloud = ulna.PointCloud.from_depth(image, INTRINSICS, CAMERA, radius=0.004).cropped(
+        ulna.Box((1.7, 1.4, 2)), ulna.pose((0, 0, 0.985))
+    )
+    rest = cloud.without(robot, q, padding=0.02)
+    owned = cloud.points[robot.links_near(cloud, q, within=0.02)[1] >= 0]
+    hidden = ulna.VoxelGrid.unseen(image, INTRINSICS, CAMERA, ulna.Box((0.44, 0.8, 0.3)), 0.02, pose=T)
+    scenes = [Scene(robot, (-0.5, -1.75, 1.1), (0.35, 0.0, 0.28), (size[0] // 2, size[1])) for _ in range(2)]
+    scenes[0].put(rest, np.eye(4), MOVABLE)
+    scenes[0].put(ulna.PointCloud(owned, 0.006), np.eye(4), RED)
+    scenes[1].put(rest.thinned(0.02), np.eye(4), MOVABLE)
+    for middle, half in zip(*hidden.without(robot, q, padding=0.02, pose=T).boxes, strict=True):
+        scenes[1].put(ulna.Box(2 * half), T @ ulna.pose(middle), SHADE)
+    return np.concatenate([scene.paint(q) for scene in scenes], axis=1)
+
+
+SHADE = 150, 155, 165
+BIN = [  # extents and place [m]: the floor, the table, the bin's walls, two parts
+    ((9, 9, 0.02), (0, 0, -0.04)),
+    ((0.7, 1.0, 0.02), (0.6, 0, -0.01)),
+    ((0.02, 0.4, 0.15), (0.45, 0, 0.075)),
+    ((0.02, 0.4, 0.15), (0.75, 0, 0.075)),
+    ((0.3, 0.02, 0.15), (0.6, -0.2, 0.075)),
+    ((0.3, 0.02, 0.15), (0.6, 0.2, 0.075)),
+    ((0.06, 0.08, 0.06), (0.55, 0.05, 0.03)),
+    ((0.08, 0.05, 0.1), (0.66, -0.08, 0.05)),
+]
+IMAGE_SIZE, INTRINSICS = (120, 160), (150, 150, 79.5, 59.5)
+CAMERA = ulna.pose((1.35, -0.3, 1.1), (-2.35, 0.0, 1.2))
+
+
+def depth_of(boxes: Sequence[tuple[NDArray, NDArray]]) -> NDArray:
+    """The depth image of boxes, each by half its extents and its pose: where the ray of each pixel enters the first of them."""
+    v, u = np.indices(IMAGE_SIZE)
+    rays = np.stack([(u - INTRINSICS[2]) / INTRINSICS[0], (v - INTRINSICS[3]) / INTRINSICS[1], np.ones(IMAGE_SIZE)], axis=-1)
+    depth = np.full(IMAGE_SIZE, np.inf)
+    for half, T in boxes:
+        to_box = np.linalg.inv(T) @ CAMERA
+        ray, eye = rays @ to_box[:3, :3].T, to_box[:3, 3]
+        with np.errstate(divide="ignore"):
+            low, high = (-half - eye) / ray, (half - eye) / ray
+        enters, leaves = np.minimum(low, high).max(axis=-1), np.maximum(low, high).min(axis=-1)
+        depth = np.where((enters < leaves) & (enters > 0), np.minimum(depth, enters), depth)
+    return np.where(np.isfinite(depth), depth, 0.0)
+
+
 PICTURES: dict[str, Callable[[tuple[int, int]], Pixels]] = {
     "planning": planning,
     "following": following,
     "collision": collision,
     "inverse_kinematics": inverse_kinematics,
+    "camera_sees": camera_sees,
 }
 
 if __name__ == "__main__":

@@ -7,7 +7,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ulna.collision.clouds import HeightMap, PointCloud
+    from ulna.collision.clouds import PointCloud
+    from ulna.collision.grids import HeightMap, VoxelGrid
     from ulna.collision.report import Pair, Report
     from ulna.collision.scene_file import load_world, save_world
     from ulna.collision.world import World
@@ -101,6 +102,7 @@ __all__ = [
     "TruthError",
     "UlnaError",
     "UnknownNameError",
+    "VoxelGrid",
     "World",
     "compare",
     "inspect",
@@ -117,7 +119,8 @@ _HOMES = {
     "ulna.collision.report": ("Pair", "Report"),
     "ulna.collision.scene_file": ("load_world", "save_world"),
     "ulna.collision.world": ("World",),
-    "ulna.collision.clouds": ("HeightMap", "PointCloud"),
+    "ulna.collision.clouds": ("PointCloud",),
+    "ulna.collision.grids": ("HeightMap", "VoxelGrid"),
     "ulna.description.pose": ("pose",),
     "ulna.description.shapes": ("Box", "Capsule", "ConvexMesh", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
     "ulna.dh.table": ("DHTable",),

@@ -21,6 +21,7 @@ SHAPES = [
     ulna.HalfSpace(),
     ulna.PointCloud(POINTS, 0.01),
     ulna.HeightMap([[0.1, 0.2], [0.3, 1 / 3]], 0.05),
+    ulna.VoxelGrid([[[0, 1], [1, 1]]], 0.05, corner=(0.1, 1 / 3, 0)),
 ]
 
 

@@ -23,22 +23,31 @@ def points_of_depth(
     Raises:
         InputError: An argument is not what it should be.
     """
-    image = np.asarray(depth)
-    if image.ndim != 2 or image.dtype.kind not in "uif":
-        raise InputError("depth", f"shape {image.shape} of {image.dtype}; numbers of shape (H, W) are expected")
-    scale = _scale(depth_scale, image)
-    K, T = _camera_matrix(intrinsics, image.shape), as_one_pose(T_base_camera, "T_base_camera")
-    z = image * scale  # float64
-    if (z < 0).any():
-        raise InputError("depth", f"{z[z < 0].min():g} m; a depth is not below 0")
-    seen = (z > 0) & (z < np.inf)
-    height, width = image.shape
+    z = as_depths(depth, depth_scale)
+    K, T = camera_matrix(intrinsics, z.shape), as_one_pose(T_base_camera, "T_base_camera")
+    seen = z > 0
+    height, width = z.shape
     across, down = (np.arange(width) - K[0, 2]) / K[0, 0], (np.arange(height) - K[1, 2]) / K[1, 1]
     z, points = z[seen], np.empty((int(np.count_nonzero(seen)), 3))
     for axis in range(3):
         rays = (T[axis, 0] * across)[None, :] + (T[axis, 1] * down + T[axis, 2])[:, None]
         points[:, axis] = rays[seen] * z + T[axis, 3]
-    return points, image.size - len(points)
+    return points, seen.size - len(points)
+
+
+def as_depths(depth: ArrayLike, depth_scale: float | None) -> NDArray[np.float64]:
+    """The depths of an image [m], shape (H, W); 0 where nothing was measured.
+
+    Raises:
+        InputError: It is not an image of depths.
+    """
+    image = np.asarray(depth)
+    if image.ndim != 2 or image.dtype.kind not in "uif":
+        raise InputError("depth", f"shape {image.shape} of {image.dtype}; numbers of shape (H, W) are expected")
+    z = image * _scale(depth_scale, image)  # float64
+    if (z < 0).any():
+        raise InputError("depth", f"{z[z < 0].min():g} m; a depth is not below 0")
+    return np.where((z > 0) & (z < np.inf), z, 0.0)
 
 
 def _scale(depth_scale: float | None, image: NDArray) -> float:
@@ -50,7 +59,7 @@ def _scale(depth_scale: float | None, image: NDArray) -> float:
     return float(scale)
 
 
-def _camera_matrix(intrinsics: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def camera_matrix(intrinsics: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """The camera matrix, shape (3, 3), of the image's size."""
     K = as_floats("intrinsics", intrinsics)
     if K.shape == (4,):

@@ -1,4 +1,4 @@
-"""Defines point clouds and height maps: many small solids, one object of a world."""
+"""Defines point clouds: many small balls, one object of a world."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.cloud_points import in_box, one_per_voxel, points_of_depth
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
-from ulna.description.robot_description import frozen
-from ulna.description.shapes import Box, Solid, lengths, within_reach
+from ulna.description.shapes import Box, lengths
 from ulna.errors import InputError
 from ulna.kernels.layout import LARGEST
 
@@ -200,62 +199,3 @@ def _seen(given: ArrayLike) -> tuple[NDArray[np.floating], int]:
     if len(rows) and not (rows.min() >= -LARGEST and rows.max() <= LARGEST):
         raise InputError("points", f"finite numbers of at most {LARGEST:g} m, or NaN, are expected")
     return rows, n - len(rows)
-
-
-@dataclass(frozen=True, eq=False)
-class HeightMap:
-    """Terrain, or a table with objects on it: square cells, each a column from ``bottom`` up to its height.
-
-    Args:
-        heights: Heights along z [m], shape (nx, ny). The grid is centred at the origin: cell i, j at x = (i - (nx - 1) / 2) cell,
-            y = (j - (ny - 1) / 2) cell.
-        cell: The cells' edge length [m].
-        bottom: Where the columns begin [m]; the least of the heights unless given.
-
-    Raises:
-        InputError: They are not a grid of heights, not finite, or below the bottom.
-
-    Example:
-        >>> HeightMap(np.zeros((40, 30)), cell=0.02)
-        HeightMap(40 x 30 cells of 0.02 m)
-    """
-
-    heights: NDArray[np.float64]
-    cell: float
-    bottom: float
-
-    def __init__(self, heights: ArrayLike, cell: float, bottom: float | None = None) -> None:
-        grid = within_reach("heights", heights)
-        if grid.ndim != 2 or not grid.size:
-            raise InputError("heights", f"shape {grid.shape}; heights of shape (nx, ny) are expected, at least one")
-        lowest = grid.min() if bottom is None else within_reach("bottom", bottom)
-        if lowest.ndim:
-            raise InputError("bottom", f"shape {lowest.shape}; one number is expected")
-        low = float(lowest)
-        if (grid < low).any():
-            raise InputError("bottom", f"{low:g} m is above some heights: the least is {grid.min():g} m")
-        object.__setattr__(self, "heights", frozen(grid, grid.shape))
-        edge = lengths("cell", (cell,), 1)[0]
-        if edge == 0:
-            raise InputError("cell", "0; an edge length above 0 is expected")
-        object.__setattr__(self, "cell", edge)
-        object.__setattr__(self, "bottom", low)
-
-    def __reduce__(self):
-        return HeightMap, (self.heights, self.cell, self.bottom)
-
-    def __repr__(self) -> str:
-        return f"HeightMap({' x '.join(map(str, self.heights.shape))} cells of {self.cell:g} m)"
-
-
-def cells_of(terrain: HeightMap) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The centres of the boxes over the cells in the frame of the object [m], and half their extents, shape (n, 3) each."""
-    nx, ny = terrain.heights.shape
-    x, y = ((np.arange(n) - (n - 1) / 2) * terrain.cell for n in (nx, ny))
-    half = np.empty((nx * ny, 3))
-    half[:, :2], half[:, 2] = terrain.cell / 2, (terrain.heights.ravel() - terrain.bottom) / 2
-    return np.column_stack([np.repeat(x, ny), np.tile(y, nx), terrain.bottom + half[:, 2]]), half
-
-
-Obstacle = Solid | PointCloud | HeightMap
-"""What a world may hold."""

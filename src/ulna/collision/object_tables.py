@@ -1,10 +1,11 @@
 """Keeps the tables of a world's objects, and changes of them only what an object's change needs.
 
-What is written to an arena stays as it is, so that a query goes on in the world as it was. A cloud and a height map have rows and
-a tree of their own, which are written again only when they themselves move. Of the other objects, those that were added or moved
-last are tested one by one, up to MOST_UNINDEXED: their rows are written again after each change, which takes a microsecond. If
-there are more, a tree is written over all. An object that moves leaves that tree, of which the nodes above it are copied, and is
-tested alone from then on. One more tree is written over these trees. When the arena is full, what is in use goes into a new one.
+What is written to an arena stays as it is, so that a query goes on in the world as it was. A cloud, a height map and a voxel grid
+have rows and a tree of their own, which are written again only when they themselves move. Of the other objects, those that were
+added or moved last are tested one by one, up to MOST_UNINDEXED: their rows are written again after each change, which takes a
+microsecond. If there are more, a tree is written over all. An object that moves leaves that tree, of which the nodes above it are
+copied, and is tested alone from then on. One more tree is written over these trees. When the arena is full, what is in use goes
+into a new one.
 """
 
 from collections.abc import Mapping
@@ -14,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.arena import Arena
-from ulna.collision.clouds import HeightMap, Obstacle, PointCloud, cells_of
+from ulna.collision.clouds import PointCloud
+from ulna.collision.grids import HeightMap, Obstacle, VoxelGrid
 from ulna.collision.object_tree import (
     MOST_LEVELS,
     NO_TREE,
@@ -55,7 +57,8 @@ _NO_LINKS = frozenset[str]()
 class _Many(NamedTuple):
     """An object of many solids, with its rows and nodes in the arena."""
 
-    shape: PointCloud | HeightMap
+    shape: PointCloud | HeightMap | VoxelGrid
+    touch_set: int
     rows: slice  # of a cloud one, that of a ball
     nodes: slice  # those of points first
     n_of_points: int  # how many of these nodes hold points
@@ -116,9 +119,9 @@ class ObjectTables:
 
     def _add(self, name: str, shape: Obstacle, T: Array, links: frozenset[str]) -> None:
         touch_set = self._sets.setdefault(links, len(self._sets))
-        if not isinstance(shape, Box | HeightMap):
+        if not isinstance(shape, Box | HeightMap | VoxelGrid):
             self._round.add(name)
-        if isinstance(shape, PointCloud | HeightMap):
+        if isinstance(shape, PointCloud | HeightMap | VoxelGrid):
             self._add_many(name, touch_set, T, shape)
             return
         vertices = shape_vertices(shape)
@@ -137,24 +140,24 @@ class ObjectTables:
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
         self._rows[n], self._alone[name] = row, n
 
-    def _add_many(self, name: str, touch_set: int, T: Array, shape: PointCloud | HeightMap) -> None:
+    def _add_many(self, name: str, touch_set: int, T: Array, shape: PointCloud | HeightMap | VoxelGrid) -> None:
         is_cloud = isinstance(shape, PointCloud)
-        n = len(shape.points) if is_cloud else shape.heights.size
+        boxes = None if is_cloud else shape.boxes
+        n = len(shape.points) if boxes is None else len(boxes[0])
         self._need(1 if is_cloud else n, 0, most_cloud_nodes(n) if is_cloud else most_nodes(n))
         arena = self._arena
         number, first_row, first_node = arena.add_name(name), arena.n_rows, arena.n_nodes
-        if is_cloud:
+        if boxes is None:
             row = (*np.eye(4)[:3].ravel().tolist(), number, touch_set, *shape_columns(Sphere(shape.radius)))
             at = arena.add_rows(np.array([row]))
             tree, n_of_points = write_cloud(arena, shape, T, at) if n else NO_TREE, -(-n // (2 * WIDTH))
         else:
-            tree, n_of_points = write_tree(arena, *self._add_cells(number, touch_set, T, shape)), 0
+            tree, n_of_points = write_tree(arena, *self._add_boxes(number, touch_set, T, *boxes)) if n else NO_TREE, 0
         rows, nodes = slice(first_row, arena.n_rows), slice(first_node, arena.n_nodes)
-        self._many[name], self._root = _Many(shape, rows, nodes, n_of_points, tree), None
+        self._many[name], self._root = _Many(shape, touch_set, rows, nodes, n_of_points, tree), None
 
-    def _add_cells(self, number: int, touch_set: int, T: Array, terrain: HeightMap) -> tuple[Array, Array, Array]:
-        """Write the rows of a height map, a box for each cell; what a tree is written over."""
-        centres, half = cells_of(terrain)
+    def _add_boxes(self, number: int, touch_set: int, T: Array, centres: Array, half: Array) -> tuple[Array, Array, Array]:
+        """Write the rows of the boxes of an object; what a tree is written over."""
         order = compact_order(centres)
         rows = np.zeros((len(order), BODY_WIDTH))
         rows[:, :12], rows[:, OBJECT], rows[:, TOUCH_SET], rows[:, SHAPE] = T[:3].ravel(), number, touch_set, BOX
@@ -166,7 +169,7 @@ class ObjectTables:
     def _move(self, name: str, T: Array) -> None:
         if name in self._many:
             one = self._many.pop(name)
-            self._add_many(name, int(self._arena.table[one.rows.start, TOUCH_SET]), T, one.shape)
+            self._add_many(name, one.touch_set, T, one.shape)
             return
         if name in self._indexed:
             self._put(name, self._take_out(name))
@@ -270,7 +273,7 @@ def _copied(old: Arena, new: Arena, one: _Many, number: int) -> _Many:
     children += np.where(children < 0, -by_rows, PLACES * by_nodes)
     tree = one.tree if one.tree is NO_TREE else one.tree._replace(root=one.tree.root + PLACES * by_nodes)
     at = slice(one.rows.start + by_rows, one.rows.stop + by_rows), slice(first, new.n_nodes)
-    return _Many(one.shape, *at, one.n_of_points, tree)
+    return _Many(one.shape, one.touch_set, *at, one.n_of_points, tree)
 
 
 NO_OBJECTS = make_objects({}, {}, {})

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.clouds import HeightMap, Obstacle, PointCloud
+from ulna.collision.clouds import PointCloud
+from ulna.collision.grids import HeightMap, Obstacle, VoxelGrid
 from ulna.collision.world import World
 from ulna.description.file_bytes import file_bytes, json_value, write_whole
 from ulna.description.pose import as_one_pose, pose, rpy_from_matrix
@@ -34,6 +35,7 @@ SHAPES: dict[str, tuple[type, tuple[str, ...]]] = {
     "half_space": (HalfSpace, ()),
     "point_cloud": (PointCloud, ("points", "radius")),
     "height_map": (HeightMap, ("heights", "cell", "bottom")),
+    "voxel_grid": (VoxelGrid, ("occupied", "cell", "corner")),
 }
 _TURNS = ("rpy", "wxyz", "rotation")  # roll, pitch, yaw; a quaternion; a matrix of three rows
 _SHORTEST = (4, 6, 9, 12, 15, 17)  # digits behind the point, tried in this order

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.clouds import Obstacle, PointCloud
+from ulna.collision.clouds import PointCloud
+from ulna.collision.grids import Obstacle
 from ulna.collision.object_tables import ObjectTables
 from ulna.collision.objects import Objects
 from ulna.description.given_names import as_link_names, refuse_no_name
@@ -48,8 +49,8 @@ class World:
 
         Args:
             name: A name that no other object has.
-            shape: A ``Box``, ``Sphere``, ``Capsule``, ``Cylinder``, ``ConvexMesh``, ``HalfSpace``, ``PointCloud`` or
-                ``HeightMap``.
+            shape: A ``Box``, ``Sphere``, ``Capsule``, ``Cylinder``, ``ConvexMesh``, ``HalfSpace``, ``PointCloud``,
+                ``HeightMap`` or ``VoxelGrid``.
             pose: T_base_object, shape (4, 4); the origin unless given.
             touch_links: Links of a robot, or objects attached to it, that may touch it: their contact is no collision, and their
                 distance does not count. An example is the base on the floor. Names that a robot does not have are ignored.

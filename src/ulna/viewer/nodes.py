@@ -7,7 +7,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from ulna.collision.clouds import Obstacle
+from ulna.collision.grids import Obstacle
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
 from ulna.viewer.palette import Color

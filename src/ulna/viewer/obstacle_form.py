@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import viser
 from numpy.typing import NDArray
 
-from ulna.collision.clouds import Obstacle
+from ulna.collision.grids import Obstacle
 from ulna.collision.world import World
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, Sphere

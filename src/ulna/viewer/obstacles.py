@@ -9,7 +9,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from ulna.collision.clouds import Obstacle
+from ulna.collision.grids import Obstacle
 from ulna.collision.scene_file import world_from_json, world_to_json
 from ulna.collision.world import World
 from ulna.description.pose import pose, quaternion_from_matrix

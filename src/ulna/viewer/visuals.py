@@ -6,7 +6,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from ulna.collision.clouds import HeightMap, PointCloud, cells_of
+from ulna.collision.clouds import PointCloud
+from ulna.collision.grids import HeightMap, VoxelGrid
 from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.reader import Beside, mesh_bytes, read_scene
 from ulna.description.robot_description import Body
@@ -52,7 +53,7 @@ def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
     return scene.apply_transform(np.diag([*mesh.scale, 1.0]))
 
 
-def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh | PointCloud | HeightMap) -> trimesh.Trimesh:
+def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh | PointCloud | HeightMap | VoxelGrid) -> trimesh.Trimesh:
     """A shape other than a file's mesh as triangles, in its own frame."""
     match shape:
         case Box(extents):
@@ -65,7 +66,7 @@ def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh | PointCloud
             return trimesh.creation.capsule(length, radius, transform=_lowered(length / 2))
         case ConvexMesh(vertices):
             return _hull(vertices)
-        case PointCloud() | HeightMap():
+        case PointCloud() | HeightMap() | VoxelGrid():
             return _many(shape)
 
 
@@ -93,12 +94,12 @@ def _hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:
         return trimesh.util.concatenate(balls)  # type: ignore[return-value]
 
 
-def _many(shape: PointCloud | HeightMap) -> trimesh.Trimesh:
+def _many(shape: PointCloud | HeightMap | VoxelGrid) -> trimesh.Trimesh:
     """A coarse ball at each point, or a column for each cell."""
     if isinstance(shape, PointCloud):
         one, places, sizes = trimesh.creation.icosphere(subdivisions=0), shape.points, np.full((1, 3), shape.radius)
     else:
-        one, (places, sizes) = trimesh.creation.box((2, 2, 2)), cells_of(shape)
+        one, (places, sizes) = trimesh.creation.box((2, 2, 2)), shape.boxes
     vertices = places[:, None] + sizes[:, None] * one.vertices
     faces = len(one.vertices) * np.arange(len(vertices))[:, None, None] + one.faces
     return trimesh.Trimesh(vertices.reshape(-1, 3), faces.reshape(-1, 3), process=False)
