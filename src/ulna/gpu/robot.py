@@ -84,7 +84,7 @@ class GpuRobot:
             UnknownNameError: There is no such link.
         """
         chain = self._table("chain", self._link(link), self.robot.tree.chain)
-        n_dof = self.robot.n_dof
+        n_dof = self.robot.tree.n_dof
         return self._over_q(jacobians, (chain, as_frame(expressed_in)), q, (6, n_dof), row_shape=(6 * n_dof,))
 
     def in_collision(self, q: Any, world: World | None = None, *, self_collision: bool = True) -> Any:
@@ -104,7 +104,7 @@ class GpuRobot:
             GeometryError: As ``in_collision``.
         """
         q = device.as_own("q", q)
-        n = prod(q.shape[:-1]) if device.is_on_device(q) else np.size(q) // self.robot.n_dof
+        n = prod(q.shape[:-1]) if device.is_on_device(q) else np.size(q) // self.robot.tree.n_dof
         scene = self._scenes.of(world, self_collision, np.float64)
         constants = *scene.parts, *distance_scratch(scene, n)
         return self._over_q(distances_of(*scene.sizes), constants, q, (), np.float64, shares_scratch=True)
@@ -147,8 +147,7 @@ class GpuRobot:
         options = Options(
             seed=seed, task=as_task(task), position_tolerance=position_tolerance, rotation_tolerance=rotation_tolerance
         )
-        robot, name = self.robot, self._link(link)
-        query = Query(robot.tree, robot.home, robot._checker, name, options)  # noqa: SLF001 - a part of it
+        query = self._query(link, options)
         own = device.as_own("T", T)
         stays = device.is_on_device(own)
         own = own if stays else as_floats("T", own)
@@ -159,12 +158,16 @@ class GpuRobot:
         if world is not None:
             self._scenes.of(world, True, np.float64)
         search = Search(
-            robot, query, self._seeds(q_seed, batch), q_seed is not None, world,
+            self.robot._inverse_kinematics,  # noqa: SLF001 - a part of it
+            query,
+            self._seeds(q_seed, batch),
+            q_seed is not None,
+            world,
             lambda q: _on_host(self._any_touch(q, world, True, np.float64)),
-        )  # fmt: skip
+        )
         q, info, explanation = search.of(targets, batch)
         result = DeviceResult if stays else IKResult
-        return result(q.reshape(*batch, robot.n_dof), info, batch, options.tolerances, explanation)
+        return result(q.reshape(*batch, query.tree.n_dof), info, batch, options.tolerances, explanation)
 
     def all_solutions(
         self,
@@ -189,8 +192,7 @@ class GpuRobot:
                 of an arm of seven, or another argument cannot be taken.
             UnknownNameError: There is no such link or joint.
         """
-        robot, options = self.robot, Options(task=as_task(task))
-        query = Query(robot.tree, robot.home, robot._checker, self._link(link), options)  # noqa: SLF001 - a part of it
+        query = self._query(link, Options(task=as_task(task)))
         T = device.as_own("T", T)
         return all_solutions(query, T, self._wide_rows, redundancy, as_count("n_samples", n_samples, 1), whole_turns=whole_turns)
 
@@ -248,6 +250,10 @@ class GpuRobot:
         if not self.float32 or own.dtype != np.float32:
             return device.as_device_rows(name, own, shape)
         return as_float64(device.as_device_rows(name, own, shape, np.float32))
+
+    def _query(self, link: str | None, options: Options) -> Query:
+        robot = self.robot
+        return Query(robot.tree, robot.home, robot._checker, self._link(link), options)  # noqa: SLF001 - a part of it
 
     def _link(self, link: str | None) -> str:
         return self.robot.tree.link_or_tip(link)

@@ -219,11 +219,9 @@ class ReachabilityMap:
             InputError: T is not a pose.
             GeometryError: A world is given, and the robot's collisions cannot be checked.
         """
-        asked = self._specification
-        return self.robot.inverse_kinematics(
-            T, link=asked.link, seed=asked.seed, task=asked.task, world=world, position_tolerance=asked.position_tolerance,
-            rotation_tolerance=asked.rotation_tolerance, max_iterations=max_iterations or asked.max_iterations,
-        )  # fmt: skip
+        search = self._specification.search
+        search["max_iterations"] = max_iterations or search["max_iterations"]
+        return self.robot.inverse_kinematics(T, world=world, **search)
 
     # ---- all of it -----------------------------------------------------------------------------------------------------
 
