@@ -157,7 +157,7 @@ def test_an_outcome_that_is_lost_with_its_worker_is_waited_for(panda_map, cluste
         wait_for(lambda: not client.nthreads(), "a scheduler that has seen it", looks=None)
         client.loop.add_callback(fetch, *held[0])
         (outcome,) = tasks.next_done()
-    assert outcome.poses == 64
+    assert outcome.poses == panda_map.grid.poses_of(0)
     assert len(warned) == 1
 
 

@@ -13,6 +13,7 @@ from ulna.description.arrays import as_count, as_floats
 from ulna.errors import InputError
 from ulna.gpu import device
 from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, overlaps_of
+from ulna.gpu.device_array import as_own
 from ulna.gpu.forward import frames_of, jacobians, poses
 from ulna.gpu.rows import as_float64
 from ulna.gpu.search import DeviceResult, OnHost, Search
@@ -103,7 +104,7 @@ class GpuRobot:
             InputError: As ``in_collision``.
             GeometryError: As ``in_collision``.
         """
-        q = device.as_own("q", q)
+        q = as_own("q", q)
         n = prod(q.shape[:-1]) if device.is_on_device(q) else np.size(q) // self.robot.tree.n_dof
         scene = self._scenes.of(world, self_collision, np.float64)
         constants = *scene.parts, *distance_scratch(scene, n)
@@ -148,7 +149,7 @@ class GpuRobot:
             seed=seed, task=as_task(task), position_tolerance=position_tolerance, rotation_tolerance=rotation_tolerance
         )
         query = self._query(link, options)
-        own = device.as_own("T", T)
+        own = as_own("T", T)
         stays = device.is_on_device(own)
         own = own if stays else as_floats("T", own)
         if own.shape[-2:] != (4, 4):
@@ -193,7 +194,7 @@ class GpuRobot:
             UnknownNameError: There is no such link or joint.
         """
         query = self._query(link, Options(task=as_task(task)))
-        T = device.as_own("T", T)
+        T = as_own("T", T)
         return all_solutions(query, T, self._wide_rows, redundancy, as_count("n_samples", n_samples, 1), whole_turns=whole_turns)
 
     # ---- parts ---------------------------------------------------------------------------------------------------------
@@ -214,7 +215,7 @@ class GpuRobot:
 
         number: Over which the driver is to compute; ``dtype``: of its results, that number unless given.
         """
-        q, number = device.as_own("q", q), number or self._number
+        q, number = as_own("q", q), number or self._number
         rows = self._rows(q, number)
         batch = tuple(np.shape(q)[:-1]) if not device.is_on_device(q) else tuple(q.shape[:-1])
         flag = device.on_device(np.zeros(1, dtype=np.int32))
@@ -234,7 +235,7 @@ class GpuRobot:
     def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any) -> Any:
         """Whether anything touches; boxes are checked over ``number``."""
         scene = self._scenes.of(world, self_collision, number)
-        return self._over_q(overlaps_of(*scene.sizes), scene.parts, device.as_own("q", q), (), scene.number, dtype=np.bool_)
+        return self._over_q(overlaps_of(*scene.sizes), scene.parts, as_own("q", q), (), scene.number, dtype=np.bool_)
 
     def _rows(self, q: Any, number: Any) -> Any:
         """Configurations (n, n_dof) where q is, as float32 or float64."""
