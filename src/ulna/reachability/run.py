@@ -33,7 +33,7 @@ try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None
-_MOST_CHUNKS = 32  # of a task: half a second of work for an arm with a closed form, a second for a search
+_MOST_CHUNKS = 16  # of a task: a quarter of a second of work for an arm with a closed form, half a second for a search
 _UNDER_WAY = 3  # tasks for each that runs
 _RETRIES = 3
 _LOOK_S = 1.0  # between two looks at whether the cluster is still there
