@@ -24,7 +24,7 @@ from ulna.kinematics.reach import reach_of
 from ulna.reachability.grid import Grid
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.model import robot_to_json
-from ulna.reachability.run import DaskWorkers, Workers, locked, run
+from ulna.reachability.run import DaskWorkers, ThreadWorkers, locked, run
 from ulna.reachability.specification import Specification
 from ulna.reachability.store import create, read_specification, sweep, zarr_package
 from ulna.robot import Robot
@@ -109,7 +109,7 @@ def reachability_map(
     if client is not None:
         workers = DaskWorkers(client)
     else:
-        workers = Workers(default_threads() if threads is None else as_threads(threads))
+        workers = ThreadWorkers(default_threads() if threads is None else as_threads(threads))
     try:
         with locked(where):
             _begin(where, asked, robot, resume=resume)

@@ -41,12 +41,10 @@ Tell = Callable[[int, int], object]
 
 
 class Workers:
-    """Threads of this process, one task a thread."""
+    """An executor, and the tasks that it has begun; ``ThreadWorkers`` and ``DaskWorkers`` say how many it runs at once."""
 
-    def __init__(self, threads: int) -> None:
-        self._threads, self._stop, self._running = threads, threading.Event(), set[Future[Outcome]]()
-        self._pool: Executor = ThreadPoolExecutor(threads, thread_name_prefix="ulna-reach")
-        self._task = partial(run_task, threads=1, stop=self._stop)
+    def __init__(self, pool: Executor, task: Callable[..., Outcome]) -> None:
+        self._pool, self._task, self._running = pool, task, set[Future[Outcome]]()
 
     @property
     def under_way(self) -> int:
@@ -55,7 +53,7 @@ class Workers:
 
     def width(self) -> int:
         """How many tasks run at once."""
-        return self._threads
+        raise NotImplementedError
 
     def submit(self, path: str, chunks: tuple[int, ...]) -> None:
         """Start a task."""
@@ -75,12 +73,29 @@ class Workers:
         return [future.result() for future in done]
 
     def cancel(self) -> None:
-        """Start nothing more, end every task after the chunk that it computes, and wait for that."""
-        self._stop.set()
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        """Start nothing more, and wait for what is running here."""
+        raise NotImplementedError
 
     def _look(self) -> None:
         """See, while nothing comes, whether something still can."""
+
+
+class ThreadWorkers(Workers):
+    """Threads of this process, one task a thread."""
+
+    def __init__(self, threads: int) -> None:
+        self._threads, self._stop = threads, threading.Event()
+        pool = ThreadPoolExecutor(threads, thread_name_prefix="ulna-reach")
+        super().__init__(pool, partial(run_task, threads=1, stop=self._stop))
+
+    def width(self) -> int:
+        """The number of threads."""
+        return self._threads
+
+    def cancel(self) -> None:
+        """End every task after the chunk that it computes."""
+        self._stop.set()
+        self._pool.shutdown(wait=True, cancel_futures=True)
 
 
 class DaskWorkers(Workers):
@@ -89,8 +104,8 @@ class DaskWorkers(Workers):
     def __init__(self, client: Any) -> None:
         with needs_extra("a Dask cluster", "reach", "dask", "distributed"):
             import distributed  # noqa: PLC0415 -- needs the extra
-        self._distributed, self._client, self._warned, self._running = distributed, client, False, set()
-        self._pool, self._task = client.get_executor(pure=False, retries=_RETRIES), run_task
+        super().__init__(client.get_executor(pure=False, retries=_RETRIES), run_task)
+        self._distributed, self._client, self._warned = distributed, client, False
 
     def width(self) -> int:
         """The number of threads of all workers, at least 1: there may be none yet."""
