@@ -43,13 +43,13 @@ static PyObject *entry_of(PyObject *self, int table, PyObject *key) {
 
 /* An object of a class whose fields are those given, and some new ones: n names, each with its value. */
 static PyObject *made(PyObject *class, PyObject *fields, int n, PyObject *const *names, PyObject *const *values) {
-    PyObject *all = PyDict_Copy(fields), *object = NULL;
-    for (int k = 0; all && k < n; k++) {
-        if (PyDict_SetItem(all, names[k], values[k])) Py_CLEAR(all);
+    PyObject *object = PyType_GenericAlloc((PyTypeObject *)class, 0), *name, *value;
+    for (int k = 0; object && k < n; k++) {
+        if (PyObject_GenericSetAttr(object, names[k], values[k])) Py_CLEAR(object);
     }
-    if (all) object = PyType_GenericAlloc((PyTypeObject *)class, 0);
-    if (object && PyObject_GenericSetDict(object, all, NULL)) Py_CLEAR(object);
-    Py_XDECREF(all);
+    for (Py_ssize_t place = 0; object && PyDict_Next(fields, &place, &name, &value);) {
+        if (PyObject_GenericSetAttr(object, name, value)) Py_CLEAR(object);
+    }
     return object;
 }
 
