@@ -44,7 +44,9 @@ class OnHost(Protocol):
     """What is used here of a robot on the CPU: ``robot`` is above this folder, and makes a ``GpuRobot`` of itself."""
 
     tree: Tree
+    """Its tree in flat arrays."""
     home: Array
+    """The configuration to start from [rad or m], shape (n_dof,)."""
     _checker: Checker
     _inverse_kinematics: InverseKinematics
 
