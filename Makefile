@@ -5,13 +5,6 @@
 PYTHON ?= python3
 VENV ?= .venv
 RUN = $(VENV)/bin
-BENCH_VENV ?= .venv-bench
-DOCS_VENV ?= .venv-docs
-CUDA_VENV ?= .venv-cuda
-WHEEL_VENV ?= .venv-wheel
-LOWEST_VENV ?= .venv-lowest
-FRANKA_VENV ?= .venv-franka
-FRANKY_VENV ?= .venv-franky
 AHEAD = 1
 WHEEL_DIR = dist
 LOWEST = tests
@@ -61,38 +54,23 @@ test-all: lint
 	NUMBA_CPU_NAME=generic $(RUN)/python -m pytest -n auto tests/kernels
 
 # Every kernel and driver compiled for a GPU, to PTX; the drivers run by simulated threads. No GPU and no driver is needed.
-test-cuda: $(CUDA_VENV)/.cuda
-	$(CUDA_VENV)/bin/python -m pytest -n auto tests/gpu --ignore=tests/gpu/device $(ARGS)
-	NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1 $(CUDA_VENV)/bin/python -m pytest -n auto tests/gpu/device --deselect \
+test-cuda: .venv-cuda/.ready
+	.venv-cuda/bin/python -m pytest -n auto tests/gpu --ignore=tests/gpu/device $(ARGS)
+	NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1 .venv-cuda/bin/python -m pytest -n auto tests/gpu/device --deselect \
 		tests/gpu/device/test_gpu_robot.py::test_arrays_are_given_and_taken_by_dlpack
 
 # The drivers on a GPU, against the CPU.
-test-gpu: $(CUDA_VENV)/.cuda
-	$(CUDA_VENV)/bin/python -m pytest tests/gpu/device $(ARGS)
+test-gpu: .venv-cuda/.ready
+	.venv-cuda/bin/python -m pytest tests/gpu/device $(ARGS)
 
 # Problems a second on a GPU.
-bench-gpu: $(CUDA_VENV)/.cuda
-	$(CUDA_VENV)/bin/python -m benchmarks.gpu $(ARGS)
-
-# An environment of its own: the compiler's wheels are large, and nothing else needs them.
-$(CUDA_VENV)/.cuda: pyproject.toml
-	$(PYTHON) -m venv $(CUDA_VENV)
-	$(CUDA_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(CUDA_VENV)/bin/python -m pip install --quiet --editable . --group cuda
-	touch $@
+bench-gpu: .venv-cuda/.ready
+	.venv-cuda/bin/python -m benchmarks.gpu $(ARGS)
 
 # The tests of the core, where every direct dependency has the lowest version that pyproject.toml allows. The highest are what any new
 # environment gets. pip cannot choose the lowest; uv can.
-test-lowest: $(LOWEST_VENV)/.lowest
-	$(LOWEST_VENV)/bin/python -m pytest -n auto -m "not slow" tests/engine tests/kinematics tests/collision tests/ik tests/cli $(ARGS)
-
-$(LOWEST_VENV)/.lowest: pyproject.toml
-	rm -rf $(LOWEST_VENV)
-	$(PYTHON) -m venv $(LOWEST_VENV)
-	$(LOWEST_VENV)/bin/python -m pip install --quiet uv
-	$(LOWEST_VENV)/bin/uv pip install --quiet --python $(LOWEST_VENV)/bin/python --resolution lowest-direct --editable '.[viewer]'
-	$(LOWEST_VENV)/bin/uv pip install --quiet --python $(LOWEST_VENV)/bin/python --editable '.[viewer]' --group tests
-	touch $@
+test-lowest: .venv-lowest/.ready
+	.venv-lowest/bin/python -m pytest -n auto -m "not slow" tests/engine tests/kinematics tests/collision tests/ik tests/cli $(ARGS)
 
 # All tests of the library in a copy without the demo, hw2 and their tests: the demo is a guest.
 test-without-demo: $(VENV)/.dev
@@ -101,49 +79,25 @@ test-without-demo: $(VENV)/.dev
 # The peers, side by side with Ulna: writes benchmarks/results/. ARGS="--robot panda --n 10000" asks for less or more. WHEEL=1 measures
 # the wheel with machine code, instead of code that is compiled here.
 ifeq ($(WHEEL),1)
-bench: wheel $(BENCH_VENV)/.bench
-	$(BENCH_VENV)/bin/python -m pip install --quiet --force-reinstall --no-deps "$$(ls -t $(WHEEL_DIR)/ulna-*-abi3-*.whl | head -1)"
-	$(BENCH_VENV)/bin/python -m benchmarks $(ARGS)
+bench: wheel .venv-bench/.ready
+	.venv-bench/bin/python -m pip install --quiet --force-reinstall --no-deps "$$(ls -t $(WHEEL_DIR)/ulna-*-abi3-*.whl | head -1)"
+	.venv-bench/bin/python -m benchmarks $(ARGS)
 else
-bench: $(BENCH_VENV)/.bench
-	$(BENCH_VENV)/bin/python -m pip install --quiet --no-deps --editable .
-	$(BENCH_VENV)/bin/python -m benchmarks $(ARGS)
+bench: .venv-bench/.ready
+	.venv-bench/bin/python -m pip install --quiet --no-deps --editable .
+	.venv-bench/bin/python -m benchmarks $(ARGS)
 endif
-
-# An environment of its own: some peers hold back the versions of packages that the tests use. One that cannot be installed is
-# named, and the rest is measured without it.
-$(BENCH_VENV)/.bench: pyproject.toml
-	$(PYTHON) -m venv $(BENCH_VENV)
-	$(BENCH_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(BENCH_VENV)/bin/python -m pip install --quiet --editable .
-	$(BENCH_VENV)/bin/python -m pip install --quiet --only-binary :all: --group bench || $(BENCH_VENV)/bin/python -m benchmarks.install
-	touch $@
 
 # The documentation site. A warning is a failure: a public name without documentation, a link that leads nowhere, a lesson that fails.
 # Nothing is fetched while it is written (there is no network then), nor when it is read.
-docs: $(DOCS_VENV)/.docs
+docs: .venv-docs/.ready
 	rm -rf build/docs
-	.ci/offline $(DOCS_VENV)/bin/python -m sphinx --quiet --fail-on-warning --keep-going --fresh-env -d build/docs-read -b html docs build/docs $(ARGS)
+	.ci/offline .venv-docs/bin/python -m sphinx --quiet --fail-on-warning --keep-going --fresh-env -d build/docs-read -b html docs build/docs $(ARGS)
 	@echo "build/docs/index.html"
 
-$(DOCS_VENV)/.docs: pyproject.toml
-	$(PYTHON) -m venv $(DOCS_VENV)
-	$(DOCS_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(DOCS_VENV)/bin/python -m pip install --quiet --editable '.[viewer]' --group docs
-	touch $@
-
 # The driver of a Franka against two simulators of its controller (docs/franka.md), on loopback, in processes of their own.
-test-franka: $(FRANKA_VENV)/.franka
-	FRANKY_PYTHON=$(FRANKY_VENV)/bin/python $(FRANKA_VENV)/bin/python -m pytest -rP tests/franka $(ARGS)
-
-$(FRANKA_VENV)/.franka: pyproject.toml
-	$(PYTHON) -m venv $(FRANKA_VENV)
-	$(FRANKA_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(FRANKA_VENV)/bin/python -m pip install --quiet --editable . --group franka
-	$(PYTHON) -m venv $(FRANKY_VENV)
-	$(FRANKY_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(FRANKY_VENV)/bin/python -m pip install --quiet --group franky
-	touch $@
+test-franka: .venv-franka/.ready .venv-franky/.ready
+	FRANKY_PYTHON=.venv-franky/bin/python .venv-franka/bin/python -m pytest -rP tests/franka $(ARGS)
 
 # The demo in ROS, with the real parts, each ROS in an environment of its own. Without ROS 1 its tests are skipped and say so.
 test-ros1: .venv-ros1/.ready
@@ -151,19 +105,6 @@ test-ros1: .venv-ros1/.ready
 
 test-ros2: .venv-ros2/.ready
 	.ci/offline .venv-ros2/bin/python -m pytest tests/demo/ros/ros2 $(ARGS)
-
-# Debian's own Python, which sees Debian's rospy; what is in the environment comes first.
-.venv-ros1/.ready: pyproject.toml
-	/usr/bin/python3 -m venv --system-site-packages .venv-ros1
-	.venv-ros1/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
-	.venv-ros1/bin/python -m pip install --quiet --editable '.[viewer,meshes]' --group ros
-	touch $@
-
-.venv-ros2/.ready: pyproject.toml
-	$(PYTHON) -m venv .venv-ros2
-	.venv-ros2/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
-	.venv-ros2/bin/python -m pip install --quiet --editable . --group ros2
-	touch $@
 
 # A wheel with the machine code of every entry, in dist/: what it is installed for needs no compiler (docs/ahead.md). Building it needs a
 # C compiler, and takes three to five minutes on two cores; what has not changed since is not compiled again.
@@ -174,19 +115,17 @@ wheel:
 # level that this CPU has the bits of every entry beside those of code that is compiled now, in another order and another process, and
 # the tests of the kernels.
 test-wheel: wheel $(VENV)/.dev
-	rm -rf $(WHEEL_VENV) build/bits build/now && mkdir -p build/bits
-	$(PYTHON) -m venv $(WHEEL_VENV)
-	$(WHEEL_VENV)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(WHEEL_VENV)/bin/python -m pip install --quiet "$$(ls -t $(WHEEL_DIR)/ulna-*-abi3-*.whl | head -1)[viewer,meshes]" --group tests
-	! $(WHEEL_VENV)/bin/python -c "import numba" 2>/dev/null
-	for level in $$($(WHEEL_VENV)/bin/python tests/wheel/levels.py); do \
+	rm -rf .venv-wheel build/bits build/now && mkdir -p build/bits
+	$(MAKE) .venv-wheel/.ready
+	! .venv-wheel/bin/python -c "import numba" 2>/dev/null
+	for level in $$(.venv-wheel/bin/python tests/wheel/levels.py); do \
 	    export NUMBA_CACHE_DIR=$$PWD/build/now NUMBA_CPU_NAME=$$level NUMBA_CPU_FEATURES= PYTHONHASHSEED=0; \
 	    $(RUN)/ulna warmup && $(RUN)/python tests/wheel/every_entry.py build/bits/$$level.json || exit 1; \
 	done
-	ULNA_CPU=$$($(WHEEL_VENV)/bin/python tests/wheel/levels.py | head -1) ULNA_BITS=$$PWD/build/bits \
-	    $(WHEEL_VENV)/bin/python -m pytest -n auto -m "not compiler $(BUT)" $(LOWEST) $(ARGS)
-	for level in $$($(WHEEL_VENV)/bin/python tests/wheel/levels.py | tail -n +2); do \
-	    ULNA_CPU=$$level ULNA_BITS=$$PWD/build/bits $(WHEEL_VENV)/bin/python -m pytest -n auto -m "not compiler $(BUT)" $(HIGHER) || exit 1; \
+	ULNA_CPU=$$(.venv-wheel/bin/python tests/wheel/levels.py | head -1) ULNA_BITS=$$PWD/build/bits \
+	    .venv-wheel/bin/python -m pytest -n auto -m "not compiler $(BUT)" $(LOWEST) $(ARGS)
+	for level in $$(.venv-wheel/bin/python tests/wheel/levels.py | tail -n +2); do \
+	    ULNA_CPU=$$level ULNA_BITS=$$PWD/build/bits .venv-wheel/bin/python -m pytest -n auto -m "not compiler $(BUT)" $(HIGHER) || exit 1; \
 	done
 
 # The same in less time, as CI does it: a wheel for the lowest level alone, and of the tests, without the slow ones, those of the folders
@@ -204,23 +143,55 @@ hw2-zip:
 	@test -f hw2/demo.mp4 || echo "hw2.zip has no video: make video, then make hw2-zip again" >&2
 	@echo "hw2.zip: unzip it, then pip install -r hw2/requirements.txt"
 
+# The environment to work in: what the demo needs, what a video needs too (with the meshes it shows a Franka, not tubes), and all for the
+# tests. Entry points, by which the demo adds its commands, count once the package is installed again: pyproject.toml is newer then.
+$(VENV)/.demo $(VENV)/.video $(VENV)/.dev: pyproject.toml | $(RUN)/python
+	$(RUN)/python -m pip install --quiet --disable-pip-version-check --upgrade 'pip>=25.1'
+	$(RUN)/python -m pip install --quiet --disable-pip-version-check --editable $(INSTALLED)
+	touch $(READY)
+$(VENV)/.demo: INSTALLED = '.[viewer]'
+$(VENV)/.demo: READY = $(VENV)/.demo
+$(VENV)/.video: INSTALLED = '.[viewer,meshes]'
+$(VENV)/.video: READY = $(VENV)/.demo $(VENV)/.video
+$(VENV)/.dev: INSTALLED = '.[viewer,meshes]' --group dev
+$(VENV)/.dev: READY = $(VENV)/.demo $(VENV)/.video $(VENV)/.dev
+
 $(RUN)/python:
 	$(PYTHON) -m venv $(VENV)
 
-# Entry points, by which the demo adds its commands, count once the package is installed again: pyproject.toml is newer then.
-$(VENV)/.demo: pyproject.toml | $(RUN)/python
-	$(RUN)/python -m pip install --quiet --disable-pip-version-check --editable '.[viewer]'
+# Every other environment is .venv-GROUP, made for a dependency group of pyproject.toml, by this one recipe: `make .venv-docs/.ready`. Each
+# is apart because its packages are large, hold back the versions of others, or are of a system. Below is what one of them needs besides.
+.venv-%/.ready: pyproject.toml
+	$(PYTHON) -m venv $(VENV_OPTIONS) $(@D)
+	$(@D)/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
+	$(BEFORE)
+	$(@D)/bin/python -m pip install --quiet $(INSTALLED) --group $(GROUP) $(OTHERWISE)
 	touch $@
 
-# With the meshes: the film shows a Franka, not tubes.
-$(VENV)/.video: pyproject.toml | $(RUN)/python
-	$(RUN)/python -m pip install --quiet --disable-pip-version-check --editable '.[viewer,meshes]'
-	touch $(VENV)/.demo $@
-
-$(VENV)/.dev: pyproject.toml | $(RUN)/python
-	$(RUN)/python -m pip install --quiet --upgrade 'pip>=25.1'
-	$(RUN)/python -m pip install --quiet --editable '.[viewer,meshes]' --group dev
-	touch $(VENV)/.demo $(VENV)/.video $@
+VENV_OPTIONS =
+BEFORE =
+INSTALLED = --editable .
+GROUP = $*
+OTHERWISE =
+.venv-docs/.ready: INSTALLED = --editable '.[viewer]'
+.venv-franky/.ready: INSTALLED =
+# A peer that cannot be installed is named, and the rest is measured without it.
+.venv-bench/.ready: BEFORE = $(@D)/bin/python -m pip install --quiet --editable .
+.venv-bench/.ready: INSTALLED = --only-binary :all:
+.venv-bench/.ready: OTHERWISE = || $(@D)/bin/python -m benchmarks.install
+# pip cannot choose the lowest versions; uv can, in an empty environment.
+.venv-lowest/.ready: VENV_OPTIONS = --clear
+.venv-lowest/.ready: BEFORE = $(@D)/bin/python -m pip install --quiet uv && \
+	$(@D)/bin/uv pip install --quiet --python $(@D)/bin/python --resolution lowest-direct --editable '.[viewer]'
+.venv-lowest/.ready: INSTALLED = --editable '.[viewer]'
+.venv-lowest/.ready: GROUP = tests
+.venv-wheel/.ready: INSTALLED = "$$(ls -t $(WHEEL_DIR)/ulna-*-abi3-*.whl | head -1)[viewer,meshes]"
+.venv-wheel/.ready: GROUP = tests
+# Debian's own Python, which sees Debian's rospy; what is in the environment comes first.
+.venv-ros1/.ready: PYTHON = /usr/bin/python3
+.venv-ros1/.ready: VENV_OPTIONS = --system-site-packages
+.venv-ros1/.ready: INSTALLED = --editable '.[viewer,meshes]'
+.venv-ros1/.ready: GROUP = ros
 
 clean:
-	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) $(CUDA_VENV) $(WHEEL_VENV) $(LOWEST_VENV) $(FRANKA_VENV) $(FRANKY_VENV) .venv-ros1 .venv-ros2 hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache build
+	rm -rf $(VENV) .venv-* hw2.zip .pytest_cache .ruff_cache .hypothesis .import_linter_cache build

@@ -86,13 +86,7 @@ def _libraries(root: Path, build: Path, levels: dict[str, int]) -> list[Path]:
     index = {
         "package": PACKAGE,
         "levels": {
-            level: {
-                "needs": needs,
-                "file": file.name,
-                "size": file.stat().st_size,
-                "sha256": sha256(file.read_bytes()).hexdigest(),
-            }
-            for (level, needs), file in zip(levels.items(), files, strict=True)
+            level: {"needs": needs, **_identity(file)} for (level, needs), file in zip(levels.items(), files, strict=True)
         },
         "entries": {entry["name"]: entry for entry in written[0]},
     }

@@ -60,9 +60,9 @@ def measured(robot: ulna.Robot, poses: float, world: ulna.World | None, n: int, 
 
     def timed(*arguments: Any) -> Any:
         start = time.perf_counter()
-        kept["ran"] = inner(*arguments)
+        kept["inside"] = inner(*arguments)
         kept["seconds"] = time.perf_counter() - start
-        return kept["ran"]
+        return kept["inside"]
 
     bounds = module.default_bounds(robot, robot.tip or robot.tree.leaves[0])
     voxel = float((bounds[1] - bounds[0]).prod() * ORIENTATIONS / poses) ** (1 / 3)
@@ -78,7 +78,7 @@ def measured(robot: ulna.Robot, poses: float, world: ulna.World | None, n: int, 
         module.run = inner
     shares = [100 * summary.statuses.get(name, 0) / summary.poses for name in ("solved", "in collision", "unreachable")]
     shares[0] = 100 * summary.reached / summary.poses
-    inside = kept["ran"].seconds_inside / n / kept["seconds"]
+    inside = kept["inside"] / n / kept["seconds"]
     memory = largest_memory()
     how = f"{n} Dask workers" if client is not None else f"{n} thread{'s' * (n > 1)}"
     world_name = "-" if world is None else "two boxes"

@@ -1,12 +1,12 @@
 /* Partial application of entries: six methods of Robot in C. Each looks up the prebound entry for its arguments and calls it.
 
 Where there is none yet, or the arguments are others than a control loop passes, the method of the same name in Python is called: it
-binds the entry for the next time. Prebound entries are in robot._prebound, a tuple of five (engine/bound.py, Prebound):
+binds the entry for the next time. A robot's prebound entries are in its five tables (bases.h; engine/bound.py, Quick):
 
-    forward_kinematics(q, *, link=None, out=None)           FORWARDS[link]; that of the tip is kept (bases.c)
+    forward_kinematics(q, *, link=None, out=None)           FORWARDS[link]; that of the tip is kept
     jacobian(q, *, link=None, out=None)                     JACOBIANS[link]; the same
     in_collision(q, world=None, *, self_collision=True)     SCENE[0], a tuple: the objects, self_collision, and for both methods
-    signed_distance(q, world=None, *, self_collision=True)  an entry; the objects are world._objects, or None without a world
+    signed_distance(q, world=None, *, self_collision=True)  an entry; the objects are those of ``Seen``, or None without a world
     inverse_kinematics(T, q_seed=None, *, link=None)        SEARCHES[link]: see below
     all_solutions(T, *, link=None)                          BRANCHED[link]: see below
 */
@@ -17,51 +17,40 @@ binds the entry for the next time. Prebound entries are in robot._prebound, a tu
 #include "bases.h"
 
 enum { FORWARD, JACOBIAN, IN_COLLISION, DISTANCE, INVERSE, SOLUTIONS, N_METHODS };
-enum { FORWARDS, JACOBIANS, SCENE, SEARCHES, BRANCHED, N_PREBOUND }; /* the parts of robot._prebound */
 
 static PyObject *in_python[N_METHODS]; /* the methods of the same name in Python */
 
-/* The names that are looked up, interned. */
-static PyObject *OUT, *LINK, *SEED, *WORLD, *ITSELF;                              /* arguments */
-static PyObject *PREBOUND, *OBJECTS;                                              /* what a robot and a world keep */
-static PyObject *Q, *INFO, *BATCH, *TOLERANCES, *EXPLANATION, *NO_BATCH;          /* of a result */
-static PyObject *VALID, *REAL, *PROOF, *FAMILY;                                   /* of all solutions, besides */
+/* Names of arguments and of the fields of a result, interned. */
+static PyObject *OUT, *LINK, *SEED, *WORLD, *ITSELF, *Q, *INFO, *VALID, *REAL, *PROOF;
 
 int make_names(void) {
     const struct { PyObject **place; const char *name; } all[] = {
         {&OUT, "out"}, {&LINK, "link"}, {&SEED, "q_seed"}, {&WORLD, "world"}, {&ITSELF, "self_collision"},
-        {&PREBOUND, "_prebound"}, {&OBJECTS, "_objects"}, {&Q, "q"}, {&INFO, "info"}, {&BATCH, "_batch"},
-        {&TOLERANCES, "tolerances"}, {&EXPLANATION, "explanation"}, {&VALID, "valid"}, {&REAL, "real"}, {&PROOF, "proof"},
-        {&FAMILY, "family"},
+        {&Q, "q"}, {&INFO, "info"}, {&VALID, "valid"}, {&REAL, "real"}, {&PROOF, "proof"},
     };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
         if (!(*all[k].place = PyUnicode_InternFromString(all[k].name))) return -1;
     }
-    return (NO_BATCH = PyTuple_New(0)) ? 0 : -1;
+    return 0;
 }
 
-/* What an object keeps under a name, or NULL. No exception is set. The reference is borrowed from the object, which does not change. */
-static PyObject *kept(PyObject *object, PyObject *name) {
-    PyObject *all = PyObject_GenericGetDict(object, NULL), *found = NULL;
-    if (all) {
-        found = PyDict_GetItemWithError(all, name);
-        Py_DECREF(all);
-    }
-    if (!found) PyErr_Clear();
-    return found;
-}
-
-/* A part of what a robot keeps for these methods, or NULL without an exception; a borrowed reference. */
-static PyObject *prebound(PyObject *self, int part) {
-    PyObject *parts = kept(self, PREBOUND);
-    return parts && PyTuple_Check(parts) && PyTuple_Size(parts) == N_PREBOUND ? PyTuple_GetItem(parts, part) : NULL;
-}
-
-/* What a part has for a key, a new reference, or NULL without an exception. */
-static PyObject *entry_of(PyObject *self, int part, PyObject *key) {
-    PyObject *table = prebound(self, part), *found = table && PyDict_Check(table) ? PyDict_GetItemWithError(table, key) : NULL;
+/* What a table of a robot has for a key, a new reference, or NULL without an exception. */
+static PyObject *entry_of(PyObject *self, int table, PyObject *key) {
+    PyObject *entries = ((Quick *)self)->tables[table], *found = entries ? PyDict_GetItemWithError(entries, key) : NULL;
     if (!found) PyErr_Clear();
     return Py_XNewRef(found);
+}
+
+/* An object of a class whose fields are those given, and some new ones: n names, each with its value. */
+static PyObject *made(PyObject *class, PyObject *fields, int n, PyObject *const *names, PyObject *const *values) {
+    PyObject *object = PyType_GenericAlloc((PyTypeObject *)class, 0), *name, *value;
+    for (int k = 0; object && k < n; k++) {
+        if (PyObject_GenericSetAttr(object, names[k], values[k])) Py_CLEAR(object);
+    }
+    for (Py_ssize_t place = 0; object && PyDict_Next(fields, &place, &name, &value);) {
+        if (PyObject_GenericSetAttr(object, name, value)) Py_CLEAR(object);
+    }
+    return object;
 }
 
 /* What the function of a link is bound to, a new reference, or NULL without an exception. That of the tip is kept at ``place``. */
@@ -104,10 +93,11 @@ static PyObject *jacobian(PyObject *self, PyObject *const *arguments, Py_ssize_t
 
 /* The prebound entry of a collision query, a new reference, or NULL without an exception. */
 static PyObject *of_scene(int place, PyObject *self, PyObject *world, PyObject *itself) {
-    PyObject *list = prebound(self, SCENE), *scene = NULL, *function = NULL;
-    if (list && PyList_Check(list) && PyList_Size(list) == 1) scene = Py_NewRef(PyList_GetItem(list, 0));
-    PyObject *objects = world == Py_None ? Py_None : kept(world, OBJECTS);
-    if (world != Py_None && objects == Py_None) objects = NULL; /* the world has changed */
+    PyObject *list = ((Quick *)self)->tables[SCENE], *scene = NULL, *function = NULL, *objects = NULL;
+    if (list && PyList_Size(list) == 1) scene = Py_NewRef(PyList_GetItem(list, 0));
+    if (world == Py_None) objects = Py_None;
+    else if (PyObject_TypeCheck(world, seen_type)) objects = ((Keeping *)world)->kept;
+    if (objects == Py_None && world != Py_None) objects = NULL; /* the world has changed */
     if (scene && PyTuple_Check(scene) && PyTuple_Size(scene) == 4 && objects && objects == PyTuple_GetItem(scene, 0) &&
         itself == PyTuple_GetItem(scene, 1)) {
         function = Py_NewRef(PyTuple_GetItem(scene, place));
@@ -143,21 +133,10 @@ static PyObject *signed_distance(PyObject *self, PyObject *const *arguments, Py_
 }
 
 /* ---- inverse kinematics ----
-SEARCHES[link] is a tuple of: the search from home, home, the search from a seed, the class of the result, its tolerances,
-its explanation, and what is called with both arguments where neither search finds a solution. */
+SEARCHES[link] is a tuple of: the search from home, home, the search from a seed, the class of the result, its fields but q and
+info, and what is called with both arguments where neither search finds a solution. */
 
-enum { FROM_HOME, HOME, FROM_SEED, RESULT, OF_TOLERANCES, OF_EXPLANATION, OTHERWISE, N_PARTS };
-
-static PyObject *result_of(PyObject *const *parts, PyObject *q, PyObject *info) {
-    PyObject *result = PyType_GenericAlloc((PyTypeObject *)parts[RESULT], 0);
-    if (result && !PyObject_GenericSetAttr(result, Q, q) && !PyObject_GenericSetAttr(result, INFO, info) &&
-        !PyObject_GenericSetAttr(result, BATCH, NO_BATCH) && !PyObject_GenericSetAttr(result, TOLERANCES, parts[OF_TOLERANCES]) &&
-        !PyObject_GenericSetAttr(result, EXPLANATION, parts[OF_EXPLANATION])) {
-        return result;
-    }
-    Py_XDECREF(result);
-    return NULL;
-}
+enum { FROM_HOME, HOME, FROM_SEED, RESULT, FIELDS, OTHERWISE, N_PARTS };
 
 static PyObject *inverse_kinematics(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
     PyObject *seed = n > 1 ? arguments[1] : Py_None, *link = Py_None;
@@ -178,7 +157,7 @@ static PyObject *inverse_kinematics(PyObject *self, PyObject *const *arguments, 
         Bound *bound = bound_of(function, &SEARCH);
         if (bound) found = search_of(bound, arguments[0], from_home ? parts[HOME] : seed, &q, &info);
     }
-    if (found == 1) result = result_of(parts, q, info);
+    if (found == 1) result = made(parts[RESULT], parts[FIELDS], 2, (PyObject *[]){Q, INFO}, (PyObject *[]){q, info});
     if (found == 0) result = PyObject_CallFunctionObjArgs(parts[OTHERWISE], arguments[0], seed, NULL);
     if (found == -2) result = call_with(in_python[INVERSE], self, arguments, n, names);
     Py_XDECREF(q);
@@ -188,9 +167,9 @@ static PyObject *inverse_kinematics(PyObject *self, PyObject *const *arguments, 
 }
 
 /* ---- all solutions ----
-BRANCHED[link] is a tuple of: the branches of a target, the class of the result, what is proved by code, the family. */
+BRANCHED[link] is a tuple of: the branches of a target, the class of the result, what is proved by code, the family as a field. */
 
-enum { BRANCHES_OF, SOLUTIONS_CLASS, PROOFS, OF_FAMILY, N_PARTS_OF_SOLUTIONS };
+enum { BRANCHES_OF, SOLUTIONS_CLASS, PROOFS, FAMILY, N_PARTS_OF_SOLUTIONS };
 
 static PyObject *solutions_of(PyObject *parts, PyObject *target) {
     PyObject *q, *valid, *real, *result = NULL;
@@ -198,11 +177,9 @@ static PyObject *solutions_of(PyObject *parts, PyObject *target) {
     int code = bound ? branches_of(bound, target, &q, &valid, &real) : -1;
     if (code < 0) return NULL;
     PyObject *proof = PyTuple_GetItem(PyTuple_GetItem(parts, PROOFS), code);
-    if (proof) result = PyType_GenericAlloc((PyTypeObject *)PyTuple_GetItem(parts, SOLUTIONS_CLASS), 0);
-    if (result && (PyObject_GenericSetAttr(result, Q, q) || PyObject_GenericSetAttr(result, VALID, valid) ||
-                   PyObject_GenericSetAttr(result, REAL, real) || PyObject_GenericSetAttr(result, PROOF, proof) ||
-                   PyObject_GenericSetAttr(result, FAMILY, PyTuple_GetItem(parts, OF_FAMILY)))) {
-        Py_CLEAR(result);
+    if (proof) {
+        result = made(PyTuple_GetItem(parts, SOLUTIONS_CLASS), PyTuple_GetItem(parts, FAMILY), 4,
+                      (PyObject *[]){Q, VALID, REAL, PROOF}, (PyObject *[]){q, valid, real, proof});
     }
     Py_DECREF(q);
     Py_DECREF(valid);

@@ -24,10 +24,11 @@ PyMODINIT_FUNC PyInit__calls(void) {
     entry_type = (PyTypeObject *)PyType_FromSpec(&entry_spec);
     bound_type = (PyTypeObject *)PyType_FromSpec(&bound_spec);
     quick_type = (PyTypeObject *)PyType_FromSpec(&quick_spec);
+    seen_type = (PyTypeObject *)PyType_FromSpec(&seen_spec);
     PyObject *called = PyType_FromSpec(&called_spec), *module = PyModule_Create(&definition);
-    if (!entry_type || !bound_type || !quick_type || !called || !module || make_names()) return NULL;
+    if (!entry_type || !bound_type || !quick_type || !seen_type || !called || !module || make_names()) return NULL;
     if (PyModule_AddObjectRef(module, "Entry", (PyObject *)entry_type) || PyModule_AddObjectRef(module, "Called", called) ||
-        PyModule_AddObjectRef(module, "Quick", (PyObject *)quick_type)) {
+        PyModule_AddObjectRef(module, "Quick", (PyObject *)quick_type) || PyModule_AddObjectRef(module, "Seen", (PyObject *)seen_type)) {
         return NULL;
     }
     return module;

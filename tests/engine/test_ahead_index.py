@@ -39,7 +39,7 @@ def changed(place: list, value: object) -> object:
 @pytest.mark.parametrize("place", PLACES, ids=str)
 @pytest.mark.parametrize("value", [None, 1.5, [None], {"a": None}], ids=str)
 def test_an_index_of_another_form_is_refused_with_its_name(tmp_path, monkeypatch, place, value):
-    monkeypatch.setattr(ahead, "_extension", lambda _: type("Calls", (), {"x86_level": staticmethod(lambda: 9)}))
+    monkeypatch.setattr(ahead, "extension", lambda: type("Calls", (), {"x86_level": staticmethod(lambda: 9)}))
     (tmp_path / ahead.INDEX).write_text(json.dumps(changed(place, value)))
     with pytest.raises(FileError, match=r"index\.json: the machine code of this wheel cannot be loaded .*install it again"):
         ahead.load_library(tmp_path, "")

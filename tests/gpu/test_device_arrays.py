@@ -13,6 +13,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 from cuda.core.utils import StridedMemoryView
 
 import ulna
+from ulna.gpu import device_array
 from ulna.gpu.device_array import _class_with_dlpack, as_own, description, is_on_device
 
 
@@ -30,12 +31,13 @@ class Foreign:
         return self.array.__dlpack__(**asked)
 
 
-def fake_cuda(*, per_thread=False):
-    """A module that gives back the description it is called with, and its owner."""
-    return SimpleNamespace(
-        config=SimpleNamespace(CUDA_PER_THREAD_DEFAULT_STREAM=per_thread, ENABLE_CUDASIM=False),
-        from_cuda_array_interface=lambda desc, owner: (desc, owner),
-    )
+@pytest.fixture(params=[False, True])
+def per_thread(monkeypatch, request):
+    """Whether Numba has a stream for each thread; in the place of numba-cuda is what returns a description and its owner."""
+    config = SimpleNamespace(CUDA_PER_THREAD_DEFAULT_STREAM=request.param, ENABLE_CUDASIM=False)
+    fake = SimpleNamespace(config=config, from_cuda_array_interface=lambda desc, owner: (desc, owner))
+    monkeypatch.setattr(device_array, "cuda", fake)
+    return request.param
 
 
 @pytest.mark.parametrize(("kind", "expected"), [(1, False), (2, True), (3, False), (13, True), (10, False)])
@@ -49,12 +51,11 @@ def test_what_has_neither_protocol_is_on_the_host():
     assert is_on_device(SimpleNamespace(__cuda_array_interface__={}))
 
 
-@pytest.mark.parametrize(("per_thread", "stream"), [(False, 1), (True, 2)])
-def test_an_array_is_taken_in_its_place_after_the_work_that_writes_it(per_thread, stream):
+def test_an_array_is_taken_in_its_place_after_the_work_that_writes_it(per_thread):
     array = np.arange(24.0).reshape(2, 3, 4)[:, :, ::2]
     foreign = Foreign(array, 2)
-    taken, owner = as_own(fake_cuda(per_thread=per_thread), "q", foreign)
-    assert foreign.streams == [stream]
+    taken, owner = as_own("q", foreign)
+    assert foreign.streams == [2 if per_thread else 1]
     assert (taken["shape"], taken["strides"], taken["typestr"]) == ((2, 3, 2), array.strides, "<f8")
     assert taken["data"][0] == array.ctypes.data
     assert owner.exporting_obj is foreign
@@ -63,12 +64,12 @@ def test_an_array_is_taken_in_its_place_after_the_work_that_writes_it(per_thread
 def test_an_array_on_the_host_is_left_to_numpy():
     for kind in (1, 3):
         foreign = Foreign(np.zeros(3), kind)
-        assert as_own(fake_cuda(), "q", foreign) is foreign
+        assert as_own("q", foreign) is foreign
 
 
 def test_a_device_of_another_maker_is_refused_by_name():
     with pytest.raises(ulna.InputError, match=r"q.*kind 10 of DLPack"):
-        as_own(fake_cuda(), "q", Foreign(np.zeros(3), 10))
+        as_own("q", Foreign(np.zeros(3), 10))
 
 
 def test_the_description_of_a_view_is_that_of_the_array():

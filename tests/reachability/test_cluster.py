@@ -12,7 +12,7 @@ import pytest
 import ulna
 from map_files import SMALL, files_of, verdicts_of
 from processes import free_port, running, wait_for
-from ulna.reachability import workers
+from ulna.reachability import run
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="it has no SIGKILL")
 WHOLE = {**SMALL, "keep_solutions": True}
@@ -91,7 +91,7 @@ def warned(cluster, monkeypatch):
         texts.append(text)
         cluster.start_worker()
 
-    monkeypatch.setattr(workers, "warnings", SimpleNamespace(warn=start_another))
+    monkeypatch.setattr(run, "warnings", SimpleNamespace(warn=start_another))
     return texts
 
 
@@ -141,18 +141,23 @@ def test_without_any_worker_left_it_says_so_and_waits_for_one(panda, panda_map, 
     assert files_of(path) == files_of(panda_map.path)
 
 
-def test_an_outcome_that_is_lost_with_its_worker_is_waited_for(panda_map, cluster, warned):
+def test_an_outcome_that_is_lost_with_its_worker_is_waited_for(panda_map, cluster, warned, monkeypatch):
     """The workers are killed between the end of a task and the fetching of its outcome."""
+    from distributed import cfexecutor
+
+    held, fetch = [], cfexecutor._cascade_future
+    monkeypatch.setattr(cfexecutor, "_cascade_future", lambda *futures: held.append(futures))
     with client_of(cluster) as client:
-        tasks = workers.DaskWorkers(client)
+        tasks = run.DaskWorkers(client)
         tasks.submit(str(panda_map.path), (0,))
-        wait_for(tasks._ended.qsize, "a task that has ended", looks=None)
+        wait_for(lambda: held and held[0][0].done(), "a task that has ended", looks=None)
         for worker in cluster.workers:
             worker.kill()
             worker.wait()
         wait_for(lambda: not client.nthreads(), "a scheduler that has seen it", looks=None)
+        client.loop.add_callback(fetch, *held[0])
         (outcome,) = tasks.next_done()
-    assert outcome.chunks == 1
+    assert outcome.poses == panda_map.grid.poses_of(0)
     assert len(warned) == 1
 
 

@@ -85,7 +85,7 @@ class Checker:
         self._last_scene = _NO_LAST_SCENE
         self._may_touch: tuple[tuple[frozenset[str], ...], NDArray[np.bool_]] | None = None
         self.prebound: list[tuple[Any, ...]] = [_NOTHING_BOUND]
-        """One tuple, of the last scene (``engine.bound.Prebound.scene``)."""
+        """One tuple, of the last scene (``scene`` of ``engine.bound.Quick``)."""
 
     @cached_property
     def bodies(self) -> Bodies:

@@ -12,12 +12,13 @@ from ulna.collision.object_tables import ObjectTables
 from ulna.collision.objects import Objects
 from ulna.description.given_names import as_link_names, refuse_no_name
 from ulna.description.pose import as_one_pose, as_pose, orthonormal
+from ulna.engine.bound import Seen
 from ulna.errors import GeometryError, InputError, UnknownNameError
 
 _MOST_SHOWN = 6  # objects
 
 
-class World:
+class World(Seen):
     """Obstacles by name. Objects may be added, moved and removed at any time, from any thread.
 
     Example:

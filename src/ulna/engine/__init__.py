@@ -10,8 +10,7 @@
 ``compiler``               hands them to Numba, while Ctrl-C waits,
 ``numba_private``          by the private names listed here, or without those that are missing,
 ``trial``                  which is tried with a version of Numba that was not tested;
-``pipelines``              runs the passes that they need,
-``without_code``           makes no machine code of what is only copied, aligns the stack of what is compiled,
+``pipelines``              runs the passes that they need, and makes no machine code of what is only copied,
 ``shared``                 and makes machine code of what is shared once
 ``lane_types``             the lanes for the compiler: the type ``f64x8`` and its operators,
 ``lane_lowering``          its operations,

@@ -39,7 +39,22 @@ def is_ahead() -> bool:
 
     ``NUMBA_DISABLE_JIT=1`` asks for plain Python, ``ULNA_CPU=native`` for code that Numba compiles for this CPU.
     """
-    return os.environ.get("NUMBA_DISABLE_JIT", "0") in {"", "0"} and os.environ.get(VARIABLE) != NATIVE and _is_there()
+    return not asks_for_python() and os.environ.get(VARIABLE) != NATIVE and _is_there()
+
+
+def asks_for_python() -> bool:
+    """Whether ``NUMBA_DISABLE_JIT=1`` asks for plain Python."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}
+
+
+@cache
+def extension() -> Any:
+    """The extension in C of a wheel (``native``), which calls machine code; None where there is none."""
+    try:
+        from ulna.engine import _calls  # noqa: PLC0415 # pyright: ignore[reportAttributeAccessIssue] - a clone has none
+    except ImportError:
+        return None
+    return _calls
 
 
 def level() -> str:
@@ -76,7 +91,7 @@ class Library:
         entry = self._entries.get(name)
         if entry is not None and name not in self._made:
             overloads = tuple((self._address(one["symbol"]), one["signature"]) for one in entry["overloads"])
-            made = _extension(self._file.parent).make_entry(name, overloads, entry["result"], entry["releases_lock"])
+            made = extension().make_entry(name, overloads, entry["result"], entry["releases_lock"])
             self._made.setdefault(name, made)
         return self._made.get(name)
 
@@ -124,7 +139,9 @@ def load_library(folder: Path, wanted: str) -> Library:
         levels = {name: level["needs"] for name, level in index["levels"].items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise _damaged(folder / INDEX, error) from None
-    has = _extension(folder).x86_level()
+    if extension() is None:
+        raise _damaged(folder, "its extension in C is missing, or cannot be loaded")
+    has = extension().x86_level()
     possible = [name for name, needed in levels.items() if needed <= has]
     if not possible:
         raise UlnaError(f"this wheel needs a CPU of the level {min(levels)} at least, which this is not; use {_SOURCE}")
@@ -163,14 +180,6 @@ def _is_there() -> bool:
 @cache
 def _library() -> Library:
     return load_library(FOLDER, os.environ.get(VARIABLE, "").strip())
-
-
-def _extension(folder: Path) -> Any:
-    try:
-        from ulna.engine import _calls  # noqa: PLC0415 # pyright: ignore[reportAttributeAccessIssue] - a clone has none
-    except ImportError as error:
-        raise _damaged(folder, error) from None
-    return _calls
 
 
 def _damaged(file: Path, error: object) -> FileError:

@@ -4,25 +4,31 @@ The extension comes with a wheel (``ahead``). Without it there are no such funct
 """
 
 from collections.abc import Callable
-from functools import cache
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
+from ulna.engine.ahead import extension
 
-@cache
-def _extension() -> Any:
-    try:
-        from ulna.engine import _calls  # noqa: PLC0415 # pyright: ignore[reportAttributeAccessIssue] - a clone has none
-    except ImportError:
-        return None
-    return _calls
-
-
-if TYPE_CHECKING or _extension() is None:
+if TYPE_CHECKING or extension() is None:
 
     class Quick:
-        """What a robot inherits: in C, room for the bound functions that its methods in C call most (``native/bases.c``)."""
+        """What a robot inherits: in C, it has a place for each table of prebound entries (``native/bases.h``)."""
 
         __slots__ = ()
+
+        def _keep_prebound(
+            self, forward: dict[Any, Any], jacobian: dict[Any, Any], scene: list[tuple[Any, ...]], searches: dict[Any, tuple],
+            solutions: dict[Any, tuple],
+        ) -> None:  # fmt: skip
+            """Let the methods in C read some tables, and what is added to them later.
+
+            Args:
+                forward: By link: the pose, a function made by ``bind``.
+                jacobian: By link: the Jacobian in the frame "base", a function made by ``bind``.
+                scene: One tuple: the objects of the last scene (None without a world), whether the robot itself is checked, and
+                    in this scene ``in_collision`` and ``signed_distance``, or None where that was not called yet.
+                searches: By link: the parts of ``inverse_kinematics`` with default options (``native/method.c``).
+                solutions: By link: the parts of ``all_solutions`` with default options.
+            """
 
     class Called:
         """What a function of q inherits: in C, its call goes to ``in_c``, or else to ``_validated``."""
@@ -31,24 +37,13 @@ if TYPE_CHECKING or _extension() is None:
         in_c: Callable[..., Any] | None
         """A bound function, or None."""
 
+    class Seen:
+        """What a world inherits: in C, methods of a robot read its ``_objects``, None while they have changed."""
+
+        __slots__ = ("_objects",)
+
 else:
-    Quick, Called = _extension().Quick, _extension().Called
-
-
-class Prebound(NamedTuple):
-    """What a robot keeps for its methods in C, which read it in this order (``native/method.c``)."""
-
-    forward: dict[Any, Any]
-    """By link: the pose, a function made by ``bind``."""
-    jacobian: dict[Any, Any]
-    """By link: the Jacobian in the frame "base", a function made by ``bind``."""
-    scene: list[tuple[Any, ...]]
-    """One tuple: the objects of the last scene (None without a world), whether the robot itself is checked, and in this scene
-    ``in_collision`` and ``signed_distance``, or None where that was not called yet."""
-    searches: dict[Any, tuple]
-    """By link: the parts of ``inverse_kinematics`` with default options."""
-    solutions: dict[Any, tuple]
-    """By link: the parts of ``all_solutions`` with default options."""
+    Quick, Called, Seen = extension().Quick, extension().Called, extension().Seen
 
 
 Way = Literal["pose", "truth", "number", "search", "branches"]
@@ -74,7 +69,7 @@ def bind(
         numbers: Of the way.
         otherwise: Called with the same arguments where q is no array as the machine code takes it, or is refused by it.
     """
-    calls = _extension() if n >= 1 else None
+    calls = extension() if n >= 1 else None
     if calls is None:
         return None
     if not isinstance(getattr(entry, "__self__", None), calls.Entry):
@@ -84,16 +79,16 @@ def bind(
 
 def call_in_c(of: type[Called]) -> None:
     """Let objects of a class be called in C, where there is the extension, and no longer by its ``__call__``."""
-    if _extension() is not None:
+    if extension() is not None:
         del of.__call__
 
 
 def put_in_c(of: type[Quick], names: tuple[str, ...]) -> None:
     """Put methods in C in the place of methods of a class, where there is the extension; it calls these where it must.
 
-    Each of them looks up the prebound entry for its arguments in the instance's ``_prebound``, a ``Prebound``, and calls it.
+    Each of them looks up the prebound entry for its arguments in a table of ``Quick``, and calls it.
     """
-    calls = _extension()
+    calls = extension()
     if calls is None:
         return
     from inspect import signature  # noqa: PLC0415 - a clone does not need it

@@ -43,7 +43,7 @@ def numba_types(signature: Signature) -> tuple[types.Type, ...]:
 def compiled(function: Callable, flags: dict[str, Any]) -> Any:
     """A function that Numba compiles when it is first called, with flags of ours.
 
-    Compiled code calls a twin of it, of which no machine code is made (``without_code``).
+    Compiled code calls a twin of it, of which no machine code is made (``pipelines``).
     """
     dispatcher = _dispatcher(function, flags)
     if have(CODE) and not is_disabled():

@@ -105,12 +105,7 @@ def routine(function):
 
 def shared_routine(function):
     """Mark a long routine that is compiled once and called by all entries. A short one would take longer by the call."""
-    _remember(function)
-    return (
-        function
-        if compiler is None
-        else compiler.compiled_once(function, {"forceinline": False, **_NO_REFERENCE_COUNTS, **_FLAGS})
-    )
+    return _compiled(function, once=True, forceinline=False, **_NO_REFERENCE_COUNTS, **_FLAGS)
 
 
 def exact_kernel(function):
@@ -158,9 +153,11 @@ def is_plain() -> bool:
     return compiler is None or compiler.is_disabled()
 
 
-def _compiled(function: Callable, **flags: Any) -> Any:
+def _compiled(function: Callable, *, once: bool = False, **flags: Any) -> Any:
     _remember(function)
-    return function if compiler is None else compiler.compiled(function, flags)
+    if compiler is None:
+        return function
+    return compiler.compiled_once(function, flags) if once else compiler.compiled(function, flags)
 
 
 def _remember(function: Callable) -> None:

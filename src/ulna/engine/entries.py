@@ -6,14 +6,13 @@ its kernels and the compiler, is loaded when the function is first used, and not
 """
 
 import importlib
-import os
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from types import ModuleType
 from typing import Any, TypeVar
 
-from ulna.engine.ahead import ahead_entry
+from ulna.engine.ahead import ahead_entry, asks_for_python
 from ulna.errors import UlnaError
 
 EntryT = TypeVar("EntryT")
@@ -100,8 +99,7 @@ def _taken(stand_in: ModuleType, name: str) -> Any:
         from ulna.engine.decorators import ENTRIES, compiler  # noqa: PLC0415 - it loads the compiler
 
         found = getattr(importlib.import_module(stand_in.__name__), name)
-        asked_for_python = os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}
-        if compiler is None and not asked_for_python and any(found is entry for entry in ENTRIES):  # it takes 1000 times as long
+        if compiler is None and not asks_for_python() and any(found is entry for entry in ENTRIES):  # it takes 1000 times as long
             raise UlnaError("there is neither machine code nor a compiler: pip install numba, or install a wheel of ulna again")
     setattr(stand_in, name, found)
     return found

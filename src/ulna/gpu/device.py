@@ -12,18 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import DeviceError, InputError, MissingExtraError
-from ulna.gpu import device_array
-from ulna.gpu.device_array import is_on_device
+from ulna.gpu.device_array import cuda, is_on_device, with_dlpack
 
-try:
-    import numba.cuda  # of numba_cuda; the one that comes with Numba itself is older
-    import numba_cuda  # noqa: F401 # pyright: ignore[reportMissingImports]
-
-    cuda: Any = numba.cuda
-except ModuleNotFoundError as error:
-    if (error.name or "").partition(".")[0] not in {"numba_cuda", "numba"}:
-        raise
-    cuda = None
 THREADS = 128  # of a block
 PIECE = 1 << 17  # problems that are copied and computed together where arrays are on the host
 Rows = Any
@@ -45,16 +35,7 @@ def require_device() -> None:
 
 def on_device(array: NDArray) -> Any:
     """A copy of an array on the device."""
-    return device_array.with_dlpack(cuda, cuda.to_device(np.ascontiguousarray(array)))
-
-
-def as_own(name: str, array: Any) -> Any:
-    """An array on the device as Numba's, not copied; one on the host as it is.
-
-    Raises:
-        InputError: It is on a device that is neither an NVIDIA GPU nor the host.
-    """
-    return device_array.as_own(cuda, name, array)
+    return with_dlpack(cuda.to_device(np.ascontiguousarray(array)))
 
 
 def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.float64) -> Any:
@@ -72,13 +53,9 @@ def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.
     return own.reshape(int(np.prod(own.shape[: len(own.shape) - len(shape)], dtype=np.int64)), *shape)
 
 
+@cache
 def compiled(driver: Callable) -> Any:
     """A driver as what runs on the device, compiled for it when it is first run."""
-    return _compiled(driver)
-
-
-@cache
-def _compiled(driver: Callable) -> Any:
     return cuda.jit(driver)
 
 
@@ -169,7 +146,7 @@ def results_for(batch: Rows, shape: tuple[int, ...], dtype: Any = np.float64) ->
     """An uninitialised array of a shape where a batch is: on the device, or NumPy's."""
     if not is_on_device(batch):
         return np.empty(shape, dtype)
-    return device_array.with_dlpack(cuda, cuda.device_array(shape, dtype))
+    return with_dlpack(cuda.device_array(shape, dtype))
 
 
 def free_memory() -> float:

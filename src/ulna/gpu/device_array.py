@@ -12,6 +12,15 @@ import numpy as np
 
 from ulna.errors import InputError
 
+try:
+    import numba.cuda  # of numba_cuda; the one that comes with Numba itself is older
+    import numba_cuda  # noqa: F401 # pyright: ignore[reportMissingImports]
+
+    cuda: Any = numba.cuda
+except ModuleNotFoundError as error:
+    if (error.name or "").partition(".")[0] not in {"numba_cuda", "numba"}:
+        raise
+    cuda = None
 _HOST, _CUDA, _CUDA_HOST, _CUDA_MANAGED = 1, 2, 3, 13  # kinds of devices of DLPack (dlpack.h)
 _LEGACY, _PER_THREAD, _NO_ORDER = 1, 2, -1  # streams, as DLPack numbers them
 
@@ -23,13 +32,12 @@ def is_on_device(array: object) -> bool:
     return _kind(array) in {_CUDA, _CUDA_MANAGED}
 
 
-def as_own(cuda: Any, name: str, array: Any) -> Any:
+def as_own(name: str, array: Any) -> Any:
     """An array on the device as Numba's, not copied; one on the host as it is.
 
     Work on it comes after what its library has begun.
 
     Args:
-        cuda: numba-cuda.
         name: The argument's name.
         array: On the device it has ``__cuda_array_interface__`` or ``__dlpack__``.
 
@@ -67,7 +75,7 @@ def description(view: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def with_dlpack(cuda: Any, array: Any) -> Any:
+def with_dlpack(array: Any) -> Any:
     """An array of Numba on the device that has ``__dlpack__`` too; the simulator's as it is."""
     if cuda.config.ENABLE_CUDASIM:
         return array
@@ -77,7 +85,6 @@ def with_dlpack(cuda: Any, array: Any) -> Any:
 @cache
 def _class_with_dlpack() -> Any:
     from cuda.core.utils import StridedMemoryView  # noqa: PLC0415 # pyright: ignore[reportMissingImports]
-    from numba import cuda  # noqa: PLC0415
     from numba.cuda.cudadrv.devicearray import DeviceNDArray  # noqa: PLC0415
 
     class DeviceArray(DeviceNDArray):

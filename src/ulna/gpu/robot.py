@@ -13,6 +13,7 @@ from ulna.description.arrays import as_count, as_floats
 from ulna.errors import InputError
 from ulna.gpu import device
 from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, overlaps_of
+from ulna.gpu.device_array import as_own
 from ulna.gpu.forward import frames_of, jacobians, poses
 from ulna.gpu.rows import as_float64
 from ulna.gpu.search import DeviceResult, OnHost, Search
@@ -84,7 +85,7 @@ class GpuRobot:
             UnknownNameError: There is no such link.
         """
         chain = self._table("chain", self._link(link), self.robot.tree.chain)
-        n_dof = self.robot.n_dof
+        n_dof = self.robot.tree.n_dof
         return self._over_q(jacobians, (chain, as_frame(expressed_in)), q, (6, n_dof), row_shape=(6 * n_dof,))
 
     def in_collision(self, q: Any, world: World | None = None, *, self_collision: bool = True) -> Any:
@@ -103,8 +104,8 @@ class GpuRobot:
             InputError: As ``in_collision``.
             GeometryError: As ``in_collision``.
         """
-        q = device.as_own("q", q)
-        n = prod(q.shape[:-1]) if device.is_on_device(q) else np.size(q) // self.robot.n_dof
+        q = as_own("q", q)
+        n = prod(q.shape[:-1]) if device.is_on_device(q) else np.size(q) // self.robot.tree.n_dof
         scene = self._scenes.of(world, self_collision, np.float64)
         constants = *scene.parts, *distance_scratch(scene, n)
         return self._over_q(distances_of(*scene.sizes), constants, q, (), np.float64, shares_scratch=True)
@@ -147,9 +148,8 @@ class GpuRobot:
         options = Options(
             seed=seed, task=as_task(task), position_tolerance=position_tolerance, rotation_tolerance=rotation_tolerance
         )
-        robot, name = self.robot, self._link(link)
-        query = Query(robot.tree, robot.home, robot._checker, name, options)  # noqa: SLF001 - a part of it
-        own = device.as_own("T", T)
+        query = self._query(link, options)
+        own = as_own("T", T)
         stays = device.is_on_device(own)
         own = own if stays else as_floats("T", own)
         if own.shape[-2:] != (4, 4):
@@ -159,12 +159,16 @@ class GpuRobot:
         if world is not None:
             self._scenes.of(world, True, np.float64)
         search = Search(
-            robot, query, self._seeds(q_seed, batch), q_seed is not None, world,
+            self.robot._inverse_kinematics,  # noqa: SLF001 - a part of it
+            query,
+            self._seeds(q_seed, batch),
+            q_seed is not None,
+            world,
             lambda q: _on_host(self._any_touch(q, world, True, np.float64)),
-        )  # fmt: skip
+        )
         q, info, explanation = search.of(targets, batch)
         result = DeviceResult if stays else IKResult
-        return result(q.reshape(*batch, robot.n_dof), info, batch, options.tolerances, explanation)
+        return result(q.reshape(*batch, query.tree.n_dof), info, batch, options.tolerances, explanation)
 
     def all_solutions(
         self,
@@ -189,9 +193,8 @@ class GpuRobot:
                 of an arm of seven, or another argument cannot be taken.
             UnknownNameError: There is no such link or joint.
         """
-        robot, options = self.robot, Options(task=as_task(task))
-        query = Query(robot.tree, robot.home, robot._checker, self._link(link), options)  # noqa: SLF001 - a part of it
-        T = device.as_own("T", T)
+        query = self._query(link, Options(task=as_task(task)))
+        T = as_own("T", T)
         return all_solutions(query, T, self._wide_rows, redundancy, as_count("n_samples", n_samples, 1), whole_turns=whole_turns)
 
     # ---- parts ---------------------------------------------------------------------------------------------------------
@@ -212,7 +215,7 @@ class GpuRobot:
 
         number: Over which the driver is to compute; ``dtype``: of its results, that number unless given.
         """
-        q, number = device.as_own("q", q), number or self._number
+        q, number = as_own("q", q), number or self._number
         rows = self._rows(q, number)
         batch = tuple(np.shape(q)[:-1]) if not device.is_on_device(q) else tuple(q.shape[:-1])
         flag = device.on_device(np.zeros(1, dtype=np.int32))
@@ -232,7 +235,7 @@ class GpuRobot:
     def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any) -> Any:
         """Whether anything touches; boxes are checked over ``number``."""
         scene = self._scenes.of(world, self_collision, number)
-        return self._over_q(overlaps_of(*scene.sizes), scene.parts, device.as_own("q", q), (), scene.number, dtype=np.bool_)
+        return self._over_q(overlaps_of(*scene.sizes), scene.parts, as_own("q", q), (), scene.number, dtype=np.bool_)
 
     def _rows(self, q: Any, number: Any) -> Any:
         """Configurations (n, n_dof) where q is, as float32 or float64."""
@@ -248,6 +251,10 @@ class GpuRobot:
         if not self.float32 or own.dtype != np.float32:
             return device.as_device_rows(name, own, shape)
         return as_float64(device.as_device_rows(name, own, shape, np.float32))
+
+    def _query(self, link: str | None, options: Options) -> Query:
+        robot = self.robot
+        return Query(robot.tree, robot.home, robot._checker, self._link(link), options)  # noqa: SLF001 - a part of it
 
     def _link(self, link: str | None) -> str:
         return self.robot.tree.link_or_tip(link)

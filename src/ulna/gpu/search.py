@@ -21,7 +21,8 @@ from ulna.drivers.lane_state import reset_state, write_bounds, write_result, wri
 from ulna.gpu import device
 from ulna.gpu.device import cuda
 from ulna.gpu.rows import Order, column_of, put_rows, rows_of
-from ulna.ik.problem import Query
+from ulna.ik.inverse_kinematics import InverseKinematics
+from ulna.ik.problem import Query, of_task
 from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.result import IKResult
 from ulna.ik.search.starts import unit_samples
@@ -42,27 +43,12 @@ _SEARCHES = 1 << 16  # threads that search
 class OnHost(Protocol):
     """What is used here of a robot on the CPU: ``robot`` is above this folder, and makes a ``GpuRobot`` of itself."""
 
+    tree: Tree
+    """Its tree in flat arrays."""
+    home: Array
+    """The configuration to start from [rad or m], shape (n_dof,)."""
     _checker: Checker
-
-    @property
-    def tree(self) -> Tree:
-        """Its tree in flat arrays."""
-        ...
-
-    @property
-    def home(self) -> Array:
-        """The configuration to start from [rad or m], shape (n_dof,)."""
-        ...
-
-    @property
-    def n_dof(self) -> int:
-        """The number of entries of q."""
-        ...
-
-    @property
-    def inverse_kinematics(self) -> Callable[..., IKResult]:
-        """See ``Robot.inverse_kinematics``."""
-        ...
+    _inverse_kinematics: InverseKinematics
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +56,7 @@ class Search:
     """A search of several targets.
 
     Attributes:
-        robot: The robot on the CPU.
+        on_host: What solves the rest.
         query: The link and the options.
         seeds: Where to start, shape (n or 1, n_dof).
         seeded: Whether the caller gave them.
@@ -78,7 +64,7 @@ class Search:
         collides: Whether configurations (k, n_dof) collide with it, or with the robot itself: bools of the host.
     """
 
-    robot: OnHost
+    on_host: InverseKinematics
     query: Query
     seeds: Array
     seeded: bool
@@ -124,7 +110,7 @@ class Search:
 
     def _round(self, targets: Any, seeds: Array, k: int) -> tuple[Any, Any]:
         """q and info of a search for each target from the starts of round k, on the device."""
-        query, (n, n_dof) = self.query, (len(targets), self.robot.n_dof)
+        query, (n, n_dof) = self.query, (len(targets), self.query.tree.n_dof)
         if query.unit != 1.0 or not n:  # of arms of an unusual size the search is in a unit of its own: all is left to the CPU
             info = np.zeros((n, N_INFO))
             info[:, STATUS] = NOT_FOUND
@@ -134,6 +120,8 @@ class Search:
         starts = unit_samples(query.tree, query.link, query.options.seed, first, _STARTS, from_seed=not k)
         shared = [query.chain, seeds, query.limits[0], starts, query.home, query.settings]
         constants = [device.on_device(array) for array in shared]
+        if query.task_axes is not None:
+            targets = of_task(query, targets.copy_to_host() if device.is_on_device(targets) else targets)
         there = targets if device.is_on_device(targets) else device.on_device(targets)
         q, info = device.results_for(there, (n, n_dof)), device.results_for(there, (n, N_INFO))
         following = device.on_device(np.zeros(1, dtype=np.int64))
@@ -145,12 +133,16 @@ class Search:
         """Write the results of the CPU for some targets; what is known of them."""
         if not len(rest):
             return NOTHING_TO_EXPLAIN
-        options, there, seeds = self.query.options, rows_of(targets, rest), self._seeds_of(rest)
-        found = self.robot.inverse_kinematics(
-            there if batch else there[0], (seeds if len(seeds) > 1 else seeds[0]) if self.seeded else None, link=self.query.link,
-            world=self.world, seed=options.seed, task=options.task, position_tolerance=options.position_tolerance,
-            rotation_tolerance=options.rotation_tolerance,
-        )  # fmt: skip
+        there, seeds = rows_of(targets, rest), self._seeds_of(rest)
+        found = self.on_host.inverse_kinematics(
+            there if batch else there[0],
+            (seeds if len(seeds) > 1 else seeds[0]) if self.seeded else None,
+            None,
+            (),
+            self.world,
+            self.query.link,
+            self.query.options,
+        )
         put_rows(q, rest, found.q.reshape(len(rest), -1))
         put_rows(info, rest, found.info)
         return found.explanation.renumbered(rest)

@@ -65,7 +65,7 @@ class AllSolutions:
             self._tables = self._six.table, self._six.chain, self._six.plan(tree.lower, tree.upper), query.home.copy()
             self._run = closed_form.all_branches_of_one
         self._of_one = None if self._six is None else self._one_by_entry()
-        self.in_c = None if self._of_one is None else (self._of_one, IKSolutions, PROOFS, self._family)
+        self.in_c = None if self._of_one is None else (self._of_one, IKSolutions, PROOFS, {"family": self._family})
 
     def all_solutions(
         self, T: ArrayLike, n_samples: int, *, whole_turns: bool, q_seed: ArrayLike | None = None, world: World | None = None

@@ -169,7 +169,8 @@ def _solvers(
     in_c = getattr(solvers[0], "in_c", None)
     if in_c is not None and query.options == _DEFAULTS:
         others = solvers[1:] if isinstance(solvers[0], SingleTargetSolver) else solvers
-        quick[link] = *in_c, IKResult, query.options.tolerances, NOTHING_TO_EXPLAIN, partial(_first_result, others)
+        fields = {"_batch": (), "tolerances": query.options.tolerances, "explanation": NOTHING_TO_EXPLAIN}
+        quick[link] = *in_c, IKResult, fields, partial(_first_result, others)
     return solvers
 
 

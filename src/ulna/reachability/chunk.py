@@ -35,12 +35,10 @@ _MOST_OPEN = 4  # maps that a process keeps open
 
 
 class Outcome(NamedTuple):
-    """What a task has done: chunks, poses in them, and the seconds that they took in all and each in the middle (median)."""
+    """What a task has done: the poses in its chunks, and the seconds that it took."""
 
-    chunks: int
     poses: int
     seconds: float
-    seconds_a_chunk: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,19 +64,16 @@ def run_task(path: str, chunks: tuple[int, ...], threads: int | None = None, sto
     Raises:
         FileError: The map is not there, or cannot be written to.
     """
-    start, times, poses = time.perf_counter(), [], 0
+    start, poses = time.perf_counter(), 0
     opened = _opened(path, metadata_bytes(Path(path)))
     grid = opened.specification.grid
-    done = 0
     for chunk in chunks:
         if stop is not None and stop.is_set():
             break
-        begin, region = time.perf_counter(), grid.region(chunk)
         if not is_done(opened.path, grid.place(chunk)):
             write(opened, chunk, compute(opened, chunk, threads_of_a_task() if threads is None else threads))
-            times.append(time.perf_counter() - begin)
-        done, poses = done + 1, poses + math.prod(cut.stop - cut.start for cut in region)
-    return Outcome(done, poses, time.perf_counter() - start, float(np.median(times)) if times else 0.0)
+        poses += grid.poses_of(chunk)
+    return Outcome(poses, time.perf_counter() - start)
 
 
 def compute(opened: OpenMap, chunk: int, threads: int = 1) -> dict[str, NDArray]:

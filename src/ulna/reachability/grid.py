@@ -120,12 +120,16 @@ class Grid:
         """The indices of a chunk among the chunks along z, y, x and the orientations."""
         return tuple(int(k) for k in np.unravel_index(chunk, self.n_chunks_along))  # type: ignore[return-value]
 
-    def region(self, chunk: int) -> tuple[slice, ...]:
+    def region(self, chunk: int) -> Region:
         """The slices of the arrays of a map that are a chunk."""
         ends = zip(self.place(chunk), self.chunk_shape, (*self.shape, self.orientations), strict=True)
         return tuple(slice(k * size, min((k + 1) * size, n)) for k, size, n in ends)  # type: ignore[return-value]
 
-    def targets(self, region: tuple[slice, ...]) -> Array:
+    def poses_of(self, chunk: int) -> int:
+        """How many poses a chunk has."""
+        return math.prod(cut.stop - cut.start for cut in self.region(chunk))
+
+    def targets(self, region: Region) -> Array:
         """T_base_tip of the poses of a region, in the order (z, y, x, orientation): shape (n, 4, 4)."""
         z, y, x = (axis[cut] for axis, cut in zip(self.axes, region[:3], strict=True))
         R = self.rotations[region[3]]

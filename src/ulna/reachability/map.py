@@ -18,7 +18,7 @@ from ulna.ik.result import IKResult
 from ulna.ik.task import Task
 from ulna.reachability.grid import Grid, Region, nearest_orientation
 from ulna.reachability.model import robot_from_json, robot_to_json
-from ulna.reachability.placement import BasePlacement, base_placements
+from ulna.reachability.placement import BasePlacement, around_base, base_placements
 from ulna.reachability.specification import Specification
 from ulna.reachability.store import attributes_at, read_specification, zarr_package
 from ulna.reachability.stored import check_chunks, open_arrays, read_verdicts, unreadable
@@ -27,6 +27,7 @@ from ulna.robot import Robot
 
 Array = NDArray[np.float64]
 _FLOATS = np.float32
+_STEPS = 1600  # of the search for one target of a placement: four times those of the map
 
 
 class Summary(NamedTuple):
@@ -219,11 +220,9 @@ class ReachabilityMap:
             InputError: T is not a pose.
             GeometryError: A world is given, and the robot's collisions cannot be checked.
         """
-        asked = self._specification
-        return self.robot.inverse_kinematics(
-            T, link=asked.link, seed=asked.seed, task=asked.task, world=world, position_tolerance=asked.position_tolerance,
-            rotation_tolerance=asked.rotation_tolerance, max_iterations=max_iterations or asked.max_iterations,
-        )  # fmt: skip
+        search = self._specification.search
+        search["max_iterations"] = max_iterations or search["max_iterations"]
+        return self.robot.inverse_kinematics(T, world=world, **search)
 
     # ---- all of it -----------------------------------------------------------------------------------------------------
 
@@ -289,8 +288,13 @@ class ReachabilityMap:
             InputError: The targets are not poses, there are none, or another argument cannot be taken.
             GeometryError: A world is given, and the robot's collisions cannot be checked.
         """
-        chosen = (T_world_base, bounds, yaw_steps, most, tries)
-        return base_placements(self, targets, tuple(free_dofs), world, *chosen)
+
+        def solve(T_base_tip: Array, T_base_world: Array) -> tuple[Array, Array] | None:
+            result = self.solve(T_base_tip, around_base(self.world, world, T_base_world), max_iterations=_STEPS)
+            return (result.q, self.robot.manipulability(result.q, link=self.link)) if np.all(result.success) else None
+
+        free = tuple(free_dofs)
+        return base_placements(self.grid, self.verdicts, solve, targets, free, T_world_base, bounds, yaw_steps, most, tries)
 
     @cached_property
     def verdicts(self) -> NDArray[np.bool_]:

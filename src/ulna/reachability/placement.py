@@ -8,9 +8,8 @@ A map is of poses in the base frame, so that it serves for any place of the base
 3. The best are checked by inverse kinematics, with the world moved into the base frame.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,37 +18,16 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_count, as_floats
 from ulna.description.pose import as_one_pose, as_pose, inverse, matrix_from_rpy, quaternion_from_matrix
 from ulna.errors import InputError
-from ulna.ik.result import IKResult
 from ulna.reachability.grid import Grid
-from ulna.robot import Robot
 
 Array = NDArray[np.float64]
+Reached = NDArray[np.bool_]
+"""Whether each pose of a grid is reached, shape (z, y, x, orientation)."""
+Solve = Callable[[Array, Array], tuple[Array, Array] | None]
+"""From T_base_tip (n, 4, 4) and T_base_world to q (n, n_dof) and its manipulability (n,); None where a target is not reached."""
 DOFS = ("x", "y", "z", "yaw")
 _AROUND = 4  # orientations of the map around that of a target
-_STEPS = 1600  # of the search for one target: four times those of the map
 _MOST_KEPT = 20_000  # candidates of one yaw
-
-
-class Reachable(Protocol):
-    """What is used here of a ``ReachabilityMap``, which has the same: the map calls this file, not the reverse."""
-
-    grid: Grid
-    robot: Robot
-    link: str
-
-    @cached_property
-    def verdicts(self) -> NDArray[np.bool_]:
-        """Whether each pose is reached, shape (z, y, x, orientation)."""
-        ...
-
-    @property
-    def world(self) -> World | None:
-        """The world that the map was computed with, in the base frame."""
-        ...
-
-    def solve(self, T: ArrayLike, world: World | None = None, *, max_iterations: int | None = None) -> IKResult:
-        """Inverse kinematics with the options of the map."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +50,7 @@ class BasePlacement:
 
 
 def base_placements(
-    of: Reachable, targets: ArrayLike, free_dofs: tuple[str, ...], world: World | None, T_world_base: ArrayLike | None,
+    grid: Grid, reached: Reached, solve: Solve, targets: ArrayLike, free_dofs: tuple[str, ...], T_world_base: ArrayLike | None,
     bounds: ArrayLike | None, yaw_steps: int, most: int, tries: int,
 ) -> tuple[BasePlacement, ...]:  # fmt: skip
     """See ``ReachabilityMap.base_placements``."""
@@ -86,26 +64,29 @@ def base_placements(
     yaws = (
         np.arange(max(1, as_count("yaw_steps", yaw_steps))) * 2 * np.pi / max(1, yaw_steps) if "yaw" in free_dofs else np.zeros(1)
     )
-    points = _candidates(of, T_world_tip[:, :3, 3], free_dofs, T_0[:3, 3], bounds)
-    ranked = [_ranked(of, T_world_tip, _turned(T_0, yaw), yaw, points) for yaw in yaws] if len(points) else []
+    points = _candidates(grid, reached, T_world_tip[:, :3, 3], free_dofs, T_0[:3, 3], bounds)
+    ranked = [_ranked(grid, reached, T_world_tip, _turned(T_0, yaw), yaw, points) for yaw in yaws] if len(points) else []
     rows = np.concatenate(ranked) if ranked else np.empty((0, 6))
     order = np.lexsort((-rows[:, 1], -rows[:, 0]))[: as_count("tries", tries)]
     found: list[BasePlacement] = []
     for row in rows[order]:
-        placement = _exact(of, T_world_tip, T_0, row, world)
-        found += [placement] if placement is not None else []
+        T = _turned(T_0, row[5])
+        T[:3, 3] = row[2:5]
+        solved = solve(inverse(T) @ T_world_tip, inverse(T))
+        if solved is not None:
+            found.append(BasePlacement(T, float(row[5]), float(row[0]), *solved))
         if len(found) >= as_count("most", most):
             break
     return tuple(sorted(found, key=lambda one: (-one.score, -float(one.manipulability.min()))))
 
 
-def _candidates(of: Reachable, tips: Array, free: tuple[str, ...], at: Array, bounds: ArrayLike | None) -> Array:
+def _candidates(grid: Grid, reached: Reached, tips: Array, free: tuple[str, ...], at: Array, bounds: ArrayLike | None) -> Array:
     """Places of the base, a voxel apart, from which each tip (n, 3) is no farther than the farthest reached voxel: (m, 3)."""
-    z, y, x = np.nonzero(of.verdicts.any(axis=-1))
+    z, y, x = np.nonzero(reached.any(axis=-1))
     if not len(z):
         return np.empty((0, 3))
-    centres = np.stack([axis[k] for axis, k in zip(of.grid.axes[::-1], (x, y, z), strict=True)], axis=-1)
-    reach = float(np.linalg.norm(centres, axis=-1).max()) + of.grid.voxel
+    centres = np.stack([axis[k] for axis, k in zip(grid.axes[::-1], (x, y, z), strict=True)], axis=-1)
+    reach = float(np.linalg.norm(centres, axis=-1).max()) + grid.voxel
     low, high = tips.max(axis=0) - reach, tips.min(axis=0) + reach
     if bounds is not None:
         box = as_floats("bounds", bounds)
@@ -113,7 +94,7 @@ def _candidates(of: Reachable, tips: Array, free: tuple[str, ...], at: Array, bo
             raise InputError("bounds", "the lowest and the highest corner are expected, shape (2, 3)")
         low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
     axes = [
-        np.minimum(np.arange(low[k], high[k] + 1e-9, of.grid.voxel), high[k]) if name in free else np.array([at[k]])
+        np.minimum(np.arange(low[k], high[k] + 1e-9, grid.voxel), high[k]) if name in free else np.array([at[k]])
         for k, name in enumerate("xyz")
     ]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -126,40 +107,28 @@ def _turned(T_0: Array, yaw: float) -> Array:
     return T
 
 
-def _ranked(of: Reachable, T_world_tip: Array, T_turned: Array, yaw: float, points: Array) -> Array:
+def _ranked(grid: Grid, reached: Reached, T_world_tip: Array, T_turned: Array, yaw: float, points: Array) -> Array:
     """Least and mean score, place and yaw of the best candidates with one direction of the base: shape (m, 6)."""
     R = T_turned[:3, :3]
-    near = _around(of, R.T @ T_world_tip[:, :3, :3])
+    near = _around(grid, R.T @ T_world_tip[:, :3, :3])
     scores = np.empty((len(points), len(T_world_tip)))
     for k, T in enumerate(T_world_tip):
-        index, inside = of.grid.voxel_of((T[:3, 3] - points) @ R)
+        index, inside = grid.voxel_of((T[:3, 3] - points) @ R)
         z, y, x = np.moveaxis(index, -1, 0)
-        share = of.verdicts[z[:, None], y[:, None], x[:, None], near[k]].mean(axis=1)
+        share = reached[z[:, None], y[:, None], x[:, None], near[k]].mean(axis=1)
         scores[:, k] = np.where(inside, share, 0.0)
     rows = np.column_stack([scores.min(axis=1), scores.mean(axis=1), points, np.full(len(points), yaw)])
     rows = rows[rows[:, 0] > 0.0] if (rows[:, 0] > 0.0).any() else rows[rows[:, 1] > 0.0]
     return rows[np.lexsort((-rows[:, 1], -rows[:, 0]))[:_MOST_KEPT]]
 
 
-def _around(of: Reachable, rotations: Array) -> NDArray[np.int64]:
+def _around(grid: Grid, rotations: Array) -> NDArray[np.int64]:
     """The indices of the map's orientations nearest to each of some rotations (n, 3, 3): shape (n, m)."""
-    alike = np.abs(quaternion_from_matrix(rotations) @ of.grid.wxyz.T)
+    alike = np.abs(quaternion_from_matrix(rotations) @ grid.wxyz.T)
     return np.argsort(-alike, axis=1, kind="stable")[:, :_AROUND]
 
 
-def _exact(of: Reachable, T_world_tip: Array, T_0: Array, row: Array, world: World | None) -> BasePlacement | None:
-    """The placement of a candidate if every target is reached from there."""
-    T_world_base = _turned(T_0, row[5])
-    T_world_base[:3, 3] = row[2:5]
-    T_base_world = inverse(T_world_base)
-    result = of.solve(T_base_world @ T_world_tip, _around_base(of.world, world, T_base_world), max_iterations=_STEPS)
-    if not np.all(result.success):
-        return None
-    manipulability = np.asarray(of.robot.manipulability(result.q, link=of.link))
-    return BasePlacement(T_world_base, float(row[5]), float(row[0]), result.q, manipulability)
-
-
-def _around_base(own: World | None, world: World | None, T_base_world: Array) -> World | None:
+def around_base(own: World | None, world: World | None, T_base_world: Array) -> World | None:
     """The objects that move with the base, and those that do not, in the base frame."""
     if own is None and world is None:
         return None

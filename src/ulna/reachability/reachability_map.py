@@ -24,10 +24,9 @@ from ulna.kinematics.reach import reach_of
 from ulna.reachability.grid import Grid
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.model import robot_to_json
-from ulna.reachability.run import locked, run
+from ulna.reachability.run import DaskWorkers, ThreadWorkers, locked, run
 from ulna.reachability.specification import Specification
 from ulna.reachability.store import create, read_specification, sweep, zarr_package
-from ulna.reachability.workers import DaskWorkers, ThreadWorkers
 from ulna.robot import Robot
 
 
@@ -107,9 +106,10 @@ def reachability_map(
     where = _as_path(path)
     search = task, seed, position_tolerance, rotation_tolerance, max_iterations
     asked = _specification(robot, link, (voxel, orientations, bounds), world, search, (keep_clearance, keep_solutions))
-    workers = (
-        ThreadWorkers(default_threads() if threads is None else as_threads(threads)) if client is None else DaskWorkers(client)
-    )
+    if client is not None:
+        workers = DaskWorkers(client)
+    else:
+        workers = ThreadWorkers(default_threads() if threads is None else as_threads(threads))
     try:
         with locked(where):
             _begin(where, asked, robot, resume=resume)

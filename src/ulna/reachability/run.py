@@ -1,10 +1,10 @@
-"""Computes what a map still lacks: sizes the tasks, bounds how many are under way.
+"""Computes what a map still lacks, by threads of this process or by a Dask cluster.
 
-1. The chunks that are not there wait in their order. The first tasks are one chunk each.
-2. Every task returns how long a chunk took; the next ones get so many chunks that they take about ``TASK_S`` of work. Chunks near
-   the robot take longer than those beyond its reach, so the estimate follows the last tasks.
-3. At most ``UNDER_WAY`` tasks a thread are under way, so that neither the memory of the scheduler nor what is lost at its end
+1. The chunks that are not there wait in their order. A task gets ``_MOST_CHUNKS`` of them at most, and fewer towards the end.
+2. At most ``_UNDER_WAY`` tasks a thread are under way, so that neither the memory of the scheduler nor what is lost at its end
    grows with the map.
+3. Threads and cluster are executors of ``concurrent.futures``. That of Dask tries a task again where its worker has died, and
+   computes an outcome again that was lost with the worker that held it.
 
 Meanwhile no second process can write to the map: the operating system locks a file beside it, and frees it when the process
 ends, however it ends.
@@ -12,24 +12,173 @@ ends, however it ends.
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import os
-import statistics
+import threading
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ThreadPoolExecutor, wait
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
-from ulna.errors import FileError
-from ulna.reachability.chunk import Outcome
+from ulna.errors import ClusterError, FileError, UlnaError, needs_extra
+from ulna.reachability.chunk import Outcome, run_task
 from ulna.reachability.grid import Grid
 from ulna.reachability.store import undone
-from ulna.reachability.workers import Workers
 
 try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None
+_MOST_CHUNKS = 16  # of a task: a quarter of a second of work for an arm with a closed form, half a second for a search
+_UNDER_WAY = 3  # tasks for each that runs
+_RETRIES = 3
+_LOOK_S = 1.0  # between two looks at whether the cluster is still there
+Tell = Callable[[int, int], object]
+
+
+class Workers:
+    """An executor, and the tasks that it has begun; ``ThreadWorkers`` and ``DaskWorkers`` say how many it runs at once."""
+
+    def __init__(self, pool: Executor, task: Callable[..., Outcome]) -> None:
+        self._pool, self._task, self._running = pool, task, set[Future[Outcome]]()
+
+    @property
+    def under_way(self) -> int:
+        """How many tasks are begun and not yet fetched."""
+        return len(self._running)
+
+    def width(self) -> int:
+        """How many tasks run at once."""
+        raise NotImplementedError
+
+    def submit(self, path: str, chunks: tuple[int, ...]) -> None:
+        """Start a task."""
+        self._running.add(self._pool.submit(self._task, path, chunks))
+
+    def next_done(self) -> list[Outcome]:
+        """Wait for at least one task to end, and return what has ended.
+
+        Raises:
+            UlnaError: A task has failed for good.
+        """
+        done: set[Future[Outcome]] = set()
+        while not done:
+            done, self._running = wait(self._running, _LOOK_S, FIRST_COMPLETED)
+            if not done:
+                self._look()
+        return [future.result() for future in done]
+
+    def cancel(self) -> None:
+        """Start nothing more, and wait for what is running here."""
+        raise NotImplementedError
+
+    def _look(self) -> None:
+        """See, while nothing comes, whether something still can."""
+
+
+class ThreadWorkers(Workers):
+    """Threads of this process, one task a thread."""
+
+    def __init__(self, threads: int) -> None:
+        self._threads, self._stop = threads, threading.Event()
+        pool = ThreadPoolExecutor(threads, thread_name_prefix="ulna-reach")
+        super().__init__(pool, partial(run_task, threads=1, stop=self._stop))
+
+    def width(self) -> int:
+        """The number of threads."""
+        return self._threads
+
+    def cancel(self) -> None:
+        """End every task after the chunk that it computes."""
+        self._stop.set()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+class DaskWorkers(Workers):
+    """The workers of a Dask cluster, by its client. A task is tried again where a worker has died or failed."""
+
+    def __init__(self, client: Any) -> None:
+        with needs_extra("a Dask cluster", "reach", "dask", "distributed"):
+            import distributed  # noqa: PLC0415 -- needs the extra
+        super().__init__(client.get_executor(pure=False, retries=_RETRIES), run_task)
+        self._distributed, self._client, self._warned = distributed, client, False
+
+    def width(self) -> int:
+        """The number of threads of all workers, at least 1: there may be none yet."""
+        with self._clearly():
+            return max(1, sum(self._client.nthreads().values()))
+
+    def submit(self, path: str, chunks: tuple[int, ...]) -> None:
+        """Start a task."""
+        with self._clearly():
+            super().submit(path, chunks)
+
+    def next_done(self) -> list[Outcome]:
+        """The outcomes of the tasks that have ended."""
+        with self._clearly():
+            return super().next_done()
+
+    def cancel(self) -> None:
+        """Take back what no worker has begun; what one has begun it ends: a few chunks, of the same bits."""
+        with contextlib.suppress(Exception):  # the cluster may be gone
+            self._pool.shutdown(wait=False)
+
+    def _look(self) -> None:
+        if self._client.status not in ("running", "newly-created"):
+            raise ClusterError(f"the connection to the scheduler is lost (it is {self._client.status})")
+        if not self._warned and not self._client.nthreads():
+            self._warned = True
+            words = "the cluster has no worker now; waiting for one (what is computed is kept, and resume=True continues)"
+            warnings.warn(words, RuntimeWarning, stacklevel=2)
+
+    @contextlib.contextmanager
+    def _clearly(self) -> Iterator[None]:
+        """Around calls of Dask: its many ways to say that the cluster is gone become one error."""
+        lost = (CancelledError, asyncio.CancelledError, self._distributed.client.FutureCancelledError)
+        try:
+            yield
+        except UlnaError:
+            raise
+        except self._distributed.KilledWorker as error:
+            raise ClusterError(f"a task has lost its worker again and again, as by too little memory ({error})") from error
+        except lost as error:
+            raise ClusterError(f"the scheduler or the connection to it is lost ({error or type(error).__name__})") from error
+        except OSError as error:
+            raise ClusterError(f"the cluster cannot be reached ({error})") from error
+
+
+def run(path: Path, grid: Grid, workers: Workers, tell: Tell | None = None) -> float:
+    """Compute all chunks that are not there; the time inside tasks [s], of all workers together.
+
+    ``tell`` is called with the poses done so far, and those of the map.
+
+    Raises:
+        UlnaError: A task has failed for good, or the cluster is lost. What was computed is kept.
+    """
+    todo, inside = deque(undone(path, grid)), 0.0
+    done = grid.n_poses - sum(grid.poses_of(chunk) for chunk in todo)
+    _tell(tell, done, grid.n_poses)
+    try:
+        while todo or workers.under_way:
+            width = workers.width()
+            while todo and workers.under_way < _UNDER_WAY * width:
+                size = max(1, min(_MOST_CHUNKS, len(todo) // (4 * width)))
+                workers.submit(str(path), tuple(todo.popleft() for _ in range(size)))
+            for outcome in workers.next_done():
+                done, inside = done + outcome.poses, inside + outcome.seconds
+            _tell(tell, done, grid.n_poses)
+    finally:
+        workers.cancel()
+    return inside
+
+
+def _tell(tell: Tell | None, done: int, total: int) -> None:
+    if tell is not None:
+        tell(done, total)
 
 
 @contextlib.contextmanager
@@ -60,16 +209,10 @@ def _locked_file(beside: Path, path: Path) -> int:
         except OSError:
             os.close(file)
             raise FileError(str(path), "another process is writing to this map; wait for it, or end it") from None
-        if _same(file, beside):
-            return file
+        with contextlib.suppress(OSError):
+            if os.path.samestat(os.fstat(file), beside.stat()):
+                return file
         os.close(file)  # it was removed meanwhile by the process that had it
-
-
-def _same(file: int, beside: Path) -> bool:
-    try:
-        return os.path.samestat(os.fstat(file), beside.stat())
-    except OSError:
-        return False
 
 
 def _lock(file: int) -> None:
@@ -80,72 +223,3 @@ def _lock(file: int) -> None:
     import msvcrt  # noqa: PLC0415 -- of Windows alone
 
     msvcrt.locking(file, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
-
-
-TASK_S = 0.7  # of work in a task: 0.5 to 1
-UNDER_WAY = 3  # tasks for each that runs
-_LAST = 8  # tasks that the estimate looks back on
-Tell = Callable[[int, int], object]
-
-
-class Ran(NamedTuple):
-    """What a run has done: chunks computed, tasks, and the seconds inside tasks, of all workers together."""
-
-    chunks: int
-    tasks: int
-    seconds_inside: float
-
-
-def run(path: Path, grid: Grid, workers: Workers, tell: Tell | None = None) -> Ran:
-    """Compute all chunks that are not there. ``tell`` is called with the poses done so far, and those of the map.
-
-    Raises:
-        UlnaError: A task has failed for good, or the cluster is lost. What was computed is kept.
-    """
-    todo = deque(undone(path, grid))
-    total = grid.n_poses
-    done = total - sum(_poses(grid, chunk) for chunk in todo)
-    seconds: deque[float] = deque(maxlen=_LAST)
-    chunks = tasks = under_way = 0
-    inside = 0.0
-    _tell(tell, done, total)
-    try:
-        while todo or under_way:
-            width = workers.width()
-            while todo and under_way < UNDER_WAY * width:
-                size = _size(seconds, len(todo), width)
-                workers.submit(str(path), tuple(todo.popleft() for _ in range(size)))
-                under_way += 1
-            for outcome in workers.next_done():
-                under_way, tasks = under_way - 1, tasks + 1
-                chunks, inside, done = chunks + outcome.chunks, inside + outcome.seconds, done + outcome.poses
-                _note(seconds, outcome)
-            _tell(tell, done, total)
-    finally:
-        workers.cancel()
-    return Ran(chunks, tasks, inside)
-
-
-def _size(seconds: deque[float], waiting: int, width: int) -> int:
-    """How many chunks the next task gets: one until it is known how long they take, fewer towards the end."""
-    if not seconds:
-        return 1
-    fair = -(-waiting // (2 * width))
-    return max(1, min(round(TASK_S / max(statistics.median(seconds), 1e-6)), fair))
-
-
-def _note(seconds: deque[float], outcome: Outcome) -> None:
-    if outcome.seconds_a_chunk > 0.0:
-        seconds.append(outcome.seconds_a_chunk)
-
-
-def _poses(grid: Grid, chunk: int) -> int:
-    n = 1
-    for cut in grid.region(chunk):
-        n *= cut.stop - cut.start
-    return n
-
-
-def _tell(tell: Tell | None, done: int, total: int) -> None:
-    if tell is not None:
-        tell(done, total)

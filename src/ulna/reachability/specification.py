@@ -14,6 +14,7 @@ from ulna.ik.task import Task
 from ulna.reachability.grid import Grid
 from ulna.reachability.model import fingerprint
 
+_SEARCH = "seed", "position_tolerance", "rotation_tolerance", "max_iterations"  # fields, and attributes of these names
 FORMAT = 2  # of the attributes; another number is refused
 _KINDS = {
     str: ("robot", "robot_model", "urdf_sha256", "robot_source", "tool", "task", "scene", "ulna_version"),
@@ -63,13 +64,16 @@ class Specification:
     version: str
 
     def __post_init__(self) -> None:
-        Options(
-            seed=self.seed,
-            task=self.task,
-            position_tolerance=self.position_tolerance,
-            rotation_tolerance=self.rotation_tolerance,
-            max_iterations=self.max_iterations,
-        ).checked()
+        Options(task=self.task, **self._numbers).checked()
+
+    @property
+    def search(self) -> dict[str, Any]:
+        """The keyword arguments of ``Robot.inverse_kinematics``."""
+        return {"link": self.link, "task": self.task, **self._numbers}
+
+    @property
+    def _numbers(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in _SEARCH}
 
     def attributes(self) -> dict[str, Any]:
         """As attributes of a Zarr group: numbers, texts, lists."""
@@ -88,10 +92,7 @@ class Specification:
             "chunk_poses": grid.chunk_poses,
             "task": json.dumps({"slack": self.task.slack, "axis": self.task.axis}),
             "scene_sha256": "" if self.scene is None else fingerprint(self.scene),
-            "seed": self.seed,
-            "position_tolerance": self.position_tolerance,
-            "rotation_tolerance": self.rotation_tolerance,
-            "max_iterations": self.max_iterations,
+            **self._numbers,
             "clearance_kept": self.clearance,
             "solutions_kept": self.solutions,
             "branches_counted": self.branches,
@@ -120,8 +121,8 @@ class Specification:
                 attributes["chunk_poses"],
             )
             texts = [attributes[name] for name in ("robot", "robot_model", "urdf_sha256", "robot_source", "tool")]
-            names = "seed", "position_tolerance", "rotation_tolerance", "max_iterations", "clearance_kept", "solutions_kept"
-            search = [attributes[name] for name in (*names, "branches_counted", "ulna_version")]
+            names = *_SEARCH, "clearance_kept", "solutions_kept", "branches_counted", "ulna_version"
+            search = [attributes[name] for name in names]
             made = Task(tuple(task["slack"]), tuple(task["axis"]))
             found = cls(*texts, grid, made, attributes["scene"] or None, *search)  # pyright: ignore[reportCallIssue]
         except (KeyError, TypeError, ValueError) as error:
@@ -137,22 +138,22 @@ class Specification:
             found.append(f"robot: {self.robot} and {other.robot}" if self.robot != other.robot else "robot: its description")
         if self.scene != other.scene:
             found.append("world")
-        values = {
-            "link": lambda one: one.link,
-            "voxel": lambda one: one.grid.voxel,
-            "bounds": lambda one: (one.grid.low, one.grid.shape),
-            "orientations": lambda one: one.grid.orientations,
-            "task": lambda one: one.task,
-            "seed": lambda one: one.seed,
-            "position_tolerance": lambda one: one.position_tolerance,
-            "rotation_tolerance": lambda one: one.rotation_tolerance,
-            "max_iterations": lambda one: one.max_iterations,
-            "clearance": lambda one: one.clearance,
-            "solutions": lambda one: one.solutions,
-            "version of Ulna": lambda one: one.version,
+        here, there = self._compared(), other._compared()
+        return found + [f"{name}: {value} and {there[name]}" for name, value in here.items() if value != there[name]]
+
+    def _compared(self) -> dict[str, Any]:
+        grid = self.grid
+        return {
+            "link": self.link,
+            "voxel": grid.voxel,
+            "bounds": (grid.low, grid.shape),
+            "orientations": grid.orientations,
+            "task": self.task,
+            **self._numbers,
+            "clearance": self.clearance,
+            "solutions": self.solutions,
+            "version of Ulna": self.version,
         }
-        found += [f"{name}: {value(self)} and {value(other)}" for name, value in values.items() if value(self) != value(other)]
-        return found
 
 
 def _check_kinds(attributes: Mapping[str, Any]) -> None:

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ulna.description.file_bytes import json_value, regular_file_bytes
 from ulna.errors import DescriptionError, FileError, needs_extra
@@ -32,10 +33,15 @@ DIMENSIONS = ("z", "y", "x", "orientation")
 META = "zarr.json"
 _MOST_BYTES = 200_000_000  # of the group's metadata, in which the robot and the world are
 _TEXTS = {
-    "manipulability": ("sqrt(det(J J')) of the solution found; NaN where none was", "mixed"),
-    "clearance": ("signed distance of the solution found from the nearest object or link; NaN where none was", "m"),
-    "q": ("joint positions of the solution found; NaN where none was", "rad or m"),
-}
+    "branches": (
+        NEVER,
+        "solutions within the limits, by the closed form; without collision, if there is a world; -1 never counted",
+        "1",
+    ),
+    "manipulability": (np.nan, "sqrt(det(J J')) of the solution found; NaN where none was", "mixed"),
+    "clearance": (np.nan, "signed distance of the solution found from the nearest object or link; NaN where none was", "m"),
+    "q": (np.nan, "joint positions of the solution found; NaN where none was", "rad or m"),
+}  # the value of what was not computed, the long name and the units
 
 
 def zarr_package() -> Any:
@@ -158,48 +164,38 @@ def _attributes(specification: Specification, joint_names: tuple[str, ...]) -> d
 
 def _add_coordinates(group: Any, grid: Grid) -> None:
     for name, values in zip("zyx", grid.axes, strict=True):
-        attributes = {"units": "m", "long_name": f"{name} of the voxel's centre in the robot's base frame"}
-        array = group.create_array(
-            name, shape=values.shape, chunks=values.shape, dtype="float64", dimension_names=(name,), attributes=attributes
-        )
-        array[:] = values
-    attributes = {"units": "1", "long_name": "orientation of the tip in the base frame, w first (super-Fibonacci, Alexa 2022)"}
-    dimensions = ("orientation", "wxyz")
+        _add_coordinate(group, name, (name,), values, f"{name} of the voxel's centre in the robot's base frame", "m")
+    words = "orientation of the tip in the base frame, w first (super-Fibonacci, Alexa 2022)"
+    _add_coordinate(group, "quaternion", ("orientation", "wxyz"), grid.wxyz, words, "1")
+
+
+def _add_coordinate(group: Any, name: str, dimensions: tuple[str, ...], values: NDArray, long_name: str, units: str) -> None:
+    attributes = {"units": units, "long_name": long_name}
+    shape = values.shape
     array = group.create_array(
-        "quaternion",
-        shape=grid.wxyz.shape,
-        chunks=grid.wxyz.shape,
-        dtype="float64",
-        dimension_names=dimensions,
-        attributes=attributes,
+        name, shape=shape, chunks=shape, dtype="float64", dimension_names=dimensions, attributes=attributes
     )
-    array[:] = grid.wxyz
+    array[:] = values
 
 
 def _add_variable(group: Any, name: str, grid: Grid, n_joints: int) -> None:
     shape, chunks, kind = layout(name, grid, n_joints)
-    names = ("joint",) if name == "q" else ()
     if name == "reached":
-        fill = NEVER
-        words = ["never_computed", *(str(status).replace(" ", "_") for status in NUMBERS)]
+        fill, words = NEVER, ["never_computed", *(str(status).replace(" ", "_") for status in NUMBERS)]
         attributes: dict[str, Any] = {
             "long_name": "whether the pose is reached, or why not",
             "flag_values": [NEVER, *NUMBERS.values()],
             "flag_meanings": " ".join(words),
         }
-    elif name == "branches":
-        fill = NEVER
-        words = "solutions within the limits, by the closed form; without collision, if there is a world; -1 never counted"
-        attributes = {"long_name": words, "units": "1"}
     else:
-        fill = np.nan
-        attributes = dict(zip(("long_name", "units"), _TEXTS[name], strict=True))
+        fill, long_name, units = _TEXTS[name]
+        attributes = {"long_name": long_name, "units": units}
     group.create_array(
         name,
         shape=shape,
         chunks=chunks,
         dtype=kind,
         fill_value=fill,
-        dimension_names=(*DIMENSIONS, *names),
+        dimension_names=(*DIMENSIONS, *(("joint",) if name == "q" else ())),
         attributes=attributes,
     )

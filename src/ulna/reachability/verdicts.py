@@ -58,17 +58,7 @@ def verdicts(specification: Specification, robot: Robot, world: World | None, ta
 def _searched(
     specification: Specification, robot: Robot, world: World | None, targets: Array, threads: int
 ) -> tuple[NDArray[np.int8], Array]:
-    result = robot.inverse_kinematics(
-        targets,
-        link=specification.link,
-        seed=specification.seed,
-        task=specification.task,
-        world=world,
-        position_tolerance=specification.position_tolerance,
-        rotation_tolerance=specification.rotation_tolerance,
-        max_iterations=specification.max_iterations,
-        threads=threads,
-    )
+    result = robot.inverse_kinematics(targets, world=world, threads=threads, **specification.search)
     return OF_CODES[result.info[:, layout.STATUS].astype(np.int64)], result.q
 
 

@@ -33,7 +33,7 @@ from ulna.description.urdf_writer import write_urdf
 from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
-from ulna.engine.bound import Prebound, Quick, put_in_c
+from ulna.engine.bound import Quick, put_in_c
 from ulna.errors import InputError
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.differential import differential_ik
@@ -110,8 +110,8 @@ class Robot(Quick):
             _jacobian=jacobian,
             _checker=checker,
             _inverse_kinematics=inverse_kinematics,
-            _prebound=Prebound(forward, jacobian, checker.prebound, inverse_kinematics.quick, inverse_kinematics.quick_solutions),
         )
+        self._keep_prebound(forward, jacobian, checker.prebound, inverse_kinematics.quick, inverse_kinematics.quick_solutions)
 
     @classmethod
     def from_dh(

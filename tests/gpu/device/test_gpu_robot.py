@@ -123,6 +123,15 @@ def clear_configurations(robot, world, n):
     return q[~robot.in_collision(q, world)][:n]
 
 
+def test_an_axis_of_the_link_points_as_the_targets_axis(panda, on_gpu):
+    T = panda.forward_kinematics(panda.random(2, seed=7))
+    for targets in (T, cuda.to_device(T)):
+        result = on_gpu.inverse_kinematics(targets, task=ulna.Task.pointing((1.0, 0.0, 0.0)))
+        assert result.success.all()
+        reached = panda.forward_kinematics(result.q if targets is T else result.q.copy_to_host())
+        assert np.abs(reached[:, :3, [0, 3]] - T[:, :3, [0, 3]]).max() < 2e-5
+
+
 def test_solutions_are_clear_of_a_world(panda, on_gpu, monkeypatch):
     left, by_cpu = [], Search._by_cpu
     monkeypatch.setattr(Search, "_by_cpu", lambda *given: left.append(len(given[2])) or by_cpu(*given))
