@@ -12,7 +12,8 @@ from ulna.cli.depends import command, defaults_of
 from ulna.cli.options import Loading, load_robot
 from ulna.cli.output import Data, Output, count_of, make_table
 from ulna.inspection.compare import compare as compare_robots
-from ulna.inspection.differences import KINDS, Comparison
+from ulna.inspection.differences import KINDS
+from ulna.inspection.result import Comparison
 
 First = Annotated[str, typer.Argument(metavar="A", help="A bundled name, or the path of a .urdf or .xacro file.")]
 Second = Annotated[str, typer.Argument(metavar="B", help="Another one.")]
