@@ -77,8 +77,10 @@ def _without(root: etree._Element, kind: str) -> Iterator[Finding]:
 def inertia_findings(root: etree._Element) -> Iterator[Finding]:
     """Masses that are not positive, and inertias that are not positive definite or break the triangle inequality."""
     massless: list[str] = []
-    for link in root.iterfind("link[inertial]"):
+    for link in root.iterfind("link"):
         inertial = link.find("inertial")
+        if inertial is None:
+            continue
         mass, moments = number(inertial.find("mass"), "value"), _principal_moments(inertial.find("inertia"))
         if mass == 0 and moments is not None and not moments.any():
             massless.append(link.get("name", ""))
