@@ -13,13 +13,11 @@ from ulna.cli.cell import Meshes, Obstacles, checked_robot
 from ulna.cli.depends import Json, as_options, command, defaults_of
 from ulna.cli.joint_plot import PlotFile, draw_joints, write_figure
 from ulna.cli.options import AnyRobot, Link
-from ulna.cli.output import Data, Output, limit, make_table, number
+from ulna.cli.output import Output, attributes, joint_columns, limit, make_table, number
 from ulna.cli.rows import read_poses
 from ulna.cli.targets import StartQ
 from ulna.description.table_file import write_table
-from ulna.ik.followed_path import FollowedPath
 from ulna.robot import Robot
-from ulna.robot.coordinates import coordinates_of
 
 Poses = Annotated[
     Path,
@@ -73,32 +71,23 @@ def follow(
         write_table(csv, found.joint_names, found.q[: found.ends_at])  # the rows that are reached
     if plot is not None:
         write_figure(draw_joints(robot, found), plot)
-    return Output(follow_data(robot, link, found), follow_table, status=0 if found.success else 1)
-
-
-def follow_data(robot: Robot, link: str, found: FollowedPath) -> Data:
-    """The joint path; see ``FOLLOW_KEYS``."""
-    known = found.steps[np.isfinite(found.steps)]
-    return {
+    data = {
         "robot": robot.name,
         "base": robot.base,
         "link": link,
         "poses": len(found.q),
-        "status": str(found.status),
-        "success": found.success,
+        **attributes(found, "status", "success"),
         "reason": str(found.reason),
         "sentence": str(found),
-        "proof": str(found.proof),
-        "max_step": found.max_step,
-        "largest_step": float(known.max(initial=0.0)),
+        **attributes(found, "proof", "max_step"),
+        "largest_step": found.steps[np.isfinite(found.steps)].max(initial=0.0),
         "ends_at": found.ends_at,
-        "joints": [entry.name for entry in coordinates_of(robot)],
-        "units": [entry.unit for entry in coordinates_of(robot)],
-        "lower": robot.lower,
-        "upper": robot.upper,
+        **joint_columns(robot),
+        **attributes(robot, "lower", "upper"),
         "q": found.q,
-        **{key: getattr(found.reason.data, key) if found.reason else None for key in _ENDING},
+        **{key: getattr(found.reason.data, key, None) for key in _ENDING},
     }
+    return Output(data, follow_table, status=0 if found.success else 1)
 
 
 def follow_table(data) -> Iterator[RenderableType]:

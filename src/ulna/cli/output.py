@@ -71,6 +71,17 @@ def data_of_q(robot: Robot, q: NDArray[np.float64]) -> Data:
     return {"robot": robot.name, "q": q, "outside_limits": names}
 
 
+def attributes(thing: object, *names: str) -> Data:
+    """Those attributes of a thing, by name."""
+    return {name: getattr(thing, name) for name in names}
+
+
+def joint_columns(robot: Robot) -> Data:
+    """The name and the unit of each entry of q."""
+    entries = coordinates_of(robot)
+    return {"joints": [entry.name for entry in entries], "units": [entry.unit for entry in entries]}
+
+
 def show(output: Output, *, as_json: bool) -> None:
     """Print the data as one line of JSON, or as their table."""
     if as_json:
