@@ -11,9 +11,8 @@ from rich.console import RenderableType
 
 from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import Json, as_options, command, defaults_of
-from ulna.cli.joint_plot import PlotFile, write_figure
 from ulna.cli.options import Degrees, LinkName, Seed, link_or_hand
-from ulna.cli.output import Data, Output, attributes, make_table, number
+from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, write_figure
 from ulna.cli.targets import HOME, RPY, XYZ, Orientation, Start, numbers, positions, state_of, target_pose, words
 from ulna.description.pose import pose
 from ulna.errors import InputError
