@@ -83,9 +83,7 @@ class DemoApp:
         self.demo = demo
         self.page = Page(host, port, title=f"{demo.robot.name} - Ulna demo")
         self.server, self.url = self.page.server, self.page.url
-        self._loop = Loop(
-            "ulna-demo", self._frame, lambda: 1.0 / FRAMES_PER_SECOND, lambda error: self.notice.show_failure(error)
-        )
+        self._loop = Loop("ulna-demo", self._frame, lambda: 1.0 / FRAMES_PER_SECOND, self._failed)
         self.compiler = Compiler(self._loop.wake)
         self.player = Player(demo, self, self.compiler.ask)
         self._last = self._followed = time.perf_counter()
@@ -138,6 +136,9 @@ class DemoApp:
         self.scene.draw_report(report)
         filled = report is not None and report.in_collision
         self.verdict.content = marked(light_word(report), light_color(report), filled=filled)
+
+    def _failed(self, error: Exception | None) -> None:
+        self.notice.show_failure(error)  # the notice is made after the loop
 
     # ---- widgets ------------------------------------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-"""Imports ``ros1`` and ``ros2``, which need ROS: an error says what is missing; and what a node of either needs to end at once."""
+"""Imports ``ros1`` and ``ros2``, which need ROS: an error says what is missing; and lets a node of either end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The screen on which RViz is recorded: an X display without a monitor, its pixels and pointer, and the camera of ``demo.rviz``."""
+"""A screen without a monitor, on which RViz is recorded: its pixels and pointer, and the camera of ``demo.rviz``."""
 
 import os
 import subprocess
