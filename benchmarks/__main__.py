@@ -23,8 +23,7 @@ from benchmarks.processors import one_processor
 from benchmarks.scaling import joint_rows, size_rows
 from ulna.bench import first_use
 from ulna.bench.arms import NAMES, load_arm, path_positions
-from ulna.bench.protocol import PROTOCOLS
-from ulna.bench.solver import Forward, Solver, follow_path, ulna_solver
+from ulna.bench.protocol import PROTOCOLS, Forward, Solver, follow_path, ulna_solver
 from ulna.bench.timing import installed_version, machine_facts, time_each
 from ulna.engine.ahead import is_ahead
 from ulna.errors import UlnaError

@@ -14,8 +14,8 @@ import numpy as np
 
 import ulna
 from benchmarks.ratio import ratio
+from ulna.bench.report import WORKLOADS
 from ulna.bench.timing import Workload, processor_name, time_interleaved
-from ulna.bench.workloads import WORKLOADS
 
 KEPT = Path(__file__).parent / "guard.json"
 SLOWER = 1.25  # times the kept multiple: more than the noise of a busy machine

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ulna.bench.protocol import PROTOCOLS
-from ulna.bench.solver import Forward, Solver, judge, solver_figures
+from ulna.bench.protocol import PROTOCOLS, Forward, Solver, judge, solver_figures
 from ulna.bench.timing import time_each
 from ulna.robot import Robot
 

@@ -10,8 +10,7 @@ import time
 import numpy as np
 
 from ulna.bench.arms import NAMES, load_arm, path_positions
-from ulna.bench.protocol import PROTOCOLS, pose_errors, within_limits
-from ulna.bench.solver import STEP_BOUND
+from ulna.bench.protocol import PROTOCOLS, STEP_BOUND, pose_errors, within_limits
 
 POSES = 10_000
 

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.bench.arms import random_positions
-from ulna.bench.protocol import Protocol
-from ulna.bench.solver import Solver
+from ulna.bench.protocol import Protocol, Solver
 from ulna.description.pose import inverse
 from ulna.description.urdf_writer import write_urdf
 from ulna.robot import Robot

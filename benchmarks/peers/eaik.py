@@ -8,8 +8,7 @@ import numpy as np
 from eaik.IK_URDF import UrdfRobot
 
 from benchmarks.peer import NotForThisArm, Peer, bare_urdf, standing_offset, urdf_file, within_limits_by_turns
-from ulna.bench.protocol import Protocol
-from ulna.bench.solver import Solver
+from ulna.bench.protocol import Protocol, Solver
 from ulna.robot import Robot
 
 

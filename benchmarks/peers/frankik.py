@@ -8,8 +8,7 @@ import numpy as np
 from frankik import FrankaKinematics, RobotType, fk
 
 from benchmarks.peer import NotForThisArm, Peer, standing_offset
-from ulna.bench.protocol import Protocol
-from ulna.bench.solver import Solver
+from ulna.bench.protocol import Protocol, Solver
 from ulna.description.pose import pose
 from ulna.robot import Robot
 

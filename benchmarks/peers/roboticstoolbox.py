@@ -8,8 +8,7 @@ the gain 0.1: of the methods and gains that its documentation names this was the
 import warnings
 
 from benchmarks.peer import Peer
-from ulna.bench.protocol import Protocol
-from ulna.bench.solver import Solver
+from ulna.bench.protocol import Protocol, Solver
 from ulna.kernels.layout import COLUMN, FIXED, KIND, REVOLUTE
 from ulna.kinematics.sample import usual_range
 from ulna.kinematics.tree import row_pose

@@ -7,8 +7,7 @@ import numpy as np
 import ssik
 
 from benchmarks.peer import NotForThisArm, Peer, bare_urdf, standing_offset, urdf_file
-from ulna.bench.protocol import Protocol
-from ulna.bench.solver import Solver
+from ulna.bench.protocol import Protocol, Solver
 from ulna.robot import Robot
 
 _QUICKLY_BUILT = ("ur5", "ur10", "z1_description", "kuka_lbr_iiwa_14_r820")

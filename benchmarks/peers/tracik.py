@@ -8,8 +8,7 @@ import pytracik
 
 from benchmarks.peer import Peer, bare_urdf
 from ulna.bench.arms import middle
-from ulna.bench.protocol import Protocol
-from ulna.bench.solver import Solver
+from ulna.bench.protocol import Protocol, Solver
 from ulna.description.pose import quaternion_from_matrix
 from ulna.robot import Robot
 

@@ -39,9 +39,8 @@ if TYPE_CHECKING:
     from ulna.ik.solutions import IKSolutions
     from ulna.ik.task import Task
     from ulna.inspection.compare import compare
-    from ulna.inspection.differences import Comparison
     from ulna.inspection.inspect import inspect
-    from ulna.inspection.result import Finding, Inspection, Severity
+    from ulna.inspection.result import Comparison, Finding, Inspection, Severity
     from ulna.planning.plan import Plan
     from ulna.planning.plan_status import PlanStatus
     from ulna.planning.trajectory import Trajectory
@@ -148,9 +147,8 @@ _HOMES = {
     "ulna.ik.result": ("IKResult", "Status"),
     "ulna.ik.task": ("Task",),
     "ulna.inspection.compare": ("compare",),
-    "ulna.inspection.differences": ("Comparison",),
     "ulna.inspection.inspect": ("inspect",),
-    "ulna.inspection.result": ("Finding", "Inspection", "Severity"),
+    "ulna.inspection.result": ("Comparison", "Finding", "Inspection", "Severity"),
     "ulna.planning.plan": ("Plan",),
     "ulna.planning.plan_status": ("PlanStatus",),
     "ulna.planning.trajectory": ("Trajectory",),

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from ulna.bench.arms import NAMES, load_arm, path_positions
-from ulna.bench.protocol import PROTOCOLS, pose_errors, within_limits
-from ulna.bench.solver import STEP_BOUND
+from ulna.bench.protocol import PROTOCOLS, STEP_BOUND, pose_errors, within_limits
 
 INSTALLED = [name for name in NAMES if name != "iiwa14"]  # its data package is no dependency of the tests
 

@@ -6,8 +6,17 @@ import pytest
 
 import formulas
 from ulna.bench.arms import path_positions, random_positions
-from ulna.bench.protocol import PROTOCOLS, pose_errors, within_limits
-from ulna.bench.solver import STEP_BOUND, Solver, follow_path, judge, run_protocol, ulna_solver
+from ulna.bench.protocol import (
+    PROTOCOLS,
+    STEP_BOUND,
+    Solver,
+    follow_path,
+    judge,
+    pose_errors,
+    run_protocol,
+    ulna_solver,
+    within_limits,
+)
 
 
 def turned(axis, angle, xyz=(0, 0, 0)):

@@ -17,8 +17,7 @@ from benchmarks.scaling import random_arm
 import ulna
 from ik_methods import valid_solutions
 from ulna.bench.arms import load_arm, random_positions
-from ulna.bench.protocol import PROTOCOLS
-from ulna.bench.solver import Solver, ulna_solver
+from ulna.bench.protocol import PROTOCOLS, Solver, ulna_solver
 from ulna.engine.threads import default_threads, in_parts
 
 PI = np.pi

@@ -43,11 +43,11 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell in the backg
 import ulna.cli.app
 import ulna.cli.info
 
-def endless(robot):
+def endless(tree, link):
     print("started", flush=True)
     time.sleep(60)
 
-ulna.cli.info.info_data = endless
+ulna.cli.info.closed_form_of = endless
 ulna.cli.app.app(["info"], prog_name="ulna")
 """
 

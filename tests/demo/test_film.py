@@ -10,9 +10,8 @@ from browser import around
 from colors import count
 from ulna.collision.world import World
 from ulna.demo.drawing import box_handles
-from ulna.demo.film import DEMO_CAMERA, record_demo
+from ulna.demo.film import DEMO_CAMERA, Script, record_demo
 from ulna.demo.scenario import BOX, LIGHT_POSITION, Demo
-from ulna.demo.script import Script
 from ulna.description.pose import pose
 from ulna.robot import load
 from ulna.viewer.film.recording import make_form

@@ -5,8 +5,8 @@ from itertools import groupby
 import numpy as np
 import pytest
 
+from ulna.demo.film import VISITS, Script
 from ulna.demo.scenario import BOX, BOX_START, Demo
-from ulna.demo.script import VISITS, Script
 
 
 @pytest.fixture(scope="module")

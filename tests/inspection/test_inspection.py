@@ -97,7 +97,7 @@ def test_without_what_reads_meshes_they_are_counted_and_the_extra_is_named(tmp_p
     def lacking():
         raise MissingExtraError("reading meshes", "hulls")
 
-    monkeypatch.setattr("ulna.inspection.meshes.mesh_reader", lacking)
+    monkeypatch.setattr("ulna.inspection.links.mesh_reader", lacking)
     path = tmp_path / "arm.urdf"
     path.write_text(SOUND.replace('<sphere radius="0.1"/>', '<mesh filename="ball.stl"/>'))
     (tmp_path / "ball.stl").write_text(LARGE)

@@ -1,9 +1,7 @@
 """Drivers of real arms: one interface, the Franka by its maker's client, and a dry run that needs nothing installed."""
 
-from ulna.arms.arm import Arm
-from ulna.arms.arm_model import FR3, ArmModel
+from ulna.arms.arm import FR3, Arm, ArmModel, Record
 from ulna.arms.franka import Franka
-from ulna.arms.record import Record
 from ulna.arms.recorder import Recorder
 
 __all__ = ["FR3", "Arm", "ArmModel", "Franka", "Record", "Recorder"]

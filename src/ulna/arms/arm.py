@@ -1,13 +1,113 @@
-"""States what a driver of an arm has, whoever made the arm."""
+"""States what a driver of an arm has, whoever made the arm: its model, the motions it follows, and the record of each."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.arms.arm_model import ArmModel
-from ulna.arms.record import Record
+from ulna.description.arrays import as_floats
+from ulna.description.table_file import write_table
+from ulna.errors import InputError
 from ulna.planning.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ArmModel:
+    """A kind of arm.
+
+    Attributes:
+        name: Its name in messages.
+        lower: The least positions [rad or m], shape (n_dof,).
+        upper: The greatest positions [rad or m], shape (n_dof,).
+        limits: Those of velocity, acceleration and jerk, as ``Trajectory.check`` takes them: a name, or a file.
+
+    Raises:
+        InputError: The positions are not two arrays of one length, or a lower one is above the upper one.
+    """
+
+    name: str
+    lower: Array
+    upper: Array
+    limits: str | Path
+
+    def __post_init__(self) -> None:
+        lower, upper = (np.array(as_floats(name, getattr(self, name))) for name in ("lower", "upper"))
+        if lower.ndim != 1 or lower.shape != upper.shape or not (lower <= upper).all():
+            raise InputError("lower, upper", f"shapes {lower.shape} and {upper.shape}; two arrays of n_dof limits are expected")
+        for name, array in (("lower", lower), ("upper", upper)):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def n_dof(self) -> int:
+        """How many joints it has."""
+        return len(self.lower)
+
+
+FR3 = ArmModel(  # source: Franka Robotics, "Robot and interface specifications", the limits of the Franka Research 3
+    "Franka Research 3",
+    np.array([-2.7437, -1.7837, -2.9007, -3.0421, -2.8065, 0.5445, -3.0159]),
+    np.array([2.7437, 1.7837, 2.9007, -0.1518, 2.8065, 4.5169, 3.0159]),
+    "fr3",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A run of an arm: a row for each command that was sent.
+
+    Attributes:
+        times: The time of each command since the first [s], shape (n,).
+        commanded: The commands [rad or m], shape (n, n_dof).
+        measured: The positions that were measured just before each command was sent [rad or m], shape (n, n_dof).
+        joint_names: Those of the entries of q.
+        stopped: Whether ``stop`` ended the run before the motion's end.
+        lost: How many periods passed without a command.
+    """
+
+    times: Array
+    commanded: Array
+    measured: Array
+    joint_names: tuple[str, ...]
+    stopped: bool = False
+    lost: int = 0
+
+    def __post_init__(self) -> None:
+        for array in (self.times, self.commanded, self.measured):
+            array.setflags(write=False)
+
+    @property
+    def duration(self) -> float:
+        """The time from the first command to the last [s]."""
+        return float(self.times[-1]) if len(self.times) else 0.0
+
+    @property
+    def tracking_error(self) -> float:
+        """The greatest difference of any joint from the command sent one period before [rad or m].
+
+        It includes the time that the controller needs, in which a fast joint is left behind.
+        """
+        return float(np.abs(self.measured[1:] - self.commanded[:-1]).max(initial=0.0))
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write a table: a line of names, then a line for each command, with the measured positions behind it.
+
+        Raises:
+            FileError: The file cannot be written.
+        """
+        names = [f"{kind}{name}" for kind in ("", "measured_") for name in self.joint_names]
+        write_table(path, ["time", *names], np.column_stack([self.times, self.commanded, self.measured]))
+
+    def __str__(self) -> str:
+        how = "stopped" if self.stopped else "run to its end"
+        lost = f", {self.lost} periods without a command" if self.lost else ""
+        return f"{how} in {self.duration:.3f} s, tracking error {self.tracking_error:.2g}{lost}"
 
 
 class Arm(Protocol):

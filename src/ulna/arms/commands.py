@@ -1,14 +1,16 @@
-"""Makes the commands of a motion, and refuses a motion that an arm would not take."""
+"""Makes the commands of a motion, and refuses a motion that an arm would not take, and the description of another arm."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ulna.arms.arm_model import ArmModel
+from ulna.arms.arm import FR3, ArmModel
 from ulna.description.arrays import as_number
+from ulna.description.pose import inverse
 from ulna.errors import InputError
 from ulna.planning.trajectory import Trajectory
+from ulna.robot import Robot
 
 Array = NDArray[np.float64]
 PERIOD = 0.001  # [s], of a Franka's commands
@@ -16,6 +18,8 @@ START_TOLERANCE = 0.01  # [rad]: the arm may be so far from a motion's start
 MOST_TOLERANCE = 0.03  # [rad]: over twice as much the approach needs 9 rad/s^2 and 450 rad/s^3
 _APPROACH = 0.2  # [s], from where the arm is to the start of a motion
 _ROUNDED = 1e-9  # [rad], of a position at its limit
+_NEAR = 1e-3  # [m], and of a rotation matrix: of a description's last axis from the measured one
+_DESCRIBED = 1e-6  # [rad], of the limits in a description
 
 
 def as_tolerance(value: object) -> float:
@@ -27,8 +31,8 @@ def as_tolerance(value: object) -> float:
     return as_number("start_tolerance", value, 0.0, f"a number from 0 to {MOST_TOLERANCE} rad", most=MOST_TOLERANCE)
 
 
-def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, tolerance: float, period: float) -> Array:
-    """The positions to command, shape (n, n_dof) [rad or m], one each period; the last is the motion's end.
+def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, tolerance: float) -> Array:
+    """The positions to command, shape (n, n_dof) [rad or m], one each PERIOD; the last is the motion's end.
 
     Args:
         motion: From rest to rest, with limits of jerk.
@@ -36,7 +40,6 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
         q: Where the arm is, shape (n_dof,) [rad or m].
         speed: The share of the motion's speed, above 0 and at most 1.
         tolerance: How far any joint may be from the motion's start [rad or m].
-        period: The time between two commands [s].
 
     Raises:
         InputError: The motion has other joints, no limits of jerk, another start, or exceeds a limit of the arm at this speed;
@@ -60,7 +63,7 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
             "plan from arm.q",
         )
     motion = motion if speed == 1.0 else motion.slowed(speed)
-    commands = motion.sampled(period).q
+    commands = motion.sampled(PERIOD).q
     outside = (commands < model.lower - _ROUNDED) | (commands > model.upper + _ROUNDED)
     if outside.any():
         row, joint = np.argwhere(outside)[0]
@@ -69,18 +72,55 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
             f"{motion.joint_names[joint]} goes to {commands[row, joint]:.4f} rad, and the {model.name} from "
             f"{model.lower[joint]:.4f} to {model.upper[joint]:.4f}",
         )
-    judged = motion.check(model.limits, period=period)
+    judged = motion.check(model.limits, period=PERIOD)
     if not judged:
         raise InputError("motion", f"the {model.name} would abort it, {judged}")
     return commands
 
 
-def approach(q: Array, start: Array, period: float) -> Array:
+def approach(q: Array, start: Array) -> Array:
     """The commands from rest at q to rest at a motion's start, shape (n, n_dof); none if they are one.
 
     Along a line, as 10 s^3 - 15 s^4 + 6 s^5: over 0.01 rad in 0.2 s it needs 1.5 rad/s^2 and 75 rad/s^3.
     """
     if np.array_equal(q, start):
         return np.empty((0, len(q)))
-    s = np.arange(period, _APPROACH + period / 2, period)[:-1, None] / _APPROACH
+    s = np.arange(PERIOD, _APPROACH + PERIOD / 2, PERIOD)[:-1, None] / _APPROACH
     return q + (start - q) * (s**3 * (10 - 15 * s + 6 * s * s))
+
+
+def refuse_another_robot(robot: Robot, q: ArrayLike, T_base_flange: Array) -> None:
+    """Refuse a description that is not a Franka Research 3's.
+
+    How far the flange is along the axis of the last joint is not compared: a simulator measures the frame of that joint for it.
+
+    Args:
+        robot: The description, loaded.
+        q: Where the arm is measured, shape (7,) [rad].
+        T_base_flange: Where it says that its flange is then, shape (4, 4).
+
+    Raises:
+        InputError: It has other joints or wider limits, or the axis of its last joint is elsewhere than measured.
+    """
+    moving = [joint for joint in robot.description.joints if joint.name in robot.joint_names]
+    if robot.n_dof != FR3.n_dof or any(joint.type not in {"revolute", "continuous"} for joint in moving):
+        raise InputError("robot", f"{robot.name} has {robot.n_dof} entries of q, and a {FR3.name} has 7 joints that turn")
+    wide = [
+        name
+        for name, low, high, least, most in zip(robot.joint_names, robot.lower, robot.upper, FR3.lower, FR3.upper, strict=True)
+        if low < least - _DESCRIBED or high > most + _DESCRIBED
+    ]
+    if wide:
+        raise InputError("robot", f"{robot.name} lets {', '.join(wide)} go beyond the limits of a {FR3.name}")
+    last = next(joint for joint in moving if joint.name == robot.joint_names[-1])
+    first = next(joint for joint in moving if joint.name == robot.joint_names[0])
+    T_first, T_last = (robot.forward_kinematics(np.array(q), link=link) for link in (first.parent, last.child))
+    described = inverse(T_first) @ T_last
+    moved, turned = described[:3, 3] - T_base_flange[:3, 3], np.abs(described[:3, :3] - T_base_flange[:3, :3]).max()
+    beside = np.linalg.norm(moved - described[:3, 2] * (described[:3, 2] @ moved))
+    if not max(beside, turned) <= _NEAR:
+        raise InputError(
+            "robot",
+            f"{robot.name} has the axis of its last joint {beside * 1e3:.1f} mm beside where the arm measures it, and a rotation "
+            f"matrix differs by {turned:.3g}: it is another arm, or another base",
+        )

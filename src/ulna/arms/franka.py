@@ -12,10 +12,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.arms.arm_model import FR3, ArmModel
-from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, as_tolerance, commands_of
-from ulna.arms.record import Record
-from ulna.arms.same_arm import refuse_another_robot
+from ulna.arms.arm import FR3, ArmModel, Record
+from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, as_tolerance, commands_of, refuse_another_robot
 from ulna.description.pose import inverse
 from ulna.errors import ArmConnectionError, ArmError, InputError, needs_extra
 from ulna.planning.trajectory import Trajectory
@@ -114,7 +112,7 @@ class Franka:
             raise InputError("motion", f"its joints are {motion.joint_names}, and the robot's are {self.joint_names}")
         with self._named_errors("the arm's state cannot be read"):
             state = self._robot.read_once()
-        body = commands_of(motion, self.model, np.array(state.q), speed=speed, tolerance=self._tolerance, period=PERIOD)
+        body = commands_of(motion, self.model, np.array(state.q), speed=speed, tolerance=self._tolerance)
         if state.robot_mode != self._client.RobotMode.Idle:
             words = f"{state.robot_mode.name} {state.current_errors}".strip()
             raise ArmError("the arm cannot move; free it, or call arm.recover() after a reflex", words, state.q)
@@ -181,7 +179,7 @@ class Franka:
                     self._robot.stop()
                     raise ArmError("the controller commands another position than it measures; nothing was sent", "", state.q)
                 hold = np.repeat(body[-1:], round(_HOLD / PERIOD), axis=0)
-                commands = np.concatenate([approach(q, body[0], PERIOD), body, hold]).tolist()
+                commands = np.concatenate([approach(q, body[0]), body, hold]).tolist()
             self._measured = np.array(state.q)
             if self._stop.is_set():
                 self._robot.stop()

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.arms.arm_model import FR3, ArmModel
+from ulna.arms.arm import FR3, ArmModel, Record
 from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, as_tolerance, commands_of
-from ulna.arms.record import Record
 from ulna.description.arrays import as_floats
 from ulna.errors import InputError
 from ulna.planning.trajectory import Trajectory
@@ -52,8 +51,8 @@ class Recorder:
         Raises:
             InputError: The motion or the speed is refused.
         """
-        body = commands_of(motion, self.model, self._q, speed=speed, tolerance=self._tolerance, period=PERIOD)
-        commands = np.concatenate([approach(self._q, body[0], PERIOD), body])
+        body = commands_of(motion, self.model, self._q, speed=speed, tolerance=self._tolerance)
+        commands = np.concatenate([approach(self._q, body[0]), body])
         measured = np.concatenate([self._q[None], commands[:-1]])
         record = Record(PERIOD * np.arange(len(commands), dtype=np.float64), commands, measured, motion.joint_names)
         self.records.append(record)

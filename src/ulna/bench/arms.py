@@ -1,6 +1,6 @@
-"""Names the arms that are measured (the file of each, both ends of its chain), and samples their targets.
+"""Names the arms that are measured (the name of each, both ends of its chain), and samples their targets.
 
-The files come with the data packages ``example-robot-data`` (the extra ``meshes``) and ``rtb-data``; the Panda is bundled.
+The Panda is bundled; the others come with the data package ``example-robot-data`` (the extra ``meshes``), one with ``rtb-data``.
 """
 
 import sys
@@ -18,33 +18,31 @@ from ulna.robot import Robot, load
 Array = NDArray[np.float64]
 _WAVES = 5.0  # periods of the quickest joint along a path
 _SWING = 0.25  # of a joint's range, to each side of its middle
-_ROBOTS = "cmeel.prefix/share/example-robot-data/robots"
 # Made by xacro from the file beside it, which names its package otherwise than the data package does.
 _IIWA = "rtbdata/xacro/kuka_description/kuka_lbr_iiwa/urdf/lbr_iiwa_14_r820.urdf"
 
 
-class ArmFile(NamedTuple):
-    """A file below a folder of ``sys.path``, the links at both ends of the chain, and the package to install for it."""
+class Chain(NamedTuple):
+    """A robot's name, as ``ulna.load`` takes it, and the links at both ends of its arm."""
 
-    file: str
+    robot: str
     base: str
     tip: str
-    package: str = "example-robot-data"
 
 
 # Each chain holds the arm's own joints: no gripper, no torso, no wheels.
 ARMS = {
-    "ur5": ArmFile(f"{_ROBOTS}/ur_description/urdf/ur5_robot.urdf", "base_link", "tool0"),
-    "ur10": ArmFile(f"{_ROBOTS}/ur_description/urdf/ur10_robot.urdf", "base_link", "tool0"),
-    "jaco2": ArmFile(f"{_ROBOTS}/kinova_description/robots/kinova.urdf", "j2s6s200_link_base", "j2s6s200_end_effector"),
-    "baxter": ArmFile(f"{_ROBOTS}/baxter_description/urdf/baxter.urdf", "left_arm_mount", "left_gripper"),
-    "pr2": ArmFile(f"{_ROBOTS}/pr2_description/urdf/pr2.urdf", "torso_lift_link", "r_gripper_tool_frame"),
-    "tiago": ArmFile(f"{_ROBOTS}/tiago_description/robots/tiago.urdf", "torso_lift_link", "arm_tool_link"),
-    "z1": ArmFile(f"{_ROBOTS}/z1_description/urdf/z1.urdf", "link00", "link06"),
-    "xarm7": ArmFile(f"{_ROBOTS}/xarm_description/urdf/xarm7.urdf", "link_base", "link_eef"),
-    "so100": ArmFile(f"{_ROBOTS}/so_arm_description/urdf/so100.urdf", "base", "gripper"),
-    "so101": ArmFile(f"{_ROBOTS}/so_arm_description/urdf/so101.urdf", "base_link", "gripper_frame_link"),
-    "iiwa14": ArmFile(_IIWA, "base_link", "tool0", "rtb-data"),
+    "ur5": Chain("ur5", "base_link", "tool0"),
+    "ur10": Chain("ur10", "base_link", "tool0"),
+    "jaco2": Chain("kinova", "j2s6s200_link_base", "j2s6s200_end_effector"),
+    "baxter": Chain("baxter", "left_arm_mount", "left_gripper"),
+    "pr2": Chain("pr2", "torso_lift_link", "r_gripper_tool_frame"),
+    "tiago": Chain("tiago", "torso_lift_link", "arm_tool_link"),
+    "z1": Chain("z1", "link00", "link06"),
+    "xarm7": Chain("xarm7", "link_base", "link_eef"),
+    "so100": Chain("so100", "base", "gripper"),
+    "so101": Chain("so101", "base_link", "gripper_frame_link"),
+    "iiwa14": Chain(_IIWA, "base_link", "tool0"),  # a file below a folder of ``sys.path``
 }
 NAMES = ("panda", *ARMS)
 
@@ -53,19 +51,21 @@ def load_arm(name: str) -> Robot:
     """The arm of a short name; for any other name or path, what ``ulna.load`` gives.
 
     Raises:
-        UlnaError: The file of the arm is not installed, or cannot be loaded; the message says what to install.
+        UlnaError: The arm's description is not installed, or cannot be loaded; the message says what to install.
 
     Example:
         >>> load_arm("panda").tip
         'panda_ee'
     """
-    arm = ARMS.get(name)
-    if arm is None:
+    if name not in ARMS:
         return load(name)
-    path = next((Path(entry) / arm.file for entry in sys.path if (Path(entry) / arm.file).is_file()), None)
+    robot, base, tip = ARMS[name]
+    if robot != _IIWA:
+        return load(robot, base=base, tip=tip)
+    path = next((Path(entry, robot) for entry in sys.path if Path(entry, robot).is_file()), None)
     if path is None:
-        raise UlnaError(f"{name}: its description is not installed; pip install {arm.package}")
-    return load(path, base=arm.base, tip=arm.tip)
+        raise UlnaError(f"{name}: its description is not installed; pip install rtb-data")
+    return load(path, base=base, tip=tip)
 
 
 def middle(robot: Robot) -> Array:

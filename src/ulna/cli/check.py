@@ -4,20 +4,16 @@ from collections.abc import Iterator
 from dataclasses import fields
 from typing import Annotated
 
-import numpy as np
 import typer
-from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
 from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import command
-from ulna.cli.output import Q_KEYS, Data, Output, data_of_q, make_table, number, title
+from ulna.cli.output import Q_KEYS, Output, attributes, data_of_q, make_table, number, title
 from ulna.cli.targets import Q
-from ulna.collision.report import Report
 from ulna.collision.world import World
 from ulna.description.meshes.hulls import in_place_of_meshes
-from ulna.robot import Robot
 
 SelfCollision = Annotated[bool, typer.Option("--self/--no-self", help="Check the robot's links against each other too.")]
 Within = Annotated[float, typer.Option("--within", metavar="METRES", help="Show pairs that are free but nearer than this too.")]
@@ -41,20 +37,15 @@ def check(
     """
     around = world or World()
     report = robot.check_collision(q, around, self_collision=self_collision, max_distance=max_distance)
-    distance = robot.signed_distance(q, around, self_collision=self_collision)
-    return Output(check_data(robot, q, report, distance), check_table, status=1 if report.in_collision else 0)
-
-
-def check_data(robot: Robot, q: NDArray[np.float64], report: Report, distance: float) -> Data:
-    """The report of a collision check at q, shape (n_dof,), and the least distance [m]; see ``CHECK_KEYS``."""
-    return {
+    data = {
         **data_of_q(robot, q),
         "in_place_of_meshes": in_place_of_meshes(robot.description) or None,
         "in_collision": report.in_collision,
-        "signed_distance": distance,
+        "signed_distance": robot.signed_distance(q, around, self_collision=self_collision),
         "touching": report.touching,
-        "pairs": [{field.name: getattr(pair, field.name) for field in fields(pair)} for pair in report.pairs],
+        "pairs": [attributes(pair, *(field.name for field in fields(pair))) for pair in report.pairs],
     }
+    return Output(data, check_table, status=1 if report.in_collision else 0)
 
 
 def check_table(data) -> Iterator[RenderableType]:

@@ -10,9 +10,9 @@ from rich.text import Text
 
 from ulna.cli.depends import command, defaults_of
 from ulna.cli.options import Loading, load_robot
-from ulna.cli.output import Data, Output, count_of, make_table
+from ulna.cli.output import Output, attributes, count_of, make_table
 from ulna.inspection.compare import compare as compare_robots
-from ulna.inspection.differences import KINDS, Comparison
+from ulna.inspection.differences import KINDS
 
 First = Annotated[str, typer.Argument(metavar="A", help="A bundled name, or the path of a .urdf or .xacro file.")]
 Second = Annotated[str, typer.Argument(metavar="B", help="Another one.")]
@@ -55,17 +55,8 @@ def compare(
         rotation_tolerance=rotation_tolerance,
         limit_tolerance=limit_tolerance,
     )
-    return Output(compare_data(comparison), compare_table, status=0 if comparison.same else 1)
-
-
-def compare_data(comparison: Comparison) -> Data:
-    """The differences; see ``COMPARE_KEYS``."""
-    return {
-        "same": comparison.same,
-        "max_position_difference": comparison.max_position_difference,
-        "max_rotation_difference": comparison.max_rotation_difference,
-        **asdict(comparison),
-    }
+    data = attributes(comparison, "same", "max_position_difference", "max_rotation_difference") | asdict(comparison)
+    return Output(data, compare_table, status=0 if comparison.same else 1)
 
 
 def compare_table(data) -> Iterator[RenderableType]:

@@ -8,6 +8,7 @@ once, and a command names what it needs.
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import update_wrapper
 from inspect import Parameter, Signature, signature
 from typing import Annotated, Any, get_args
 
@@ -48,8 +49,8 @@ def command(function: Callable[..., Output | None]) -> Callable[..., None]:
             raise typer.Exit(output.status)
 
     context = Parameter("context", Parameter.POSITIONAL_OR_KEYWORD, annotation=typer.Context)
+    update_wrapper(run, function, assigned=("__name__", "__doc__", "__module__"))
     vars(run)["__signature__"] = Signature([context, *options.values()])
-    run.__name__, run.__doc__, run.__module__ = function.__name__, function.__doc__, function.__module__
     return run
 
 

@@ -11,8 +11,8 @@ from rich.text import Text
 
 from ulna.cli.depends import command
 from ulna.cli.options import AnyRobot, Link
-from ulna.cli.output import Data, Output, make_table
-from ulna.dh.table import PARALLEL, ROW_PRODUCTS, DHTable, mimic_words, pose_words, proof_words, row_words
+from ulna.cli.output import Output, attributes, make_table
+from ulna.dh.table import PARALLEL, ROW_PRODUCTS, mimic_words, pose_words, proof_words, row_words
 
 Convention = Annotated[str, typer.Option(metavar="NAME", help="modified (Craig) or standard.")]
 ParallelTolerance = Annotated[float, typer.Option(metavar="RAD", help="Axes within this angle count as parallel.")]
@@ -31,35 +31,20 @@ def dh(robot: AnyRobot, link: Link, *, convention: Convention = "modified", tole
 
     Fixed joints go into the poses of frame 0 and of the tip.
     """
-    return Output(dh_data(robot.dh(convention=convention, link=link, tolerance=tolerance)), dh_table)
-
-
-def dh_data(table: DHTable) -> Data:
-    """A Denavit-Hartenberg table; see ``DH_KEYS``."""
-    rows = zip(table.joint_names, table.joint_types, table.rows.tolist(), table.mimics, strict=True)
-    return {
+    table = robot.dh(convention=convention, link=link, tolerance=tolerance)
+    columns = zip(table.joint_names, table.joint_types, table.rows, table.mimics, strict=True)
+    data = {
         "robot": table.name,
-        "base": table.base,
-        "tip": table.tip,
-        "convention": table.convention,
+        **attributes(table, "base", "tip", "convention"),
         "rows": [
-            {
-                "joint": name,
-                "type": kind,
-                **dict(zip(_NUMBERS, row, strict=True)),
-                "mimic": None if mimic is None else asdict(mimic),
-            }
-            for name, kind, row, mimic in rows
+            {"joint": name, "type": kind, **dict(zip(_NUMBERS, row, strict=True)), "mimic": mimic and asdict(mimic)}
+            for name, kind, row, mimic in columns
         ],
-        "T_base_0": table.T_base_0,
-        "T_n_tip": table.T_n_tip,
-        "proof": {
-            "max_position_difference": table.max_position_difference,
-            "max_rotation_difference": table.max_rotation_difference,
-            "n_configurations": table.n_configurations,
-        },
+        **attributes(table, "T_base_0", "T_n_tip"),
+        "proof": attributes(table, "max_position_difference", "max_rotation_difference", "n_configurations"),
         "notes": table.notes,
     }
+    return Output(data, dh_table)
 
 
 def dh_table(data) -> Iterator[RenderableType]:

@@ -3,18 +3,14 @@
 from collections.abc import Iterator, Sequence
 from math import degrees as in_degrees
 
-import numpy as np
-from numpy.typing import NDArray
 from rich.console import RenderableType
 
 from ulna.cli.depends import command
 from ulna.cli.options import AnyRobot, Link
-from ulna.cli.output import Q_KEYS, Data, Output, data_of_q, make_table, number, title
+from ulna.cli.output import Q_KEYS, Output, data_of_q, make_table, number, title
 from ulna.cli.targets import Q
 from ulna.description.pose import quaternion_from_matrix, rpy_from_matrix
-from ulna.robot import Robot
 
-Array = NDArray[np.float64]
 FK_KEYS = f"{Q_KEYS}; base; link; position; rpy; wxyz; matrix: 4x4, T_base_link."
 
 
@@ -24,12 +20,8 @@ def fk(robot: AnyRobot, q: Q, link: Link) -> Output:
 
     As in: ulna fk --q "0,-pi/4,0,-3pi/4,0,pi/2,pi/4".
     """
-    return Output(fk_data(robot, q, link, robot.forward_kinematics(q, link=link)), fk_table)
-
-
-def fk_data(robot: Robot, q: Array, link: str, T_base_link: Array) -> Data:
-    """The pose of a link, shape (4, 4), at q, shape (n_dof,); see ``FK_KEYS``."""
-    return {
+    T_base_link = robot.forward_kinematics(q, link=link)
+    data = {
         **data_of_q(robot, q),
         "base": robot.base,
         "link": link,
@@ -38,6 +30,7 @@ def fk_data(robot: Robot, q: Array, link: str, T_base_link: Array) -> Data:
         "wxyz": quaternion_from_matrix(T_base_link),
         "matrix": T_base_link,
     }
+    return Output(data, fk_table)
 
 
 def fk_table(data) -> Iterator[RenderableType]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -11,12 +11,12 @@ from rich.text import Text
 
 from ulna.cli.cell import Meshes, Obstacles, checked_robot
 from ulna.cli.depends import Json, as_options, command, defaults_of
-from ulna.cli.joint_plot import PlotFile, draw_joints, write_figure
 from ulna.cli.options import AnyRobot, Link
-from ulna.cli.output import Data, Output, limit, make_table, number
+from ulna.cli.output import Output, PlotFile, attributes, joint_columns, limit, make_table, number, write_figure
 from ulna.cli.rows import read_poses
 from ulna.cli.targets import StartQ
-from ulna.errors import FileError
+from ulna.description.table_file import write_table
+from ulna.errors import needs_extra
 from ulna.ik.followed_path import FollowedPath
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
@@ -70,49 +70,52 @@ def follow(
     with as_options({"q_start": "--from"}):
         found = robot.follow(read_poses(T_path), start, link=link, max_step=max_step, world=world, rank=rank)
     if csv is not None:
-        write_rows(found, csv)
+        write_table(csv, found.joint_names, found.q[: found.ends_at])  # the rows that are reached
     if plot is not None:
         write_figure(draw_joints(robot, found), plot)
-    return Output(follow_data(robot, link, found), follow_table, status=0 if found.success else 1)
-
-
-def write_rows(found: FollowedPath, path: Path) -> None:
-    """Write the rows that are reached, after a line of names.
-
-    Raises:
-        FileError: The file cannot be written.
-    """
-    rows = found.q[: found.ends_at]
-    lines = [",".join(found.joint_names), *(",".join(repr(float(x)) for x in row) for row in rows)]
-    try:
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise FileError(str(path), error.strerror or str(error)) from None
-
-
-def follow_data(robot: Robot, link: str, found: FollowedPath) -> Data:
-    """The joint path; see ``FOLLOW_KEYS``."""
-    known = found.steps[np.isfinite(found.steps)]
-    return {
+    data = {
         "robot": robot.name,
         "base": robot.base,
         "link": link,
         "poses": len(found.q),
-        "status": str(found.status),
-        "success": found.success,
+        **attributes(found, "status", "success"),
         "reason": str(found.reason),
         "sentence": str(found),
-        "proof": str(found.proof),
-        "max_step": found.max_step,
-        "largest_step": float(known.max(initial=0.0)),
+        **attributes(found, "proof", "max_step"),
+        "largest_step": found.steps[np.isfinite(found.steps)].max(initial=0.0),
         "ends_at": found.ends_at,
-        "joints": [entry.name for entry in coordinates_of(robot)],
-        "units": [entry.unit for entry in coordinates_of(robot)],
-        "lower": robot.lower,
-        "upper": robot.upper,
+        **joint_columns(robot),
+        **attributes(robot, "lower", "upper"),
         "q": found.q,
-        **{key: getattr(found.reason.data, key) if found.reason else None for key in _ENDING},
+        **{key: getattr(found.reason.data, key, None) for key in _ENDING},
     }
+    return Output(data, follow_table, status=0 if found.success else 1)
+
+
+def draw_joints(robot: Robot, path: FollowedPath) -> Any:
+    """A Matplotlib figure of every joint over the poses, with its limits where they are near; below, the largest steps."""
+    with needs_extra("a figure", "reach", "matplotlib"):
+        from matplotlib.figure import Figure  # noqa: PLC0415 -- needs the extra
+    entries = coordinates_of(robot)
+    figure = Figure(figsize=(9, 1.2 * (len(entries) + 1) + 1), layout="constrained")
+    axes = figure.subplots(len(entries) + 1, 1, sharex=True, squeeze=False)[:, 0]
+    for ax, entry, q, *limits in zip(axes, entries, path.q.T, robot.lower, robot.upper, strict=False):
+        ax.plot(q)
+        low, high = ax.get_ylim()  # of the path: a limit far from it would flatten it
+        for bound in limits:
+            if low - (high - low) <= bound <= high + (high - low):
+                ax.axhline(bound, color="0.7", linewidth=0.8)
+        ax.set_ylabel(f"{entry.name} [{entry.unit}]", rotation=0, ha="right", fontsize="small")
+    units = " or ".join(dict.fromkeys(entry.unit for entry in entries))
+    axes[-1].plot(np.arange(len(path.q) - len(path.steps), len(path.q)), path.steps)
+    axes[-1].axhline(path.max_step, color="0.7", linewidth=0.8)
+    axes[-1].set_ylabel(f"largest step [{units}]", rotation=0, ha="right", fontsize="small")
+    axes[-1].set_xlabel("pose")
+    if path.ends_at is not None:
+        for ax in axes:
+            ax.axvline(path.ends_at, color="red", linewidth=0.8)
+    figure.suptitle(str(path), fontsize="small", wrap=True)
+    return figure
 
 
 def follow_table(data) -> Iterator[RenderableType]:

@@ -6,18 +6,15 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
 from ulna.cli.depends import as_options, command, defaults_of
 from ulna.cli.options import AnyRobot, Link, Seed, TaskName
-from ulna.cli.output import Data, Output, count_of, limit, make_table, number
+from ulna.cli.output import Output, attributes, count_of, joint_columns, limit, make_table, number
 from ulna.cli.targets import Orientation, StartQ, target_pose
 from ulna.description.pose import rpy_from_matrix
-from ulna.ik.result import IKResult
 from ulna.robot import Robot
-from ulna.robot.coordinates import coordinates_of
 
 Position = Annotated[str, typer.Option(metavar="X,Y,Z", help="The position to reach, in metres.")]
 Method = Annotated[
@@ -56,36 +53,23 @@ def ik(
     T = target_pose(robot, link, xyz, orientation)
     with as_options({"q_seed": "--from"}):
         result = robot.inverse_kinematics(T, start, link=link, method=method, seed=seed, task=task, trace=trace)
-    asked = {"method": method, "task": task}
-    data = ik_data(robot, link, T, "home" if orientation is None else "given", asked, result)
-    return Output(data, ik_table, status=0 if result.success else 1)
-
-
-def ik_data(robot: Robot, link: str, T: NDArray[np.float64], orientation: str, asked: dict[str, str], result: IKResult) -> Data:
-    """The result of a search for the target T, shape (4, 4), with method and task as ``asked``; see ``IK_KEYS``."""
-    return {
+    data = {
         "robot": robot.name,
         "base": robot.base,
         "link": link,
-        "target": {"matrix": T, "orientation": orientation},
-        **asked,
-        "status": str(result.status),
-        "success": bool(result.success),
-        "joints": [entry.name for entry in coordinates_of(robot)],
-        "units": [entry.unit for entry in coordinates_of(robot)],
+        "target": {"matrix": T, "orientation": "home" if orientation is None else "given"},
+        "method": method,
+        "task": task,
+        **attributes(result, "status", "success"),
+        **joint_columns(robot),
         "q": result.q,
-        "lower": robot.lower,
-        "upper": robot.upper,
-        "position_error": float(result.position_error),
-        "rotation_error": float(result.rotation_error),
-        "residual": result.residual,
-        "iterations": int(result.iterations),
-        "starts": int(result.starts),
+        **attributes(robot, "lower", "upper"),
+        **attributes(result, "position_error", "rotation_error", "residual", "iterations", "starts"),
         "reason": str(result.reason),
-        "reach_excess": float(result.reach_excess),
-        "limit_excess": result.limit_excess,
+        **attributes(result, "reach_excess", "limit_excess"),
         "trace": result.trace if result.has_trace else None,
     }
+    return Output(data, ik_table, status=0 if result.success else 1)
 
 
 def ik_table(data) -> Iterator[RenderableType]:

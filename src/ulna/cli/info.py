@@ -8,10 +8,9 @@ from rich.text import Text
 
 from ulna.cli.depends import command
 from ulna.cli.options import AnyRobot
-from ulna.cli.output import Data, Output, limit, make_table
+from ulna.cli.output import Output, attributes, limit, make_table
 from ulna.description.robot_description import JointType
 from ulna.ik.closed_form.closed_form import closed_form_of
-from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 from ulna.robot.hand_link import hand_link
 
@@ -28,15 +27,11 @@ INFO_KEYS = (
 @command
 def info(robot: AnyRobot) -> Output:
     """What a robot is: its joints with their limits, its links, its collision shapes."""
-    return Output(info_data(robot), info_table)
-
-
-def info_data(robot: Robot) -> Data:
-    """What a robot is; see ``INFO_KEYS``."""
     joints = robot.description.joints
     columns = robot.lower, robot.upper, robot.soft_lower, robot.soft_upper, robot.velocity_limits, robot.home
     keys = ("lower", "upper", "soft_lower", "soft_upper", "velocity_limit", "home")
-    return {
+    form = closed_form_of(robot.tree, robot.tip or hand_link(robot))
+    data = {
         "name": robot.name,
         "base": robot.base,
         "tip": robot.tip,
@@ -53,18 +48,14 @@ def info_data(robot: Robot) -> Data:
         "groups": {name: list(group.joint_names) for name, group in robot.groups.items()},
         "named_configurations": dict(robot.named_configurations),
         "srdf": robot.srdf.found_at,
-        "closed_form": _closed_form(robot),
+        "closed_form": form and attributes(form, "family", "from_end", "held", "miss", "is_exact"),
         "collision_shapes": [
             {"name": body.name, "link": link.name, "kind": type(body.shape).__name__.lower(), **asdict(body.shape)}
             for link in robot.description.links
             for body in link.collisions
         ],
     }
-
-
-def _closed_form(robot: Robot) -> dict[str, object] | None:
-    form = closed_form_of(robot.tree, robot.tip or hand_link(robot))
-    return None if form is None else {name: getattr(form, name) for name in ("family", "from_end", "held", "miss", "is_exact")}
+    return Output(data, info_table)
 
 
 def info_table(data) -> Iterator[RenderableType]:

@@ -9,9 +9,9 @@ from rich.text import Text
 
 from ulna.cli.depends import command
 from ulna.cli.options import RobotName, Sources
-from ulna.cli.output import Data, Output, count_of, make_table
+from ulna.cli.output import Output, count_of, make_table
 from ulna.inspection.inspect import inspect as inspect_description
-from ulna.inspection.result import Inspection, Severity
+from ulna.inspection.result import Severity
 
 INSPECT_KEYS = (
     "source; name; loads: whether Ulna takes it; n_dof and reach (m): null if not; closed_form: of inverse kinematics, empty if "
@@ -31,12 +31,8 @@ def inspect(sources: Sources, *, robot: RobotName = "panda") -> Output:
     Exit status 0 if nothing is wrong (notes do not count), 1 if something looks wrong (warnings), 2 if something is (errors).
     """
     inspection = inspect_description(robot, **sources)
-    return Output(inspect_data(inspection), inspect_table, _EXIT_STATUS[inspection.worst])
-
-
-def inspect_data(inspection: Inspection) -> Data:
-    """The findings and the tree; see ``INSPECT_KEYS``."""
-    return {**asdict(inspection), "counts": {severity.value: inspection.count(severity) for severity in Severity}}
+    data = {**asdict(inspection), "counts": {severity.value: inspection.count(severity) for severity in Severity}}
+    return Output(data, inspect_table, _EXIT_STATUS[inspection.worst])
 
 
 def inspect_table(data) -> Iterator[RenderableType]:

@@ -3,21 +3,17 @@
 from collections.abc import Iterator
 from typing import Annotated
 
-import numpy as np
 import typer
-from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
 from ulna.cli.depends import command
 from ulna.cli.options import AnyRobot, Link
-from ulna.cli.output import Q_KEYS, Data, Output, data_of_q, folded, make_table, number, title
+from ulna.cli.output import Q_KEYS, Output, data_of_q, folded, make_table, number, title
 from ulna.cli.targets import Q
 from ulna.errors import InputError
-from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
-Array = NDArray[np.float64]
 Frame = Annotated[str | None, typer.Option(metavar="FRAME", help="base, link or spatial; base unless given.")]
 Analytical = Annotated[bool, typer.Option("--analytical", help="Rates of x, y, z, roll, pitch, yaw instead.")]
 
@@ -40,21 +36,17 @@ def jacobian(robot: AnyRobot, q: Q, link: Link, *, expressed_in: Frame = None, a
         raise InputError("--expressed-in", "goes with the geometric Jacobian, not with --analytical")
     frame = None if analytical else "base" if expressed_in is None else expressed_in
     J = robot.analytical_jacobian(q, link=link) if frame is None else robot.jacobian(q, link=link, expressed_in=frame)
-    return Output(jacobian_data(robot, q, link, J, frame), jacobian_table)
-
-
-def jacobian_data(robot: Robot, q: Array, link: str, J: Array, expressed_in: str | None) -> Data:
-    """A Jacobian, shape (6, n_dof), with its labels; ``expressed_in`` is None if it is analytical. See ``JACOBIAN_KEYS``."""
-    return {
+    data = {
         **data_of_q(robot, q),
         "base": robot.base,
         "link": link,
-        "kind": "analytical" if expressed_in is None else "geometric",
-        "expressed_in": expressed_in,
-        "rows": ANALYTICAL_ROWS if expressed_in is None else GEOMETRIC_ROWS,
+        "kind": "analytical" if frame is None else "geometric",
+        "expressed_in": frame,
+        "rows": ANALYTICAL_ROWS if frame is None else GEOMETRIC_ROWS,
         "columns": [entry.name for entry in coordinates_of(robot)],
         "jacobian": J,
     }
+    return Output(data, jacobian_table)
 
 
 def jacobian_table(data) -> Iterator[RenderableType]:

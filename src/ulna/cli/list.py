@@ -9,7 +9,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from ulna.cli.depends import command
-from ulna.cli.output import Data, Output, count_of, make_table
+from ulna.cli.output import Output, count_of, make_table
 from ulna.description.names.by_name import known_robots, packages_to_install
 
 Part = Annotated[str, typer.Argument(metavar="PART", help="A part of a name or of a package; all robots unless given.")]
@@ -26,14 +26,9 @@ def list(part: Part = "") -> Output:  # noqa: A001 -- the command's name
 
     As in: ulna list ur. Exit status 1 if there is none.
     """
-    data = list_data(part)
-    return Output(data, list_table, status=0 if data["robots"] else 1)
-
-
-def list_data(part: str) -> Data:
-    """The robots with that part in a name or in the package's name; see ``LIST_KEYS``."""
     robots = [robot for robot in known_robots() if part.lower() in " ".join((robot.name, *robot.also, robot.package)).lower()]
-    return {"robots": [asdict(robot) for robot in robots], "to_install": packages_to_install()}
+    data = {"robots": [asdict(robot) for robot in robots], "to_install": packages_to_install()}
+    return Output(data, list_table, status=0 if robots else 1)
 
 
 def list_table(data) -> Iterator[RenderableType]:

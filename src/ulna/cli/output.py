@@ -1,10 +1,11 @@
-"""Converts results to data, and prints it as JSON, or as tables that truncate no number."""
+"""Prints data as JSON, or as tables that truncate no number; writes figures, and shows how far a long command is."""
 
 import json
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 import typer
@@ -15,10 +16,15 @@ from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from ulna.errors import FileError, InputError
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
+if TYPE_CHECKING:
+    from rich.progress import Progress, ProgressColumn
+
 Data = dict[str, object]
+PlotFile = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the joints: .png, .svg or .pdf.")]
 TableOf = Callable[[Any], Iterable[RenderableType]]
 
 
@@ -71,6 +77,17 @@ def data_of_q(robot: Robot, q: NDArray[np.float64]) -> Data:
     return {"robot": robot.name, "q": q, "outside_limits": names}
 
 
+def attributes(thing: object, *names: str) -> Data:
+    """Those attributes of a thing, by name."""
+    return {name: getattr(thing, name) for name in names}
+
+
+def joint_columns(robot: Robot) -> Data:
+    """The name and the unit of each entry of q."""
+    entries = coordinates_of(robot)
+    return {"joints": [entry.name for entry in entries], "units": [entry.unit for entry in entries]}
+
+
 def show(output: Output, *, as_json: bool) -> None:
     """Print the data as one line of JSON, or as their table."""
     if as_json:
@@ -101,6 +118,29 @@ def make_console() -> Console:
     console = Console(markup=False, emoji=False, highlight=False)
     console.width = max(console.width, LEAST_WIDTH)
     return console
+
+
+def write_figure(figure: Any, out: Path) -> None:
+    """Write a Matplotlib figure: .png, .svg or .pdf.
+
+    Raises:
+        InputError: Matplotlib cannot write files with this ending.
+        FileError: The file cannot be written.
+    """
+    try:
+        figure.savefig(out, dpi=120)
+    except ValueError as error:
+        raise InputError("--plot", str(error)) from None
+    except OSError as error:
+        raise FileError(str(out), error.strerror or str(error)) from None
+
+
+def progress_bar(*columns: "ProgressColumn") -> "Progress":
+    """A bar on standard error if that is a terminal, nothing elsewhere."""
+    from rich.progress import Progress  # noqa: PLC0415 -- few commands take long
+
+    console = Console(stderr=True)
+    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal, speed_estimate_period=120.0)
 
 
 def title(data, text: str) -> Text:

@@ -11,16 +11,14 @@ from rich.console import RenderableType
 
 from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import Json, as_options, command, defaults_of
-from ulna.cli.joint_plot import PlotFile, write_figure
 from ulna.cli.options import Degrees, LinkName, Seed, link_or_hand
-from ulna.cli.output import Data, Output, make_table, number
+from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, write_figure
 from ulna.cli.targets import HOME, RPY, XYZ, Orientation, Start, numbers, positions, state_of, target_pose, words
 from ulna.description.pose import pose
 from ulna.errors import InputError
 from ulna.kinematics.groups import JointGroup, group_named, tip_of
 from ulna.planning.motion_limits import as_limits
 from ulna.planning.plan import Plan
-from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
@@ -140,7 +138,13 @@ def plan(
                 motion.to_csv(csv, period=period)
         if plot is not None:
             write_figure(motion.plot(), plot)
-    return Output(plan_data(robot, found, motion), plan_table, status=0 if found else 1)
+    data = {
+        **found_data(robot, found),
+        **attributes(found, "length", "certified", "clearance", "checks"),
+        "duration": motion and motion.duration,
+        "check": motion and str(motion.check()),
+    }
+    return Output(data, plan_table, status=0 if found else 1)
 
 
 def _configuration(text: str, robot: Robot, group: JointGroup | None, *, degrees: bool) -> str | NDArray[np.float64]:
@@ -190,19 +194,6 @@ def found_data(robot: Robot, found: Plan) -> Data:
         "reason": str(found),
         "joints": robot.joint_names,
         "path": found.path,
-    }
-
-
-def plan_data(robot: Robot, found: Plan, motion: Trajectory | None) -> Data:
-    """A plan, and its times; see ``PLAN_KEYS``."""
-    return {
-        **found_data(robot, found),
-        "length": found.length,
-        "certified": found.certified,
-        "clearance": found.clearance,
-        "checks": found.checks,
-        "duration": None if motion is None else motion.duration,
-        "check": None if motion is None else str(motion.check()),
     }
 
 

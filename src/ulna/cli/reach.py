@@ -2,25 +2,24 @@
 
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 from rich.console import RenderableType
+from rich.progress import BarColumn, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.text import Text
 from typer.core import TyperGroup
 
 from ulna.cli.cell import Meshes, Obstacles, checked_robot
-from ulna.cli.cluster import client_of
 from ulna.cli.depends import Json, command, defaults_of
 from ulna.cli.options import LinkName, Loading, OnPage, RobotName, Seed, TaskName, link_or_hand, load_robot
-from ulna.cli.output import Data, Output, make_table, printable, warn
-from ulna.cli.progress import progress
+from ulna.cli.output import Data, Output, make_table, printable, progress_bar, warn
 from ulna.cli.targets import XYZ, numbers
 from ulna.collision.world import World
-from ulna.errors import needs_extra
+from ulna.errors import ClusterError, needs_extra
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.reachability_map import reachability_map
 
@@ -57,6 +56,7 @@ REACH_KEYS = (
 )
 _DEFAULTS = defaults_of(reachability_map)
 _ORIENTATIONS = 32
+_CONNECT_S = 10.0
 
 
 class _MapUnlessNamed(TyperGroup):
@@ -116,11 +116,13 @@ def compute(
         arm = checked_robot(arm, meshes=meshes, as_json=as_json)
     corners = None if bounds is None else np.reshape(numbers("--bounds", bounds, XYZ + XYZ), (2, 3))
     start, begun = time.perf_counter(), [0, 0]
-    with client_of(scheduler) as client, progress(path.name) as tell:
+    columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.1f} %"), _Rate(), TimeRemainingColumn()
+    with client_of(scheduler) as client, progress_bar(*columns) as bar:
+        task_of_bar = bar.add_task(path.name, total=None)
 
         def note(done: int, total: int) -> None:
             begun[:] = [begun[0] if begun[1] else done, total]
-            tell(done, total)
+            bar.update(task_of_bar, completed=done, total=total)
 
         try:
             found = reachability_map(
@@ -133,6 +135,38 @@ def compute(
             warn(f"stopped: {kept} of {begun[1]} poses are kept in {path}; --resume continues")
             raise typer.Exit(130) from None
     return Output(map_data(found, time.perf_counter() - start, begun[1] - begun[0]), map_table)
+
+
+class _Rate(ProgressColumn):
+    """How many poses are computed a second."""
+
+    def render(self, task: Task) -> Text:
+        """As text."""
+        return Text(f"{task.speed:,.0f} poses/s" if task.speed else "")
+
+
+@contextmanager
+def client_of(address: str | None) -> Iterator[Any]:
+    """A client of the cluster at an address; None without one.
+
+    Raises:
+        ClusterError: No scheduler is there.
+        MissingExtraError: The extra ``reach`` is not installed.
+    """
+    if address is None:
+        yield None
+        return
+    with needs_extra("a Dask cluster", "reach", "dask", "distributed"):
+        from distributed import Client  # noqa: PLC0415 -- needs the extra
+    try:
+        client = Client(address, timeout=_CONNECT_S, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise ClusterError(f"no scheduler can be reached at {address} ({error})") from None
+    try:
+        yield client
+    finally:
+        with suppress(Exception):
+            client.close(timeout=1.0)
 
 
 @GROUP.command("plot", epilog=f"JSON: figure; {REACH_KEYS}")

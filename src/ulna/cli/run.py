@@ -8,18 +8,17 @@ from typing import Annotated
 import typer
 from rich.console import RenderableType
 
-from ulna.arms import Arm, Franka, Record, Recorder
+from ulna.arms import Arm, Franka, Recorder
 from ulna.cli.cell import Obstacles
 from ulna.cli.depends import Json, as_options, command
 from ulna.cli.options import Degrees, Seed
-from ulna.cli.output import Data, Output
+from ulna.cli.output import Output
 from ulna.cli.plan import Clearance, found_data
 from ulna.cli.targets import Start, positions
 from ulna.description.arrays import as_number
 from ulna.errors import InputError
-from ulna.planning.plan import Plan
 from ulna.planning.trajectory import Trajectory
-from ulna.robot import Robot, load
+from ulna.robot import load
 
 
 class ArmName(StrEnum):
@@ -85,29 +84,23 @@ def run(
             record = driver.run(motion, speed=speed)
             if csv is not None:
                 record.to_csv(csv)
-    at_goal = record is not None and not record.stopped
-    return Output(
-        {"arm": str(arm), **run_data(robot, driver, found, motion, record, speed)}, run_table, status=0 if at_goal else 1
-    )
+    data = {
+        "arm": arm,
+        **found_data(robot, found),
+        "duration": motion and motion.duration / speed,
+        "moved": record is not None,
+        "stopped": record is not None and record.stopped,
+        "tracking_error": record and record.tracking_error,
+        "lost": record.lost if record else 0,
+        "q": driver.q,
+    }
+    return Output(data, run_table, status=0 if record and not record.stopped else 1)
 
 
 def _confirmed(motion: Trajectory, speed: float, place: str) -> bool:
     """Whether the user says that the arm may move."""
     typer.echo(f"{place} will move for {motion.duration / speed:.1f} s at {speed:g} of its speed.", err=True)
     return typer.confirm("Is everybody away from it, and may it move?", err=True)
-
-
-def run_data(robot: Robot, arm: Arm, found: Plan, motion: Trajectory | None, record: Record | None, speed: float) -> Data:
-    """A run; see ``RUN_KEYS``."""
-    return {
-        **found_data(robot, found),
-        "duration": None if motion is None else motion.duration / speed,
-        "moved": record is not None,
-        "stopped": record is not None and record.stopped,
-        "tracking_error": None if record is None else record.tracking_error,
-        "lost": 0 if record is None else record.lost,
-        "q": arm.q,
-    }
 
 
 def run_table(data) -> Iterator[RenderableType]:

@@ -12,8 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsed
 from rich.text import Text
 
 from ulna.cli.depends import Json, command
-from ulna.cli.output import Data, Output, make_table
-from ulna.cli.progress import progress_bar
+from ulna.cli.output import Data, Output, make_table, progress_bar
 from ulna.drivers import DRIVERS
 from ulna.engine.ahead import FOLDER, is_ahead
 from ulna.engine.threads import default_threads

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ulna.collision.world import World
 from ulna.demo.scenario import BOX, make_trajectory
 from ulna.description.names import panda
-from ulna.description.pose import inverse, pose, rpy_from_matrix
+from ulna.description.pose import angle_between, pose, rpy_from_matrix
 from ulna.description.shapes import Box
 from ulna.robot import Robot, load
 
@@ -160,11 +160,9 @@ def _neighbours(function: Callable[[NDArray], NDArray], q: NDArray) -> Iterator[
 
 def _reached(robot: Robot, q: NDArray, targets: NDArray, tolerance: float) -> NDArray[np.bool_]:
     """Whether the poses at q, shape (n, n_dof), are within the tolerance of the targets: distance [m] and angle [rad]."""
-    off = inverse(targets) @ robot.forward_kinematics(q)
-    sine = np.linalg.norm(off[..., [2, 0, 1], [1, 2, 0]] - off[..., [1, 2, 0], [2, 0, 1]], axis=-1) / 2
-    trace = np.trace(off[..., :3, :3], axis1=-2, axis2=-1)
-    angle = np.arctan2(sine, (trace - 1) / 2)
-    return (np.linalg.norm(off[..., :3, 3], axis=-1) <= tolerance) & (angle <= tolerance)
+    T = robot.forward_kinematics(q)
+    away = np.linalg.norm((T - targets)[..., :3, 3], axis=-1)
+    return (away <= tolerance) & (angle_between(T, targets) <= tolerance)
 
 
 def _below(name: str, value: float, bound: float, unit: str, over: str) -> Check:

@@ -1,4 +1,4 @@
-"""Serves the demo's page: plays the trajectory, follows the handles and the sliders."""
+"""Serves the demo's page: draws the arm, the box and the light, plays the trajectory, follows the handles and the sliders."""
 
 import os
 import time
@@ -6,22 +6,25 @@ from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
+import viser
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.report import Report
+from ulna.demo.drawing import WORD_POSITION
 from ulna.demo.player import Player
 from ulna.demo.record_button import RecordButton
-from ulna.demo.scenario import BOX_START, Demo, light_color, light_word
-from ulna.demo.scene import DemoScene
+from ulna.demo.scenario import BOX, BOX_NAME, BOX_START, LIGHT, LIGHT_POSITION, Demo, light_color, light_word
 from ulna.description.pose import pose
-from ulna.viewer.arm import REAL_ARM
+from ulna.viewer.arm import REAL_ARM, Arm
 from ulna.viewer.compiler import Compiler
 from ulna.viewer.html import marked, small_text
 from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
+from ulna.viewer.nodes import Handles
 from ulna.viewer.page import HOST, Page
-from ulna.viewer.palette import GREEN, RED, UNKNOWN
+from ulna.viewer.palette import GREEN, MOVABLE, RED, UNKNOWN
 from ulna.viewer.readings import Notice
+from ulna.viewer.stage import stand_back_where_narrow
 
 FRAMES_PER_SECOND = 30.0
 STOP_WITHIN_S = 2.0
@@ -80,9 +83,9 @@ class DemoApp:
         self.demo = demo
         self.page = Page(host, port, title=f"{demo.robot.name} - Ulna demo")
         self.server, self.url = self.page.server, self.page.url
-        self.compiler = Compiler(self._wake)
-        self.player = Player(demo, self, self.compiler.ask)
         self._loop = Loop("ulna-demo", self._frame, lambda: 1.0 / FRAMES_PER_SECOND, self._failed)
+        self.compiler = Compiler(self._loop.wake)
+        self.player = Player(demo, self, self.compiler.ask)
         self._last = self._followed = time.perf_counter()
         self._shown = self.player.q  # what the sliders show
         with self.page.ending_if_it_fails():
@@ -90,7 +93,7 @@ class DemoApp:
         self._loop.start()
 
     def _build(self) -> None:
-        self.scene = DemoScene(self.server, self.demo, self._wake)
+        self.scene = DemoScene(self.server, self.demo, self._loop.wake)
         self._add_widgets()
         self.player.move_to(self.player.q)
 
@@ -134,8 +137,8 @@ class DemoApp:
         filled = report is not None and report.in_collision
         self.verdict.content = marked(light_word(report), light_color(report), filled=filled)
 
-    def _wake(self) -> None:
-        self._loop.wake()
+    def _failed(self, error: Exception | None) -> None:
+        self.notice.show_failure(error)  # the notice is made after the loop
 
     # ---- widgets ------------------------------------------------------------------------------------------------------
 
@@ -155,7 +158,7 @@ class DemoApp:
         self.show_boxes.on_update(lambda _: self.scene.arm.show_solids(visible=self.show_boxes.value))
         gui.add_button("Put the box back", hint="Where it stood at first").on_click(lambda _: self.put_box(pose(BOX_START)))
         self.recording = RecordButton(self.server, self.player, lambda: self.show_boxes.value)
-        self.joints = JointSliders(gui, self.demo.robot, self._wake)
+        self.joints = JointSliders(gui, self.demo.robot, self._loop.wake)
 
     # ---- what moves ---------------------------------------------------------------------------------------------------
 
@@ -181,7 +184,7 @@ class DemoApp:
         with self.player.lock:
             self.player.avoiding = self.avoiding.value
             self.player.around.begin()
-        self._wake()
+        self._loop.wake()
 
     def _show_way(self) -> None:
         """Say whether there is a way around the box, while one is looked for."""
@@ -191,12 +194,42 @@ class DemoApp:
             color = UNKNOWN if around.plan is None else GREEN if around.plan else RED
             self.way.content = marked(around.sentence, color, filled=around.plan is not None)
 
-    def _failed(self, error: Exception | None) -> None:
-        """Show on the page why a frame has failed; None removes the message."""
-        self.notice.show_failure(error)
-
     def _follow(self, now: float) -> None:
         """Set the sliders to the arm's q; a number that is being typed in a tab is kept (``viewer.typed``)."""
         if self._shown is not self.player.q and (now - self._followed >= _FOLLOW_S or not self.playing.value):
             self._shown, self._followed = self.player.q, now
             self.joints.show(self.player.q)
+
+
+class DemoScene:
+    """The scene. ``arm.move_to`` and ``draw_report`` update it in each frame.
+
+    Args:
+        server: The page.
+        demo: The demo that is drawn.
+        moved: Called when a person has moved the box's handles.
+    """
+
+    def __init__(self, server: viser.ViserServer, demo: Demo, moved: Callable[[], None]) -> None:
+        scene = server.scene
+        scene.set_up_direction("+z")
+        scene.add_grid("/floor", width=2.4, height=2.4, cell_size=0.1, section_size=0.6, cell_color=(225, 228, 232))
+        server.initial_camera.position = (1.75, -1.45, 1.0)
+        server.initial_camera.look_at = (0.2, 0.0, 0.36)
+        server.initial_camera.fov = 0.7
+        stand_back_where_narrow(server, 0.9)
+        self.arm = Arm(server, demo.robot, "/arm")
+        self.light = scene.add_cylinder("/light", LIGHT.radius, LIGHT.length, light_color(None), position=LIGHT_POSITION)
+        self.word = scene.add_label(
+            "/light/word", light_word(None), position=WORD_POSITION, anchor="top-center", font_screen_scale=1.3
+        )
+        self.handles = Handles(scene, "/movable", 0.22, moved)
+        self.handles.put(demo.world.pose(BOX_NAME))
+        scene.add_box("/movable/box", MOVABLE, BOX.extents)
+
+    def draw_report(self, report: Report | None) -> None:
+        """Set the colour of the light, its text, and the boxes that touch; grey while the report is not known."""
+        if self.word.text != light_word(report):
+            self.light.color = light_color(report)
+            self.word.text = light_word(report)
+            self.arm.mark_touching(report.touching if report is not None else ())

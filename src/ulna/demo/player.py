@@ -58,7 +58,7 @@ class Player:
         with self.lock:
             self.q = q
             self.screen.draw_arm(q)
-            self._draw_report()
+            self.check()
 
     def advance(self, seconds: float) -> None:
         """Play the trajectory for a time [s], or the way around the box."""
@@ -77,14 +77,11 @@ class Player:
         start = time.perf_counter()
         with self.lock:
             self.demo.move_box(T_base_box)
-            self._draw_report()
+            self.check()
             self.answer_time = time.perf_counter() - start
 
     def check(self) -> None:
         """Check again what the box touches, and draw it."""
         with self.lock:
-            self._draw_report()
-
-    def _draw_report(self) -> None:
-        self.report = self._ask(_COLLISIONS, self.demo.check, self.q)
-        self.screen.draw_report(self.report)
+            self.report = self._ask(_COLLISIONS, self.demo.check, self.q)
+            self.screen.draw_report(self.report)

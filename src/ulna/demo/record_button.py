@@ -15,10 +15,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from ulna.demo.film import demo_picture, record_pictures
+from ulna.demo.film import Moment, demo_picture, record_pictures
 from ulna.demo.player import Player
 from ulna.demo.scenario import BOX_NAME
-from ulna.demo.script import Moment
 from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.painter import Picture
 from ulna.viewer.film.recording import Form

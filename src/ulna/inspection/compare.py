@@ -9,16 +9,8 @@ from numpy.typing import NDArray
 from ulna.description.arrays import as_number
 from ulna.description.pose import angle_between, inverse
 from ulna.errors import InputError, did_you_mean
-from ulna.inspection.differences import (
-    KINDS,
-    Comparison,
-    Difference,
-    PoseDifference,
-    Tolerances,
-    body_differences,
-    joint_differences,
-)
-from ulna.inspection.matching import Matching, match
+from ulna.inspection.differences import KINDS, Matching, body_differences, joint_differences, match
+from ulna.inspection.result import Comparison, Difference, PoseDifference, Tolerances
 from ulna.kinematics.sample import usual_range
 from ulna.robot import Robot
 

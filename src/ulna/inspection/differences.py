@@ -1,4 +1,4 @@
-"""Holds a comparison as frozen data, and compares joints and shapes in pairs."""
+"""Pairs the joints and links of two robots, and compares them in pairs."""
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -7,79 +7,61 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import angle_between, rpy_from_matrix
-from ulna.description.robot_description import Body, Joint, JointType, Link, Mimic
+from ulna.description.robot_description import Body, Description, Joint, JointType, Link, Mimic
 from ulna.description.shapes import ConvexMesh, Mesh, Shape
-from ulna.inspection.matching import Matching
+from ulna.description.structure import joints_from_root
+from ulna.inspection.result import Difference, Tolerances
+from ulna.robot import Robot
 
 KINDS = ("link", "joint", "order", "type", "parent", "origin", "axis", "limits", "mimic", "pose", "visual", "collision")
 _WITH_AXIS = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC, JointType.PLANAR)
 
 
 @dataclass(frozen=True)
-class Difference:
-    """One thing that differs. ``kind`` is one of ``KINDS``, ``where`` a joint or a link, ``a`` and ``b`` what each has there."""
+class Matching:
+    """Pairs of joints and of link names, ``by`` "name" or "order", and the links in which poses are compared."""
 
-    kind: str
-    where: str
-    a: str
-    b: str
-
-
-@dataclass(frozen=True)
-class PoseDifference:
-    """The largest distance [m] and angle [rad] between two links that correspond, over random configurations."""
-
-    link_a: str
-    link_b: str
-    position: float
-    rotation: float
+    by: str
+    joints: tuple[tuple[Joint, Joint], ...]
+    links: tuple[tuple[str, str], ...]
+    frames: tuple[str, str]
 
 
-@dataclass(frozen=True)
-class Tolerances:
-    """What still counts as the same: ``position`` [m], ``rotation`` [rad], and ``limit`` in a limit's own unit."""
+def match(a: Robot, b: Robot) -> Matching:
+    """By name, unless fewer than half of the moving joints of the smaller robot share theirs; then by order from the root.
 
-    position: float = 1e-6
-    rotation: float = 1e-6
-    limit: float = 1e-6
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """How two robots differ: not at all if there are no ``differences``.
-
-    ``poses`` has every pair of links, the same or not. Joints are matched by their names, or ``matched_by`` their order where
-    hardly a name is shared. Poses are those in ``frame_a`` and ``frame_b``, at ``n_configurations`` random configurations.
+    A link whose name the other robot lacks corresponds to the child of the same joint there, the root to the root, the tip to
+    the tip.
     """
+    moving_a, moving_b = _moving(a.description), _moving(b.description)
+    others = {joint.name: joint for joint in b.description.joints}
+    shared = sum(joint.name in others for joint in moving_a)
+    by_name = 2 * shared >= min(len(moving_a), len(moving_b))
+    if by_name:
+        joints = [(joint, others[joint.name]) for joint in a.description.joints if joint.name in others]
+    else:
+        joints = list(zip(moving_a, moving_b, strict=False))
+    named = [(name, name) for name in a.link_names if name in b.link_names]
+    carried = [(one.child, other.child) for one, other in joints]
+    ends = [(a.base, b.base), *([(a.tip, b.tip)] if a.tip is not None and b.tip is not None else [])]
+    links = dict(_first_of_each([*named, *carried, *ends] if by_name else [*carried, *named, *ends]))
+    ordered = tuple((name, links[name]) for name in a.link_names if name in links)
+    frames = next((pair for pair in ordered if pair[0] == a.base or pair[1] == b.base), (a.base, b.base))
+    return Matching("name" if by_name else "order", tuple(joints), ordered, frames)
 
-    name_a: str
-    name_b: str
-    differences: tuple[Difference, ...]
-    poses: tuple[PoseDifference, ...]
-    matched_by: str
-    frame_a: str
-    frame_b: str
-    n_configurations: int
-    tolerances: Tolerances
 
-    @property
-    def same(self) -> bool:
-        """Whether nothing differs."""
-        return not self.differences
+def _first_of_each(pairs: list[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    """The pairs, without those of which one is in an earlier pair."""
+    taken_a, taken_b = set(), set()
+    for one, other in pairs:
+        if one not in taken_a and other not in taken_b:
+            taken_a.add(one)
+            taken_b.add(other)
+            yield one, other
 
-    @property
-    def max_position_difference(self) -> float:
-        """The largest distance [m] between two links that correspond."""
-        return max((pose.position for pose in self.poses), default=0.0)
 
-    @property
-    def max_rotation_difference(self) -> float:
-        """The largest angle [rad] between two links that correspond."""
-        return max((pose.rotation for pose in self.poses), default=0.0)
-
-    def __str__(self) -> str:
-        lines = [f"{d.kind} {d.where}: {d.a} | {d.b}" for d in self.differences]
-        return "\n".join([f"{self.name_a} | {self.name_b}: {len(lines) or 'no'} difference{'s' * (len(lines) != 1)}", *lines])
+def _moving(description: Description) -> list[Joint]:
+    return [joint for joint in joints_from_root(description) if joint.type != JointType.FIXED and joint.mimic is None]
 
 
 def joint_differences(one: Joint, other: Joint, matching: Matching, tolerances: Tolerances) -> Iterator[Difference]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from lxml import etree
 
-from ulna.inspection.result import Finding, Severity
+from ulna.inspection.result import ERROR, NOTE, WARNING, Finding, Severity
 
 # For each element the children and the attributes that are used, or looked at here.
 _CHILDREN = {
@@ -56,6 +56,11 @@ def of_robot(element: etree._Element) -> str:
     return "document"
 
 
+def found(severity: Severity, element: etree._Element, message: str) -> Finding:
+    """A finding about the joint, the link or the document that an element belongs to, at the element's line."""
+    return Finding(severity, of_robot(element), message, element.sourceline)
+
+
 def numbers(element: etree._Element | None, key: str) -> tuple[float, ...] | None:
     """The finite numbers of an attribute, or None if there are none or not as many as it takes."""
     try:
@@ -88,11 +93,11 @@ def element_findings(root: etree._Element) -> Iterator[Finding]:
                 continue
             if near := _nearly(tag, used):
                 message = f"<{tag}> in <{element.tag}> is not known, and left out; did you mean <{near}>?"
-                yield Finding(Severity.WARNING, of_robot(child), message, child.sourceline)
+                yield found(WARNING, child, message)
             else:
                 unused[f"<{tag}> in <{element.tag}>"] += 1
     for what, count in unused.items():
-        yield Finding(Severity.NOTE, "document", f"{count} {what} not used")
+        yield Finding(NOTE, "document", f"{count} {what} not used")
 
 
 def _attribute_findings(element: etree._Element, unused: Counter[str]) -> Iterator[Finding]:
@@ -101,10 +106,10 @@ def _attribute_findings(element: etree._Element, unused: Counter[str]) -> Iterat
         if key in known and key not in _WORDS and numbers(element, key) is None:
             count = _COUNTS.get(key, 1)
             message = f'<{element.tag}> {key}="{text[:60]}": {count} finite number{"s" * (count > 1)} expected'
-            yield Finding(Severity.ERROR, of_robot(element), message, element.sourceline)
+            yield found(ERROR, element, message)
         elif key not in known and (near := _nearly(key, known)):
             message = f"attribute {key!r} of <{element.tag}> is not known, and left out; did you mean {near!r}?"
-            yield Finding(Severity.WARNING, of_robot(element), message, element.sourceline)
+            yield found(WARNING, element, message)
         elif key not in known and known and "}" not in key:
             unused[f"attribute {key!r} of <{element.tag}>"] += 1
 

@@ -1,86 +1,30 @@
-"""Runs every check on a description and lists its tree."""
+"""Reads a description as far as it can be read, runs every check on it, and lists its tree."""
 
-import math
-from collections import Counter
+from __future__ import annotations
+
+import warnings
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
+from lxml import etree
 
-from ulna.description.robot_description import Description, JointType
-from ulna.description.semantic import Srdf
-from ulna.description.structure import bounds_of_q, columns_of_q, drives_of, hard_bounds, joints_from_root
-from ulna.errors import DescriptionError
+from ulna.description.document import Document, expanded, is_text
+from ulna.description.file_bytes import file_bytes
+from ulna.description.packages import as_package_dirs
+from ulna.description.xml import LONGEST, parse
+from ulna.errors import DescriptionError, DescriptionWarning, InputError
 from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.inspection.elements import element_findings
-from ulna.inspection.inspected import Inspected, read_inspected, tree_rows
 from ulna.inspection.joints import joint_findings, name_findings
-from ulna.inspection.links import inertia_findings, shape_findings
-from ulna.inspection.meshes import mesh_findings
-from ulna.inspection.result import Finding, Inspection, Severity
-from ulna.inspection.touching_hulls import hull_findings
-from ulna.robot import Robot
+from ulna.inspection.links import inertia_findings, mesh_findings, shape_findings
+from ulna.inspection.loaded import robot_findings, stretched_length
+from ulna.inspection.result import ERROR, WARNING, Finding, Inspection, Severity, TreeRow
+from ulna.robot import Robot, load
 from ulna.robot.hand_link import hand_link
 
-_LARGEST_REACH, _LEAST_REACH = 20.0, 0.01
-
-
-def robot_findings(robot: Robot, reach: float) -> Iterator[Finding]:
-    """What is wrong with a robot that loads."""
-    yield from _contradictions(robot.description)
-    yield from _srdf_findings(robot.description.srdf)
-    if reach > _LARGEST_REACH:
-        yield Finding(Severity.WARNING, "document", f"it reaches {reach:.3g} m when stretched: millimetres? Lengths are metres")
-    elif robot.n_dof and 0 < reach < _LEAST_REACH:
-        yield Finding(Severity.WARNING, "document", f"it reaches {reach:.3g} m when stretched: scaled twice?")
-    yield from hull_findings(robot)
-
-
-def _srdf_findings(srdf: Srdf) -> Iterator[Finding]:
-    if srdf.found_at:
-        allowed = f"{len(srdf.disabled_collisions)} pairs of links may touch by it"
-        yield Finding(Severity.NOTE, "document", f"{srdf.found_at} lies beside the URDF and is used; {allowed}")
-        for sentence in srdf.warnings:
-            yield Finding(Severity.NOTE, "document", sentence)
-    for sentence in srdf.passed_over:
-        yield Finding(Severity.NOTE, "document", sentence)
-
-
-def stretched_length(robot: Robot) -> float:
-    """The length of the longest chain [m]: its joints' distances in sum, slides drawn out to their finite limits."""
-    far = {robot.base: 0.0}
-    for joint in joints_from_root(robot.description):
-        slide = 0.0
-        if joint.type == JointType.PRISMATIC:
-            slide = max((abs(limit) for limit in (joint.limits.lower, joint.limits.upper) if math.isfinite(limit)), default=0.0)
-        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.origin[:3, 3])) + slide
-    return max(far.values())
-
-
-def closed_form_in_words(robot: Robot) -> str:
-    """The closed form of the hand's inverse kinematics; empty if the arm has none."""
-    form = closed_form_of(robot.tree, robot.tip or hand_link(robot))
-    return "" if form is None else str(form)
-
-
-def _contradictions(description: Description) -> Iterator[Finding]:
-    joints = joints_from_root(description)
-    columns = columns_of_q(joints)
-    drives = drives_of(joints, columns, description.source)
-    _, ignored = bounds_of_q(joints, drives, hard_bounds)
-    leaders = {column.start: name for name, column in columns.items()}
-    for joint in joints:
-        drive = drives[joint.name]
-        if joint.mimic is None or drive.column is None:
-            continue
-        where = f"joint {joint.name!r}"
-        if drive.ratio == 0:
-            yield Finding(
-                Severity.WARNING, where, f"mimics {joint.mimic.joint!r} with multiplier 0: it does not move", joint.line
-            )
-        elif joint.name in ignored and joint.limits.lower < joint.limits.upper:
-            message = f"its limits leave {leaders[drive.column]!r}, which it mimics, no room: they are ignored"
-            yield Finding(Severity.WARNING, where, message, joint.line)
+_ARGUMENTS = ("source", "package_dirs", "xacro_args")  # of ``load``: other input errors are about the document's own numbers
 
 
 def inspect(
@@ -111,6 +55,7 @@ def inspect(
     document = read_inspected(source, xacro_args or {}, package_dirs)
     robot, root = document.robot, document.root
     reach = None if robot is None else stretched_length(robot)
+    form = None if robot is None else closed_form_of(robot.tree, robot.tip or hand_link(robot))
     found = list(_findings(document, reach))
     ordered = [finding for severity in Severity for finding in found if finding.severity == severity]
     return Inspection(
@@ -123,7 +68,7 @@ def inspect(
         joint_types={} if root is None else dict(Counter(joint.get("type", "") for joint in root.iterfind("joint"))),
         n_dof=None if robot is None else robot.n_dof,
         reach=reach,
-        closed_form="" if robot is None else closed_form_in_words(robot),
+        closed_form="" if form is None else str(form),
     )
 
 
@@ -132,20 +77,92 @@ def _findings(document: Inspected, reach: float | None) -> Iterator[Finding]:
     line = error.line if isinstance(error, DescriptionError) else None
     if error is not None:
         message = error.message if isinstance(error, DescriptionError) else str(error)
-        yield Finding(Severity.ERROR, "document", message, line)
+        yield Finding(ERROR, "document", message, line)
     if root is None:
         return
     own = [*element_findings(root), *name_findings(root), *joint_findings(root), *shape_findings(root), *inertia_findings(root)]
     yield from own if error is None else _without_repeated(own, line)
     yield from mesh_findings(root, document)
-    yield from (Finding(Severity.WARNING, "document", sentence) for sentence in document.warnings)
+    yield from (Finding(WARNING, "document", sentence) for sentence in document.warnings)
     if document.robot is not None and reach is not None:
         yield from robot_findings(document.robot, reach)
 
 
 def _without_repeated(findings: list[Finding], line: int | None) -> list[Finding]:
     """The findings without the first error on the line of the error of ``ulna.load``, which reports the same fault."""
-    repeated = next(
-        (k for k, one in enumerate(findings) if one.severity == Severity.ERROR and one.line == line is not None), None
-    )
+    repeated = next((k for k, one in enumerate(findings) if one.severity == ERROR and one.line == line is not None), None)
     return [one for k, one in enumerate(findings) if k != repeated]
+
+
+@dataclass(frozen=True)
+class Inspected:
+    """A description: ``robot``, or the ``error`` of loading it; ``root`` is None if it is not XML; ``warnings`` of loading it.
+
+    Its meshes are searched in ``folder`` and ``package_dirs``; of a robot given by name, in those of its package.
+    """
+
+    source: str
+    folder: Path | None
+    package_dirs: tuple[Path, ...]
+    root: etree._Element | None
+    robot: Robot | None
+    error: DescriptionError | InputError | None
+    warnings: tuple[str, ...] = ()
+
+
+def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> Inspected:
+    """The document of a name, a path or a text; an error of ``ulna.load`` is stored, not raised.
+
+    Raises:
+        FileError: There is no such file, or it cannot be read.
+    """
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", DescriptionWarning)
+            robot = load(source, xacro_args=xacro_args, package_dirs=package_dirs)
+    except (DescriptionError, InputError) as error:
+        if isinstance(error, InputError) and error.argument in _ARGUMENTS:
+            raise
+        path = None if (isinstance(source, str) and is_text(source)) or not Path(source).is_file() else Path(source)
+        name = getattr(error, "source", "") or ("URDF text" if path is None else path.name)
+        folder, text = (None, str(source).encode()) if path is None else (path.parent, file_bytes(path, LONGEST))
+        does_not_expand = str(getattr(error, "message", "")).startswith("xacro:")
+        folders = as_package_dirs(package_dirs)
+        root = None if does_not_expand else _elements(text, name, folder, xacro_args, folders)
+        return Inspected(name, folder, folders, root, None, error)
+    description = robot.description
+    root = parse(description.text.encode(), description.source)
+    said = tuple(str(one.message) for one in caught)
+    return Inspected(description.source, description.folder, description.package_dirs, root, robot, None, said)
+
+
+def _elements(
+    text: bytes, source: str, folder: Path | None, xacro_args: Mapping[str, object], package_dirs: tuple[Path, ...]
+) -> etree._Element | None:
+    """The root of a document that was refused: the expanded one of a xacro file, or None if it is not XML or does not expand."""
+    try:
+        root = expanded(Document(text, source, folder, package_dirs), xacro_args).root
+    except (DescriptionError, InputError):
+        return None
+    return root if root.tag == "robot" else None
+
+
+def tree_rows(root: etree._Element) -> tuple[TreeRow, ...]:
+    """A row for each link: from the links without a parent down, each link once, and then what only loops reach."""
+    links = [link.get("name", "") for link in root.iterfind("link")]
+    carried: defaultdict[str, list[TreeRow]] = defaultdict(list)
+    for joint in root.iterfind("joint"):
+        parent, child = (next((end.get("link", "") for end in joint.iterfind(key)), "") for key in ("parent", "child"))
+        carried[parent].append(TreeRow(0, child, joint.get("name", ""), joint.get("type", "")))
+    children = {row.link for rows in carried.values() for row in rows}
+    rows: list[TreeRow] = []
+    seen: set[str] = set()
+    for start in [*(link for link in links if link not in children), *links]:
+        waiting = [TreeRow(0, start)] if start not in seen else []
+        while waiting:
+            row = waiting.pop()
+            rows.append(row)
+            if row.link not in seen:
+                seen.add(row.link)
+                waiting += [TreeRow(row.depth + 1, one.link, one.joint, one.type) for one in reversed(carried[row.link])]
+    return tuple(rows)

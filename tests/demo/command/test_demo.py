@@ -115,9 +115,7 @@ def test_a_busy_port_is_a_one_line_error(run, monkeypatch):
 @pytest.mark.parametrize("package", ["viser", "trimesh"])
 def test_a_missing_viewer_extra_is_named(run, monkeypatch, package):
     monkeypatch.setattr(demo, "run_checks", lambda: iter([GOOD]))
-    for name in [
-        name for name in sys.modules if name.startswith(("ulna.viewer", "ulna.demo.page", "ulna.demo.scene", "ulna.demo.film"))
-    ]:
+    for name in [name for name in sys.modules if name.startswith(("ulna.viewer", "ulna.demo.page", "ulna.demo.film"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)
     result = run("demo")

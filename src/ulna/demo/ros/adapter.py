@@ -1,12 +1,22 @@
-"""Imports ``ros1`` and ``ros2``, which need ROS: an error says what is missing; notes signals until a node can end."""
+"""Imports ``ros1`` and ``ros2``, which need ROS: an error says what is missing; and lets a node of either end."""
+
+from __future__ import annotations
 
 import os
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 from ulna.errors import MissingROSError, UlnaError
+
+if TYPE_CHECKING:
+    from ulna.viewer.compiler import Compiler
+
+_CTRL_C = 130
 
 
 def exit_quietly(number: int, _frame: object) -> None:
@@ -34,6 +44,29 @@ def noted_signals() -> list[int]:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, note)
     return come
+
+
+@contextmanager
+def node_compiler() -> Iterator[Compiler]:
+    """A context with a compiler. It is the outermost one of a program, since it may end the process.
+
+    If the block has ended, or was interrupted, while something is being compiled, the process ends at once. A normal exit would
+    wait for that, up to half a minute.
+    """
+    from ulna.viewer.compiler import Compiler  # noqa: PLC0415 -- it imports Numba, which the help of a command does not need
+
+    compiler, status = Compiler(lambda: None), None
+    try:
+        yield compiler
+        status = 0
+    except (KeyboardInterrupt, SystemExit):
+        status = _CTRL_C
+        raise
+    finally:
+        compiler.stop(0.0)
+        if status is not None and not compiler.ended:
+            sys.stdout.flush()
+            os._exit(status)
 
 
 # The variable that restricts ROS to this machine, and those by which a user may have chosen otherwise.

@@ -34,7 +34,7 @@ class Children(AbstractContextManager):
     def __init__(self) -> None:
         self._running: dict[str, subprocess.Popen] = {}
 
-    def start(self, name: str, *command: str, quiet: bool = False) -> None:
+    def start(self, name: str, *command: str, quiet: bool = False, pass_fds: tuple[int, ...] = ()) -> None:
         """Start one. Its output is discarded, with ``quiet`` its errors too. Ctrl-C of a terminal does not reach it.
 
         Raises:
@@ -43,7 +43,12 @@ class Children(AbstractContextManager):
         nothing = subprocess.DEVNULL
         try:
             child = subprocess.Popen(  # noqa: S603
-                command, stdin=nothing, stdout=nothing, stderr=nothing if quiet else None, start_new_session=True
+                command,
+                stdin=nothing,
+                stdout=nothing,
+                stderr=nothing if quiet else None,
+                start_new_session=True,
+                pass_fds=pass_fds,
             )
         except FileNotFoundError:
             raise MissingROSError(f"no program {command[0]!r} is on this machine; docs/ros.md says how to install it") from None

@@ -5,14 +5,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import Progress
 
 from ulna.cli.depends import as_options
-from ulna.cli.output import printable, warn, write
-from ulna.demo.ros.adapter import load_ros
+from ulna.cli.output import printable, progress_bar, warn, write
+from ulna.demo.ros.adapter import load_ros, node_compiler
 from ulna.demo.ros.description import robot_description
-from ulna.demo.ros.node_compiler import node_compiler
 from ulna.demo.scenario import RATE_HZ, Demo
 from ulna.errors import needs_extra
 from ulna.robot import load
@@ -45,11 +42,10 @@ def ros1_record(
     load_ros(1)
     with needs_extra("the video", "viewer", "av", "PIL"):
         video = import_module("ulna.demo.ros.rviz_video")
-    console = Console(stderr=True)
     with (
         node_compiler() as compiler,
         as_options({"path": "PATH", "seconds": "--seconds"}),
-        Progress(console=console, transient=True, disable=not console.is_terminal) as progress,
+        progress_bar() as progress,
     ):
         task = progress.add_task(path.name, total=round(seconds * RATE_HZ))
         video.record_rviz(path, seconds, compiler, lambda done: progress.update(task, completed=done))

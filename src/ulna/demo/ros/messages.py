@@ -4,6 +4,7 @@
 # ROS is installed with the system, not by pip; without it pyright cannot check these imports.
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
@@ -29,10 +30,10 @@ _WORD_HEIGHT = 0.06  # m
 _AXES = {"x": (1.0, 0.0, 0.0, 1.0), "y": (0.0, 0.0, 1.0, 1.0), "z": (0.0, 1.0, 0.0, 1.0)}
 
 
-def joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
-    """The positions of the joints and of the fingers; the caller sets the stamp."""
+def joint_state(robot: Robot, q: NDArray[np.float64], stamp: Any) -> JointState:
+    """The positions of the joints and of the fingers at a time."""
     positions = joint_positions(robot, q)
-    return JointState(name=list(positions), position=list(positions.values()))
+    return JointState(header=Header(stamp=stamp), name=list(positions), position=list(positions.values()))
 
 
 def markers(robot: Robot, report: Report | None) -> Iterator[Marker]:

@@ -19,8 +19,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerI
 from ulna.collision.report import Report
 from ulna.demo.player import Player
 from ulna.demo.ros import messages
-from ulna.demo.ros.adapter import noted_signals
-from ulna.demo.ros.node_compiler import node_compiler
+from ulna.demo.ros.adapter import node_compiler, noted_signals
 from ulna.demo.scenario import BOX_NAME, BOX_START, RATE_HZ, Demo
 from ulna.description.pose import pose
 from ulna.errors import InputError
@@ -49,7 +48,7 @@ class ArmAndLight:
 
     def draw_arm(self, q: NDArray[np.float64]) -> None:
         """Publish the joint positions."""
-        self._joints.publish(_joint_state(self.robot, q))
+        self._joints.publish(messages.joint_state(self.robot, q, rospy.Time.now()))
 
     def draw_report(self, report: Report | None) -> None:
         """Publish the light, its text and the boxes; the light is grey while the report is not known."""
@@ -116,14 +115,7 @@ def hold_arm(q: NDArray[np.float64]) -> None:
     """Publish the arm at q, shape (n_dof,), until the node is ended. Collisions are not checked, so there is no light."""
     with node("arm") as ended:
         robot, publisher = load("panda"), rospy.Publisher("joint_states", JointState, queue_size=_QUEUE)
-        beat(lambda _: publisher.publish(_joint_state(robot, q)), ended)
-
-
-def _joint_state(robot: Robot, q: NDArray[np.float64]) -> JointState:
-    """The joint positions, with the current time."""
-    message = messages.joint_state(robot, q)
-    message.header.stamp = rospy.Time.now()
-    return message
+        beat(lambda _: publisher.publish(messages.joint_state(robot, q, rospy.Time.now())), ended)
 
 
 def show_solids(make: Callable[[], Mapping[str, Sequence[Solid]]]) -> None:

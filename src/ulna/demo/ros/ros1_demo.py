@@ -7,7 +7,6 @@ import signal
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from functools import partial
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
@@ -45,12 +44,12 @@ def run(ask: Callable[..., Any], *, rviz: bool = True) -> None:
         beside.meet_master()
         arm, _box = ArmAndLight(demo, ask), MovableBox(demo.robot)
         print("The demo runs in ROS 1  (Ctrl-C ends it)", flush=True)  # noqa: T201 - nothing else is seen without RViz
-        beat(partial(_step, arm, master, beside), ended, beside.meet_master)
 
+        def step(seconds: float) -> None:
+            arm.player.advance(seconds)
+            begin_ended_again(master, beside)
 
-def _step(arm: ArmAndLight, master: Children, beside: "Beside", seconds: float) -> None:
-    arm.player.advance(seconds)
-    begin_ended_again(master, beside)
+        beat(step, ended, beside.meet_master)
 
 
 def begin_ended_again(master: Children, beside: "Beside") -> None:

@@ -68,8 +68,7 @@ class DemoNode(Node):
     def draw_arm(self, q: NDArray[np.float64]) -> None:
         """Publish the joints' positions, and the pose of each link."""
         stamp = self.get_clock().now().to_msg()
-        message = messages.joint_state(self.demo.robot, q)
-        message.header.stamp = stamp
+        message = messages.joint_state(self.demo.robot, q, stamp)
         self._joints.publish(message)
         if self._tf is not None and TFMessage is not None:
             q = self._described.q_of_joints(message.name, message.position)

@@ -1,34 +1,50 @@
-"""Records the demo in RViz on a virtual screen as a video.
+"""Records the demo in RViz on a virtual screen as a video, in which the box is dragged by its arrows.
 
 The video is made frame by frame: the arm advances by a tenth of a second, the box by a step, and the frame is taken when RViz has
-drawn both. So the video has the right speed, however slowly this machine draws.
+drawn both, with the light. So the video has the right speed, however slowly this machine draws. The box is moved by the messages
+that RViz publishes while its mouse drags a handle, and the pointer is moved along with it. A mouse alone may miss: RViz finds
+what is under the pointer only once a frame, so while it draws slowly it takes a press on an arrow for one beside it.
 """
 
 # pyright: reportMissingImports=false
 
 import os
 import shutil
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from importlib.resources import as_file
 from pathlib import Path
-from typing import cast
+from typing import TypeVar, cast
 
+import numpy as np
+import rospy
+from numpy.typing import NDArray
+from visualization_msgs.msg import InteractiveMarkerFeedback
+
+from ulna.demo.ros import messages
 from ulna.demo.ros.children import Children
-from ulna.demo.ros.drags import DRAGS
-from ulna.demo.ros.ros1 import node
+from ulna.demo.ros.drags import DRAGS, Step, steps
+from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, node
 from ulna.demo.ros.ros1_demo import Beside, begin_ended_again, have_master
-from ulna.demo.ros.rviz_view import CONFIG
-from ulna.demo.ros.screencast import Screencast
-from ulna.demo.ros.virtual_screen import virtual_screen
-from ulna.demo.scenario import RATE_HZ, Demo
-from ulna.errors import InputError, MissingROSError
+from ulna.demo.ros.screen import CONFIG, SIZE, View, VirtualScreen, scene_is_seen, virtual_screen
+from ulna.demo.scenario import BOX_NAME, BOX_START, LIGHT_POSITION, RATE_HZ, Demo, light_color
+from ulna.description.pose import pose
+from ulna.errors import InputError, MissingROSError, UlnaError
 from ulna.viewer.compiler import Compiler
 from ulna.viewer.film.film import Film, write_film
+from ulna.viewer.palette import RED
 
 # The programs, and Debian's packages that have them.
 _NEEDED = {"rosmaster": "python3-rosmaster", "rviz": "rviz", "Xvfb": "xvfb", "xdotool": "xdotool"}
 LEAST_SECONDS = 3.0  # a few pictures for each drag
+_APPEARS_WITHIN_S = 120.0
+_DRAWS_WITHIN_S = 5.0  # what cannot be seen to change, as an arm behind the box
+_LOOK_S = 0.05  # interval between screenshots
+_LIGHT_PIXELS, _BOX_PIXELS = 200, 400  # of their colours, if they are seen
+_QUEUE = 10  # messages: more than the events of one step
+Image = NDArray[np.uint8]
+_T = TypeVar("_T")
 
 
 def record_rviz(path: Path, seconds: float, compiler: Compiler, tell: Callable[[int], object] = lambda _: None) -> None:
@@ -77,3 +93,127 @@ def _refuse_missing() -> None:
     if missing:
         packages = " ".join(_NEEDED[program] for program in missing)
         raise MissingROSError(f"not on this machine: {', '.join(missing)}; on Debian: apt-get install {packages}")
+
+
+class RVizError(UlnaError, RuntimeError):
+    """RViz does not show the scene."""
+
+
+class Screencast:
+    """The frames of RViz in the interface that ``write_film`` needs.
+
+    Args:
+        screen: The display of RViz.
+        demo: The arm and the box.
+        compiler: Compiles what they need before the first frame.
+        n: How many frames there are.
+        keep: Called often; it starts RViz again if it has crashed, and raises KeyboardInterrupt if the node is to end.
+        tell: Called with the number of frames done so far.
+
+    Attributes:
+        size, rate: Width and height [pixels]; pictures a second.
+    """
+
+    size, rate = SIZE, round(RATE_HZ)
+
+    def __init__(
+        self,
+        screen: VirtualScreen,
+        demo: Demo,
+        compiler: Compiler,
+        n: int,
+        keep: Callable[[], object],
+        tell: Callable[[int], object],
+    ) -> None:
+        self._screen, self._compiler, self._n, self._keep, self._tell = screen, compiler, n, keep, tell
+        self._arm, self._box = ArmAndLight(demo, compiler.ask), MovableBox(demo.robot)
+        self._drags = rospy.Publisher(f"/{messages.SERVER}/feedback", InteractiveMarkerFeedback, queue_size=_QUEUE)
+
+    def __len__(self) -> int:
+        return self._n
+
+    def frames(self) -> Iterator[Image]:
+        """Play the demo, drag the box, and yield each frame, shape (height, width, 3).
+
+        Raises:
+            KeyboardInterrupt: The node was ended meanwhile.
+            RVizError: RViz does not show the scene.
+        """
+        while self._arm.player.report is None or self._compiler.names:
+            self._pause()
+        view, image = self._wait_for_scene()
+        for k, step in enumerate(steps(self._n)):
+            if step is not None:
+                self._screen.move_mouse(view.project(step.pointer))
+                image = self._screen.pixels()  # with the pointer there: what changes from now on is drawn by RViz
+                self._drag(step)
+            self._arm.player.advance(1.0 / RATE_HZ)
+            image = self._drawn(view, image)
+            self._tell(k + 1)
+            yield image
+
+    def _wait_for_scene(self) -> tuple[View, Image]:
+        """The view and the pixels of RViz's window, once it shows the light and the box, and drags reach the nodes."""
+
+        def look() -> tuple[View, Image] | None:
+            image = self._screen.pixels()
+            if not self._drags.get_num_connections() or not scene_is_seen(image):
+                return None
+            view = View(image)
+            return (view, image) if self._light_is_seen(view, image) and _box_is_seen(view, image) else None
+
+        return self._wait_for(look, f"show the light and the box; rviz -d {CONFIG} may say why")
+
+    def _drag(self, step: Step) -> None:
+        """Publish what RViz publishes of a step, and wait until the box is there."""
+        for event in step.events:
+            self._drags.publish(messages.drag(self._arm.robot, pose(step.box), f"move_{step.axis}", event))
+        world = self._arm.player.demo.world
+        self._wait_for(lambda: np.allclose(world.pose(BOX_NAME)[:3, 3], step.box) or None, f"get the box to {step.box} m")
+
+    def _drawn(self, view: View, before: Image) -> Image:
+        """The screen, once two screenshots are equal that show the light, after a change or _DRAWS_WITHIN_S."""
+        start, changed, last = time.monotonic(), False, before
+
+        def look() -> Image | None:
+            nonlocal changed, last
+            image = self._screen.pixels()
+            same = np.array_equal(image, last)
+            waited = time.monotonic() - start > _DRAWS_WITHIN_S
+            drawn = same and (changed or waited) and self._light_is_seen(view, image)
+            changed, last = changed or not same, image
+            return image if drawn else None
+
+        return self._wait_for(look, "draw the light of this moment")
+
+    def _wait_for(self, look: Callable[[], _T | None], what: str) -> _T:
+        """What ``look`` returns, once it is not None.
+
+        Raises:
+            RVizError: That took longer than _APPEARS_WITHIN_S.
+        """
+        end = time.monotonic() + _APPEARS_WITHIN_S
+        while time.monotonic() < end:
+            self._pause()
+            if (found := look()) is not None:
+                return found
+        raise RVizError(f"RViz did not {what} (within {_APPEARS_WITHIN_S:g} s)")
+
+    def _pause(self) -> None:
+        """Wait a moment, and send the arm again, since RViz removes markers that are old."""
+        self._keep()
+        self._arm.player.advance(0.0)
+        time.sleep(_LOOK_S)
+
+    def _light_is_seen(self, view: View, image: Image) -> bool:
+        """Whether a picture of the screen shows the light, red or green as the last report has it."""
+        red, green, blue = np.moveaxis(view.around(image, LIGHT_POSITION, 12).astype(int), -1, 0)
+        is_red = light_color(self._arm.player.report) == RED
+        clear = red - np.maximum(green, blue) if is_red else green - np.maximum(red, blue)
+        return int(np.count_nonzero(clear > 60)) > _LIGHT_PIXELS
+
+
+def _box_is_seen(view: View, image: Image) -> bool:
+    """Whether a picture of the screen shows the box at its start, brown."""
+    red, _, blue = np.moveaxis(view.around(image, BOX_START, 25).astype(int), -1, 0)
+    return int(np.count_nonzero(red - blue > 60)) > _BOX_PIXELS

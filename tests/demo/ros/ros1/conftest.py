@@ -36,7 +36,7 @@ def another(machine):
 
 @pytest.fixture(scope="session")
 def display(machine):
-    from ulna.demo.ros.virtual_screen import virtual_screen
+    from ulna.demo.ros.screen import virtual_screen
 
     with virtual_screen() as found:
         yield found

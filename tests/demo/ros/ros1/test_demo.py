@@ -14,7 +14,7 @@ import rosgraph
 
 from colors import count
 from processes import running, wait_for
-from ulna.demo.ros.rviz_view import BACKGROUND, CONFIG, View
+from ulna.demo.ros.screen import BACKGROUND, CONFIG, View
 from ulna.demo.scenario import LIGHT_POSITION
 
 FEEDBACK, INIT = "visualization_msgs/InteractiveMarkerFeedback", "visualization_msgs/InteractiveMarkerInit"

@@ -17,7 +17,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback
 import ulna
 from colors import count
 from processes import running, wait_for
-from ulna.demo.ros.rviz_view import BACKGROUND, View
+from ulna.demo.ros.screen import BACKGROUND, View
 from ulna.demo.scenario import BOX_START, LIGHT_POSITION
 from ulna.description.names.panda import FINGER_JOINTS
 from ulna.viewer.palette import FREE, MOVABLE

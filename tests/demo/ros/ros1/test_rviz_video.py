@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("rospy", reason="no ROS 1 for this Python: docs/ros.md says how to install it")
 from colors import count
 from processes import wait_for
-from ulna.demo.ros.rviz_view import BACKGROUND, View
+from ulna.demo.ros.screen import BACKGROUND, View
 from ulna.demo.scenario import BOX_START, LIGHT_POSITION
 from videos import decoded
 

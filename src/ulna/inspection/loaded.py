@@ -1,0 +1,97 @@
+"""Checks a robot that loads: its reach, joints that mimic others, its SRDF, and the convex hulls of its meshes."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from ulna.description.meshes.hulls import n_collision_meshes
+from ulna.description.robot_description import Description, JointType
+from ulna.description.semantic import Srdf
+from ulna.description.shapes import Mesh
+from ulna.description.structure import bounds_of_q, columns_of_q, drives_of, hard_bounds, joints_from_root
+from ulna.errors import UlnaError, listed
+from ulna.inspection.result import NOTE, WARNING, Finding
+from ulna.robot import Robot
+
+_LARGEST_REACH, _LEAST_REACH = 20.0, 0.01  # [m]
+_OFTEN, _MOSTLY = 0.1, 0.5  # shares of the random configurations: what is said, and what makes it a warning
+_WAYS = (
+    "If the meshes do not touch: robot.with_allowed_collisions(at=q) allows what touches at a q or a state of the SRDF that is "
+    "known to be free, robot.with_allowed_collisions([(link, link)]) single pairs, and meshes='decompose' follows hollows"
+)
+
+
+def robot_findings(robot: Robot, reach: float) -> Iterator[Finding]:
+    """What is wrong with a robot that loads."""
+    yield from _contradictions(robot.description)
+    yield from _srdf_findings(robot.description.srdf)
+    if reach > _LARGEST_REACH:
+        yield Finding(WARNING, "document", f"it reaches {reach:.3g} m when stretched: millimetres? Lengths are metres")
+    elif robot.n_dof and 0 < reach < _LEAST_REACH:
+        yield Finding(WARNING, "document", f"it reaches {reach:.3g} m when stretched: scaled twice?")
+    yield from hull_findings(robot)
+
+
+def _srdf_findings(srdf: Srdf) -> Iterator[Finding]:
+    if srdf.found_at:
+        allowed = f"{len(srdf.disabled_collisions)} pairs of links may touch by it"
+        yield Finding(NOTE, "document", f"{srdf.found_at} lies beside the URDF and is used; {allowed}")
+        for sentence in srdf.warnings:
+            yield Finding(NOTE, "document", sentence)
+    for sentence in srdf.passed_over:
+        yield Finding(NOTE, "document", sentence)
+
+
+def stretched_length(robot: Robot) -> float:
+    """The length of the longest chain [m]: its joints' distances in sum, slides drawn out to their finite limits."""
+    far = {robot.base: 0.0}
+    for joint in joints_from_root(robot.description):
+        slide = 0.0
+        if joint.type == JointType.PRISMATIC:
+            slide = max((abs(limit) for limit in (joint.limits.lower, joint.limits.upper) if math.isfinite(limit)), default=0.0)
+        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.origin[:3, 3])) + slide
+    return max(far.values())
+
+
+def _contradictions(description: Description) -> Iterator[Finding]:
+    joints = joints_from_root(description)
+    columns = columns_of_q(joints)
+    drives = drives_of(joints, columns, description.source)
+    _, ignored = bounds_of_q(joints, drives, hard_bounds)
+    leaders = {column.start: name for name, column in columns.items()}
+    for joint in joints:
+        drive = drives[joint.name]
+        if joint.mimic is None or drive.column is None:
+            continue
+        where = f"joint {joint.name!r}"
+        if drive.ratio == 0:
+            yield Finding(WARNING, where, f"mimics {joint.mimic.joint!r} with multiplier 0: it does not move", joint.line)
+        elif joint.name in ignored and joint.limits.lower < joint.limits.upper:
+            message = f"its limits leave {leaders[drive.column]!r}, which it mimics, no room: they are ignored"
+            yield Finding(WARNING, where, message, joint.line)
+
+
+def hull_findings(robot: Robot) -> Iterator[Finding]:
+    """Which checked pairs of links, one of them with a mesh, touch as hulls. What cannot be read has its own finding."""
+    if not n_collision_meshes(robot.description) or not robot.n_dof:
+        return
+    meshed = {link.name for link in robot.description.links if any(isinstance(body.shape, Mesh) for body in link.collisions)}
+    try:
+        hulls = robot.with_convex_hulls()
+        pairs = sorted(hulls.allowed_collisions.touching(_OFTEN), key=lambda pair: (-pair.touched, pair.link_a, pair.link_b))
+        home = hulls.check_collision(hulls.home).pairs
+    except UlnaError:
+        return
+    often = [pair for pair in pairs if not meshed.isdisjoint(pair.links)]
+    if often:
+        words = [f"{pair.link_a} and {pair.link_b} at {pair.touched} ({pair.touched / pair.samples:.0%})" for pair in often]
+        severity = WARNING if often[0].touched >= _MOSTLY * often[0].samples else NOTE
+        yield Finding(severity, "document", f"hulls touch, of {often[0].samples} random q: {listed(words)}. {_WAYS}")
+    touching = {frozenset((pair.link_a, str(pair.link_b))) for pair in home if pair.signed_distance <= 0.0}
+    at_home = [" and ".join(sorted(links)) for links in touching if not meshed.isdisjoint(links)]
+    if at_home:
+        message = (
+            f"hulls touch at robot.home: {listed(sorted(at_home))}. If it is free: robot.with_allowed_collisions(at=robot.home)"
+        )
+        yield Finding(NOTE, "document", message)
