@@ -16,7 +16,7 @@ import numpy as np
 import ruckig
 
 import ulna
-from ulna.planning.double_s import double_s
+from ulna.planning.timing import double_s
 
 N_JOINTS = 7
 TOLERANCE = 1e-9

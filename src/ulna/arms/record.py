@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.errors import FileError
+from ulna.description.table_file import write_table
 
 Array = NDArray[np.float64]
 
@@ -57,12 +57,7 @@ class Record:
             FileError: The file cannot be written.
         """
         names = [f"{kind}{name}" for kind in ("", "measured_") for name in self.joint_names]
-        rows = np.column_stack([self.times, self.commanded, self.measured]).tolist()
-        lines = [",".join(["time", *names]), *(",".join(map(repr, row)) for row in rows)]
-        try:
-            Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise FileError(str(path), error.strerror or str(error)) from None
+        write_table(path, ["time", *names], np.column_stack([self.times, self.commanded, self.measured]))
 
     def __str__(self) -> str:
         how = "stopped" if self.stopped else "run to its end"

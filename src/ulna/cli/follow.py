@@ -16,7 +16,7 @@ from ulna.cli.options import AnyRobot, Link
 from ulna.cli.output import Data, Output, limit, make_table, number
 from ulna.cli.rows import read_poses
 from ulna.cli.targets import StartQ
-from ulna.errors import FileError
+from ulna.description.table_file import write_table
 from ulna.ik.followed_path import FollowedPath
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
@@ -70,24 +70,10 @@ def follow(
     with as_options({"q_start": "--from"}):
         found = robot.follow(read_poses(T_path), start, link=link, max_step=max_step, world=world, rank=rank)
     if csv is not None:
-        write_rows(found, csv)
+        write_table(csv, found.joint_names, found.q[: found.ends_at])  # the rows that are reached
     if plot is not None:
         write_figure(draw_joints(robot, found), plot)
     return Output(follow_data(robot, link, found), follow_table, status=0 if found.success else 1)
-
-
-def write_rows(found: FollowedPath, path: Path) -> None:
-    """Write the rows that are reached, after a line of names.
-
-    Raises:
-        FileError: The file cannot be written.
-    """
-    rows = found.q[: found.ends_at]
-    lines = [",".join(found.joint_names), *(",".join(repr(float(x)) for x in row) for row in rows)]
-    try:
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise FileError(str(path), error.strerror or str(error)) from None
 
 
 def follow_data(robot: Robot, link: str, found: FollowedPath) -> Data:

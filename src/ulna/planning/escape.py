@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.planning.goals import Request
+from ulna.planning.space import along
 
 Array = NDArray[np.float64]
 DEEPEST = 0.01  # [m]: a start that is deeper in something is not left
@@ -54,9 +55,7 @@ def _way_out(request: Request, q: Array) -> Array:
 
 def _touches_nothing_else(request: Request, q: Array) -> bool:
     """Whether all that touches on the way from the start to q touches at the start too, looked at every ``_APART``."""
-    start = request.start
-    touching = {(pair.name_a, pair.name_b) for pair in request.collision(start).data.pairs}
-    n = max(2, 1 + int(np.ceil(np.abs(q - start).max() / _APART)))
-    ways = start + np.linspace(0.0, 1.0, n)[1:, None] * (q - start)
-    near = (request.collision(way).data.pairs for way in ways[~request.is_free(ways)])
+    touching = {(pair.name_a, pair.name_b) for pair in request.touching(request.start)}
+    way = along(request.start, q, _APART)
+    near = (request.touching(there) for there in way[~request.is_free(way)])
     return all((pair.name_a, pair.name_b) in touching for pairs in near for pair in pairs)

@@ -71,7 +71,7 @@ class Slices:
     What is computed does not depend on the slices.
     """
 
-    def __init__(self, max_checks: int, limit: TimeLimit | None, pace: Pace) -> None:
+    def __init__(self, max_checks: int, limit: TimeLimit, pace: Pace) -> None:
         self._most, self._limit, self._pace, self._before, self._ran = max_checks, limit, pace, 0, False
         self._last = time.perf_counter()
 
@@ -80,9 +80,9 @@ class Slices:
         now, stopped = time.perf_counter(), getattr(_here, "stopped", None)
         if stopped is not None and stopped.is_set():
             raise StoppedError
-        if self._ran and self._limit is not None:
+        if self._ran:
             self._limit.begin(now)
-        if state[layout.CHECKS] >= self._most or (self._limit is not None and self._limit.is_over()):
+        if state[layout.CHECKS] >= self._most or self._limit.is_over():
             return False
         checks = int(state[layout.CHECKS])
         if self._ran:
@@ -94,4 +94,4 @@ class Slices:
     def go_over(self, checks: int) -> None:
         """From a search, which ended after so many checked edges, to the shortening of its path, which ends by itself."""
         self._before -= checks
-        self._most, self._limit = 2**62, None
+        self._most, self._limit = 2**62, TimeLimit(None)

@@ -122,6 +122,12 @@ def _whole_space(tree: Tree) -> _WholeSpace:
     return _WholeSpace(space, below, above, length, without_end, least, most)
 
 
+def along(a: Array, b: Array, apart: float) -> Array:
+    """Configurations on the straight line from a to b, b among them and not a, at most ``apart`` apart in each entry of q."""
+    n = max(1, int(np.ceil(np.abs(b - a).max() / apart)))
+    return a + np.linspace(0.0, 1.0, n + 1)[1:, None] * (b - a)
+
+
 def columns_of_joints(tree: Tree, names: Iterable[str]) -> NDArray[np.bool_]:
     """Which entries of q belong to these joints, shape (n_dof,).
 

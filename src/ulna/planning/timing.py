@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,12 +10,12 @@ from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
 from ulna.planning.blend import Pieces
-from ulna.planning.double_s import N_PHASES, double_s
 
 Array = NDArray[np.float64]
 INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
 LEAST_INTERVALS = 8
 MANY_PIECES, FEW_INTERVALS = 200, 1  # of so many pieces each has fewer intervals
+N_PHASES = 7  # of constant jerk, of a line from rest to rest
 _NO_LIMIT = 1e300
 _ROUNDED = 1 + 1e-8  # of (ds/dt)^2 at the start, which is measured
 _WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
@@ -196,3 +197,24 @@ def along_lines(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Arra
     starts, slopes, steps, times, *others = (np.array(column) for column in zip(*rows, strict=True))
     grid = Grid(starts, slopes, np.zeros_like(slopes), steps, np.arange(0, len(rows) + 1, N_PHASES))
     return TimedPath(grid, Profile(np.concatenate([[0.0], np.cumsum(times)]), *others))
+
+
+def double_s(length: float, velocity: float, acceleration: float, jerk: float) -> tuple[Array, Array]:
+    """The durations [s] of the seven phases of the fastest motion from rest to rest over a length, and the jerk in each.
+
+    Source: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), section 3.4: the velocity has
+    the form of two S.
+    """
+    peak, top = velocity, acceleration
+    if peak * jerk < top * top:  # the velocity is reached before the acceleration
+        top = math.sqrt(peak * jerk)
+    if peak * (peak / top + top / jerk) > length:  # the velocity is not reached
+        peak = 0.5 * acceleration * (math.sqrt((acceleration / jerk) ** 2 + 4 * length / acceleration) - acceleration / jerk)
+        top = acceleration
+        if peak * jerk < top * top:
+            peak = (0.25 * length * length * jerk) ** (1 / 3)
+            top = math.sqrt(peak * jerk)
+    bending, steady = top / jerk, max(peak / top - top / jerk, 0.0)
+    cruise = max(length / peak - (steady + 2 * bending), 0.0)
+    durations = np.array([bending, steady, bending, cruise, bending, steady, bending])
+    return durations, jerk * np.array([1.0, 0, -1, 0, -1, 0, 1])
