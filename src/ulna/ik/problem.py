@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -184,6 +184,17 @@ class Problem:
     posture: Array
     settings: Array
     nearest_to: Array | None
+
+    def some(self, order: NDArray[np.int64]) -> "Problem":
+        """The problem of some of the targets (m,), which may be named more than once."""
+        seeds, bounds = (rows[order] if len(rows) > 1 else rows for rows in (self.seeds, self.bounds))
+        goal = None if self.nearest_to is None else rows_for(self.nearest_to, order)
+        return replace(self, targets=self.targets[order], seeds=seeds, bounds=bounds, nearest_to=goal, batch=(len(order),))
+
+
+def excess_of(q: Array, lower: Array, upper: Array) -> Array:
+    """How far entries of q (..., n_dof) are beyond limits [rad or m]; 0 within them."""
+    return np.maximum(np.maximum(lower - q, q - upper), 0.0)
 
 
 def make_problem(
