@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from functools import lru_cache, partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,7 +24,6 @@ from ulna.ik.solutions import IKSolutions
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-_Made = TypeVar("_Made")
 
 
 class Solver(Protocol):
@@ -75,10 +74,10 @@ class InverseKinematics:
         self._query = partial(_query, tree, home, checker)
         self.quick: dict[str | None, tuple] = {}
         """By link: what ``native/method.c`` needs to solve for it with default options, after the first call."""
-        self._solver = _kept(partial(_solver_for, self._query, self.quick))
+        self._solver = lru_cache(_MOST_KEPT, typed=True)(partial(_solver_for, self._query, self.quick))
         self.quick_solutions: dict[str | None, tuple] = {}
         """By link: what ``native/method.c`` needs to list all solutions with default options, after the first call."""
-        self._all_of = _kept(partial(_all_of, self._query, self.quick_solutions))
+        self._all_of = lru_cache(_MOST_KEPT, typed=True)(partial(_all_of, self._query, self.quick_solutions))
 
     def inverse_kinematics(
         self,
@@ -98,7 +97,11 @@ class InverseKinematics:
             GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
         """
         held = held if type(held) is tuple else as_names(held)
-        return self._solver(link, *options).solve(T, q_seed, posture, held, world)
+        try:
+            solver = self._solver(link, *options)
+        except TypeError:  # an argument that has no hash
+            solver = self._solver.__wrapped__(link, *options)
+        return solver.solve(T, q_seed, posture, held, world)
 
     def all_solutions(
         self,
@@ -120,7 +123,10 @@ class InverseKinematics:
             GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
         """
         n_samples = as_count("n_samples", n_samples, 1)
-        every = self._all_of(link, redundancy, *options)
+        try:
+            every = self._all_of(link, redundancy, *options)
+        except TypeError:  # an argument that has no hash
+            every = self._all_of.__wrapped__(link, redundancy, *options)
         return every.all_solutions(T, n_samples, whole_turns=whole_turns, q_seed=q_seed, world=world)
 
     def follow(
@@ -172,16 +178,3 @@ def _all_of(
     if every.in_c is not None and redundancy is None and query.options == _DEFAULTS:
         quick[link] = every.in_c
     return every
-
-
-def _kept(make: Callable[..., _Made]) -> Callable[..., _Made]:
-    """A function whose last results are kept, but for arguments that have no hash."""
-    known = lru_cache(maxsize=_MOST_KEPT, typed=True)(make)
-
-    def of(*arguments: Any) -> _Made:
-        try:
-            return known(*arguments)
-        except TypeError:  # an argument that has no hash
-            return make(*arguments)
-
-    return of

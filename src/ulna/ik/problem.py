@@ -130,22 +130,22 @@ def far_square(tree: Tree, link: str) -> float:
     return far * far if any(way > far for way in ways) else 0.0
 
 
-def narrowed(limits: Array, seeds: Array, held: tuple[int, ...], max_step: float) -> Array:
+def narrowed(limits: Array, seeds: Array, held: NDArray[np.bool_], max_step: float) -> Array:
     """The bounds of a search, shape (1 or n_seeds, 4, n_dof): the limits, less what is held or too far from the seed.
 
     Args:
         limits: Lower and upper limits and the usual range, shape (1, 4, n_dof).
         seeds: [rad or m], shape (n_seeds, n_dof).
-        held: The columns of q that stay at the seed.
+        held: Which entries of q stay at the seed, shape (n_dof,).
         max_step: The most that a column may differ from the seed [rad or m].
 
     Raises:
         InputError: A seed is so far beyond the limits that nothing is left.
     """
-    if not held and np.isinf(max_step):
+    if not held.any() and np.isinf(max_step):
         return limits
     reach = np.full(limits.shape[-1], max_step)
-    reach[list(held)] = 0.0
+    reach[held] = 0.0
     lower, upper = np.maximum(limits[:, 0], seeds - reach), np.minimum(limits[:, 1], seeds + reach)
     beyond = np.argwhere(lower > upper)
     if len(beyond):
@@ -219,7 +219,7 @@ def make_problem(
         raise InputError("trace", "a trace is of one target, shape (4, 4)")
     settings = query.settings.copy()
     settings[layout.WITH_POSTURE] = posture is not None
-    columns, step = _columns(tree, held), np.inf if max_step is None else max_step
+    columns, step = columns_of_joints(tree, held), np.inf if max_step is None else max_step
     clipped = np.clip(seeds, tree.lower, tree.upper)
     return Problem(
         query=query,
@@ -229,7 +229,7 @@ def make_problem(
         seeds=clipped,
         seeded=q_seed is not None,
         bounds=narrowed(query.limits, seeds, columns, step),
-        is_narrowed=bool(columns) or np.isfinite(step),
+        is_narrowed=bool(columns.any() or np.isfinite(step)),
         posture=query.home.copy() if posture is None else _posture(tree, posture),
         settings=settings,
         nearest_to=clipped if query.options.rank == "nearest" else None,
@@ -277,14 +277,18 @@ def as_names(held: Iterable[str]) -> tuple[str, ...]:
         raise InputError("held", f"{held!r}; names of joints are expected") from None
 
 
-def _columns(tree: Tree, held: tuple[str, ...]) -> tuple[int, ...]:
-    """The entries of q that belong to the joints that are held."""
-    columns: list[int] = []
-    for name in held:
+def columns_of_joints(tree: Tree, names: Iterable[str]) -> NDArray[np.bool_]:
+    """Which entries of q belong to these joints, shape (n_dof,).
+
+    Raises:
+        UnknownNameError: There is no such joint.
+    """
+    columns = np.zeros(tree.n_dof, dtype=bool)
+    for name in names:
         if name not in tree.joint_names:
             raise UnknownNameError("joint", str(name), tree.joint_names)
-        columns += range(tree.n_dof)[tree.joint_slices[tree.joint_names.index(name)]]
-    return tuple(columns)
+        columns[tree.joint_slices[tree.joint_names.index(name)]] = True
+    return columns
 
 
 def _seeds(tree: Tree, q_seed: ArrayLike) -> Array:

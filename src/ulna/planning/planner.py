@@ -13,24 +13,28 @@ from ulna.collision.world import World, refuse_no_world
 from ulna.description.semantic import GroupState
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
-from ulna.ik.problem import as_names
+from ulna.ik.problem import as_names, columns_of_joints
 from ulna.ik.reason import Reason
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
-from ulna.planning.escape import escape_from
 from ulna.planning.goals import Goals, Request, find_goals
 from ulna.planning.motion import Motion
 from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
 from ulna.planning.search import Search
 from ulna.planning.slices import TimeLimit
-from ulna.planning.space import columns_of_joints, make_space, slides_without_end
+from ulna.planning.space import along, make_space, slides_without_end
 from ulna.planning.spent_budget import budget_spent
 from ulna.planning.targets import as_targets, fixed_for, joint_of
 
 Array = NDArray[np.float64]
+_DEEPEST = 0.01  # [m]: a start that is deeper in something is not left
+_ESCAPE_STEPS = 30
+_BEYOND = 1e-3  # [m]: how far out each step aims
+_LARGEST_STEP = 0.05  # rad or m
+_ESCAPE_APART = 1e-3  # [rad or m]: of the samples of the way out
 
 
 def plan_motion(
@@ -70,7 +74,7 @@ def plan_motion(
     given = np.concatenate([start[None], targets]) if isinstance(targets, np.ndarray) else start[None]
     free = request.is_free(given)  # of all by one call
     if not free[0]:
-        left = escape_from(request, fixed) if options.escape else None
+        left = _escape_from(request, fixed) if options.escape else None
         if left is None:
             return no_plan(tree, PlanStatus.START_IN_COLLISION, request.collision(start))
         first, depth = left
@@ -134,3 +138,50 @@ def _beyond(tree: Tree, start: Array) -> Reason:
     excess = np.maximum(tree.lower - start, start - tree.upper)
     beyond = {joint_of(k, tree): float(excess[k]) for k in np.flatnonzero(excess > 0).tolist()}
     return Reason(", ".join(f"{name} by {x:.3g}" for name, x in beyond.items()), beyond)
+
+
+def _escape_from(request: Request, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:
+    """A free configuration near the start, and how deep the start is [m]; None if it is too deep, or none is found.
+
+    Steps along the gradient of the signed distance, of the entries of q that are not ``fixed``, each out of the deepest pair. On
+    the straight way there, at samples, nothing touches but what touches at the start.
+    """
+    depth, tree = max(_missing(request, request.start)), request.tree
+    if not depth <= _DEEPEST:
+        return None
+    q = request.start.copy()
+    for _ in range(_ESCAPE_STEPS):
+        gradient = np.where(fixed, 0.0, _way_out(request, q))
+        square = float(gradient @ gradient)
+        if square == 0.0:
+            return None
+        step = gradient * ((max(_missing(request, q)) + _BEYOND) / square)
+        q = np.clip(q + step * min(1.0, _LARGEST_STEP / np.abs(step).max()), tree.lower, tree.upper)
+        if request.is_free(q[None])[0]:
+            return (q, max(depth, 0.0)) if _touches_nothing_else(request, q) else None
+    return None
+
+
+def _missing(request: Request, q: Array) -> tuple[float, float]:
+    """How much the robot is too near to itself, and to the world, of which it is to keep the margin [m]."""
+    checker, world = request.checker, request.world
+    itself = -float(checker.signed_distance(q, None, self_collision=True))
+    if world is None or not world.names:
+        return itself, -np.inf
+    return itself, request.margin - float(checker.signed_distance(q, world, self_collision=False))
+
+
+def _way_out(request: Request, q: Array) -> Array:
+    """The gradient in q of the distance of the pair that is too near by most."""
+    itself, world = _missing(request, q)
+    if world > itself:
+        return request.checker.distance_gradient(q, request.world, self_collision=False)
+    return request.checker.distance_gradient(q, None, self_collision=True)
+
+
+def _touches_nothing_else(request: Request, q: Array) -> bool:
+    """Whether all that touches on the way from the start to q touches at the start too, looked at every ``_ESCAPE_APART``."""
+    touching = {(pair.name_a, pair.name_b) for pair in request.touching(request.start)}
+    way = along(request.start, q, _ESCAPE_APART)
+    near = (request.touching(there) for there in way[~request.is_free(way)])
+    return all((pair.name_a, pair.name_b) in touching for pairs in near for pair in pairs)

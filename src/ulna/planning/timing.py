@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
-from ulna.planning.blend import Pieces
+from ulna.planning.blend import Grid
 
 Array = NDArray[np.float64]
 INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
@@ -36,17 +36,6 @@ class Limits(NamedTuple):
     velocity: Array
     acceleration: Array
     jerk: Array | None = None
-
-
-class Grid(NamedTuple):
-    """The intervals of a path: q(s) = start + slope s + bend s^2 / 2 in each."""
-
-    starts: Array
-    slopes: Array
-    bends: Array
-    steps: Array
-    borders: NDArray[np.int64]
-    """The grid points at which the motion rests."""
 
 
 class Profile(NamedTuple):
@@ -116,16 +105,16 @@ class TimedPath(NamedTuple):
         return self.at(times).q[ends], spreads[ends[:-1]]
 
 
-def grid_of(pieces: Pieces) -> Grid:
-    """The pieces divided into intervals."""
-    least = LEAST_INTERVALS if len(pieces.lengths) <= MANY_PIECES else FEW_INTERVALS
-    counts = np.maximum(least, np.ceil(INTERVALS * pieces.lengths / pieces.lengths.sum())).astype(np.int64)
-    steps = np.repeat(pieces.lengths / counts, counts)
-    first = np.repeat(np.cumsum(counts) - counts, counts)
-    s = ((np.arange(len(steps)) - first) * steps)[:, None]
-    starts, slopes, bends = (np.repeat(each, counts, axis=0) for each in (pieces.starts, pieces.slopes, pieces.bends))
-    borders = np.concatenate([[0], np.cumsum(counts)[pieces.stops]])
-    return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, borders)
+def grid_of(pieces: Grid) -> Grid:
+    """Lines and parabolas divided into shorter intervals."""
+    n, lengths = len(pieces.steps), pieces.steps
+    counts = np.maximum(LEAST_INTERVALS if n <= MANY_PIECES else FEW_INTERVALS, np.ceil(INTERVALS * lengths / lengths.sum()))
+    counts = counts.astype(np.int64)
+    first = np.concatenate([[0], np.cumsum(counts)])
+    steps = np.repeat(lengths / counts, counts)
+    s = ((np.arange(len(steps)) - np.repeat(first[:-1], counts)) * steps)[:, None]
+    starts, slopes, bends = (np.repeat(each, counts, axis=0) for each in pieces[:3])
+    return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, first[pieces.borders])
 
 
 def fastest(grid: Grid, velocity: Array, acceleration: Array) -> TimedPath:
@@ -182,10 +171,10 @@ def _timed(grid: Grid, acceleration: Array, ceilings: Array, speed: float = 0.0)
     return TimedPath(grid, Profile(times, np.sqrt(x[:-1]), u, np.zeros(n))), x
 
 
-def along_lines(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:
+def along_lines(lines: Grid, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:
     """The fastest motion along lines, from rest to rest on each, in seven phases a line."""
     rows = []
-    for start, slope, length in zip(pieces.starts, pieces.slopes, pieces.lengths, strict=True):
+    for start, slope, length in zip(lines.starts, lines.slopes, lines.steps, strict=True):
         with np.errstate(divide="ignore"):
             along = tuple(float(np.min(limit * _WITHIN / np.abs(slope))) for limit in (velocity, acceleration, jerk))
         durations, jerks = double_s(length, *along)

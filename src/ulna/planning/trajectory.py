@@ -16,12 +16,13 @@ from ulna.description.table_file import write_table
 from ulna.errors import InputError, needs_extra
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.averaged import Averaged
+from ulna.planning.blend import Grid
 from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
 from ulna.planning.motion_limits import as_limits, limits_of, velocities_of
 from ulna.planning.replaced import replaced
 from ulna.planning.ros_message import joint_trajectory
-from ulna.planning.timing import Grid, Limits, Moment, Profile, TimedPath
+from ulna.planning.timing import Limits, Moment, Profile, TimedPath
 
 if TYPE_CHECKING:
     from ulna.planning.plan import Plan

@@ -30,19 +30,6 @@ _STEPS = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Layers:
-    """The solutions of every pose within the limits.
-
-    Attributes:
-        nodes: Of each pose those that are clear of the world, in their first turn, shape (m, n_dof).
-        proved: Whether these are all solutions of a pose, shape (n,).
-    """
-
-    nodes: list[Array]
-    proved: Truths
-
-
-@dataclass(frozen=True, eq=False)
 class PathSoFar:
     """The joint path as far as it goes, and what else is known there.
 
@@ -61,8 +48,8 @@ class PathSoFar:
 
 def along_branches(course: Course) -> PathSoFar:
     """The best chain of solutions, or the longest."""
-    layers = make_layers(course)
-    nodes = at_both_limits(course, [with_start(course, layers.nodes[0]), *layers.nodes[1:]])
+    nodes, all_known = make_layers(course)
+    nodes = at_both_limits(course, [with_start(course, nodes[0]), *nodes[1:]])
     each = np.ones(len(nodes))
     edges = LayerEdges(course.lifts, nodes, course.max_step * each, course.weight * each)
     costs = _costs(course, nodes)
@@ -74,12 +61,12 @@ def along_branches(course: Course) -> PathSoFar:
         if not len(added) or done.n_layers > k:
             break
         nodes[k], costs[k] = np.vstack([nodes[k], added]), np.r_[costs[k], course.costs(added)]
-        layers.proved[k], done = False, done.first(k)
+        all_known[k], done = False, done.first(k)
         edges.renew(k)
         q, done = _best(course, nodes, costs, edges, done)
     following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
     has_all_edges = not edges.removed and not course.lifts.cut.any() and not course.lifts.leaves_out(course.max_step)
-    proved = bool(layers.proved[: len(q) + 1].all()) and has_all_edges
+    proved = bool(all_known[: len(q) + 1].all()) and has_all_edges
     return PathSoFar(q, _ends(course, done, nodes), following, proved=proved)
 
 
@@ -137,22 +124,18 @@ def best_chain(
     raise AssertionError("the last round returns")
 
 
-def make_layers(course: Course) -> Layers:
-    """All solutions of every pose, by the closed form or by search.
+def make_layers(course: Course) -> tuple[list[Array], Truths]:
+    """The solutions of every pose within the limits that are clear of the world, in their first turn, shape (m, n_dof) each.
 
-    Fewer than six joints reach few poses exactly: where they miss one, the search may still reach it within the tolerance.
+    They are found by the closed form or by search; and whether they are proved to be all solutions of a pose, shape (n,). Fewer
+    than six joints reach few poses exactly: where they miss one, the search may still reach it within the tolerance.
     """
-    form = course.form
+    form, rows, proved = course.form, None, np.zeros(len(course.targets), dtype=bool)
     if form is not None and form.is_exact and form.held_column is None:
-        rows, proved = _of_closed_form(course)
-        if form.n_joints == N_AXES or all(map(len, rows)):
-            return _layers_of(course, rows, proved)
-    return _layers_of(course, _searched(course), np.zeros(len(course.targets), dtype=bool))
-
-
-def _layers_of(course: Course, rows: list[Array], proved: Truths) -> Layers:
-    in_first_turn = course.lifts.first_turn(np.concatenate(rows))
-    return Layers(course.clear(split_as(rows, in_first_turn)), proved)
+        rows, known = _of_closed_form(course)
+        rows, proved = (rows, known) if form.n_joints == N_AXES or all(map(len, rows)) else (None, proved)
+    rows = _searched(course) if rows is None else rows
+    return course.clear(split_as(rows, course.lifts.first_turn(np.concatenate(rows)))), proved
 
 
 def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:

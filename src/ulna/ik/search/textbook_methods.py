@@ -27,7 +27,7 @@ _CODES = {
 class TextbookSolver:
     """Jacobian transpose, damped least squares and pseudo-inverse steps, for teaching; see ``ik.inverse_kinematics.Solver``."""
 
-    in_c = None
+    in_c: tuple | None = None
 
     def __init__(self, query: Query) -> None:
         options = query.options
