@@ -113,11 +113,7 @@ class ClosedFormSolver:
     def _with_unsolved(
         self, problem: Problem, q: Array, info: Array, solved: Truths, collisions: CollisionFilter | None
     ) -> IKResult:
-        """The result for q (n, n_dof) and info (n, N_INFO), of which some are solved.
-
-        Raises:
-            InputError: A target is no rigid motion.
-        """
+        """The result for q (n, n_dof) and info (n, N_INFO), of which some are solved."""
         if (info[:, layout.STATUS] == layout.NOT_A_POSE).any():
             refuse_no_pose(problem.targets.reshape(*problem.batch, 4, 4))
         search, rest = Search(problem, None, q, info, ~solved, np.zeros(len(q), dtype=bool)), np.flatnonzero(~solved)

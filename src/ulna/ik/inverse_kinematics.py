@@ -89,13 +89,7 @@ class InverseKinematics:
         link: str | None,
         options: Options = _DEFAULTS,
     ) -> IKResult:
-        """The result of the solver of the link and options; see ``Robot.inverse_kinematics``.
-
-        Raises:
-            InputError: An argument that the search cannot take; its name is in the message.
-            UnknownNameError: There is no such link or joint.
-            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
-        """
+        """The result of the solver of the link and options; see ``Robot.inverse_kinematics``."""
         held = held if type(held) is tuple else as_names(held)
         try:
             solver = self._solver(link, *options)
@@ -115,13 +109,7 @@ class InverseKinematics:
         redundancy: str | None = None,
         whole_turns: bool = False,
     ) -> IKSolutions:
-        """All solutions for poses, with what is proved of them; see ``Robot.all_solutions``.
-
-        Raises:
-            InputError: An argument that cannot be taken.
-            UnknownNameError: There is no such link or joint.
-            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
-        """
+        """All solutions for poses, with what is proved of them; see ``Robot.all_solutions``."""
         n_samples = as_count("n_samples", n_samples, 1)
         try:
             every = self._all_of(link, redundancy, *options)
@@ -138,13 +126,7 @@ class InverseKinematics:
         max_step: float,
         world: World | None,
     ) -> FollowedPath:
-        """The joint path through poses; see ``Robot.follow``.
-
-        Raises:
-            InputError: An argument that cannot be taken.
-            UnknownNameError: There is no such link.
-            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
-        """
+        """The joint path through poses; see ``Robot.follow``."""
 
         def solve(T: Array, seed: Array) -> IKResult:
             return self.inverse_kinematics(T, seed, None, (), world, link)

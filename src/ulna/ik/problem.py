@@ -86,14 +86,24 @@ class Query:
         settings[layout.POSITION_TOLERANCE] = options.position_tolerance
         settings[layout.ROTATION_TOLERANCE] = options.rotation_tolerance
         settings[layout.STEPS], settings[layout.TASK] = STEPS, options.task.kind
-        settings[layout.FAR] = far_square(self.tree, self.link)
+        settings[layout.FAR] = self._far_square
         settings[layout.SLACK : layout.SLACK + 6] = options.task.slack
         return settings
+
+    @property
+    def _far_square(self) -> float:
+        """The square of the distance [m^2] that only slides can bridge; 0 where none is as long as that."""
+        tree, far = self.tree, max(_TIMES * arm_length(self.tree, self.link), _LEAST)
+        slides = [row for row in tree.chain(self.link) if int(row[KIND]) == PRISMATIC]
+        lower, upper = np.clip(tree.lower, -LARGEST, LARGEST), np.clip(tree.upper, -LARGEST, LARGEST)
+        ways = [abs(row[RATIO]) * (upper[int(row[COLUMN])] - lower[int(row[COLUMN])]) for row in slides]
+        return far * far if any(way > far for way in ways) else 0.0
 
     @cached_property
     def unit(self) -> float:
         """The unit of length of the search [m]: 1 for arms of the usual size."""
-        return unit_of_length(arm_length(self.tree, self.link))
+        length = arm_length(self.tree, self.link)  # a power of two, so that nothing is rounded on the way and back
+        return 1.0 if length == 0.0 or 1 / _USUAL <= length <= _USUAL else float(2.0 ** np.rint(np.log2(length)))
 
     @cached_property
     def reach(self) -> Reach | None:
@@ -102,11 +112,7 @@ class Query:
 
 
 def refuse_immovable(tree: Tree) -> None:
-    """Refuse a robot without joints.
-
-    Raises:
-        InputError: The robot has no moving joint.
-    """
+    """Refuse a robot without joints."""
     if not tree.n_dof:
         raise InputError("T", "the robot has no moving joints, so nothing can be solved for")
 
@@ -114,20 +120,6 @@ def refuse_immovable(tree: Tree) -> None:
 def arm_length(tree: Tree, link: str) -> float:
     """The lengths of all parts of the chain to a link together [m], slides at 0."""
     return float(np.linalg.norm(tree.chain(link)[:, [3, 7, 11]], axis=1).sum())
-
-
-def unit_of_length(length: float) -> float:
-    """The unit in which an arm of a length is searched [m]: a power of two, so that nothing is rounded on the way and back."""
-    return 1.0 if length == 0.0 or 1 / _USUAL <= length <= _USUAL else float(2.0 ** np.rint(np.log2(length)))
-
-
-def far_square(tree: Tree, link: str) -> float:
-    """For the setting FAR: the square of the distance [m^2] that only slides can bridge; 0 where none is as long as that."""
-    far = max(_TIMES * arm_length(tree, link), _LEAST)
-    slides = [row for row in tree.chain(link) if int(row[KIND]) == PRISMATIC]
-    lower, upper = np.clip(tree.lower, -LARGEST, LARGEST), np.clip(tree.upper, -LARGEST, LARGEST)
-    ways = [abs(row[RATIO]) * (upper[int(row[COLUMN])] - lower[int(row[COLUMN])]) for row in slides]
-    return far * far if any(way > far for way in ways) else 0.0
 
 
 def narrowed(limits: Array, seeds: Array, held: NDArray[np.bool_], max_step: float) -> Array:
@@ -242,11 +234,7 @@ def rows_for(rows: Array, order: NDArray[np.int64]) -> Array:
 
 
 def refuse_no_pose(T: ArrayLike) -> None:
-    """Raise the ``InputError`` that says which target is no rigid motion; for targets that the kernels found to be none.
-
-    Raises:
-        InputError: Always.
-    """
+    """Raise the ``InputError`` that says which target is no rigid motion; for targets that the kernels found to be none."""
     as_pose(as_floats("T", T))
     raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
 
@@ -266,11 +254,7 @@ def of_task(query: Query, targets: Array) -> Array:
 
 
 def as_names(held: Iterable[str]) -> tuple[str, ...]:
-    """The names of joints that are held, one or several.
-
-    Raises:
-        InputError: ``held`` is not iterable.
-    """
+    """The names of joints that are held, one or several."""
     try:
         return (held,) if isinstance(held, str) else tuple(held)
     except TypeError:

@@ -23,11 +23,7 @@ class PlanOptions(NamedTuple):
     time_limit: float | None = 10.0
 
     def checked(self) -> "PlanOptions":
-        """These options as Python's own numbers.
-
-        Raises:
-            InputError: A value that a plan cannot take; the option's name is in the message.
-        """
+        """These options as Python's own numbers."""
         return PlanOptions(
             as_switch("certify", self.certify),
             as_number("clearance", self.clearance, 0.0, "a distance [m] of at least 0"),
@@ -40,10 +36,6 @@ class PlanOptions(NamedTuple):
 
 
 def as_time_limit(time_limit: object) -> float | None:
-    """The longest time of a search [s]; None or infinity for no limit.
-
-    Raises:
-        InputError: It is neither None nor a number above 0.
-    """
+    """The longest time of a search [s]; None or infinity for no limit."""
     expected = "a time [s] above 0, or None for no limit,"
     return None if time_limit is None else as_number("time_limit", time_limit, 0.0, expected, above=True, most=math.inf)

@@ -29,12 +29,7 @@ Given = tuple[ArrayLike | None, ArrayLike | None, ArrayLike | None, str | Path |
 def path_trajectory(
     q_path: ArrayLike | FollowedPath, checker: Checker, world: World | None, within: float, given: Given
 ) -> Trajectory:
-    """See ``Robot.trajectory``. given: velocity, acceleration, jerk and limits.
-
-    Raises:
-        InputError: An argument cannot be taken.
-        UnknownNameError, FileError, DescriptionError: As for ``limits_of``.
-    """
+    """See ``Robot.trajectory``. given: velocity, acceleration, jerk and limits."""
     within = as_number("within", within, 0.0, "a distance [rad or m] above 0", above=True)
     refuse_no_world(world)
     tree, points = checker.tree, _points(q_path, checker)

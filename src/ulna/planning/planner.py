@@ -50,13 +50,7 @@ def plan_motion(
     states: tuple[GroupState, ...],
     options: PlanOptions,
 ) -> Plan:
-    """A motion from q_start to a goal; see ``Robot.plan``.
-
-    Raises:
-        InputError: An argument that cannot be taken; its name is in the message.
-        UnknownNameError: There is no such link, joint or state.
-        GeometryError: The robot has no collision shapes, or some that cannot be checked.
-    """
+    """A motion from q_start to a goal; see ``Robot.plan``."""
     tree, names, _ = checker.tree, as_names(held), as_task(task)
     if link is not None and link not in tree.link_names:
         raise UnknownNameError("link", str(link), tree.link_names)
@@ -109,11 +103,7 @@ def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], options: P
 
 
 def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
-    """The joints that are not in the group.
-
-    Raises:
-        InputError: There are no others.
-    """
+    """The joints that are not in the group."""
     if group is None:
         return ()
     if not group.joint_names:
