@@ -18,9 +18,8 @@ from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.averaged import timed_path
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import as_motion_limits
-from ulna.planning.options import MOST_CHECKS, as_time_limit
 from ulna.planning.search import Effort, Search
-from ulna.planning.slices import TimeLimit
+from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
 from ulna.planning.trajectory import Trajectory, make_trajectory, resting
 
 Array = NDArray[np.float64]

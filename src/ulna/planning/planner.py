@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
 from ulna.collision.world import World, refuse_no_world
+from ulna.description.arrays import as_count, as_number, as_switch
 from ulna.description.semantic import GroupState
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
@@ -21,10 +23,9 @@ from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_ran
 from ulna.kinematics.tree import Tree
 from ulna.planning.goals import Goals, Request, find_goals
 from ulna.planning.motion import Motion
-from ulna.planning.options import PlanOptions
 from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
 from ulna.planning.search import Search
-from ulna.planning.slices import TimeLimit
+from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
 from ulna.planning.space import along, make_space, slides_without_end
 from ulna.planning.spent_budget import budget_spent
 from ulna.planning.targets import as_targets, fixed_for, joint_of
@@ -35,6 +36,33 @@ _ESCAPE_STEPS = 30
 _BEYOND = 1e-3  # [m]: how far out each step aims
 _LARGEST_STEP = 0.05  # rad or m
 _ESCAPE_APART = 1e-3  # [rad or m]: of the samples of the way out
+
+
+class PlanOptions(NamedTuple):
+    """The options of ``Robot.plan`` that say how a path is searched for; documented there.
+
+    Their defaults are those of every plan. They are what the caller gave, whatever that is, until they are ``checked``.
+    """
+
+    certify: bool = True
+    clearance: float = 0.0
+    seed: int = 0
+    max_checks: int = 100_000
+    shorten: bool = True
+    escape: bool = False
+    time_limit: float | None = 10.0
+
+    def checked(self) -> PlanOptions:
+        """These options as Python's own numbers."""
+        return PlanOptions(
+            as_switch("certify", self.certify),
+            as_number("clearance", self.clearance, 0.0, "a distance [m] of at least 0"),
+            as_count("seed", self.seed, most=MOST_CHECKS),
+            as_count("max_checks", self.max_checks, 1, MOST_CHECKS),
+            as_switch("shorten", self.shorten),
+            as_switch("escape", self.escape),
+            as_time_limit(self.time_limit),
+        )
 
 
 def plan_motion(

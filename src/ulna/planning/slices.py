@@ -1,5 +1,6 @@
 """Divides a search into slices, between which it may end: by Ctrl-C, a time limit, another search."""
 
+import math
 import threading
 import time
 from collections.abc import Iterator
@@ -8,9 +9,11 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.arrays import as_number
 from ulna.errors import UlnaError
 from ulna.kernels.planning import planning_layout as layout
 
+MOST_CHECKS = 2**62 - 1
 _FIRST_SLICE, _LONGEST_SLICE = 64, 0.02  # checked edges; seconds
 _MOST_GROWTH = 16.0  # from one slice to the next
 _here = threading.local()
@@ -63,6 +66,12 @@ class TimeLimit:
     def is_over(self) -> bool:
         """Whether the time is over."""
         return time.perf_counter() >= self._end
+
+
+def as_time_limit(time_limit: object) -> float | None:
+    """The longest time of a search [s]; None or infinity for no limit."""
+    expected = "a time [s] above 0, or None for no limit,"
+    return None if time_limit is None else as_number("time_limit", time_limit, 0.0, expected, above=True, most=math.inf)
 
 
 class Slices:

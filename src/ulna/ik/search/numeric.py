@@ -71,10 +71,11 @@ class NumericSolver:
         home: Where a search without a seed starts, shape (n_dof,).
     """
 
-    __slots__ = ("_from_home", "_from_seed", "_query", "home", "in_c", "plan")
+    __slots__ = ("_from_home", "_from_seed", "_query", "_tolerances", "home", "in_c", "plan")
 
     def __init__(self, query: Query) -> None:
         self._query, self.home, self.plan = query, query.home.copy(), np.empty(0)
+        self._tolerances = query.options.tolerances
         self._from_home = self._from_seed = self.in_c = None
         if _is_usual(query):
             settings, run = query.settings.copy(), multi_start.search_one
@@ -96,11 +97,11 @@ class NumericSolver:
         found = self._from_home(T, self.home) if q_seed is None else self._from_seed(T, q_seed)
         if found is None:
             return self.search(T, q_seed)
-        (q, info), options = found, self._query.options
-        if options.trace:
+        q, info = found
+        if self._query.options.trace:
             explanation = Explanation(trace=_convergence(make_problem(self._query, T, q_seed), info[0]))
-            return IKResult(q, info, (), options.tolerances, explanation)
-        return IKResult(q, info, (), options.tolerances)
+            return IKResult(q, info, (), self._tolerances, explanation)
+        return IKResult(q, info, (), self._tolerances)
 
     def search(
         self,
