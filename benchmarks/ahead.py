@@ -25,7 +25,6 @@ from ulna.bench.timing import Workload, time_interleaved
 from ulna.drivers import multi_start
 from ulna.engine.ahead import is_ahead, level
 from ulna.ik.options import Options
-from ulna.ik.search.single_target import SingleTargetSolver
 from ulna.kernels.ik import search_layout as layout
 
 PASSES, ONE = 201, 64
@@ -71,8 +70,7 @@ def inverse_rows(robot) -> list[dict]:
     """One inverse kinematics, and its machine code alone, with arrays made before."""
     targets = [robot.forward_kinematics(x) for x in random_positions(robot, ONE, seed=0)]
     robot.inverse_kinematics(targets[0])
-    solvers = robot._inverse_kinematics._prepared(None, *Options())  # noqa: SLF001
-    solver = next(one for one in solvers if isinstance(one, SingleTargetSolver))
+    solver = robot._inverse_kinematics._solver(None, *Options())  # noqa: SLF001
     chain, plan, home, search = robot.tree.chain(robot.tip), solver.plan, solver.home, multi_start.search_one
     q, info = np.empty((1, robot.n_dof)), np.empty((1, layout.N_INFO))
     works = {

@@ -12,7 +12,7 @@ import time
 import numpy as np
 import ruckig
 
-from ulna.planning.double_s import double_s
+from ulna.planning.timing import double_s
 
 N_JOINTS = 7
 TOLERANCE = 1e-9

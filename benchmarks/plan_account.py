@@ -20,8 +20,10 @@ import ulna.planning.search as planning_search
 from benchmarks.plans import leave_out_touched
 from benchmarks.vamp_problems import PlanningProblem, read_problems, spheres
 from ulna.engine.lanes import WIDTH
+from ulna.kernels.planning.planning_layout import AS_FOUND
 from ulna.planning.motion import SAMPLES_APART, EdgeChecker
 from ulna.planning.search import Search
+from ulna.planning.slices import TimeLimit
 
 REPEATS = 5
 CONFIGURATIONS = 4096
@@ -57,11 +59,11 @@ def account(robot: ulna.Robot, problem: PlanningProblem, world: ulna.World, *, c
     motion = plan._searched.motion  # noqa: SLF001 - what the plan was found with
     edges = motion.edges(certify=certify)
     search, found = _least(lambda: _search(edges, problem), inside)
-    shorten, _ = _least(lambda: edges.shortened(found), inside)
+    shorten, _ = _least(lambda: edges.checked(found, shorten=True), inside)
     kernel_of_shortening = inside.seconds
-    _least(lambda: edges.confirmed(plan.path), inside)
+    _least(lambda: edges.checked(plan.path), inside)
     kernel_of_confirming, n_edges = inside.seconds, len(plan.path) - 1
-    _least(lambda: edges.confirmed(plan.path[:1]), inside)
+    _least(lambda: edges.checked(plan.path[:1]), inside)
     setup = inside.seconds
     lengths = np.linalg.norm(np.diff(plan.path, axis=0), axis=1)
     samples = WIDTH * np.ceil(lengths / (SAMPLES_APART * WIDTH)).sum()
@@ -90,7 +92,8 @@ def account(robot: ulna.Robot, problem: PlanningProblem, world: ulna.World, *, c
 
 
 def _search(edges: EdgeChecker, problem: PlanningProblem):
-    return Search(edges, problem.start, problem.goal[None], (0,)).run(100_000, None)
+    search = Search(edges, problem.start, problem.goal[None], (0,))
+    return search._found(100_000, TimeLimit(None), AS_FOUND).path  # noqa: SLF001 - not confirmed
 
 
 class _Entry:

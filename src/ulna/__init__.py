@@ -41,8 +41,7 @@ if TYPE_CHECKING:
     from ulna.inspection.compare import compare
     from ulna.inspection.inspect import inspect
     from ulna.inspection.result import Comparison, Finding, Inspection, Severity
-    from ulna.planning.plan import Plan
-    from ulna.planning.plan_status import PlanStatus
+    from ulna.planning.plan import Plan, PlanStatus
     from ulna.planning.trajectory import Trajectory
     from ulna.reachability.map import ReachabilityMap
     from ulna.reachability.reachability_map import reachability_map
@@ -149,8 +148,7 @@ _HOMES = {
     "ulna.inspection.compare": ("compare",),
     "ulna.inspection.inspect": ("inspect",),
     "ulna.inspection.result": ("Comparison", "Finding", "Inspection", "Severity"),
-    "ulna.planning.plan": ("Plan",),
-    "ulna.planning.plan_status": ("PlanStatus",),
+    "ulna.planning.plan": ("Plan", "PlanStatus"),
     "ulna.planning.trajectory": ("Trajectory",),
     "ulna.reachability.map": ("ReachabilityMap",),
     "ulna.reachability.reachability_map": ("reachability_map",),

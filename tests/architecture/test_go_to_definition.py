@@ -23,7 +23,7 @@ WALKS = {
         "kernels/collision/nearest.py",
     ),
     "inverse_kinematics": (
-        "inverse_kinematics _prepare _solvers SOLVERS SingleTargetSolver search_one run_jobs advance",
+        "inverse_kinematics _solver _solver_for solver_of NumericSolver search_one run_jobs advance",
         "kernels/ik/levenberg_marquardt.py",
     ),
 }

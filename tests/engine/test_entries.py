@@ -82,7 +82,7 @@ CALLERS = [
     "kinematics.jacobian",
     "collision.checker",
     "ik.search.restarts",
-    "ik.search.single_target",
+    "ik.search.numeric",
     "ik.search.textbook_methods",
     "ik.differential",
     "robot",

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ulna.planning.double_s import double_s
+from ulna.planning.timing import double_s
 
 # Length, velocity, acceleration, jerk; the duration by ruckig 0.19.4 (Berscheid and Kroeger 2021). `python -m benchmarks.jerk`
 # compares thousands. Each case has other phases.

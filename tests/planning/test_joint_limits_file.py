@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ulna.errors import DescriptionError, FileError
-from ulna.planning.joint_limits_file import read_joint_limits
+from ulna.planning.motion_limits import read_joint_limits
 
 FILE = """
 default_velocity_scaling_factor: 0.1

@@ -36,7 +36,7 @@ def test_an_edge_of_the_given_path_that_is_not_free_is_not_taken_for_one_that_is
     for _ in range(300):
         path = np.cumsum(rng.normal(scale=0.25, size=(12, 7)), axis=0) + panda.home
         path[:, 0] += rng.uniform(-1, 1)
-        found, _ = edges.shortened(np.clip(path, panda.lower, panda.upper))
+        found = edges.checked(np.clip(path, panda.lower, panda.upper), shorten=True)
         outcomes.append(found is not None)
-        assert found is None or edges.confirmed(found)[0] is not None
+        assert found is None or edges.checked(found) is not None
     assert 30 < sum(outcomes) < 270, "both happen often"

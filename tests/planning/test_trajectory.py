@@ -211,7 +211,7 @@ def test_a_corner_that_cannot_be_rounded_is_a_stop(panda):
         return False
 
     assert not free_cuts(path, lengths, 0.1, never).any()
-    assert rounded(path, lengths, np.zeros(3)).stops.tolist() == [True, True]
+    assert rounded(path, lengths, np.zeros(3)).borders.tolist() == [0, 1, 2]
     assert len(asked) == 4  # halved three times
     for points, spreads in asked:  # the parabola lies within the spread of its chords
         t = np.linspace(0, 1, 101)[:, None]

@@ -6,7 +6,7 @@ import pytest
 import two_arms
 import ulna
 from ulna.errors import InputError, UnknownNameError
-from ulna.planning.plan_status import PlanStatus
+from ulna.planning.plan import PlanStatus
 
 N = 5001  # samples of a path
 

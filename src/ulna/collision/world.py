@@ -306,6 +306,16 @@ class World(Seen):
         return f"<World: {count or 'no'} object{'s' * (count != 1)}{': ' * bool(shown)}{', '.join(shown)}{more}>"
 
 
+def refuse_no_world(world: object) -> None:
+    """Refuse what is given as a world, and is neither one nor None.
+
+    Raises:
+        InputError: It is of another type.
+    """
+    if world is not None and not isinstance(world, World):
+        raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+
+
 def _refuse_unsolid(name: str, shape: object) -> None:
     if not isinstance(shape, Obstacle):
         kind = type(shape).__name__

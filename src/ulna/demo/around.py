@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from ulna.collision.report import Report
 from ulna.collision.world import World
 from ulna.demo.scenario import BOX_NAME, RATE_HZ, SEGMENT_S, Demo
-from ulna.planning.plan import Plan
-from ulna.planning.plan_status import PlanStatus
+from ulna.planning.plan import Plan, PlanStatus
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 

@@ -23,7 +23,8 @@ from ulna.drivers.closed_form import N_OPTIONS
 from ulna.gpu import device
 from ulna.gpu.device import cuda
 from ulna.ik.all_solutions import AllSolutions
-from ulna.ik.closed_form.closed_form import N_AXES, ClosedForm, SixJoints, closed_form_of, joints_at, proofs_of
+from ulna.ik.closed_form.closed_form import N_AXES, ClosedForm, SixJoints, closed_form_of, joints_at
+from ulna.ik.closed_form.six_joints import proofs_of
 from ulna.ik.problem import Query
 from ulna.ik.reason import Reason
 from ulna.ik.solutions import PROOFS, IKSolutions, Proof

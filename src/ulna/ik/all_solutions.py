@@ -70,12 +70,7 @@ class AllSolutions:
     def all_solutions(
         self, T: ArrayLike, n_samples: int, *, whole_turns: bool, q_seed: ArrayLike | None = None, world: World | None = None
     ) -> IKSolutions:
-        """See ``Robot.all_solutions``.
-
-        Raises:
-            InputError: T is not an array of poses, ``q_seed`` is not a configuration, or the rank needs a world.
-            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
-        """
+        """See ``Robot.all_solutions``."""
         rank = self._query.options.rank
         is_default = not whole_turns and q_seed is None and world is None and rank is None
         if self._of_one is not None and is_default and (alone := self._of_one(T)) is not None:

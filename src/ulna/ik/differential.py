@@ -41,13 +41,7 @@ def differential_ik(
     out: Array | None,
     threads: int | None = None,
 ) -> Array:
-    """Joint velocities, shape (..., n_dof); see ``Robot.differential_ik``.
-
-    Raises:
-        InputError: q or twist has another shape or an entry out of range, dt or damping is not above 0, ``expressed_in`` is not a
-            frame, ``out`` does not fit, or the robot has no joint.
-        UnknownNameError: There is no such link.
-    """
+    """Joint velocities, shape (..., n_dof); see ``Robot.differential_ik``."""
     refuse_immovable(tree)
     frame, chain = as_frame(expressed_in), tree.chain(link)
     q, twist = as_positions(q, tree), as_floats("twist", twist)

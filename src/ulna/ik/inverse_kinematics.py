@@ -19,7 +19,6 @@ from ulna.ik.problem import Query, as_names
 from ulna.ik.reason import NOTHING_TO_EXPLAIN
 from ulna.ik.result import IKResult
 from ulna.ik.search.numeric import NumericSolver
-from ulna.ik.search.single_target import SingleTargetSolver
 from ulna.ik.search.textbook_methods import TextbookSolver
 from ulna.ik.solutions import IKSolutions
 from ulna.kinematics.tree import Tree
@@ -28,23 +27,19 @@ Array = NDArray[np.float64]
 
 
 class Solver(Protocol):
-    """One way to solve a query. It is made once for a query, then solves any number of targets, from many threads at once."""
+    """One way to solve a query. It is made once for it, then solves any number of targets, from many threads at once.
 
-    def __init__(self, query: Query) -> None:
-        """Prepare what does not depend on the target; called only where ``applies`` is true."""
-        ...
+    Attributes:
+        in_c: What ``native/method.c`` needs to solve for one target: the search from home, home, the search from a seed, and
+            what is called with T and the seed where neither finds a solution; None where there are no such searches.
+    """
 
-    @staticmethod
-    def applies(query: Query) -> bool:
-        """Whether this solver can solve such queries."""
-        ...
+    in_c: tuple | None
 
     def solve(
         self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
-    ) -> IKResult | None:
-        """The result for the targets T, shape (..., 4, 4); None leaves them to the next solver.
-
-        The arguments are those of ``Robot.inverse_kinematics``.
+    ) -> IKResult:
+        """The result for the targets T, shape (..., 4, 4). The arguments are those of ``Robot.inverse_kinematics``.
 
         Raises:
             InputError: An argument that the solver cannot take.
@@ -52,8 +47,14 @@ class Solver(Protocol):
         ...
 
 
-# In the order in which they are tried.
-SOLVERS: tuple[type[Solver], ...] = (ClosedFormSolver, SingleTargetSolver, NumericSolver, TextbookSolver)
+def solver_of(query: Query) -> Solver:
+    """The solver of a query."""
+    if query.options.is_textbook:
+        return TextbookSolver(query)
+    form = ClosedFormSolver.form_of(query)
+    return NumericSolver(query) if form is None else ClosedFormSolver(query, form)
+
+
 _MOST_KEPT = 64  # queries of a robot
 _DEFAULTS = Options()
 
@@ -67,18 +68,16 @@ class InverseKinematics:
         checker: The robot's collision checker.
     """
 
-    __slots__ = ("_all_of", "_make_all_of", "_prepare", "_prepared", "_query", "quick", "quick_solutions")
+    __slots__ = ("_all_of", "_query", "_solver", "quick", "quick_solutions")
 
     def __init__(self, tree: Tree, home: Array, checker: Checker) -> None:
         self._query = partial(_query, tree, home, checker)
         self.quick: dict[str | None, tuple] = {}
         """By link: what ``native/method.c`` needs to solve for it with default options, after the first call."""
-        self._prepare = partial(_solvers, self._query, self.quick)
-        self._prepared = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._prepare)
+        self._solver = lru_cache(_MOST_KEPT, typed=True)(partial(_solver_for, self._query, self.quick))
         self.quick_solutions: dict[str | None, tuple] = {}
         """By link: what ``native/method.c`` needs to list all solutions with default options, after the first call."""
-        self._make_all_of = partial(_all_of, self._query, self.quick_solutions)
-        self._all_of = lru_cache(maxsize=_MOST_KEPT, typed=True)(self._make_all_of)
+        self._all_of = lru_cache(_MOST_KEPT, typed=True)(partial(_all_of, self._query, self.quick_solutions))
 
     def inverse_kinematics(
         self,
@@ -90,23 +89,13 @@ class InverseKinematics:
         link: str | None,
         options: Options = _DEFAULTS,
     ) -> IKResult:
-        """The result of the first solver that has one; see ``Robot.inverse_kinematics``.
-
-        Raises:
-            InputError: An argument that the search cannot take; its name is in the message.
-            UnknownNameError: There is no such link or joint.
-            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
-        """
+        """The result of the solver of the link and options; see ``Robot.inverse_kinematics``."""
         held = held if type(held) is tuple else as_names(held)
         try:
-            solvers = self._prepared(link, *options)
+            solver = self._solver(link, *options)
         except TypeError:  # an argument that has no hash
-            solvers = self._prepare(link, *options)
-        for solver in solvers:
-            result = solver.solve(T, q_seed, posture, held, world)
-            if result is not None:
-                return result
-        raise AssertionError("the last solver has a result for any target")
+            solver = self._solver.__wrapped__(link, *options)
+        return solver.solve(T, q_seed, posture, held, world)
 
     def all_solutions(
         self,
@@ -120,18 +109,12 @@ class InverseKinematics:
         redundancy: str | None = None,
         whole_turns: bool = False,
     ) -> IKSolutions:
-        """All solutions for poses, with what is proved of them; see ``Robot.all_solutions``.
-
-        Raises:
-            InputError: An argument that cannot be taken.
-            UnknownNameError: There is no such link or joint.
-            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
-        """
+        """All solutions for poses, with what is proved of them; see ``Robot.all_solutions``."""
         n_samples = as_count("n_samples", n_samples, 1)
         try:
             every = self._all_of(link, redundancy, *options)
         except TypeError:  # an argument that has no hash
-            every = self._make_all_of(link, redundancy, *options)
+            every = self._all_of.__wrapped__(link, redundancy, *options)
         return every.all_solutions(T, n_samples, whole_turns=whole_turns, q_seed=q_seed, world=world)
 
     def follow(
@@ -143,13 +126,7 @@ class InverseKinematics:
         max_step: float,
         world: World | None,
     ) -> FollowedPath:
-        """The joint path through poses; see ``Robot.follow``.
-
-        Raises:
-            InputError: An argument that cannot be taken.
-            UnknownNameError: There is no such link.
-            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
-        """
+        """The joint path through poses; see ``Robot.follow``."""
 
         def solve(T: Array, seed: Array) -> IKResult:
             return self.inverse_kinematics(T, seed, None, (), world, link)
@@ -161,32 +138,15 @@ def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options:
     return Query(tree, home, checker, tree.link_or_tip(link), options)
 
 
-def _solvers(
+def _solver_for(
     query_of: Callable[[str | None, Options], Query], quick: dict[str | None, tuple], link: str | None, *options: Any
-) -> tuple[Solver, ...]:
+) -> Solver:
     query = query_of(link, Options(*options))
-    solvers = tuple(solver(query) for solver in SOLVERS if solver.applies(query))
-    in_c = getattr(solvers[0], "in_c", None)
-    if in_c is not None and query.options == _DEFAULTS:
-        others = solvers[1:] if isinstance(solvers[0], SingleTargetSolver) else solvers
+    solver = solver_of(query)
+    if solver.in_c is not None and query.options == _DEFAULTS:
         fields = {"_batch": (), "tolerances": query.options.tolerances, "explanation": NOTHING_TO_EXPLAIN}
-        quick[link] = *in_c, IKResult, fields, partial(_first_result, others)
-    return solvers
-
-
-def _first_result(
-    solvers: tuple[Solver, ...],
-    T: ArrayLike,
-    q_seed: ArrayLike | None,
-    posture: ArrayLike | str | None = None,
-    held: tuple[str, ...] = (),
-    world: World | None = None,
-) -> IKResult:
-    for solver in solvers:
-        result = solver.solve(T, q_seed, posture, held, world)
-        if result is not None:
-            return result
-    raise AssertionError("the last solver has a result for any target")
+        quick[link] = *solver.in_c[:-1], IKResult, fields, solver.in_c[-1]
+    return solver
 
 
 def _all_of(

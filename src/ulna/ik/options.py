@@ -36,11 +36,7 @@ class Options(NamedTuple):
     trace: bool = False
 
     def checked(self) -> "Options":
-        """These options, the task as a ``Task`` and the others as Python's own numbers.
-
-        Raises:
-            InputError: A value that the search cannot take.
-        """
+        """These options, the task as a ``Task`` and the others as Python's own numbers."""
         if not isinstance(self.method, str) or self.method not in METHODS:
             raise InputError("method", f"{self.method!r} is not a method{did_you_mean(str(self.method), METHODS)}")
         if self.rank is not None and (not isinstance(self.rank, str) or self.rank not in RANKS):

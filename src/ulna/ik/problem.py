@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -86,14 +86,24 @@ class Query:
         settings[layout.POSITION_TOLERANCE] = options.position_tolerance
         settings[layout.ROTATION_TOLERANCE] = options.rotation_tolerance
         settings[layout.STEPS], settings[layout.TASK] = STEPS, options.task.kind
-        settings[layout.FAR] = far_square(self.tree, self.link)
+        settings[layout.FAR] = self._far_square
         settings[layout.SLACK : layout.SLACK + 6] = options.task.slack
         return settings
+
+    @property
+    def _far_square(self) -> float:
+        """The square of the distance [m^2] that only slides can bridge; 0 where none is as long as that."""
+        tree, far = self.tree, max(_TIMES * arm_length(self.tree, self.link), _LEAST)
+        slides = [row for row in tree.chain(self.link) if int(row[KIND]) == PRISMATIC]
+        lower, upper = np.clip(tree.lower, -LARGEST, LARGEST), np.clip(tree.upper, -LARGEST, LARGEST)
+        ways = [abs(row[RATIO]) * (upper[int(row[COLUMN])] - lower[int(row[COLUMN])]) for row in slides]
+        return far * far if any(way > far for way in ways) else 0.0
 
     @cached_property
     def unit(self) -> float:
         """The unit of length of the search [m]: 1 for arms of the usual size."""
-        return unit_of_length(arm_length(self.tree, self.link))
+        length = arm_length(self.tree, self.link)  # a power of two, so that nothing is rounded on the way and back
+        return 1.0 if length == 0.0 or 1 / _USUAL <= length <= _USUAL else float(2.0 ** np.rint(np.log2(length)))
 
     @cached_property
     def reach(self) -> Reach | None:
@@ -102,11 +112,7 @@ class Query:
 
 
 def refuse_immovable(tree: Tree) -> None:
-    """Refuse a robot without joints.
-
-    Raises:
-        InputError: The robot has no moving joint.
-    """
+    """Refuse a robot without joints."""
     if not tree.n_dof:
         raise InputError("T", "the robot has no moving joints, so nothing can be solved for")
 
@@ -116,36 +122,22 @@ def arm_length(tree: Tree, link: str) -> float:
     return float(np.linalg.norm(tree.chain(link)[:, [3, 7, 11]], axis=1).sum())
 
 
-def unit_of_length(length: float) -> float:
-    """The unit in which an arm of a length is searched [m]: a power of two, so that nothing is rounded on the way and back."""
-    return 1.0 if length == 0.0 or 1 / _USUAL <= length <= _USUAL else float(2.0 ** np.rint(np.log2(length)))
-
-
-def far_square(tree: Tree, link: str) -> float:
-    """For the setting FAR: the square of the distance [m^2] that only slides can bridge; 0 where none is as long as that."""
-    far = max(_TIMES * arm_length(tree, link), _LEAST)
-    slides = [row for row in tree.chain(link) if int(row[KIND]) == PRISMATIC]
-    lower, upper = np.clip(tree.lower, -LARGEST, LARGEST), np.clip(tree.upper, -LARGEST, LARGEST)
-    ways = [abs(row[RATIO]) * (upper[int(row[COLUMN])] - lower[int(row[COLUMN])]) for row in slides]
-    return far * far if any(way > far for way in ways) else 0.0
-
-
-def narrowed(limits: Array, seeds: Array, held: tuple[int, ...], max_step: float) -> Array:
+def narrowed(limits: Array, seeds: Array, held: NDArray[np.bool_], max_step: float) -> Array:
     """The bounds of a search, shape (1 or n_seeds, 4, n_dof): the limits, less what is held or too far from the seed.
 
     Args:
         limits: Lower and upper limits and the usual range, shape (1, 4, n_dof).
         seeds: [rad or m], shape (n_seeds, n_dof).
-        held: The columns of q that stay at the seed.
+        held: Which entries of q stay at the seed, shape (n_dof,).
         max_step: The most that a column may differ from the seed [rad or m].
 
     Raises:
         InputError: A seed is so far beyond the limits that nothing is left.
     """
-    if not held and np.isinf(max_step):
+    if not held.any() and np.isinf(max_step):
         return limits
     reach = np.full(limits.shape[-1], max_step)
-    reach[list(held)] = 0.0
+    reach[held] = 0.0
     lower, upper = np.maximum(limits[:, 0], seeds - reach), np.minimum(limits[:, 1], seeds + reach)
     beyond = np.argwhere(lower > upper)
     if len(beyond):
@@ -185,6 +177,17 @@ class Problem:
     settings: Array
     nearest_to: Array | None
 
+    def some(self, order: NDArray[np.int64]) -> "Problem":
+        """The problem of some of the targets (m,), which may be named more than once."""
+        seeds, bounds = (rows[order] if len(rows) > 1 else rows for rows in (self.seeds, self.bounds))
+        goal = None if self.nearest_to is None else rows_for(self.nearest_to, order)
+        return replace(self, targets=self.targets[order], seeds=seeds, bounds=bounds, nearest_to=goal, batch=(len(order),))
+
+
+def excess_of(q: Array, lower: Array, upper: Array) -> Array:
+    """How far entries of q (..., n_dof) are beyond limits [rad or m]; 0 within them."""
+    return np.maximum(np.maximum(lower - q, q - upper), 0.0)
+
 
 def make_problem(
     query: Query,
@@ -208,7 +211,7 @@ def make_problem(
         raise InputError("trace", "a trace is of one target, shape (4, 4)")
     settings = query.settings.copy()
     settings[layout.WITH_POSTURE] = posture is not None
-    columns, step = _columns(tree, held), np.inf if max_step is None else max_step
+    columns, step = columns_of_joints(tree, held), np.inf if max_step is None else max_step
     clipped = np.clip(seeds, tree.lower, tree.upper)
     return Problem(
         query=query,
@@ -218,7 +221,7 @@ def make_problem(
         seeds=clipped,
         seeded=q_seed is not None,
         bounds=narrowed(query.limits, seeds, columns, step),
-        is_narrowed=bool(columns) or np.isfinite(step),
+        is_narrowed=bool(columns.any() or np.isfinite(step)),
         posture=query.home.copy() if posture is None else _posture(tree, posture),
         settings=settings,
         nearest_to=clipped if query.options.rank == "nearest" else None,
@@ -231,11 +234,7 @@ def rows_for(rows: Array, order: NDArray[np.int64]) -> Array:
 
 
 def refuse_no_pose(T: ArrayLike) -> None:
-    """Raise the ``InputError`` that says which target is no rigid motion; for targets that the kernels found to be none.
-
-    Raises:
-        InputError: Always.
-    """
+    """Raise the ``InputError`` that says which target is no rigid motion; for targets that the kernels found to be none."""
     as_pose(as_floats("T", T))
     raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
 
@@ -255,25 +254,25 @@ def of_task(query: Query, targets: Array) -> Array:
 
 
 def as_names(held: Iterable[str]) -> tuple[str, ...]:
-    """The names of joints that are held, one or several.
-
-    Raises:
-        InputError: ``held`` is not iterable.
-    """
+    """The names of joints that are held, one or several."""
     try:
         return (held,) if isinstance(held, str) else tuple(held)
     except TypeError:
         raise InputError("held", f"{held!r}; names of joints are expected") from None
 
 
-def _columns(tree: Tree, held: tuple[str, ...]) -> tuple[int, ...]:
-    """The entries of q that belong to the joints that are held."""
-    columns: list[int] = []
-    for name in held:
+def columns_of_joints(tree: Tree, names: Iterable[str]) -> NDArray[np.bool_]:
+    """Which entries of q belong to these joints, shape (n_dof,).
+
+    Raises:
+        UnknownNameError: There is no such joint.
+    """
+    columns = np.zeros(tree.n_dof, dtype=bool)
+    for name in names:
         if name not in tree.joint_names:
             raise UnknownNameError("joint", str(name), tree.joint_names)
-        columns += range(tree.n_dof)[tree.joint_slices[tree.joint_names.index(name)]]
-    return tuple(columns)
+        columns[tree.joint_slices[tree.joint_names.index(name)]] = True
+    return columns
 
 
 def _seeds(tree: Tree, q_seed: ArrayLike) -> Array:

@@ -204,7 +204,7 @@ class IKResult:
         return bool(self.success)
 
     def __str__(self) -> str:
-        return many_as_text(self) if self._batch else one_as_text(self)
+        return _many_as_text(self) if self._batch else _one_as_text(self)
 
     def __repr__(self) -> str:
         return f"<IKResult: {self}>"
@@ -217,16 +217,6 @@ class IKResult:
         for i, value in known.items():
             values[i] = value
         return values.reshape(*self._batch, *shape) if self._batch or shape else float(values[0])
-
-
-def one_as_text(result: IKResult) -> str:
-    """A sentence about one target."""
-    position, rotation = (x if x > _ROUNDING else 0.0 for x in (result.position_error * 1e3, np.degrees(result.rotation_error)))
-    off = f"{position:.3g} mm and {rotation:.3g} deg from the target"
-    steps = f"after {result.iterations} step{'s' * (result.iterations != 1)}"
-    if result.success:
-        return f"solved: {off} {steps}"
-    return f"{result.status}: {f'{result.reason}; ' if result.reason else ''}the best is {off}"
 
 
 def _reason(result: IKResult) -> Reason:
@@ -244,8 +234,16 @@ def _reason(result: IKResult) -> Reason:
     return Reason(_WORDS.get(status, ""), {})
 
 
-def many_as_text(result: IKResult) -> str:
-    """A sentence about a batch."""
+def _one_as_text(result: IKResult) -> str:
+    position, rotation = (x if x > _ROUNDING else 0.0 for x in (result.position_error * 1e3, np.degrees(result.rotation_error)))
+    off = f"{position:.3g} mm and {rotation:.3g} deg from the target"
+    steps = f"after {result.iterations} step{'s' * (result.iterations != 1)}"
+    if result.success:
+        return f"solved: {off} {steps}"
+    return f"{result.status}: {f'{result.reason}; ' if result.reason else ''}the best is {off}"
+
+
+def _many_as_text(result: IKResult) -> str:
     status = np.ravel(result.status)
     solved = int(np.count_nonzero(status == Status.SOLVED))
     worst = [f"{np.max(errors, initial=0.0):.3g}" for errors in (result.position_error, result.rotation_error)]

@@ -103,11 +103,7 @@ _NAMED = {"pose": Task.pose(), "position": Task.position(), "pointing": Task.poi
 
 
 def as_task(task: "Task | str") -> Task:
-    """A task, given itself or by its name.
-
-    Raises:
-        InputError: It is neither a ``Task`` nor the name of one.
-    """
+    """A task, given itself or by its name."""
     if isinstance(task, Task):
         return task
     named = _NAMED.get(task) if isinstance(task, str) else None

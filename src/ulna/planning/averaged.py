@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
-from ulna.planning.blend import IsFree, Pieces, free_cuts, rounded
-from ulna.planning.timing import Grid, Limits, Moment, Profile, TimedPath, along_lines, fastest, fastest_and_coasting, grid_of
+from ulna.planning.blend import Grid, IsFree, free_cuts, rounded
+from ulna.planning.timing import Limits, Moment, Profile, TimedPath, along_lines, fastest, fastest_and_coasting, grid_of
 
 Array = NDArray[np.float64]
 _LEAST_WINDOW = 1e-4  # [s]: of a shorter one the differences are rounding
@@ -209,7 +209,7 @@ def timed_path(
     return along_lines(rounded(path, lengths, cuts), velocity, acceleration, jerk)
 
 
-def _near(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array, within: float) -> Averaged | None:
+def _near(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float) -> Averaged | None:
     """The mean that leaves the pieces by no more than ``within``, with as much acceleration as that allows; None if none does."""
     share = 1.0
     for _ in range(_MOST_SHARES):
@@ -220,7 +220,7 @@ def _near(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array, wit
     return None
 
 
-def _averaged(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> Averaged:
+def _averaged(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array) -> Averaged:
     """The mean of the fastest motion along pieces over the least time that keeps the limits of jerk, or of a slower one.
 
     With less acceleration the window is shorter. A motion that goes from speeding up to slowing down at once needs a window twice

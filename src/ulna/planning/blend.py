@@ -6,7 +6,7 @@ edge into the next; its second derivative is (e - d) / 2b.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,23 +19,18 @@ _STRAIGHT = 1e-12  # of the directions of two edges: no corner
 IsFree = Callable[[Array, Array], bool]
 
 
-@dataclass(frozen=True, eq=False)
-class Pieces:
-    """A path as lines and parabolas: q(s) = start + slope s + bend s^2 / 2 on each, 0 <= s <= length.
-
-    Attributes:
-        starts: Shape (n, n_dof).
-        slopes: Shape (n, n_dof).
-        bends: Shape (n, n_dof); 0 of a line.
-        lengths: Shape (n,).
-        stops: Whether the motion stops at the end of each, shape (n,).
-    """
+class Grid(NamedTuple):
+    """A path as lines and parabolas: q(s) = start + slope s + bend s^2 / 2 in each interval, 0 <= s <= step."""
 
     starts: Array
+    """Shape (n, n_dof); so are slopes and bends."""
     slopes: Array
     bends: Array
-    lengths: Array
-    stops: NDArray[np.bool_]
+    """0 of a line."""
+    steps: Array
+    """The lengths of the intervals, shape (n,)."""
+    borders: NDArray[np.int64]
+    """The ends of intervals at which the motion rests, counted from 0, the start of the path, on."""
 
 
 def free_cuts(path: Array, lengths: Array, blend: float, is_free: IsFree, within: float = np.inf) -> Array:
@@ -55,8 +50,8 @@ def free_cuts(path: Array, lengths: Array, blend: float, is_free: IsFree, within
     return cuts
 
 
-def rounded(path: Array, lengths: Array, cuts: Array) -> Pieces:
-    """The pieces of a path with rounded corners; at a corner whose cut is 0 the motion stops."""
+def rounded(path: Array, lengths: Array, cuts: Array) -> Grid:
+    """The lines and parabolas of a path with rounded corners; at a corner whose cut is 0 the motion stops."""
     directions = np.diff(path, axis=0) / lengths[:, None]
     rows: list[tuple[Array, Array, Array, float, bool]] = []
     zero = np.zeros(path.shape[1])
@@ -69,7 +64,8 @@ def rounded(path: Array, lengths: Array, cuts: Array) -> Pieces:
             bend = (directions[k + 1] - direction) / (2 * cuts[k + 1])
             rows.append((path[k + 1] - cuts[k + 1] * direction, direction, bend, 2 * cuts[k + 1], False))
     starts, slopes, bends, sizes, stops = zip(*rows, strict=True)
-    return Pieces(np.array(starts), np.array(slopes), np.array(bends), np.array(sizes), np.array(stops))
+    borders = np.concatenate([[0], np.flatnonzero(stops) + 1])
+    return Grid(np.array(starts), np.array(slopes), np.array(bends), np.array(sizes), borders)
 
 
 def _cut(corner: Array, before: Array, behind: Array, most: float, is_free: IsFree) -> float:

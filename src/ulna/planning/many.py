@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -27,12 +27,7 @@ def plan_many(
     *,
     progress: Callable[[int, int], None] | bool | None,
 ) -> tuple[Plan, ...]:
-    """A plan for each problem, in their order; see ``Robot.plan_many``.
-
-    Raises:
-        InputError: The numbers of starts, goals and worlds do not go together, or a row is refused; the message names the row.
-        UnknownNameError: There is no such link, joint or state; a note names the row.
-    """
+    """A plan for each problem, in their order; see ``Robot.plan_many``."""
     many = [world] if world is None or isinstance(world, World) else list(world)
     starts, each = _starts(q_starts)
     counts = ({len(starts)} if each else set()) | ({len(many)} if len(many) != 1 else set())
@@ -40,10 +35,8 @@ def plan_many(
     if len(counts | {len(targets)}) > 1:
         raise InputError("goals", f"{len(targets)} goals, {len(starts)} starts and {len(many)} worlds do not go together")
     starts = starts if each else starts * len(targets)
-    if progress is True:
-        with _bar() as shown:
-            return _planned(plan, starts, targets, many, threads, shown)
-    return _planned(plan, starts, targets, many, threads, progress or None)
+    with _bar() if progress is True else nullcontext(progress or None) as shown:
+        return _planned(plan, starts, targets, many, threads, shown)
 
 
 def _planned(
@@ -97,11 +90,7 @@ def _bar() -> Iterator[Callable[[int, int], None]]:
 
 
 def _starts(q_starts: ArrayLike | str | Sequence[str]) -> tuple[list[Any], bool]:
-    """The starts, and whether there is one for each problem; else there is one for all.
-
-    Raises:
-        InputError: They are not configurations or names.
-    """
+    """The starts, and whether there is one for each problem; else there is one for all."""
     if isinstance(q_starts, str):
         return [q_starts], False
     if (names := _names(q_starts)) is not None:
@@ -120,11 +109,7 @@ def _names(rows: Any) -> list[Any] | None:
 
 
 def _rows(goals: ArrayLike | Mapping[str, ArrayLike] | Sequence[str]) -> list[Any]:
-    """The goals, one a problem.
-
-    Raises:
-        InputError: They are not rows of configurations or poses; or there are not as many poses of each link.
-    """
+    """The goals, one a problem."""
     if isinstance(goals, Mapping):
         of_links = {link: as_floats("goals", poses) for link, poses in goals.items()}
         shapes = {poses.shape for poses in of_links.values()}

@@ -16,7 +16,7 @@ from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.search_arrays import Path, Trees
-from ulna.planning.slices import Pace, Slices
+from ulna.planning.slices import Pace, Slices, TimeLimit
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
@@ -49,28 +49,22 @@ class EdgeChecker(NamedTuple):
         settings[layout.BOUND] = bound
         return self._replace(settings=settings, space=self.space.within(bound, start, goals))
 
-    def shortened(self, path: Array) -> tuple[Array | None, int]:
-        """A shorter path, confirmed edge by edge, or None where that failed; and how many edges were checked."""
-        return self._run(path, no_rows((0, path.shape[1])), layout.SHORTEN)
-
-    def confirmed(self, path: Array, spreads: Array | None = None) -> tuple[Array | None, int]:
-        """The path, if each of its edges is free; else None; and how many edges were checked.
+    def checked(self, waypoints: Array, spreads: Array | None = None, *, shorten: bool = False) -> Array | None:
+        """A path (n, n_dof), shortened or as it is, if each of its edges is free; else None.
 
         spreads: how far beside each edge all is to be free, shape (n - 1, n_dof) [rad or m]; nowhere unless given.
         """
-        return self._run(path, no_rows((0, path.shape[1])) if spreads is None else spreads, layout.CONFIRM)
-
-    def _run(self, waypoints: Array, spreads: Array, first_pass: int) -> tuple[Array | None, int]:
-        (n, n_dof), state, slices = waypoints.shape, np.zeros((2, layout.N_STATE), dtype=np.int64), Slices(2**62, None, self.pace)
-        path, shortening = new_path(2 * n + layout.SPARE_POINTS, n_dof)._replace(spreads=spreads), state[1]
-        path.waypoints[:n], shortening[layout.POINTS], shortening[layout.PASS] = waypoints, n, first_pass
+        (n, n_dof), state = waypoints.shape, np.zeros((2, layout.N_STATE), dtype=np.int64)
+        path, shortening = new_path(2 * n + layout.SPARE_POINTS, n_dof), state[1]
+        path = path if spreads is None else path._replace(spreads=spreads)
+        path.waypoints[:n], shortening[layout.POINTS] = waypoints, n
+        shortening[layout.PASS] = layout.SHORTEN if shorten else layout.CONFIRM
         shortening[layout.ROWS] = len(path.waypoints)
-        trees, samples = _no_trees(), no_rows((0, n_dof))
+        trees, samples, slices = _no_trees(), no_rows((0, n_dof)), Slices(2**62, TimeLimit(None), self.pace)
         while slices.another(shortening):
             code = driver.plan_slice(*self.scene, self.settings, self.space.table, samples, *trees, *path, state)
             if code != layout.PAUSED:
-                found = path.waypoints[: shortening[layout.POINTS]].copy() if code == layout.SOLVED else None
-                return found, int(shortening[layout.CHECKS])
+                return path.waypoints[: shortening[layout.POINTS]].copy() if code == layout.SOLVED else None
         raise AssertionError("shortening ends by itself")
 
 
@@ -99,7 +93,7 @@ class Motion(NamedTuple):
 
     def is_free(self, points: Array, spreads: Array) -> bool:
         """Whether all within ``spreads``, shape (n - 1, n_dof), of the edges of a path, shape (n, n_dof), is certainly free."""
-        return self.edges(certify=True).confirmed(points, spreads)[0] is not None
+        return self.edges(certify=True).checked(points, spreads) is not None
 
     def clearance(self, q: Array) -> float:
         """The least distance of the robot at q, shape (n, n_dof), from an object [m]; infinite if there is none."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
-from ulna.collision.world import World
+from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_number
 from ulna.errors import InputError
 from ulna.ik.followed_path import FollowedPath
@@ -29,15 +29,9 @@ Given = tuple[ArrayLike | None, ArrayLike | None, ArrayLike | None, str | Path |
 def path_trajectory(
     q_path: ArrayLike | FollowedPath, checker: Checker, world: World | None, within: float, given: Given
 ) -> Trajectory:
-    """See ``Robot.trajectory``. given: velocity, acceleration, jerk and limits.
-
-    Raises:
-        InputError: An argument cannot be taken.
-        UnknownNameError, FileError, DescriptionError: As for ``limits_of``.
-    """
+    """See ``Robot.trajectory``. given: velocity, acceleration, jerk and limits."""
     within = as_number("within", within, 0.0, "a distance [rad or m] above 0", above=True)
-    if world is not None and not isinstance(world, World):
-        raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+    refuse_no_world(world)
     tree, points = checker.tree, _points(q_path, checker)
     names = tuple(entry_names(tree))
     limits = as_motion_limits(names, tree.velocity_limits, *given)

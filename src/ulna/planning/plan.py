@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,17 +14,51 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_count, as_floats, as_number
 from ulna.errors import InputError
 from ulna.ik.reason import NO_REASON, Reason
-from ulna.kinematics.tree import entry_names
+from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.averaged import timed_path
-from ulna.planning.improve import Best, Searched, improved
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import as_motion_limits
-from ulna.planning.options import MOST_CHECKS, as_time_limit
-from ulna.planning.plan_status import Effort, PlanStatus
+from ulna.planning.search import Effort, Search
+from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
 from ulna.planning.trajectory import Trajectory, make_trajectory, resting
 
 Array = NDArray[np.float64]
 _SAMPLES = 256  # at which the clearance is measured
+_WORTH = 1e-4  # of the length: a path is to be shorter by more
+_FIRST_CHECKS = 256  # of a search for a shorter path, until one has failed
+
+
+class PlanStatus(StrEnum):
+    """How a search for a plan ended."""
+
+    SOLVED = "solved"
+    START_IN_COLLISION = "start in collision"
+    START_BEYOND_LIMITS = "start beyond limits"
+    GOAL_IN_COLLISION = "goal in collision"
+    GOAL_UNREACHABLE = "goal unreachable"
+    BUDGET_SPENT = "budget spent"
+
+
+class Searched(NamedTuple):
+    """What was searched for, so that the search can go on.
+
+    Attributes:
+        motion: What may be moved, the robot and the world.
+        start: Where the certified part of the path begins, shape (n_dof,).
+        goals: Shape (n, n_dof).
+        of: Which of the given goals each of them is, shape (n,).
+        certify: Whether edges are certified.
+        seed: That of the plan.
+        n_searches: How many searches there were.
+    """
+
+    motion: Motion
+    start: Array
+    goals: Array
+    of: NDArray[np.int64]
+    certify: bool
+    seed: int
+    n_searches: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +210,9 @@ class Plan:
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
         """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).
 
+        AORRTC: Wilson, Thomason, Kingston and Gammell (RA-L 2025). Each search has new trees and other samples; what it finds is
+        shortened, and its length bounds the next search.
+
         The length goes towards the least one as ``max_checks`` grows. The same calls give the same bits.
 
         Args:
@@ -197,15 +236,30 @@ class Plan:
             >>> plan.improve(1000).length <= plan.length
             True
         """
-        max_checks = as_count("max_checks", max_checks, 1, MOST_CHECKS)
-        time_limit = as_time_limit(time_limit)
+        max_checks, limit = as_count("max_checks", max_checks, 1, MOST_CHECKS), TimeLimit(as_time_limit(time_limit))
         if self._searched is None or not self:
             raise InputError("plan", f"there is no path: {self.status}")
+        motion, start, goals, of, certify, seed, n_searches = self._searched
         outside = self.path[:1] if self.escaped else self.path[:0]  # the edge that leads out of a contact stays
-        best = Best(self.path[len(outside) :], self.goal, self.certified, self.effort)
-        searched, best = improved(self._searched, best, max_checks, time_limit)
-        path = np.concatenate([outside, best.path])
-        return replace(self, path=path, certified=best.certified, effort=best.effort, goal=best.goal, _searched=searched)
+        path, goal, certified, effort = self.path[len(outside) :], self.goal, self.certified, self.effort
+        space, edges = motion.space, motion.edges(certify=certify)
+        straight = space.lengths(space.shortest_way(goals - start)).min()
+        most, budget = effort.checks + max_checks, _FIRST_CHECKS
+        while effort.checks < most:
+            length = space.lengths(np.diff(path, axis=0)).sum()
+            bound = length * (1.0 - _WORTH)
+            if bound <= straight or limit.is_over():
+                break
+            search = Search(edges, start, goals, (seed, n_searches), bound)
+            found, n_searches = search.finish(min(budget, most - effort.checks), limit, shorten=True), n_searches + 1
+            effort = effort.plus(search.effort)
+            if found is None:
+                budget *= 2  # not all at once: a small tree costs less, and other samples may do better
+            elif found.confirmed and space.lengths(np.diff(found.path, axis=0)).sum() < length:
+                path, goal, certified = found.path, int(of[search.goal]), certify
+        searched = self._searched._replace(n_searches=n_searches)
+        path = np.concatenate([outside, path])
+        return replace(self, path=path, certified=certified, effort=effort, goal=goal, _searched=searched)
 
     @property
     def _motion(self) -> Motion | None:
@@ -227,3 +281,8 @@ class Plan:
             points = f"{n} configuration{'s' * (n != 1)}, length {self.length:.3g}"
             return f"solved: {points}, {how}, after {self.checks} checked edges{left}"
         return f"{self.status}: {self.reason}"
+
+
+def no_plan(tree: Tree, status: PlanStatus, reason: Reason, effort: Effort | None = None) -> Plan:
+    """A plan without a path, and why there is none."""
+    return Plan(status, np.empty((0, tree.n_dof)), certified=False, reason=reason, effort=effort or Effort())

@@ -4,35 +4,65 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
-from ulna.collision.world import World
+from ulna.collision.world import World, refuse_no_world
+from ulna.description.arrays import as_count, as_number, as_switch
 from ulna.description.semantic import GroupState
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
-from ulna.ik.problem import as_names
+from ulna.ik.problem import as_names, columns_of_joints
 from ulna.ik.reason import Reason
 from ulna.ik.task import Task, as_task
-from ulna.kinematics.groups import JointGroup, configuration, state_named, tip_of
+from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
-from ulna.planning.escape import escape_from
-from ulna.planning.goals import Goals, Request, as_goal, find_goals, fixed_for
-from ulna.planning.improve import Searched
-from ulna.planning.links_goal import as_links_goal, find_links_goals, fixed_for_links, own_columns
+from ulna.planning.goals import Goals, Request, find_goals
 from ulna.planning.motion import Motion
-from ulna.planning.options import PlanOptions
-from ulna.planning.plan import Plan
-from ulna.planning.plan_status import PlanStatus
+from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
 from ulna.planning.search import Search
-from ulna.planning.slices import TimeLimit
-from ulna.planning.space import columns_of_joints, make_space, slides_without_end
+from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
+from ulna.planning.space import along, make_space, slides_without_end
 from ulna.planning.spent_budget import budget_spent
+from ulna.planning.targets import as_targets, fixed_for, joint_of
 
 Array = NDArray[np.float64]
+_DEEPEST = 0.01  # [m]: a start that is deeper in something is not left
+_ESCAPE_STEPS = 30
+_BEYOND = 1e-3  # [m]: how far out each step aims
+_LARGEST_STEP = 0.05  # rad or m
+_ESCAPE_APART = 1e-3  # [rad or m]: of the samples of the way out
+
+
+class PlanOptions(NamedTuple):
+    """The options of ``Robot.plan`` that say how a path is searched for; documented there.
+
+    Their defaults are those of every plan. They are what the caller gave, whatever that is, until they are ``checked``.
+    """
+
+    certify: bool = True
+    clearance: float = 0.0
+    seed: int = 0
+    max_checks: int = 100_000
+    shorten: bool = True
+    escape: bool = False
+    time_limit: float | None = 10.0
+
+    def checked(self) -> PlanOptions:
+        """These options as Python's own numbers."""
+        return PlanOptions(
+            as_switch("certify", self.certify),
+            as_number("clearance", self.clearance, 0.0, "a distance [m] of at least 0"),
+            as_count("seed", self.seed, most=MOST_CHECKS),
+            as_count("max_checks", self.max_checks, 1, MOST_CHECKS),
+            as_switch("shorten", self.shorten),
+            as_switch("escape", self.escape),
+            as_time_limit(self.time_limit),
+        )
 
 
 def plan_motion(
@@ -48,121 +78,60 @@ def plan_motion(
     states: tuple[GroupState, ...],
     options: PlanOptions,
 ) -> Plan:
-    """A motion from q_start to a goal; see ``Robot.plan``.
-
-    Raises:
-        InputError: An argument that cannot be taken; its name is in the message.
-        UnknownNameError: There is no such link, joint or state.
-        GeometryError: The robot has no collision shapes, or some that cannot be checked.
-    """
+    """A motion from q_start to a goal; see ``Robot.plan``."""
     tree, names, _ = checker.tree, as_names(held), as_task(task)
     if link is not None and link not in tree.link_names:
         raise UnknownNameError("link", str(link), tree.link_names)
     start, within = _as_start(q_start, checker)
-    targets = _as_targets(goal, tree, start, group, states)
-    link = _link_of(targets, link, group)
-    _refuse_links_that_stay(targets, link, group, tree)
+    targets = as_targets(goal, link, tree, start, group, states)
     names += _outside(group, tree)
-    if world is not None and not isinstance(world, World):
-        raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+    refuse_no_world(world)
     if world is not None:
         world = world.snapshot()  # what is planned in does not change under the plan
-    request = Request(checker, inverse_kinematics, world, options.clearance, start, names, link, task, options.seed)
-    of_links = fixed_for_links(targets, tree) if isinstance(targets, dict) else fixed_for(targets, request)
-    fixed = columns_of_joints(tree, names) | of_links if names else of_links
-    nothing = np.empty((0, tree.n_dof))
+    request = Request(checker, inverse_kinematics, world, options.clearance, start, names, task, options.seed)
+    fixed = columns_of_joints(tree, names) | fixed_for(targets, tree)
     if not within:
-        return Plan(PlanStatus.START_BEYOND_LIMITS, nothing, certified=False, reason=_beyond(checker, start))
+        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(tree, start))
     depth, first = 0.0, start
-    free = request.is_free(_given(start, targets))
+    given = np.concatenate([start[None], targets]) if isinstance(targets, np.ndarray) else start[None]
+    free = request.is_free(given)  # of all by one call
     if not free[0]:
-        left = escape_from(request, fixed) if options.escape else None
+        left = _escape_from(request, fixed) if options.escape else None
         if left is None:
-            return Plan(PlanStatus.START_IN_COLLISION, nothing, certified=False, reason=request.collision(start))
+            return no_plan(tree, PlanStatus.START_IN_COLLISION, request.collision(start))
         first, depth = left
-    request = request if first is start else request._replace(start=first)
-    if isinstance(targets, dict):
-        goals = find_links_goals(request, targets, fixed)
-    else:
-        goals = find_goals(request, targets, fixed, free[1:])
-    if not len(goals.q):
-        return Plan(goals.status, nothing, certified=False, reason=goals.reason)
-    plan = _search(request, first, goals, fixed, options)
+        request = request._replace(start=first)
+    goals = find_goals(request, targets, fixed, free[1:])
+    if isinstance(goals, Plan):
+        return goals
+    plan = _search(request, goals, fixed, options)
     if first is not start and plan:
         return replace(plan, path=np.concatenate([start[None], plan.path]), escaped=True, escape=depth)
     return plan
 
 
-def _search(request: Request, start: Array, goals: Goals, fixed: NDArray[np.bool_], options: PlanOptions) -> Plan:
-    world = request.world
+def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], options: PlanOptions) -> Plan:
+    world, start = request.world, request.start
     far = world.objects().farthest if world is not None and slides_without_end(request.tree) else 0.0
-    q, of, certify, limit = goals.q, goals.of, options.certify, TimeLimit(options.time_limit)
+    (q, of), certify = goals, options.certify
     space = make_space(request.tree, np.concatenate([start[None], q]), fixed, far)
     motion = Motion(space, request.checker, world, request.margin)
     if len(q) > 1:
         order = np.argsort(space.lengths(space.shortest_way(q - start)), kind="stable")
         q, of = q[order], of[order]
-    searched = Searched(motion, start, q, of, certify, options.seed)
-    search = Search(motion.edges(certify=certify), start, q, (searched.seed,))
-    found = search.finish(options.max_checks, limit, shorten=options.shorten)
+    search = Search(motion.edges(certify=certify), start, q, (options.seed,))
+    found = search.finish(options.max_checks, TimeLimit(options.time_limit), shorten=options.shorten)
     if found is None:
         name = "max_checks" if search.effort.checks >= options.max_checks else "time_limit"
         reason = budget_spent(request, motion, search, f"{name}={getattr(options, name)}", certify=certify)
-        nothing = np.empty((0, request.tree.n_dof))
-        return Plan(PlanStatus.BUDGET_SPENT, nothing, certified=False, reason=reason, effort=search.effort)
+        return no_plan(request.tree, PlanStatus.BUDGET_SPENT, reason, search.effort)
     certified, goal = certify and found.confirmed, int(of[search.goal])
+    searched = Searched(motion, start, q, of, certify, options.seed)
     return Plan(PlanStatus.SOLVED, found.path, certified, effort=search.effort, goal=goal, _searched=searched)
 
 
-def _as_targets(
-    goal: ArrayLike | Mapping[str, ArrayLike], tree: Tree, start: Array, group: JointGroup | None, states: tuple[GroupState, ...]
-) -> Array | dict[str, Array]:
-    """A goal as configurations or poses, or as a pose for each of several links."""
-    if isinstance(goal, str):
-        goal = configuration(state_named(goal, states, group), tree, start)
-    return as_links_goal(goal, tree) if isinstance(goal, Mapping) else as_goal(goal, tree, start, group)
-
-
-def _given(start: Array, targets: Array | dict[str, Array]) -> Array:
-    """The configurations that are given, shape (n, n_dof): whether they are free is decided by one call."""
-    given = start[None]
-    return np.concatenate([given, targets]) if isinstance(targets, np.ndarray) and targets.ndim == 2 else given
-
-
-def _link_of(targets: Array | dict[str, Array], link: str | None, group: JointGroup | None) -> str | None:
-    """The link that a pose is of: that of the group, if none is named.
-
-    Raises:
-        InputError: The group has several tips; or a link is named besides those of the goal.
-    """
-    if isinstance(targets, dict):
-        if link is not None:
-            raise InputError("link", "the goal names its links already")
-        return None
-    return link if link is not None or group is None or targets.ndim != 3 else tip_of(group)
-
-
-def _refuse_links_that_stay(targets: Array | dict[str, Array], link: str | None, group: JointGroup | None, tree: Tree) -> None:
-    """Refuse a pose of a link that the group does not move.
-
-    Raises:
-        InputError: No joint of the group moves it, and no other link of the goal.
-    """
-    several = isinstance(targets, dict)
-    if group is None or not (several or targets.ndim == 3):
-        return
-    for name, columns in own_columns(targets if several else {tree.link_or_tip(link): targets}, tree).items():
-        if group.columns and not columns[list(group.columns)].any():
-            alone = " and no other link of the goal" if len(targets) > 1 and several else ""
-            raise InputError("goal" if several else "link", f"no joint of the group {group.name!r} moves link {name!r}{alone}")
-
-
 def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
-    """The joints that are not in the group.
-
-    Raises:
-        InputError: There are no others.
-    """
+    """The joints that are not in the group."""
     if group is None:
         return ()
     if not group.joint_names:
@@ -183,8 +152,54 @@ def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
     return start.copy(), within
 
 
-def _beyond(checker: Checker, start: Array) -> Reason:
-    tree, excess = checker.tree, np.maximum(checker.tree.lower - start, start - checker.tree.upper)
-    names = [name for name, part in zip(tree.joint_names, tree.joint_slices, strict=True) for _ in range(part.start, part.stop)]
-    beyond = {name: float(x) for name, x in zip(names, excess, strict=True) if x > 0}
+def _beyond(tree: Tree, start: Array) -> Reason:
+    excess = np.maximum(tree.lower - start, start - tree.upper)
+    beyond = {joint_of(k, tree): float(excess[k]) for k in np.flatnonzero(excess > 0).tolist()}
     return Reason(", ".join(f"{name} by {x:.3g}" for name, x in beyond.items()), beyond)
+
+
+def _escape_from(request: Request, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:
+    """A free configuration near the start, and how deep the start is [m]; None if it is too deep, or none is found.
+
+    Steps along the gradient of the signed distance, of the entries of q that are not ``fixed``, each out of the deepest pair. On
+    the straight way there, at samples, nothing touches but what touches at the start.
+    """
+    depth, tree = max(_missing(request, request.start)), request.tree
+    if not depth <= _DEEPEST:
+        return None
+    q = request.start.copy()
+    for _ in range(_ESCAPE_STEPS):
+        gradient = np.where(fixed, 0.0, _way_out(request, q))
+        square = float(gradient @ gradient)
+        if square == 0.0:
+            return None
+        step = gradient * ((max(_missing(request, q)) + _BEYOND) / square)
+        q = np.clip(q + step * min(1.0, _LARGEST_STEP / np.abs(step).max()), tree.lower, tree.upper)
+        if request.is_free(q[None])[0]:
+            return (q, max(depth, 0.0)) if _touches_nothing_else(request, q) else None
+    return None
+
+
+def _missing(request: Request, q: Array) -> tuple[float, float]:
+    """How much the robot is too near to itself, and to the world, of which it is to keep the margin [m]."""
+    checker, world = request.checker, request.world
+    itself = -float(checker.signed_distance(q, None, self_collision=True))
+    if world is None or not world.names:
+        return itself, -np.inf
+    return itself, request.margin - float(checker.signed_distance(q, world, self_collision=False))
+
+
+def _way_out(request: Request, q: Array) -> Array:
+    """The gradient in q of the distance of the pair that is too near by most."""
+    itself, world = _missing(request, q)
+    if world > itself:
+        return request.checker.distance_gradient(q, request.world, self_collision=False)
+    return request.checker.distance_gradient(q, None, self_collision=True)
+
+
+def _touches_nothing_else(request: Request, q: Array) -> bool:
+    """Whether all that touches on the way from the start to q touches at the start too, looked at every ``_ESCAPE_APART``."""
+    touching = {(pair.name_a, pair.name_b) for pair in request.touching(request.start)}
+    way = along(request.start, q, _ESCAPE_APART)
+    near = (request.touching(there) for there in way[~request.is_free(way)])
+    return all((pair.name_a, pair.name_b) in touching for pairs in near for pair in pairs)

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from ulna.errors import InputError
 from ulna.planning.averaged import Averaged, least_window_of, with_pauses
-from ulna.planning.blend import IsFree, free_cuts, rounded
-from ulna.planning.double_s import N_PHASES
-from ulna.planning.timing import Grid, Limits, Profile, TimedPath, fastest_from, grid_of
+from ulna.planning.blend import Grid, IsFree, free_cuts, rounded
+from ulna.planning.timing import N_PHASES, Limits, Profile, TimedPath, fastest_from, grid_of
 
 Array = NDArray[np.float64]
 _BLEND = 0.1  # [rad]: of a corner of the plan, as that of a trajectory

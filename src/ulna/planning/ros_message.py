@@ -21,20 +21,7 @@ _NANO = 1_000_000_000
 def joint_trajectory(
     at: Callable[[Array], Moment], rests: Array, known: Sequence[str], joint_names: Sequence[str], period: float
 ) -> Any:
-    """A trajectory as ``trajectory_msgs/JointTrajectory``; see ``Trajectory.to_ros``.
-
-    Args:
-        at: Its positions, velocities and accelerations at times [s].
-        rests: When it is at rest [s].
-        known: The names of its joints.
-        joint_names: Those of the message.
-        period: The greatest time between two points [s].
-
-    Raises:
-        InputError: ``period`` is not above 0; no joint is named, or one twice.
-        UnknownNameError: There is no such joint.
-        MissingROSError: This Python finds no ``trajectory_msgs``.
-    """
+    """A trajectory as ``trajectory_msgs/JointTrajectory``; see ``Trajectory.to_ros``."""
     period = positive("period", period, "a time [s] above 0")
     names = (joint_names,) if isinstance(joint_names, str) else tuple(joint_names)
     for name in names:

@@ -12,7 +12,6 @@ from ulna.engine.lanes import WIDTH
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.search_arrays import Trees
 from ulna.planning.motion import EdgeChecker, new_path, no_rows
-from ulna.planning.plan_status import Effort
 from ulna.planning.slices import Slices, TimeLimit
 
 Array = NDArray[np.float64]
@@ -21,6 +20,28 @@ _BLOCK = 1024  # samples
 _NONE = 2**62
 _WAYPOINTS = 384  # with the spare ones: more are made room for when they are needed
 _OWN_STREAM = 0x706C616E  # a caller who draws configurations with the same seed must not draw the same numbers
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What a search took.
+
+    Attributes:
+        checks: How many edges were checked.
+        iterations: How many samples a node stepped towards; the others were outside its domain.
+        start_nodes: How many configurations were reached from the start.
+        goal_nodes: How many the goals were reached from.
+    """
+
+    checks: int = 0
+    iterations: int = 0
+    start_nodes: int = 0
+    goal_nodes: int = 0
+
+    def plus(self, other: "Effort") -> "Effort":
+        """The sum of two searches; the nodes are those of the larger trees."""
+        nodes = max(self.start_nodes, other.start_nodes), max(self.goal_nodes, other.goal_nodes)
+        return Effort(self.checks + other.checks, self.iterations + other.iterations, *nodes)
 
 
 class Found(NamedTuple):
@@ -76,22 +97,18 @@ class Search:
             self.edges = self.edges.below(self.bound, self.start, self.goals)
         self.trees = Trees(rows, parents, radii, costs, np.empty((layout.MOST_REFUSED, 2, len(self.start))))
 
-    def run(self, max_checks: int, limit: TimeLimit | None) -> Array | None:
-        """Search on, up to so many checked edges in all or until the time is over; the path if one was found, shape (n, n_dof).
+    def finish(self, max_checks: int, limit: TimeLimit, *, shorten: bool) -> Found | None:
+        """Search on, up to so many checked edges in all or until the time is over; None if there is no path.
 
-        Of the samples that are skipped, 64 count as one edge.
+        A path is confirmed edge by edge: shortened, or as it is where that fails. Of the samples that are skipped, 64 count as
+        one edge.
         """
-        found = self._found(max_checks, limit, layout.AS_FOUND)
-        return None if found is None else found.path
-
-    def finish(self, max_checks: int, limit: TimeLimit | None, *, shorten: bool) -> Found | None:
-        """As ``run``, and the path confirmed edge by edge: shortened, or as it is where that fails; None if there is no path."""
         found = self._found(max_checks, limit, layout.SHORTEN if shorten else layout.CONFIRM)
         if found is None or found.confirmed or not shorten:
             return found
         return self._found(max_checks, limit, layout.CONFIRM)
 
-    def _found(self, max_checks: int, limit: TimeLimit | None, first_pass: int) -> Found | None:
+    def _found(self, max_checks: int, limit: TimeLimit, first_pass: int) -> Found | None:
         scene, settings, space, pace = self.edges
         slices = Slices(max_checks, limit, pace)
         search, shortening = self.state

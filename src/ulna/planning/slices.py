@@ -1,5 +1,6 @@
 """Divides a search into slices, between which it may end: by Ctrl-C, a time limit, another search."""
 
+import math
 import threading
 import time
 from collections.abc import Iterator
@@ -8,9 +9,11 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.arrays import as_number
 from ulna.errors import UlnaError
 from ulna.kernels.planning import planning_layout as layout
 
+MOST_CHECKS = 2**62 - 1
 _FIRST_SLICE, _LONGEST_SLICE = 64, 0.02  # checked edges; seconds
 _MOST_GROWTH = 16.0  # from one slice to the next
 _here = threading.local()
@@ -65,13 +68,19 @@ class TimeLimit:
         return time.perf_counter() >= self._end
 
 
+def as_time_limit(time_limit: object) -> float | None:
+    """The longest time of a search [s]; None or infinity for no limit."""
+    expected = "a time [s] above 0, or None for no limit,"
+    return None if time_limit is None else as_number("time_limit", time_limit, 0.0, expected, above=True, most=math.inf)
+
+
 class Slices:
     """Divides a run into slices of checked edges, so that Ctrl-C and a time limit act soon.
 
     What is computed does not depend on the slices.
     """
 
-    def __init__(self, max_checks: int, limit: TimeLimit | None, pace: Pace) -> None:
+    def __init__(self, max_checks: int, limit: TimeLimit, pace: Pace) -> None:
         self._most, self._limit, self._pace, self._before, self._ran = max_checks, limit, pace, 0, False
         self._last = time.perf_counter()
 
@@ -80,9 +89,9 @@ class Slices:
         now, stopped = time.perf_counter(), getattr(_here, "stopped", None)
         if stopped is not None and stopped.is_set():
             raise StoppedError
-        if self._ran and self._limit is not None:
+        if self._ran:
             self._limit.begin(now)
-        if state[layout.CHECKS] >= self._most or (self._limit is not None and self._limit.is_over()):
+        if state[layout.CHECKS] >= self._most or self._limit.is_over():
             return False
         checks = int(state[layout.CHECKS])
         if self._ran:
@@ -94,4 +103,4 @@ class Slices:
     def go_over(self, checks: int) -> None:
         """From a search, which ended after so many checked edges, to the shortening of its path, which ends by itself."""
         self._before -= checks
-        self._most, self._limit = 2**62, None
+        self._most, self._limit = 2**62, TimeLimit(None)

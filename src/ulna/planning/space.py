@@ -1,6 +1,5 @@
 """Describes the configurations that a plan may use: limits, metric, joints that turn for ever."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -8,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.errors import UnknownNameError
 from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST, PRISMATIC
 from ulna.kernels.planning.planning_layout import HIGH, LOW, N_SPACE, PERIOD, WEIGHT
 from ulna.kinematics.sample import length_of_robot, random_range
@@ -122,21 +120,10 @@ def _whole_space(tree: Tree) -> _WholeSpace:
     return _WholeSpace(space, below, above, length, without_end, least, most)
 
 
-def columns_of_joints(tree: Tree, names: Iterable[str]) -> NDArray[np.bool_]:
-    """Which entries of q belong to these joints, shape (n_dof,).
-
-    Raises:
-        UnknownNameError: There is no such joint.
-    """
-    columns, names = np.zeros(tree.n_dof, dtype=bool), tuple(names)
-    if not names:
-        return columns
-    slices = dict(zip(tree.joint_names, tree.joint_slices, strict=True))
-    for name in names:
-        if name not in slices:
-            raise UnknownNameError("joint", str(name), tree.joint_names)
-        columns[slices[name]] = True
-    return columns
+def along(a: Array, b: Array, apart: float) -> Array:
+    """Configurations on the straight line from a to b, b among them and not a, at most ``apart`` apart in each entry of q."""
+    n = max(1, int(np.ceil(np.abs(b - a).max() / apart)))
+    return a + np.linspace(0.0, 1.0, n + 1)[1:, None] * (b - a)
 
 
 def _slides(tree: Tree) -> NDArray[np.bool_]:

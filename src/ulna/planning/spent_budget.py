@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from ulna.ik.reason import Reason
 from ulna.planning.goals import Request
 from ulna.planning.motion import Motion
-from ulna.planning.plan_status import Effort
-from ulna.planning.search import Search
+from ulna.planning.search import Effort, Search
+from ulna.planning.space import along
 
 Array = NDArray[np.float64]
-_SAMPLES = 32  # of a refused edge, at which what touches is looked for; a long one may pass a thin object between them
+_APART = 1 / 32  # [rad]: of the samples of a refused edge, at which what touches is looked for
 _MOST_NAMED = 3  # pairs in a sentence
 
 
@@ -55,8 +55,8 @@ class SpentBudget:
 
 def budget_spent(request: Request, motion: Motion, search: Search, limit: str, *, certify: bool) -> Reason:
     """Why a search ended without a path; ``limit`` is that option with its value, as in ``"time_limit=10"``."""
-    edges, effort = search.refused, search.effort
-    passed = np.array([certify and _passes_at_samples(motion, edge) for edge in edges], dtype=bool)
+    edges, effort, at_samples = search.refused, search.effort, motion.edges(certify=False)
+    passed = np.array([certify and at_samples.checked(edge) is not None for edge in edges], dtype=bool)
     found = SpentBudget(limit.partition("=")[0], effort, len(edges), _stops(request, edges[~passed]), int(passed.sum()))
     reached = (
         f"after {effort.checks} checked edges ({limit}); {effort.start_nodes} configurations were reached from the start, "
@@ -79,19 +79,13 @@ def _of_refused(found: SpentBudget) -> str:
     return sentence
 
 
-def _passes_at_samples(motion: Motion, edge: Array) -> bool:
-    return motion.edges(certify=False).confirmed(edge)[0] is not None
-
-
 def _stops(request: Request, edges: Array) -> tuple[Stop, ...]:
     """What touches at the first sample of each edge, shape (n, 2, n_dof), at which something does."""
-    if not len(edges):
-        return ()
-    share = np.linspace(0.0, 1.0, _SAMPLES + 1)[1:, None]
-    q = edges[:, :1] + share * (edges[:, 1:] - edges[:, :1])
-    free = request.is_free(q.reshape(-1, q.shape[2])).reshape(q.shape[:2])
     counts: Counter[tuple[str, str, bool]] = Counter()
-    for k in np.flatnonzero(~free.all(axis=1)):
-        pairs = request.collision(q[k, free[k].argmin()]).data.pairs
-        counts.update({(pair.link_a, pair.link_b or pair.name_b, pair.link_b is not None) for pair in pairs})
+    for a, b in edges:
+        q = along(a, b, _APART)
+        free = request.is_free(q)
+        if not free.all():
+            touching = request.touching(q[free.argmin()])
+            counts.update({(pair.link_a, pair.link_b or pair.name_b, pair.link_b is not None) for pair in touching})
     return tuple(Stop(*pair, edges) for pair, edges in sorted(counts.items(), key=lambda item: (-item[1], item[0])))

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
-from ulna.planning.blend import Pieces
-from ulna.planning.double_s import N_PHASES, double_s
+from ulna.planning.blend import Grid
 
 Array = NDArray[np.float64]
 INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
 LEAST_INTERVALS = 8
 MANY_PIECES, FEW_INTERVALS = 200, 1  # of so many pieces each has fewer intervals
+N_PHASES = 7  # of constant jerk, of a line from rest to rest
 _NO_LIMIT = 1e300
 _ROUNDED = 1 + 1e-8  # of (ds/dt)^2 at the start, which is measured
 _WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
@@ -35,17 +36,6 @@ class Limits(NamedTuple):
     velocity: Array
     acceleration: Array
     jerk: Array | None = None
-
-
-class Grid(NamedTuple):
-    """The intervals of a path: q(s) = start + slope s + bend s^2 / 2 in each."""
-
-    starts: Array
-    slopes: Array
-    bends: Array
-    steps: Array
-    borders: NDArray[np.int64]
-    """The grid points at which the motion rests."""
 
 
 class Profile(NamedTuple):
@@ -115,16 +105,16 @@ class TimedPath(NamedTuple):
         return self.at(times).q[ends], spreads[ends[:-1]]
 
 
-def grid_of(pieces: Pieces) -> Grid:
-    """The pieces divided into intervals."""
-    least = LEAST_INTERVALS if len(pieces.lengths) <= MANY_PIECES else FEW_INTERVALS
-    counts = np.maximum(least, np.ceil(INTERVALS * pieces.lengths / pieces.lengths.sum())).astype(np.int64)
-    steps = np.repeat(pieces.lengths / counts, counts)
-    first = np.repeat(np.cumsum(counts) - counts, counts)
-    s = ((np.arange(len(steps)) - first) * steps)[:, None]
-    starts, slopes, bends = (np.repeat(each, counts, axis=0) for each in (pieces.starts, pieces.slopes, pieces.bends))
-    borders = np.concatenate([[0], np.cumsum(counts)[pieces.stops]])
-    return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, borders)
+def grid_of(pieces: Grid) -> Grid:
+    """Lines and parabolas divided into shorter intervals."""
+    n, lengths = len(pieces.steps), pieces.steps
+    counts = np.maximum(LEAST_INTERVALS if n <= MANY_PIECES else FEW_INTERVALS, np.ceil(INTERVALS * lengths / lengths.sum()))
+    counts = counts.astype(np.int64)
+    first = np.concatenate([[0], np.cumsum(counts)])
+    steps = np.repeat(lengths / counts, counts)
+    s = ((np.arange(len(steps)) - np.repeat(first[:-1], counts)) * steps)[:, None]
+    starts, slopes, bends = (np.repeat(each, counts, axis=0) for each in pieces[:3])
+    return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, first[pieces.borders])
 
 
 def fastest(grid: Grid, velocity: Array, acceleration: Array) -> TimedPath:
@@ -181,10 +171,10 @@ def _timed(grid: Grid, acceleration: Array, ceilings: Array, speed: float = 0.0)
     return TimedPath(grid, Profile(times, np.sqrt(x[:-1]), u, np.zeros(n))), x
 
 
-def along_lines(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:
+def along_lines(lines: Grid, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:
     """The fastest motion along lines, from rest to rest on each, in seven phases a line."""
     rows = []
-    for start, slope, length in zip(pieces.starts, pieces.slopes, pieces.lengths, strict=True):
+    for start, slope, length in zip(lines.starts, lines.slopes, lines.steps, strict=True):
         with np.errstate(divide="ignore"):
             along = tuple(float(np.min(limit * _WITHIN / np.abs(slope))) for limit in (velocity, acceleration, jerk))
         durations, jerks = double_s(length, *along)
@@ -196,3 +186,24 @@ def along_lines(pieces: Pieces, velocity: Array, acceleration: Array, jerk: Arra
     starts, slopes, steps, times, *others = (np.array(column) for column in zip(*rows, strict=True))
     grid = Grid(starts, slopes, np.zeros_like(slopes), steps, np.arange(0, len(rows) + 1, N_PHASES))
     return TimedPath(grid, Profile(np.concatenate([[0.0], np.cumsum(times)]), *others))
+
+
+def double_s(length: float, velocity: float, acceleration: float, jerk: float) -> tuple[Array, Array]:
+    """The durations [s] of the seven phases of the fastest motion from rest to rest over a length, and the jerk in each.
+
+    Source: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), section 3.4: the velocity has
+    the form of two S.
+    """
+    peak, top = velocity, acceleration
+    if peak * jerk < top * top:  # the velocity is reached before the acceleration
+        top = math.sqrt(peak * jerk)
+    if peak * (peak / top + top / jerk) > length:  # the velocity is not reached
+        peak = 0.5 * acceleration * (math.sqrt((acceleration / jerk) ** 2 + 4 * length / acceleration) - acceleration / jerk)
+        top = acceleration
+        if peak * jerk < top * top:
+            peak = (0.25 * length * length * jerk) ** (1 / 3)
+            top = math.sqrt(peak * jerk)
+    bending, steady = top / jerk, max(peak / top - top / jerk, 0.0)
+    cruise = max(length / peak - (steady + 2 * bending), 0.0)
+    durations = np.array([bending, steady, bending, cruise, bending, steady, bending])
+    return durations, jerk * np.array([1.0, 0, -1, 0, -1, 0, 1])

@@ -10,16 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.world import World
+from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_floats, as_number, positive
-from ulna.errors import FileError, InputError, needs_extra
+from ulna.description.table_file import write_table
+from ulna.errors import InputError, needs_extra
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.averaged import Averaged
+from ulna.planning.blend import Grid
 from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
 from ulna.planning.motion_limits import as_limits, limits_of, velocities_of
+from ulna.planning.replaced import replaced
 from ulna.planning.ros_message import joint_trajectory
-from ulna.planning.timing import Grid, Limits, Moment, Profile, TimedPath
+from ulna.planning.timing import Limits, Moment, Profile, TimedPath
 
 if TYPE_CHECKING:
     from ulna.planning.plan import Plan
@@ -112,8 +115,7 @@ class Trajectory:
         """
         since = as_number("since", since, 0.0, "a time [s] of at least 0")
         clearance = as_number("clearance", clearance, 0.0, "a distance [m] of at least 0")
-        if world is not None and not isinstance(world, World):
-            raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+        refuse_no_world(world)
         if self._motion is None:
             raise AssertionError("every plan with a path has one")
         points, spreads = self._timed.edges_since(min(since, self.duration))
@@ -228,8 +230,6 @@ class Trajectory:
             InputError: The plan has no path or begins elsewhere; ``at`` is not within the motion; this motion has a limit of jerk
                 and stops at every corner; or no way into the plan is certified free.
         """
-        from ulna.planning.replaced import replaced  # noqa: PLC0415 - it needs this module's neighbours, and few motions need it
-
         at = as_number("at", at, 0.0, "a time [s] within the motion")
         if at > self.duration:
             raise InputError("at", f"{at!r}; the motion takes {self.duration:.4g} s")
@@ -263,12 +263,7 @@ class Trajectory:
             t = np.append(np.arange(0.0, self.duration, period), self.duration)
         moment = self.at(t)[:3]
         names = [f"{kind}{name}" for kind in ("", "velocity_", "acceleration_") for name in self.joint_names]
-        lines = [",".join(["time", *names])]
-        lines += [",".join(map(repr, row)) for row in np.column_stack([t, *moment]).tolist()]
-        try:
-            Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise FileError(str(path), error.strerror or str(error)) from None
+        write_table(path, ["time", *names], np.column_stack([t, *moment]))
 
     def to_ros(self, joint_names: Sequence[str] | None = None, *, period: float = 0.01) -> Any:
         """The message ``trajectory_msgs/JointTrajectory`` of the ROS that this Python finds, 1 or 2.

@@ -51,10 +51,9 @@ from ulna.kinematics.positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
 from ulna.planning.many import plan_many
-from ulna.planning.options import PlanOptions
 from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
-from ulna.planning.planner import plan_motion
+from ulna.planning.planner import PlanOptions, plan_motion
 from ulna.planning.trajectory import Trajectory
 from ulna.servo.servo import Servo
 

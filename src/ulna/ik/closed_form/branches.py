@@ -10,7 +10,7 @@ from ulna.description.pose import inverse
 from ulna.drivers import closed_form
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.closed_form import ClosedForm, held_range, joints_at
-from ulna.ik.closed_form.six_joints import SixJoints, Workers
+from ulna.ik.closed_form.six_joints import SixJoints, Workers, proofs_of
 from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, RATIO
@@ -19,7 +19,7 @@ from ulna.kinematics.turns import nearest_turns, turning_columns
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
-_Raw = tuple[Array, Truths, NDArray[np.int64]]
+_Computed = tuple[Array, NDArray[np.int8], NDArray[np.int64]]
 
 # rad: the most that an added joint at rest may turn; at the end of a branch.
 _NEARLY, _NEARLY_AT_END = 1e-3, 0.1
@@ -54,35 +54,27 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
         seeds: Shape (n or 1, n_dof): where joints are that may have any angle, and those that do not move the link.
         workers: How many threads to use at most, or what computes in their place.
     """
-    if form.n_joints == N_AXES == tree.n_dof:
-        return _of_kernel(form, tree, targets, seeds, workers)
-    return within_limits(form.chain, tree, *_raw(form, tree, targets, seeds, workers), seeds)
-
-
-def _of_kernel(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> Branches:
-    """The branches of an arm whose joints are all of q: the kernel turns them within the limits, and finds what is proved."""
-    six = joints_at(form, seeds[0])
-    angles, known, proof = six.branches(targets, six.entries_of(seeds), workers, six.plan(tree.lower, tree.upper))
-    q, known = angles, known.astype(np.int8)
-    if form.columns != tuple(range(N_AXES)):
-        q = np.empty_like(angles)
-        q[..., six.columns] = angles
-    proved = proof.astype(np.int64) if form.is_exact else np.full(len(targets), PROOFS.index(Proof.SEARCHED))
-    return Branches(q, (known & layout.IS_REAL) > 0, (known & layout.IS_WITHIN) > 0, proved)
-
-
-def _raw(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Raw:
-    """q, real and proof; joints that are at a limit as far as their angle is known are at it."""
-    six = joints_at(form, seeds[0] if len(seeds) else np.zeros(tree.n_dof))
-    if form.n_joints < N_AXES:
-        angles, known = branches_of_fewer(six, targets, seeds, workers, tree.lower, tree.upper)
-    else:
-        angles, known, _ = six.branches(targets, six.entries_of(seeds), workers, six.plan(tree.lower, tree.upper))
-    known = known.astype(np.int8)
+    q, known, proof = _computed(form, tree, targets, seeds, workers)
     real = (known & layout.IS_REAL) > 0
-    q = np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
-    q[..., six.columns] = angles
-    return q, real, form.proofs(known, real)
+    if not form.is_exact:
+        proof = np.full(len(targets), PROOFS.index(Proof.SEARCHED))
+    elif form.n_joints < N_AXES:
+        proof = proofs_of(known, real, form.n_at_rest)
+    if form.n_joints == N_AXES == tree.n_dof:  # they are within the limits already
+        return Branches(q, real, (known & layout.IS_WITHIN) > 0, proof)
+    return within_limits(form.chain, tree, q, real, proof, seeds)
+
+
+def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Computed:
+    """q, what is known of each branch, and what a form of six joints proves; joints at a limit to rounding are at it."""
+    six = joints_at(form, seeds[0] if len(seeds) else np.zeros(tree.n_dof))
+    q, known, proof = six.branches(targets, six.entries_of(seeds), workers, six.plan(tree.lower, tree.upper))
+    if form.n_joints < N_AXES:
+        q, known = _of_fewer(six, targets, q, known, tree.lower[six.columns], tree.upper[six.columns])
+    if form.columns != tuple(range(tree.n_dof)):
+        angles, q = q, np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
+        q[..., six.columns] = angles
+    return q, known.astype(np.int8), proof.astype(np.int64)
 
 
 def sampled_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, workers: Workers) -> Branches:
@@ -118,27 +110,20 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
     moved = targets_with_held_at_zero(form.chain, column, np.repeat(targets, k, axis=0), places.ravel())
     if moved is not None:
         here[:, column] = 0.0
-        q, real, proof = _raw(form, tree, moved, here, workers)
-        q[..., column], here[:, column] = places.reshape(-1, 1), places.ravel()
+        q, known, _ = _computed(form, tree, moved, here, workers)
+        q[..., column] = places.reshape(-1, 1)
     else:
+        targets = np.repeat(targets, k, axis=0)
+        q, known = np.empty((n * k, layout.N_BRANCHES, tree.n_dof)), np.empty((n * k, layout.N_BRANCHES), dtype=np.int8)
         here[:, column] = places.ravel()
-        q, real, proof = _raw_of_each(form, tree, np.repeat(targets, k, axis=0), here, workers)
-    found = within_limits(form.chain, tree, q, real, proof, here)
-    m = layout.N_BRANCHES * k
-    real, valid = found.real.reshape(n, m), found.valid.reshape(n, m)
+        for place in np.unique(places):  # a form each
+            of_it = np.flatnonzero(here[:, column] == place)
+            q[of_it], known[of_it], _ = _computed(form, tree, targets[of_it], here[of_it], workers)
+    here[:, column] = places.ravel()
+    m, real = layout.N_BRANCHES * k, ((known & layout.IS_REAL) > 0).reshape(n, -1)
     proof = np.where(real.any(axis=1) & form.is_exact, PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
-    return Branches(found.q.reshape(n, m, tree.n_dof), real, valid, proof)
-
-
-def _raw_of_each(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Raw:
-    """As ``_raw`` for seeds that hold the joint at different places: those of one place together."""
-    places = seeds[:, form.held_column]
-    q, real = np.empty((len(seeds), layout.N_BRANCHES, tree.n_dof)), np.empty((len(seeds), layout.N_BRANCHES), dtype=bool)
-    proof = np.empty(len(seeds), dtype=np.int64)
-    for place in np.unique(places):
-        of_it = np.flatnonzero(places == place)
-        q[of_it], real[of_it], proof[of_it] = _raw(form, tree, targets[of_it], seeds[of_it], workers)
-    return q, real, proof
+    found = within_limits(form.chain, tree, q, real.reshape(n * k, -1), proof, here)
+    return Branches(found.q.reshape(n, m, tree.n_dof), real, found.valid.reshape(n, m), proof)
 
 
 def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArray[np.int64], seeds: Array) -> Branches:
@@ -151,20 +136,18 @@ def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArr
     return Branches(q, real, valid, proof)
 
 
-def branches_of_fewer(
-    six: SixJoints, targets: Array, seeds: Array, workers: Workers, lower: Array, upper: Array
+def _of_fewer(
+    six: SixJoints, targets: Array, q: Array, known: NDArray[Any], lower: Array, upper: Array
 ) -> tuple[Array, NDArray[np.int64]]:
-    """All branches of an arm's own joints: q (n, 8, n_own), and what is known of them (n, 8); as ``SixJoints.branches``.
+    """The branches of an arm's own joints, within their limits, of those of six of which some were added: q and ``known``.
 
-    1. Compute all branches of the six joints, some of them added.
-    2. Where joints were added that have to be at rest: a branch in which they nearly are is a start. Newton steps of the other
+    1. Where joints were added that have to be at rest: a branch in which they nearly are is a start. Newton steps of the other
        joints follow, for at the end of a branch a rounded target turns the added joints by the square root of its rounding, and
        behind two ends by more: there a start that does not lead to a solution leaves in doubt whether there is one. A start
        within the limits leads to a solution within them, if there is one as exact.
-    3. Leave out a branch that differs from one before it only in added joints.
+    2. Leave out a branch that differs from one before it only in added joints.
     """
     n_own, share = len(six.columns), six.table[layout.FORM, layout.INVERSE_REACH]
-    q, known, _ = six.branches(targets, six.entries_of(seeds), workers, six.plan(lower, upper))
     known = known.astype(np.int64)
     real = (known & layout.IS_REAL) > 0
     own, at_rest, free = np.split(q, [n_own, N_AXES - six.n_free], axis=-1)
@@ -176,7 +159,7 @@ def branches_of_fewer(
         starts = np.hstack([own[order, branch], free[order, branch]])
         angles, errors = _polished(six, targets[order], starts, np.empty(0))
         some = np.flatnonzero(known[order, branch] & layout.IS_WITHIN)
-        inside, there = _polished(six, targets[order[some]], starts[some], np.r_[lower[six.columns], upper[six.columns]])
+        inside, there = _polished(six, targets[order[some]], starts[some], np.r_[lower, upper])
         reached = there <= np.maximum(errors[some], layout.ENOUGH)
         angles[some[reached]] = inside[reached]
         own[order, branch], real[order, branch] = angles[:, :n_own], errors <= layout.REACHED

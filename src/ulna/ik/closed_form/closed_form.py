@@ -32,8 +32,7 @@ from ulna.errors import InputError, UnknownNameError
 from ulna.ik.closed_form.added_joints import free_turns
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.families import EXACT, NAMES
-from ulna.ik.closed_form.six_joints import SixJoints, proofs_of, six_joints
-from ulna.ik.solutions import PROOFS, Proof
+from ulna.ik.closed_form.six_joints import SixJoints, six_joints
 from ulna.ik.task import Task
 from ulna.kinematics.tree import Tree, entry_names, lengthened
 
@@ -72,10 +71,6 @@ class ClosedForm:
     def n_at_rest(self) -> int:
         """How many of the added joints are at rest: so many conditions must a pose satisfy to be reached."""
         return N_AXES - self.n_joints - self.n_free
-
-    def proofs(self, known: NDArray[np.int8], real: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """The numbers in ``PROOFS`` of what is proved of targets, shape (n,); see ``proofs_of``."""
-        return proofs_of(known, real, self.n_at_rest) if self.is_exact else np.full(len(known), PROOFS.index(Proof.SEARCHED))
 
     @property
     def geometry(self) -> str:

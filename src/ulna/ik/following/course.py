@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ulna.collision.world import World
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.following.lifts import Lifts
-from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, make_problem
+from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, excess_of, make_problem
 from ulna.ik.result import IKResult
 from ulna.ik.search.ranking import CollisionFilter, collisions_of, cost_of
 from ulna.ik.search.restarts import Restart, run_from_each, run_starts
@@ -121,8 +121,7 @@ class Course:
 
     def excess(self, q: Array) -> Array:
         """How far each entry of q (..., n_dof) is beyond its limits [rad or m]."""
-        lower, upper = self.query.tree.lower, self.query.tree.upper
-        return np.maximum(np.maximum(lower - q, q - upper), 0.0)
+        return excess_of(q, self.query.tree.lower, self.query.tree.upper)
 
     def near(self, order: NDArray[np.int64], guesses: Array, *, beyond_limits: bool = False) -> tuple[Array, Truths]:
         """Solutions of some poses (m,) that a search from each guess (m, n_dof) converges to, and whether it does."""

@@ -29,14 +29,7 @@ from ulna.kinematics.turns import TURN
 Array = NDArray[np.float64]
 _MOST_ENDS = 64
 _WEAK = 5e-2  # smallest singular value, of the largest
-_SAME = {
-    Status.UNREACHABLE: PathStatus.UNREACHABLE,
-    Status.JOINT_LIMITS: PathStatus.LIMITS,
-    Status.IN_COLLISION: PathStatus.COLLISION,
-    Status.SINGULAR: PathStatus.UNREACHABLE,
-    Status.STATIONARY: PathStatus.UNREACHABLE,
-    Status.NOT_FOUND: PathStatus.UNREACHABLE,
-}
+_SAME = {Status.JOINT_LIMITS: PathStatus.LIMITS, Status.IN_COLLISION: PathStatus.COLLISION}
 
 
 def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> Reason:

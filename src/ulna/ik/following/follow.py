@@ -46,12 +46,7 @@ Array = NDArray[np.float64]
 def follow(
     query: Query, T_path: ArrayLike, q_start: ArrayLike | None, max_step: float, world: World | None, solve: Solve
 ) -> FollowedPath:
-    """See ``Robot.follow``; ``solve`` is inverse kinematics of one pose from a seed.
-
-    Raises:
-        InputError: An argument that cannot be taken.
-        GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
-    """
+    """See ``Robot.follow``; ``solve`` is inverse kinematics of one pose from a seed."""
     start, excess = _start(query, q_start)
     course = Course(query, _targets(T_path), start, q_start is not None, positive("max_step", max_step), world, solve, excess)
     refuse_clearance_of_nothing(query.options.rank, world)

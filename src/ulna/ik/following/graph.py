@@ -6,17 +6,19 @@ aside; a node is searched for every lift (``lifts``) that is within the limits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.ik.following.course import Course
 from ulna.ik.following.lifts import Lifts
 from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
+SAME = 1e-6  # rad or m: nearer configurations are one
 Key = tuple[int, int, int]  # tells edges apart: the layer, and the nodes at both ends; whole turns make no difference
 
 
@@ -106,22 +108,6 @@ class Sweep:
         return Sweep(self.costs[:n_layers], self.before[: n_layers - 1])
 
 
-def sweep(lifts: Lifts, nodes: Sequence[Array], costs: Sequence[Array], edges: Callable[[int], Edges], begun: Sweep) -> Sweep:
-    """Search layers of nodes (m, n_dof), in their first turn, with costs (m,); ``edges(k)`` lead from layer k to the next.
-
-    begun: What is known of the first layers; at least the costs of beginning at each lift of the first.
-    """
-    known, before = [*begun.costs], [*begun.before]
-    for k in range(len(known) - 1, len(nodes) - 1):
-        reached, source = _advanced(known[k], edges(k), len(nodes[k + 1]))
-        total = np.where(lifts.allowed(nodes[k + 1]), reached + costs[k + 1][:, None], np.inf)
-        if not np.isfinite(total).any():
-            break
-        known.append(total)
-        before.append(source)
-    return Sweep(known, before)
-
-
 def _advanced(cost: Array, edges: Edges, n_nodes: int) -> tuple[Array, Counts]:
     """The cheapest sums over edges at each lift of the nodes of the next layer, and where they come from."""
     reached, before = np.full((n_nodes, cost.shape[1]), np.inf), np.full((n_nodes, cost.shape[1]), -1)
@@ -142,37 +128,87 @@ def _through(cost: Array, edges: Edges) -> tuple[Array, Counts]:
     return np.where(come_from >= 0, come, np.inf), edges.begin[:, None] * cost.shape[1] + come_from
 
 
-class LayerEdges:
-    """The edges between all layers of nodes: each layer's are made when they are first needed, less those found wrong.
+class Graph:
+    """The nodes of all layers, the edges between them, and the cheapest chains so far.
 
     Args:
-        lifts: The whole turns.
-        nodes: Of each layer, shape (m, n_dof).
+        course: What a path must keep to.
+        nodes: Of each layer, in their first turn, shape (m, n_dof).
+        costs: Those of the nodes of each layer, shape (m,).
         longest: The largest joint step of an edge from each layer to the next.
         weights: That of the squared joint steps.
     """
 
-    def __init__(self, lifts: Lifts, nodes: list[Array], longest: Array, weights: Array) -> None:
-        self._lifts, self._nodes, self._longest, self._weights = lifts, nodes, longest, weights
-        self._known: dict[int, Edges] = {}
+    def __init__(self, course: Course, nodes: list[Array], costs: list[Array], longest: Array, weights: Array) -> None:
+        self.course, self.nodes, self._costs, self._longest, self._weights = course, nodes, costs, longest, weights
+        self._edges: dict[int, Edges] = {}
         self.removed: set[Key] = set()
+        self.done = Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
 
-    def of(self, k: int) -> Edges:
-        """Those from layer k to the next."""
-        if k not in self._known:
-            nodes, following = self._nodes[k], self._nodes[k + 1]
-            edges = edges_between(self._lifts, nodes, following, self._longest[k], self._weights[k])
+    def edges(self, k: int) -> Edges:
+        """Those from layer k to the next, made when they are first needed, less those found wrong."""
+        if k not in self._edges:
+            nodes, following = self.nodes[k], self.nodes[k + 1]
+            edges = edges_between(self.course.lifts, nodes, following, self._longest[k], self._weights[k])
             for _, begin, end in filter(lambda key: key[0] == k, self.removed):
                 edges = edges.without(begin, end)
-            self._known[k] = edges
-        return self._known[k]
+            self._edges[k] = edges
+        return self._edges[k]
 
-    def renew(self, k: int) -> None:
-        """Make the edges to and from layer k again: nodes were added behind its others."""
-        self._known.pop(k - 1, None)
-        self._known.pop(k, None)
+    def add(self, k: int, nodes: Array) -> None:
+        """Add nodes (m, n_dof) to layer k, behind its others; the chains to it are searched again."""
+        self.nodes[k] = np.vstack([self.nodes[k], nodes])
+        self._costs[k] = np.r_[self._costs[k], self.course.costs(nodes)]
+        self.done = self.done.first(k)
+        self._edges.pop(k - 1, None)
+        self._edges.pop(k, None)
 
-    def remove(self, k: int, begin: int, end: int) -> None:
-        """Leave out an edge from layer k."""
-        self.removed.add((k, begin, end))
-        self._known[k] = self.of(k).without(begin, end)
+    def best(self, wrong_edges: Callable[[Array, Counts], list[Key]], most_rounds: int) -> tuple[Array, Counts, list[Key]]:
+        """The cheapest chain none of whose edges is wrong: its path (n_layers, n_dof), and its nodes and lifts.
+
+        Edges are tested on the cheapest chain alone. Those that are wrong are left out, and the layers behind the first of them
+        are swept again. Last are the wrong edges that are left after the last round.
+        """
+        for left in reversed(range(most_rounds)):
+            self._sweep()
+            q, chain = self._path()
+            wrong = wrong_edges(q, chain)
+            if not wrong or not left:
+                return q, chain, wrong
+            for k, begin, end in wrong:
+                self.removed.add((k, begin, end))
+                self._edges[k] = self.edges(k).without(begin, end)
+            self.done = self.done.first(min(wrong)[0] + 1)
+        raise AssertionError("the last round returns")
+
+    def ends(self) -> Array:
+        """Every configuration in which a chain ends, shape (m, n_dof)."""
+        done, lifts = self.done, self.course.lifts
+        if not done.n_layers:
+            return np.empty((0, len(self.course.start)))
+        node, lift = np.nonzero(np.isfinite(done.costs[-1]))
+        last = self.nodes[done.n_layers - 1]
+        q = np.array([lifts.raised(last[i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)])
+        _, first = np.unique(np.rint(q / SAME), axis=0, return_index=True)
+        return q[np.sort(first)]
+
+    def _sweep(self) -> None:
+        """Search the layers that were not searched yet, as far as a chain leads."""
+        known, before = [*self.done.costs], [*self.done.before]
+        for k in range(len(known) - 1, len(self.nodes) - 1):
+            nodes = self.nodes[k + 1]
+            reached, source = _advanced(known[k], self.edges(k), len(nodes))
+            total = np.where(self.course.lifts.allowed(nodes), reached + self._costs[k + 1][:, None], np.inf)
+            if not np.isfinite(total).any():
+                break
+            known.append(total)
+            before.append(source)
+        self.done = Sweep(known, before)
+
+    def _path(self) -> tuple[Array, Counts]:
+        """The joint path of the cheapest chain, and its nodes and lifts."""
+        if not self.done.n_layers:
+            return np.empty((0, len(self.course.start))), np.empty((0, 2), dtype=np.int64)
+        chain = self.done.chain()
+        q = np.array([self.course.lifts.raised(self.nodes[k][node], lift) for k, (node, lift) in enumerate(chain.tolist())])
+        return self.course.on_from_start(q), chain

@@ -4,7 +4,6 @@ With an exact closed form the layers hold every solution, so that the graph hold
 the best chain is the best path, and if no chain goes through all layers, no path exists.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +13,7 @@ from ulna.drivers import closed_form
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import all_branches
 from ulna.ik.following.course import Course, split_as
-from ulna.ik.following.graph import Key, LayerEdges, Sweep, sweep
+from ulna.ik.following.graph import SAME, Graph, Key
 from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT, ENOUGH, HARDLY_BEYOND
 from ulna.kinematics.turns import TURN
@@ -23,23 +22,9 @@ Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 _PROVED = tuple(PROOFS.index(proof) for proof in (Proof.COMPLETE, Proof.COINCIDING))
 _MOST_KNOTS, _STARTS, _MOST_BRANCHES = 64, 256, 16
-_SAME = 1e-6  # rad or m
 _MOST_ROUNDS = 200
 _MOST_ADDED = 50  # times that solutions of the search are added where no path leads on
 _STEPS = 16
-
-
-@dataclass(frozen=True, eq=False)
-class Layers:
-    """The solutions of every pose within the limits.
-
-    Attributes:
-        nodes: Of each pose those that are clear of the world, in their first turn, shape (m, n_dof).
-        proved: Whether these are all solutions of a pose, shape (n,).
-    """
-
-    nodes: list[Array]
-    proved: Truths
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,34 +46,33 @@ class PathSoFar:
 
 def along_branches(course: Course) -> PathSoFar:
     """The best chain of solutions, or the longest."""
-    layers = make_layers(course)
-    nodes = at_both_limits(course, [with_start(course, layers.nodes[0]), *layers.nodes[1:]])
+    nodes, all_known = make_layers(course)
+    nodes = at_both_limits(course, [with_start(course, nodes[0]), *nodes[1:]])
     each = np.ones(len(nodes))
-    edges = LayerEdges(course.lifts, nodes, course.max_step * each, course.weight * each)
-    costs = _costs(course, nodes)
-    done = Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
-    q, done = _best(course, nodes, costs, edges, done)
+    costs = split_as(nodes, course.costs(np.concatenate(nodes)))
+    graph = Graph(course, nodes, costs, course.max_step * each, course.weight * each)
+    q = _best(graph)
     for _ in range(_MOST_ADDED):
         k = len(q)
-        added = _leading_on(course, k, _ends(course, done, nodes), nodes)
-        if not len(added) or done.n_layers > k:
+        added = _leading_on(graph, k)
+        if not len(added) or graph.done.n_layers > k:
             break
-        nodes[k], costs[k] = np.vstack([nodes[k], added]), np.r_[costs[k], course.costs(added)]
-        layers.proved[k], done = False, done.first(k)
-        edges.renew(k)
-        q, done = _best(course, nodes, costs, edges, done)
+        graph.add(k, added)
+        all_known[k] = False
+        q = _best(graph)
     following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
-    has_all_edges = not edges.removed and not course.lifts.cut.any() and not course.lifts.leaves_out(course.max_step)
-    proved = bool(layers.proved[: len(q) + 1].all()) and has_all_edges
-    return PathSoFar(q, _ends(course, done, nodes), following, proved=proved)
+    has_all_edges = not graph.removed and not course.lifts.cut.any() and not course.lifts.leaves_out(course.max_step)
+    proved = bool(all_known[: len(q) + 1].all()) and has_all_edges
+    return PathSoFar(q, graph.ends(), following, proved=proved)
 
 
-def _leading_on(course: Course, k: int, ends: Array, nodes: list[Array]) -> Array:
+def _leading_on(graph: Graph, k: int) -> Array:
     """What the search continues the ends to within a step, in its first turn, where pose k has no such node, shape (m, n_dof).
 
     At the end of the arm's reach a pose may have a solution within the tolerance of the search, and no exact one.
     """
-    if not 0 < k < len(nodes) or not len(ends):
+    course, ends = graph.course, graph.ends()
+    if not 0 < k < len(graph.nodes) or not len(ends):
         return ends[:0]
     ends = ends[:: max(1, len(ends) // _MOST_BRANCHES)]
     q, found = course.near(np.full(len(ends), k), ends)
@@ -96,63 +80,33 @@ def _leading_on(course: Course, k: int, ends: Array, nodes: list[Array]) -> Arra
     found &= np.abs(steps).max(axis=1, initial=0.0) <= course.max_step
     found &= ~course.collide(q) & ~course.edges_collide(ends, ends + steps)
     q = _distinct(course, course.lifts.first_turn(q[found]))
-    is_new = np.abs(course.lifts.steps(nodes[k], q[:, None])[0]).max(axis=2).min(axis=1, initial=np.inf) > _SAME
+    is_new = np.abs(course.lifts.steps(graph.nodes[k], q[:, None])[0]).max(axis=2).min(axis=1, initial=np.inf) > SAME
     return at_both_limits(course, [q[is_new]])[0]
 
 
-def _best(course: Course, nodes: list[Array], costs: list[Array], edges: LayerEdges, done: Sweep) -> tuple[Array, Sweep]:
+def _best(graph: Graph) -> Array:
     """The cheapest path none of whose edges collides, after those that do have been left out."""
 
     def colliding(q: Array, chain: NDArray[np.int64]) -> list[Key]:
-        hit = np.flatnonzero(course.edges_collide(q[:-1], q[1:]))
+        hit = np.flatnonzero(graph.course.edges_collide(q[:-1], q[1:]))
         return [(int(k), int(chain[k, 0]), int(chain[k + 1, 0])) for k in hit]
 
-    q, _, done, wrong = best_chain(course, nodes, costs, edges, done, colliding, _MOST_ROUNDS)
-    return q[: wrong[0][0] + 1] if wrong else q, done
+    q, _, wrong = graph.best(colliding, _MOST_ROUNDS)
+    return q[: wrong[0][0] + 1] if wrong else q
 
 
-def best_chain(
-    course: Course,
-    nodes: list[Array],
-    costs: list[Array],
-    edges: LayerEdges,
-    done: Sweep,
-    wrong_edges: Callable[[Array, NDArray[np.int64]], list[Key]],
-    most_rounds: int,
-) -> tuple[Array, NDArray[np.int64], Sweep, list[Key]]:
-    """The cheapest chain none of whose edges is wrong: its path, its nodes and lifts, and the sweep that led to it.
+def make_layers(course: Course) -> tuple[list[Array], Truths]:
+    """The solutions of every pose within the limits that are clear of the world, in their first turn, shape (m, n_dof) each.
 
-    Edges are tested on the cheapest chain alone. Those that are wrong are left out, and the layers behind the first of them are
-    swept again. Last are the wrong edges that are left after the last round.
+    They are found by the closed form or by search; and whether they are proved to be all solutions of a pose, shape (n,). Fewer
+    than six joints reach few poses exactly: where they miss one, the search may still reach it within the tolerance.
     """
-    for left in reversed(range(most_rounds)):
-        done = sweep(course.lifts, nodes, costs, edges.of, done)
-        q, chain = path_of(course, done, nodes)
-        wrong = wrong_edges(q, chain)
-        if not wrong or not left:
-            return q, chain, done, wrong
-        for edge in wrong:
-            edges.remove(*edge)
-        done = done.first(min(wrong)[0] + 1)
-    raise AssertionError("the last round returns")
-
-
-def make_layers(course: Course) -> Layers:
-    """All solutions of every pose, by the closed form or by search.
-
-    Fewer than six joints reach few poses exactly: where they miss one, the search may still reach it within the tolerance.
-    """
-    form = course.form
+    form, rows, proved = course.form, None, np.zeros(len(course.targets), dtype=bool)
     if form is not None and form.is_exact and form.held_column is None:
-        rows, proved = _of_closed_form(course)
-        if form.n_joints == N_AXES or all(map(len, rows)):
-            return _layers_of(course, rows, proved)
-    return _layers_of(course, _searched(course), np.zeros(len(course.targets), dtype=bool))
-
-
-def _layers_of(course: Course, rows: list[Array], proved: Truths) -> Layers:
-    in_first_turn = course.lifts.first_turn(np.concatenate(rows))
-    return Layers(course.clear(split_as(rows, in_first_turn)), proved)
+        rows, known = _of_closed_form(course)
+        rows, proved = (rows, known) if form.n_joints == N_AXES or all(map(len, rows)) else (None, proved)
+    rows = _searched(course) if rows is None else rows
+    return course.clear(split_as(rows, course.lifts.first_turn(np.concatenate(rows)))), proved
 
 
 def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:
@@ -217,7 +171,7 @@ def _distinct(course: Course, q: Array) -> Array:
     """Rows of q, each once, whole turns aside."""
     kept: list[Array] = []
     for row in q:
-        if not kept or np.abs(course.lifts.steps(np.array(kept), row)[0]).max(axis=1).min() > _SAME:
+        if not kept or np.abs(course.lifts.steps(np.array(kept), row)[0]).max(axis=1).min() > SAME:
             kept.append(row)
     return np.array(kept).reshape(-1, q.shape[1])
 
@@ -236,30 +190,6 @@ def at_both_limits(course: Course, nodes: list[Array]) -> list[Array]:
     every = np.concatenate(nodes)
     at_limit = np.any(course.lifts.closed & (every <= course.lifts.lower + AT_LIMIT), axis=1)
     return [course.lifts.at_both_limits(q) if some.any() else q for q, some in zip(nodes, split_as(nodes, at_limit), strict=True)]
-
-
-def _costs(course: Course, nodes: list[Array]) -> list[Array]:
-    return split_as(nodes, course.costs(np.concatenate(nodes)))
-
-
-def path_of(course: Course, done: Sweep, nodes: list[Array]) -> tuple[Array, NDArray[np.int64]]:
-    """The joint path of the cheapest chain, shape (n_layers, n_dof), and its nodes and lifts."""
-    if not done.n_layers:
-        return np.empty((0, len(course.start))), np.empty((0, 2), dtype=np.int64)
-    chain = done.chain()
-    q = np.array([course.lifts.raised(nodes[k][node], lift) for k, (node, lift) in enumerate(chain.tolist())])
-    return course.on_from_start(q), chain
-
-
-def _ends(course: Course, done: Sweep, nodes: list[Array]) -> Array:
-    """Every configuration in which a chain ends, shape (m, n_dof)."""
-    if not done.n_layers:
-        return np.empty((0, len(course.start)))
-    node, lift = np.nonzero(np.isfinite(done.costs[-1]))
-    last = nodes[done.n_layers - 1]
-    q = np.array([course.lifts.raised(last[i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)])
-    _, first = np.unique(np.rint(q / _SAME), axis=0, return_index=True)
-    return q[np.sort(first)]
 
 
 def with_solutions_at_limits(course: Course, rows: list[Array]) -> list[Array]:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from ulna.ik.closed_form.branches import sampled_branches
 from ulna.ik.following.course import Course
-from ulna.ik.following.graph import Key, LayerEdges, Sweep
-from ulna.ik.following.layers import PathSoFar, at_both_limits, best_chain, with_start
+from ulna.ik.following.graph import Graph, Key
+from ulna.ik.following.layers import PathSoFar, at_both_limits, with_start
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -104,18 +104,18 @@ def _path(course: Course, knots: Counts, nodes: list[Array]) -> Array:
     """The path along the best chain whose edges can all be filled, or the longest of such, shape (k, n_dof)."""
     gaps = np.diff(knots).astype(np.float64)
     longest = np.minimum(course.max_step * gaps, _NEAR)
-    edges = LayerEdges(course.lifts, nodes, longest, course.weight / gaps)
     costs = [course.costs(q) * gap for q, gap in zip(nodes, np.r_[gaps, 1.0], strict=True)]
-    filled, done = _Filled(course, knots, nodes, edges), Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
-    q, chain, *_ = best_chain(course, nodes, costs, edges, done, filled.wrong_edges, _MOST_ROUNDS)
+    graph = Graph(course, nodes, costs, longest, course.weight / gaps)
+    filled = _Filled(graph, knots)
+    q, chain, _ = graph.best(filled.wrong_edges, _MOST_ROUNDS)
     return filled.whole(q, chain)
 
 
 class _Filled:
     """The poses between knots, on edges that have been tried; each edge is tried once."""
 
-    def __init__(self, course: Course, knots: Counts, nodes: list[Array], edges: LayerEdges) -> None:
-        self._course, self._knots, self._nodes, self._edges = course, knots, nodes, edges
+    def __init__(self, graph: Graph, knots: Counts) -> None:
+        self._graph, self._course, self._knots = graph, graph.course, knots
         self._known: dict[Key, Array | None] = {}
 
     def wrong_edges(self, q: Array, chain: Counts) -> list[Key]:
@@ -129,11 +129,11 @@ class _Filled:
 
     def _beside(self, k: int, q: Array) -> list[tuple[Key, Array, Array]]:
         """The cheapest edges from layer k that are within the limits with the turns nearest to a configuration q (n_dof,)."""
-        edges, lifts, tree = self._edges.of(k), self._course.lifts, self._course.query.tree
+        edges, lifts, tree = self._graph.edges(k), self._course.lifts, self._course.query.tree
         cheapest = np.argsort(edges.cost, kind="stable")[:_MOST_BESIDE]
         begin, end = edges.begin[cheapest], edges.end[cheapest]
-        a = lifts.nearest(self._nodes[k][begin], q)
-        b = a + lifts.steps(self._nodes[k][begin], self._nodes[k + 1][end])[0]
+        a = lifts.nearest(self._graph.nodes[k][begin], q)
+        b = a + lifts.steps(self._graph.nodes[k][begin], self._graph.nodes[k + 1][end])[0]
         good = np.flatnonzero(((b >= tree.lower) & (b <= tree.upper)).all(axis=1))
         return [((k, int(begin[i]), int(end[i])), a[i], b[i]) for i in good]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.options import DEFAULT_BUDGET
-from ulna.ik.problem import STEPS, Problem, rows_for
+from ulna.ik.problem import STEPS, Problem, excess_of, rows_for
 from ulna.ik.result import CODES, Status
 from ulna.ik.search.restarts import Restart, Search, run_starts
 from ulna.ik.search.starts import limit_starts
@@ -101,7 +101,7 @@ def _search_beyond(search: Search, order: NDArray[np.int64], bounds: Array, stat
     own = rows_for(search.problem.bounds, order)[:, None]
     if status == Status.JOINT_LIMITS:
         q = turned_towards(q, own[:, :, 0], own[:, :, 1], turning_columns(problem.chain, problem.query.tree.n_dof))
-    excess = np.maximum(np.maximum(own[:, :, 0] - q, q - own[:, :, 1]), 0.0)
+    excess = excess_of(q, own[:, :, 0], own[:, :, 1])
     cost = np.where(info[:, :, layout.STATUS] == layout.SOLVED, excess.max(axis=-1), np.inf)
     solved = np.isfinite(cost.min(axis=1))
     if solved.any():

@@ -8,19 +8,24 @@ is long and careful far from the target, and Newton's near it, where lambda vani
 (``kernels/ik``). It may end in a local minimum of |e|, so there are many starts (``starts``): the caller's seed, random ones, for
 seven joints branches of the closed form. Eight searches run at a time, one a lane; one that has ended makes room for the next.
 
-1. ``single_target``: the fast path, one call of the kernels for one target with default options.
+1. The fast path, one call of the kernels for one target with default options (``NumericSolver.solve``).
 2. ``restarts``: rounds for a batch, of one start each, then of more and more for the targets that are left. ``ranking``: which of
    several solutions is taken. ``units``: arms that are far from a metre long are searched in a unit of their own.
 3. ``diagnosis``: for targets without a solution the nearest pose, and whether reach, limits, collision or a singularity is why.
 4. ``branch_search``: all solutions of one target. ``textbook_methods``: other steps from the seed alone, for teaching.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
-from ulna.ik.options import LEVENBERG_MARQUARDT
-from ulna.ik.problem import STEPS, Problem, Query, make_problem, refuse_no_pose
+from ulna.description.arrays import as_floats
+from ulna.drivers import multi_start
+from ulna.engine.bound import bind
+from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, make_problem, refuse_no_pose
 from ulna.ik.reason import Explanation
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.search.diagnosis import close_unreachable, explain_open, reach_in_words, settle_open
@@ -32,33 +37,102 @@ from ulna.kinematics.tree import entry_names
 
 Array = NDArray[np.float64]
 _FEW, _MANY = 2, 16  # random starts of the first round: if any solution will do, and if the best is chosen
-_MOST = 64  # starts where there is no solution to find
+_MOST = 64  # starts of one target with default options, eight in each lane; and where there is no solution to find
+
+
+_MATRIX, _OF_INFO = (4, 4), (1, layout.N_INFO)
+OfOneTarget = Callable[[ArrayLike, ArrayLike], tuple[Array, Array] | None]
+"""From T and a start to q (n_dof,) and its information (1, N_INFO); None if this is not one target, or it is not solved."""
+
+
+def bound_to_one_target(run: Any, tables: tuple[Array, ...], home: Array) -> OfOneTarget:
+    """The entry ``run(*tables, T, start, q, info)``, in C if the extension is there. ``home`` as a start is not checked."""
+    n, of_q = len(home), (1, len(home))
+
+    def in_python(T: ArrayLike, start: ArrayLike) -> tuple[Array, Array] | None:
+        T = as_floats("T", T)
+        if T.shape != _MATRIX:
+            return None
+        if start is not home:
+            start = as_floats("q_seed", start)
+            if start.shape != (n,):
+                return None
+        q, info = np.empty(of_q), np.empty(_OF_INFO)
+        return (q[0], info) if run(*tables, T, start, q, info) else None
+
+    return bind(run, "search", tables, n, (layout.N_INFO,), in_python) or in_python
 
 
 class NumericSolver:
-    """The solver for any query; see ``ik.inverse_kinematics.Solver``."""
+    """The solver for any query by Levenberg-Marquardt; see ``ik.inverse_kinematics.Solver``.
+
+    Attributes:
+        plan: What the kernels take to solve for one target with default options, from home; empty where the options differ.
+        home: Where a search without a seed starts, shape (n_dof,).
+    """
+
+    __slots__ = ("_from_home", "_from_seed", "_query", "_tolerances", "home", "in_c", "plan")
 
     def __init__(self, query: Query) -> None:
-        self._query = query
-
-    @staticmethod
-    def applies(query: Query) -> bool:
-        """Whether this method was chosen."""
-        return query.options.method == LEVENBERG_MARQUARDT
+        self._query, self.home, self.plan = query, query.home.copy(), np.empty(0)
+        self._tolerances = query.options.tolerances
+        self._from_home = self._from_seed = self.in_c = None
+        if _is_usual(query):
+            settings, run = query.settings.copy(), multi_start.search_one
+            settings[layout.FIRST_WINS] = layout.ANY
+            starts = unit_samples(query.tree, query.link, query.options.seed, 0, _MOST, from_seed=True)
+            self.plan = np.concatenate([settings, query.limits.ravel(), query.home, starts.ravel()])
+            settings[layout.FIRST_WINS], settings[layout.SEEDED_STEPS] = layout.NEAREST, SEEDED_STEPS
+            plan = np.concatenate([settings, self.plan[layout.N_SETTINGS :]])
+            self._from_home = bound_to_one_target(run, (query.chain, self.plan), self.home)
+            self._from_seed = bound_to_one_target(run, (query.chain, plan), self.home)
+            self.in_c = self._from_home, self.home, self._from_seed, self.search
 
     def solve(
         self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
     ) -> IKResult:
-        """The best that the restarts find."""
-        query, options = self._query, self._query.options
-        problem = make_problem(query, T, q_seed, posture, held)
-        refuse_clearance_of_nothing(options.rank, world)
-        collisions = collisions_of(query, world)
-        search = _search(problem, collisions)
+        """The first solution for one target with default options; else, and where there is none, the best of a search."""
+        if self._from_home is None or self._from_seed is None or posture is not None or world is not None or held:
+            return self.search(T, q_seed, posture, held, world)
+        found = self._from_home(T, self.home) if q_seed is None else self._from_seed(T, q_seed)
+        if found is None:
+            return self.search(T, q_seed)
+        q, info = found
+        if self._query.options.trace:
+            explanation = Explanation(trace=_convergence(make_problem(self._query, T, q_seed), info[0]))
+            return IKResult(q, info, (), self._tolerances, explanation)
+        return IKResult(q, info, (), self._tolerances)
+
+    def search(
+        self,
+        T: ArrayLike,
+        q_seed: ArrayLike | None,
+        posture: ArrayLike | str | None = None,
+        held: tuple[str, ...] = (),
+        world: World | None = None,
+    ) -> IKResult:
+        """The best that the restarts find for any targets."""
+        problem = make_problem(self._query, T, q_seed, posture, held)
+        refuse_clearance_of_nothing(self._query.options.rank, world)
+        collisions = collisions_of(self._query, world)
+        search = searched(problem, collisions)
         if (search.info[:, layout.STATUS] == layout.NOT_A_POSE).any():
             refuse_no_pose(T)
-        q = search.q.reshape(*problem.batch, search.q.shape[-1])
-        return IKResult(q, search.info, problem.batch, options.tolerances, _explanation(search, collisions))
+        return result_of(search, collisions, trace_of(search))
+
+
+def _is_usual(query: Query) -> bool:
+    """Whether the options are those of one call of the kernels for one target, and the arm is measured in metres."""
+    options = query.options
+    return (
+        options.task.kind == layout.WHOLE_POSE
+        and query.task_axes is None
+        and options.rank is None
+        and options.max_step is None
+        and options.budget >= SEEDED_STEPS + (_MOST - 1) * STEPS
+        and options.time_limit != 0.0
+        and query.unit == 1.0
+    )
 
 
 def nearest_poses(problem: Problem) -> Search:
@@ -70,7 +144,7 @@ def nearest_poses(problem: Problem) -> Search:
     return search
 
 
-def _search(problem: Problem, collisions: CollisionFilter | None) -> Search:
+def searched(problem: Problem, collisions: CollisionFilter | None) -> Search:
     """Restarts; then, for unsolved targets, the best pose that can be reached and the reason."""
     rank = problem.query.options.rank
     cost, count = cost_of(problem, collisions), _FEW if rank is None and collisions is None else _MANY
@@ -82,25 +156,31 @@ def _search(problem: Problem, collisions: CollisionFilter | None) -> Search:
     return search
 
 
-def _explanation(search: Search, collisions: CollisionFilter | None) -> Explanation:
-    query, problem = search.problem.query, search.problem
+def result_of(search: Search, collisions: CollisionFilter | None, trace: Array | None, no_solution: str = "") -> IKResult:
+    """What a search found, and why it found no more. no_solution: why a target that is within reach has none."""
+    problem, query = search.problem, search.problem.query
     hit = np.flatnonzero(search.info[:, layout.STATUS] == CODES[Status.IN_COLLISION])
-    return Explanation(
+    explanation = Explanation(
         reach_excess=search.reach_excess,
         limit_excess=search.limit_excess,
         collisions={} if collisions is None else {int(i): collisions.pairs(search.q[i]) for i in hit},
-        reach="" if problem.batch or not search.reach_excess else reach_in_words(problem, 0),
+        reach=reach_in_words(problem, 0) if search.reach_excess and not problem.batch else no_solution,
         entry_names=entry_names(query.tree) if search.limit_excess else (),
         task_axes=query.task_axes,
-        trace=_trace(search) if query.options.trace else None,
+        trace=trace,
     )
+    q = search.q.reshape(*problem.batch, search.q.shape[-1])
+    return IKResult(q, search.info, problem.batch, query.options.tolerances, explanation)
 
 
-def _trace(search: Search) -> Array:
-    return convergence(search.problem, search.info[0], search.origins.get(0), with_posture=bool(search.with_posture[0]))
+def trace_of(search: Search) -> Array | None:
+    """The trace of the result for one target; None unless the options ask for it."""
+    if not search.problem.query.options.trace:
+        return None
+    return _convergence(search.problem, search.info[0], search.origins.get(0), with_posture=bool(search.with_posture[0]))
 
 
-def convergence(problem: Problem, info: Array, origin: Array | None = None, *, with_posture: bool = False) -> Array:
+def _convergence(problem: Problem, info: Array, origin: Array | None = None, *, with_posture: bool = False) -> Array:
     """A row a step towards the result with this information: errors [m] and [rad], largest joint step, damping; (steps + 1, 4).
 
     origin: where the result was searched from, (n_dof,), if by no start of a round.

@@ -109,13 +109,10 @@ class Search:
         that is solved already is kept if its cost is less.
         """
         m, k, n_dof = origins.shape
-        each = np.repeat(order, k)
-        own, goal = rows_for(self.problem.bounds, each), self.problem.nearest_to
-        seeds = np.clip(origins.reshape(-1, n_dof), own[:, 0], own[:, 1])
-        goal = None if goal is None else rows_for(goal, each)
-        problem = replace(self.problem, targets=self.problem.targets[each], seeds=seeds, bounds=own, nearest_to=goal)
+        each = self.problem.some(np.repeat(order, k))
+        seeds = np.clip(origins.reshape(-1, n_dof), each.bounds[:, 0], each.bounds[:, 1])
         part = Restart(0, 1, steps, from_seed=True)
-        q, info = (rows.reshape(m, k, -1) for rows in run_starts(problem, np.arange(m * k), part))
+        q, info = (rows.reshape(m, k, -1) for rows in run_starts(replace(each, seeds=seeds), np.arange(m * k), part))
         info[:, :, layout.START] = np.arange(k)
         info[info[:, :, layout.STATUS] != layout.SOLVED, layout.MISSED] = np.inf
         for row in np.flatnonzero(self.keep(order, q, info, part)):
@@ -138,6 +135,12 @@ class Search:
         self.with_posture[order[better]] = part.with_posture
         self.open[order[accepted | (info[:, layout.STATUS] == layout.NOT_A_POSE)]] = False
         return accepted
+
+    def put(self, order: NDArray[np.int64], other: "Search") -> None:
+        """Write the results of another search, for some of the targets (m,)."""
+        self.q[order], self.info[order], self.with_posture[order] = other.q, other.info, other.with_posture
+        for name in ("origins", "reach_excess", "limit_excess"):
+            getattr(self, name).update({int(order[i]): value for i, value in getattr(other, name).items()})
 
     def _costs_now(self, order: NDArray[np.int64]) -> Array:
         """The costs of the solutions that some targets have, infinite where there is none yet."""
@@ -200,13 +203,7 @@ def run_from_each(
 
     With no step the information is that of q itself.
     """
-    each = replace(
-        problem,
-        targets=problem.targets[order],
-        seeds=np.ascontiguousarray(q),
-        bounds=problem.bounds if len(problem.bounds) == 1 else problem.bounds[order],
-        nearest_to=None,
-    )
+    each = replace(problem.some(order), seeds=np.ascontiguousarray(q), nearest_to=None)
     part = Restart(0, 1, steps, from_seed=True, with_posture=with_posture)
     q, info = run_starts(each, np.arange(len(order)), part)
     return q[:, 0], info[:, 0]

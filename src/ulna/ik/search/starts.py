@@ -36,16 +36,6 @@ def unit_samples(tree: Tree, link: str, seed: int, first: int, count: int, *, fr
     return samples
 
 
-def limit_samples(tree: Tree, link: str, seed: int, count: int) -> Array:
-    """Random starts with about two thirds of the joints at a limit: shape (count, n_dof), in [0, 1]; NaN as in ``unit_samples``.
-
-    For targets at the border of what the limits allow, where few of the starts from within lead.
-    """
-    samples = unit_samples(tree, link, seed, 0, count)
-    with np.errstate(invalid="ignore"):
-        return np.where(np.isnan(samples), samples, np.clip(3.0 * samples - 1.0, 0.0, 1.0))
-
-
 @lru_cache(maxsize=64)
 def _block(n_dof: int, seed: int, block: int) -> Array:
     return np.random.default_rng([_OWN_STREAM, seed, block]).random((_TABLE, n_dof))
@@ -85,8 +75,12 @@ def closed_form_starts(
 
 
 def limit_starts(problem: Problem, order: NDArray[np.int64], count: int) -> Array:
-    """Configurations with many joints at their bounds, to search some targets from, shape (m, count, n_dof)."""
+    """Random configurations to search some targets from, shape (m, count, n_dof), about two thirds of the joints at a bound.
+
+    For targets at the border of what the limits allow, where few of the starts from within lead.
+    """
     query = problem.query
     seeds, bounds = (rows_for(rows, order)[:, None] for rows in (problem.seeds, problem.bounds))
-    share = limit_samples(query.tree, query.link, query.options.seed, count)
-    return np.where(np.isnan(share), seeds, bounds[:, :, 2] + share * (bounds[:, :, 3] - bounds[:, :, 2]))
+    samples = unit_samples(query.tree, query.link, query.options.seed, 0, count)
+    share = np.clip(3.0 * samples - 1.0, 0.0, 1.0)
+    return np.where(np.isnan(samples), seeds, bounds[:, :, 2] + share * (bounds[:, :, 3] - bounds[:, :, 2]))

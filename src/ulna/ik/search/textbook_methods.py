@@ -27,16 +27,13 @@ _CODES = {
 class TextbookSolver:
     """Jacobian transpose, damped least squares and pseudo-inverse steps, for teaching; see ``ik.inverse_kinematics.Solver``."""
 
+    in_c: tuple | None = None
+
     def __init__(self, query: Query) -> None:
         options = query.options
         if options.trace and options.budget > _LONGEST_TRACE:
             raise InputError("max_iterations", f"{options.budget}; a trace keeps at most {_LONGEST_TRACE} steps")
         self._query = query
-
-    @staticmethod
-    def applies(query: Query) -> bool:
-        """Whether one of these methods was chosen."""
-        return query.options.is_textbook
 
     def solve(
         self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
@@ -70,16 +67,15 @@ def _follow(problem: Problem) -> tuple[Array, Array, Array]:
 
 def _follow_some(problem: Problem, order: NDArray[np.int64], history: Array) -> tuple[Array, Array]:
     """q (m, n_dof) and info (m, N_INFO) of some targets (m,)."""
-    options, targets = problem.query.options, problem.targets[order]
-    seeds, bounds = (rows[order] if len(rows) > 1 else rows for rows in (problem.seeds, problem.bounds))
+    options, some = problem.query.options, problem.some(order)
     q, info = np.empty((len(order), problem.query.tree.n_dof)), np.zeros((len(order), layout.N_INFO))
     settings = problem.settings.copy()
     settings[layout.STEPS] = options.budget
     method, follow_each = _CODES[options.method], single_start.follow_each
 
     def run(part: slice) -> bool:
-        own_seeds, own_bounds = (rows[part] if len(rows) > 1 else rows for rows in (seeds, bounds))
-        follow_each(method, problem.chain, targets[part], own_seeds, own_bounds, settings, q[part], info[part], history)
+        seeds, bounds = (rows[part] if len(rows) > 1 else rows for rows in (some.seeds, some.bounds))
+        follow_each(method, problem.chain, some.targets[part], seeds, bounds, settings, q[part], info[part], history)
         return True
 
     in_parts(run, len(order), _LEAST_TARGETS, options.threads)

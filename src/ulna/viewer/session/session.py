@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.world import World
+from ulna.collision.world import World, refuse_no_world
 from ulna.description.pose import as_one_pose
 from ulna.errors import GeometryError, InputError, UnknownNameError
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
@@ -69,8 +69,7 @@ class Session:
     ) -> None:
         if not isinstance(robot, Robot):
             raise InputError("robot", f"{type(robot).__name__}; an ulna.Robot is expected: ulna.load gives one")
-        if world is not None and not isinstance(world, World):
-            raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+        refuse_no_world(world)
         self.robot, self.world = robot, World() if world is None else world
         self.lock, self.ask = threading.RLock(), ask
         self.avoiding, self.itself = False, not self.unchecked
