@@ -20,9 +20,9 @@ THICK = trimesh.creation.icosphere(3, 1.0)
 TORUS = trimesh.creation.torus(1.0, 0.3, major_sections=24, minor_sections=12)
 CAPPED = trimesh.creation.cylinder(0.5, 2.0, sections=16)
 SOLIDS = {"an L": (ELL, 0.2), "a ball": (THICK, 0.1), "a torus": (TORUS, 0.1), "a cylinder": (CAPPED, 0.15)}
-URDF = """<robot name="l"><link name="base"/><link name="part"><collision name="ell"><origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/>
-  <geometry><mesh filename="ell.obj" scale="{}"/></geometry></collision><collision name="bar"><origin xyz="0 0 5"/>
-  <geometry><cylinder radius="0.1" length="1"/></geometry></collision></link>
+URDF = """<robot name="l"><link name="base"/><link name="part"><collision name="ell">
+  <origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/><geometry><mesh filename="ell.obj" scale="{}"/></geometry></collision>
+  <collision name="bar"><origin xyz="0 0 5"/><geometry><cylinder radius="0.1" length="1"/></geometry></collision></link>
   <joint name="j" type="revolute"><parent link="base"/><child link="part"/><axis xyz="0 0 1"/>
   <limit lower="-3" upper="3" velocity="1" effort="1"/></joint></robot>"""
 
@@ -53,7 +53,7 @@ def outside(balls, points):
 
 def in_the_ell(points):
     x, y, z = points.T
-    return (0 <= z) & (z <= 1) & (0 <= np.minimum(x, y)) & (np.minimum(x, y) <= 1) & (np.maximum(x, y) <= 3)
+    return (z >= 0) & (z <= 1) & (np.minimum(x, y) >= 0) & (np.minimum(x, y) <= 1) & (np.maximum(x, y) <= 3)
 
 
 @pytest.mark.parametrize("name", SOLIDS)
@@ -96,7 +96,7 @@ def test_no_sampled_point_of_a_ball_is_farther_from_the_solid_than_said(name):
 
 def test_the_middle_of_a_thick_solid_that_its_surface_leaves_open_is_in_a_ball():
     """Balls about the corners of a cube are enough for its surface. Those that its middle needs are found by a power diagram."""
-    from ulna.description.meshes.cover import _uncovered  # noqa: PLC0415
+    from ulna.description.meshes.cover import _uncovered
 
     cube = trimesh.creation.box((2.0, 2.0, 2.0))
     solid = FilledSolid(np.asarray(cube.vertices), np.asarray(cube.faces))
@@ -154,7 +154,11 @@ def test_a_free_verdict_holds_for_the_hulls_of_the_arms_of_an_l(make):
         q = random.uniform(-3, 3, (50, 1))
         verdicts = robot.in_collision(q, world)
         free += (~verdicts).sum()
-        in_part = np.einsum("nji,nj->ni", robot.forward_kinematics(q, link="part")[:, :3, :3], np.tile(centre, (50, 1))) - (1, 0, 0)
+        in_part = np.einsum("nji,nj->ni", robot.forward_kinematics(q, link="part")[:, :3, :3], np.tile(centre, (50, 1))) - (
+            1,
+            0,
+            0,
+        )
         at = in_part @ ulna.pose((0, 0, 0), (0, 0, np.pi / 2))[:3, :3]
         for high in ((3, 1, 1), (1, 3, 1)):
             touching = np.linalg.norm(at - np.clip(at, 0, high), axis=1) <= 0.4
@@ -182,7 +186,9 @@ def test_balls_are_kept_by_content_scale_and_within_and_pickled(make, cache, mon
 
 def test_a_budget_names_what_can_be_had(make):
     robot = make()
-    with pytest.raises(ulna.GeometryError, match=r"balls are needed to cover ell\.obj within 300 mm, and most=20; within=") as caught:
+    with pytest.raises(
+        ulna.GeometryError, match=r"balls are needed to cover ell\.obj within 300 mm, and most=20; within="
+    ) as caught:
         robot.with_spheres(within=0.3, most=20)
     within = float(str(caught.value).split("within=")[1].split(" ")[0])
     assert 0 < len(robot.with_spheres(within=within * 1.001, most=20).description.links[1].collisions) - 1 <= 20
@@ -221,7 +227,7 @@ def test_a_mesh_that_is_not_there_is_named(make, tmp_path):
 
 
 def test_what_is_checked_in_place_of_meshes_is_said(make):
-    from ulna.description.meshes.hulls import in_place_of_meshes  # noqa: PLC0415
+    from ulna.description.meshes.hulls import in_place_of_meshes
 
     robot = make().with_spheres(within=0.3)
     n = len(robot.collision_names) - 1

@@ -31,11 +31,13 @@ class FilledSolid:
     def depth(self, point: Array) -> float:
         """How deep a point lies in the solid, as a lower bound: the ball of this radius about it is part of the solid.
 
-        Where no surface encloses the point: minus its distance from the solid. A ball that a surface does not cross has one winding
-        number in all of it. So where a surface encloses its centre, it encloses the ball up to the nearest triangle.
+        Where no surface encloses the point: minus its distance from the solid. A ball that a surface does not cross has one
+        winding number in all of it. So where a surface encloses its centre, it encloses the ball up to the nearest triangle.
         """
         distances = [_distance(point, *parts) for parts in zip(self.surfaces, self._bounds, strict=True)]
-        enclosing = [d for d, one in zip(distances, self.surfaces, strict=True) if abs(winding_numbers(one, point[None])[0]) > 0.5]
+        enclosing = [
+            d for d, one in zip(distances, self.surfaces, strict=True) if abs(winding_numbers(one, point[None])[0]) > 0.5
+        ]
         return max(enclosing) if enclosing else -min(distances)
 
 
