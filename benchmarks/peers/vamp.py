@@ -11,12 +11,14 @@ from typing import NamedTuple
 import numpy as np
 import vamp
 from numpy.typing import NDArray
+from vamp.constants import POINT_RADIUS, ROBOT_FIRST_JOINT_LOCATIONS, ROBOT_MAX_RADII
 from vamp.transformations import euler_from_matrix
 
 from benchmarks.peer import NotForThisArm
 from benchmarks.vamp_problems import PlanningProblem
 
 WIDTH = 8  # configurations that it looks at together
+FILTER_RADIUS = 0.02  # [m], the default of its script
 
 
 class Found(NamedTuple):
@@ -41,6 +43,7 @@ class Vamp:
     def __init__(self, name: str, joints: tuple[str, ...]) -> None:
         if name not in vamp.robots:
             raise NotForThisArm(f"it has no robot {name}")
+        self._name = name
         self._robot, self._plan, self._settings, self._simplify = vamp.configure_robot_and_planner_with_kwargs(name, "rrtc")
         theirs = list(self._robot.joint_names())
         self._to_theirs = [joints.index(joint) for joint in theirs]  # it counts the joints of Baxter's left arm first
@@ -64,6 +67,19 @@ class Vamp:
                 length, radius = sizes
                 environment.add_capsule(vamp.Cylinder(place, angles, radius, length))
         return environment
+
+    def cloud(self, points: NDArray) -> tuple[vamp.Environment, NDArray, float]:
+        """Points as its ``scripts/evaluate_mbm.py --pointcloud`` takes them.
+
+        The environment, the points that its filter leaves, and the time of the filter and of the tree by its own clock [s].
+        """
+        origin, reach = ROBOT_FIRST_JOINT_LOCATIONS[self._name], ROBOT_MAX_RADII[self._name]
+        corners = [[x + sign * reach for x in origin] for sign in (-1, 1)]
+        points = np.ascontiguousarray(points, dtype=np.float32)
+        kept, filtering = vamp.filter_pointcloud(points, FILTER_RADIUS, reach, origin, *corners, True)  # noqa: FBT003
+        environment = vamp.Environment()
+        building = environment.add_pointcloud(kept, *self._robot.min_max_radii(), POINT_RADIUS)
+        return environment, np.array(kept, dtype=float), 1e-9 * (filtering + building)
 
     def is_free(self, q: NDArray, environment) -> bool:
         """Whether a configuration is free."""

@@ -1,0 +1,281 @@
+"""A real cell: what a depth camera sees, arms of meshes, things that move. ``python -m benchmarks.cell --largest 1000000``.
+
+Ulna alone, on one processor, in the thread's own time, so that a busy machine counts less; each time is a median. The camera
+looks at a bin on a table (``depth_camera``). Verdicts and distances are compared with a k-d tree of SciPy's. An arm that cannot
+be had is named.
+"""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+import ulna
+from benchmarks.collision import moving_rows, scattered
+from benchmarks.depth_camera import Camera, bin_on_a_table
+from benchmarks.markdown import table
+from benchmarks.processors import one_processor
+from ulna.bench.arms import load_arm
+
+Array = NDArray[np.float64]
+RADIUS = 0.005  # [m], of the balls around the points
+CONFIGURATIONS, EDGES, PLANS = 1000, 30, 30
+SAMPLES = 32  # along an edge whose clearance is looked for
+ARMS = ("ur5", "jaco2", "xarm7", "iiwa14", "tiago")
+GRASP = ulna.pose((0.55, 0.0, 0.2), (np.pi, 0, 0))  # into the bin, from above
+
+
+def main() -> None:
+    """Print each table as soon as it is measured."""
+    options = _options()
+    panda = ulna.load("panda")
+    tables: dict[str, Callable[[], list[dict]]] = {
+        "clouds": lambda: cloud_rows(panda, [10**k for k in range(2, 8) if 10**k <= options.largest]),
+        "moving": lambda: moving_rows(panda),
+        "calls": lambda: call_rows(panda),
+        "camera": lambda: camera_rows(panda, options.images),
+        "arms": lambda: arm_rows(options.arm or ARMS),
+        "servo": lambda: servo_rows(panda, options.ticks),
+        "judge": lambda: judge_rows(options.balls),
+    }
+    with one_processor():
+        for name in options.only or tables:
+            sys.stdout.write(f"## {name}\n\n{table(tables[name]())}\n\n")
+            sys.stdout.flush()
+
+
+def seconds(function: Callable, inputs: Iterable) -> Array:
+    """The thread's time of ``function(one)`` for each of the inputs [s]."""
+    times = []
+    for one in inputs:
+        began = time.thread_time()
+        function(one)
+        times.append(time.thread_time() - began)
+    return np.array(times)
+
+
+def seen(n: int, radius: float = RADIUS) -> ulna.PointCloud:
+    """About n points of the bin on the table."""
+    camera = Camera.of_pixels(round(1.9 * n))  # of which the rest see nothing
+    return camera.cloud(camera.image(bin_on_a_table(0), np.random.default_rng(n)), radius)
+
+
+def cloud_rows(robot: ulna.Robot, sizes: Sequence[int]) -> list[dict]:
+    """An update, a row of a batch, edges by their clearance and certified plans, beside 10^2 to 10^7 points."""
+    rows = []
+    for n in sizes:
+        cloud, world = seen(n), ulna.World()
+        world.add("cloud", cloud)
+        q = free(robot, world, CONFIGURATIONS, 1)
+        robot.edge_in_collision(q[0], q[1], world)
+        robot.plan(q[0], q[1], world)
+        points = cloud.points
+
+        def update(_, points=points, world=world):
+            world.update("cloud", ulna.PointCloud(points, RADIUS))
+            world.objects()
+
+        row = {"points": len(points), "update_ms": 1e3 * float(np.median(seconds(update, range(7))))}
+        batch = seconds(lambda q, world=world: robot.in_collision(q, world, threads=1), [q] * 7)
+        row["in_collision_us"] = 1e6 * float(np.median(batch)) / len(q)
+        for clearance, edges in edges_at(robot, world, (0.05, 0.005)).items():
+            call = seconds(lambda edge, world=world: robot.edge_in_collision(*edge, world), edges + edges)[len(edges) :]
+            row[f"edge_{1e3 * clearance:g}_mm_us"] = 1e6 * float(np.median(call)) if len(call) else np.nan
+        rows.append(row | planned(robot, world, zip(q[:PLANS], q[PLANS : 2 * PLANS], strict=True)))
+    return rows
+
+
+def free(robot: ulna.Robot, world: ulna.World, n: int, seed: int) -> Array:
+    """Random configurations that touch nothing, shape (n, n_dof)."""
+    q = robot.random(20 * n, seed=seed)
+    return q[~robot.in_collision(q, world)][:n]
+
+
+def edges_at(robot: ulna.Robot, world: ulna.World, clearances: Sequence[float]) -> dict[float, list[tuple[Array, Array]]]:
+    """Free edges of about half a radian whose least distance to the world is within a fifth of each of these [m]."""
+    found: dict[float, list] = {clearance: [] for clearance in clearances}
+    rng, shares = np.random.default_rng(0), np.linspace(0, 1, SAMPLES)[:, None]
+    for seed in range(10):
+        a = free(robot, world, CONFIGURATIONS, seed)
+        b = np.clip(a + 0.2 * rng.normal(size=a.shape), robot.lower, robot.upper)
+        along = a[:, None] + shares * (b - a)[:, None]
+        least = robot.signed_distance(along, world, self_collision=False).min(axis=1)
+        touching = robot.edge_in_collision(a, b, world).in_collision
+        for clearance, edges in found.items():
+            near = ~touching & (np.abs(least - clearance) < clearance / 5)
+            edges += list(zip(a[near], b[near], strict=True))
+        if all(len(edges) >= EDGES for edges in found.values()):
+            break
+    return {clearance: edges[:EDGES] for clearance, edges in found.items()}
+
+
+def planned(robot: ulna.Robot, world: ulna.World, problems: Iterable[tuple[Array, Array]]) -> dict[str, float]:
+    """Certified plans: how many of them are found, and the time of the median and of the 95th percentile."""
+    plans: list[ulna.Plan] = []
+    times = 1e3 * seconds(lambda problem: plans.append(robot.plan(*problem, world, max_checks=10_000)), problems)
+    return {
+        "plans": len(plans),
+        "solved": sum(map(bool, plans)),
+        "plan_ms": float(np.median(times)),
+        "plan_95_ms": float(np.percentile(times, 95)),
+    }
+
+
+def call_rows(robot: ulna.Robot) -> list[dict]:
+    """One call of each query among ten boxes, beside 10^4 points of a cloud, and of both."""
+    rows, worlds = [], {"ten boxes": scattered(10, 0.1, 0.9), "a cloud": ulna.World(), "both": scattered(10, 0.1, 0.9)}
+    for name in ("a cloud", "both"):
+        worlds[name].add("cloud", seen(10_000))
+    for name, world in worlds.items():
+        q = free(robot, world, EDGES, 2)
+        calls = {
+            "in_collision": lambda q, world=world: robot.in_collision(q, world),
+            "edge_in_collision": lambda q, world=world: robot.edge_in_collision(q, q + 0.02, world),
+            "signed_distance": lambda q, world=world: robot.signed_distance(q, world),
+            "distance_gradient": lambda q, world=world: robot.distance_gradient(q, world),
+            "distances": lambda q, world=world: robot.distances(q, world, within=0.1),
+            "check_collision": lambda q, world=world: robot.check_collision(q, world, max_distance=0.1),
+        }
+        row: dict = {"world": name}
+        for query, call in calls.items():
+            call(q[0])
+            row[f"{query}_us"] = 1e6 * float(np.median(seconds(lambda q, call=call: [call(q) for _ in range(20)], q))) / 20
+        rows.append(row)
+    return rows
+
+
+def camera_rows(robot: ulna.Robot, images: int) -> list[dict]:
+    """From a depth image of 640 x 480 to a certified plan into the bin, while the parts in it change."""
+    camera, world = Camera.of_pixels(640 * 480), ulna.World()
+    parts = {name: [] for name in ("from_depth", "cropped", "without", "thinned", "update", "plan", "all")}
+    solved = 0
+    for k in range(-1, images):  # the first compiles
+        image = camera.image(bin_on_a_table(k + 1), np.random.default_rng(k + 1))
+        clock = [time.thread_time()]
+        cloud = camera.cloud(image, 0.002)
+        clock.append(time.thread_time())
+        cloud = cloud.cropped(ulna.Box((2, 2, 2)))
+        clock.append(time.thread_time())
+        cloud = cloud.without(robot, robot.home, padding=0.01)
+        clock.append(time.thread_time())
+        cloud = cloud.thinned(0.01)
+        clock.append(time.thread_time())
+        if k < 0:
+            world.add("cloud", cloud)
+        else:
+            world.update("cloud", cloud)
+        world.objects()
+        clock.append(time.thread_time())
+        plan = robot.plan(robot.home, GRASP, world)
+        clock.append(time.thread_time())
+        if k >= 0:
+            solved += bool(plan)
+            for times, took in zip(parts.values(), [*np.diff(clock), clock[-1] - clock[0]], strict=True):
+                times.append(took)
+    medians = {f"{name}_ms": 1e3 * float(np.median(times)) for name, times in parts.items()}
+    return [{"images": images, "solved": solved, **medians}]
+
+
+def arm_rows(names: Iterable[str]) -> list[dict]:
+    """Arms of meshes, by hulls and by convex pieces that are kept, beside the bin's cloud and a crate: a row, an edge, a plan."""
+    rows = []
+    for name in names:
+        for kind in ("hulls", "pieces"):
+            row: dict = {"arm": name, "shapes": kind}
+            try:
+                arm = load_arm(name)
+                robot = arm.with_convex_hulls() if kind == "hulls" else arm.with_convex_pieces()
+            except ulna.UlnaError as error:
+                sys.stderr.write(f"{name}, {kind}: {error}\n")
+                continue
+            world = ulna.World()
+            world.add("cloud", seen(10_000))
+            world.add("crate", ulna.Box((0.2, 0.2, 0.2)), ulna.pose((0.1, 0.7, 0.3)))
+            q = free(robot, world, CONFIGURATIONS, 3)
+            if len(q) < 2 * PLANS:
+                sys.stderr.write(f"{name}, {kind}: of {20 * CONFIGURATIONS} configurations {len(q)} are free\n")
+                continue
+            robot.plan(q[0], q[1], world)
+            batch = np.median(seconds(lambda q, world=world, robot=robot: robot.in_collision(q, world, threads=1), [q] * 7))
+            row |= {"bodies": len(robot.collision_names), "in_collision_us": 1e6 * float(batch) / len(q)}
+            edges = [(a, np.clip(a + 0.1, robot.lower, robot.upper)) for a in q[:200]]
+            edges = [edge for edge in edges if not robot.edge_in_collision(*edge, world)]
+            row["edge_us"] = 1e6 * float(np.median(seconds(lambda e, w=world, r=robot: r.edge_in_collision(*e, w), edges)))
+            rows.append(row | planned(robot, world, zip(q[:PLANS], q[PLANS : 2 * PLANS], strict=True)))
+    return rows
+
+
+def servo_rows(robot: ulna.Robot, ticks: int) -> list[dict]:
+    """A tick of the servo towards poses that jump, while a crate moves: among ten boxes, and beside a cloud too."""
+    rows = []
+    for name, points in (("ten boxes", 0), ("and a cloud", 100_000)):
+        world = scattered(10, 0.1, 0.9)
+        world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.9, 0.9, 0.5)))
+        if points:
+            world.add("cloud", seen(points))
+        start = free(robot, world, 1, 4)[0]
+        servo = robot.servo(world, acceleration=10.0)
+        servo.start(start)
+        servo.warm_up()
+        targets = robot.forward_kinematics(free(robot, world, 20, 5))
+        times, least = np.empty(ticks), np.inf
+        for k in range(ticks):
+            world.move("crate", ulna.pose((0.9, 0.9, 0.5 + 0.3 * np.sin(k / 1000))))
+            began = time.thread_time()
+            command = servo.step(pose=targets[k * len(targets) // ticks])
+            times[k] = time.thread_time() - began
+            if k % 20 == 0:
+                least = min(least, float(robot.signed_distance(command.q, world)))
+        p50, p999 = 1e6 * np.percentile(times, (50, 99.9))
+        rows.append({"world": name, "ticks": ticks, "p50_us": p50, "p99.9_us": p999, "least_distance_mm": 1e3 * least})
+    return rows
+
+
+def judge_rows(balls: int) -> list[dict]:
+    """Distances of random balls of every radius to a cloud, and whether they touch, beside SciPy's k-d tree."""
+    cloud, world, rng = seen(100_000), ulna.World(), np.random.default_rng(6)
+    world.add("cloud", cloud)
+    tree, rows = KDTree(cloud.points), []
+    for radius in (1e-6, 1e-3, 1e-2, 0.1, 1.0):
+        robot = sliding_ball(radius)
+        q = rng.uniform((-1, -1.5, -1), (2, 1.5, 1.5), (max(1, balls // 5), 3))
+        expected = tree.query(q)[0] - radius - RADIUS
+        found = robot.signed_distance(q, world)
+        touches = robot.in_collision(q, world)
+        rows.append({
+            "ball_m": radius, "balls": len(q), "touching": int(np.sum(touches)),
+            "verdicts_differ": int(np.sum(touches != (expected <= 0))),
+            "distances_differ_m": float(np.abs(found - expected).max()),
+        })  # fmt: skip
+    return rows
+
+
+def sliding_ball(radius: float) -> ulna.Robot:
+    """A ball whose joint positions are where its middle is [m]."""
+    text, parent = '<robot name="ball"><link name="base"/>', "base"
+    for axis, xyz in zip("xyz", ("1 0 0", "0 1 0", "0 0 1"), strict=True):
+        shape = f'<collision><geometry><sphere radius="{radius!r}"/></geometry></collision>' if axis == "z" else ""
+        text += f'<link name="{axis}">{shape}</link><joint name="j{axis}" type="prismatic"><parent link="{parent}"/>'
+        text += f'<child link="{axis}"/><axis xyz="{xyz}"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint>'
+        parent = axis
+    return ulna.load(text + "</robot>")
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.cell", description=__doc__)
+    names = ("clouds", "moving", "calls", "camera", "arms", "servo", "judge")
+    parser.add_argument("--only", action="append", choices=names, help="a table; repeatable; all of them unless given")
+    parser.add_argument("--largest", type=int, default=1_000_000, help="points of the largest cloud")
+    parser.add_argument("--images", type=int, default=30)
+    parser.add_argument("--arm", action="append", help=f"repeatable; {', '.join(ARMS)} unless given")
+    parser.add_argument("--ticks", type=int, default=20_000)
+    parser.add_argument("--balls", type=int, default=1_000_000)
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()
