@@ -10,6 +10,8 @@ import ulna
 from ulna.description.meshes import spheres
 from ulna.description.meshes.cover import cover
 from ulna.description.meshes.filled_solid import FilledSolid
+from ulna.description.meshes.hulls import in_place_of_meshes, mesh_reader
+from ulna.description.meshes.mesh_files import MeshFiles
 
 CORNERS = np.array([(x, y, z) for z in (0.0, 1.0) for x, y in ((0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3))])
 BOTTOM = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]  # of an L of 3 x 3 x 1, its arms 1 wide
@@ -227,10 +229,23 @@ def test_a_mesh_that_is_not_there_is_named(make, tmp_path):
 
 
 def test_what_is_checked_in_place_of_meshes_is_said(make):
-    from ulna.description.meshes.hulls import in_place_of_meshes
 
     robot = make().with_spheres(within=0.3)
     n = len(robot.collision_names) - 1
     expected = f"collision by {n} balls that cover meshes, and stand out by 300.0 mm at most"
     assert in_place_of_meshes(robot.description) == expected
     assert spheres.balls_of_file(robot.description.folder / "ell.obj", (1.0, 1.0, 1.0), 0.3).shape == (n, 4)
+
+
+def test_sampled_points_of_the_meshes_of_a_ur5_are_in_the_balls_of_their_links(cache):
+    robot = ulna.load("ur5")
+    covered = robot.with_spheres(within=0.04)
+    files, reader = MeshFiles(robot.description), mesh_reader()
+    for before, after in zip(robot.description.links, covered.description.links, strict=True):
+        for body in before.collisions:
+            if isinstance(body.shape, ulna.Mesh):
+                path = files.find(body.shape.uri)
+                mesh = trimesh.Trimesh(*reader.merged(reader.read_scene(path, reader.mesh_bytes(path))), process=False)
+                balls = np.array([(*one.pose[:3, 3], one.shape.radius) for one in after.collisions])
+                points = trimesh.sample.sample_surface(mesh, 3000, seed=1)[0] * body.shape.scale
+                assert outside(balls, points @ body.pose[:3, :3].T + body.pose[:3, 3]).max() <= 1e-9
