@@ -39,26 +39,34 @@ def cover(vertices: Array, faces: Faces, within: float) -> Array:
 
     Returns:
         The centre and the radius of each, shape (k, 4).
+
+    Raises:
+        ValueError: ``within`` is too small for the size of the mesh.
     """
     solid = FilledSolid(vertices, faces)
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     slack = _ROUNDING * size
+    least = within - 2 * slack  # what is proved for smaller balls holds for balls larger by the slack, whatever is rounded
     elements = [_elements(triangles, _EDGE * within) for triangles in solid.surfaces]
     inner = np.concatenate([_inner_balls(one, size, within) for one in elements])
-    radii = np.array([solid.depth(ball[:3]) + within - slack for ball in inner])
-    candidates = np.column_stack([inner[:, :3], radii])[radii > 0]
-    balls = _chosen(np.concatenate(elements), candidates, within - slack)
+    radii = [max(0.0, solid.depth(ball[:3]) + least) for ball in inner]
+    candidates = np.column_stack([inner[:, :3], radii])
+    balls = _chosen(np.concatenate(elements), candidates, least)
     while len(voids := _uncovered(balls, solid, slack)):
         added = []
         for point in voids:
             if not any(np.linalg.norm(point - ball[:3]) < ball[3] for ball in added):
-                added.append((*point, solid.depth(point) + within - slack))
+                added.append((*point, solid.depth(point) + least))
         balls = np.concatenate([balls, added])
-    return balls
+    return balls + (0.0, 0.0, 0.0, slack)  # noqa: RUF005
 
 
 def _elements(triangles: Array, longest: float) -> Array:
-    """The triangles, cut until no edge is longer, shape (n, 3, 3)."""
+    """The triangles, cut until no edge is longer, shape (n, 3, 3).
+
+    Raises:
+        ValueError: They are too many.
+    """
     done = []
     while len(triangles):
         edges = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)
