@@ -9,6 +9,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -180,15 +181,23 @@ def camera_rows(robot: ulna.Robot, images: int) -> list[dict]:
     return [{"images": images, "solved": solved, **medians}]
 
 
+SHAPED = {
+    "hulls": ulna.Robot.with_convex_hulls,
+    "pieces": ulna.Robot.with_convex_pieces,
+    "balls, 20 mm": partial(ulna.Robot.with_spheres, within=0.02),
+    "balls, 10 mm": partial(ulna.Robot.with_spheres, within=0.01),
+}
+
+
 def arm_rows(names: Iterable[str]) -> list[dict]:
-    """Arms of meshes, by hulls and by convex pieces that are kept, beside the bin's cloud and a crate: a row, an edge, a plan."""
+    """Arms of meshes, by hulls, pieces and balls that are kept, beside the bin's cloud and a crate: a row, an edge, a plan."""
     rows = []
     for name in names:
-        for kind in ("hulls", "pieces"):
+        for kind, shaped in SHAPED.items():
             row: dict = {"arm": name, "shapes": kind}
             try:
                 arm = load_arm(name)
-                robot = arm.with_convex_hulls() if kind == "hulls" else arm.with_convex_pieces()
+                robot = shaped(arm)
             except ulna.UlnaError as error:
                 sys.stderr.write(f"{name}, {kind}: {error}\n")
                 continue

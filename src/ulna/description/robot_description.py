@@ -101,7 +101,8 @@ class Joint:
 class Body:
     """A shape on a link: ``pose`` is T_link_shape; ``color`` is red, green, blue, alpha in 0..1.
 
-    ``excess`` is the sampled largest distance of the convex pieces of a mesh from it [m]; None for any other shape.
+    ``excess`` is how far a shape in place of a mesh stands out beyond it [m]: sampled for convex pieces, a bound for balls that
+    cover it; None for any other shape.
 
     Raises:
         InputError: The pose is not a rigid motion.

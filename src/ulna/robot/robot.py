@@ -1280,6 +1280,40 @@ class Robot(Quick):
 
         return self._changed(description=with_pieces(self.description))
 
+    def with_spheres(self, *, within: float = 0.005, most: int | None = None) -> Robot:
+        """The robot with balls that cover its collision meshes, in their place. Other shapes and visuals are unchanged.
+
+        A free verdict holds for the mesh and what it encloses: every point of a triangle, and every point about which a surface
+        of the mesh winds, is in a ball; that is proved, not sampled. Holes in a surface count as closed, cavities as filled. In
+        turn, every point of a ball is at most ``within`` from the mesh or what it encloses, proved too; it is the ``excess`` of
+        each such collision of ``robot.description.links``. So the balls of two links may touch where the links are up to twice
+        ``within`` apart. Which pairs of links may touch is found anew from the balls, as it is with pieces;
+        ``with_allowed_collisions(at=q)`` allows more.
+
+        The balls are found in seconds to minutes for each mesh file, and kept on disk by the file's content. Their number grows
+        as ``within`` gets smaller, most along sharp edges. Boxes, cylinders, capsules and spheres of the description, and
+        attached objects, are checked as they are.
+
+        Args:
+            within: The largest distance of a point of a ball from the mesh and what it encloses [m], above 0.
+            most: The largest number of balls for each mesh; unless given, as many as are needed.
+
+        Raises:
+            FileError: A mesh is not there, or cannot be read.
+            GeometryError: More than ``most`` balls are needed; the message says with which ``within`` they suffice. Or
+                ``within`` is too small for the size of a mesh.
+            InputError: ``within`` is not such a distance, or ``most`` not a count.
+            MissingExtraError: What reads meshes is not installed: pip install 'ulna[hulls]'.
+
+        Example:
+            >>> import ulna
+            >>> ulna.load("ur5").with_spheres(within=0.05).in_collision(np.zeros(6))  # pip install example-robot-data
+            False
+        """
+        from ulna.description.meshes.spheres import with_balls  # noqa: PLC0415 - needed for meshes alone
+
+        return self._changed(description=with_balls(self.description, within, most))
+
     def with_attached(
         self, name: str, shape: Solid, T_link_object: ArrayLike, *, link: str | None = None, touch_links: Iterable[str] = ()
     ) -> Robot:

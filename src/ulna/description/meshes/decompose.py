@@ -16,7 +16,7 @@ import numpy as np
 
 from ulna.description.child_process import child_process, last_words, program_of
 from ulna.description.meshes import kept_pieces
-from ulna.description.meshes.hulls import Scale, mesh_reader, refuse_unchecked, with_shapes
+from ulna.description.meshes.hulls import Part, Scale, mesh_reader, refuse_unchecked, with_shapes
 from ulna.description.meshes.kept_pieces import Pieces
 from ulna.description.robot_description import Description
 from ulna.description.shapes import ConvexMesh
@@ -50,9 +50,9 @@ def with_pieces(description: Description, announce: Callable[[str], object] = la
     return with_shapes(description, partial(_shapes, announce=announce))
 
 
-def _shapes(path: Path, scale: Scale, announce: Callable[[str], object]) -> tuple[tuple[ConvexMesh, ...], float]:
+def _shapes(path: Path, scale: Scale, announce: Callable[[str], object]) -> tuple[Part, ...]:
     pieces = pieces_of_file(path, announce)
-    return tuple(ConvexMesh(points * scale) for points in pieces.points), pieces.excess * max(map(abs, scale))
+    return tuple(Part(ConvexMesh(points * scale), pieces.excess * max(map(abs, scale))) for points in pieces.points)
 
 
 def pieces_of_file(path: Path, announce: Callable[[str], object] = lambda _: None) -> Pieces:

@@ -6,14 +6,33 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from threading import Lock
+from typing import NamedTuple
+
+import numpy as np
 
 from ulna.description.meshes.mesh_files import CHECKED, MeshFiles
 from ulna.description.robot_description import Body, Description, Link
-from ulna.description.shapes import ConvexMesh, Mesh
+from ulna.description.shapes import ConvexMesh, Mesh, Sphere
 from ulna.errors import FileError, InputError, needs_extra
 
 Scale = tuple[float, float, float]
-ShapesOf = Callable[[Path, Scale], tuple[tuple[ConvexMesh, ...], float | None]]
+
+
+class Part(NamedTuple):
+    """A shape in place of a mesh.
+
+    Attributes:
+        shape: What it is.
+        excess: How far it stands out beyond the mesh [m]; None where that is not known.
+        centre: The origin of its frame in the frame of the mesh [m].
+    """
+
+    shape: ConvexMesh | Sphere
+    excess: float | None = None
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+ShapesOf = Callable[[Path, Scale], tuple[Part, ...]]
 _MOST_KEPT = 256  # cached hulls, which robots share
 _kept: dict[tuple[bytes, str, Scale], ConvexMesh] = {}
 _lock = Lock()
@@ -26,7 +45,7 @@ def with_hulls(description: Description) -> Description:
         FileError: A mesh is not there, lies where the description may not lead, or cannot be read.
         MissingExtraError: The libraries that read meshes and find hulls are not installed.
     """
-    return with_shapes(description, lambda path, scale: ((hull_of(path, scale),), None))
+    return with_shapes(description, lambda path, scale: (Part(hull_of(path, scale)),))
 
 
 def with_shapes(description: Description, shapes_of: ShapesOf) -> Description:
@@ -34,8 +53,7 @@ def with_shapes(description: Description, shapes_of: ShapesOf) -> Description:
 
     Args:
         description: The description.
-        shapes_of: From the path of a mesh file and its scale to shapes in the frame of the mesh, and how far they stand out
-            beyond it [m], None where that is not known.
+        shapes_of: From the path of a mesh file and its scale to shapes in the frame of the mesh.
 
     Raises:
         FileError: A mesh is not there, lies where the description may not lead, or ``shapes_of`` raises it.
@@ -51,6 +69,9 @@ def n_collision_meshes(description: Description) -> int:
 
 def in_place_of_meshes(description: Description) -> str:
     """A sentence that says what is checked in place of meshes; empty if there are none."""
+    balls = [body for link in description.links for body in link.collisions if isinstance(body.shape, Sphere)]
+    if excesses := [body.excess for body in balls if body.excess is not None]:
+        return f"collision by {len(excesses)} balls that cover meshes, and stand out by {1000 * max(excesses):.1f} mm at most"
     shapes = [body for link in description.links for body in link.collisions if isinstance(body.shape, ConvexMesh)]
     excesses = [body.excess for body in shapes if body.excess is not None]
     if excesses:
@@ -64,14 +85,24 @@ def _with_shapes(link: Link, files: MeshFiles, shapes_of: ShapesOf) -> Link:
             return [body]
         path = files.find(body.shape.uri)
         try:
-            shapes, excess = shapes_of(path, body.shape.scale)
+            parts = shapes_of(path, body.shape.scale)
         except (FileError, InputError) as error:
             message = f"the collision mesh {body.name!r} of link {link.name!r} {error.message}"
             raise FileError(str(path), message) from error
-        names = [body.name] if len(shapes) == 1 else [f"{body.name} piece {k}" for k in range(1, len(shapes) + 1)]
-        return [replace(body, name=name, shape=shape, excess=excess) for name, shape in zip(names, shapes, strict=True)]
+        kind = "ball" if isinstance(parts[0].shape, Sphere) else "piece"
+        names = [body.name] if len(parts) == 1 else [f"{body.name} {kind} {k}" for k in range(1, len(parts) + 1)]
+        return [
+            replace(body, name=name, shape=part.shape, excess=part.excess, pose=body.pose @ _shift(part.centre))
+            for name, part in zip(names, parts, strict=True)
+        ]
 
     return replace(link, collisions=tuple(piece for body in link.collisions for piece in shaped(body)))
+
+
+def _shift(centre: tuple[float, float, float]) -> np.ndarray:
+    T = np.eye(4)
+    T[:3, 3] = centre
+    return T
 
 
 def hull_of(path: Path, scale: Scale) -> ConvexMesh:

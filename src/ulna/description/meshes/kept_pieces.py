@@ -1,15 +1,17 @@
-"""Caches the convex pieces of meshes on disk, in the user's own cache folder."""
+"""Caches the convex pieces of meshes, and the balls that cover them, on disk, in the user's own cache folder."""
 
 import contextlib
 import io
 import zipfile
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.engine.private_folder import PrivateFolder, cache_base, private_folder
 
+Parsed = TypeVar("Parsed")
 _UNUSED_DAYS = 90
 
 
@@ -48,17 +50,49 @@ def from_bytes(data: bytes) -> Pieces:
     return Pieces(tuple(np.split(points, np.cumsum(counts)[:-1])), excess)
 
 
+def balls_to_bytes(balls: NDArray[np.float64]) -> bytes:
+    """Centres and radii, shape (n, 4), as the bytes of a NumPy file."""
+    file = io.BytesIO()
+    np.save(file, balls)
+    return file.getvalue()
+
+
+def balls_from_bytes(data: bytes) -> NDArray[np.float64]:
+    """The balls of such a file.
+
+    Raises:
+        ValueError: The file does not hold balls.
+    """
+    try:
+        balls = np.load(io.BytesIO(data), allow_pickle=False).astype(np.float64)
+    except (OSError, EOFError, TypeError, AttributeError) as error:
+        raise ValueError(str(error)) from None
+    if balls.ndim != 2 or balls.shape[1] != 4 or not len(balls) or not np.isfinite(balls).all() or balls[:, 3].min() < 0:
+        raise ValueError("not centres and radii of balls")
+    return balls
+
+
 def read(name: str) -> Pieces | None:
     """The cached pieces of a name; None if there are none."""
+    return read_as(f"{name}.npz", from_bytes)
+
+
+def read_as(file: str, parse: Callable[[bytes], Parsed]) -> Parsed | None:
+    """What a cached file holds; None if there is none, or ``parse`` raises ValueError."""
     with contextlib.suppress(OSError, RuntimeError, ValueError), _folder() as folder:
-        return from_bytes(folder.read(f"{name}.npz"))
+        return parse(folder.read(file))
     return None
 
 
 def write(name: str, pieces: Pieces) -> None:
-    """Cache pieces under a name, if the folder can be written; remove files that were not used for three months."""
+    """Cache pieces under a name, if the folder can be written."""
+    write_bytes(f"{name}.npz", to_bytes(pieces))
+
+
+def write_bytes(file: str, data: bytes) -> None:
+    """Cache a file, if the folder can be written; remove files that were not used for three months."""
     with contextlib.suppress(OSError, RuntimeError), _folder() as folder:
-        folder.write(f"{name}.npz", to_bytes(pieces))
+        folder.write(file, data)
         folder.remove_unused(_UNUSED_DAYS)
 
 

@@ -80,7 +80,7 @@ def pieces_of(vertices: Array, faces: Faces, hulls: list[Array]) -> list[Array]:
             whole[:] = True
         owners.append(leaves.argmin(axis=0)[whole])
         done.append(triangles[whole])
-        triangles = _halved(triangles[~whole], edges[~whole].argmax(axis=1))
+        triangles = halved(triangles[~whole], edges[~whole].argmax(axis=1))
     owner, triangles = np.concatenate(owners), np.concatenate(done)
     groups = [triangles[owner == k].reshape(-1, 3) for k in range(len(hulls))]
     return [_corners(group) for group in groups if len(group)]
@@ -93,7 +93,7 @@ def _distances_outside(triangles: Array, planes: Array) -> Array:
     return np.concatenate([part.max(axis=(1, 2)) for part in parts])
 
 
-def _halved(triangles: Array, longest: NDArray[np.int64]) -> Array:
+def halved(triangles: Array, longest: NDArray[np.int64]) -> Array:
     """Two for each triangle, cut at the middle of the edge that begins at corner ``longest``."""
     rows = np.arange(len(triangles))
     a, b, c = (triangles[rows, (longest + k) % 3] for k in range(3))
@@ -137,7 +137,7 @@ def sampled_excess(vertices: Array, faces: Faces, pieces: list[Array]) -> float:
     step = max(1, _AT_ONCE // len(triangles))
     for k in range(0, len(points), step):
         some = farthest_first[k : k + step]
-        outside = np.abs(_winding_numbers(triangles, points[some])) <= 0.5
+        outside = np.abs(winding_numbers(triangles, points[some])) <= 0.5
         if outside.any():
             return float(distances[some[outside.argmax()]])
     return 0.0
@@ -170,7 +170,7 @@ def _samples_of_pieces(pieces: list[Array], random: np.random.Generator) -> Arra
     return middles[owner] + inwards * (samples - middles[owner])
 
 
-def _winding_numbers(triangles: Array, points: Array) -> Array:
+def winding_numbers(triangles: Array, points: Array) -> Array:
     """The winding number of a surface at each point: the sum of solid angles (Van Oosterom and Strackee 1983) over 4 pi."""
     a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
     lengths = [np.linalg.norm(one, axis=2) for one in (a, b, c)]
