@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import viser
 from numpy.typing import NDArray
 
-from ulna.collision.clouds import Obstacle
+from ulna.collision.clouds import Obstacle, PointCloud
 from ulna.collision.world import World
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
@@ -106,7 +106,7 @@ class ObstacleForm:
         match shape:
             case Box(extents):
                 return [(self.extents, extents)]
-            case Sphere(radius):
+            case Sphere(radius=radius) | PointCloud(radius=radius):
                 return [(self.radius, radius)]
             case Cylinder(radius, length) | Capsule(radius, length):
                 return [(self.radius, radius), (self.length, length)]
@@ -148,6 +148,8 @@ class ObstacleForm:
         """The shape with one dimension changed; unchanged if the field is not a dimension."""
         if field is self.extents and isinstance(shape, Box):
             return Box(value)
+        if field is self.radius and isinstance(shape, PointCloud):
+            return PointCloud(shape.points, value)
         if field is self.radius and isinstance(shape, Sphere | Cylinder | Capsule):
             return replace(shape, radius=value)
         if field is self.length and isinstance(shape, Cylinder | Capsule):
