@@ -11,12 +11,15 @@ from ulna.viewer.ghost import Ghost
 from ulna.viewer.html import marked, small_text
 from ulna.viewer.nodes import Handles
 from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN
+from ulna.viewer.plots import Plots
 from ulna.viewer.pose_fields import HandPose
-from ulna.viewer.session.planned_motion import Planning
+from ulna.viewer.session.curves import Curve
+from ulna.viewer.session.planned_motion import JERK, Planning
 from ulna.viewer.session.session import Session, configurations_of
 
 _HINT = "Drag the goal of the hand: a motion to it is planned that touches nothing, and again whenever an obstacle is moved"
 _PLAY, _PAUSE = "Play", "Pause"
+_NO_CURVES: dict[str, Curve] = {}
 _LONGEST_FRAME = 0.1  # [s] after a pause the arm does not jump
 
 
@@ -41,9 +44,14 @@ class PlanPanel:
         self.play = gui.add_button(_PLAY, hint="Move the arm along the plan", visible=False)
         self.along = gui.add_slider("Along the plan", min=0.0, max=1.0, step=0.001, initial_value=0.0, visible=False)
         self.here = gui.add_button("Start here", hint="Plan from where the arm is now", visible=False)
+        self.smooth = gui.add_checkbox(
+            "Limit the jerk", initial_value=False, hint=f"To {JERK:g} rad/s³ or m/s³ in every joint", visible=False
+        )
+        self.plots = Plots(gui, session.robot)
         self._last, self._acted = time.perf_counter(), False
         self.on.on_update(lambda _: self._do(lambda: self.planning.turn(on=self.on.value)))
         self.known.on_click(lambda event: self._do(lambda: self.planning.send_to(self._known[event.target.value])))
+        self.smooth.on_update(lambda _: self._do(lambda: self.planning.limit_jerk(on=self.smooth.value)))
         self.play.on_click(lambda _: self._do(self.planning.play))
         self.here.on_click(lambda _: self._do(self.planning.start_here))
         self.along.on_update(self._scrub)
@@ -69,7 +77,7 @@ class PlanPanel:
     def show(self) -> None:
         """Show the goal, the line, the sentence, and how far the arm is."""
         planning, shown = self.planning, self.planning.shown
-        for element in (self.known, self.play, self.along, self.here, self.mark):
+        for element in (self.known, self.play, self.along, self.here, self.smooth, self.mark):
             element.visible = planning.on
         self.handles.show(visible=planning.on)
         self.pose.show_fields(visible=planning.on)
@@ -86,6 +94,7 @@ class PlanPanel:
         self.play.label = _PAUSE if planning.playing else _PLAY
         self.along.value = round(planning.share, 3)
         self.ghost.show(shown.end if shown is not None and planning.on else None, GREEN if motion is not None else RED)
+        self.plots.show(_NO_CURVES if shown is None or not planning.on else shown.curves)
         self.line.visible = motion is not None
         if shown is not None and motion is not None:
             self.line.points = np.stack([shown.line[:-1], shown.line[1:]], axis=1).astype(np.float32)
