@@ -76,7 +76,7 @@ def test_the_curves_of_a_plan_are_plotted_against_their_limits(view, page, panda
     page.get_by_label("Limit the jerk").click()
     type_goal(view, page, "0.307", "0.45")
     shown = [
-        [400, [f"panda_joint{k}" for k in range(1, 8)] + 2 * ["limit"], f"{name}, share of the limit"]
+        [400, [f"panda_joint{k}" for k in range(1, 8)] + 2 * ["limit"], name]
         for name in ("position", "velocity", "acceleration", "jerk")
     ]
     wait_to_see(page, lambda: sorted(page.evaluate(DRAWN)) == sorted(shown), "four charts")

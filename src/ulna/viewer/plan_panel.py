@@ -47,7 +47,7 @@ class PlanPanel:
         self.smooth = gui.add_checkbox(
             "Limit the jerk", initial_value=False, hint=f"To {JERK:g} rad/s³ or m/s³ in every joint", visible=False
         )
-        self.plots = Plots(gui, session.robot)
+        self.plots = Plots(gui, session.robot, lambda: self._do(lambda: None))
         self._last, self._acted = time.perf_counter(), False
         self.on.on_update(lambda _: self._do(lambda: self.planning.turn(on=self.on.value)))
         self.known.on_click(lambda event: self._do(lambda: self.planning.send_to(self._known[event.target.value])))

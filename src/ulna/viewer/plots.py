@@ -1,7 +1,7 @@
 """Plots the curves of a planned motion in the panel: of all joints as shares of their limits, or of one joint in its units."""
 
 import html
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from itertools import cycle, islice
 
 import numpy as np
@@ -20,12 +20,15 @@ _SHARES = (-1.1, 1.1)
 
 
 class Plots:
-    """A chart for each quantity, with dashed lines at the limits; hidden while there is no motion."""
+    """A chart for each quantity, with dashed lines at the limits; hidden while there is no motion.
 
-    def __init__(self, gui: viser.GuiApi, robot: Robot) -> None:
+    ``chosen`` is called when a person has chosen a joint; then ``show`` is to be called.
+    """
+
+    def __init__(self, gui: viser.GuiApi, robot: Robot, chosen: Callable[[], None]) -> None:
         self._entries = coordinates_of(robot)
         self._colors = [f"rgb{color}" for color in islice(cycle(CURVES), len(self._entries))]
-        self._curves: Mapping[str, Curve] = {}
+        self._shown: tuple[Mapping[str, Curve], str] = {}, ""
         self.folder = gui.add_folder("Curves", visible=False)
         with self.folder:
             self.joint = gui.add_dropdown("Joint", (_ALL, *(entry.name for entry in self._entries)))
@@ -35,32 +38,30 @@ class Plots:
                 name: gui.add_uplot(nothing, ({}, {}), height=_HEIGHT_PX, legend={"show": False}, visible=False)
                 for name in QUANTITIES
             }
-        self.joint.on_update(lambda _: self._draw())
+        self.joint.on_update(lambda _: chosen())
 
     def show(self, curves: Mapping[str, Curve]) -> None:
-        """Plot other curves by quantity; nothing if there are none."""
-        if curves is not self._curves:
-            self._curves, self.folder.visible = curves, bool(curves)
-            self._draw()
-
-    def _draw(self) -> None:
-        k = None if self.joint.value == _ALL else [entry.name for entry in self._entries].index(self.joint.value)
+        """Plot curves by quantity, of the joint that is chosen; nothing if there are none."""
+        joint = self.joint.value
+        if curves is self._shown[0] and joint == self._shown[1]:
+            return
+        self._shown, self.folder.visible = (curves, joint), bool(curves)
+        k = None if joint == _ALL else [entry.name for entry in self._entries].index(joint)
         for (name, chart), per in zip(self.charts.items(), _PER, strict=True):
-            curve = self._curves.get(name)
-            chart.visible = curve is not None
-            if curve is not None:
-                self._draw_chart(chart, name, curve, k, per)
+            chart.visible = name in curves
+            if chart.visible:
+                self._draw(chart, name, curves[name], k, per)
         dots = (
-            f'<span style="color:{color}">&#9632;</span> {html.escape(entry.name)}'
+            f'<span style="white-space:nowrap"><span style="color:{color}">&#9632;</span> {html.escape(entry.name)}</span>'
             for n, (entry, color) in enumerate(zip(self._entries, self._colors, strict=True))
             if k in (None, n)
         )
-        self.legend.content = f'<div style="{STYLE};font-size:0.75em">{" &nbsp; ".join(dots)}</div>'
+        self.legend.content = f'<div style="{STYLE};font-size:0.75em">{" &ensp; ".join(dots)}</div>'
 
-    def _draw_chart(self, chart: viser.GuiUplotHandle, name: str, curve: Curve, k: int | None, per: str) -> None:
+    def _draw(self, chart: viser.GuiUplotHandle, name: str, curve: Curve, k: int | None, per: str) -> None:
         if k is None:
             columns = [n for n, values in enumerate(curve.shares.T) if np.isfinite(values).all()]
-            values, ends, color, label = curve.shares, [-1.0, 1.0] if columns else [], SLATE, f"{name}, share of the limit"
+            values, ends, color, label = curve.shares, [-1.0, 1.0] if columns else [], SLATE, name
         else:
             columns, color, label = [k], RED, f"{name} [{self._entries[k].unit}{per}]"
             values, ends = curve.values, [float(end[k]) for end in (curve.low, curve.high) if np.isfinite(end[k])]
