@@ -7,8 +7,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from ulna.errors import InputError, UlnaError
+from ulna.errors import InputError
 from ulna.viewer.session.session import Session, configurations_of
+from ulna.viewer.typed_fields import refusals_shown
 
 COPY_SCRIPT = b"""<script>
 addEventListener('click', (e) => {
@@ -64,11 +65,8 @@ class ConfigurationPanel:
             event.client.send_file_download(f"{self._session.robot.name}_q.csv", content, save_immediately=True)
 
     def _upload(self, event: viser.GuiEvent) -> None:
-        try:
+        with refusals_shown(event.client, "q was not loaded"):
             self._go(first_row(self.load.value.content, self._session.robot.n_dof))
-        except UlnaError as error:
-            if event.client is not None:
-                event.client.add_notification("q was not loaded", str(error), color="red")
 
 
 def as_text(q: NDArray[np.float64]) -> str:

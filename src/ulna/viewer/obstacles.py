@@ -17,11 +17,12 @@ from ulna.collision.scene_file import world_from_json, world_to_json
 from ulna.collision.world import World
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
-from ulna.errors import InputError, UlnaError
+from ulna.errors import InputError
 from ulna.viewer.nodes import Handles, add_shape
 from ulna.viewer.obstacle_form import ObstacleForm
 from ulna.viewer.palette import GROUND, MOVABLE, PALE, TOUCHING, obstacle_opacity
 from ulna.viewer.session.scene_history import Scene, SceneHistory, scene_of
+from ulna.viewer.typed_fields import refusals_shown
 from ulna.viewer.uploads import ENDINGS, shapes_of_file
 
 _EDGE = 0.15  # the edge of a new obstacle, as a part of the robot's size
@@ -95,8 +96,8 @@ class Obstacles:
             key = gui.add_command(f"{button.label} a change of the obstacles", hotkey="Z", modifier=modifier)
             key.on_trigger(lambda _, act=act: self._step(act))
         self.save.on_click(self._download)
-        self.load.on_upload(lambda event: self._read(event, "The scene was not loaded", self._load))
-        self.file.on_upload(lambda event: self._read(event, "Nothing was added", self._add_file))
+        self.load.on_upload(self._load)
+        self.file.on_upload(self._add_file)
 
     @property
     def chosen(self) -> str | None:
@@ -199,14 +200,9 @@ class Obstacles:
         self.moved()
 
     def _download(self, event: viser.GuiEvent) -> None:
-        if event.client is None:
-            return
-        try:
-            text = world_to_json(self.world)
-        except InputError as error:
-            event.client.add_notification("The scene was not saved", str(error), color="red")
-        else:
-            event.client.send_file_download("scene.json", text.encode(), save_immediately=True)
+        if event.client is not None:
+            with refusals_shown(event.client, "The scene was not saved"):
+                event.client.send_file_download("scene.json", world_to_json(self.world).encode(), save_immediately=True)
 
     def _step(self, act: Callable[[], tuple[str, ...]]) -> None:
         """Undo or redo, unless an obstacle is being dragged, and choose an obstacle that has changed."""
@@ -216,16 +212,9 @@ class Obstacles:
                 self.form.choose(names[-1])
         self.moved()
 
-    def _read(self, event: viser.GuiEvent, title: str, read: Callable[[viser.GuiEvent], None]) -> None:
-        """Read an uploaded file; an error is shown in the tab where it was chosen."""
-        try:
-            read(event)
-        except UlnaError as error:
-            if event.client is not None:
-                event.client.add_notification(title, str(error), color="red")
-
-    def _load(self, _: viser.GuiEvent) -> None:
-        self.replace(world_from_json(self.load.value.content, self.load.value.name))
+    def _load(self, event: viser.GuiEvent) -> None:
+        with refusals_shown(event.client, "The scene was not loaded"):
+            self.replace(world_from_json(self.load.value.content, self.load.value.name))
 
     def _add_file(self, event: viser.GuiEvent) -> None:
         """Add the shapes of a mesh or a cloud where the file has them in the base frame, and choose one."""
@@ -235,16 +224,15 @@ class Obstacles:
             if event.client is not None:
                 event.client.add_notification("Decomposing", f"{file.name} is added when its pieces are found", color="blue")
 
-        shapes = shapes_of_file(
-            file.name, file.content, scale=_UNITS[self.unit.value], pieces=self.pieces.value, announce=announce
-        )
-        stem = Path(file.name).stem or "file"
-        with self.changing():
-            for k, shape in enumerate(shapes, start=1):
-                own = stem if len(shapes) == 1 else f"{stem} piece {k}"
-                name = self._free(f"{own} {n}" if n > 1 else own for n in count(1))
-                self.world.add(name, shape)
-                self.form.choose(name)
+        scale, stem = _UNITS[self.unit.value], Path(file.name).stem or "file"
+        with refusals_shown(event.client, "Nothing was added"):
+            shapes = shapes_of_file(file.name, file.content, scale=scale, pieces=self.pieces.value, announce=announce)
+            with self.changing():
+                for k, shape in enumerate(shapes, start=1):
+                    own = stem if len(shapes) == 1 else f"{stem} piece {k}"
+                    name = self._free(f"{own} {n}" if n > 1 else own for n in count(1))
+                    self.world.add(name, shape)
+                    self.form.choose(name)
 
     def _free(self, names: Iterable[str]) -> str:
         """The first of the names that neither an obstacle nor a part of the robot has."""

@@ -12,10 +12,10 @@ from ulna.viewer.html import marked, small_text
 from ulna.viewer.nodes import Handles
 from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN
 from ulna.viewer.plots import Plots
-from ulna.viewer.pose_fields import HandPose
 from ulna.viewer.session.curves import Curve
 from ulna.viewer.session.planned_motion import JERK, Planning
 from ulna.viewer.session.session import Session, configurations_of
+from ulna.viewer.typed_fields import HandPose
 
 _HINT = "Drag the goal of the hand: a motion to it is planned that touches nothing, and again whenever an obstacle is moved"
 _PLAY, _PAUSE = "Play", "Pause"
@@ -77,10 +77,10 @@ class PlanPanel:
     def show(self) -> None:
         """Show the goal, the line, the sentence, and how far the arm is."""
         planning, shown = self.planning, self.planning.shown
-        for element in (self.known, self.play, self.along, self.here, self.smooth, self.mark):
+        fields = (self.known, self.pose.xyz, self.pose.rpy, self.play, self.along, self.here, self.smooth)
+        for element in (*fields, self.mark):
             element.visible = planning.on
         self.handles.show(visible=planning.on)
-        self.pose.show_fields(visible=planning.on)
         motion = None if shown is None else shown.motion
         self.play.disabled = self.along.disabled = motion is None
         if planning.on:
