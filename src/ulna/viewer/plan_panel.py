@@ -2,15 +2,17 @@
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
+from ulna.description.pose import quaternion_from_matrix
 from ulna.viewer.arm import Arm
-from ulna.viewer.ghost import Ghost
 from ulna.viewer.html import marked, small_text
-from ulna.viewer.nodes import Handles
-from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN
+from ulna.viewer.nodes import Handles, add_triangles
+from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN, Color
 from ulna.viewer.plots import Plots
 from ulna.viewer.session.curves import Curve
 from ulna.viewer.session.planned_motion import JERK, Planning
@@ -20,7 +22,32 @@ from ulna.viewer.typed_fields import HandPose
 _HINT = "Drag the goal of the hand: a motion to it is planned that touches nothing, and again whenever an obstacle is moved"
 _PLAY, _PAUSE = "Play", "Pause"
 _NO_CURVES: dict[str, Curve] = {}
+_GHOST_OPACITY = 0.3
 _LONGEST_FRAME = 0.1  # [s] after a pause the arm does not jump
+
+
+class Ghost:
+    """The visuals of the links that move, at another configuration. Its nodes are added when it is first shown."""
+
+    def __init__(self, server: viser.ViserServer, arm: Arm, root: str) -> None:
+        self._scene, self._arm, self._root = server.scene, arm, root
+        self._nodes: dict[str, Any] = {}
+
+    def show(self, q: NDArray[np.float64] | None, color: Color) -> None:
+        """Show it at q, shape (n_dof,), in a colour; hide it if q is None."""
+        robot = self._arm.robot
+        if q is not None and not self._nodes:
+            look = {"opacity": _GHOST_OPACITY, "cast_shadow": False, "receive_shadow": False}
+            for k, (link, visual) in enumerate(self._arm.visuals.items()):
+                if robot.tree.link_row[link] < 0:
+                    continue
+                self._nodes[link] = add_triangles(self._scene, f"{self._root}/{k}", visual.to_mesh(), color, **look)
+        if q is not None:
+            poses = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
+            for link, node in self._nodes.items():
+                node.position, node.wxyz, node.color = poses[link][:3, 3], quaternion_from_matrix(poses[link]), color
+        for node in self._nodes.values():
+            node.visible = q is not None
 
 
 class PlanPanel:
@@ -51,7 +78,7 @@ class PlanPanel:
         self._last, self._acted = time.perf_counter(), False
         self.on.on_update(lambda _: self._do(lambda: self.planning.turn(on=self.on.value)))
         self.known.on_click(lambda event: self._do(lambda: self.planning.send_to(self._known[event.target.value])))
-        self.smooth.on_update(lambda _: self._do(lambda: self.planning.limit_jerk(on=self.smooth.value)))
+        self.smooth.on_update(lambda _: self._do(self._limit_jerk))
         self.play.on_click(lambda _: self._do(self.planning.play))
         self.here.on_click(lambda _: self._do(self.planning.start_here))
         self.along.on_update(self._scrub)
@@ -98,6 +125,9 @@ class PlanPanel:
         self.line.visible = motion is not None
         if shown is not None and motion is not None:
             self.line.points = np.stack([shown.line[:-1], shown.line[1:]], axis=1).astype(np.float32)
+
+    def _limit_jerk(self) -> None:
+        self.planning.jerk = JERK if self.smooth.value else None
 
     def _do(self, act: Callable[[], object]) -> None:
         with self._session.lock:

@@ -38,11 +38,8 @@ class ClearancePanel:
         color = {"free": GREEN, "collision": RED}.get(clearance.state, UNKNOWN)
         pair = clearance.nearest
         words = clearance.refusal if pair is None else f"{clearance.distance}: {clearance.apart}"
-        for element, content in (
-            (self.state, marked(str(clearance), color, filled=clearance.state == "collision")),
-            (self.nearest, small_text(words) if words else ""),
-        ):
-            element.content = content
+        self.state.content = marked(str(clearance), color, filled=clearance.state == "collision")
+        self.nearest.content = small_text(words) if words else ""
         for node in (self.line, self.label, *self.ends):
             node.visible = pair is not None
         if pair is None:
@@ -116,9 +113,8 @@ class Notice:
 
     def show_compiling(self, names: tuple[str, ...]) -> None:
         """Show the names of what is being compiled."""
-        if names != self._compiling:
-            self._compiling = names
-            self._write()
+        self._compiling = names
+        self._write()
 
     def show_failure(self, error: Exception | None) -> None:
         """Show why the last frame failed; None if it did not."""

@@ -96,7 +96,7 @@ class View:
                 self.plans = PlanPanel(server, session, self.arm, self._happened)
         with tabs.add_tab("Look"):
             self.sight = SightPanel(server, ground)
-            self.look = VisibilityPanel(server.gui, self.arm, solids=False)
+            self.look = VisibilityPanel(server.gui, self.arm)
         self._show()
 
     @property

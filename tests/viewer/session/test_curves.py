@@ -5,7 +5,7 @@ import pytest
 
 import ulna
 from ulna.viewer.session.curves import Curve
-from ulna.viewer.session.planned_motion import Planning
+from ulna.viewer.session.planned_motion import JERK, Planning
 from ulna.viewer.session.session import Session
 
 HEIGHT = 0.35
@@ -14,7 +14,7 @@ HEIGHT = 0.35
 def curves(robot, *, jerk):
     planning = Planning(Session(robot, ulna.World()))
     planning.turn(on=True)
-    planning.limit_jerk(on=jerk)
+    planning.jerk = JERK if jerk else None
     T = planning.hand_pose
     T[2, 3] = HEIGHT
     planning.send(T)

@@ -115,15 +115,7 @@ class Planning:
     def turn(self, *, on: bool) -> None:
         """Begin to plan, from where the arm is and without a goal; or end it."""
         self.on, self._goal = on, None
-        self._begin()
-
-    def limit_jerk(self, *, on: bool) -> None:
-        """Whether the jerk of the motion is limited; it plans anew."""
-        self.jerk = JERK if on else None
-
-    def start_here(self) -> None:
-        """Plan from where the arm is."""
-        self._begin()
+        self.start_here()
 
     def play(self) -> None:
         """Move the arm along the motion, from its beginning if it is at the end; or stop it."""
@@ -141,7 +133,7 @@ class Planning:
         if not self.on:
             return False
         if self._session.link != self._link or not np.array_equal(self._session.q, self._placed):
-            self._begin()
+            self.start_here()
         another = self._plan()
         motion = None if self.shown is None else self.shown.motion
         if motion is None:
@@ -172,7 +164,8 @@ class Planning:
         how = "certified free" if motion.certified else "not certified"
         return f"{plan.status}: {motion.duration:.2f} s, {how}, {plan.checks} edges checked"
 
-    def _begin(self) -> None:
+    def start_here(self) -> None:
+        """Plan from where the arm is."""
         session = self._session
         self._link, self._start, self._placed = session.link, session.q, session.q
         self.playing, self.share, self.shown, self.waiting, self._asked = False, 0.0, None, False, None
