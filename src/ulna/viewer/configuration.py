@@ -11,22 +11,6 @@ from ulna.errors import InputError
 from ulna.viewer.session.session import Session, configurations_of
 from ulna.viewer.typed_fields import refusals_shown
 
-COPY_SCRIPT = b"""<script>
-addEventListener('click', (e) => {
-  const button = e.target.closest?.('[data-copy]');
-  if (!button) return;
-  const text = button.dataset.copy;
-  const old = () => {
-    const area = document.body.appendChild(document.createElement('textarea'));
-    area.value = text;
-    area.select();
-    document.execCommand('copy');
-    area.remove();
-  };
-  (navigator.clipboard ? navigator.clipboard.writeText(text).catch(old) : Promise.resolve(old()))
-    .then(() => { button.textContent = 'Copied'; });
-});
-</script>"""
 _BUTTON = "border:1px solid #228be6;border-radius:2px;background:#fff;color:#228be6;padding:0.2em 0.7em;cursor:pointer"
 _MOST_BYTES = 1_000_000
 

@@ -11,7 +11,7 @@ from ulna.description.pose import pose
 from ulna.description.shapes import HalfSpace, Mesh
 from ulna.robot import Robot
 from ulna.viewer.arm import Extent
-from ulna.viewer.document import set_theme
+from ulna.viewer.page import set_theme
 from ulna.viewer.visuals import triangles
 
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
