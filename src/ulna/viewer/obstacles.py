@@ -20,7 +20,7 @@ from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from ulna.errors import InputError
 from ulna.viewer.nodes import Handles, add_shape
 from ulna.viewer.obstacle_form import ObstacleForm
-from ulna.viewer.palette import GROUND, MOVABLE, PALE, TOUCHING, obstacle_opacity
+from ulna.viewer.palette import GROUND, MOVABLE, OBSTACLE_OPACITY, PALE, TOUCHING
 from ulna.viewer.session.scene_history import Scene, SceneHistory, scene_of
 from ulna.viewer.typed_fields import refusals_shown
 from ulna.viewer.uploads import ENDINGS, shapes_of_file
@@ -182,7 +182,7 @@ class Obstacles:
                 self.handles.put(T)
 
     def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
-        color, opacity = TOUCHING if red else MOVABLE, obstacle_opacity(touching=red)
+        color, opacity = TOUCHING if red else MOVABLE, 1.0 if red else OBSTACLE_OPACITY
         if isinstance(shape, HalfSpace):  # everything above it is seen in front of it
             color, opacity = TOUCHING if red else GROUND, PALE
         if name not in self._drawn:

@@ -44,12 +44,7 @@ CURVES: tuple[Color, ...] = (
     (110, 110, 110),
 )  # of joints in a plot, which colour-blind people can distinguish; after M. Okabe and K. Ito, 2008
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
-
-
-def obstacle_opacity(*, touching: bool) -> float:
-    """The opacity of an obstacle."""
-    return 1.0 if touching else 0.6
-
+OBSTACLE_OPACITY = 0.6  # of one that touches nothing; otherwise 1
 
 ShapeT = TypeVar("ShapeT", Box, Cylinder)
 

@@ -14,10 +14,10 @@ from ulna.collision.clouds import Obstacle, PointCloud
 from ulna.description.meshes.decompose import pieces_of_file
 from ulna.description.meshes.hulls import hull_of
 from ulna.description.meshes.mesh_files import CHECKED
+from ulna.description.meshes.reader import MOST_BYTES
 from ulna.description.shapes import ConvexMesh
 from ulna.errors import FileError
 
-MOST_BYTES = 100_000_000
 MOST_POINTS = 100_000  # of a cloud that a browser draws, and that a scene file holds
 RADIUS = 0.01  # [m] of the points of a new cloud
 _TYPES = {"F": "f", "I": "i", "U": "u"}  # of a .pcd, as NumPy has them

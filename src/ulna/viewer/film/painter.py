@@ -33,21 +33,16 @@ _PAPER = (255, 255, 255, 215)
 NO_LAMP = (0.0, 0.0, -1.0, -1.0, -1.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Panes:
-    """Sides of boxes, from far to near.
+Array = NDArray[np.float64]
 
-    Attributes:
-        points: Their corners in the base frame [m], four for each side in order around it, shape (4 n, 3).
-        paints: Red, green, blue (linear light) and opacity, shape (n, 4).
+
+def make_panes(solids: Sequence[tuple[Solid[Box], Array]], eye: Array) -> tuple[Array, Array]:
+    """The sides of boxes that face the eye, shape (3,), from far to near; each box comes with its T_base_box, shape (4, 4).
+
+    Returns:
+        Their corners in the base frame [m], four for each side in order around it, shape (4 n, 3); and their red, green, blue
+        (linear light) and opacity, shape (n, 4).
     """
-
-    points: NDArray[np.float64]
-    paints: NDArray[np.float64]
-
-
-def make_panes(solids: Sequence[tuple[Solid[Box], NDArray[np.float64]]], eye: NDArray[np.float64]) -> Panes:
-    """The sides of boxes that face the eye, shape (3,); each box comes with its T_base_box, shape (4, 4)."""
     quads, paints = [np.empty((0, 4, 3))], [np.empty((0, 4))]
     for solid, T in solids:
         corners = (_SIDES * solid.shape.half_extents) @ T[:3, :3].T + T[:3, 3]
@@ -59,7 +54,7 @@ def make_panes(solids: Sequence[tuple[Solid[Box], NDArray[np.float64]]], eye: ND
         paints.append(np.column_stack([light, np.full(6, solid.opacity)])[seen])
     sides, colors = np.concatenate(quads), np.concatenate(paints)
     order = np.argsort(-np.linalg.norm(sides.mean(axis=1) - eye, axis=1), kind="stable")
-    return Panes(sides[order].reshape(-1, 3), colors[order])
+    return sides[order].reshape(-1, 3), colors[order]
 
 
 @dataclass(frozen=True)
@@ -185,11 +180,11 @@ class Painter:
 
     def _lay_panes(self, picture: Picture, poses: NDArray, view: NDArray) -> None:
         boxes = [(solid, poses[self.model.links[solid.link]] @ solid.pose) for solid in picture.solids if not is_opaque(solid)]
-        panes = make_panes(boxes, np.array(picture.camera.position))
-        placed = np.empty_like(panes.points)
+        points, paints = make_panes(boxes, np.array(picture.camera.position))
+        placed = np.empty_like(points)
         still = np.zeros(len(placed), np.int64)
-        rendering.place_points(panes.points, still, _twelves(np.eye(4)[None]), _map(view, 1.0), placed)
-        rendering.lay_panes(placed, panes.paints, self._nearness, self._light)
+        rendering.place_points(points, still, _twelves(np.eye(4)[None]), _map(view, 1.0), placed)
+        rendering.lay_panes(placed, paints, self._nearness, self._light)
 
 
 def _twelves(poses: NDArray[np.float64]) -> NDArray[np.float64]:

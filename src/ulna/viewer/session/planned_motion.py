@@ -175,7 +175,7 @@ class Planning:
             return False
         session = self._session
         asked = (self._goal.tobytes(), session.world.objects(), self.jerk)
-        if self._asked is not None and all(a is b or a == b for a, b in zip(asked, self._asked, strict=True)):
+        if asked == self._asked:
             return False
         if self.playing:
             self._start, self.share = session.q, 0.0
