@@ -88,12 +88,10 @@ class Obstacles:
         )
         self.add_buttons.on_click(lambda event: self.add(event.target.value))
         self.delete.on_click(lambda _: self.remove())
-        for act, button, modifier in (
-            (self.history.undo, self.undo, "cmd/ctrl"),
-            (self.history.redo, self.redo, "cmd/ctrl+shift"),
-        ):
+        undo_key = gui.add_command("Undo a change of the obstacles", hotkey="Z", modifier="cmd/ctrl")
+        redo_key = gui.add_command("Redo a change of the obstacles", hotkey="Z", modifier="cmd/ctrl+shift")
+        for button, key, act in ((self.undo, undo_key, self.history.undo), (self.redo, redo_key, self.history.redo)):
             button.on_click(lambda _, act=act: self._step(act))
-            key = gui.add_command(f"{button.label} a change of the obstacles", hotkey="Z", modifier=modifier)
             key.on_trigger(lambda _, act=act: self._step(act))
         self.save.on_click(self._download)
         self.load.on_upload(self._load)
