@@ -10,7 +10,7 @@ import pytest
 
 from ulna.collision.report import Report
 from ulna.viewer import html, palette
-from ulna.viewer.palette import GREEN, RED, obstacle_opacity
+from ulna.viewer.palette import GREEN, RED
 from ulna.viewer.session.clearance import Clearance
 
 SIGHT = {
@@ -58,8 +58,8 @@ def test_a_touching_shape_of_the_robot_is_darker_than_a_free_one(sight):
 @pytest.mark.parametrize("sight", SIGHT)
 def test_a_touching_obstacle_is_darker_than_a_free_one(sight):
     free, touching = (
-        over_white(palette.MOVABLE, obstacle_opacity(touching=False)),
-        over_white(palette.TOUCHING, obstacle_opacity(touching=True)),
+        over_white(palette.MOVABLE, palette.OBSTACLE_OPACITY),
+        over_white(palette.TOUCHING, 1.0),
     )
     assert lab(free, sight)[0] - lab(touching, sight)[0] > CLEARLY
 

@@ -66,3 +66,29 @@ def test_a_dragged_goal_is_planned_to_and_the_arm_stays(view, page, panda):
     wait_for(lambda: view.plans.planning.shown is not None, "a plan", looks=None)
     assert np.array_equal(view.q, panda.home)
     assert view.plans.planning.hand_pose[2, 3] < T[2, 3] - 0.01
+
+
+DRAWN = """() => Object.values(window.__viserTestpoints?.uplots ?? {})
+    .map(({ chart }) => [chart.data[0].length, chart.series.slice(1).map((s) => s.label), chart.axes[1].label])"""
+
+
+def test_the_curves_of_a_plan_are_plotted_against_their_limits(view, page, panda):
+    page.get_by_label("Limit the jerk").click()
+    type_goal(view, page, "0.307", "0.45")
+    shown = [
+        [400, [f"panda_joint{k}" for k in range(1, 8)] + 2 * ["limit"], name]
+        for name in ("position", "velocity", "acceleration", "jerk")
+    ]
+    wait_to_see(page, lambda: sorted(page.evaluate(DRAWN)) == sorted(shown), "four charts")
+    page.get_by_label("Joint", exact=True).click()
+    page.get_by_role("option", name="panda_joint2").click()
+    labels = ["acceleration [rad/s\u00b2]", "jerk [rad/s\u00b3]", "position [rad]", "velocity [rad/s]"]
+    shown = [[400, ["panda_joint2", "limit", "limit"], label] for label in labels]
+    wait_to_see(page, lambda: sorted(page.evaluate(DRAWN)) == sorted(shown), "the charts of one joint")
+    page.get_by_label("Limit the jerk").click()
+    wait_for(
+        lambda: view.plans.planning.shown and "jerk" not in view.plans.planning.shown.curves, "a plan with jumps", looks=None
+    )
+    wait_to_see(page, lambda: len(page.evaluate(DRAWN)) == 3, "no chart of the jerk")
+    page.get_by_label("Plan a motion").click()
+    wait_to_see(page, lambda: page.evaluate(DRAWN) == [], "no chart")

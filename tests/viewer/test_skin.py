@@ -86,16 +86,16 @@ def test_translucent_boxes_show_the_three_front_sides_the_far_box_first():
     near, far = (Solid(name, "base", np.eye(4), Box((1, 1, 1)), (255, 0, 0), 0.5) for name in ("near", "far"))
     T_near, T_far = np.eye(4), np.eye(4)
     T_far[0, 3] = -3.0
-    panes = make_panes([(near, T_near), (far, T_far)], np.array([5.0, 4.0, 3.0]))
-    corners = panes.points.reshape(-1, 4, 3)
+    points, paints = make_panes([(near, T_near), (far, T_far)], np.array([5.0, 4.0, 3.0]))
+    corners = points.reshape(-1, 4, 3)
     assert len(corners) == 6
     assert corners[:3, :, 0].max() < -2
     assert corners[3:, :, 0].min() > -1
     outwards = corners[3:].mean(axis=1)
     assert sorted(map(tuple, outwards.round(9))) == [(0.0, 0.0, 0.5), (0.0, 0.5, 0.0), (0.5, 0.0, 0.0)]
     top = outwards[:, 2].argmax()
-    assert np.allclose(panes.paints[3 + top], (*linear((255, 0, 0)), 0.5))
+    assert np.allclose(paints[3 + top], (*linear((255, 0, 0)), 0.5))
 
 
 def test_without_translucent_boxes_there_are_no_panes():
-    assert len(make_panes([], np.zeros(3)).points) == 0
+    assert len(make_panes([], np.zeros(3))[0]) == 0

@@ -19,8 +19,7 @@ from ulna.description.shapes import Box
 from ulna.errors import InputError
 from ulna.robot import Robot
 from ulna.viewer.film.camera import Camera
-from ulna.viewer.film.caption import Caption
-from ulna.viewer.film.painter import Ground, Picture
+from ulna.viewer.film.painter import Caption, Ground, Picture
 from ulna.viewer.film.recording import Form, Tell, report_nothing, write_pictures
 from ulna.viewer.film.skin import Model
 from ulna.viewer.palette import collision_boxes

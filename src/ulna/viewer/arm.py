@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import partial
 from itertools import cycle
 from typing import Any
 
@@ -48,8 +49,8 @@ class Arm:
     Attributes:
         missing: The meshes that are not shown, each with the reason.
         visuals: The triangles of each link that has any, in its own frame.
-        solids: The collision shapes by their names in reports.
-        attached: The nodes of the objects attached to its links, by name; shown with the visuals.
+        frames, looks, names: The nodes of the links, of their visuals and of their labels.
+        solids, attached: The nodes of the collision shapes and of the objects attached to links, by their names in reports.
         extent: Its AABB at home.
     """
 
@@ -97,24 +98,9 @@ class Arm:
                 node.opacity = STRONG if name in names or name in self.attached else PALE
         self._touching = tuple(names)
 
-    def show_looks(self, *, visible: bool) -> None:
-        """Show or hide the visuals, and the attached objects."""
-        for node in (*self.looks, *self.attached.values()):
-            node.visible = visible
-
     def show_solids(self, *, visible: bool) -> None:
         """Show or hide the collision shapes."""
         for node in self.solids.values():
-            node.visible = visible
-
-    def show_frames(self, *, visible: bool) -> None:
-        """Show or hide the axes of every link."""
-        for node in self.frames:
-            node.show_axes = visible
-
-    def show_names(self, *, visible: bool) -> None:
-        """Show or hide the name of every link."""
-        for node in self.names:
             node.visible = visible
 
     def _add_solids(self, number: dict[str, int]) -> dict[str, Any]:
@@ -164,21 +150,25 @@ def _extent(robot: Robot, scenes: dict[str, Any]) -> Extent:
 REAL_ARM = "Drawn as plain tubes. For the real arm: pip install example-robot-data (131 MB, 431 MB unpacked), and start again."
 
 
+def _show_all(nodes: Collection[Any], attribute: str, event: viser.GuiEvent) -> None:
+    """Set an attribute of nodes to the value of a checkbox."""
+    for node in nodes:
+        setattr(node, attribute, event.target.value)
+
+
 class VisibilityPanel:
     """Checkboxes, the tree, and the missing meshes."""
 
-    def __init__(self, gui: viser.GuiApi, arm: Arm, *, solids: bool) -> None:
-        self.looks = gui.add_checkbox("Visuals", initial_value=True, hint="What the robot looks like")
-        self.solids = gui.add_checkbox(
-            "Collision shapes", initial_value=solids, disabled=not arm.solids, hint="What it collides as"
-        )
-        self.frames = gui.add_checkbox("Link frames", initial_value=False, hint="x red, y green, z blue")
-        self.names = gui.add_checkbox("Link names", initial_value=False)
-        self.looks.on_update(lambda _: arm.show_looks(visible=self.looks.value))
-        self.solids.on_update(lambda _: arm.show_solids(visible=self.solids.value))
-        self.frames.on_update(lambda _: arm.show_frames(visible=self.frames.value))
-        self.names.on_update(lambda _: arm.show_names(visible=self.names.value))
-        arm.show_solids(visible=solids)
+    def __init__(self, gui: viser.GuiApi, arm: Arm) -> None:
+        for name, hint, nodes, attribute in (
+            ("Visuals", "What the robot looks like", (*arm.looks, *arm.attached.values()), "visible"),
+            ("Collision shapes", "What it collides as", arm.solids.values(), "visible"),
+            ("Link frames", "x red, y green, z blue", arm.frames, "show_axes"),
+            ("Link names", None, arm.names, "visible"),
+        ):
+            box = gui.add_checkbox(name, initial_value=name == "Visuals", disabled=not nodes, hint=hint)
+            box.on_update(partial(_show_all, nodes, attribute))
+        arm.show_solids(visible=False)
         if arm.missing:
             with gui.add_folder(f"Missing meshes ({len(arm.missing)})", expand_by_default=False):
                 if arm.robot.name == "panda":

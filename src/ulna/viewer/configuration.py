@@ -7,25 +7,10 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from ulna.errors import InputError, UlnaError
+from ulna.errors import InputError
 from ulna.viewer.session.session import Session, configurations_of
+from ulna.viewer.typed_fields import refusals_shown
 
-COPY_SCRIPT = b"""<script>
-addEventListener('click', (e) => {
-  const button = e.target.closest?.('[data-copy]');
-  if (!button) return;
-  const text = button.dataset.copy;
-  const old = () => {
-    const area = document.body.appendChild(document.createElement('textarea'));
-    area.value = text;
-    area.select();
-    document.execCommand('copy');
-    area.remove();
-  };
-  (navigator.clipboard ? navigator.clipboard.writeText(text).catch(old) : Promise.resolve(old()))
-    .then(() => { button.textContent = 'Copied'; });
-});
-</script>"""
 _BUTTON = "border:1px solid #228be6;border-radius:2px;background:#fff;color:#228be6;padding:0.2em 0.7em;cursor:pointer"
 _MOST_BYTES = 1_000_000
 
@@ -64,11 +49,8 @@ class ConfigurationPanel:
             event.client.send_file_download(f"{self._session.robot.name}_q.csv", content, save_immediately=True)
 
     def _upload(self, event: viser.GuiEvent) -> None:
-        try:
+        with refusals_shown(event.client, "q was not loaded"):
             self._go(first_row(self.load.value.content, self._session.robot.n_dof))
-        except UlnaError as error:
-            if event.client is not None:
-                event.client.add_notification("q was not loaded", str(error), color="red")
 
 
 def as_text(q: NDArray[np.float64]) -> str:

@@ -8,8 +8,8 @@ from ulna.robot import Robot
 from ulna.viewer.html import marked
 from ulna.viewer.nodes import Handles
 from ulna.viewer.palette import GREEN, RED
-from ulna.viewer.pose_fields import HandPose
 from ulna.viewer.session.session import Session
+from ulna.viewer.typed_fields import HandPose
 
 _RESTING, _STOPPED = (120, 128, 138), (225, 140, 20)
 

@@ -2,30 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import viser
 from numpy.typing import NDArray
 
+from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import Obstacle
 from ulna.collision.world import World
-from ulna.description.pose import pose, rpy_from_matrix
-from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
-from ulna.errors import UlnaError
-from ulna.viewer.pose_fields import retyped, rounded
+from ulna.viewer.typed_fields import Typed, TypedFields, refusals_shown, retype_angles, retype_position
 
 _NONE: str = "none"
 Known = dict[str, tuple[Obstacle, NDArray[Any]]]
 Change = Callable[[str, Obstacle, NDArray[Any], str], object]
-
-
-class Edit(NamedTuple):
-    """The last value typed into a field, the name of its obstacle, and the tab in which it was typed."""
-
-    field: Any
-    name: str
-    value: Any
-    client: viser.ClientHandle
 
 
 class ObstacleForm:
@@ -41,7 +30,6 @@ class ObstacleForm:
     def __init__(self, gui: viser.GuiApi, world: World, change: Change, moved: Callable[[], None]) -> None:
         self._world, self._change, self._moved = world, change, moved
         self._next, self._changed = "", False
-        self._edits: dict[int, Edit] = {}
         zero = (0.0, 0.0, 0.0)
         self.choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
             "Obstacle", [_NONE], initial_value=_NONE, hint="Or click it in the scene"
@@ -52,9 +40,9 @@ class ObstacleForm:
         self.length = gui.add_number("Length [m]", 0.0, step=0.001, visible=False)
         self.xyz = gui.add_vector3("Position [m]", zero, step=0.001, visible=False, hint="Of its centre, in the base frame")
         self.rpy = gui.add_vector3("Roll, pitch, yaw [rad]", zero, step=0.01, visible=False)
+        self._sizes = {"extents": self.extents, "radius": self.radius, "length": self.length}  # by the attribute of a shape
+        self._fields = TypedFields((self.name, *self._sizes.values(), self.xyz, self.rpy), moved, lambda: self.chosen)
         self.choice.on_update(self._chosen)
-        for field in (self.name, self.extents, self.radius, self.length, self.xyz, self.rpy):
-            field.on_update(self._typed)
 
     @property
     def chosen(self) -> str:
@@ -67,13 +55,12 @@ class ObstacleForm:
 
     def take(self) -> bool:
         """Apply what was typed since the last call; a refused value is reset. Returns whether another obstacle was chosen."""
-        edits, self._edits = self._edits, {}
-        in_turn = sorted(
-            edits.values(), key=lambda edit: edit.field is self.name
-        )  # the name last: the other edits have the old name
-        refused = [edit for edit in in_turn if not self._apply(edit)]
-        if refused:
-            self.show({name: (shape, T) for name, shape, T in self._world.items()})
+        typed = self._fields.take()
+        for edit in sorted(typed, key=lambda edit: edit.field is self.name):  # the name last: the others have the old one
+            with refusals_shown(edit.client, "Not changed"):
+                self._apply(edit)
+        if typed:
+            self.show(self._known())
         changed, self._changed = self._changed, False
         return changed
 
@@ -86,70 +73,43 @@ class ObstacleForm:
             self.choice.options = options
         self.choice.value = chosen
         shape, T = known.get(chosen, (None, None))
-        self._show_fields(shape)
-        if shape is None or T is None:
-            return
-        self._write(self.name, chosen)
-        for field, value in self._sizes(shape):
-            self._write(field, value)
-        self._write(self.xyz, rounded(T[:3, 3]))
-        self._write(self.rpy, rounded(rpy_from_matrix(T)))
-
-    def _show_fields(self, shape: Obstacle | None) -> None:
-        sized = [field for field, _ in self._sizes(shape)]
-        for field in (self.extents, self.radius, self.length):
-            field.visible = field in sized
         for field in (self.name, self.xyz, self.rpy):
             field.visible = shape is not None
+        for name, field in self._sizes.items():
+            field.visible = hasattr(shape, name)
+            if field.visible:
+                self._fields.write(field, getattr(shape, name))
+        if T is not None:
+            self._fields.write(self.name, chosen)
+            self._fields.write_pose(self.xyz, self.rpy, T)
 
-    def _sizes(self, shape: Obstacle | None) -> list[tuple[Any, Any]]:
-        match shape:
-            case Box(extents):
-                return [(self.extents, extents)]
-            case Sphere(radius):
-                return [(self.radius, radius)]
-            case Cylinder(radius, length) | Capsule(radius, length):
-                return [(self.radius, radius), (self.length, length)]
-        return []
-
-    def _write(self, field: Any, value: Any) -> None:
-        if id(field) not in self._edits:
-            field.value = value
+    def _known(self) -> Known:
+        return {name: (shape, T) for name, shape, T in self._world.items()}
 
     async def _chosen(self, event: viser.GuiEvent) -> None:
         if event.client is not None:
             self._changed = True
             self._moved()
 
-    async def _typed(self, event: viser.GuiEvent) -> None:
-        if event.client is not None:
-            self._edits[id(event.target)] = Edit(event.target, self.chosen, event.target.value, event.client)
-            self._moved()
+    def _apply(self, edit: Typed) -> None:
+        """Apply one typed value.
 
-    def _apply(self, edit: Edit) -> bool:
-        """Apply one typed value. Returns whether it was accepted: a dimension may be negative, or a name taken."""
-        known = {name: (shape, T) for name, shape, T in self._world.items()}
-        if edit.name not in known:
-            return True
-        field, (shape, T) = edit.field, known[edit.name]
-        name = (edit.value.strip() if field is self.name else "") or edit.name
-        try:
-            if field is self.xyz:
-                T[:3, 3] = retyped(T[:3, 3], edit.value)
-            elif field is self.rpy:
-                T[:3, :3] = pose(rpy=retyped(rpy_from_matrix(T), edit.value))[:3, :3]
-            self._change(edit.name, self._shape(shape, field, edit.value), T, name)
-        except UlnaError as error:
-            edit.client.add_notification("Not changed", str(error), color="red")
-            return False
-        return True
-
-    def _shape(self, shape: Obstacle, field: Any, value: Any) -> Obstacle:
-        """The shape with one dimension changed; unchanged if the field is not a dimension."""
-        if field is self.extents and isinstance(shape, Box):
-            return Box(value)
-        if field is self.radius and isinstance(shape, Sphere | Cylinder | Capsule):
-            return replace(shape, radius=value)
-        if field is self.length and isinstance(shape, Cylinder | Capsule):
-            return replace(shape, length=value)
-        return shape
+        Raises:
+            InputError: A dimension is negative, for example, or the name is taken.
+        """
+        known = self._known()
+        if edit.chosen not in known:
+            return
+        (shape, T), name = known[edit.chosen], edit.chosen
+        if edit.field is self.name:
+            name = edit.value.strip() or name
+        elif edit.field is self.xyz:
+            retype_position(T, edit.value)
+        elif edit.field is self.rpy:
+            retype_angles(T, edit.value)
+        elif isinstance(shape, PointCloud):
+            shape = PointCloud(shape.points, edit.value)
+        else:
+            size = next(name for name, field in self._sizes.items() if field is edit.field)
+            shape = replace(shape, **{size: edit.value})
+        self._change(edit.chosen, shape, T, name)

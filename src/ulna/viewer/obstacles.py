@@ -1,8 +1,11 @@
 """Shows the obstacles, and lets them be added, edited, dragged, deleted, saved and loaded."""
 
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
 from itertools import count
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,10 +17,13 @@ from ulna.collision.scene_file import world_from_json, world_to_json
 from ulna.collision.world import World
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
-from ulna.errors import InputError, UlnaError
+from ulna.errors import InputError
 from ulna.viewer.nodes import Handles, add_shape
 from ulna.viewer.obstacle_form import ObstacleForm
-from ulna.viewer.palette import GROUND, MOVABLE, PALE, TOUCHING, obstacle_opacity
+from ulna.viewer.palette import GROUND, MOVABLE, OBSTACLE_OPACITY, PALE, TOUCHING
+from ulna.viewer.session.scene_history import Scene, SceneHistory, scene_of
+from ulna.viewer.typed_fields import refusals_shown
+from ulna.viewer.uploads import ENDINGS, shapes_of_file
 
 _EDGE = 0.15  # the edge of a new obstacle, as a part of the robot's size
 _NEW = {
@@ -26,6 +32,7 @@ _NEW = {
     "Cylinder": lambda edge: Cylinder(round(edge / 2, 4), edge),
     "Capsule": lambda edge: Capsule(round(edge / 4, 4), edge),
 }
+_UNITS = {"m": 1.0, "mm": 1e-3}  # [m]
 
 
 class Obstacles:
@@ -38,6 +45,9 @@ class Obstacles:
         size: The robot's size [m].
         moved: Called when the obstacles were changed.
         taken: Names that no obstacle can have: those of the robot's links and shapes.
+
+    Attributes:
+        history: What a person has done to the obstacles, to be undone.
     """
 
     def __init__(
@@ -54,19 +64,38 @@ class Obstacles:
         self.nodes: dict[str, Any] = {}
         self._drawn: dict[str, tuple[Obstacle, NDArray[np.float64]]] = {}
         self._count = 0
-        self.lock = threading.RLock()
+        self.lock, self.history = threading.RLock(), SceneHistory(world)
+        self._grabbed: Scene = {}  # the obstacle that is dragged, as it was before
+        gui = server.gui
         self.handles = Handles(server.scene, "/chosen", 0.25 * size, moved, visible=False)
-        self.add_buttons = server.gui.add_button_group("Add", tuple(_NEW))
-        self.form = ObstacleForm(server.gui, world, self.change, moved)
-        self.delete = server.gui.add_button("Delete", hint="Take the chosen obstacle away", visible=False)
-        self.save = server.gui.add_button("Save scene", hint="Download the obstacles as a file that can be read and edited")
-        self.load = server.gui.add_upload_button(
+        self.add_buttons = gui.add_button_group("Add", tuple(_NEW))
+        with gui.add_folder("Add a mesh or a cloud of points", expand_by_default=False):
+            self.unit = gui.add_dropdown("Unit of the file", tuple(_UNITS))
+            self.pieces = gui.add_checkbox(
+                "Mesh as convex pieces",
+                initial_value=False,
+                disabled=find_spec("coacd") is None,
+                hint="By CoACD, in seconds to minutes; each piece is an obstacle. Otherwise its convex hull is added",
+            )
+            self.file = gui.add_upload_button("Choose a file", hint=", ".join(ENDINGS), mime_type=",".join(ENDINGS))
+        self.form = ObstacleForm(gui, world, self.change, moved)
+        self.delete = gui.add_button("Delete", hint="Take the chosen obstacle away", visible=False)
+        self.undo = gui.add_button("Undo", hint="Ctrl-Z: take back what was last done to an obstacle", disabled=True)
+        self.redo = gui.add_button("Redo", hint="Ctrl-Shift-Z: do again what was undone", disabled=True)
+        self.save = gui.add_button("Save scene", hint="Download the obstacles as a file that can be read and edited")
+        self.load = gui.add_upload_button(
             "Load scene", hint="Replace the obstacles by those of a saved file", mime_type="application/json"
         )
         self.add_buttons.on_click(lambda event: self.add(event.target.value))
         self.delete.on_click(lambda _: self.remove())
+        undo_key = gui.add_command("Undo a change of the obstacles", hotkey="Z", modifier="cmd/ctrl")
+        redo_key = gui.add_command("Redo a change of the obstacles", hotkey="Z", modifier="cmd/ctrl+shift")
+        for button, key, act in ((self.undo, undo_key, self.history.undo), (self.redo, redo_key, self.history.redo)):
+            button.on_click(lambda _, act=act: self._step(act))
+            key.on_trigger(lambda _, act=act: self._step(act))
         self.save.on_click(self._download)
-        self.load.on_upload(self._upload)
+        self.load.on_upload(self._load)
+        self.file.on_upload(self._add_file)
 
     @property
     def chosen(self) -> str | None:
@@ -75,20 +104,17 @@ class Obstacles:
 
     def add(self, kind: str) -> None:
         """Add an obstacle, and choose it."""
-        with self.lock:
-            stem = f"new {kind.lower()}" if f"{kind.lower()} 1" in self._taken else kind.lower()
-            names = (f"{stem} {n}" for n in count(1))
-            name = next(name for name in names if name not in self.world.names and name not in self._taken)
+        stem = f"new {kind.lower()}" if f"{kind.lower()} 1" in self._taken else kind.lower()
+        with self.changing():
+            name = self._free(f"{stem} {n}" for n in count(1))
             self.world.add(name, _NEW[kind](self._edge), pose(self._place))
             self.form.choose(name)
-        self.moved()
 
     def remove(self) -> None:
         """Delete the chosen obstacle."""
-        with self.lock:
+        with self.changing():
             if self.chosen is not None:
                 self.world.remove(self.chosen)
-        self.moved()
 
     def change(self, name: str, shape: Obstacle, T: NDArray[np.float64], new_name: str) -> None:
         """Give an obstacle another shape, pose, shape (4, 4), or name.
@@ -98,7 +124,7 @@ class Obstacles:
         """
         if new_name != name and new_name in self._taken:
             raise InputError("name", f"{new_name!r} is a part of the robot")
-        with self.lock:
+        with self.changing():
             if new_name == name:
                 self.world.reshape(name, shape)
                 self.world.move(name, T)
@@ -106,26 +132,35 @@ class Obstacles:
                 self.world.add(new_name, shape, T, touch_links=self.world.touch_links(name))
                 self.world.remove(name)
                 self.form.choose(new_name)
-        self.moved()
 
     def replace(self, world: World) -> None:
         """Replace all objects by those of another world."""
-        with self.lock:
+        with self.changing():
             for name in self.world.names:
                 self.world.remove(name)
             for name, shape, T in world.items():
                 self.world.add(name, shape, T, touch_links=world.touch_links(name))
+
+    @contextmanager
+    def changing(self) -> Iterator[None]:
+        """A context in which a person changes the obstacles, which is one step to undo."""
+        with self.lock, self.history.step():
+            yield
         self.moved()
 
     def take(self) -> bool:
         """Move the chosen obstacle to where its handles were dragged. Returns whether another one was chosen."""
         with self.lock:
-            if self.form.take():
-                self.handles.take()  # a drag of the obstacle chosen before
-                return True
-            if self.handles.take() and self.chosen is not None:
+            other = self.form.take()
+            dragged = self.handles.take()
+            if dragged and not other and self.chosen is not None:  # otherwise a drag of the obstacle chosen before
+                self._grabbed = self._grabbed or {self.chosen: scene_of(self.world)[self.chosen]}
                 self.world.move(self.chosen, self.handles.pose)
-            return False
+            if self._grabbed and not self.handles.dragged:
+                now = scene_of(self.world)
+                self.history.add(self._grabbed, {name: now[name] for name in self._grabbed if name in now})
+                self._grabbed = {}
+            return other
 
     def show(self, touching: set[str]) -> None:
         """Draw the world as it is now; what touches the robot is red."""
@@ -137,6 +172,7 @@ class Obstacles:
             for name, (shape, T) in known.items():
                 self._draw(name, shape, T, red=name in touching)
             self.form.show(known)
+            self.undo.disabled, self.redo.disabled = not self.history.can_undo, not self.history.can_redo
             _, T = known.get(self.form.chosen, (None, None))
             self.delete.visible = T is not None
             self.handles.show(visible=T is not None)
@@ -144,7 +180,7 @@ class Obstacles:
                 self.handles.put(T)
 
     def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
-        color, opacity = TOUCHING if red else MOVABLE, obstacle_opacity(touching=red)
+        color, opacity = TOUCHING if red else MOVABLE, 1.0 if red else OBSTACLE_OPACITY
         if isinstance(shape, HalfSpace):  # everything above it is seen in front of it
             color, opacity = TOUCHING if red else GROUND, PALE
         if name not in self._drawn:
@@ -162,18 +198,40 @@ class Obstacles:
         self.moved()
 
     def _download(self, event: viser.GuiEvent) -> None:
-        if event.client is None:
-            return
-        try:
-            text = world_to_json(self.world)
-        except InputError as error:
-            event.client.add_notification("The scene was not saved", str(error), color="red")
-        else:
-            event.client.send_file_download("scene.json", text.encode(), save_immediately=True)
+        if event.client is not None:
+            with refusals_shown(event.client, "The scene was not saved"):
+                event.client.send_file_download("scene.json", world_to_json(self.world).encode(), save_immediately=True)
 
-    def _upload(self, event: viser.GuiEvent) -> None:
-        try:
+    def _step(self, act: Callable[[], tuple[str, ...]]) -> None:
+        """Undo or redo, unless an obstacle is being dragged, and choose an obstacle that has changed."""
+        with self.lock:
+            names = () if self._grabbed else act()
+            if names:
+                self.form.choose(names[-1])
+        self.moved()
+
+    def _load(self, event: viser.GuiEvent) -> None:
+        with refusals_shown(event.client, "The scene was not loaded"):
             self.replace(world_from_json(self.load.value.content, self.load.value.name))
-        except UlnaError as error:
+
+    def _add_file(self, event: viser.GuiEvent) -> None:
+        """Add the shapes of a mesh or a cloud where the file has them in the base frame, and choose one."""
+        file = self.file.value
+
+        def announce(_: str) -> None:
             if event.client is not None:
-                event.client.add_notification("The scene was not loaded", str(error), color="red")
+                event.client.add_notification("Decomposing", f"{file.name} is added when its pieces are found", color="blue")
+
+        scale, stem = _UNITS[self.unit.value], Path(file.name).stem or "file"
+        with refusals_shown(event.client, "Nothing was added"):
+            shapes = shapes_of_file(file.name, file.content, scale=scale, pieces=self.pieces.value, announce=announce)
+            with self.changing():
+                for k, shape in enumerate(shapes, start=1):
+                    own = stem if len(shapes) == 1 else f"{stem} piece {k}"
+                    name = self._free(f"{own} {n}" if n > 1 else own for n in count(1))
+                    self.world.add(name, shape)
+                    self.form.choose(name)
+
+    def _free(self, names: Iterable[str]) -> str:
+        """The first of the names that neither an obstacle nor a part of the robot has."""
+        return next(name for name in names if name not in self.world.names and name not in self._taken)

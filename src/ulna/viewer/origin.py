@@ -1,14 +1,16 @@
-"""Refuses requests of foreign pages: pages of other sites that are open in the same browser.
+"""Serves viser's page with a title and ``head.html``, and refuses requests of foreign pages: other sites in the same browser.
 
 A browser lets any page open a websocket to 127.0.0.1, and sends the page's address in the header ``Origin``. viser does not check
 it. Source: RFC 6455, section 10.2. A foreign host name can resolve to this machine (DNS rebinding): CWE-350.
 """
 
 import contextlib
+import html
 import http
 import logging
 import threading
 from collections.abc import Callable, Collection, Iterator
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -16,10 +18,11 @@ import websockets.asyncio.server
 from websockets.datastructures import Headers
 
 from ulna.errors import UlnaError
-from ulna.viewer.document import asks_for_page, completed
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - addresses of all interfaces, and by which this machine reaches itself
+_TITLE = b"<title>Viser</title>"
+_HEAD = Path(__file__).with_name("head.html").read_bytes()  # scripts and a style, with why each is needed
 _starting = threading.Lock()
 _log = logging.getLogger(__name__)
 
@@ -92,8 +95,29 @@ def _asking(process_request: Callable, host: str, others: Collection[str], title
     def ask(connection: Any, request: Any) -> Any:
         if not is_own_page(request.headers, host, others):
             return connection.respond(http.HTTPStatus.FORBIDDEN, "This page is not one of this server.\n")
-        document = asks_for_page(request)
+        document = _asks_for_page(request)
         response = process_request(connection, request)
-        return completed(response, title) if document else response
+        return _completed(response, title) if document else response
 
     return ask
+
+
+def _completed(response: Any, title: str) -> Any:
+    """A successful response with the title, the scripts and the style inserted; any other response unchanged."""
+    if response is None or response.status_code != http.HTTPStatus.OK:
+        return response
+    head, found, rest = response.body.partition(b"</head>")
+    head = head.replace(_TITLE, f"<title>{html.escape(title)}</title>".encode())
+    response.body = head + _HEAD + found + rest
+    del response.headers["Content-Length"]
+    response.headers["Content-Length"] = str(len(response.body))
+    return response
+
+
+def _asks_for_page(request: Any) -> bool:
+    """Whether a request is for the page itself. If so, its Accept-Encoding is removed, so that the text is not compressed."""
+    if request.path.partition("?")[0] not in ("/", "/index.html"):
+        return False
+    while "Accept-Encoding" in request.headers:
+        del request.headers["Accept-Encoding"]
+    return True

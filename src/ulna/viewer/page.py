@@ -14,7 +14,6 @@ import rich
 import viser
 
 from ulna.errors import InputError, UlnaError
-from ulna.viewer.document import dock
 from ulna.viewer.origin import EVERYWHERE, refusing_foreign_pages
 
 HOST = "127.0.0.1"
@@ -38,7 +37,8 @@ class Page:
             self.stop()
             raise
         self.server.request_share_url = lambda verbose=True: None  # noqa: ARG005 - a page must not open a tunnel to the world
-        dock(self.server)
+        set_theme(self.server, dark=False)
+        self.server.gui.main_panel.dock_right()  # people can still move or fold it
         name = EVERYWHERE.get(host, host)
         name = f"[{name}]" if ":" in name else name
         self.url = f"http://{name}:{self.server.get_port()}"
@@ -95,3 +95,8 @@ def _refuse_busy(host: str, port: int) -> None:
         if error.errno == errno.EADDRINUSE:
             raise InputError("port", f"{port} is in use on {host} ({reason}); choose another, or 0 for a free one") from None
         raise InputError("host", f"cannot listen on {host}, port {port} ({reason})") from None
+
+
+def set_theme(server: viser.ViserServer, *, dark: bool) -> None:
+    """Show the page in light or dark colours."""
+    server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, dark_mode=dark)

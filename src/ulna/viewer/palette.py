@@ -33,13 +33,18 @@ OBSTACLES: tuple[Color, ...] = (
     (200, 120, 165),
 )  # in a film
 GROUND: Color = (150, 160, 172)  # half-spaces among them
+CURVES: tuple[Color, ...] = (
+    (0, 114, 178),
+    (213, 94, 0),
+    (0, 158, 115),
+    (204, 121, 167),
+    (86, 180, 233),
+    (176, 130, 0),
+    (120, 94, 240),
+    (110, 110, 110),
+)  # of joints in a plot, which colour-blind people can distinguish; after M. Okabe and K. Ito, 2008
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
-
-
-def obstacle_opacity(*, touching: bool) -> float:
-    """The opacity of an obstacle."""
-    return 1.0 if touching else 0.6
-
+OBSTACLE_OPACITY = 0.6  # of one that touches nothing; otherwise 1
 
 ShapeT = TypeVar("ShapeT", Box, Cylinder)
 

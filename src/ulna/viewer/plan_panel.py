@@ -2,22 +2,52 @@
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
+from ulna.description.pose import quaternion_from_matrix
 from ulna.viewer.arm import Arm
-from ulna.viewer.ghost import Ghost
 from ulna.viewer.html import marked, small_text
-from ulna.viewer.nodes import Handles
-from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN
-from ulna.viewer.pose_fields import HandPose
-from ulna.viewer.session.planned_motion import Planning
+from ulna.viewer.nodes import Handles, add_triangles
+from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN, Color
+from ulna.viewer.plots import Plots
+from ulna.viewer.session.curves import Curve
+from ulna.viewer.session.planned_motion import JERK, Planning
 from ulna.viewer.session.session import Session, configurations_of
+from ulna.viewer.typed_fields import HandPose
 
 _HINT = "Drag the goal of the hand: a motion to it is planned that touches nothing, and again whenever an obstacle is moved"
 _PLAY, _PAUSE = "Play", "Pause"
+_NO_CURVES: dict[str, Curve] = {}
+_GHOST_OPACITY = 0.3
 _LONGEST_FRAME = 0.1  # [s] after a pause the arm does not jump
+
+
+class Ghost:
+    """The visuals of the links that move, at another configuration. Its nodes are added when it is first shown."""
+
+    def __init__(self, server: viser.ViserServer, arm: Arm, root: str) -> None:
+        self._scene, self._arm, self._root = server.scene, arm, root
+        self._nodes: dict[str, Any] = {}
+
+    def show(self, q: NDArray[np.float64] | None, color: Color) -> None:
+        """Show it at q, shape (n_dof,), in a colour; hide it if q is None."""
+        robot = self._arm.robot
+        if q is not None and not self._nodes:
+            look = {"opacity": _GHOST_OPACITY, "cast_shadow": False, "receive_shadow": False}
+            for k, (link, visual) in enumerate(self._arm.visuals.items()):
+                if robot.tree.link_row[link] < 0:
+                    continue
+                self._nodes[link] = add_triangles(self._scene, f"{self._root}/{k}", visual.to_mesh(), color, **look)
+        if q is not None:
+            poses = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
+            for link, node in self._nodes.items():
+                node.position, node.wxyz, node.color = poses[link][:3, 3], quaternion_from_matrix(poses[link]), color
+        for node in self._nodes.values():
+            node.visible = q is not None
 
 
 class PlanPanel:
@@ -41,9 +71,14 @@ class PlanPanel:
         self.play = gui.add_button(_PLAY, hint="Move the arm along the plan", visible=False)
         self.along = gui.add_slider("Along the plan", min=0.0, max=1.0, step=0.001, initial_value=0.0, visible=False)
         self.here = gui.add_button("Start here", hint="Plan from where the arm is now", visible=False)
+        self.smooth = gui.add_checkbox(
+            "Limit the jerk", initial_value=False, hint=f"To {JERK:g} rad/s³ or m/s³ in every joint", visible=False
+        )
+        self.plots = Plots(gui, session.robot, lambda: self._do(lambda: None))
         self._last, self._acted = time.perf_counter(), False
         self.on.on_update(lambda _: self._do(lambda: self.planning.turn(on=self.on.value)))
         self.known.on_click(lambda event: self._do(lambda: self.planning.send_to(self._known[event.target.value])))
+        self.smooth.on_update(lambda _: self._do(self._limit_jerk))
         self.play.on_click(lambda _: self._do(self.planning.play))
         self.here.on_click(lambda _: self._do(self.planning.start_here))
         self.along.on_update(self._scrub)
@@ -69,10 +104,10 @@ class PlanPanel:
     def show(self) -> None:
         """Show the goal, the line, the sentence, and how far the arm is."""
         planning, shown = self.planning, self.planning.shown
-        for element in (self.known, self.play, self.along, self.here, self.mark):
+        fields = (self.known, self.pose.xyz, self.pose.rpy, self.play, self.along, self.here, self.smooth)
+        for element in (*fields, self.mark):
             element.visible = planning.on
         self.handles.show(visible=planning.on)
-        self.pose.show_fields(visible=planning.on)
         motion = None if shown is None else shown.motion
         self.play.disabled = self.along.disabled = motion is None
         if planning.on:
@@ -86,9 +121,13 @@ class PlanPanel:
         self.play.label = _PAUSE if planning.playing else _PLAY
         self.along.value = round(planning.share, 3)
         self.ghost.show(shown.end if shown is not None and planning.on else None, GREEN if motion is not None else RED)
+        self.plots.show(_NO_CURVES if shown is None or not planning.on else shown.curves)
         self.line.visible = motion is not None
         if shown is not None and motion is not None:
             self.line.points = np.stack([shown.line[:-1], shown.line[1:]], axis=1).astype(np.float32)
+
+    def _limit_jerk(self) -> None:
+        self.planning.jerk = JERK if self.smooth.value else None
 
     def _do(self, act: Callable[[], object]) -> None:
         with self._session.lock:

@@ -4,7 +4,7 @@ import html
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
+from trimesh.geometry import align_vectors
 
 from ulna.description.pose import quaternion_from_matrix
 from ulna.viewer.html import STYLE, marked, mobility_html, small_text
@@ -38,33 +38,21 @@ class ClearancePanel:
         color = {"free": GREEN, "collision": RED}.get(clearance.state, UNKNOWN)
         pair = clearance.nearest
         words = clearance.refusal if pair is None else f"{clearance.distance}: {clearance.apart}"
-        for element, content in (
-            (self.state, marked(str(clearance), color, filled=clearance.state == "collision")),
-            (self.nearest, small_text(words) if words else ""),
-        ):
-            element.content = content
+        self.state.content = marked(str(clearance), color, filled=clearance.state == "collision")
+        self.nearest.content = small_text(words) if words else ""
         for node in (self.line, self.label, *self.ends):
             node.visible = pair is not None
         if pair is None:
             return
         middle, between = (pair.witness_a + pair.witness_b) / 2, pair.witness_b - pair.witness_a
-        self.line.position, self.line.wxyz = middle, _turn_z_onto(between)
-        self.line.scale = (1.0, 1.0, max(float(np.linalg.norm(between)), 1e-6))
+        length = float(np.linalg.norm(between))
+        turn = align_vectors((0.0, 0.0, 1.0), between if length > 0.0 else pair.normal)
+        self.line.position, self.line.wxyz = middle, quaternion_from_matrix(turn)
+        self.line.scale = (1.0, 1.0, max(length, 1e-6))
         self.line.color = RED if pair.signed_distance <= 0 else SLATE
         for end, place in zip(self.ends, (pair.witness_a, pair.witness_b), strict=True):
             end.position = place
         self.label.position, self.label.text = middle, clearance.distance
-
-
-def _turn_z_onto(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The unit quaternion (w, x, y, z) of the shortest rotation of z onto a direction, shape (3,).
-
-    The sum of the identity (1, 0) and the quaternion of twice that rotation, normalised, is half of it.
-    """
-    length = float(np.linalg.norm(direction))
-    x, y, z = direction / length if length > 0.0 else (0.0, 0.0, 1.0)
-    turn = np.array([1.0 + z, -y, x, 0.0]) if z > -1.0 + 1e-9 else np.array([0.0, 1.0, 0.0, 0.0])
-    return turn / np.linalg.norm(turn)
 
 
 class EllipsoidPanel:
@@ -116,9 +104,8 @@ class Notice:
 
     def show_compiling(self, names: tuple[str, ...]) -> None:
         """Show the names of what is being compiled."""
-        if names != self._compiling:
-            self._compiling = names
-            self._write()
+        self._compiling = names
+        self._write()
 
     def show_failure(self, error: Exception | None) -> None:
         """Show why the last frame failed; None if it did not."""

@@ -1,6 +1,7 @@
 """Sets the floor and the camera of a page to the size of its robot; adds the floor as an obstacle."""
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 
 import numpy as np
 import viser
@@ -10,7 +11,7 @@ from ulna.description.pose import pose
 from ulna.description.shapes import HalfSpace, Mesh
 from ulna.robot import Robot
 from ulna.viewer.arm import Extent
-from ulna.viewer.document import set_theme
+from ulna.viewer.page import set_theme
 from ulna.viewer.visuals import triangles
 
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
@@ -94,10 +95,12 @@ _BELOW = 1e-3  # [m] below the lowest point of the fixed links, so that they do 
 
 
 class Floor:
-    """A checkbox. ``moved`` is called when the floor was added or removed."""
+    """A checkbox. ``changing`` is the context in which the floor is added or removed."""
 
-    def __init__(self, gui: viser.GuiApi, world: World, height: float, moved: Callable[[], None]) -> None:
-        self._world, self._height, self._moved = world, height, moved
+    def __init__(
+        self, gui: viser.GuiApi, world: World, height: float, changing: Callable[[], AbstractContextManager[None]]
+    ) -> None:
+        self._world, self._height, self._changing = world, height, changing
         self.on = gui.add_checkbox("Floor", initial_value=NAME in world.names, hint=f"An obstacle: all below z = {height:.3f} m")
         self.on.on_update(self._set)
 
@@ -108,11 +111,11 @@ class Floor:
     async def _set(self, event: viser.GuiEvent) -> None:
         if event.client is None:
             return
-        if self.on.value and NAME not in self._world.names:
-            self._world.add(NAME, HalfSpace(), pose((0.0, 0.0, self._height)))
-        elif not self.on.value and NAME in self._world.names:
-            self._world.remove(NAME)
-        self._moved()
+        with self._changing():
+            if self.on.value and NAME not in self._world.names:
+                self._world.add(NAME, HalfSpace(), pose((0.0, 0.0, self._height)))
+            elif not self.on.value and NAME in self._world.names:
+                self._world.remove(NAME)
 
 
 def floor_height(robot: Robot, drawn: float) -> float:

@@ -81,7 +81,8 @@ class View:
         with tabs.add_tab("Obstacles"):
             beside = np.round([extent.high[0] + 0.2 * extent.radius, 0.0, extent.centre[2]], 2)
             self.obstacles = Obstacles(server, session.world, beside, extent.radius, self._happened, session.names.taken)
-            self.floor = Floor(server.gui, session.world, floor_height(robot, float(ground.position[2])), self._happened)
+            height = floor_height(robot, float(ground.position[2]))
+            self.floor = Floor(server.gui, session.world, height, self.obstacles.changing)
             self.itself = server.gui.add_checkbox(
                 "Check the robot against itself",
                 initial_value=session.itself,
@@ -95,7 +96,7 @@ class View:
                 self.plans = PlanPanel(server, session, self.arm, self._happened)
         with tabs.add_tab("Look"):
             self.sight = SightPanel(server, ground)
-            self.look = VisibilityPanel(server.gui, self.arm, solids=False)
+            self.look = VisibilityPanel(server.gui, self.arm)
         self._show()
 
     @property

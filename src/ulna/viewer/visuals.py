@@ -10,6 +10,7 @@ from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import HeightMap, VoxelGrid
 from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.reader import Beside, mesh_bytes, read_scene
+from ulna.description.pose import pose
 from ulna.description.robot_description import Body
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere
 from ulna.errors import FileError
@@ -63,7 +64,7 @@ def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh | PointCloud
         case Cylinder(radius, length):
             return trimesh.creation.cylinder(radius, length, sections=48)
         case Capsule(radius, length):
-            return trimesh.creation.capsule(length, radius, transform=_lowered(length / 2))
+            return trimesh.creation.capsule(length, radius, transform=pose((0.0, 0.0, -length / 2)))
         case ConvexMesh(vertices):
             return _hull(vertices)
         case PointCloud() | HeightMap() | VoxelGrid():
@@ -103,9 +104,3 @@ def _many(shape: PointCloud | HeightMap | VoxelGrid) -> trimesh.Trimesh:
     vertices = places[:, None] + sizes[:, None] * one.vertices
     faces = len(one.vertices) * np.arange(len(vertices))[:, None, None] + one.faces
     return trimesh.Trimesh(vertices.reshape(-1, 3), faces.reshape(-1, 3), process=False)
-
-
-def _lowered(distance: float) -> NDArray[np.float64]:
-    T = np.eye(4)
-    T[2, 3] = -distance
-    return T

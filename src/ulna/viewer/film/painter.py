@@ -2,17 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
 
 from ulna.description.shapes import Box
 from ulna.drivers import rendering
 from ulna.kernels.render.render_layout import NOTHING
 from ulna.viewer.film.camera import Camera, sun_view
-from ulna.viewer.film.caption import Caption, write_text
 from ulna.viewer.film.skin import Model, is_opaque, linear
-from ulna.viewer.palette import Solid
+from ulna.viewer.palette import INK, Solid
 
 # The sides of a cube of edge 2, each as four corners in order around it.
 _SIDES = np.array(
@@ -26,24 +27,22 @@ _SIDES = np.array(
 _SHADE = 0.25  # by which part a side that faces down is darker
 TO_SUN = (0.9, 0.25, 1.5)
 TEXELS = 1024  # a side of the sun's raster
+_LETTERS = 0.03  # the height of the letters, as a part of the picture's
+_LEAST_LETTERS = 11  # [pixels] the least height of the letters: smaller ones cannot be read
+_PAPER = (255, 255, 255, 215)
 NO_LAMP = (0.0, 0.0, -1.0, -1.0, -1.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Panes:
-    """Sides of boxes, from far to near.
+Array = NDArray[np.float64]
 
-    Attributes:
-        points: Their corners in the base frame [m], four for each side in order around it, shape (4 n, 3).
-        paints: Red, green, blue (linear light) and opacity, shape (n, 4).
+
+def make_panes(solids: Sequence[tuple[Solid[Box], Array]], eye: Array) -> tuple[Array, Array]:
+    """The sides of boxes that face the eye, shape (3,), from far to near; each box comes with its T_base_box, shape (4, 4).
+
+    Returns:
+        Their corners in the base frame [m], four for each side in order around it, shape (4 n, 3); and their red, green, blue
+        (linear light) and opacity, shape (n, 4).
     """
-
-    points: NDArray[np.float64]
-    paints: NDArray[np.float64]
-
-
-def make_panes(solids: Sequence[tuple[Solid[Box], NDArray[np.float64]]], eye: NDArray[np.float64]) -> Panes:
-    """The sides of boxes that face the eye, shape (3,); each box comes with its T_base_box, shape (4, 4)."""
     quads, paints = [np.empty((0, 4, 3))], [np.empty((0, 4))]
     for solid, T in solids:
         corners = (_SIDES * solid.shape.half_extents) @ T[:3, :3].T + T[:3, 3]
@@ -55,7 +54,20 @@ def make_panes(solids: Sequence[tuple[Solid[Box], NDArray[np.float64]]], eye: ND
         paints.append(np.column_stack([light, np.full(6, solid.opacity)])[seen])
     sides, colors = np.concatenate(quads), np.concatenate(paints)
     order = np.argsort(-np.linalg.norm(sides.mean(axis=1) - eye, axis=1), kind="stable")
-    return Panes(sides[order].reshape(-1, 3), colors[order])
+    return sides[order].reshape(-1, 3), colors[order]
+
+
+@dataclass(frozen=True)
+class Caption:
+    """Text in a picture.
+
+    Attributes:
+        text: The text; nothing is written if it is empty.
+        position: Where the middle of their upper edge is, in the base frame [m].
+    """
+
+    text: str
+    position: tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,11 +180,11 @@ class Painter:
 
     def _lay_panes(self, picture: Picture, poses: NDArray, view: NDArray) -> None:
         boxes = [(solid, poses[self.model.links[solid.link]] @ solid.pose) for solid in picture.solids if not is_opaque(solid)]
-        panes = make_panes(boxes, np.array(picture.camera.position))
-        placed = np.empty_like(panes.points)
+        points, paints = make_panes(boxes, np.array(picture.camera.position))
+        placed = np.empty_like(points)
         still = np.zeros(len(placed), np.int64)
-        rendering.place_points(panes.points, still, _twelves(np.eye(4)[None]), _map(view, 1.0), placed)
-        rendering.lay_panes(placed, panes.paints, self._nearness, self._light)
+        rendering.place_points(points, still, _twelves(np.eye(4)[None]), _map(view, 1.0), placed)
+        rendering.lay_panes(placed, paints, self._nearness, self._light)
 
 
 def _twelves(poses: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -183,3 +195,28 @@ def _twelves(poses: NDArray[np.float64]) -> NDArray[np.float64]:
 def _map(view: NDArray[np.float64], has_depth: float) -> NDArray[np.float64]:
     """A projection as ``place_points`` takes it, shape (1, 13)."""
     return np.append(view.ravel(), has_depth)[None]
+
+
+def write_text(pixels: NDArray[np.uint8], text: str, place: tuple[float, float]) -> None:
+    """Write text on a light strip in pixels, shape (height, width, 3), under the middle of its upper edge [pixels x, y]."""
+    if not text:
+        return
+    height, width = pixels.shape[:2]
+    font = _font(max(round(_LETTERS * height), _LEAST_LETTERS))
+    left, _, right, _ = font.getbbox(text)
+    _, top, _, bottom = font.getbbox("Ag")  # as high as any letters
+    margin = 0.4 * (bottom - top)
+    wide, high = right - left + 2 * margin, bottom - top + 1.6 * margin
+    x = min(max(place[0] - wide / 2, margin), width - wide - margin)
+    y = min(max(place[1], margin), height - high - margin)
+    image = Image.fromarray(pixels)
+    draw = ImageDraw.Draw(image, "RGBA")
+    draw.rounded_rectangle((x, y, x + wide, y + high), radius=margin, fill=_PAPER)
+    draw.text((x + margin - left, y + 0.8 * margin - top), text, font=font, fill=INK)
+    pixels[:] = np.asarray(image)
+
+
+@cache
+def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    """Pillow's own font, so that no font of the system is needed."""
+    return ImageFont.load_default(size)

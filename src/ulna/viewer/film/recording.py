@@ -135,18 +135,7 @@ _THICKNESS = 0.004  # [m] of the slab that is drawn for a half-space
 def record_moving(
     form: Form, robot: Robot, path: Array, world: World, *, boxes: bool = True, tell: Tell = report_nothing
 ) -> tuple[str, ...]:
-    """Record a robot along rows of q, evenly spaced in time; shapes that touch are red.
-
-    Args:
-        form: The format of the file. A single picture shows the first row.
-        robot: The robot.
-        path: Joint positions [rad or m], shape (n, n_dof).
-        world: The obstacles.
-        boxes: Show its collision boxes.
-        tell: Called with the number of pictures done so far.
-
-    Returns:
-        The meshes that could not be shown, each with the reason.
+    """Record a robot along rows of q, shape (n, n_dof), evenly spaced in time, as ``record_robot``; what touches is red.
 
     Raises:
         FileError: The file cannot be written.

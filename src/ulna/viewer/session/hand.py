@@ -119,14 +119,14 @@ class Hand:
 
     def _kept_off(self, q: Array, change: Array, world: World) -> tuple[Array, tuple[Pair, ...]]:
         """A step without collision near a wanted one, and the pairs that have changed it; a zero step if there is none."""
-        slid = along_contacts(self.robot, q, change, self.link, world)
+        slid, against = along_contacts(self.robot, q, change, self.link, world)
         for part in (1.0, 0.25):
-            step = part * slid.change
+            step = part * slid
             nearer = np.clip(q + _shortened(step), self.robot.lower, self.robot.upper)
             if self._may_go(q, nearer, world):
-                return step, slid.against
+                return step, against
         hits = tuple(pair for pair in self.robot.check_collision(nearer, world).pairs if pair.signed_distance <= 0.0)
-        return np.zeros_like(change), slid.against or hits
+        return np.zeros_like(change), against or hits
 
     def _may_go(self, q: Array, nearer: Array, world: World) -> bool:
         """Whether a step ends free of collision, or less deep in a collision than it began."""

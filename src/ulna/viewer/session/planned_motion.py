@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,11 +15,13 @@ from ulna.ik.result import IKResult
 from ulna.planning.plan import Plan
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
+from ulna.viewer.session.curves import Curve, curves_of
 from ulna.viewer.session.session import Session
 
 NAME = "planning a motion"
 _LONGEST_SEARCH = 0.5  # [s] a page that is dragged cannot wait longer
 _ACCELERATION = 3.0  # [rad/s^2 or m/s^2] of every joint
+JERK = 30.0  # [rad/s^3 or m/s^3] of every joint, where it is limited
 _VELOCITY = 1.0  # [rad/s or m/s] of joints whose description gives none
 _POINTS = 200  # of the line that is drawn
 Array = NDArray[np.float64]
@@ -35,24 +37,30 @@ class Planned:
         line: The positions of the hand along the motion [m], shape (n, 3).
         end: The last configuration of the path, shape (n_dof,). Without a path it is the goal, or a configuration as near to the
             goal's pose as inverse kinematics without a world comes.
+        curves: What is plotted of the motion; empty without one.
     """
 
     plan: Plan
     motion: Trajectory | None
     line: Array
     end: Array
+    curves: dict[str, Curve] = field(default_factory=dict)
 
 
-def planned(robot: Robot, start: Array, goal: Array, world: World, link: str, held: tuple[str, ...]) -> Planned:
+def planned(
+    robot: Robot, start: Array, goal: Array, world: World, link: str, held: tuple[str, ...], jerk: float | None
+) -> Planned:
     """A motion from a configuration to a pose of a link, shape (4, 4), or to a configuration, shape (n_dof,)."""
     plan = robot.plan(start, goal, world, link=link if goal.ndim == 2 else None, held=held, time_limit=_LONGEST_SEARCH)
     if not plan:
         end = goal if goal.ndim == 1 else robot.inverse_kinematics(goal, start, link=link, held=held).q
         return Planned(plan, None, np.empty((0, 3)), end)
-    limits = robot.velocity_limits
-    motion = plan.trajectory(velocity=np.where((limits > 0) & (limits < np.inf), limits, _VELOCITY), acceleration=_ACCELERATION)
+    most = robot.velocity_limits
+    velocity = np.where((most > 0) & (most < np.inf), most, _VELOCITY)
+    motion = plan.trajectory(velocity=velocity, acceleration=_ACCELERATION, jerk=jerk)
     q = motion.at(np.linspace(0.0, motion.duration, _POINTS)).q
-    return Planned(plan, motion, robot.forward_kinematics(q, link=link)[:, :3, 3], motion.q[-1])
+    line = robot.forward_kinematics(q, link=link)[:, :3, 3]
+    return Planned(plan, motion, line, motion.q[-1], curves_of(robot, motion, velocity, _ACCELERATION, jerk))
 
 
 class Planning:
@@ -62,6 +70,7 @@ class Planning:
 
     Attributes:
         on: Whether it plans.
+        jerk: The greatest jerk of the motion [rad/s^3 or m/s^3]; None for no limit.
         shown: The plan; None without a goal, and while its kernels are compiled.
         waiting: Whether its kernels are being compiled.
         share: How much of the motion's time has passed, 0 to 1.
@@ -72,6 +81,7 @@ class Planning:
         self._session = session
         self.on = self.playing = self.waiting = False
         self.share = 0.0
+        self.jerk: float | None = None
         self.shown: Planned | None = None
         self._goal: Array | None = None
         self._start, self._placed = session.q, session.q
@@ -105,11 +115,7 @@ class Planning:
     def turn(self, *, on: bool) -> None:
         """Begin to plan, from where the arm is and without a goal; or end it."""
         self.on, self._goal = on, None
-        self._begin()
-
-    def start_here(self) -> None:
-        """Plan from where the arm is."""
-        self._begin()
+        self.start_here()
 
     def play(self) -> None:
         """Move the arm along the motion, from its beginning if it is at the end; or stop it."""
@@ -127,7 +133,7 @@ class Planning:
         if not self.on:
             return False
         if self._session.link != self._link or not np.array_equal(self._session.q, self._placed):
-            self._begin()
+            self.start_here()
         another = self._plan()
         motion = None if self.shown is None else self.shown.motion
         if motion is None:
@@ -158,7 +164,8 @@ class Planning:
         how = "certified free" if motion.certified else "not certified"
         return f"{plan.status}: {motion.duration:.2f} s, {how}, {plan.checks} edges checked"
 
-    def _begin(self) -> None:
+    def start_here(self) -> None:
+        """Plan from where the arm is."""
         session = self._session
         self._link, self._start, self._placed = session.link, session.q, session.q
         self.playing, self.share, self.shown, self.waiting, self._asked = False, 0.0, None, False, None
@@ -167,12 +174,14 @@ class Planning:
         if self._goal is None:
             return False
         session = self._session
-        asked = (self._goal.tobytes(), session.world.objects())
-        if self._asked is not None and all(a is b or a == b for a, b in zip(asked, self._asked, strict=True)):
+        asked = (self._goal.tobytes(), session.world.objects(), self.jerk)
+        if asked == self._asked:
             return False
         if self.playing:
             self._start, self.share = session.q, 0.0
-        found = session.ask(NAME, planned, session.robot, self._start, self._goal, session.world, session.link, session.held)
+        found = session.ask(
+            NAME, planned, session.robot, self._start, self._goal, session.world, session.link, session.held, self.jerk
+        )
         self.waiting = found is None
         self.shown, self._asked = found, None if found is None else asked
         return True

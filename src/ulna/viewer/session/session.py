@@ -175,8 +175,7 @@ class Session:
                 self.missed,
                 self.target is None,
             )
-            changed = self._seen is None or not all(a is b or a == b for a, b in zip(seen, self._seen, strict=True))
-            self._seen = seen
+            changed, self._seen = seen != self._seen, seen
             return (changed or not self._checked) and (self._check() or changed)
 
     @property

@@ -8,47 +8,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.robot_description import JointType
-from ulna.description.structure import Drive, columns_of_q, drives_of, joints_from_root
+from ulna.description.structure import columns_of_q, drives_of, joints_from_root
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
+_LEAST = 1e-3  # the least range of a slider that follows another
 _FREE = {"rad": pi, "m": 2.0}  # half the range of a joint without limits
 
 
 @dataclass(frozen=True)
 class Slide:
-    """One entry of q: its column, its name, its unit, and the range of its slider."""
+    """A slider of an entry of q, or of a joint that mimics its leader: position = ratio * q[column] + offset [rad or m]."""
 
     column: int
     name: str
     unit: str
     low: float
     high: float
+    leader: str = ""
+    ratio: float = 1.0
+    offset: float = 0.0
+
+    def position(self, q: NDArray[np.float64]) -> float:
+        """The position at q, shape (n_dof,) [rad or m]."""
+        return self.ratio * float(q[self.column]) + self.offset
 
     def shown(self, q: NDArray[np.float64]) -> float:
-        """Its value as the slider shows it: whole turns subtracted, and within the range."""
-        value = float(q[self.column])
+        """The position as the slider shows it: whole turns subtracted, and within the range."""
+        value = self.position(q)
         if self.unit == "rad" and self.high - self.low >= 2 * pi and not self.low <= value <= self.high:
             value = (value + pi) % (2 * pi) - pi
         return min(max(value, self.low), self.high)
 
-
-@dataclass(frozen=True)
-class Follower:
-    """A joint that mimics another: position = ratio * q[column] + offset."""
-
-    name: str
-    leader: str
-    unit: str
-    drive: Drive
-
-    def position(self, q: NDArray[np.float64]) -> float:
-        """Its position at q, shape (n_dof,) [rad or m]."""
-        return self.drive.ratio * float(q[self.drive.column]) + self.drive.offset
-
-    def __str__(self) -> str:
-        factor = "" if self.drive.ratio == 1 else f"{self.drive.ratio:g} * "
-        return f"{self.name} = {factor}{self.leader}" + (f" + {self.drive.offset:g}" if self.drive.offset else "")
+    @property
+    def hint(self) -> str:
+        """What it is: its range, or what it follows."""
+        if not self.leader:
+            return f"{self.name}, {self.low:.4g} to {self.high:.4g} {self.unit}"
+        factor = "" if self.ratio == 1 else f"{self.ratio:g} * "
+        offset = f" + {self.offset:g}" if self.offset else ""
+        return f"It follows: {self.name} = {factor}{self.leader}{offset} [{self.unit}]"
 
 
 @dataclass(frozen=True)
@@ -57,12 +56,13 @@ class SlideGroup:
 
     name: str
     slides: tuple[Slide, ...]
-    followers: tuple[Follower, ...]
+    followers: tuple[Slide, ...]
 
 
 def slide_groups(robot: Robot) -> tuple[SlideGroup, ...]:
     """All entries of q, in a group for each part of the tree without a branch. A serial arm has one group."""
-    slides, followers = _slides(robot), _followers(robot)
+    slides = _slides(robot)
+    followers = _followers(robot, {slide.column: slide for each in slides.values() for slide in each})
     return tuple(
         SlideGroup(
             _group_name(limb),
@@ -108,17 +108,20 @@ def _range(robot: Robot, column: int, unit: str) -> tuple[float, float]:
     return (-_FREE[unit] if np.isinf(low) else low), (_FREE[unit] if np.isinf(high) else high)
 
 
-def _followers(robot: Robot) -> list[Follower]:
+def _followers(robot: Robot, slides: dict[int, Slide]) -> list[Slide]:
     """The joints that follow an entry of q; a mimic of a fixed joint does not move."""
     joints = joints_from_root(robot.description)
     drives = drives_of(joints, columns_of_q(joints), robot.description.source)
     leaders = {place.start: name for name, place in zip(robot.joint_names, robot.joint_slices, strict=True)}
-    mimics = [(joint, drives[joint.name]) for joint in joints if joint.mimic is not None]
-    return [
-        Follower(joint.name, leaders[drive.column], "m" if joint.type == JointType.PRISMATIC else "rad", drive)
-        for joint, drive in mimics
-        if drive.column is not None
-    ]
+    followers = []
+    for joint in joints:
+        drive = drives[joint.name]
+        column, ratio, offset = drive.column, drive.ratio, drive.offset
+        if joint.mimic is not None and column is not None:
+            low, high = sorted(ratio * end + offset for end in (slides[column].low, slides[column].high))
+            unit = "m" if joint.type == JointType.PRISMATIC else "rad"
+            followers.append(Slide(column, joint.name, unit, low, max(high, low + _LEAST), leaders[column], ratio, offset))
+    return followers
 
 
 def _group_name(limb: list[str]) -> str:

@@ -4,8 +4,6 @@ Source: Faverjon and Tournassoud, A local based approach for path planning of ma
 freedom (IEEE Int. Conf. Robotics and Automation 1987): the distance of a near pair is linear in a small step.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,15 +18,7 @@ _DAMPING = 1e-3  # of the metric: J'J + _DAMPING I
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Slid:
-    """A step that avoids collisions: the change of q, shape (n_dof,), and the pairs because of which it differs."""
-
-    change: Array
-    against: tuple[Pair, ...]
-
-
-def along_contacts(robot: Robot, q: Array, change: Array, link: str, world: World) -> Slid:
+def along_contacts(robot: Robot, q: Array, change: Array, link: str, world: World) -> tuple[Array, tuple[Pair, ...]]:
     """The step nearest to a wanted one, measured by the motion of the link, that brings no pair nearer than MARGIN.
 
     Args:
@@ -37,18 +27,21 @@ def along_contacts(robot: Robot, q: Array, change: Array, link: str, world: Worl
         change: The wanted step, shape (n_dof,); its zero entries stay zero.
         link: The link whose motion is kept as far as possible.
         world: The obstacles; self-collision is avoided too.
+
+    Returns:
+        The step, shape (n_dof,), and the pairs because of which it differs from the wanted one.
     """
     pairs = robot.check_collision(q, world, max_distance=NEAR).pairs[:_MOST_PAIRS]
     free = np.flatnonzero(change)
     if not pairs or not free.size:
-        return Slid(change, ())
+        return change, ()
     rates = np.array([_rate(robot, q, pair) for pair in pairs])[:, free]
     least = np.minimum(MARGIN - np.array([pair.signed_distance for pair in pairs]), _OUT)
     J = robot.jacobian(q, link=link)[:, free]
     step, forces = _nearest_step(J.T @ J + _DAMPING * np.eye(free.size), change[free], rates, least)
     slid = np.zeros_like(change)
     slid[free] = step
-    return Slid(slid, tuple(pair for pair, force in zip(pairs, forces, strict=True) if force > 0.0))
+    return slid, tuple(pair for pair, force in zip(pairs, forces, strict=True) if force > 0.0)
 
 
 def _rate(robot: Robot, q: Array, pair: Pair) -> Array:

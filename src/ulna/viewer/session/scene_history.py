@@ -1,0 +1,100 @@
+"""Undoes and redoes what a person does to the obstacles: each step is the objects that it changed, before and after."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.clouds import Obstacle
+from ulna.collision.world import World
+
+_MOST_STEPS = 100
+
+
+class Entry(NamedTuple):
+    """An object of a world: its shape, T_base_object, shape (4, 4), and the links that may touch it."""
+
+    shape: Obstacle
+    T: NDArray[np.float64]
+    touch_links: frozenset[str]
+
+
+Scene = dict[str, Entry]
+
+
+def scene_of(world: World) -> Scene:
+    """The objects of a world by name."""
+    still = world.snapshot()
+    return {name: Entry(shape, T, still.touch_links(name)) for name, shape, T in still.items()}
+
+
+class SceneHistory:
+    """The steps of one world, of which the first ``_n_done`` are done. What the program changes is no step."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._steps: list[tuple[Scene, Scene]] = []
+        self._n_done = 0
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a step to undo."""
+        return self._n_done > 0
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether there is a step to do again."""
+        return self._n_done < len(self._steps)
+
+    @contextmanager
+    def step(self) -> Iterator[None]:
+        """A context: what is changed in it is one step, also if it ends with an exception."""
+        before = scene_of(self._world)
+        try:
+            yield
+        finally:
+            self.add(before, scene_of(self._world))
+
+    def add(self, before: Scene, after: Scene) -> None:
+        """Add a step from one scene to another, unless they are equal. Steps that were undone cannot be done again then."""
+        changed = [name for name in before | after if not _equal(before.get(name), after.get(name))]
+        if changed:
+            step = tuple({name: scene[name] for name in changed if name in scene} for scene in (before, after))
+            self._steps = [*self._steps[: self._n_done], step][-_MOST_STEPS:]  # type: ignore[list-item]
+            self._n_done = len(self._steps)
+
+    def undo(self) -> tuple[str, ...]:
+        """Undo the last step. Returns the names of the objects that it gave back or changed."""
+        if not self.can_undo:
+            return ()
+        self._n_done -= 1
+        before, after = self._steps[self._n_done]
+        return self._apply(after, before)
+
+    def redo(self) -> tuple[str, ...]:
+        """Do the step again that was undone last. Returns the names of the objects that it added or changed."""
+        if not self.can_redo:
+            return ()
+        self._n_done += 1
+        return self._apply(*self._steps[self._n_done - 1])
+
+    def _apply(self, before: Scene, after: Scene) -> tuple[str, ...]:
+        world, names = self._world, self._world.names
+        for name in before.keys() - after.keys():
+            if name in names:
+                world.remove(name)
+        for name, (shape, T, touch_links) in after.items():
+            if name in names:
+                world.reshape(name, shape)
+                world.move(name, T)
+            else:
+                world.add(name, shape, T, touch_links=touch_links)
+        return tuple(after)
+
+
+def _equal(one: Entry | None, other: Entry | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return one.shape == other.shape and np.array_equal(one.T, other.T) and one.touch_links == other.touch_links

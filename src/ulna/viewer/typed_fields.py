@@ -1,0 +1,121 @@
+"""Holds what a person types into fields until a frame takes it, shows refusals, and shows a hand's pose in two fields."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from ulna.description.pose import pose, rpy_from_matrix
+from ulna.errors import UlnaError
+from ulna.viewer.session.planned_motion import Planning
+from ulna.viewer.session.session import Session
+
+_DIGITS = 4  # decimals: tenths of millimetres
+
+
+@contextmanager
+def refusals_shown(client: viser.ClientHandle | None, title: str) -> Iterator[None]:
+    """A context: an error of Ulna's in it is shown in a tab."""
+    try:
+        yield
+    except UlnaError as error:
+        if client is not None:
+            client.add_notification(title, str(error), color="red")
+
+
+class Typed(NamedTuple):
+    """The last value typed into a field, what was chosen then, and the tab in which it was typed."""
+
+    field: Any
+    value: Any
+    chosen: str
+    client: viser.ClientHandle
+
+
+class TypedFields:
+    """Fields whose typed values ``write`` does not overwrite until ``take``. ``moved`` is called after something was typed."""
+
+    def __init__(self, fields: tuple[Any, ...], moved: Callable[[], None], chosen: Callable[[], str] = str) -> None:
+        self._typed: dict[int, Typed] = {}
+        self._moved, self._chosen = moved, chosen
+        for field in fields:
+            field.on_update(self._listen)
+
+    def take(self) -> list[Typed]:
+        """What was typed since the last call."""
+        typed, self._typed = self._typed, {}
+        return list(typed.values())
+
+    def write(self, field: Any, value: Any) -> None:
+        """Show a value in a field, unless something was just typed there."""
+        if id(field) not in self._typed:
+            field.value = value
+
+    def write_pose(self, xyz: Any, rpy: Any, T: NDArray[Any]) -> None:
+        """Show a pose, shape (4, 4), in a field of its position and one of its angles."""
+        self.write(xyz, rounded(T[:3, 3]))
+        self.write(rpy, rounded(rpy_from_matrix(T)))
+
+    async def _listen(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            self._typed[id(event.target)] = Typed(event.target, event.target.value, self._chosen(), event.client)
+            self._moved()
+
+
+def retype_position(T: NDArray[Any], typed: tuple[float, ...]) -> None:
+    """Change the position of a pose, shape (4, 4), to the typed one."""
+    T[:3, 3] = _retyped(T[:3, 3], typed)
+
+
+def retype_angles(T: NDArray[Any], typed: tuple[float, ...]) -> None:
+    """Change the rotation of a pose, shape (4, 4), to the typed roll, pitch and yaw [rad]."""
+    T[:3, :3] = pose(rpy=_retyped(rpy_from_matrix(T), typed))[:3, :3]
+
+
+def _retyped(exact: NDArray[Any], typed: tuple[float, ...]) -> NDArray[Any]:
+    """The typed numbers where they differ from the rounded ones that the form showed; the exact numbers elsewhere."""
+    return np.where(np.equal(typed, rounded(exact)), exact, typed)
+
+
+def rounded(values: NDArray[Any]) -> tuple[float, ...]:
+    """Numbers as the form shows them."""
+    return tuple(float(value) + 0.0 for value in values.round(_DIGITS))
+
+
+class HandPose:
+    """Two fields, position and angles. A typed pose sends the hand of a session, or the goal of a plan, there."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        sent: Session | Planning,
+        moved: Callable[[], None],
+        name: str = "Hand",
+        *,
+        visible: bool = True,
+    ) -> None:
+        self._sent = sent
+        zero = (0.0, 0.0, 0.0)
+        where = "Where the hand is in the base frame; type where to go" if name == "Hand" else "Where the hand is to go"
+        turned = f"Roll, pitch, yaw of the {name.lower()} in the base frame"
+        self.xyz = gui.add_vector3(f"{name} xyz [m]", zero, step=0.001, hint=where, visible=visible)
+        self.rpy = gui.add_vector3(f"{name} rpy [rad]", zero, step=0.001, hint=turned, visible=visible)
+        self._fields = TypedFields((self.xyz, self.rpy), moved)
+
+    def take(self) -> None:
+        """Send the hand to what was typed since the last call."""
+        typed = self._fields.take()
+        if not typed:
+            return
+        T = self._sent.hand_pose if self._sent.target is None else self._sent.target.copy()
+        with refusals_shown(typed[0].client, "Not changed"):
+            for field, value, _, _ in typed:
+                (retype_position if field is self.xyz else retype_angles)(T, value)
+            self._sent.send(T)
+
+    def show(self) -> None:
+        """Show the pose of the hand, except in a field that was just typed in."""
+        self._fields.write_pose(self.xyz, self.rpy, self._sent.hand_pose)
