@@ -10,7 +10,7 @@ from numba import types
 
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
-from ulna.kernels.collision.scene import Carried, Scene
+from ulna.kernels.collision.scene import Carried, Near, Scene
 
 INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, TRUTH_TABLE, WHOLE = numba_types((
     signatures.INDEX_ROWS, signatures.INDICES, signatures.MATRIX, signatures.NUMBER, signatures.NUMBERS, signatures.PAIRS,
@@ -36,6 +36,7 @@ CARRIED = types.NamedTuple((
     NUMBERS, NUMBERS, INDICES, INDICES,
 ), Carried)  # fmt: skip
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
+NEAR = types.NamedTuple((NUMBERS, NUMBERS, MATRIX, INDEX_ROWS, INDICES, INDICES, INDICES, POLYTOPE), Near)
 
 
 def _each(names: str, numba_type) -> dict:
@@ -127,7 +128,11 @@ TYPES = {
         "carried": CARRIED,
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},
-    "collision.contacts": {**_each("contacts out", MATRIX), **_each("joint witness", WHOLE), "sign": NUMBER},
+    "collision.contacts": {
+        **_each("contacts contact_rows from_rows to_rows out", MATRIX), **_each("joint witness first count", WHOLE),
+        "order": INDICES,
+        **_each("sign least of_pair", NUMBER), "near": NEAR, "excess": NUMBERS,
+    },
     "collision.ball_motion": {
         **_each("q_a q_b spread rows", NUMBERS), **_each("joint shared a b g", WHOLE), **_each("p w_shared", VECTOR),
     },
@@ -142,10 +147,6 @@ TYPES = {
     "collision.interval.pair_outcome": {"e": WHOLE},
     "collision.interval.spheres_way": {"e": WHOLE, "pair": types.UniTuple(WHOLE, 2), "centres": TWO_VECTORS},
     "collision.interval.gap_or_contact": {**_each("first second", ROW)},
-    "collision.near_pairs": {
-        "work": types.Tuple((INDICES, INDICES, POLYTOPE, INDICES)), **_each("contact_rows from_rows to_rows", MATRIX),
-        "pair_rows": INDEX_ROWS, **_each("last_rows order", INDICES), **_each("first count w", WHOLE), "least": NUMBER,
-    },
     # Here one configuration is a column, chosen by its lane, of rows of several.
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},
@@ -159,8 +160,8 @@ TYPES = {
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "ik.singular_values.rotate_rows": {"rows": NUMBERS},
     "servo": {
-        **_each("limits state", MATRIX), **_each("counters active_rows", INDICES), "goal": NUMBERS,
-        **_each("n m mode p s stride first ticks worst y z", WHOLE), **_each("tick below", NUMBER),
+        **_each("limits state points", MATRIX), **_each("counters active_rows", INDICES), "goal": NUMBERS, "rows": NUMBERS,
+        **_each("n m mode ticks worst", WHOLE), **_each("tick below", NUMBER),
     },
     "servo.braking.is_box": {"widened": TRUTH},
     "servo.desired_motion.write_objective": {"arrays": types.UniTuple(NUMBERS, 5)},
