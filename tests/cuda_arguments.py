@@ -131,7 +131,7 @@ TYPES = {
     "collision.contacts": {
         **_each("contacts contact_rows from_rows to_rows out", MATRIX), **_each("joint witness first count", WHOLE),
         "order": INDICES,
-        **_each("sign least of_pair", NUMBER), "near": NEAR, "excess": NUMBERS,
+        **_each("sign least clearance", NUMBER), "near": NEAR, "excess": NUMBERS,
     },
     "collision.ball_motion": {
         **_each("q_a q_b spread rows", NUMBERS), **_each("joint shared a b g", WHOLE), **_each("p w_shared", VECTOR),

@@ -126,7 +126,7 @@ def test_nodes_cost_what_their_way_is_long_and_a_found_path_less_than_the_bound(
     edges = motion.edges(certify=True)
     bound = 0.9 * plans[0].length
     search = Search(edges, ends[0], searched.goals, (0, 1), bound)
-    path = search.run(20_000, None)
+    path = search.finish(20_000, None, shorten=False).path
     assert search.edges.settings[BOUND] == bound
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     assert length < bound

@@ -76,16 +76,12 @@ class Search:
             self.edges = self.edges.below(self.bound, self.start, self.goals)
         self.trees = Trees(rows, parents, radii, costs, np.empty((layout.MOST_REFUSED, 2, len(self.start))))
 
-    def run(self, max_checks: int, limit: TimeLimit | None) -> Array | None:
-        """Search on, up to so many checked edges in all or until the time is over; the path if one was found, shape (n, n_dof).
-
-        Of the samples that are skipped, 64 count as one edge.
-        """
-        found = self._found(max_checks, limit, layout.AS_FOUND)
-        return None if found is None else found.path
-
     def finish(self, max_checks: int, limit: TimeLimit | None, *, shorten: bool) -> Found | None:
-        """As ``run``, and the path confirmed edge by edge: shortened, or as it is where that fails; None if there is no path."""
+        """Search on, up to so many checked edges in all or until the time is over; the path, or None if none was found.
+
+        Its edges are confirmed one by one: shortened, or as it is where that fails. Of the samples that are skipped, 64 count as
+        one edge.
+        """
         found = self._found(max_checks, limit, layout.SHORTEN if shorten else layout.CONFIRM)
         if found is None or found.confirmed or not shorten:
             return found

@@ -93,36 +93,35 @@ def find_near_pairs(scene, clearance, within, near, excess):
     return count
 
 
-@routine
+@kernel
 def consider(scene, i, j, clearance, within, near, excess, first, count):
     """Keep a pair if it is near; the new count. The rows of body i and objects begin at ``first``."""
     bodies, a, number = scene.bodies, load_pose(near.body_rows, i), -1
     if j < bodies.shape[0]:
-        row, b, others, points = j, load_pose(near.body_rows, j), bodies, scene.vertices
+        row, b, others = j, load_pose(near.body_rows, j), bodies
     else:
         row, b = solid_at(scene, j - bodies.shape[0], 0.0)
-        if may_touch(scene, i, row):
-            return count
-        others, points, number = scene.objects, scene.points, int(scene.objects[row, OBJECT])
+        others, number = scene.objects, int(scene.objects[row, OBJECT])
     least = ball_distance(bodies, i, a, others, row, b)
-    if not least - clearance <= within:
+    if not least - clearance <= within or (number >= 0 and may_touch(scene, i, row)):
         return count
     if excess is None:
         return add_nearest_solid(scene, i, j, number, least, within, near, first, count)
-    write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, near.pair_rows.shape[0])
-    distance = near.contact_rows[near.pair_rows.shape[0], DISTANCE]
-    excess[near.pair_rows.shape[0]] = min(excess[near.pair_rows.shape[0]], distance - clearance)
-    if distance - clearance >= within or near.pair_rows.shape[0] == 0:
+    return add_nearest_pair(scene, i, j, number, row, b, clearance, within, near, excess, count)
+
+
+@routine
+def add_nearest_pair(scene, i, j, number, row, b, clearance, within, near, excess, count):
+    """Write a pair where there is room or in place of a farther one; the new count. Its other row is at pose b."""
+    room, bodies, a = near.pair_rows.shape[0], scene.bodies, load_pose(near.body_rows, i)
+    write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, room)
+    distance = near.contact_rows[room, DISTANCE]
+    excess[room] = min(excess[room], distance - clearance)
+    if distance - clearance >= within or room == 0:
         return count
+    others, points = (bodies, scene.vertices) if number < 0 else (scene.objects, scene.points)
     gap = rows_gap(bodies, scene.vertices, i, a, others, points, row, b, clearance + within, 0.0)
-    return add_nearest_pair(i, j, number, min(gap, distance) - clearance, near, excess, count)
-
-
-@kernel
-def add_nearest_pair(i, j, number, of_pair, near, excess, count):
-    """Write the pair of the contact in the last row, where there is room or in place of a farther one; the new count."""
-    room = near.pair_rows.shape[0]
-    slot = count if count < room else 0
+    of_pair, slot = min(gap, distance) - clearance, count if count < room else 0
     if count == room:
         for c in range(1, count):
             if excess[c] > excess[slot]:
