@@ -3,10 +3,10 @@
 import numpy as np
 
 from ulna.drivers.planning.edge import passes
-from ulna.engine.decorators import routine
+from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH, lane_of
 from ulna.kernels.planning import planning_layout as layout
-from ulna.kernels.planning.space import distance, nearest_in_lanes, short_way, write_step
+from ulna.kernels.planning.space import distance, nearest_below_in_lanes, nearest_in_lanes, short_way, write_step
 
 
 @routine
@@ -41,7 +41,10 @@ def pass_over(state):
 def nearest_node(trees, tree, state, q, bound, space):
     """Of the nodes of a tree from which q costs at most a bound, the nearest to q (the first of several); -1 without any."""
     n_blocks = (state[tree] + WIDTH - 1) // WIDTH
-    least, block = nearest_in_lanes(trees.rows[tree], trees.costs[tree], n_blocks, q, bound, space)
+    if trees.costs.shape[1] > 0:
+        least, block = nearest_below_in_lanes(trees.rows[tree], trees.costs[tree], n_blocks, q, bound, space)
+    else:
+        least, block = nearest_in_lanes(trees.rows[tree], n_blocks, q, space)
     best, node = np.inf, -1
     for lane in range(WIDTH):
         square, i = lane_of(least, lane), WIDTH * int(lane_of(block, lane)) + lane
@@ -81,7 +84,7 @@ def add_node(trees, tree, state, q, parent, radius, cost):
     return node
 
 
-@routine
+@kernel
 def connect(context, trees, tree, steps, state, bound):
     """Step from the nearest node of a tree towards the configuration steps[2], again and again, until it is reached.
 

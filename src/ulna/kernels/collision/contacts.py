@@ -76,50 +76,57 @@ def find_near_pairs(scene, clearance, within, near, excess):
     None; or shape (room + 1,), and then only the nearest pairs are kept: by how much each is farther apart than it has to be, by
     the lower bound of its distance that certificates compute, and last the least of all pairs, by their distance.
     """
-    bodies, n, count = scene.bodies, scene.bodies.shape[0], 0
-    for k in range(n):
-        first = count
+    bodies, count = scene.bodies, 0
+    for k in range(bodies.shape[0]):
+        first, a = count, load_pose(near.body_rows, k)
         for w in range(scene.first, scene.end):
-            count = consider(scene, k, n + w, clearance, within, near, excess, first, count)
+            count = add_solid(scene, k, a, w, clearance, within, near, excess, first, count)
         if scene.root >= 0:
-            bounds, top = bounds_within(bodies, k, load_pose(near.body_rows, k), clearance + within), 1
+            bounds, top = bounds_within(bodies, k, a, clearance + within), 1
             near.stack[0] = scene.root
             while top > 0:
                 n_found, top = rows_within(scene.nodes, bounds, near.stack, top, near.found)
                 for i in range(n_found):
-                    count = consider(scene, k, n + near.found[i], clearance, within, near, excess, first, count)
+                    count = add_solid(scene, k, a, near.found[i], clearance, within, near, excess, first, count)
     for p in range(scene.pairs.shape[0]):
-        count = consider(scene, scene.pairs[p, 0], scene.pairs[p, 1], 0.0, within, near, excess, count, count)
+        i, j = scene.pairs[p, 0], scene.pairs[p, 1]
+        if excess is not None:
+            count = add_nearest_pair(scene, i, j, 0.0, within, near, excess, count)
+        elif ball_distance(bodies, i, load_pose(near.body_rows, i), bodies, j, load_pose(near.body_rows, j)) <= within:
+            count = add_pair(scene, i, j, -1, within, near, count)
     return count
 
 
 @kernel
-def consider(scene, i, j, clearance, within, near, excess, first, count):
-    """Keep a pair if it is near; the new count. The rows of body i and objects begin at ``first``."""
-    bodies, a, number = scene.bodies, load_pose(near.body_rows, i), -1
-    if j < bodies.shape[0]:
-        row, b, others = j, load_pose(near.body_rows, j), bodies
-    else:
-        row, b = solid_at(scene, j - bodies.shape[0], 0.0)
-        others, number = scene.objects, int(scene.objects[row, OBJECT])
-    least = ball_distance(bodies, i, a, others, row, b)
-    if not least - clearance <= within or (number >= 0 and may_touch(scene, i, row)):
+def add_solid(scene, k, a, w, clearance, within, near, excess, first, count):
+    """Add body k, at pose a, and solid w of the world if they are near; the new count. The rows of body k begin at ``first``."""
+    if excess is not None:
+        return add_nearest_pair(scene, k, scene.bodies.shape[0] + w, clearance, within, near, excess, count)
+    row, b = solid_at(scene, w, 0.0)
+    least = ball_distance(scene.bodies, k, a, scene.objects, row, b)
+    if not least <= within or may_touch(scene, k, row):
         return count
-    if excess is None:
-        return add_nearest_solid(scene, i, j, number, least, within, near, first, count)
-    return add_nearest_pair(scene, i, j, number, row, b, clearance, within, near, excess, count)
+    return add_nearest_solid(scene, k, w, int(scene.objects[row, OBJECT]), least, within, near, first, count)
 
 
 @routine
-def add_nearest_pair(scene, i, j, number, row, b, clearance, within, near, excess, count):
-    """Write a pair where there is room or in place of a farther one; the new count. Its other row is at pose b."""
-    room, bodies, a = near.pair_rows.shape[0], scene.bodies, load_pose(near.body_rows, i)
+def add_nearest_pair(scene, i, j, clearance, within, near, excess, count):
+    """Write a pair that is near, where there is room or in place of a farther one; the new count."""
+    room, bodies, a, number = near.pair_rows.shape[0], scene.bodies, load_pose(near.body_rows, i), -1
+    if j < bodies.shape[0]:
+        row, b, others, points = j, load_pose(near.body_rows, j), bodies, scene.vertices
+    else:
+        row, b = solid_at(scene, j - bodies.shape[0], 0.0)
+        if may_touch(scene, i, row):
+            return count
+        others, points, number = scene.objects, scene.points, int(scene.objects[row, OBJECT])
+    if ball_distance(bodies, i, a, others, row, b) - clearance >= within:
+        return count
     write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, room)
     distance = near.contact_rows[room, DISTANCE]
     excess[room] = min(excess[room], distance - clearance)
     if distance - clearance >= within or room == 0:
         return count
-    others, points = (bodies, scene.vertices) if number < 0 else (scene.objects, scene.points)
     gap = rows_gap(bodies, scene.vertices, i, a, others, points, row, b, clearance + within, 0.0)
     of_pair, slot = min(gap, distance) - clearance, count if count < room else 0
     if count == room:
@@ -135,9 +142,10 @@ def add_nearest_pair(scene, i, j, number, row, b, clearance, within, near, exces
 
 
 @routine
-def add_nearest_solid(scene, i, j, number, least, within, near, first, count):
-    """Add a pair, ``least`` [m] apart at least, unless the body keeps a nearer solid of that object; the new count."""
-    if number < 0 or near.last_rows.shape[0] == 0:
+def add_nearest_solid(scene, i, w, number, least, within, near, first, count):
+    """Add body i and solid w, ``least`` [m] apart at least, unless a nearer solid of their object is kept; the new count."""
+    j = scene.bodies.shape[0] + w
+    if near.last_rows.shape[0] == 0:
         return add_pair(scene, i, j, number, within, near, count)
     last, room = near.last_rows[number], near.pair_rows.shape[0]
     if not (first <= last < min(count, room) and near.pair_rows[last, PAIR_OBJECT] == number):

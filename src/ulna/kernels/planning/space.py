@@ -32,20 +32,29 @@ def square_distance(tree_rows, block, q, space):
 
 
 @kernel
-def nearest_in_lanes(tree_rows, cost_rows, n_blocks, q, bound, space):
-    """In each lane the least squared distance from q of the nodes of a tree in that lane, infinite without any, and its block.
+def nearest_in_lanes(tree_rows, n_blocks, q, space):
+    """In each lane the least squared distance from q of the nodes of a tree in that lane, and in which block it is.
 
-    Of a tree with costs only the nodes count from which q costs at most ``bound``. A linear scan: of the few thousand nodes of a
-    tree, eight at a time, it takes less than one certified edge.
+    A linear scan: of the few thousand nodes of a tree, eight at a time, it takes less than one certified edge.
     """
-    least = splat(INF, load(tree_rows, 0))
+    least = square_distance(tree_rows, 0, q, space)
     at = splat(0.0, least)
-    for block in range(n_blocks):
+    for block in range(1, n_blocks):
         square = square_distance(tree_rows, block, q, space)
         nearer = square < least
-        if cost_rows.shape[0] > 0:
-            left = splat(bound, least) - load(cost_rows, block)
-            nearer = nearer & (left >= 0.0) & (square <= left * left)
+        least, at = where(nearer, square, least), where(nearer, splat(float(block), least), at)
+    return least, at
+
+
+@kernel
+def nearest_below_in_lanes(tree_rows, cost_rows, n_blocks, q, bound, space):
+    """As ``nearest_in_lanes``, of the nodes from which q costs at most ``bound``: their cost and the distance. Else infinite."""
+    least = splat(INF, load(cost_rows, 0))
+    at = splat(0.0, least)
+    for block in range(n_blocks):
+        left = splat(bound, least) - load(cost_rows, block)
+        square = square_distance(tree_rows, block, q, space)
+        nearer = (left >= 0.0) & (square <= left * left) & (square < least)
         least, at = where(nearer, square, least), where(nearer, splat(float(block), least), at)
     return least, at
 
