@@ -16,9 +16,9 @@ With the error e and the Jacobian J at q, the step dq is
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, splat, store, where
-from ulna.kernels.ik.damped_system import add_column, back_to_joints, error_squares, gradient, pose_error, solve_damped
+from ulna.kernels.ik.damped_system import add_column, column_dot, error_squares, pose_error, solve_damped, store_six
 from ulna.kernels.ik.search_layout import DAMPED_LEAST_SQUARES, JACOBIAN_TRANSPOSE, TASK, WHOLE_POSE
-from ulna.kernels.ik.singular_values import SWEEPS, dot_rows, jacobi_rotation, rotate_rows
+from ulna.kernels.ik.singular_values import dot_rows, orthogonalise
 from ulna.kernels.ik.task_error import task_error
 from ulna.kernels.spatial.elementary import maximum
 
@@ -34,12 +34,7 @@ def take_step(method, jacobian_rows, n_dof, e, system_rows, error_rows, step_row
     elif method == DAMPED_LEAST_SQUARES:
         damped_step(jacobian_rows, n_dof, e, system_rows, step_rows)
     else:
-        store(error_rows, 0, e[0])
-        store(error_rows, 1, e[1])
-        store(error_rows, 2, e[2])
-        store(error_rows, 3, e[3])
-        store(error_rows, 4, e[4])
-        store(error_rows, 5, e[5])
+        store_six(error_rows, 0, e)
         pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows)
 
 
@@ -66,7 +61,7 @@ def transpose_step(jacobian_rows, n_dof, e, step_rows):
     """Write alpha g, entry by entry of q."""
     alpha = step_length(jacobian_rows, n_dof, e)
     for j in range(n_dof):
-        store(step_rows, j, alpha * gradient(jacobian_rows, j, e))
+        store(step_rows, j, alpha * column_dot(jacobian_rows, j, e))
 
 
 @kernel
@@ -75,7 +70,7 @@ def step_length(jacobian_rows, n_dof, e):
     zero = splat(0.0, e[0])
     v = zero, zero, zero, zero, zero, zero
     for j in range(n_dof):
-        v = add_column(v, jacobian_rows, j, gradient(jacobian_rows, j, e))
+        v = add_column(v, jacobian_rows, j, column_dot(jacobian_rows, j, e))
     along = e[0] * v[0] + e[1] * v[1] + e[2] * v[2] + e[3] * v[3] + e[4] * v[4] + e[5] * v[5]
     square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3] + v[4] * v[4] + v[5] * v[5]
     return where(square > 0.0, along / where(square > 0.0, square, 1.0), 0.0)
@@ -84,18 +79,15 @@ def step_length(jacobian_rows, n_dof, e):
 @kernel
 def damped_step(jacobian_rows, n_dof, e, system_rows, step_rows):
     """Write J' (J J' + lambda I)^-1 e."""
-    solve_damped(jacobian_rows, n_dof, splat(DAMPING, e[0]), e, system_rows)
+    y = solve_damped(jacobian_rows, n_dof, splat(DAMPING, e[0]), e, system_rows)
     for j in range(n_dof):
-        store(step_rows, j, back_to_joints(jacobian_rows, j, system_rows))
+        store(step_rows, j, column_dot(jacobian_rows, j, y))
 
 
 @routine
 def pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows):
     """Write J^+ e; both J and the six error rows are overwritten."""
-    for _ in range(SWEEPS):
-        for p in range(5):
-            for r in range(p + 1, 6):
-                orthogonalise(jacobian_rows, n_dof, error_rows, p, r)
+    orthogonalise(jacobian_rows, n_dof, error_rows)
     largest = splat(0.0, load(error_rows, 0))
     for k in range(6):
         largest = maximum(largest, dot_rows(jacobian_rows, n_dof, k, k))
@@ -107,12 +99,3 @@ def pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows):
         share = where(usable, load(error_rows, k) / where(usable, square, 1.0), 0.0)
         for j in range(n_dof):
             store(step_rows, j, load(step_rows, j) + share * load(jacobian_rows, 6 * j + k))
-
-
-@kernel
-def orthogonalise(jacobian_rows, n_dof, error_rows, p, r):
-    """Turn rows p and r of [J | e] by the angle that makes those of J orthogonal."""
-    cosine, sine = jacobi_rotation(jacobian_rows, n_dof, p, r)
-    rotate_rows(error_rows, p, r, cosine, sine)
-    for j in range(n_dof):
-        rotate_rows(jacobian_rows, 6 * j + p, 6 * j + r, cosine, sine)
