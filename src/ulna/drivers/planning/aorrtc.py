@@ -13,23 +13,15 @@ its own tree and of the other. They are lower bounds of the cost to come and to 
 """
 
 from ulna.drivers.planning.edge import passes
-from ulna.drivers.planning.tree import (
-    add_node,
-    connect,
-    cost_of,
-    join,
-    nearest_node,
-    next_tree,
-    pass_over,
-    read_node,
-    read_sample,
-)
+from ulna.drivers.planning.tree import add_node, join, next_tree, pass_over, read_node, read_sample
 from ulna.engine.decorators import routine
+from ulna.engine.lanes import WIDTH, lane_of
 from ulna.kernels.planning import planning_layout as layout
-from ulna.kernels.planning.space import INF, distance, write_step
+from ulna.kernels.planning.space import distance, nearest_below_in_lanes, write_step
 
 _GOLDEN = 0.6180339887498949  # golden-ratio sequence: draw k of a parent uses frac(share + k phi)
 _MOST_PARENTS = 8
+INF = float("inf")
 
 
 @routine
@@ -42,8 +34,9 @@ def iterate_cheaper(context, samples, trees, steps, state):
     if parent < 0:
         return False
     parent, cost = cheaper_parent(context, trees, own, steps, state, parent, cost, share)
-    node = add_node(trees, own, state, steps[2], parent, INF, cost)
-    other = connect(context, trees, 1 - own, steps, state, bound - cost)
+    node = add_node(trees, own, state, steps[2], parent, INF)
+    set_cost(trees.costs[own], node, cost)
+    other = connect_below(context, trees, 1 - own, steps, state, bound - cost)
     if other < 0:
         return False
     join(state, own, node, other)
@@ -53,18 +46,18 @@ def iterate_cheaper(context, samples, trees, steps, state):
 @routine
 def cheaper_step(context, trees, tree, steps, state, share):
     """Steps 1 and 2, from the sample steps[0] to steps[2]: the node that takes the step, -1 if none does, and the end's cost."""
-    space, bound, rows = context.space, context.settings[layout.BOUND], trees.rows[tree]
+    space, bound, rows, costs = context.space, context.settings[layout.BOUND], trees.rows[tree], trees.costs[tree]
     target, at, new = steps[0], steps[1], steps[2]
     least = from_roots(trees, tree, target, at, space, state)
     most = bound - from_roots(trees, 1 - tree, target, at, space, state)
-    node = nearest_node(trees, tree, state, target, least + share * (most - least), space) if least < most else -1
+    node = nearest_below(rows, costs, state[tree], target, least + share * (most - least), space) if least < most else -1
     cost = INF
     if node >= 0:
         read_node(rows, node, at)
         way = distance(at, target, space)
         if way > 0.0:
             write_step(at, target, min(1.0, context.settings[layout.RANGE] / way), space, new)
-            cost = cost_of(trees, tree, node) + distance(at, new, space)
+            cost = cost_of(costs, node) + distance(at, new, space)
     if cost == INF or cost + from_roots(trees, 1 - tree, new, at, space, state) >= bound:
         pass_over(state)
         return -1, INF
@@ -76,21 +69,49 @@ def cheaper_step(context, trees, tree, steps, state, share):
 @routine
 def cheaper_parent(context, trees, tree, steps, state, parent, cost, share):
     """Step 3: a parent of the configuration steps[2] that makes it cheaper than ``cost``, if one is drawn; and that cost."""
-    space, at, new = context.space, steps[1], steps[2]
+    space, rows, costs, at, new = context.space, trees.rows[tree], trees.costs[tree], steps[1], steps[2]
     least = from_roots(trees, tree, new, at, space, state)
     for _ in range(_MOST_PARENTS):
         share = (share + _GOLDEN) % 1.0
-        candidate = nearest_node(trees, tree, state, new, least + share * (cost - least), space)
+        candidate = nearest_below(rows, costs, state[tree], new, least + share * (cost - least), space)
         if candidate < 0:
             break
-        read_node(trees.rows[tree], candidate, at)
+        read_node(rows, candidate, at)
         way = distance(at, new, space)
-        if candidate == parent or way > context.settings[layout.RANGE] or cost_of(trees, tree, candidate) + way >= cost:
+        if candidate == parent or way > context.settings[layout.RANGE] or cost_of(costs, candidate) + way >= cost:
             break
         if not passes(context, at, new, trees.refused, state):
             break
-        parent, cost = candidate, cost_of(trees, tree, candidate) + way
+        parent, cost = candidate, cost_of(costs, candidate) + way
     return parent, cost
+
+
+@routine
+def connect_below(context, trees, tree, steps, state, bound):
+    """Step 4, towards the configuration steps[2]: the node of the tree that reaches it for less than a bound, or -1."""
+    space, new, at, goal = context.space, steps[0], steps[1], steps[2]
+    rows, costs = trees.rows[tree], trees.costs[tree]
+    node = nearest_below(rows, costs, state[tree], goal, bound, space)
+    if node < 0:
+        return -1
+    read_node(rows, node, at)
+    for _ in range(int(context.settings[layout.ROOM]) - 2):
+        way, cost = distance(at, goal, space), cost_of(costs, node)
+        if way == 0.0:
+            return node if cost < bound else -1
+        if cost + way >= bound or state[layout.CHECKS] >= state[layout.MOST]:
+            return -1
+        share = min(1.0, context.settings[layout.RANGE] / way)
+        write_step(at, goal, share, space, new)
+        if not passes(context, at, new, trees.refused, state):
+            return -1
+        node = add_node(trees, tree, state, new, node, INF)
+        set_cost(costs, node, cost + distance(at, new, space))
+        if share == 1.0:
+            return node
+        for k in range(space.shape[1]):
+            at[k] = new[k]
+    return -1
 
 
 @routine
@@ -101,3 +122,27 @@ def from_roots(trees, tree, q, at, space, state):
         read_node(trees.rows[tree], root, at)
         least = min(least, distance(at, q, space))
     return least
+
+
+@routine
+def nearest_below(rows, costs, n, q, bound, space):
+    """Of the n nodes of a tree from which q costs at most a bound, the nearest to q (the first of several); -1 without any."""
+    least, block = nearest_below_in_lanes(rows, costs, (n + WIDTH - 1) // WIDTH, q, bound, space)
+    best, node = INF, -1
+    for lane in range(WIDTH):
+        square, i = lane_of(least, lane), WIDTH * int(lane_of(block, lane)) + lane
+        if square < best or (square == best and square < INF and i < node):
+            best, node = square, i
+    return node
+
+
+@routine
+def cost_of(costs, node):
+    """The cost of a node."""
+    return costs[node // WIDTH, node % WIDTH]
+
+
+@routine
+def set_cost(costs, node, cost):
+    """Set the cost of a node."""
+    costs[node // WIDTH, node % WIDTH] = cost

@@ -17,7 +17,7 @@ al., Adaptive tuning of the sampling domain for dynamic-domain RRTs (IROS 2005):
 import numpy as np
 
 from ulna.drivers.planning.edge import passes
-from ulna.drivers.planning.tree import add_node, connect, join, nearest_node, next_tree, pass_over, read_node, read_sample
+from ulna.drivers.planning.tree import add_node, join, nearest_node, next_tree, pass_over, read_node, read_sample
 from ulna.engine.decorators import kernel
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import adapted_domain, distance, write_step
@@ -41,11 +41,11 @@ def joins_directly(context, trees, steps, state):
 def iterate(context, samples, trees, steps, state):
     """Steps 2 to 5; whether the trees are joined."""
     settings, space, own = context.settings, context.space, next_tree(state)
-    radii = trees.radii
+    rows, radii = trees.rows[own], trees.radii
     target, at, new = steps[0], steps[1], steps[2]
     read_sample(samples, space, state, target)
-    near = nearest_node(trees, own, state, target, np.inf, space)
-    read_node(trees.rows[own], near, at)
+    near = nearest_node(rows, state[own], target, space)
+    read_node(rows, near, at)
     way = distance(at, target, space)
     if way == 0.0 or (way > radii[own, near] and state[layout.IN_A_ROW] < layout.MOST_IN_A_ROW):
         state[layout.IN_A_ROW] += 1
@@ -62,9 +62,34 @@ def iterate(context, samples, trees, steps, state):
     state[layout.FAILED + own] = 0 if extended else state[layout.FAILED + own] + 1
     if not extended:
         return False
-    node = add_node(trees, own, state, new, near, radii[own, near], 0.0)
-    other = connect(context, trees, 1 - own, steps, state, np.inf)
+    node = add_node(trees, own, state, new, near, radii[own, near])
+    other = connect(context, trees, 1 - own, steps, state)
     if other < 0:
         return False
     join(state, own, node, other)
     return True
+
+
+@kernel
+def connect(context, trees, tree, steps, state):
+    """Step 5, towards the configuration steps[2]: the node of the tree that reaches it, or -1."""
+    settings, space, rows = context.settings, context.space, trees.rows[tree]
+    new, at, goal = steps[0], steps[1], steps[2]
+    node = nearest_node(rows, state[tree], goal, space)
+    read_node(rows, node, at)
+    for _ in range(int(settings[layout.ROOM]) - 2):
+        way = distance(at, goal, space)
+        if way == 0.0:
+            return node
+        if state[layout.CHECKS] >= state[layout.MOST]:
+            return -1
+        share = min(1.0, settings[layout.RANGE] / way)
+        write_step(at, goal, share, space, new)
+        if not passes(context, at, new, trees.refused, state):
+            return -1
+        node = add_node(trees, tree, state, new, node, np.inf)
+        if share == 1.0:
+            return node
+        for k in range(space.shape[1]):
+            at[k] = new[k]
+    return -1

@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from ulna.drivers.planning.edge import passes
-from ulna.engine.decorators import kernel, routine
+from ulna.engine.decorators import routine
 from ulna.engine.lanes import WIDTH, lane_of
 from ulna.kernels.planning import planning_layout as layout
-from ulna.kernels.planning.space import distance, nearest_below_in_lanes, nearest_in_lanes, short_way, write_step
+from ulna.kernels.planning.space import nearest_in_lanes, short_way
 
 
 @routine
@@ -38,25 +37,15 @@ def pass_over(state):
 
 
 @routine
-def nearest_node(trees, tree, state, q, bound, space):
-    """Of the nodes of a tree from which q costs at most a bound, the nearest to q (the first of several); -1 without any."""
-    n_blocks = (state[tree] + WIDTH - 1) // WIDTH
-    if trees.costs.shape[1] > 0:
-        least, block = nearest_below_in_lanes(trees.rows[tree], trees.costs[tree], n_blocks, q, bound, space)
-    else:
-        least, block = nearest_in_lanes(trees.rows[tree], n_blocks, q, space)
-    best, node = np.inf, -1
+def nearest_node(rows, n, q, space):
+    """The node of a tree of n nodes that is nearest to q; of several the first."""
+    least, block = nearest_in_lanes(rows, (n + WIDTH - 1) // WIDTH, q, space)
+    best, node = np.inf, 0
     for lane in range(WIDTH):
         square, i = lane_of(least, lane), WIDTH * int(lane_of(block, lane)) + lane
         if square < best or (square == best and i < node):
             best, node = square, i
     return node
-
-
-@routine
-def cost_of(trees, tree, node):
-    """The cost of a node; 0 in a tree without costs."""
-    return trees.costs[tree, node // WIDTH, node % WIDTH] if trees.costs.shape[1] > 0 else 0.0
 
 
 @routine
@@ -68,8 +57,8 @@ def read_node(rows, node, q):
 
 
 @routine
-def add_node(trees, tree, state, q, parent, radius, cost):
-    """Add a node to a tree; its number. The cost is kept in a tree with costs."""
+def add_node(trees, tree, state, q, parent, radius):
+    """Add a node to a tree; its number."""
     rows, node, n_dof = trees.rows[tree], state[tree], q.shape[0]
     if node % WIDTH == 0:  # the first of its block: there are no others yet
         for k in range(n_dof):
@@ -78,39 +67,8 @@ def add_node(trees, tree, state, q, parent, radius, cost):
     for k in range(n_dof):
         rows[node // WIDTH * n_dof + k, node % WIDTH] = q[k]
     trees.parents[tree, node], trees.radii[tree, node] = parent, radius
-    if trees.costs.shape[1] > 0:
-        trees.costs[tree, node // WIDTH, node % WIDTH] = cost
     state[tree] += 1
     return node
-
-
-@kernel
-def connect(context, trees, tree, steps, state, bound):
-    """Step from the nearest node of a tree towards the configuration steps[2], again and again, until it is reached.
-
-    Returns the node that reaches it for less than a bound of the cost, or -1: an edge is not free, or none is so cheap.
-    """
-    space, new, at, goal = context.space, steps[0], steps[1], steps[2]
-    node = nearest_node(trees, tree, state, goal, bound, space)
-    if node < 0:
-        return -1
-    read_node(trees.rows[tree], node, at)
-    for _ in range(int(context.settings[layout.ROOM]) - 2):
-        way, cost = distance(at, goal, space), cost_of(trees, tree, node)
-        if way == 0.0:
-            return node if cost < bound else -1
-        if cost + way >= bound or state[layout.CHECKS] >= state[layout.MOST]:
-            return -1
-        share = min(1.0, context.settings[layout.RANGE] / way)
-        write_step(at, goal, share, space, new)
-        if not passes(context, at, new, trees.refused, state):
-            return -1
-        node = add_node(trees, tree, state, new, node, np.inf, cost + distance(at, new, space))
-        if share == 1.0:
-            return node
-        for k in range(space.shape[1]):
-            at[k] = new[k]
-    return -1
 
 
 @routine

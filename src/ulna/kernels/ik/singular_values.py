@@ -16,7 +16,7 @@ from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, splat, sqrt, store, where
 from ulna.kernels.ik.damped_system import store_six
 
-_SWEEPS = 8  # of all fifteen pairs; six are usual
+SWEEPS = 8  # of all fifteen pairs; six are usual
 _NOISE = 1e-14  # of the root of all squares
 _SQUARE = 1e-30  # of the product of two rows' squares: below it they count as orthogonal
 
@@ -28,7 +28,7 @@ def damped_by_singular_values(jacobian_rows, n_dof, damping, e, rotated_rows):
     J is overwritten: x is the sum of its six rows weighted by rotated_rows[:6].
     """
     begin_rotation(e, rotated_rows)
-    orthogonalise(jacobian_rows, n_dof, rotated_rows)
+    orthogonalise_all(jacobian_rows, n_dof, rotated_rows)
     total = splat(0.0, e[0])
     for k in range(6):
         total = total + dot_rows(jacobian_rows, n_dof, k, k)
@@ -53,15 +53,15 @@ def begin_rotation(e, rotated_rows):
 
 
 @kernel
-def orthogonalise(jacobian_rows, n_dof, rotated_rows):
-    """Step 1: n_dof columns of J, and others of six rows each that are rotated with them."""
-    for _ in range(_SWEEPS):
+def orthogonalise_all(jacobian_rows, n_dof, rotated_rows):
+    """Step 1; n_dof columns of J, and seven others."""
+    for _ in range(SWEEPS):
         for p in range(5):
             for r in range(p + 1, 6):
                 cosine, sine = jacobi_rotation(jacobian_rows, n_dof, p, r)
                 for j in range(n_dof):
                     rotate_rows(jacobian_rows, 6 * j + p, 6 * j + r, cosine, sine)
-                for column in range(rotated_rows.shape[0] // 6):
+                for column in range(7):
                     rotate_rows(rotated_rows, 6 * column + p, 6 * column + r, cosine, sine)
 
 

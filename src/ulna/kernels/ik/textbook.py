@@ -18,7 +18,7 @@ from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, splat, store, where
 from ulna.kernels.ik.damped_system import add_column, column_dot, error_squares, pose_error, solve_damped, store_six
 from ulna.kernels.ik.search_layout import DAMPED_LEAST_SQUARES, JACOBIAN_TRANSPOSE, TASK, WHOLE_POSE
-from ulna.kernels.ik.singular_values import dot_rows, orthogonalise
+from ulna.kernels.ik.singular_values import SWEEPS, dot_rows, jacobi_rotation, rotate_rows
 from ulna.kernels.ik.task_error import task_error
 from ulna.kernels.spatial.elementary import maximum
 
@@ -87,7 +87,10 @@ def damped_step(jacobian_rows, n_dof, e, system_rows, step_rows):
 @routine
 def pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows):
     """Write J^+ e; both J and the six error rows are overwritten."""
-    orthogonalise(jacobian_rows, n_dof, error_rows)
+    for _ in range(SWEEPS):
+        for p in range(5):
+            for r in range(p + 1, 6):
+                orthogonalise(jacobian_rows, n_dof, error_rows, p, r)
     largest = splat(0.0, load(error_rows, 0))
     for k in range(6):
         largest = maximum(largest, dot_rows(jacobian_rows, n_dof, k, k))
@@ -99,3 +102,12 @@ def pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows):
         share = where(usable, load(error_rows, k) / where(usable, square, 1.0), 0.0)
         for j in range(n_dof):
             store(step_rows, j, load(step_rows, j) + share * load(jacobian_rows, 6 * j + k))
+
+
+@kernel
+def orthogonalise(jacobian_rows, n_dof, error_rows, p, r):
+    """Turn rows p and r of [J | e] by the angle that makes those of J orthogonal."""
+    cosine, sine = jacobi_rotation(jacobian_rows, n_dof, p, r)
+    rotate_rows(error_rows, p, r, cosine, sine)
+    for j in range(n_dof):
+        rotate_rows(jacobian_rows, 6 * j + p, 6 * j + r, cosine, sine)
