@@ -5,7 +5,7 @@ from ulna.engine.lanes import load, store, where
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.subproblems import angle_onto, angles_to_direction, angles_to_plane, angles_to_sphere, one_of_two
 from ulna.kernels.chain.two_circles import angle_of_pair, lines_of, other_of_pair, passing, pencil
-from ulna.kernels.spatial.arc_tangent import full_circle_angle
+from ulna.kernels.spatial.elementary import full_circle_angle
 
 FREE = 0.6, 0.8  # the sine and cosine of an angle that may be any
 

@@ -10,7 +10,7 @@ from numba import types
 
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
-from ulna.kernels.collision.scene import Carried, Scene
+from ulna.kernels.collision.scene import Carried, Near, Scene
 
 INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, TRUTH_TABLE, WHOLE = numba_types((
     signatures.INDEX_ROWS, signatures.INDICES, signatures.MATRIX, signatures.NUMBER, signatures.NUMBERS, signatures.PAIRS,
@@ -36,6 +36,7 @@ CARRIED = types.NamedTuple((
     NUMBERS, NUMBERS, INDICES, INDICES,
 ), Carried)  # fmt: skip
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
+NEAR = types.NamedTuple((NUMBERS, NUMBERS, MATRIX, INDEX_ROWS, INDICES, INDICES, INDICES, POLYTOPE), Near)
 
 
 def _each(names: str, numba_type) -> dict:
@@ -65,7 +66,7 @@ TYPES = {
         f"spatial.vectors.{name}": {"a": POSE}
         for name in ("x_axis", "y_axis", "z_axis", "origin", "rotate", "rotate_inverse", "transform", "transform_inverse")
     },
-    "spatial.arc_tangent": {**_each("s c", NUMBER)},
+    "spatial.elementary": {**_each("s c", NUMBER)},
     "chain": {
         **_each("first second third fourth fifth sixth bend angle angle_a angle_b bends free", ANGLE), "n": WHOLE,
         "motion": POSE, **_each("two three reach v", VECTOR), "both": PAIR,
@@ -127,13 +128,16 @@ TYPES = {
         "carried": CARRIED,
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},
-    "collision.contacts": {**_each("contacts out", MATRIX), **_each("joint witness", WHOLE), "sign": NUMBER},
+    "collision.contacts": {
+        **_each("contacts contact_rows from_rows to_rows out", MATRIX), **_each("joint witness first count", WHOLE),
+        "order": INDICES,
+        **_each("sign least clearance", NUMBER), "near": NEAR, "excess": NUMBERS,
+    },
     "collision.ball_motion": {
         **_each("q_a q_b spread rows", NUMBERS), **_each("joint shared a b g", WHOLE), **_each("p w_shared", VECTOR),
     },
-    "collision.rounded_core.has_exact_ball": {**_each("kind other", WHOLE)},
-    "collision.rounded_core.core_slope": {"e": VECTOR},
-    "collision.rounded_core": {"p": VECTOR},
+    "collision.reached.has_exact_ball": {**_each("kind other", WHOLE)},
+    "collision.reached.core_slope": {"e": VECTOR},
     "collision.posed_pair.solid_at": {"w": WHOLE},
     "collision.reached": {**_each("centre half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE},
     "collision.interval": {**_each("o g", WHOLE), "p": VECTOR},
@@ -142,25 +146,20 @@ TYPES = {
     "collision.interval.pair_outcome": {"e": WHOLE},
     "collision.interval.spheres_way": {"e": WHOLE, "pair": types.UniTuple(WHOLE, 2), "centres": TWO_VECTORS},
     "collision.interval.gap_or_contact": {**_each("first second", ROW)},
-    "collision.near_pairs": {
-        "work": types.Tuple((INDICES, INDICES, POLYTOPE, INDICES)), **_each("contact_rows from_rows to_rows", MATRIX),
-        "pair_rows": INDEX_ROWS, **_each("last_rows order", INDICES), **_each("first count w", WHOLE), "least": NUMBER,
-    },
     # Here one configuration is a column, chosen by its lane, of rows of several.
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},
     "collision.overlap.overlaps_indexed": {**_each("body_rows bound_rows", MATRIX)},
-    "ik": {"slack": NUMBER, "dt": NUMBER, **_each("p r", WHOLE), **_each("cosine sine running", NUMBER), "settled": TRUTH},
+    "ik": {"rows": NUMBERS, **_each("p r", WHOLE), **_each("slack dt cosine sine running", NUMBER), "settled": TRUTH},
     "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 5)},
     "ik.bounded_least_squares.minus_where": {**_each("a b", TWIST)},
-    **{f"ik.{name}": {"v": TWIST} for name in ("damped_system.add_column", "singular_values.add_rotated")},
+    "ik.damped_system": {"v": TWIST}, "ik.singular_values.add_rotated": {"v": TWIST},
     "ik.nearest_branch": {**_each("q seed", NUMBER), **_each("branch k", WHOLE)},
     "ik.polish": {**_each("most inverse_reach", NUMBER), "steps": WHOLE},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
-    "ik.singular_values.rotate_rows": {"rows": NUMBERS},
     "servo": {
-        **_each("limits state", MATRIX), **_each("counters active_rows", INDICES), "goal": NUMBERS,
-        **_each("n m mode p s stride first ticks worst y z", WHOLE), **_each("tick below", NUMBER),
+        **_each("limits state points", MATRIX), **_each("counters active_rows", INDICES), "goal": NUMBERS, "rows": NUMBERS,
+        **_each("n m mode ticks worst", WHOLE), **_each("tick below", NUMBER),
     },
     "servo.braking.is_box": {"widened": TRUTH},
     "servo.desired_motion.write_objective": {"arrays": types.UniTuple(NUMBERS, 5)},

@@ -14,8 +14,16 @@ from ulna.kernels.ik.search_layout import WITH_POSTURE
 from ulna.kernels.ik.task_error import swing, task_error
 from ulna.kernels.ik.textbook import pseudo_inverse_step, transpose_step
 from ulna.kernels.spatial.elementary import first_quadrant_angle, maximum, minimum, sincos
-from ulna.kernels.spatial.se3 import compose, constant_pose, load_pose, slide_along_z, store_pose, turn_about_z
-from ulna.kernels.spatial.so3 import rotation_between, rotation_vector
+from ulna.kernels.spatial.se3 import (
+    compose,
+    constant_pose,
+    load_pose,
+    rotation_between,
+    rotation_vector,
+    slide_along_z,
+    store_pose,
+    turn_about_z,
+)
 
 
 def arithmetic(x, out):

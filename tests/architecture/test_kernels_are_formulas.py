@@ -33,6 +33,7 @@ TABLES = {
     "shadows",
     "space",
     "speeds",
+    "state",
     "velocity_limits",
     "vertices",
 }

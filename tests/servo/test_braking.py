@@ -4,12 +4,12 @@ import numpy as np
 
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kernels.servo.braking import (
-    ends_within,
     go_on_stopping,
     stop_velocity,
     ticks_to_stop,
     write_stop,
     write_velocity_box,
+    write_way,
 )
 
 N, TICK = 4, 0.01
@@ -28,7 +28,7 @@ def moving(rng):
         write_stop(state, counters, settings, rate, ticks)
         if (state[layout.TO] >= limits[layout.LOWER]).all() and (state[layout.TO] <= limits[layout.UPPER]).all():
             for _ in range(rng.integers(ticks + 1)):
-                go_on_stopping(state, counters, settings, N)
+                go_on_stopping(state, counters, settings)
             return limits, settings, state, counters
 
 
@@ -43,7 +43,7 @@ def test_any_velocity_of_the_box_keeps_the_limits_until_the_arm_rests(rng):
             q, qd = state[layout.Q], state[layout.QD]
             ticks = ticks_to_stop(x, limits, TICK)
             assert ticks <= n
-            assert ends_within(x, state, limits, TICK, ticks)
+            assert write_way(x, state, limits, TICK, ticks, np.empty((3, N)))
             a = (x - qd) / TICK
             assert (np.abs(a) <= limits[layout.ACCELERATION] * (1 + 1e-9)).all()
             assert (np.abs(x) <= limits[layout.SPEED] + 1e-12).all()
@@ -75,11 +75,11 @@ def test_a_stop_is_a_straight_line_of_constant_deceleration(rng):
             counters[layout.TICKS],
         )
         while counters[layout.DONE] < n:
-            go_on_stopping(state, counters, settings, N)
+            go_on_stopping(state, counters, settings)
             t = counters[layout.DONE] * TICK
             np.testing.assert_allclose(state[layout.Q], start + rate * t - rate / (n * TICK) * t * t / 2, atol=1e-12)
             np.testing.assert_allclose(state[layout.QD], rate - rate / (n * TICK) * t, atol=1e-12)
-        go_on_stopping(state, counters, settings, N)
+        go_on_stopping(state, counters, settings)
         if n > 0:
             np.testing.assert_array_equal(state[layout.Q], end)
         assert not state[layout.QD].any()

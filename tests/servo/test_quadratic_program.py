@@ -9,7 +9,7 @@ from ulna.kernels.servo.quadratic_program import minimise
 def solved(H, f, G, b, x):
     """The minimum, and a multiplier for each row, by the kernel."""
     (m, n), x = G.shape, x.copy()
-    active, multipliers, work = np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros(2 * n * n + 4 * n)
+    active, multipliers, work = np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros(2 * n * (n + 1))
     k = minimise(H.ravel().copy(), f.copy(), G.ravel().copy(), b, m, x, active, multipliers, work)
     of_rows = np.zeros(m)
     of_rows[active[:k]] = multipliers[:k]

@@ -8,7 +8,7 @@ path whatever the batch's length and its own place, so its result is the same bi
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH, load, load_columns, splat, store, store_columns
-from ulna.kernels.spatial.se3 import store_pose
+from ulna.kernels.spatial.se3 import lane_pose, store_pose
 
 
 @kernel
@@ -107,9 +107,7 @@ def write_matrix(pose, out):
 @kernel
 def scatter_matrix(pose_rows, i, lane, out):
     """Write one lane of pose i of rows as a homogeneous 4x4 matrix."""
-    for k in range(12):
-        out[k // 4, k % 4] = pose_rows[12 * i + k, lane]
-    out[3, 0], out[3, 1], out[3, 2], out[3, 3] = 0.0, 0.0, 0.0, 1.0
+    write_matrix(lane_pose(pose_rows, i, lane), out)
 
 
 @kernel

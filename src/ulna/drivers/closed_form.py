@@ -13,7 +13,7 @@ from ulna.drivers.branch_rows import (
     write_free_angles,
     write_seed,
 )
-from ulna.drivers.lane_state import write_result
+from ulna.drivers.lane_state import store_state, write_result, write_target
 from ulna.engine.decorators import entry, kernel, workspace
 from ulna.engine.lanes import WIDTH, lane_of, load, splat, store, where, zero_rows
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, TRUTH_ROWS, WHOLE
@@ -27,13 +27,13 @@ from ulna.kernels.chain.closed_form_layout import (
 from ulna.kernels.chain.closed_form_rows import known_in_one, proof_of, proof_of_lanes
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
-from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, N_STATE, P2, R2, TAKEN
+from ulna.kernels.ik.levenberg_marquardt import HAS_FAILED, HAS_SOLVED, N_STATE
 from ulna.kernels.ik.nearest_branch import is_any_hardly_beyond, nearest_branch, turn_within
 from ulna.kernels.ik.polish import polish
 from ulna.kernels.ik.search_layout import NOT_A_POSE, SOLVED, STATUS
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range
-from ulna.kernels.spatial.se3 import load_pose, rigidity_defect
+from ulna.kernels.spatial.se3 import load_pose, matrix_pose, rigidity_defect
 
 _FEW = 4  # targets that take no longer one by one
 N_OPTIONS = 2  # of a plan
@@ -51,18 +51,15 @@ def all_branches(table, chain, plan, targets, seeds, q_out, known, proof):
     n, with_bounds = targets.shape[0], plan.shape[0] > N_OPTIONS
     n_signs = 1 + q_out.shape[1] // N_BRANCHES  # 2: for a constant the compiler makes other code than for that of one target
     rows, scratch = branch_state(2)
-    sign_rows, free_rows, target_rows, q_rows, known_rows = rows
-    seed_rows, bound_rows, _, _, _, inside_rows, error_rows = best_state(plan)
-    good = True
+    _, free_rows, target_rows, q_rows, known_rows = rows
+    best, good = best_state(plan), True
+    seed_rows, bound_rows = best[0], best[1]
     for start in range(0, n, WIDTH):
         if start == 0 or seeds.shape[0] > 1:
             gather(seeds, start, seed_rows)
             write_free_angles(table, seed_rows, free_rows)
         gather_poses(targets, start, target_rows)
-        closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
-        polish_branches(table, chain, rows, scratch)
-        if with_bounds and is_any_hardly_beyond(q_rows, known_rows, bound_rows):
-            put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_rows, error_rows)
+        write_branches(table, chain, n_signs, rows, scratch, best, with_bounds)
         good &= write_proof(known_rows, targets, start, proof)
         for branch in range(N_BRANCHES):
             store(known_rows, branch, known_in_one(known_rows, branch))  # of those before, what is known is in one already
@@ -82,18 +79,15 @@ def all_branches_of_one(table, chain, plan, seed, target, q_out, truths):
     if not rigidity_defect(target) <= LARGEST_DEFECT:
         return -1
     rows, scratch = branch_state(1)
-    sign_rows, free_rows, target_rows, q_rows, known_rows = rows
-    seed_rows, bound_rows, _, _, _, inside_rows, error_rows = best_state(plan)
+    _, free_rows, target_rows, q_rows, known_rows = rows
+    best = best_state(plan)
+    seed_rows, bound_rows = best[0], best[1]
     for lane in range(WIDTH):
-        for k in range(12):
-            target_rows[k, lane] = target[k // 4, k % 4]
+        write_target(matrix_pose(target), target_rows, lane)
     write_seed(seed, seed_rows)
     write_free_angles(table, seed_rows, free_rows)
     n_signs = q_out.shape[0] // N_BRANCHES  # 1; as above
-    closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
-    polish_branches(table, chain, rows, scratch)
-    if is_any_hardly_beyond(q_rows, known_rows, bound_rows):
-        put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_rows, error_rows)
+    write_branches(table, chain, n_signs, rows, scratch, best, with_bounds=True)
     proved = proof_of_lanes(known_rows)
     store(known_rows, 0, known_in_one(known_rows, 0))
     turn_within(q_rows, known_rows, 0, seed_rows, bound_rows)
@@ -103,6 +97,16 @@ def all_branches_of_one(table, chain, plan, seed, target, q_out, truths):
         for j in range(N_AXES):
             q_out[branch, j] = q_rows[j, branch]
     return proved
+
+
+@kernel
+def write_branches(table, chain, n_signs, rows, scratch, best, with_bounds):
+    """Write all branches of the targets in the rows of ``branch_state``, polished; with bounds, put at them if hardly beyond."""
+    sign_rows, free_rows, target_rows, q_rows, known_rows = rows
+    closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
+    polish_branches(table, chain, rows, scratch)
+    if with_bounds and is_any_hardly_beyond(q_rows, known_rows, best[1]):
+        put_at_limits(table, chain, rows, scratch, best[0], best[1], best[5], best[6])
 
 
 @kernel
@@ -134,9 +138,8 @@ def polish_all(chain, targets, q, bounds, inverse_reach, steps, errors):
             chain, target_rows, q_rows, error_rows, bound_rows, inverse_reach, np.inf, steps, jacobian_rows, system_rows,
             last_rows,
         )  # fmt: skip
+        scatter_rows(q_rows, n_dof, q, start)
         for lane in range(min(WIDTH, n - start)):
-            for j in range(n_dof):
-                q[start + lane, j] = q_rows[j, lane]
             errors[start + lane] = error_rows[0, lane]
     return True
 
@@ -173,10 +176,7 @@ def run_targets(table, chain, plan, targets, seeds, q_out, info):
             write_start_of(targets[i], seeds[min(i, seeds.shape[0] - 1)], rows[2], best[0], best[1], lane)
         if start == 0 or seeds.shape[0] > 1:
             write_free_angles(table, best[0], rows[1])
-        closed_form(table, rows[2], rows[0], 1 if step == 1 else 2, rows[1], rows[3], rows[4])
-        polish_branches(table, chain, rows, scratch)
-        if is_any_hardly_beyond(rows[3], rows[4], best[1]):
-            put_at_limits(table, chain, rows, scratch, best[0], best[1], best[5], best[6])
+        write_branches(table, chain, 1 if step == 1 else 2, rows, scratch, best, with_bounds=True)
         best[3][:] = np.inf
         if polish_seed(table, chain, rows, scratch, best[0], best[5], best[6], step == 1):
             nearest_branch(best[5], best[6], best[0], best[1], best[2], best[3])
@@ -217,8 +217,7 @@ def best_state(plan):
 @kernel
 def write_start_of(target, seed, target_rows, seed_rows, bound_rows, lane):
     """Write a target and its seed, brought within the bounds, to a lane."""
-    for k in range(12):
-        target_rows[k, lane] = target[k // 4, k % 4]
+    write_target(matrix_pose(target), target_rows, lane)
     n = bound_rows.shape[0] // 4
     for j in range(n):
         seed_rows[j, lane] = min(max(seed[j], bound_rows[j, lane]), bound_rows[n + j, lane])
@@ -230,12 +229,7 @@ def verify(chain, plan, target_rows, q_rows, cost_rows, state_rows):
     e = pose_error(chain_pose(chain, q_rows), load_pose(target_rows, 0))
     p2, r2 = error_squares(e)
     solved = (p2 <= plan[0] ** 2) & (r2 <= plan[1] ** 2) & (load(cost_rows, 0) < np.inf)
-    store(state_rows, ENDED, where(solved, HAS_SOLVED, HAS_FAILED))
-    store(state_rows, P2, p2)
-    store(state_rows, R2, r2)
-    store(state_rows, TAKEN, splat(1.0, p2))
-    for k in range(6):
-        store(state_rows, ERROR + k, e[k])
+    store_state(state_rows, where(solved, HAS_SOLVED, HAS_FAILED), p2, r2, splat(0.0, p2), e)
 
 
 @kernel

@@ -2,14 +2,13 @@
 
 import numpy as np
 
-from ulna.engine.decorators import entry
+from ulna.engine.decorators import entry, workspace
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, SCENES, WHOLE
 from ulna.kernels.collision.bvh import FOUND, STACK
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
-from ulna.kernels.collision.contacts import write_contact, write_gradient
-from ulna.kernels.collision.near_pairs import copy_row, find_near_pairs, order_of_rows
+from ulna.kernels.collision.contacts import copy_row, find_near_pairs, order_of_rows, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import Scene
+from ulna.kernels.collision.scene import Near, Scene
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.spatial.elementary import all_in_range
 
@@ -25,18 +24,17 @@ def contacts_each(
     themselves move along the surfaces only, across n. A candidate of -1 is no pair: its gradient is zero.
     """
     scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
-    joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
-    scratch, good, placed = (np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])), True, -1
+    near, good, placed = near_of(scene, 0, 0), True, -1
     for c in range(candidates.shape[0]):
         if rows[c] != placed:
             placed = rows[c]
-            place_bodies(joints, bodies, q[placed], joint_rows, body_rows)
+            place_bodies(joints, bodies, q[placed], near.joint_rows, near.body_rows)
             good &= all_in_range(q[placed])
         i, j = candidates[c, 0], candidates[c, 1]
         if i >= 0:
-            write_contact(scene, body_rows, i, j, scratch, out, c)
+            write_contact(scene, near.body_rows, i, j, near.scratch, out, c)
         if gradients.shape[0] > 0:
-            write_gradient(scene, joint_rows, i, j, out, gradients, c)
+            write_gradient(scene, near.joint_rows, i, j, out, gradients, c)
     return good
 
 
@@ -55,30 +53,35 @@ def near_each(
     False if an entry of q is out of range.
     """
     scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
-    joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
-    scratch, room = (np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])), found.shape[0]
-    work = np.empty(STACK, np.int64), np.empty(FOUND, np.int64), scratch, np.empty(n_objects, np.int64)
-    contact_rows, pair_rows, order = (
-        np.empty((room, CONTACT_WIDTH)),
-        np.empty((room, PAIR_WIDTH), np.int64),
-        np.empty(room, np.int64),
-    )
+    room = found.shape[0]
+    near, order = near_of(scene, room, n_objects), np.empty(room, np.int64)
     count, good = 0, True
     for i in range(q.shape[0]):
         good &= all_in_range(q[i])
         ends[i] = -1
         if count < 0:
             continue
-        place_bodies(joints, bodies, q[i], joint_rows, body_rows)
-        n = find_near_pairs(scene, body_rows, within, work, contact_rows, pair_rows)
+        place_bodies(joints, bodies, q[i], near.joint_rows, near.body_rows)
+        n = find_near_pairs(scene, 0.0, within, near, None)
         if count + n <= room:
             ends[i] = count + n
-            order_of_rows(contact_rows, n, order)
+            order_of_rows(near.contact_rows, n, order)
             for k in range(n):
-                copy_row(contact_rows, order[k], out, count + k)
-                copy_row(pair_rows, order[k], found, count + k)
+                copy_row(near.contact_rows, order[k], out, count + k)
+                copy_row(near.pair_rows, order[k], found, count + k)
                 if gradients.shape[0] > 0:
                     body, other = found[count + k, PAIR_BODY], found[count + k, PAIR_OTHER]
-                    write_gradient(scene, joint_rows, body, other, out, gradients, count + k)
+                    write_gradient(scene, near.joint_rows, body, other, out, gradients, count + k)
         count = ends[i]
     return good
+
+
+@workspace
+def near_of(scene, room, n_objects):
+    """Room for so many near pairs of a scene."""
+    return Near(
+        np.empty(12 * scene.joints.shape[0]), np.empty(12 * scene.bodies.shape[0]),
+        np.empty((room + 1, CONTACT_WIDTH)), np.empty((room, PAIR_WIDTH), np.int64), np.empty(n_objects, np.int64),
+        np.empty(STACK, np.int64), np.empty(FOUND, np.int64),
+        (np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])),
+    )  # fmt: skip

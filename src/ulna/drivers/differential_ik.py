@@ -1,6 +1,6 @@
 """Runs one step of differential inverse kinematics over one configuration or a batch."""
 
-from ulna.drivers.batch import gather
+from ulna.drivers.batch import gather, scatter_rows
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, zero_rows
 from ulna.engine.signatures import CONSTANTS, MATRIX, NUMBER, NUMBERS, TABLE, WHOLE
@@ -46,7 +46,5 @@ def differential_batch(chain, expressed_in, limits, velocity_limits, damping, dt
         chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, 6, 1)
         velocity_bounds(limits, velocity_limits, dt, q_rows, bound_rows)
         bounded_least_squares(jacobian_rows, twist_rows, damping, bound_rows, x_rows, scratch)
-        for lane in range(WIDTH):
-            for j in range(n_dof):
-                out[min(start + lane, n - 1), j] = x_rows[j, lane]
+        scatter_rows(x_rows, n_dof, out, start)
     return good

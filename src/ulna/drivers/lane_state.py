@@ -3,7 +3,8 @@
 import numpy as np
 
 from ulna.engine.decorators import kernel, routine, workspace
-from ulna.engine.lanes import sqrt, zero_rows
+from ulna.engine.lanes import sqrt, store, zero_rows
+from ulna.kernels.ik.damped_system import store_six
 from ulna.kernels.ik.levenberg_marquardt import (
     ALLOWED,
     CHANGE,
@@ -78,6 +79,16 @@ def reset_state(state_rows, allowed, with_posture, lane):
     state_rows[P2, lane], state_rows[R2, lane] = np.inf, np.inf
     state_rows[TAKEN, lane], state_rows[ALLOWED, lane] = 0.0, allowed
     state_rows[CHANGE, lane] = np.inf if with_posture != 0.0 else 0.0
+
+
+@kernel
+def store_state(state_rows, ended, p2, r2, steps, e):
+    """Write the state of all lanes after so many steps: how they ended, the squares of the errors, the pose error."""
+    store(state_rows, ENDED, ended)
+    store(state_rows, P2, p2)
+    store(state_rows, R2, r2)
+    store(state_rows, TAKEN, steps + 1.0)
+    store_six(state_rows, ERROR, e)
 
 
 @routine

@@ -4,8 +4,7 @@ from ulna.engine.decorators import entry
 from ulna.engine.lanes import sqrt
 from ulna.engine.signatures import INDEX_ROWS, INDICES, LIGHT, MATRICES, MATRIX, NEARNESS, NONE, NUMBERED, NUMBERS, PIXELS, SKIN
 from ulna.kernels.render.raster import above_zero, corners, row, span, twice_area, weights
-from ulna.kernels.render.shading import sample_light, uniform
-from ulna.kernels.render.translucent import _EDGE, held_back
+from ulna.kernels.render.shading import EDGE, held_back, sample_light, uniform
 from ulna.kernels.spatial.se3 import constant_pose
 from ulna.kernels.spatial.vectors import plus, scaled, transform
 
@@ -36,7 +35,7 @@ def lay_panes(points, paints, nearness, light):
                     held = 0.0
                     for y in range(m * i, m * i + m):
                         for x in range(m * j, m * j + m):
-                            held += held_back(a, b, c, d, x + 0.5, y + 0.5, nearness[y, x], paints[k, 3], _EDGE * m)
+                            held += held_back(a, b, c, d, x + 0.5, y + 0.5, nearness[y, x], paints[k, 3], EDGE * m)
                     if held > 0.0:
                         part = held / (m * m)
                         for channel in range(3):

@@ -12,14 +12,14 @@
 import numpy as np
 
 from ulna.drivers.batch import gather
-from ulna.drivers.lane_state import search_state, write_bounds, write_result, write_target
+from ulna.drivers.lane_state import search_state, store_state, write_bounds, write_result, write_target
 from ulna.engine.decorators import entry, kernel
 from ulna.engine.lanes import WIDTH, any_lane, empty_rows, load, splat, store, where
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import block_joints_at_bounds, error_squares, pose_error, within_bounds
-from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, LAMBDA, P2, R2, RUNNING, TAKEN
+from ulna.kernels.ik.levenberg_marquardt import ENDED, ERROR, HAS_FAILED, HAS_SOLVED, LAMBDA, RUNNING
 from ulna.kernels.ik.search_layout import (
     DAMPED_LEAST_SQUARES,
     ITERATIONS,
@@ -89,17 +89,6 @@ def descend(chain, method, settings, rows, scratch, trace):
             steps += 1
             if trace.shape[0] > 0:
                 trace_step(trace, steps, state_rows, step_rows, DAMPING if method == DAMPED_LEAST_SQUARES else 0.0)
-
-
-@kernel
-def store_state(state_rows, ended, p2, r2, taken, whole):
-    """Write the state of the lanes."""
-    store(state_rows, ENDED, ended)
-    store(state_rows, P2, p2)
-    store(state_rows, R2, r2)
-    store(state_rows, TAKEN, taken + 1.0)
-    for k in range(6):
-        store(state_rows, ERROR + k, whole[k])
 
 
 @kernel

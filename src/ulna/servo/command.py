@@ -6,8 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.kernels.servo import servo_layout as layout
-
 Array = NDArray[np.float64]
 
 
@@ -67,15 +65,5 @@ class Command(NamedTuple):
         return f"{self.status}{of}"
 
 
-STATUS_OF = {
-    layout.FOLLOWING: CommandStatus.FOLLOWING,
-    layout.LIMITED_BY_POSITION: CommandStatus.LIMITED_BY_POSITION,
-    layout.LIMITED_BY_VELOCITY: CommandStatus.LIMITED_BY_VELOCITY,
-    layout.LIMITED_BY_ACCELERATION: CommandStatus.LIMITED_BY_ACCELERATION,
-    layout.LIMITED_BY_CLEARANCE: CommandStatus.LIMITED_BY_CLEARANCE,
-    layout.NEAR_SINGULARITY: CommandStatus.NEAR_SINGULARITY,
-    layout.BRAKING: CommandStatus.BRAKING,
-    layout.AT_REST: CommandStatus.AT_REST,
-    layout.NOT_CERTIFIED: CommandStatus.NOT_CERTIFIED,
-}
-"""By the numbers of ``servo_layout``."""
+STATUS_OF = tuple(CommandStatus)
+"""By the numbers of ``servo_layout``, in their order."""

@@ -1,4 +1,4 @@
-"""Steers an arm tick by tick: each command, and a full stop after it, is certified free (``drivers.servo.tick``)."""
+"""Steers an arm tick by tick: each command, and a full stop after it, is certified free (``drivers.servo``)."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from ulna.collision.objects import rows_of
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.pose import as_one_pose
-from ulna.drivers.servo import tick as driver
+from ulna.drivers import servo as driver
 from ulna.errors import InputError
 from ulna.ik.problem import refuse_immovable
 from ulna.kernels.collision.scene import Scene

@@ -50,8 +50,6 @@ def plan_slice(
         shortening[layout.POINTS], shortening[layout.ROWS] = n, rows_for(n)
         left = max(1, search[layout.UNTIL] - search[layout.CHECKS])
         shortening[layout.UNTIL] = max(shortening[layout.UNTIL], shortening[layout.CHECKS] + left)
-    if shortening[layout.PASS] == layout.AS_FOUND:
-        return layout.SOLVED
     code = shorten_path(without_turns(context), path, steps, shortening)
     if code != layout.PAUSED:
         drop_repeats(path.waypoints, shortening)

@@ -30,22 +30,6 @@ def turned_back(angle, v):
 
 
 @kernel
-def times(r, v):
-    """A matrix times a vector."""
-    return dot(r[0], v), dot(r[1], v), dot(r[2], v)
-
-
-@kernel
-def transposed_times(r, v):
-    """A transposed matrix times a vector."""
-    return (
-        r[0][0] * v[0] + r[1][0] * v[1] + r[2][0] * v[2],
-        r[0][1] * v[0] + r[1][1] * v[1] + r[2][1] * v[2],
-        r[0][2] * v[0] + r[1][2] * v[1] + r[2][2] * v[2],
-    )
-
-
-@kernel
 def column(r, i):
     """A column of a matrix."""
     return r[0][i], r[1][i], r[2][i]

@@ -15,8 +15,7 @@ from ulna.kernels.chain.closed_form_rows import free_angle, put, put_known, tabl
 from ulna.kernels.chain.frames import by_columns, end_frame, in_frame, turned
 from ulna.kernels.chain.spherical_wrist import outer_angles, wrist
 from ulna.kernels.chain.subproblems import angle_onto_in_frame, angles_to_sphere_in_frame, one_of_two, turn, wrapped
-from ulna.kernels.spatial.arc_tangent import full_circle_angle
-from ulna.kernels.spatial.elementary import minimum
+from ulna.kernels.spatial.elementary import full_circle_angle, minimum
 from ulna.kernels.spatial.vectors import dot, minus, plus
 
 

@@ -20,8 +20,7 @@ from ulna.kernels.chain.spherical_wrist import behind_arm, position_square, wris
 from ulna.kernels.chain.subproblems import angle_onto, reversed_vector, turn, turn_back
 from ulna.kernels.chain.three_parallel import hand
 from ulna.kernels.chain.two_circles import angle_of_pair, other_of_pair, passing, pencil
-from ulna.kernels.spatial.arc_tangent import full_circle_angle
-from ulna.kernels.spatial.elementary import minimum
+from ulna.kernels.spatial.elementary import full_circle_angle, minimum
 from ulna.kernels.spatial.vectors import cross, dot, minus, plus, rotate
 
 _ROWS_OFF = 1e-12  # what two rows are off by: the axes of an exact form may miss by that

@@ -35,9 +35,8 @@ from ulna.kernels.chain.closed_form_rows import free_angle, tabled
 from ulna.kernels.chain.frames import end_frame
 from ulna.kernels.chain.spherical_wrist import behind_arm, inner_angles, other_angle, wrist
 from ulna.kernels.chain.subproblems import angles_to_plane, one_of_two, reversed_vector, turn, turn_back
-from ulna.kernels.spatial.arc_tangent import full_circle_angle
-from ulna.kernels.spatial.elementary import maximum, minimum
-from ulna.kernels.spatial.vectors import cross, dot, minus, plus
+from ulna.kernels.spatial.elementary import full_circle_angle, maximum, minimum
+from ulna.kernels.spatial.vectors import add_scaled, cross, dot, minus, plus
 
 
 @kernel
@@ -76,14 +75,7 @@ def slid(way):
 @kernel
 def moved(h, joint, v):
     """M v."""
-    x = turn(h, (joint[0], joint[1]), v)
-    return x[0] + joint[2] * h[0], x[1] + joint[2] * h[1], x[2] + joint[2] * h[2]
-
-
-@kernel
-def along(h, way, v):
-    """v + way h."""
-    return v[0] + way * h[0], v[1] + way * h[1], v[2] + way * h[2]
+    return add_scaled(turn(h, (joint[0], joint[1]), v), joint[2], h)
 
 
 @kernel
@@ -140,7 +132,7 @@ def first_joints(table, p, sign_1, sign_2, free_rows):
             way, apart = way_to_sphere(u, reversed_vector(h1), dot(p3, p3), sign_1)
             missed, inner = 0.0 * one, INTERSECTING_23
         near, _, apart = accuracy(near_base(table), one, apart, DOUBLE)
-        third, second, sure, apart_2, near = inner_pair(table, inner, p, along(h1, -way, u), near, sign_2, free_rows)
+        third, second, sure, apart_2, near = inner_pair(table, inner, p, add_scaled(u, -way, h1), near, sign_2, free_rows)
         return (slid(way), turned(second, one), turned(third, one)), missed, sure, minimum(apart, apart_2), near
     if family in (INTERSECTING_12_SLIDE, PARALLEL_12_SLIDE):
         apart, missed = one, where(sign_1 > 0.0, 0.0, one)
@@ -150,7 +142,7 @@ def first_joints(table, p, sign_1, sign_2, free_rows):
             way, apart = way_to_sphere(p23, h3, dot(p, p), sign_1)
             missed, inner = 0.0 * one, INTERSECTING_12
         near, _, apart = accuracy(near_base(table), one, apart, DOUBLE)
-        second, first, sure, apart_2, near = inner_pair(table, inner, p, along(h3, way, p23), near, sign_2, free_rows)
+        second, first, sure, apart_2, near = inner_pair(table, inner, p, add_scaled(p23, way, h3), near, sign_2, free_rows)
         return (turned(first, one), turned(second, one), slid(way)), missed, sure, minimum(apart, apart_2), near
     missed = where(sign_2 > 0.0, 0.0, one)
     if family == TURN_SLIDES:

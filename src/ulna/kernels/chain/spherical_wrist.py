@@ -30,7 +30,7 @@ from ulna.kernels.chain.closed_form_layout import (
     POINTS,
 )
 from ulna.kernels.chain.closed_form_rows import free_angle, put, put_known, tabled
-from ulna.kernels.chain.frames import by_columns, column, end_frame, fifth_turn, transposed_times, turned, turned_back
+from ulna.kernels.chain.frames import by_columns, column, end_frame, fifth_turn, turned, turned_back
 from ulna.kernels.chain.subproblems import (
     angle_onto,
     angle_onto_in_frame,
@@ -43,9 +43,8 @@ from ulna.kernels.chain.subproblems import (
     turn_back,
     unit_angle,
 )
-from ulna.kernels.spatial.arc_tangent import full_circle_angle
-from ulna.kernels.spatial.elementary import maximum, minimum
-from ulna.kernels.spatial.vectors import cross, dot, minus, plus
+from ulna.kernels.spatial.elementary import full_circle_angle, maximum, minimum
+from ulna.kernels.spatial.vectors import cross, dot, minus, plus, transposed_times
 
 
 @kernel

@@ -24,8 +24,6 @@ from ulna.kernels.chain.frames import (
     fifth_row,
     fifth_turn,
     in_frame,
-    times,
-    transposed_times,
     turned,
     turned_back,
 )
@@ -42,7 +40,7 @@ from ulna.kernels.chain.subproblems import (
     unit_angle,
 )
 from ulna.kernels.spatial.elementary import maximum, minimum
-from ulna.kernels.spatial.vectors import dot, minus, plus
+from ulna.kernels.spatial.vectors import dot, minus, plus, times, transposed_times
 
 SINGULAR = 1e-40  # of the fourth power of sin q_5, by ``sure_behind``
 

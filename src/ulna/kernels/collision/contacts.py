@@ -1,12 +1,28 @@
-"""Computes distance, witness points, normal and distance gradient of one pair.
+"""Computes contacts of pairs with the gradients of their distances, and finds the pairs that are near each other at one q.
 
-A pair is a body of the robot and another, or an object of the world, numbered from the last body on.
+A pair is a body of the robot and another, or an object of the world, numbered from the last body on. Those near each other:
+
+1. For each body of the robot, the objects: the unindexed ones, and those that the BVH finds within the distance; then the robot's
+   own pairs. Of these, pairs whose bounding balls are too far apart are left out.
+2. The contact of each of the others is computed, and kept if it is near enough. Of an object of many solids each body keeps the
+   nearest one, and a solid whose ball is farther away than that is not measured; or, of all pairs, as many as there is room for
+   are kept, the nearest.
+3. What is kept is put in order, the nearest first.
 """
 
-from ulna.engine.decorators import kernel
-from ulna.kernels.collision.collision_layout import DISTANCE, NORMAL, WITNESS_A, WITNESS_B
-from ulna.kernels.collision.posed_pair import rows_contact, solid_at
-from ulna.kernels.layout import COLUMN, JOINT, KIND, PARENT, PRISMATIC, RATIO
+from ulna.engine.decorators import kernel, routine
+from ulna.kernels.collision.bvh import bounds_within, rows_within
+from ulna.kernels.collision.collision_layout import (
+    DISTANCE,
+    NORMAL,
+    PAIR_BODY,
+    PAIR_OBJECT,
+    PAIR_OTHER,
+    WITNESS_A,
+    WITNESS_B,
+)
+from ulna.kernels.collision.posed_pair import ball_distance, may_touch, rows_contact, rows_gap, solid_at
+from ulna.kernels.layout import COLUMN, JOINT, KIND, OBJECT, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, z_axis
 
@@ -50,3 +66,151 @@ def add_speeds(joints, joint_rows, joint, contacts, row, witness, sign, out):
             z = cross(z, minus(point, origin(pose)))
         out[row, int(joints[joint, COLUMN])] += sign * joints[joint, RATIO] * dot(normal, z)
         joint = int(joints[joint, PARENT])
+
+
+@kernel
+def find_near_pairs(scene, clearance, within, near, excess):
+    """Steps 1 and 2 for the bodies in ``near``; how many pairs, or a larger number than the rows hold where there is no room.
+
+    within: how much farther apart they are at most [m] than they have to be: objects by the clearance, links not at all. excess:
+    None; or shape (room + 1,), and then only the nearest pairs are kept: by how much each is farther apart than it has to be, by
+    the lower bound of its distance that certificates compute, and last the least of all pairs, by their distance.
+    """
+    bodies, count = scene.bodies, 0
+    for k in range(bodies.shape[0]):
+        first, a = count, load_pose(near.body_rows, k)
+        for w in range(scene.first, scene.end):
+            count = add_solid(scene, k, a, w, clearance, within, near, excess, first, count)
+        if scene.root >= 0:
+            bounds, top = bounds_within(bodies, k, a, clearance + within), 1
+            near.stack[0] = scene.root
+            while top > 0:
+                n_found, top = rows_within(scene.nodes, bounds, near.stack, top, near.found)
+                for i in range(n_found):
+                    count = add_solid(scene, k, a, near.found[i], clearance, within, near, excess, first, count)
+    for p in range(scene.pairs.shape[0]):
+        i, j = scene.pairs[p, 0], scene.pairs[p, 1]
+        if excess is not None:
+            count = add_nearest_pair(scene, i, j, 0.0, within, near, excess, count)
+        elif ball_distance(bodies, i, load_pose(near.body_rows, i), bodies, j, load_pose(near.body_rows, j)) <= within:
+            count = add_pair(scene, i, j, -1, within, near, count)
+    return count
+
+
+@kernel
+def add_solid(scene, k, a, w, clearance, within, near, excess, first, count):
+    """Add body k, at pose a, and solid w of the world if they are near; the new count. The rows of body k begin at ``first``."""
+    if excess is not None:
+        return add_nearest_pair(scene, k, scene.bodies.shape[0] + w, clearance, within, near, excess, count)
+    row, b = solid_at(scene, w, 0.0)
+    least = ball_distance(scene.bodies, k, a, scene.objects, row, b)
+    if not least <= within or may_touch(scene, k, row):
+        return count
+    return add_nearest_solid(scene, k, w, int(scene.objects[row, OBJECT]), least, within, near, first, count)
+
+
+@routine
+def add_nearest_pair(scene, i, j, clearance, within, near, excess, count):
+    """Write a pair that is near, where there is room or in place of a farther one; the new count."""
+    room, bodies, a, number = near.pair_rows.shape[0], scene.bodies, load_pose(near.body_rows, i), -1
+    if j < bodies.shape[0]:
+        row, b, others, points = j, load_pose(near.body_rows, j), bodies, scene.vertices
+    else:
+        row, b = solid_at(scene, j - bodies.shape[0], 0.0)
+        if may_touch(scene, i, row):
+            return count
+        others, points, number = scene.objects, scene.points, int(scene.objects[row, OBJECT])
+    if ball_distance(bodies, i, a, others, row, b) - clearance >= within:
+        return count
+    write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, room)
+    distance = near.contact_rows[room, DISTANCE]
+    excess[room] = min(excess[room], distance - clearance)
+    if distance - clearance >= within or room == 0:
+        return count
+    gap = rows_gap(bodies, scene.vertices, i, a, others, points, row, b, clearance + within, 0.0)
+    of_pair, slot = min(gap, distance) - clearance, count if count < room else 0
+    if count == room:
+        for c in range(1, count):
+            if excess[c] > excess[slot]:
+                slot = c
+        if excess[slot] <= of_pair:
+            return count
+    write_pair(i, j, number, near, slot)
+    copy_row(near.contact_rows, room, near.contact_rows, slot)
+    excess[slot] = of_pair
+    return min(count + 1, room)
+
+
+@routine
+def add_nearest_solid(scene, i, w, number, least, within, near, first, count):
+    """Add body i and solid w, ``least`` [m] apart at least, unless a nearer solid of their object is kept; the new count."""
+    j = scene.bodies.shape[0] + w
+    if near.last_rows.shape[0] == 0:
+        return add_pair(scene, i, j, number, within, near, count)
+    last, room = near.last_rows[number], near.pair_rows.shape[0]
+    if not (first <= last < min(count, room) and near.pair_rows[last, PAIR_OBJECT] == number):
+        near.last_rows[number] = count
+        return add_pair(scene, i, j, number, within, near, count)
+    distance = near.contact_rows[last, DISTANCE]
+    if least < distance and count < room:
+        added = add_pair(scene, i, j, number, distance, near, count)
+        if added > count and near.contact_rows[count, DISTANCE] < distance:
+            copy_row(near.contact_rows, count, near.contact_rows, last)
+            copy_row(near.pair_rows, count, near.pair_rows, last)
+    elif least < distance:
+        return count + 1
+    return count
+
+
+@routine
+def add_pair(scene, i, j, number, within, near, count):
+    """Write the contact of a pair behind ``count`` rows; the new count: one more if it is at most ``within`` [m] apart.
+
+    number: that of the object, or -1. Where there is no room it is counted only.
+    """
+    if count >= near.pair_rows.shape[0]:
+        return count + 1
+    write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, count)
+    if not near.contact_rows[count, DISTANCE] <= within:
+        return count
+    write_pair(i, j, number, near, count)
+    return count + 1
+
+
+@kernel
+def write_pair(i, j, number, near, row):
+    """Write a pair to a row: the body, the other one, the number of the object."""
+    near.pair_rows[row, PAIR_BODY], near.pair_rows[row, PAIR_OTHER], near.pair_rows[row, PAIR_OBJECT] = i, j, number
+
+
+@kernel
+def copy_row(from_rows, i, to_rows, j):
+    """Copy row i of an array to row j of another."""
+    for k in range(from_rows.shape[1]):
+        to_rows[j, k] = from_rows[i, k]
+
+
+@routine
+def order_of_rows(contact_rows, n, order):
+    """Write to order the rows 0 to n - 1, that of the least distance first, and of equal ones the lower row.
+
+    Source: Shell, A high-speed sorting procedure (Communications of the ACM, 1959), with Knuth's gaps.
+    """
+    for i in range(n):
+        order[i] = i
+    gap = 1
+    while gap < n // 3:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for i in range(gap, n):
+            row, k = order[i], i
+            distance = contact_rows[row, DISTANCE]
+            while k >= gap:
+                other = order[k - gap]
+                ahead = contact_rows[other, DISTANCE]
+                if ahead < distance or (ahead == distance and other < row):
+                    break
+                order[k] = other
+                k -= gap
+            order[k] = row
+        gap //= 3

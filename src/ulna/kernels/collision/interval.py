@@ -41,8 +41,16 @@ from ulna.kernels.collision.collision_layout import (
     RUN_FIRST,
 )
 from ulna.kernels.collision.posed_pair import BALLS, may_touch, rows_gap, solid_at
-from ulna.kernels.collision.reached import NEVER, ball_bounds, push_reached, tree_is_reached
-from ulna.kernels.collision.rounded_core import core_offset, core_radius, core_slope, has_exact_ball
+from ulna.kernels.collision.reached import (
+    NEVER,
+    ball_bounds,
+    core_offset,
+    core_radius,
+    core_slope,
+    has_exact_ball,
+    push_reached,
+    tree_is_reached,
+)
 from ulna.kernels.layout import JOINT, REACH, SHAPE, SPHERE
 from ulna.kernels.spatial.elementary import minimum
 from ulna.kernels.spatial.se3 import constant_pose

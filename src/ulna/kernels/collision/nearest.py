@@ -9,8 +9,8 @@ import numpy as np
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_of, splat, where
 from ulna.kernels.collision.bvh import lane_bounds, push_children
-from ulna.kernels.collision.posed_pair import ball_distance, lane_pose, may_touch, rows_contact, solid_at
-from ulna.kernels.spatial.se3 import constant_pose, load_pose
+from ulna.kernels.collision.posed_pair import ball_distance, may_touch, rows_contact, solid_at
+from ulna.kernels.spatial.se3 import constant_pose, lane_pose, load_pose
 
 
 @kernel

@@ -6,8 +6,8 @@ Pairs and unindexed objects are tested one by one, the other objects where the B
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, splat, where
 from ulna.kernels.collision.bvh import lane_bounds, rows_within
-from ulna.kernels.collision.posed_pair import balls_overlap, lane_pose, may_touch, rows_overlap, solid_at
-from ulna.kernels.spatial.se3 import constant_pose, load_pose
+from ulna.kernels.collision.posed_pair import balls_overlap, may_touch, rows_overlap, solid_at
+from ulna.kernels.spatial.se3 import constant_pose, lane_pose, load_pose
 
 
 @kernel

@@ -107,14 +107,3 @@ def half_extents(bodies, i, like):
     """The half extents of a row of a table of bodies."""
     c = HALF_EXTENTS
     return splat(bodies[i, c], like), splat(bodies[i, c + 1], like), splat(bodies[i, c + 2], like)
-
-
-@kernel
-def lane_pose(rows, i, lane):
-    """One lane of pose i of rows, in plain numbers."""
-    j = 12 * i
-    return (
-        rows[j, lane], rows[j + 1, lane], rows[j + 2, lane], rows[j + 3, lane],
-        rows[j + 4, lane], rows[j + 5, lane], rows[j + 6, lane], rows[j + 7, lane],
-        rows[j + 8, lane], rows[j + 9, lane], rows[j + 10, lane], rows[j + 11, lane],
-    )  # fmt: skip

@@ -1,4 +1,7 @@
-"""Finds the nodes of the BVH that a body can reach in any of eight intervals of an edge.
+"""Measures how far a point is from a body's core, and finds the nodes of the BVH that a body can reach in any of eight intervals.
+
+A body is a core swept by a ball of RADIUS (``kernels.layout``). The smallest box that holds the core is the core itself for a
+sphere, a capsule and a box: then the distance from it, less the radius, is that of the body. Else it is a lower bound.
 
 The children of a node are tested twice. First all eight at once, a lane each, against one AABB round the body in all intervals.
 Then each that is left against the body in all eight intervals at once, a lane each: the distance of the body's bounding ball,
@@ -10,15 +13,55 @@ half extents h, lies within a box of half extents |R|^T h about the same middle.
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import any_lane, lane_count, lane_of, lowest_bit
+from ulna.engine.lanes import any_lane, lane_count, lane_of, lowest_bit, splat
+from ulna.kernels.collision.ball_motion import along
 from ulna.kernels.collision.bvh import child_of, child_rows, children_in
 from ulna.kernels.collision.posed_pair import BALLS
-from ulna.kernels.collision.rounded_core import beyond, core_radius
-from ulna.kernels.layout import HALF_EXTENTS, REACH, SHAPE, SPHERE
-from ulna.kernels.spatial.elementary import maximum
-from ulna.kernels.spatial.vectors import dot, transform_inverse
+from ulna.kernels.layout import BOX, HALF_EXTENTS, HALF_SPACE, RADIUS, REACH, SHAPE, SPHERE
+from ulna.kernels.spatial.elementary import maximum, minimum
+from ulna.kernels.spatial.vectors import dot, minus, origin, rotate_inverse, transform_inverse
 
 NEVER = -1.0  # as ``within`` of a lane: nothing in it is looked for
+
+
+@kernel
+def core_offset(p, others, j, b):
+    """From the smallest box that holds the core of body j, at pose b, to a point, as the body's frame sees it; 0 within [m].
+
+    A sphere's core is its centre; it is seen from the frame of p. That of a half-space is the half-space.
+    """
+    if int(others[j, SHAPE]) == SPHERE:
+        return minus(p, origin(b))
+    x = transform_inverse(b, p)
+    if int(others[j, SHAPE]) == HALF_SPACE:
+        none = splat(0.0, x[2])
+        return none, none, maximum(x[2], 0.0)
+    c = HALF_EXTENTS
+    return beyond(x[0], others[j, c]), beyond(x[1], others[j, c + 1]), beyond(x[2], others[j, c + 2])
+
+
+@kernel
+def core_slope(e, v, others, j, b):
+    """How fast the length of ``core_offset``, e, changes where the point has the velocity v; 0 where it is 0."""
+    return along(e, v if int(others[j, SHAPE]) == SPHERE else rotate_inverse(b, v))
+
+
+@kernel
+def core_radius(others, j):
+    """How far body j is round its core [m]: a point at least so far from the core is outside of it."""
+    return 0.0 if int(others[j, SHAPE]) == HALF_SPACE else others[j, RADIUS]
+
+
+@kernel
+def beyond(x, extent):
+    """How far x is beyond -extent or extent, with its sign; 0 between."""
+    return x - minimum(maximum(x, -extent), extent)
+
+
+@kernel
+def has_exact_ball(kind, other):
+    """Whether the distance of a body's bounding ball from the box round another's core is that of the two bodies."""
+    return kind == SPHERE and (other <= BOX or other == HALF_SPACE)
 
 
 @kernel

@@ -79,3 +79,24 @@ class Carried(NamedTuple):
     """1 for each ball whose bodies' origins are written, else 0: shape (n_balls,)."""
     near: NDArray
     """The unindexed objects near a ball, shape (n_unindexed,)."""
+
+
+class Near(NamedTuple):
+    """Room for the near pairs of one q, and to find them."""
+
+    joint_rows: NDArray
+    """Poses of the joints, 12 n_joints rows."""
+    body_rows: NDArray
+    """Poses of the bodies, 12 n_bodies rows."""
+    contact_rows: NDArray
+    """Shape (room + 1, CONTACT_WIDTH): the last is worked on."""
+    pair_rows: NDArray
+    """Shape (room, PAIR_WIDTH)."""
+    last_rows: NDArray
+    """The last row of each object, with any values, shape (n_objects,); without any, all solids of an object are kept."""
+    stack: NDArray
+    """Of the BVH."""
+    found: NDArray
+    """What the BVH finds."""
+    scratch: tuple
+    """Of EPA."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, splat, sqrt, where
-from ulna.kernels.distance.box_sat import boxes_overlap, columns, point_in_a, relative_pose, rotate_by_transpose, widest_gap
+from ulna.kernels.distance.box_sat import boxes_overlap, columns, point_in_a, relative_pose, widest_gap
 from ulna.kernels.spatial.elementary import clamp, maximum, minimum
 from ulna.kernels.spatial.vectors import (
     add_scaled,
@@ -30,6 +30,7 @@ from ulna.kernels.spatial.vectors import (
     rotate_inverse,
     scaled,
     transform,
+    transposed_times,
     x_axis,
     y_axis,
     z_axis,
@@ -96,7 +97,7 @@ def nearest_points(r, t, h, g):
     square, q = nearest_corner(t, edges, h)
     best = square, inside(q, h), q
     square, corner = nearest_corner(
-        rotate_by_transpose(r, scaled(t, -1.0)), (scaled(r[0], h[0]), scaled(r[1], h[1]), scaled(r[2], h[2])), g
+        transposed_times(r, scaled(t, -1.0)), (scaled(r[0], h[0]), scaled(r[1], h[1]), scaled(r[2], h[2])), g
     )
     best = nearer(best, (square, point_in_a(r, t, corner), point_in_a(r, t, inside(corner, g))))
     sx, sy, sz = columns(signs(r))

@@ -10,7 +10,7 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import splat, sqrt, where
 from ulna.kernels.layout import CONTACT
 from ulna.kernels.spatial.elementary import maximum
-from ulna.kernels.spatial.vectors import dot, origin, rotate_inverse, transform_inverse, x_axis, y_axis, z_axis
+from ulna.kernels.spatial.vectors import origin, plus, rotate_inverse, times, transform_inverse, x_axis, y_axis, z_axis
 
 # Two edges within 1e-8 rad of parallel give no axis of their own: the product of unit vectors so close carries no
 # direction, and the face normals already separate as well as that axis would, to 1e-8 of the boxes' size.
@@ -33,16 +33,9 @@ def columns(r):
 
 
 @kernel
-def rotate_by_transpose(r, v):
-    """R' v, for a matrix of three rows."""
-    x, y, z = columns(r)
-    return dot(x, v), dot(y, v), dot(z, v)
-
-
-@kernel
 def point_in_a(r, t, p):
     """A point of the frame of B in the frame of A: R p + t."""
-    return dot(r[0], p) + t[0], dot(r[1], p) + t[1], dot(r[2], p) + t[2]
+    return plus(times(r, p), t)
 
 
 @kernel

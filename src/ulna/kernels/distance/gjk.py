@@ -20,10 +20,10 @@ known (``point_of``): along the normal of a face, from the two shortest edges; o
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, logical_not, splat, sqrt, where
-from ulna.kernels.distance.box_sat import point_in_a, relative_pose, rotate_by_transpose
+from ulna.kernels.distance.box_sat import point_in_a, relative_pose
 from ulna.kernels.distance.support import support
 from ulna.kernels.spatial.elementary import maximum, minimum
-from ulna.kernels.spatial.vectors import add_scaled, chosen, cross, dot, minus, rotate, scaled, transform
+from ulna.kernels.spatial.vectors import add_scaled, chosen, cross, dot, minus, rotate, scaled, transform, transposed_times
 
 STEPS = 128
 _FAR = 1e300
@@ -87,7 +87,7 @@ def core_bound(h):
 def difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v):
     """The support point along -v of the Minkowski difference in the frame of A, and its p."""
     p = support(kind_a, h, vertices_a, (-v[0], -v[1], -v[2]))
-    q = support(kind_b, g, vertices_b, rotate_by_transpose(r, v))
+    q = support(kind_b, g, vertices_b, transposed_times(r, v))
     return minus(p, point_in_a(r, t, q)), p
 
 

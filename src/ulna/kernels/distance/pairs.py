@@ -19,7 +19,6 @@ from ulna.kernels.distance.box_distance import box_pair
 from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
 from ulna.kernels.distance.epa import with_penetration
 from ulna.kernels.distance.gjk import core_bound, nearest_cores
-from ulna.kernels.distance.half_space import core_half_space
 from ulna.kernels.distance.support import support
 from ulna.kernels.distance.swept_segments import point_box, point_cylinder, segment_segment, swept
 from ulna.kernels.layout import (
@@ -36,7 +35,7 @@ from ulna.kernels.layout import (
     SPHERE,
 )
 from ulna.kernels.spatial.elementary import maximum
-from ulna.kernels.spatial.vectors import chosen, dot, minus, rotate_inverse, scaled, transform
+from ulna.kernels.spatial.vectors import add_scaled, chosen, dot, minus, origin, rotate_inverse, scaled, transform, z_axis
 
 _ANY = 1e300  # [m] a reach that every distance is within, so that a search ends in its first step
 
@@ -92,6 +91,15 @@ def closed_core(kind_a, a, h, vertices_a, kind_b, b, g):
     if kind_a == SPHERE and kind_b == CYLINDER:
         return point_cylinder(a, b, g)
     return box_pair(a, h, b, g)
+
+
+@kernel
+def core_half_space(kind, a, h, vertices, b):
+    """The signed distance of a core at pose a from the half-space of pose b, the nearest points, and the normal from a to b."""
+    n = z_axis(b)
+    p = transform(a, support(kind, h, vertices, scaled(rotate_inverse(a, n), -1.0)))
+    distance = dot(n, minus(p, origin(b)))
+    return distance, p, add_scaled(p, -distance, n), scaled(n, -1.0)
 
 
 @shared_routine

@@ -15,8 +15,8 @@ that are fixed at a bound; the others are free. The problem is strictly convex, 
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import any_lane, load, splat, store, where
-from ulna.kernels.ik.damped_system import add_column, back_to_joints, gradient, solve_damped, within_bounds
-from ulna.kernels.ik.singular_values import damped_by_singular_values, sum_of_rows
+from ulna.kernels.ik.damped_system import add_column, column_dot, load_six, solve_damped, within_bounds
+from ulna.kernels.ik.singular_values import damped_by_singular_values
 from ulna.kernels.spatial.elementary import maximum, minimum
 
 _ROUNDS = 4  # times the number of entries is the limit: each may enter and leave the active set more than once
@@ -29,7 +29,7 @@ def bounded_least_squares(jacobian_rows, v_rows, damping, bound_rows, x_rows, sc
     """Write the minimum to x_rows. v_rows: six; bound_rows: lower, then upper bounds; damping: lambda, one number."""
     active_rows, goal_rows, free_rows, system_rows, rotated_rows = scratch
     n_dof = x_rows.shape[0]
-    v = load(v_rows, 0), load(v_rows, 1), load(v_rows, 2), load(v_rows, 3), load(v_rows, 4), load(v_rows, 5)
+    v = load_six(v_rows, 0)
     zero = splat(0.0, v[0])
     for j in range(n_dof):
         store(x_rows, j, within_bounds(zero, bound_rows, j))
@@ -62,9 +62,9 @@ def solve_free(jacobian_rows, v, damping, x_rows, active_rows, goal_rows, free_r
         v = add_column(v, jacobian_rows, j, where(active, -load(x_rows, j), 0.0))
         for k in range(6):
             store(free_rows, 6 * j + k, where(active, 0.0, load(jacobian_rows, 6 * j + k)))
-    solve_damped(free_rows, x_rows.shape[0], splat(damping, v[0]), v, system_rows)
+    y = solve_damped(free_rows, x_rows.shape[0], splat(damping, v[0]), v, system_rows)
     for j in range(x_rows.shape[0]):
-        goal = back_to_joints(free_rows, j, system_rows)
+        goal = column_dot(free_rows, j, y)
         store(goal_rows, j, where(load(active_rows, j) > 0.0, load(x_rows, j), goal))
     return v
 
@@ -74,8 +74,9 @@ def solve_free_by_singular_values(rest, damping, by_values, x_rows, active_rows,
     """Step 2 by singular values, in the lanes of by_values. Returns v - J x at the solution; overwrites free_rows."""
     n_dof = x_rows.shape[0]
     residual = damped_by_singular_values(free_rows, n_dof, splat(damping, rest[0]), rest, rotated_rows)
+    shares = load_six(rotated_rows, 0)
     for j in range(n_dof):
-        goal = where(load(active_rows, j) > 0.0, load(x_rows, j), sum_of_rows(free_rows, j, rotated_rows))
+        goal = where(load(active_rows, j) > 0.0, load(x_rows, j), column_dot(free_rows, j, shares))
         store(goal_rows, j, where(by_values, goal, load(goal_rows, j)))
     return residual
 
@@ -116,7 +117,7 @@ def release_steepest(jacobian_rows, v, damping, bound_rows, x_rows, active_rows,
     most, released = splat(0.0, v[0]), splat(-1.0, v[0])
     for j in range(n_dof):
         x, low, high = load(x_rows, j), load(bound_rows, j), load(bound_rows, n_dof + j)
-        slope = gradient(jacobian_rows, j, e) + damping * x
+        slope = column_dot(jacobian_rows, j, e) + damping * x
         gain = where((load(active_rows, j) > 0.0) & (low < high), where(x <= low, -slope, slope), 0.0)
         sizes = where(by_values, sizes_of_gradient(jacobian_rows, j, e) + damping * abs(x), 1.0)
         better = (gain > most) & (gain > _FLAT * sizes)

@@ -7,7 +7,7 @@ the error is Sugihara's (IEEE Trans. Robotics 2011).
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, store, where
 from ulna.kernels.spatial.elementary import maximum, minimum
-from ulna.kernels.spatial.so3 import rotation_between
+from ulna.kernels.spatial.se3 import rotation_between
 
 
 @kernel
@@ -24,8 +24,8 @@ def error_squares(e):
 
 
 @kernel
-def gradient(jacobian_rows, j, e):
-    """Entry j of J' e."""
+def column_dot(jacobian_rows, j, e):
+    """Entry j of J' e: the inner product of its column and six numbers."""
     total = load(jacobian_rows, 6 * j) * e[0]
     for k in range(1, 6):
         total = total + load(jacobian_rows, 6 * j + k) * e[k]
@@ -46,6 +46,19 @@ def add_column(v, jacobian_rows, j, rate):
 
 
 @kernel
+def load_six(rows, i):
+    """Six rows from row i on."""
+    return load(rows, i), load(rows, i + 1), load(rows, i + 2), load(rows, i + 3), load(rows, i + 4), load(rows, i + 5)
+
+
+@kernel
+def store_six(rows, i, v):
+    """Write six numbers to the rows from row i on."""
+    for k in range(6):
+        store(rows, i + k, v[k])
+
+
+@kernel
 def block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows):
     """Zero the column of every joint that is at a bound and that the error would push beyond it.
 
@@ -53,7 +66,7 @@ def block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows):
     """
     n_dof = bound_rows.shape[0] // 2
     for j in range(n_dof):
-        q, push = load(q_rows, j), gradient(jacobian_rows, j, e)
+        q, push = load(q_rows, j), column_dot(jacobian_rows, j, e)
         pressed = ((q <= load(bound_rows, j)) & (push < 0.0)) | ((q >= load(bound_rows, n_dof + j)) & (push > 0.0))
         for k in range(6):
             store(jacobian_rows, 6 * j + k, where(pressed, 0.0, load(jacobian_rows, 6 * j + k)))
@@ -61,10 +74,11 @@ def block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows):
 
 @kernel
 def solve_damped(jacobian_rows, n_dof, damping, e, system_rows):
-    """Solve (J J' + damping I) y = e by Cholesky; y is left in system_rows[21:27]."""
+    """The six numbers y with (J J' + damping I) y = e, by Cholesky; they are left in system_rows[21:27] too."""
     damped_gram(jacobian_rows, n_dof, damping, system_rows)
     factorise(system_rows)
     substitute(e, system_rows)
+    return load_six(system_rows, 21)
 
 
 @kernel
@@ -106,15 +120,6 @@ def substitute(e, system_rows):
         for k in range(r + 1, 6):
             total = total - load(system_rows, k * (k + 1) // 2 + r) * load(system_rows, 21 + k)
         store(system_rows, 21 + r, total * load(system_rows, r * (r + 1) // 2 + r))
-
-
-@kernel
-def back_to_joints(jacobian_rows, j, system_rows):
-    """Entry j of J' y, with y from ``solve_damped``."""
-    total = load(jacobian_rows, 6 * j) * load(system_rows, 21)
-    for k in range(1, 6):
-        total = total + load(jacobian_rows, 6 * j + k) * load(system_rows, 21 + k)
-    return total
 
 
 @kernel

@@ -23,8 +23,8 @@ from ulna.engine.lanes import load, logical_not, splat, sqrt, store, where
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.ik.damped_system import (
     add_column,
-    back_to_joints,
     block_joints_at_bounds,
+    column_dot,
     error_squares,
     pose_error,
     solve_damped,
@@ -71,9 +71,9 @@ def advance(chain, posture, settings, rows, scratch):
     if settings[WITH_POSTURE] != 0.0:
         move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacobian_rows, system_rows)
     else:
-        solve_damped(jacobian_rows, posture.shape[0], damping, e, system_rows)
+        y = solve_damped(jacobian_rows, posture.shape[0], damping, e, system_rows)
         for j in range(posture.shape[0]):
-            moved = load(q_rows, j) + back_to_joints(jacobian_rows, j, system_rows)
+            moved = load(q_rows, j) + column_dot(jacobian_rows, j, y)
             store(q_rows, j, within_bounds(moved, bound_rows, j))
     store(state_rows, TAKEN, load(state_rows, TAKEN) + 1.0)
 
@@ -107,11 +107,11 @@ def move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacob
     """Step 4; the largest change of a joint is stored in the state."""
     share = posture_share(posture, q_rows)
     rest = without_posture(posture, share, q_rows, jacobian_rows, e)
-    solve_damped(jacobian_rows, posture.shape[0], damping, rest, system_rows)
+    y = solve_damped(jacobian_rows, posture.shape[0], damping, rest, system_rows)
     largest = splat(0.0, damping)
     for j in range(posture.shape[0]):
         q = load(q_rows, j)
-        moved = q + back_to_joints(jacobian_rows, j, system_rows) + share * (posture[j] - q)
+        moved = q + column_dot(jacobian_rows, j, y) + share * (posture[j] - q)
         moved = within_bounds(moved, bound_rows, j)
         largest = maximum(largest, abs(moved - q))
         store(q_rows, j, moved)

@@ -12,8 +12,8 @@ from ulna.kernels.chain.closed_form_layout import ENOUGH
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import (
-    back_to_joints,
     block_joints_at_bounds,
+    column_dot,
     error_squares,
     pose_error,
     solve_damped,
@@ -43,11 +43,11 @@ def polish(chain, target_rows, q_rows, error_rows, bound_rows, inverse_reach, mo
         p2, r2 = error_squares(e)
         before = sqrt(p2 * inverse_reach**2 + r2)
         block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
-        solve_damped(jacobian_rows, n_dof, p2 + r2 + _LEAST_DAMPING, e, system_rows)
+        y = solve_damped(jacobian_rows, n_dof, p2 + r2 + _LEAST_DAMPING, e, system_rows)
         for j in range(n_dof):
             q = load(q_rows, j)
             store(last_rows, j, q)
-            store(q_rows, j, q + back_to_joints(jacobian_rows, j, system_rows))
+            store(q_rows, j, q + column_dot(jacobian_rows, j, y))
         for j in range(n_bounded):
             store(q_rows, j, within_bounds(load(q_rows, j), bound_rows, j))
         p2, r2 = error_squares(pose_error(chain_pose(chain, q_rows), target))

@@ -14,6 +14,7 @@ rotations: Hestenes (J. SIAM 1958), with the angle of Rutishauser as in Golub an
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, splat, sqrt, store, where
+from ulna.kernels.ik.damped_system import store_six
 
 SWEEPS = 8  # of all fifteen pairs; six are usual
 _NOISE = 1e-14  # of the root of all squares
@@ -24,7 +25,7 @@ _SQUARE = 1e-30  # of the product of two rows' squares: below it they count as o
 def damped_by_singular_values(jacobian_rows, n_dof, damping, e, rotated_rows):
     """The residual e - J x of x = J' (J J' + damping I)^-1 e, six numbers.
 
-    J is overwritten: x is the sum of its six rows weighted by rotated_rows[:6] (``sum_of_rows``).
+    J is overwritten: x is the sum of its six rows weighted by rotated_rows[:6].
     """
     begin_rotation(e, rotated_rows)
     orthogonalise_all(jacobian_rows, n_dof, rotated_rows)
@@ -45,12 +46,7 @@ def damped_by_singular_values(jacobian_rows, n_dof, damping, e, rotated_rows):
 @kernel
 def begin_rotation(e, rotated_rows):
     """Write [e | I]."""
-    store(rotated_rows, 0, e[0])
-    store(rotated_rows, 1, e[1])
-    store(rotated_rows, 2, e[2])
-    store(rotated_rows, 3, e[3])
-    store(rotated_rows, 4, e[4])
-    store(rotated_rows, 5, e[5])
+    store_six(rotated_rows, 0, e)
     for column in range(6):
         for k in range(6):
             store(rotated_rows, 6 + 6 * column + k, splat(1.0 if k == column else 0.0, e[0]))
@@ -80,15 +76,6 @@ def add_rotated(v, rotated_rows, k, rate):
         v[4] + load(rotated_rows, 30 + k) * rate,
         v[5] + load(rotated_rows, 36 + k) * rate,
     )
-
-
-@kernel
-def sum_of_rows(jacobian_rows, j, rotated_rows):
-    """Entry j of x, once ``damped_by_singular_values`` is done."""
-    total = load(jacobian_rows, 6 * j) * load(rotated_rows, 0)
-    for k in range(1, 6):
-        total = total + load(jacobian_rows, 6 * j + k) * load(rotated_rows, k)
-    return total
 
 
 @kernel

@@ -16,7 +16,7 @@ With the error e and the Jacobian J at q, the step dq is
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import load, splat, store, where
-from ulna.kernels.ik.damped_system import add_column, back_to_joints, error_squares, gradient, pose_error, solve_damped
+from ulna.kernels.ik.damped_system import add_column, column_dot, error_squares, pose_error, solve_damped, store_six
 from ulna.kernels.ik.search_layout import DAMPED_LEAST_SQUARES, JACOBIAN_TRANSPOSE, TASK, WHOLE_POSE
 from ulna.kernels.ik.singular_values import SWEEPS, dot_rows, jacobi_rotation, rotate_rows
 from ulna.kernels.ik.task_error import task_error
@@ -34,12 +34,7 @@ def take_step(method, jacobian_rows, n_dof, e, system_rows, error_rows, step_row
     elif method == DAMPED_LEAST_SQUARES:
         damped_step(jacobian_rows, n_dof, e, system_rows, step_rows)
     else:
-        store(error_rows, 0, e[0])
-        store(error_rows, 1, e[1])
-        store(error_rows, 2, e[2])
-        store(error_rows, 3, e[3])
-        store(error_rows, 4, e[4])
-        store(error_rows, 5, e[5])
+        store_six(error_rows, 0, e)
         pseudo_inverse_step(jacobian_rows, n_dof, error_rows, step_rows)
 
 
@@ -66,7 +61,7 @@ def transpose_step(jacobian_rows, n_dof, e, step_rows):
     """Write alpha g, entry by entry of q."""
     alpha = step_length(jacobian_rows, n_dof, e)
     for j in range(n_dof):
-        store(step_rows, j, alpha * gradient(jacobian_rows, j, e))
+        store(step_rows, j, alpha * column_dot(jacobian_rows, j, e))
 
 
 @kernel
@@ -75,7 +70,7 @@ def step_length(jacobian_rows, n_dof, e):
     zero = splat(0.0, e[0])
     v = zero, zero, zero, zero, zero, zero
     for j in range(n_dof):
-        v = add_column(v, jacobian_rows, j, gradient(jacobian_rows, j, e))
+        v = add_column(v, jacobian_rows, j, column_dot(jacobian_rows, j, e))
     along = e[0] * v[0] + e[1] * v[1] + e[2] * v[2] + e[3] * v[3] + e[4] * v[4] + e[5] * v[5]
     square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3] + v[4] * v[4] + v[5] * v[5]
     return where(square > 0.0, along / where(square > 0.0, square, 1.0), 0.0)
@@ -84,9 +79,9 @@ def step_length(jacobian_rows, n_dof, e):
 @kernel
 def damped_step(jacobian_rows, n_dof, e, system_rows, step_rows):
     """Write J' (J J' + lambda I)^-1 e."""
-    solve_damped(jacobian_rows, n_dof, splat(DAMPING, e[0]), e, system_rows)
+    y = solve_damped(jacobian_rows, n_dof, splat(DAMPING, e[0]), e, system_rows)
     for j in range(n_dof):
-        store(step_rows, j, back_to_joints(jacobian_rows, j, system_rows))
+        store(step_rows, j, column_dot(jacobian_rows, j, y))
 
 
 @routine

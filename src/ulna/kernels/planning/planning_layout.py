@@ -38,7 +38,7 @@ FAILED_A_HALF, MOST_HALVES = 128, 3
 # room for the path.
 SOLVED, PAUSED, FULL, NO_SAMPLE, NOT_FREE, NO_ROOM = 0, 1, 2, 3, 4, 5
 # State of shortening, besides CHECKS and UNTIL: how many points, the pass, where in it, and for how many points there is room.
-# The last pass confirms every edge; with AS_FOUND there is none.
+# The last pass confirms every edge.
 POINTS, PASS, AT, OTHER, ROWS = 0, 1, 2, 5, 6
-SHORTEN, CONFIRM, AS_FOUND = 0, 5, 6
+SHORTEN, CONFIRM = 0, 5
 SPARE_POINTS = 128  # besides twice the points of a path: room to shorten it

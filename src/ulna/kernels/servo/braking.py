@@ -52,7 +52,7 @@ def write_stop(state, counters, settings, rate_rows, ticks):
     way = 0.5 * ticks * settings[TICK]
     for j in range(rate_rows.shape[0]):
         state[RATE, j], state[FROM, j] = rate_rows[j], state[Q, j]
-        state[TO, j] = state[Q, j] + way * rate_rows[j] if ticks > 0 else state[Q, j]
+        state[TO, j] = state[Q, j] + way * rate_rows[j]
     counters[TICKS], counters[DONE] = ticks, 0
 
 
@@ -64,9 +64,9 @@ def stop_velocity(state, counters, j):
 
 
 @kernel
-def go_on_stopping(state, counters, settings, n_dof):
+def go_on_stopping(state, counters, settings):
     """Write the state after one more tick of the certified stop."""
-    n = counters[TICKS]
+    n, n_dof = counters[TICKS], state.shape[1]
     if counters[DONE] >= n:
         for j in range(n_dof):
             state[QD, j], state[QDD, j] = 0.0, 0.0
@@ -81,12 +81,23 @@ def go_on_stopping(state, counters, settings, n_dof):
 
 
 @kernel
-def ends_within(rate_rows, state, limits, tick, ticks):
-    """Whether the stop after a tick that ends with these velocities ends within the limits of position."""
+def way_to_rest(tick, ticks):
+    """How far a velocity at the end of a tick moves a joint in the tick and in the stop after it [s]: the factor of v above."""
+    return 0.5 * tick * (1 + ticks)
+
+
+@kernel
+def write_way(rate_rows, state, limits, tick, ticks, points):
+    """Write where a tick begins, where it ends with these velocities, and where the stop after it ends, shape (3 or more, n_dof).
+
+    Whether the stop ends within the limits of position.
+    """
     good = True
     for j in range(rate_rows.shape[0]):
-        end = state[Q, j] + 0.5 * tick * (state[QD, j] + rate_rows[j]) + 0.5 * ticks * tick * rate_rows[j]
-        good = good and limits[LOWER, j] - _BEYOND <= end <= limits[UPPER, j] + _BEYOND
+        points[0, j] = state[Q, j]
+        points[1, j] = points[0, j] + 0.5 * tick * (state[QD, j] + rate_rows[j])
+        points[2, j] = points[1, j] + 0.5 * ticks * tick * rate_rows[j]
+        good = good and limits[LOWER, j] - _BEYOND <= points[2, j] <= limits[UPPER, j] + _BEYOND
     return good
 
 
@@ -98,9 +109,8 @@ def write_velocity_box(state, counters, limits, tick, box_rows):
     velocity of the certified stop.
     """
     left = counters[TICKS] - counters[DONE]
-    for fewer in range(3):
-        n = left + 1 - fewer
-        if n >= 0 and fewer < 2 and is_box(state, counters, limits, tick, n, box_rows, widened=False):
+    for n in (left + 1, left):
+        if is_box(state, counters, limits, tick, n, box_rows, widened=False):
             return n
     n = max(left - 1, 0)
     is_box(state, counters, limits, tick, n, box_rows, widened=True)
@@ -110,7 +120,7 @@ def write_velocity_box(state, counters, limits, tick, box_rows):
 @kernel
 def is_box(state, counters, limits, tick, n, box_rows, widened):
     """Write the bounds for a stop of n ticks; whether there is a velocity between them. Widened: to the certified stop's."""
-    n_dof, good, way = box_rows.shape[0] // 2, True, 0.5 * tick * (n + 1)
+    n_dof, good, way = box_rows.shape[0] // 2, True, way_to_rest(tick, n)
     for j in range(n_dof):
         most = min(limits[SPEED, j], limits[ACCELERATION, j] * tick * n)
         change, half = limits[ACCELERATION, j] * tick, 0.5 * tick * state[QD, j]

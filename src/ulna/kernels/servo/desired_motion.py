@@ -10,9 +10,10 @@ greatest velocity from which a deceleration a stops in time, and near it an expo
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import sqrt
 from ulna.kernels.chain.jacobian import chain_jacobian
-from ulna.kernels.ik.damped_system import add_column, back_to_joints, gradient, pose_error, solve_damped
+from ulna.kernels.ik.damped_system import add_column, column_dot, load_six, pose_error, solve_damped, store_six
 from ulna.kernels.layout import IN_BASE
 from ulna.kernels.servo.servo_layout import ACCELERATION, DAMPING, POSE, POSITION, POSTURE, PULL, SPEED, TICK, VELOCITY
+from ulna.kernels.spatial.se3 import load_pose
 
 _APPROACH = 4.0  # ticks: the time constant near a position
 SMALL = 1e-6  # [m/s, rad/s]: a slower desired motion counts as rest
@@ -38,24 +39,20 @@ def write_objective(mode, chain, expressed_in, goal, limits, settings, q_rows, a
         return
     frame = IN_BASE if mode == POSE else expressed_in
     end = chain_jacobian(chain, q_rows, frame, jacobian_rows, 6, 1)
-    w = goal[0], goal[1], goal[2], goal[3], goal[4], goal[5]
+    w = load_six(goal, 0)
     if mode == POSE:
-        target = (
-            goal[0], goal[1], goal[2], goal[3], goal[4], goal[5], goal[6], goal[7], goal[8], goal[9], goal[10], goal[11],
-        )  # fmt: skip
-        e = pose_error(end, target)
+        e = pose_error(end, load_pose(goal, 0))
         rate = approach_rate(e, limits, settings, jacobian_rows, system_rows, n)
         w = rate * e[0], rate * e[1], rate * e[2], rate * e[3], rate * e[4], rate * e[5]
     for j in range(n):
         pull = settings[PULL] * (limits[POSTURE, j] - q_rows[j]) if settings[PULL] > 0.0 else 0.0
-        f_rows[j] = gradient(jacobian_rows, j, w) + settings[DAMPING] * min(max(pull, -limits[SPEED, j]), limits[SPEED, j])
+        f_rows[j] = column_dot(jacobian_rows, j, w) + settings[DAMPING] * min(max(pull, -limits[SPEED, j]), limits[SPEED, j])
         for k in range(n):
             total = settings[DAMPING] if j == k else 0.0
             for i in range(6):
                 total += jacobian_rows[6 * j + i] * jacobian_rows[6 * k + i]
             h_rows[n * j + k] = total
-    for i in range(6):
-        desired_rows[i] = w[i]
+    store_six(desired_rows, 0, w)
 
 
 @kernel
@@ -69,10 +66,10 @@ def approach(e, limits, settings, j):
 @kernel
 def approach_rate(e, limits, settings, jacobian_rows, system_rows, n):
     """The rate [1/s] at which a pose error is made smaller: the least of those of the joints that the error needs."""
-    solve_damped(jacobian_rows, n, settings[DAMPING], e, system_rows)
+    y = solve_damped(jacobian_rows, n, settings[DAMPING], e, system_rows)
     rate = 1.0 / (_APPROACH * settings[TICK])
     for j in range(n):
-        way = back_to_joints(jacobian_rows, j, system_rows)
+        way = column_dot(jacobian_rows, j, y)
         if abs(way) > 1e-12:
             rate = min(rate, approach(abs(way), limits, settings, j) / abs(way))
     return rate

@@ -26,62 +26,64 @@ def minimise(factor_rows, f_rows, normal_rows, bound_rows, m, x_rows, active_row
     """Write the minimum to x; return how many rows are active, whose numbers and multipliers are written.
 
     factor_rows: H, n n numbers, which is overwritten; normal_rows: m n numbers; active_rows: whole numbers, room for n;
-    work_rows: room for 2 n n + 4 n numbers. f is overwritten with L^-1 f.
+    work_rows: room for 2 n (n + 1) numbers. f is overwritten with L^-1 f.
     """
     n = x_rows.shape[0]
-    factorise_square(factor_rows, n, n)
-    forward(factor_rows, n, n, f_rows, 0)
-    y, s, z, p = 0, n * n, 2 * n * n, 2 * n * n + n
+    y_rows, schur_rows = work_rows[: n * n], work_rows[n * n : 2 * n * n]
+    z_rows, step_rows = work_rows[2 * n * n : 2 * n * n + n], work_rows[2 * n * n + n : 2 * n * n + 2 * n]
+    factorise(factor_rows, n, n)
+    forward(factor_rows, n, n, f_rows)
     k, size = 0, 1e-300
     for i in range(n):
         size = max(size, abs(f_rows[i]))
     for _ in range(_ROUNDS * (m + n)):
-        size = max(size, write_gradient_of(factor_rows, f_rows, x_rows, work_rows, z))
-        write_schur(k, n, multiplier_rows, work_rows, y, s, z)
-        factorise_schur(k, n, work_rows, s)
-        solve_schur(k, n, multiplier_rows, work_rows, s)
-        longest = write_step(k, n, multiplier_rows, work_rows, y, z, p)
+        size = max(size, write_gradient_of(factor_rows, f_rows, x_rows, z_rows))
+        write_schur(k, n, y_rows, z_rows, schur_rows, multiplier_rows)
+        factorise(schur_rows, k, n)
+        forward(schur_rows, k, n, multiplier_rows)
+        backward(schur_rows, k, n, multiplier_rows)
+        longest = write_step(k, multiplier_rows, y_rows, z_rows, step_rows)
         if longest <= _FLAT * size or k == n:
             worst = least_multiplier(k, multiplier_rows, -_FLAT * size)
             if worst < 0:
                 return k
-            k = release(worst, k, n, active_rows, multiplier_rows, work_rows, y)
+            k = release(worst, k, n, active_rows, multiplier_rows, y_rows)
             continue
-        backward(factor_rows, n, n, work_rows, p)
-        share, blocking = first_blocking(normal_rows, bound_rows, m, n, x_rows, active_rows, k, work_rows, p)
+        backward(factor_rows, n, n, step_rows)
+        share, blocking = first_blocking(normal_rows, bound_rows, m, x_rows, active_rows, k, step_rows)
         for i in range(n):
-            x_rows[i] += share * work_rows[p + i]
+            x_rows[i] += share * step_rows[i]
         if blocking >= 0:
             active_rows[k] = blocking
             for i in range(n):
-                work_rows[y + n * k + i] = normal_rows[n * blocking + i]
-            forward(factor_rows, n, n, work_rows, y + n * k)
+                y_rows[n * k + i] = normal_rows[n * blocking + i]
+            forward(factor_rows, n, n, y_rows[n * k : n * k + n])
             k += 1
     return k
 
 
 @kernel
-def write_gradient_of(factor_rows, f_rows, x_rows, work_rows, z):
+def write_gradient_of(factor_rows, f_rows, x_rows, z_rows):
     """Write z = L' x - L^-1 f; its greatest entry."""
     n, largest = x_rows.shape[0], 0.0
     for i in range(n):
         total = -f_rows[i]
         for j in range(i, n):
             total += factor_rows[n * j + i] * x_rows[j]
-        work_rows[z + i] = total
+        z_rows[i] = total
         largest = max(largest, abs(total))
     return largest
 
 
 @kernel
-def write_step(k, n, multiplier_rows, work_rows, y, z, p):
+def write_step(k, multiplier_rows, y_rows, z_rows, step_rows):
     """Write Y m - z, which is L' times the step; its greatest entry."""
-    longest = 0.0
+    n, longest = z_rows.shape[0], 0.0
     for i in range(n):
-        total = -work_rows[z + i]
+        total = -z_rows[i]
         for a in range(k):
-            total += multiplier_rows[a] * work_rows[y + n * a + i]
-        work_rows[p + i] = total
+            total += multiplier_rows[a] * y_rows[n * a + i]
+        step_rows[i] = total
         longest = max(longest, abs(total))
     return longest
 
@@ -97,69 +99,38 @@ def least_multiplier(k, multiplier_rows, below):
 
 
 @kernel
-def write_schur(k, n, multiplier_rows, work_rows, y, s, z):
+def write_schur(k, n, y_rows, z_rows, schur_rows, multiplier_rows):
     """Step 1: write the lower triangle of Y' Y, and Y' z in place of the multipliers."""
     for a in range(k):
         for b in range(a + 1):
             total = 0.0
             for i in range(n):
-                total += work_rows[y + n * a + i] * work_rows[y + n * b + i]
-            work_rows[s + n * a + b] = total
+                total += y_rows[n * a + i] * y_rows[n * b + i]
+            schur_rows[n * a + b] = total
         total = 0.0
         for i in range(n):
-            total += work_rows[y + n * a + i] * work_rows[z + i]
+            total += y_rows[n * a + i] * z_rows[i]
         multiplier_rows[a] = total
 
 
 @kernel
-def factorise_schur(k, n, work_rows, s):
-    """The Cholesky factor of that triangle in its place. A row that depends on others has a least pivot."""
-    for a in range(k):
-        for b in range(a + 1):
-            total = work_rows[s + n * a + b]
-            diagonal = total
-            for c in range(b):
-                total -= work_rows[s + n * a + c] * work_rows[s + n * b + c]
-            if a == b:
-                work_rows[s + n * a + a] = sqrt(max(total, _LEAST_PIVOT * diagonal + 1e-300))
-            else:
-                work_rows[s + n * a + b] = total / work_rows[s + n * b + b]
-
-
-@kernel
-def solve_schur(k, n, multiplier_rows, work_rows, s):
-    """The multipliers, from Y' z."""
-    for a in range(k):
-        total = multiplier_rows[a]
-        for c in range(a):
-            total -= work_rows[s + n * a + c] * multiplier_rows[c]
-        multiplier_rows[a] = total / work_rows[s + n * a + a]
-    for back in range(k):
-        a = k - 1 - back
-        total = multiplier_rows[a]
-        for c in range(a + 1, k):
-            total -= work_rows[s + n * c + a] * multiplier_rows[c]
-        multiplier_rows[a] = total / work_rows[s + n * a + a]
-
-
-@kernel
-def release(worst, k, n, active_rows, multiplier_rows, work_rows, y):
+def release(worst, k, n, active_rows, multiplier_rows, y_rows):
     """Step 2: take an active row out; return how many are left."""
     for a in range(worst, k - 1):
         active_rows[a], multiplier_rows[a] = active_rows[a + 1], multiplier_rows[a + 1]
         for i in range(n):
-            work_rows[y + n * a + i] = work_rows[y + n * (a + 1) + i]
+            y_rows[n * a + i] = y_rows[n * (a + 1) + i]
     return k - 1
 
 
 @kernel
-def first_blocking(normal_rows, bound_rows, m, n, x_rows, active_rows, k, work_rows, p):
+def first_blocking(normal_rows, bound_rows, m, x_rows, active_rows, k, step_rows):
     """Step 3: the share of the step up to the first row that blocks it, and that row, or 1.0 and -1."""
-    share, blocking = 1.0, -1
+    n, share, blocking = x_rows.shape[0], 1.0, -1
     for r in range(m):
         along, value, size = 0.0, 0.0, 0.0
         for i in range(n):
-            g, step = normal_rows[n * r + i], work_rows[p + i]
+            g, step = normal_rows[n * r + i], step_rows[i]
             along += g * step
             value += g * x_rows[i]
             size += abs(g * step)
@@ -175,32 +146,35 @@ def first_blocking(normal_rows, bound_rows, m, n, x_rows, active_rows, k, work_r
 
 
 @kernel
-def factorise_square(factor_rows, n, stride):
-    """The lower Cholesky factor of a matrix, in its place."""
-    for r in range(n):
+def factorise(rows, k, n):
+    """The lower Cholesky factor of k rows of n numbers, in their place. A row that depends on others has a least pivot."""
+    for r in range(k):
         for c in range(r + 1):
-            total = factor_rows[stride * r + c]
-            for k in range(c):
-                total -= factor_rows[stride * r + k] * factor_rows[stride * c + k]
-            factor_rows[stride * r + c] = sqrt(total) if r == c else total / factor_rows[stride * c + c]
+            total = diagonal = rows[n * r + c]
+            for i in range(c):
+                total -= rows[n * r + i] * rows[n * c + i]
+            if r == c:
+                rows[n * r + r] = sqrt(max(total, _LEAST_PIVOT * diagonal + 1e-300))
+            else:
+                rows[n * r + c] = total / rows[n * c + c]
 
 
 @kernel
-def forward(factor_rows, n, stride, x_rows, first):
-    """x = L^-1 x, for the n numbers from ``first`` on."""
-    for r in range(n):
-        total = x_rows[first + r]
+def forward(factor_rows, k, n, x_rows):
+    """x = L^-1 x, for the first k numbers."""
+    for r in range(k):
+        total = x_rows[r]
         for c in range(r):
-            total -= factor_rows[stride * r + c] * x_rows[first + c]
-        x_rows[first + r] = total / factor_rows[stride * r + r]
+            total -= factor_rows[n * r + c] * x_rows[c]
+        x_rows[r] = total / factor_rows[n * r + r]
 
 
 @kernel
-def backward(factor_rows, n, stride, x_rows, first):
-    """x = L'^-1 x, for the n numbers from ``first`` on."""
-    for back in range(n):
-        r = n - 1 - back
-        total = x_rows[first + r]
-        for c in range(r + 1, n):
-            total -= factor_rows[stride * c + r] * x_rows[first + c]
-        x_rows[first + r] = total / factor_rows[stride * r + r]
+def backward(factor_rows, k, n, x_rows):
+    """x = L'^-1 x, for the first k numbers."""
+    for back in range(k):
+        r = k - 1 - back
+        total = x_rows[r]
+        for c in range(r + 1, k):
+            total -= factor_rows[n * c + r] * x_rows[c]
+        x_rows[r] = total / factor_rows[n * r + r]

@@ -100,3 +100,19 @@ def transform(a, p):
 def transform_inverse(a, p):
     """R' (p - t): the point p from the parent frame to the frame of pose a."""
     return rotate_inverse(a, minus(p, origin(a)))
+
+
+@kernel
+def times(r, v):
+    """R v, for a matrix of three rows."""
+    return dot(r[0], v), dot(r[1], v), dot(r[2], v)
+
+
+@kernel
+def transposed_times(r, v):
+    """R' v, for a matrix of three rows."""
+    return (
+        r[0][0] * v[0] + r[1][0] * v[1] + r[2][0] * v[2],
+        r[0][1] * v[0] + r[1][1] * v[1] + r[2][1] * v[2],
+        r[0][2] * v[0] + r[1][2] * v[1] + r[2][2] * v[2],
+    )

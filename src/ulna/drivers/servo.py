@@ -26,21 +26,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers.carried import carried_by
+from ulna.drivers.contacts import near_of
 from ulna.drivers.continuous import edge_is_free, interval_work
-from ulna.drivers.servo.nearness import measure_near, near_of
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TABLE, WHOLE
 from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding
-from ulna.kernels.collision.scene import Scene
+from ulna.kernels.collision.contacts import find_near_pairs, write_gradient
+from ulna.kernels.collision.posed_pair import place_bodies
+from ulna.kernels.collision.scene import Near, Scene
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kernels.servo.braking import (
-    ends_within,
     go_on_stopping,
     stop_velocity,
     ticks_to_stop,
+    way_to_rest,
     write_stop,
     write_velocity_box,
+    write_way,
 )
 from ulna.kernels.servo.desired_motion import SMALL, missed, write_objective
 from ulna.kernels.servo.quadratic_program import minimise
@@ -66,7 +69,11 @@ class Tick(NamedTuple):
     carried: NamedTuple
     work: tuple
     of_world: float
-    near: NamedTuple
+    near: Near
+    gradients: NDArray
+    """Of the distances of the near pairs, shape (MOST_PAIRS, n_dof) [m/rad or 1]."""
+    excess: NDArray
+    """How much farther each is apart than it has to be, and last the least of all (``find_near_pairs``)."""
     limits: NDArray
     settings: NDArray
     state: NDArray
@@ -92,7 +99,8 @@ def servo_tick(
         return False
     scene, n = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch), limits.shape[1]
     tick = Tick(
-        scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, n), limits, settings, state, counters,
+        scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, layout.MOST_PAIRS, 0),
+        np.empty((layout.MOST_PAIRS, n)), np.empty(layout.MOST_PAIRS + 1), limits, settings, state, counters,
         np.empty(n), np.empty(n), np.empty((5, n)),
     )  # fmt: skip
     report[:] = -1.0
@@ -103,7 +111,7 @@ def servo_tick(
     if counters[layout.CERTIFIED] == 0 and stop_is_free(tick):
         counters[layout.CERTIFIED] = 1
     if mode == layout.REST:
-        go_on_stopping(state, counters, settings, n)
+        go_on_stopping(state, counters, settings)
         report[layout.STATUS] = status_of_stop(counters)
         return True
     work = work_of(n)
@@ -117,7 +125,7 @@ def work_of(n):
     m = 2 * n + layout.MOST_PAIRS
     return (
         (np.empty(n * n), np.empty(n), np.empty(6 * n), np.empty(max(6, n)), np.empty(N_SYSTEM)),
-        (np.zeros(m * n), np.empty(m), np.empty(n, np.int64), np.empty(n), np.empty(2 * n * n + 4 * n), np.empty(2 * n)),
+        (np.zeros(m * n), np.empty(m), np.empty(n, np.int64), np.empty(n), np.empty(2 * n * (n + 1)), np.empty(2 * n)),
     )  # fmt: skip
 
 
@@ -168,10 +176,11 @@ def advance(tick, mode, chain, expressed_in, goal, work, report):
     objective, rows = work
     normal_rows, bound_rows, active_rows, multiplier_rows, work_rows, box_rows = rows
     n, certified = limits.shape[1], counters[layout.CERTIFIED] == 1
-    count = measure_near(
-        tick.scene, state[layout.TO], settings[layout.CLEARANCE], WITHIN, layout.MOST_PAIRS, tick.near
-    )  # fmt: skip
-    least = tick.near.excess[layout.MOST_PAIRS]
+    count = measure_near(tick, state[layout.TO], tick.near, tick.excess)
+    for c in range(count):
+        pair = tick.near.pair_rows[c]
+        write_gradient(tick.scene, tick.near.joint_rows, pair[0], pair[1], tick.near.contact_rows, tick.gradients, c)
+    least = tick.excess[layout.MOST_PAIRS]
     ticks = write_velocity_box(state, counters, limits, settings[layout.TICK], box_rows)
     for j in range(n):
         tick.x[j] = min(max(stop_velocity(state, counters, j), box_rows[j]), box_rows[n + j])
@@ -186,7 +195,7 @@ def advance(tick, mode, chain, expressed_in, goal, work, report):
     share = certified_share(tick, certified, least)
     report[layout.SHARE] = share
     if share == 0.0:
-        go_on_stopping(state, counters, settings, n)
+        go_on_stopping(state, counters, settings)
     if share < 1.0 and is_moved(tick):
         report_nearest(tick, count, report)
         return layout.LIMITED_BY_CLEARANCE if certified else layout.NOT_CERTIFIED
@@ -195,6 +204,26 @@ def advance(tick, mode, chain, expressed_in, goal, work, report):
     if status == layout.FOLLOWING and counters[layout.DONE] >= counters[layout.TICKS]:
         return layout.AT_REST
     return status
+
+
+@routine
+def measure_near(tick, q, near, excess):
+    """Step 1: find the pairs that are near at q; how many are kept in ``near``, of the nearest."""
+    excess[-1] = WITHIN
+    place_bodies(tick.scene.joints, tick.scene.bodies, q, near.joint_rows, near.body_rows)
+    return find_near_pairs(tick.scene, tick.settings[layout.CLEARANCE], WITHIN, near, excess)
+
+
+@routine
+def least_excess(tick, q):
+    """How much farther the pairs at q are apart than they have to be: the least, by their distance, at most WITHIN."""
+    near, excess = tick.near, tick.excess[layout.MOST_PAIRS :]
+    none = Near(
+        near.joint_rows, near.body_rows, near.contact_rows[layout.MOST_PAIRS :], near.pair_rows[:0], near.last_rows, near.stack,
+        near.found, near.scratch,
+    )  # fmt: skip
+    measure_near(tick, q, none, excess)
+    return excess[0]
 
 
 @kernel
@@ -214,14 +243,14 @@ def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
     the certified stop. No row excludes the velocity at which the quadratic program starts.
     """
     n, state, h = tick.x.shape[0], tick.state, tick.settings[layout.TICK]
-    way, ease = 0.5 * h * (1 + ticks), h / (h + EASE)
+    way, ease = way_to_rest(h, ticks), h / (h + EASE)
     for j in range(n):
         normal_rows[n * j + j], bound_rows[j] = 1.0, box_rows[j]
         normal_rows[n * (n + j) + j], bound_rows[n + j] = -1.0, -box_rows[n + j]
     for i in range(count):
-        r, at, by = 2 * n + i, -ease * max(tick.near.excess[i] - RESERVE, 0.0), 0.0
+        r, at, by = 2 * n + i, -ease * max(tick.excess[i] - RESERVE, 0.0), 0.0
         for j in range(n):
-            g = tick.near.gradients[i, j]
+            g = tick.gradients[i, j]
             normal_rows[n * r + j] = g
             at += g * (state[layout.TO, j] - state[layout.Q, j] - 0.5 * h * state[layout.QD, j])
             by += g * tick.x[j]
@@ -241,16 +270,16 @@ def keep_reserve(tick, count, ticks, h_rows, f_rows):
     if sought < SMALL:
         return
     for i in range(count):
-        inside = RESERVE - tick.near.excess[i]
+        inside = RESERVE - tick.excess[i]
         if inside > 0.0:
-            out, square = inside * h / (h + EASE) / (0.5 * h * (1 + ticks)), 1e-300
+            out, square = inside * h / (h + EASE) / way_to_rest(h, ticks), 1e-300
             for j in range(n):
-                square += tick.near.gradients[i, j] * tick.near.gradients[i, j]
+                square += tick.gradients[i, j] * tick.gradients[i, j]
             for j in range(n):
-                g = _OUTWARD * tick.near.gradients[i, j] / square
+                g = _OUTWARD * tick.gradients[i, j] / square
                 f_rows[j] += g * out
                 for k in range(n):
-                    h_rows[n * j + k] += g * tick.near.gradients[i, k]
+                    h_rows[n * j + k] += g * tick.gradients[i, k]
 
 
 @kernel
@@ -263,11 +292,10 @@ def certified_share(tick, certified, least):
                 accept(tick)
                 return share
     for share in NARROW_SHARES:
-        if is_candidate(tick, share, 0.0, _LEAVING * clearance if certified else 0.0):
-            measure_near(tick.scene, tick.points[2], clearance, WITHIN, 0, tick.near)
-            if tick.near.excess[layout.MOST_PAIRS] > least:
-                accept(tick)
-                return share
+        narrow = is_candidate(tick, share, 0.0, _LEAVING * clearance if certified else 0.0)
+        if narrow and least_excess(tick, tick.points[2]) > least:
+            accept(tick)
+            return share
     return 0.0
 
 
@@ -284,21 +312,18 @@ def is_candidate(tick, share, room, margin):
     if still:
         tick.tried[:] = 0.0
     ticks = ticks_to_stop(tick.tried, limits, h)
-    if not ends_within(tick.tried, state, limits, h, ticks):
+    if not write_way(tick.tried, state, limits, h, ticks, points):
         return False
     for j in range(n):
-        x, qd = tick.tried[j], state[layout.QD, j]
-        points[0, j] = state[layout.Q, j]
-        points[1, j] = points[0, j] + 0.5 * h * (qd + x)
-        points[2, j] = points[1, j] + 0.5 * ticks * h * x
         points[4, j] = limits[layout.ASIDE, j] + room * limits[layout.ROOM, j]
-        points[3, j] = points[4, j] + 0.125 * h * abs(x - qd) * (1.0 + 1e-9)  # a parabola beside its chord
+        aside = 0.125 * h * abs(tick.tried[j] - state[layout.QD, j]) * (1.0 + 1e-9)  # a parabola beside its chord
+        points[3, j] = points[4, j] + aside
     if not is_free(tick, points[0], points[1], points[3], margin):
         return False
     way = fastest_ball(tick.scene.joints, tick.carried)
-    if ticks > 0 and not is_free(tick, points[1], points[2], points[4], margin):
-        return False
     if ticks > 0:
+        if not is_free(tick, points[1], points[2], points[4], margin):
+            return False
         way += fastest_ball(tick.scene.joints, tick.carried)
     return room > 0.0 or way <= HOP
 
@@ -340,7 +365,7 @@ def report_nearest(tick, count, report):
     """Write the pair that was nearest where the certified stop ends to the report."""
     nearest = 0
     for i in range(1, count):
-        if tick.near.excess[i] < tick.near.excess[nearest]:
+        if tick.excess[i] < tick.excess[nearest]:
             nearest = i
     if count > 0:
         write_pair(tick, nearest, report)
@@ -350,5 +375,5 @@ def report_nearest(tick, count, report):
 def write_pair(tick, i, report):
     """Write near pair i to the report."""
     report[layout.ENTRY] = -1.0
-    report[layout.BODY], report[layout.OTHER] = tick.near.pairs[i, 0], tick.near.pairs[i, 1]
-    report[layout.DISTANCE] = tick.near.contacts[i, 0]
+    report[layout.BODY], report[layout.OTHER] = tick.near.pair_rows[i, 0], tick.near.pair_rows[i, 1]
+    report[layout.DISTANCE] = tick.near.contact_rows[i, 0]
