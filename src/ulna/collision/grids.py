@@ -190,7 +190,7 @@ class VoxelGrid:
         T_box = as_one_pose(np.eye(4) if pose is None else pose, "pose")
         R = T_camera[:3, :3].T @ T_box[:3, :3]
         origin = T_camera[:3, :3].T @ (T_box[:3, 3] - T_camera[:3, 3])
-        index = np.indices(shape.astype(int)).reshape(3, -1).T
+        index = np.indices(tuple(shape.astype(int))).reshape(3, -1).T
         corner = -0.5 * edge * shape
         free = np.zeros(len(index), dtype=bool)
         least = _LeastDepth(z)

@@ -141,20 +141,24 @@ class ObjectTables:
         self._rows[n], self._alone[name] = row, n
 
     def _add_many(self, name: str, touch_set: int, T: Array, shape: PointCloud | HeightMap | VoxelGrid) -> None:
-        is_cloud = isinstance(shape, PointCloud)
-        boxes = None if is_cloud else shape.boxes
-        n = len(shape.points) if boxes is None else len(boxes[0])
-        self._need(1 if is_cloud else n, 0, most_cloud_nodes(n) if is_cloud else most_nodes(n))
-        arena = self._arena
-        number, first_row, first_node = arena.add_name(name), arena.n_rows, arena.n_nodes
-        if boxes is None:
+        if isinstance(shape, PointCloud):
+            n, n_of_points = len(shape.points), -(-len(shape.points) // (2 * WIDTH))
+            number, first_row, first_node = self._begin(name, 1, most_cloud_nodes(n))
             row = (*np.eye(4)[:3].ravel().tolist(), number, touch_set, *shape_columns(Sphere(shape.radius)))
-            at = arena.add_rows(np.array([row]))
-            tree, n_of_points = write_cloud(arena, shape, T, at) if n else NO_TREE, -(-n // (2 * WIDTH))
+            at = self._arena.add_rows(np.array([row]))
+            tree = write_cloud(self._arena, shape, T, at) if n else NO_TREE
         else:
-            tree, n_of_points = write_tree(arena, *self._add_boxes(number, touch_set, T, *boxes)) if n else NO_TREE, 0
-        rows, nodes = slice(first_row, arena.n_rows), slice(first_node, arena.n_nodes)
+            centres, half = shape.boxes
+            n, n_of_points = len(centres), 0
+            number, first_row, first_node = self._begin(name, n, most_nodes(n))
+            tree = write_tree(self._arena, *self._add_boxes(number, touch_set, T, centres, half)) if n else NO_TREE
+        rows, nodes = slice(first_row, self._arena.n_rows), slice(first_node, self._arena.n_nodes)
         self._many[name], self._root = _Many(shape, touch_set, rows, nodes, n_of_points, tree), None
+
+    def _begin(self, name: str, n_rows: int, n_nodes: int) -> tuple[int, int, int]:
+        """Make room for an object of many solids; its number, and its first row and node."""
+        self._need(n_rows, 0, n_nodes)
+        return self._arena.add_name(name), self._arena.n_rows, self._arena.n_nodes
 
     def _add_boxes(self, number: int, touch_set: int, T: Array, centres: Array, half: Array) -> tuple[Array, Array, Array]:
         """Write the rows of the boxes of an object; what a tree is written over."""

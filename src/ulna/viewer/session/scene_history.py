@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.clouds import Obstacle
+from ulna.collision.grids import Obstacle
 from ulna.collision.world import World
 
 _MOST_STEPS = 100
