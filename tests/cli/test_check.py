@@ -40,6 +40,14 @@ def test_boxes_are_numbered_and_the_deepest_comes_first(ask, slider):
     assert [(pair["name_b"], round(pair["signed_distance"], 9)) for pair in answer.pairs] == [("box 3", -0.3), ("box 1", -0.1)]
 
 
+@pytest.mark.parametrize(("radius", "hit"), [("0.59", False), ("0.61", True)])
+def test_a_file_of_points_is_an_obstacle(ask, slider, tmp_path, radius, hit):
+    (tmp_path / "seen.xyz").write_text("1.1 0 0\n3 0 0\n", encoding="utf-8")
+    answer = ask("check", slider, "--cloud", tmp_path / "seen.xyz", "--cloud-radius", radius)
+    assert answer.in_collision is hit
+    assert answer.touching == ["cube"] * hit
+
+
 @pytest.mark.parametrize(("edge", "hit"), [(1.1999, False), (1.2001, True)])
 def test_the_extents_of_a_box_are_in_the_order_length_width_height(ask, slider, edge, hit):
     for axis in range(3):
@@ -73,6 +81,8 @@ def test_a_box_around_the_whole_arm_touches_all_of_it(ask):
     [
         (["--box", "1,2,3"], "--box: 3 numbers, but 9 are expected: x, y, z, roll, pitch, yaw, length, width, height"),
         (["--box", "0,0,0,0,0,0,1,1,-1"], "extents: "),
+        (["--cloud", "none.npy"], "none.npy: No such file"),
+        (["--cloud", "none.las"], "none.las: "),
         (
             ["--box", FAR, "--q", "one"],
             "no state of the SRDF is called 'one'; there are none; states are read from an SRDF: --srdf",

@@ -240,3 +240,30 @@ def test_a_plan_among_the_robots_own_points_says_how_to_remove_them(panda, rng):
     assert "seen is a point cloud: if the points are those of the robot, cloud.without(robot, q) removes them" in str(plan.reason)
     world.update("seen", cloud.without(panda, panda.home, padding=0.02))
     assert panda.plan(panda.home, panda.home + 0.1, world)
+
+
+def test_a_cloud_is_read_from_a_file(tmp_path):
+    points = np.array([(1.5, 0.25, -1), (0, 2, 0.125)])
+    np.save(tmp_path / "seen.npy", points)
+    cloud = ulna.PointCloud.from_file(tmp_path / "seen.npy", radius=0.01, scale=0.001)
+    assert np.array_equal(cloud.points, points * 0.001)
+    assert cloud.radius == 0.01
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("none.npy", None, "No such file"),
+        ("a.las", b"x", "ends in none of"),
+        ("a.xyz", b"", "shape"),
+        ("a.xyz", b"1 2\n", "cannot be read"),
+        ("a.npy", b"\x93NUMPY", "cannot be read"),
+    ],
+)
+def test_a_file_without_points_is_refused(tmp_path, name, content, words):
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(ulna.FileError, match=words):
+        ulna.PointCloud.from_file(tmp_path / name, radius=0.01)
+    with pytest.raises(ulna.InputError, match="scale"):
+        ulna.PointCloud.from_file(tmp_path / name, radius=0.01, scale=-1)

@@ -1,4 +1,4 @@
-"""What is around a robot and what of it is checked: ``--scene``, ``--box``, ``--meshes``."""
+"""What is around a robot and what of it is checked: ``--scene``, ``--box``, ``--cloud``, ``--meshes``."""
 
 from collections.abc import Sequence
 from enum import StrEnum
@@ -11,6 +11,7 @@ from ulna.cli.depends import Depends, Json
 from ulna.cli.options import AnyRobot, Degrees
 from ulna.cli.output import warn
 from ulna.cli.targets import BOX, numbers
+from ulna.collision.clouds import PointCloud
 from ulna.collision.scene_file import load_world
 from ulna.collision.world import World
 from ulna.description.meshes.hulls import in_place_of_meshes, n_collision_meshes
@@ -39,6 +40,11 @@ Boxes = Annotated[
         metavar="NUMBERS", help='A box: "x, y, z, roll, pitch, yaw, length, width, height"; repeatable: box 1, box 2 ...'
     ),
 ]
+Clouds = Annotated[
+    list[Path] | None,
+    typer.Option(metavar="FILE", help="Points as an obstacle: a .npy, .xyz, .csv, .ply or .pcd file, in m; repeatable."),
+]
+CloudRadius = Annotated[float, typer.Option(metavar="M", help="The radius of the ball around each point of --cloud [m].")]
 Meshes = Annotated[
     InPlace | None,
     typer.Option(
@@ -49,18 +55,22 @@ Meshes = Annotated[
 ]
 
 
-def obstacles(*, scene: Scene = None, box: Boxes = None, degrees: Degrees = False) -> World | None:
-    """The world of a scene file and boxes; None without any.
+def obstacles(
+    *, scene: Scene = None, box: Boxes = None, cloud: Clouds = None, cloud_radius: CloudRadius = 0.01, degrees: Degrees = False
+) -> World | None:
+    """The world of a scene file, boxes and clouds; None without any.
 
     Raises:
-        UlnaError: The file cannot be read, or a box is not one.
+        UlnaError: A file cannot be read, or a box is not one.
     """
-    if scene is None and not box:
+    if scene is None and not box and not cloud:
         return None
     world = World() if scene is None else load_world(scene)
     for k, text in enumerate(box or (), start=1):
         *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)
         world.add(f"box {k}", Box((length, width, height)), pose(place[:3], place[3:]))
+    for path in cloud or ():
+        world.add(path.stem, PointCloud.from_file(path, radius=cloud_radius))
     return world
 
 

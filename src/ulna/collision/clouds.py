@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.cloud_file import points_of
 from ulna.collision.cloud_points import in_box, one_per_voxel, points_of_depth
 from ulna.description.arrays import as_floats
+from ulna.description.file_bytes import file_bytes
 from ulna.description.pose import as_one_pose
 from ulna.description.shapes import Box, lengths
-from ulna.errors import InputError
+from ulna.errors import FileError, InputError
 from ulna.kernels.layout import LARGEST
 
+MOST_BYTES = 1_000_000_000  # of a file
 _NONE: Mapping[str, int] = MappingProxyType({})
 
 
@@ -100,6 +104,29 @@ class PointCloud:
             raise InputError("depth", f"none of {n_left_out} pixels has a depth: the camera sees nothing")
         one = cls(points, radius)
         return _fill(one, one.points, one.radius, n_left_out, _NONE)
+
+    @classmethod
+    def from_file(cls, path: str | Path, *, radius: float, scale: float = 1.0) -> PointCloud:
+        """The points of a .npy, .xyz, .csv, .ply or .pcd file.
+
+        Args:
+            path: The file. A .npy has an array of shape (n, 3) or (H, W, 3); lines of text begin with x, y, z.
+            radius: The radius of each ball [m].
+            scale: The unit of the file [m], such as 0.001.
+
+        Raises:
+            FileError: It cannot be read, has no points, or ends otherwise.
+            InputError: Its points, the radius or the scale cannot be taken.
+            MissingExtraError: It is a .ply, and the extra ``hulls`` is not installed.
+        """
+        unit = lengths("scale", (scale,), 1)[0]
+        try:
+            content = file_bytes(path, MOST_BYTES)
+        except (OSError, ValueError) as error:
+            raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
+        if len(content) > MOST_BYTES:
+            raise FileError(str(path), f"has more than {MOST_BYTES // 1_000_000} MB, the most that is read")
+        return cls(points_of(str(path), content, unit), radius)
 
     def cropped(self, box: Box, pose: ArrayLike | None = None) -> PointCloud:
         """The points in a box; a ball outside of it whose surface reaches in is dropped too.
