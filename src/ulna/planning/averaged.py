@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
-from ulna.planning.blend import Grid, IsFree, free_cuts, rounded
+from ulna.planning.blend import ON_PATH, Beside, Grid, IsFree, free_cuts, n_corners, rounded
 from ulna.planning.timing import Limits, Moment, Profile, TimedPath, along_lines, fastest, fastest_and_coasting, grid_of
 
 Array = NDArray[np.float64]
@@ -28,6 +28,8 @@ _BESIDE = 2e-5  # [rad or m]: of a chord
 _SHARES = 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
 _SHORT = 0.02  # of the duration: with a shorter window no slower motion is tried
 _MOST_SHARES = 30  # of the acceleration, of which one leaves the path by little enough
+_MOST_EXPECTED = 1e-4  # [rad or m] beside the path, for which the corners' chords are widened
+_FASTER = 1.25  # than on a line: by the length of the edges, a parabola is passed faster
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
 
 
@@ -149,6 +151,11 @@ class Averaged:
         """
         return max((float(span.acceleration.max()) for span in self._spans), default=0.0) * self.window**2 / 24
 
+    @property
+    def reach(self) -> float:
+        """How far from a parabola, along the path of its base, it may leave this path: half the window at the greatest speed."""
+        return 0.5 * self.window * float(self.base.profile.speeds.max())
+
     def corners_not_free(self, is_free: IsFree) -> list[int]:
         """The parabolas of the path, counted from 0, about which the motion is not free.
 
@@ -192,21 +199,40 @@ def timed_path(
     by at most the other half.
     """
     velocity, acceleration, jerk = limits
-    cuts = free_cuts(path, lengths, blend, is_free, within if jerk is None else 0.5 * within)
     if jerk is None:
-        return fastest(grid_of(rounded(path, lengths, cuts)), velocity, acceleration)
+        return fastest(grid_of(rounded(path, lengths, free_cuts(path, lengths, blend, is_free, within))), velocity, acceleration)
+    beside = _expected(path, lengths, limits)
+    cuts = free_cuts(path, lengths, blend, is_free, 0.5 * within, beside)
+    if np.count_nonzero(cuts) < n_corners(path, lengths):
+        beside, cuts = ON_PATH, free_cuts(path, lengths, blend, is_free, 0.5 * within)
     halvings = np.zeros(len(cuts), dtype=int)
     while cuts.any():
         motion = _near(rounded(path, lengths, cuts), velocity, acceleration, jerk, 0.5 * within)
         if motion is None:
             cuts[:] = 0.0
             break
-        corners = np.flatnonzero(cuts)[motion.corners_not_free(is_free)]
+        is_covered = not halvings.any() and motion.leaves_by <= beside.by and motion.reach <= beside.reach
+        corners = np.flatnonzero(cuts)[[] if is_covered else motion.corners_not_free(is_free)]
         if not len(corners):
             return motion
         halvings[corners] += 1
         cuts[corners] = np.where(halvings[corners] > _HALVINGS, 0.0, 0.5 * cuts[corners])
     return along_lines(rounded(path, lengths, cuts), velocity, acceleration, jerk)
+
+
+def _expected(path: Array, lengths: Array, limits: Limits) -> Beside:
+    """How far the mean is expected to leave the path, which is then certified with its corners; 0 where that is far.
+
+    The acceleration may change at once from the least to the greatest, so the window is expected to be 2 a / j long.
+    """
+    velocity, acceleration, jerk = limits
+    window = 2.0 * float((acceleration / jerk).max()) * (1 + 1e-5)
+    by = float(acceleration.max()) * window**2 / 24
+    if by > _MOST_EXPECTED:
+        return ON_PATH
+    with np.errstate(divide="ignore"):
+        speeds = (velocity / np.abs(np.diff(path, axis=0) / lengths[:, None])).min(axis=1)
+    return Beside(by, 0.5 * window * _FASTER * float(speeds.max()))
 
 
 def _near(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float) -> Averaged | None:

@@ -33,12 +33,26 @@ class Grid(NamedTuple):
     """The ends of intervals at which the motion rests, counted from 0, the start of the path, on."""
 
 
-def free_cuts(path: Array, lengths: Array, blend: float, is_free: IsFree, within: float = np.inf) -> Array:
+class Beside(NamedTuple):
+    """How far a motion may leave the path about a corner."""
+
+    by: float
+    """In each entry of q [rad or m]."""
+    reach: float
+    """The length of each edge, from the rounding on, along which it may."""
+
+
+ON_PATH = Beside(0.0, 0.0)
+
+
+def free_cuts(
+    path: Array, lengths: Array, blend: float, is_free: IsFree, within: float = np.inf, beside: Beside = ON_PATH
+) -> Array:
     """How much of its two edges the rounding of each point of a path takes, shape (n,): as much as is free, 0 where none is.
 
     path: (n, n_dof), n >= 2; lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes;
     is_free: whether some chords, and what lies within so much of each in each entry of q, are free; within: how far a rounding
-    may leave the path in an entry of q. In the middle it does so by b (e - d) / 4.
+    may leave the path in an entry of q. In the middle it does so by b (e - d) / 4. beside: what is free about each rounding too.
     """
     directions = np.diff(path, axis=0) / lengths[:, None]
     cuts = np.zeros(len(path))
@@ -46,7 +60,7 @@ def free_cuts(path: Array, lengths: Array, blend: float, is_free: IsFree, within
         if np.abs(directions[k] - directions[k - 1]).max() > _STRAIGHT and blend > 0.0:
             turn = float(np.abs(directions[k] - directions[k - 1]).max())
             most = min(blend, _MOST * lengths[k - 1], _MOST * lengths[k], 4 * within / turn)
-            cuts[k] = _cut(path[k], directions[k - 1], directions[k], most, is_free)
+            cuts[k] = _cut(path[k], directions[k - 1 : k + 1], lengths[k - 1 : k + 1], most, is_free, beside)
     return cuts
 
 
@@ -68,13 +82,24 @@ def rounded(path: Array, lengths: Array, cuts: Array) -> Grid:
     return Grid(np.array(starts), np.array(slopes), np.array(bends), np.array(sizes), borders)
 
 
-def _cut(corner: Array, before: Array, behind: Array, most: float, is_free: IsFree) -> float:
-    """The length of a rounding that is free; 0 if none is."""
-    t = np.linspace(0.0, 1.0, CHORDS + 1)[:, None]
+def _cut(corner: Array, directions: Array, lengths: Array, most: float, is_free: IsFree, beside: Beside) -> float:
+    """The length of a rounding between two edges that is free; 0 if none is."""
+    t, (before, behind) = np.linspace(0.0, 1.0, CHORDS + 1)[:, None], directions
     for halving in range(_HALVINGS + 1):
         b = most * 0.5**halving
         points = (1 - t) ** 2 * (corner - b * before) + 2 * t * (1 - t) * corner + t**2 * (corner + b * behind)
         spread = np.abs(b * (behind - before)) / (4 * CHORDS**2)  # h^2 / 4 of the second difference of the control points
-        if is_free(points, np.tile(spread * (1 + 1e-9), (CHORDS, 1))):
+        spreads = np.tile(spread * (1 + 1e-9), (CHORDS, 1))
+        if beside.reach:
+            far = np.minimum(b + beside.reach, lengths)
+            points = np.vstack([corner - far[0] * before, points, corner + far[1] * behind])
+            spreads = np.vstack([np.zeros_like(spread), spreads, np.zeros_like(spread)]) + beside.by
+        if is_free(points, spreads):
             return b
     return 0.0
+
+
+def n_corners(path: Array, lengths: Array) -> int:
+    """How many points of a path it turns at."""
+    turns = np.abs(np.diff(np.diff(path, axis=0) / lengths[:, None], axis=0))
+    return int(np.count_nonzero((turns > _STRAIGHT).any(axis=1)))
