@@ -127,6 +127,26 @@ def test_with_a_limit_of_jerk_no_limit_is_passed_at_any_time(rng, blend):
         assert path.duration >= timed(points, lengths, blend, velocity, acceleration).duration * 0.98
 
 
+@pytest.mark.parametrize("jerk", [20.0, 200.0, 10_000.0])
+def test_a_mean_is_on_the_path_or_within_what_was_certified(rng, jerk):
+    for _ in range(4):
+        path, lengths = random_path(rng)
+        chords = [(a, b, np.zeros(7)) for a, b in pairwise(path)]
+
+        def is_free(points, spreads):
+            chords.extend(zip(points[:-1], points[1:], spreads, strict=True))  # noqa: B023 - called within the round
+            return True
+
+        motion = timed(path, lengths, 0.3, rng.uniform(0.5, 3, 7), rng.uniform(1, 20, 7), np.full(7, jerk), is_free=is_free)
+        q = motion.at(np.linspace(0, motion.duration, 3001)).q
+        a, b, spread = (np.array(each) for each in zip(*chords, strict=True))
+        for row in q:  # a share of a chord is near enough in each joint between two bounds
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ends = (row - a - spread - 1e-9) / (b - a), (row - a + spread + 1e-9) / (b - a)
+            lower, upper = np.fmax(np.minimum(*ends).max(axis=1), 0), np.fmin(np.maximum(*ends).min(axis=1), 1)
+            assert (lower <= upper).any()
+
+
 def test_a_limit_of_jerk_that_hardly_matters_takes_hardly_more_time(rng):
     velocity, acceleration = np.full(7, 2.0), np.full(7, 10.0)
     points, lengths = random_path(rng)
