@@ -124,7 +124,8 @@ class Checker:
         """``in_collision`` in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1:
-            refuse_unless_threads(threads)
+            if threads is not None:
+                refuse_unless_threads(threads)
             if out is None:
                 return self._touches(q, scene)
         hits = as_out(out, q.shape[:-1], q, dtype=np.bool_)

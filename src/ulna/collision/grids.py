@@ -175,9 +175,10 @@ class VoxelGrid:
             InputError: An argument is none of these, or the grid would have more than 16 million cells.
 
         Example:
+            >>> from ulna.description.pose import pose
             >>> image = np.full((480, 640), 800, dtype=np.uint16)  # a wall at 0.8 m
-            >>> VoxelGrid.unseen(image, (600, 600, 320, 240), np.eye(4), Box((0.2, 0.2, 0.4)), 0.1, pose=ulna.pose((0, 0, 0.8)))
-            VoxelGrid(2 x 2 x 4 cells of 0.1 m, 8 occupied)
+            >>> VoxelGrid.unseen(image, (600, 600, 320, 240), np.eye(4), Box((0.2, 0.2, 0.4)), 0.1, pose=pose((0, 0, 0.8)))
+            VoxelGrid(2 x 2 x 4 cells of 0.1 m, 12 occupied)
         """
         if not isinstance(box, Box):
             raise InputError("box", f"{type(box).__name__}; an ulna.Box is expected")

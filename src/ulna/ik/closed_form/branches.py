@@ -120,9 +120,10 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
             of_it = np.flatnonzero(here[:, column] == place)
             q[of_it], known[of_it], _ = _computed(form, tree, targets[of_it], here[of_it], workers)
     here[:, column] = places.ravel()
-    m, real = layout.N_BRANCHES * k, ((known & layout.IS_REAL) > 0).reshape(n, -1)
+    m = layout.N_BRANCHES * k
+    real = ((known & layout.IS_REAL) > 0).reshape(n, m)
     proof = np.where(real.any(axis=1) & form.is_exact, PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
-    found = within_limits(form.chain, tree, q, real.reshape(n * k, -1), proof, here)
+    found = within_limits(form.chain, tree, q, real.reshape(n * k, layout.N_BRANCHES), proof, here)
     return Branches(found.q.reshape(n, m, tree.n_dof), real, found.valid.reshape(n, m), proof)
 
 
