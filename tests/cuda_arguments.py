@@ -67,6 +67,7 @@ TYPES = {
         for name in ("x_axis", "y_axis", "z_axis", "origin", "rotate", "rotate_inverse", "transform", "transform_inverse")
     },
     "spatial.elementary": {**_each("s c", NUMBER)},
+    "spatial.se3.lane_pose": {"rows": MATRIX},
     "chain": {
         **_each("first second third fourth fifth sixth bend angle angle_a angle_b bends free", ANGLE), "n": WHOLE,
         "motion": POSE, **_each("two three reach v", VECTOR), "both": PAIR,
@@ -129,7 +130,7 @@ TYPES = {
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},
     "collision.contacts": {
-        **_each("contacts contact_rows from_rows to_rows out", MATRIX), **_each("joint witness first count", WHOLE),
+        **_each("contacts contact_rows from_rows to_rows out", MATRIX), **_each("joint witness first count w", WHOLE),
         "order": INDICES,
         **_each("sign least clearance", NUMBER), "near": NEAR, "excess": NUMBERS,
     },
