@@ -201,7 +201,7 @@ def timed_path(
     velocity, acceleration, jerk = limits
     if jerk is None:
         return fastest(grid_of(rounded(path, lengths, free_cuts(path, lengths, blend, is_free, within))), velocity, acceleration)
-    beside = _expected(path, lengths, limits)
+    beside = _expected(path, lengths, velocity, acceleration, jerk)
     cuts = free_cuts(path, lengths, blend, is_free, 0.5 * within, beside)
     if np.count_nonzero(cuts) < n_corners(path, lengths):
         beside, cuts = ON_PATH, free_cuts(path, lengths, blend, is_free, 0.5 * within)
@@ -220,12 +220,11 @@ def timed_path(
     return along_lines(rounded(path, lengths, cuts), velocity, acceleration, jerk)
 
 
-def _expected(path: Array, lengths: Array, limits: Limits) -> Beside:
+def _expected(path: Array, lengths: Array, velocity: Array, acceleration: Array, jerk: Array) -> Beside:
     """How far the mean is expected to leave the path, which is then certified with its corners; 0 where that is far.
 
     The acceleration may change at once from the least to the greatest, so the window is expected to be 2 a / j long.
     """
-    velocity, acceleration, jerk = limits
     window = 2.0 * float((acceleration / jerk).max()) * (1 + 1e-5)
     by = float(acceleration.max()) * window**2 / 24
     if by > _MOST_EXPECTED:
