@@ -152,29 +152,30 @@ def call_rows(robot: ulna.Robot) -> list[dict]:
 def camera_rows(robot: ulna.Robot, images: int) -> list[dict]:
     """From a depth image of 640 x 480 to a certified plan into the bin, while the parts in it change."""
     camera, world = Camera.of_pixels(640 * 480), ulna.World()
-    parts = {name: [] for name in ("from_depth", "cropped", "without", "thinned", "update", "plan", "all")}
-    solved = 0
-    for k in range(-1, images):  # the first compiles
-        image = camera.image(bin_on_a_table(k + 1), np.random.default_rng(k + 1))
-        clock = [time.thread_time()]
-        cloud = camera.cloud(image, 0.002)
-        clock.append(time.thread_time())
-        cloud = cloud.cropped(ulna.Box((2, 2, 2)))
-        clock.append(time.thread_time())
-        cloud = cloud.without(robot, robot.home, padding=0.01)
-        clock.append(time.thread_time())
-        cloud = cloud.thinned(0.01)
-        clock.append(time.thread_time())
-        if k < 0:
-            world.add("cloud", cloud)
-        else:
-            world.update("cloud", cloud)
+    world.add("cloud", ulna.PointCloud(np.empty((0, 3)), 0.002))
+
+    def update(cloud: ulna.PointCloud) -> None:
+        world.update("cloud", cloud)
         world.objects()
-        clock.append(time.thread_time())
-        plan = robot.plan(robot.home, GRASP, world)
-        clock.append(time.thread_time())
-        if k >= 0:
-            solved += bool(plan)
+
+    steps: dict[str, Callable] = {
+        "from_depth": lambda image: camera.cloud(image, 0.002),
+        "cropped": lambda cloud: cloud.cropped(ulna.Box((2, 2, 2))),
+        "without": lambda cloud: cloud.without(robot, robot.home, padding=0.01),
+        "thinned": lambda cloud: cloud.thinned(0.01),
+        "update": update,
+        "plan": lambda _: robot.plan(robot.home, GRASP, world),
+    }
+    parts: dict[str, list[float]] = {name: [] for name in (*steps, "all")}
+    solved = 0
+    for k in range(1 + images):  # the first compiles
+        value = camera.image(bin_on_a_table(k), np.random.default_rng(k))
+        clock = [time.thread_time()]
+        for step in steps.values():
+            value = step(value)
+            clock.append(time.thread_time())
+        if k:
+            solved += bool(value)
             for times, took in zip(parts.values(), [*np.diff(clock), clock[-1] - clock[0]], strict=True):
                 times.append(took)
     medians = {f"{name}_ms": 1e3 * float(np.median(times)) for name, times in parts.items()}

@@ -1,5 +1,6 @@
 """A depth camera that looks at a table with a bin and parts in it: rays against boxes, with noise."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,19 +36,23 @@ class Camera:
         T[:3, :3], T[:3, 3] = np.column_stack([x, np.cross(z, x), z]), EYE
         return cls(width, height, (focal, focal, (width - 1) / 2, (height - 1) / 2), T)
 
-    def image(self, boxes: list[tuple[Array, Array]], rng: np.random.Generator) -> NDArray[np.float32]:
-        """The depth of each pixel [m], 0 where there is no box, shape (height, width)."""
+    def image(self, boxes: Iterable[tuple[Array, Array]], rng: np.random.Generator | None = None) -> NDArray[np.float32]:
+        """The depth at which the ray of each pixel enters a box [m], 0 where there is no box, shape (height, width).
+
+        boxes: half the extents and T_base_box of each; rng: of the noise, none unless given.
+        """
         fx, fy, cx, cy = self.intrinsics
         u, v = np.meshgrid((np.arange(self.width) - cx) / fx, (np.arange(self.height) - cy) / fy)
-        rays = np.stack([u, v, np.ones_like(u)], axis=-1) @ self.pose[:3, :3].T  # of depth 1
-        depth = np.full(u.shape, np.inf)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            for lower, upper in boxes:
-                first, second = (lower - EYE) / rays, (upper - EYE) / rays
-                enters, leaves = np.minimum(first, second).max(axis=-1), np.maximum(first, second).min(axis=-1)
-                depth = np.where((enters <= leaves) & (enters > 0), np.minimum(depth, enters), depth)
-        seen = np.isfinite(depth)
-        return np.where(seen, depth + NOISE * rng.normal(size=depth.shape), 0).astype(np.float32)
+        rays, depth = np.stack([u, v, np.ones_like(u)], axis=-1), np.full(u.shape, np.inf)  # of depth 1
+        for half, T in boxes:
+            T_box_camera = np.linalg.inv(T) @ self.pose
+            ray, eye = rays @ T_box_camera[:3, :3].T, T_box_camera[:3, 3]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                first, second = (-half - eye) / ray, (half - eye) / ray
+            enters, leaves = np.minimum(first, second).max(axis=-1), np.maximum(first, second).min(axis=-1)
+            depth = np.where((enters <= leaves) & (enters > 0), np.minimum(depth, enters), depth)
+        noise = 0.0 if rng is None else NOISE * rng.normal(size=depth.shape)
+        return np.where(np.isfinite(depth), depth + noise, 0).astype(np.float32)
 
     def cloud(self, image: NDArray[np.float32], radius: float) -> ulna.PointCloud:
         """The balls around what the image shows."""
@@ -55,7 +60,7 @@ class Camera:
 
 
 def bin_on_a_table(seed: int, parts: int = 8) -> list[tuple[Array, Array]]:
-    """A table, a bin's walls, parts in it, posts beside it: boxes along the base's axes, as lower and upper corners [m]."""
+    """A table, a bin's walls, parts in it and posts beside it: half the extents [m] and T_base_box of each box."""
     rng, wall = np.random.default_rng(seed), 0.01
     (x0, y0), (x1, y1), high = (0.40, -0.20), (0.70, 0.20), 0.15
     boxes = [
@@ -72,4 +77,4 @@ def bin_on_a_table(seed: int, parts: int = 8) -> list[tuple[Array, Array]]:
     for side in (-1, 1, 1):
         middle, half = np.array([rng.uniform(0.35, 0.6), side * rng.uniform(0.35, 0.5), 0.12]), np.array([0.04, 0.04, 0.12])
         boxes.append((middle - half, middle + half))
-    return [(np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)) for lower, upper in boxes]
+    return [(np.subtract(upper, lower) / 2, ulna.pose(np.add(lower, upper) / 2)) for lower, upper in boxes]

@@ -15,6 +15,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import ulna
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from benchmarks.depth_camera import Camera as DepthCamera
+
 from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.painter import Ground, Painter, Picture
 from ulna.viewer.film.skin import Model
@@ -158,15 +162,13 @@ def camera_sees(size: tuple[int, int]) -> Pixels:
     q = robot.home.copy()
     q[0] = 0.4
     boxes = [(np.array(extents) / 2, ulna.pose(place)) for extents, place in BIN]
-    own = [shape for link in robot.description.links for shape in (body.shape for body in link.collisions)]
+    own = [body.shape for link in robot.description.links for body in link.collisions]
     boxes += [(np.array(shape.half_extents), pose) for shape, pose in zip(own, robot.collision_poses(q), strict=True)]
-    image = depth_of(boxes)
-    cloud = ulna.PointCloud.from_depth(image, INTRINSICS, CAMERA, radius=0.004).cropped(
-        ulna.Box((1.7, 1.4, 2)), ulna.pose((0, 0, 0.985))
-    )
+    image = CAMERA.image(boxes)
+    cloud = CAMERA.cloud(image, 0.004).cropped(ulna.Box((1.7, 1.4, 2)), ulna.pose((0, 0, 0.985)))
     rest = cloud.without(robot, q, padding=0.02)
     owned = cloud.points[robot.links_near(cloud, q, within=0.02)[1] >= 0]
-    hidden = ulna.VoxelGrid.unseen(image, INTRINSICS, CAMERA, ulna.Box((0.44, 0.8, 0.3)), 0.02, pose=T)
+    hidden = ulna.VoxelGrid.unseen(image, CAMERA.intrinsics, CAMERA.pose, ulna.Box((0.44, 0.8, 0.3)), 0.02, pose=T)
     scenes = [Scene(robot, (-0.5, -1.75, 1.1), (0.35, 0.0, 0.28), (size[0] // 2, size[1])) for _ in range(2)]
     scenes[0].put(rest, np.eye(4), MOVABLE)
     scenes[0].put(ulna.PointCloud(owned, 0.006), np.eye(4), RED)
@@ -187,23 +189,7 @@ BIN = [  # extents and place [m]: the floor, the table, the bin's walls, two par
     ((0.06, 0.08, 0.06), (0.55, 0.05, 0.03)),
     ((0.08, 0.05, 0.1), (0.66, -0.08, 0.05)),
 ]
-IMAGE_SIZE, INTRINSICS = (120, 160), (150, 150, 79.5, 59.5)
-CAMERA = ulna.pose((1.35, -0.3, 1.1), (-2.35, 0.0, 1.2))
-
-
-def depth_of(boxes: Sequence[tuple[NDArray, NDArray]]) -> NDArray:
-    """The depth image of boxes, each by half its extents and its pose: where the ray of each pixel enters the first of them."""
-    v, u = np.indices(IMAGE_SIZE)
-    rays = np.stack([(u - INTRINSICS[2]) / INTRINSICS[0], (v - INTRINSICS[3]) / INTRINSICS[1], np.ones(IMAGE_SIZE)], axis=-1)
-    depth = np.full(IMAGE_SIZE, np.inf)
-    for half, T in boxes:
-        to_box = np.linalg.inv(T) @ CAMERA
-        ray, eye = rays @ to_box[:3, :3].T, to_box[:3, 3]
-        with np.errstate(divide="ignore"):
-            low, high = (-half - eye) / ray, (half - eye) / ray
-        enters, leaves = np.minimum(low, high).max(axis=-1), np.maximum(low, high).min(axis=-1)
-        depth = np.where((enters < leaves) & (enters > 0), np.minimum(depth, enters), depth)
-    return np.where(np.isfinite(depth), depth, 0.0)
+CAMERA = DepthCamera(160, 120, (150, 150, 79.5, 59.5), ulna.pose((1.35, -0.3, 1.1), (-2.35, 0.0, 1.2)))
 
 
 PICTURES: dict[str, Callable[[tuple[int, int]], Pixels]] = {

@@ -9,10 +9,9 @@ from benchmarks.depth_camera import NOISE, Camera, bin_on_a_table
 def test_the_points_of_an_image_are_on_the_boxes():
     boxes, camera = bin_on_a_table(3), Camera.of_pixels(20_000)
     points = camera.cloud(camera.image(boxes, np.random.default_rng(3)), 0.001).points
-    outside = np.array(
-        [np.linalg.norm(np.maximum(np.maximum(lower - points, points - upper), 0), axis=1) for lower, upper in boxes]
-    )
-    inside = np.array([np.minimum(points - lower, upper - points).min(axis=1) for lower, upper in boxes])
+    beyond = [np.abs(points - T[:3, 3]) - half for half, T in boxes]  # of each pair of faces, negative between them
+    outside = np.array([np.linalg.norm(np.maximum(one, 0), axis=1) for one in beyond])
+    inside = np.array([-one.max(axis=1) for one in beyond])
     assert len(points) > 5000
     assert outside.min(axis=0).max() < 8 * NOISE
     assert np.percentile(inside.max(axis=0), 99) < 4 * NOISE  # no ray goes through a box to its far side

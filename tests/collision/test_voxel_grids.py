@@ -14,7 +14,7 @@ def panda():
     return ulna.load("panda")
 
 
-FLOOR = np.array((-4.0, -4.0, -0.8)), np.array((4.0, 4.0, -0.7))
+FLOOR = np.array((4.0, 4.0, 0.05)), ulna.pose((0, 0, -0.75))
 
 
 def blobs(rng, shape=(12, 10, 8)):

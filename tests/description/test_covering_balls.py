@@ -7,16 +7,13 @@ import pytest
 import trimesh
 
 import ulna
+from ell_mesh import CORNERS, FACES, cache, robot_of_the_ell
 from ulna.description.meshes import spheres
 from ulna.description.meshes.cover import cover
 from ulna.description.meshes.filled_solid import FilledSolid
 from ulna.description.meshes.hulls import in_place_of_meshes, mesh_reader
 from ulna.description.meshes.mesh_files import MeshFiles
 
-CORNERS = np.array([(x, y, z) for z in (0.0, 1.0) for x, y in ((0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3))])
-BOTTOM = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]  # of an L of 3 x 3 x 1, its arms 1 wide
-SIDES = [(k, (k + 1) % 6, 6 + (k + 1) % 6) for k in range(6)] + [(k, 6 + (k + 1) % 6, 6 + k) for k in range(6)]
-FACES = np.array([(a, c, b) for a, b, c in BOTTOM] + [(6 + a, 6 + b, 6 + c) for a, b, c in BOTTOM] + SIDES)
 ELL = trimesh.Trimesh(CORNERS, FACES, process=False)
 THICK = trimesh.creation.icosphere(3, 1.0)
 TORUS = trimesh.creation.torus(1.0, 0.3, major_sections=24, minor_sections=12)
@@ -29,10 +26,7 @@ URDF = """<robot name="l"><link name="base"/><link name="part"><collision name="
   <limit lower="-3" upper="3" velocity="1" effort="1"/></joint></robot>"""
 
 
-@pytest.fixture
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    return tmp_path / "cache" / "ulna" / "pieces"
+__all__ = ["cache"]
 
 
 @pytest.fixture
@@ -40,10 +34,7 @@ def make(tmp_path, cache):
     """The robot of an L-shaped mesh and a cylinder."""
 
     def robot(scale="1 1 1"):
-        rows = [f"v {x} {y} {z}" for x, y, z in CORNERS] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in FACES]
-        (tmp_path / "ell.obj").write_text("\n".join(rows))
-        (tmp_path / "ell.urdf").write_text(URDF.format(scale))
-        return ulna.load(tmp_path / "ell.urdf")
+        return robot_of_the_ell(tmp_path, URDF.format(scale))
 
     return robot
 

@@ -10,12 +10,6 @@ from ulna.viewer.uploads import RADIUS
 
 
 @pytest.fixture
-def view(panda):
-    with ulna.view(panda) as view:
-        yield view
-
-
-@pytest.fixture
 def page(view, open_page):
     page = open_page(view.url)
     page.get_by_role("tab", name="Obstacles").click()

@@ -19,12 +19,6 @@ NAMELESS = """() => [...document.querySelectorAll('input:not([type=hidden]), tex
 
 
 @pytest.fixture
-def view(panda):
-    with ulna.view(panda) as view:
-        yield view
-
-
-@pytest.fixture
 def page(view, open_page):
     """The page, once all its kernels are compiled; a new one for each test."""
     page = open_page(view.url)

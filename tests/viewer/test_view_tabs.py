@@ -19,12 +19,6 @@ from processes import wait_for
 from ulna.viewer.origin import is_own_page
 
 
-@pytest.fixture
-def view(panda):
-    with ulna.view(panda) as view:
-        yield view
-
-
 def headers(origin, host="127.0.0.1:8080"):
     return Headers([("Host", host), *([("Origin", origin)] if origin is not None else [])])
 

@@ -49,7 +49,7 @@ def _npy(content: bytes) -> NDArray:
 
 def _text(content: bytes) -> NDArray[np.float64]:
     """Lines of numbers between spaces, commas or semicolons, the first three a point; the first line may be names."""
-    lines = [re.sub(r"[,;\t]", " ", line) for line in content.decode(errors="replace").splitlines()]
+    lines = re.sub(r"[,;\t]", " ", content.decode(errors="replace")).splitlines()
     rows = [line for line in lines if line.strip() and not line.lstrip().startswith(("#", "//"))]
     if rows and not re.search(r"\d", rows[0]):
         rows = rows[1:]

@@ -172,7 +172,7 @@ class VoxelGrid:
             depth_scale: As ``PointCloud.from_depth`` takes it.
 
         Raises:
-            InputError: An argument is none of these, or the grid would have more than 16 million cells.
+            InputError: An argument has another form or a value out of range, or the grid would have more than 16 million cells.
 
         Example:
             >>> from ulna.description.pose import pose

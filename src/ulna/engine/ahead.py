@@ -49,7 +49,7 @@ def asks_for_python() -> bool:
 
 @cache
 def extension() -> Any:
-    """The extension in C of a wheel (``native``), which calls machine code; None where there is none."""
+    """The C extension of a wheel (``native``), which calls machine code; None in an installation without it."""
     try:
         from ulna.engine import _calls  # noqa: PLC0415 # pyright: ignore[reportAttributeAccessIssue] - a clone has none
     except ImportError:

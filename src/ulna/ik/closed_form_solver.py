@@ -32,7 +32,7 @@ _LEAST_TARGETS = 512  # of a part
 class ClosedFormSolver:
     """The solver for arms of at most six joints with a closed form; see ``ik.inverse_kinematics.Solver``.
 
-    With a posture or held joints there is none: such a query is left to the search.
+    A query with a posture or with held joints is solved by the numeric search.
     """
 
     def __init__(self, query: Query, form: ClosedForm) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
-from ulna.planning.blend import ON_PATH, Beside, Grid, IsFree, free_cuts, n_corners, rounded
+from ulna.planning.blend import ON_PATH, Beside, Grid, IsFree, directions_and_turns, free_cuts, rounded
 from ulna.planning.timing import Limits, Moment, Profile, TimedPath, along_lines, fastest, fastest_and_coasting, grid_of
 
 Array = NDArray[np.float64]
@@ -203,7 +203,7 @@ def timed_path(
         return fastest(grid_of(rounded(path, lengths, free_cuts(path, lengths, blend, is_free, within))), velocity, acceleration)
     beside = _expected(path, lengths, velocity, acceleration, jerk)
     cuts = free_cuts(path, lengths, blend, is_free, 0.5 * within, beside)
-    if np.count_nonzero(cuts) < n_corners(path, lengths):
+    if np.count_nonzero(cuts) < np.count_nonzero(directions_and_turns(path, lengths)[1]):
         beside, cuts = ON_PATH, free_cuts(path, lengths, blend, is_free, 0.5 * within)
     halvings = np.zeros(len(cuts), dtype=int)
     while cuts.any():
@@ -230,7 +230,7 @@ def _expected(path: Array, lengths: Array, velocity: Array, acceleration: Array,
     if by > _MOST_EXPECTED:
         return ON_PATH
     with np.errstate(divide="ignore"):
-        speeds = (velocity / np.abs(np.diff(path, axis=0) / lengths[:, None])).min(axis=1)
+        speeds = (velocity / np.abs(directions_and_turns(path, lengths)[0])).min(axis=1)
     return Beside(by, 0.5 * window * _FASTER * float(speeds.max()))
 
 

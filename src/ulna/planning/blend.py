@@ -54,31 +54,39 @@ def free_cuts(
     is_free: whether some chords, and what lies within so much of each in each entry of q, are free; within: how far a rounding
     may leave the path in an entry of q. In the middle it does so by b (e - d) / 4. beside: what is free about each rounding too.
     """
-    directions = np.diff(path, axis=0) / lengths[:, None]
+    directions, turns = directions_and_turns(path, lengths)
     cuts = np.zeros(len(path))
-    for k in range(1, len(path) - 1):
-        if np.abs(directions[k] - directions[k - 1]).max() > _STRAIGHT and blend > 0.0:
-            turn = float(np.abs(directions[k] - directions[k - 1]).max())
-            most = min(blend, _MOST * lengths[k - 1], _MOST * lengths[k], 4 * within / turn)
-            cuts[k] = _cut(path[k], directions[k - 1 : k + 1], lengths[k - 1 : k + 1], most, is_free, beside)
+    for k in np.flatnonzero(turns).tolist() if blend > 0.0 else ():
+        most = min(blend, _MOST * lengths[k - 1], _MOST * lengths[k], 4 * within / turns[k])
+        cuts[k] = _cut(path[k], directions[k - 1 : k + 1], lengths[k - 1 : k + 1], most, is_free, beside)
     return cuts
+
+
+def directions_and_turns(path: Array, lengths: Array) -> tuple[Array, Array]:
+    """The directions of a path's edges, shape (n - 1, n_dof), and how much an entry of them changes at most at each point, (n,).
+
+    It is 0 at both ends, and where the path goes straight on.
+    """
+    directions, turns = np.diff(path, axis=0) / lengths[:, None], np.zeros(len(path))
+    turns[1:-1] = np.abs(np.diff(directions, axis=0)).max(axis=1)
+    return directions, np.where(turns > _STRAIGHT, turns, 0.0)
 
 
 def rounded(path: Array, lengths: Array, cuts: Array) -> Grid:
     """The lines and parabolas of a path with rounded corners; at a corner whose cut is 0 the motion stops."""
-    directions = np.diff(path, axis=0) / lengths[:, None]
+    directions, turns = directions_and_turns(path, lengths)
     rows: list[tuple[Array, Array, Array, float, bool]] = []
     zero = np.zeros(path.shape[1])
     for k, (direction, length) in enumerate(zip(directions, lengths, strict=True)):
         left = length - cuts[k] - cuts[k + 1]
         last = k == len(directions) - 1
-        corner = not last and np.abs(directions[k + 1] - direction).max() > _STRAIGHT
-        rows.append((path[k] + cuts[k] * direction, direction, zero, left, last or (corner and not cuts[k + 1])))
+        stops = last or (turns[k + 1] > 0.0 and not cuts[k + 1])
+        rows.append((path[k] + cuts[k] * direction, direction, zero, left, stops))
         if cuts[k + 1]:
             bend = (directions[k + 1] - direction) / (2 * cuts[k + 1])
             rows.append((path[k + 1] - cuts[k + 1] * direction, direction, bend, 2 * cuts[k + 1], False))
-    starts, slopes, bends, sizes, stops = zip(*rows, strict=True)
-    borders = np.concatenate([[0], np.flatnonzero(stops) + 1])
+    starts, slopes, bends, sizes, at_rest = zip(*rows, strict=True)
+    borders = np.concatenate([[0], np.flatnonzero(at_rest) + 1])
     return Grid(np.array(starts), np.array(slopes), np.array(bends), np.array(sizes), borders)
 
 
@@ -97,9 +105,3 @@ def _cut(corner: Array, directions: Array, lengths: Array, most: float, is_free:
         if is_free(points, spreads):
             return b
     return 0.0
-
-
-def n_corners(path: Array, lengths: Array) -> int:
-    """How many points of a path it turns at."""
-    turns = np.abs(np.diff(np.diff(path, axis=0) / lengths[:, None], axis=0))
-    return int(np.count_nonzero((turns > _STRAIGHT).any(axis=1)))

@@ -112,7 +112,7 @@ def _in_words(pair: Pair, margin: float) -> str:
 
 
 def find_goals(request: Request, targets: Targets, fixed: NDArray[np.bool_], free: NDArray[np.bool_]) -> Goals | Plan:
-    """The free configurations of a goal; or the plan that says why there is none.
+    """The free configurations of a goal; or, if no configuration is free, a plan whose reason says why.
 
     fixed: the entries of q that keep their positions, shape (n_dof,); free: which of the configurations given are, shape (n,).
 

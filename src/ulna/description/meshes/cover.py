@@ -27,9 +27,8 @@ def cover(vertices: Array, faces: Faces, within: float) -> Array:
        ball within the solid is part of such a ball, so no others are needed but where the surface has no inside.
     2. The candidate that contains most triangles not yet contained is chosen, until none is left; then those that the others make
        superfluous are left out. A triangle is in a ball if its corners are.
-    3. If a part of the inside were in no ball, then neither were a vertex of the balls' power diagram in it: such a part is
-       bounded by spheres alone, and where min(|x - c|^2 - r^2) is largest in it, there is a vertex. A ball is added about each
-       such vertex, until there is none.
+    3. A part of the inside that is in no ball is bounded by spheres alone. The point of it where min(|x - c|^2 - r^2) is largest
+       is a vertex of the balls' power diagram. So as long as a vertex lies inside and in no ball, a ball is added about it.
 
     Args:
         vertices: Of the mesh, shape (n, 3).
@@ -164,7 +163,7 @@ def _needed(balls: Array, insides: list[NDArray[np.int64]], n: int) -> Array:
 
 
 def _uncovered(balls: Array, solid: FilledSolid, slack: float) -> Array:
-    """The vertices of the balls' power diagram that lie in the solid and in no ball, the farthest from them first."""
+    """The vertices of the balls' power diagram that lie in the solid but in no ball, those farthest from the balls first."""
     low, high = (balls[:, :3] - balls[:, 3:]).min(axis=0), (balls[:, :3] + balls[:, 3:]).max(axis=0)
     middle, size = (low + high) / 2, float((high - low).max())
     centres, radii = (balls[:, :3] - middle) / size, balls[:, 3] / size

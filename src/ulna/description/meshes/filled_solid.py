@@ -1,4 +1,4 @@
-"""The solid that a mesh encloses, and how deep points lie in it."""
+"""Computes the solid that a mesh encloses, and the depth of points below its surface."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ class FilledSolid:
         self._bounds = [_bounding_balls(triangles) for triangles in self.surfaces]
 
     def depth(self, point: Array) -> float:
-        """How deep a point lies in the solid, as a lower bound: the ball of this radius about it is part of the solid.
+        """The distance of a point inside the solid from its surface, or less: the ball of this radius about it is in the solid.
 
         Where no surface encloses the point: minus its distance from the solid. A ball that a surface does not cross has one
         winding number in all of it. So where a surface encloses its centre, it encloses the ball up to the nearest triangle.

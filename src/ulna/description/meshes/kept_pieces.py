@@ -78,7 +78,7 @@ def read(name: str) -> Pieces | None:
 
 
 def read_as(file: str, parse: Callable[[bytes], Parsed]) -> Parsed | None:
-    """What a cached file holds; None if there is none, or ``parse`` raises ValueError."""
+    """The parsed content of a cached file; None if the file is missing, or ``parse`` raises ValueError."""
     with contextlib.suppress(OSError, RuntimeError, ValueError), _folder() as folder:
         return parse(folder.read(file))
     return None

@@ -91,7 +91,7 @@ class NumericSolver:
     def solve(
         self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
     ) -> IKResult:
-        """The first solution for one target with default options; else, and where there is none, the best of a search."""
+        """The first solution for one target with default options; of a search with others, or if none is found, the best."""
         if self._from_home is None or self._from_seed is None or posture is not None or world is not None or held:
             return self.search(T, q_seed, posture, held, world)
         found = self._from_home(T, self.home) if q_seed is None else self._from_seed(T, q_seed)

@@ -21,7 +21,7 @@ Cost = Callable[[NDArray[np.int64], Array], Array]
 
 
 def refuse_clearance_of_nothing(rank: str | None, world: World | None) -> None:
-    """Refuse a rank that needs a world where there is none."""
+    """Refuse a rank by clearance if no world is given."""
     if rank == "clearance" and world is None:
         raise InputError("rank", "'clearance' is the distance from a world, so world= is needed too")
 
