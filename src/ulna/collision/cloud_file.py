@@ -56,22 +56,10 @@ def _text(content: bytes) -> NDArray[np.float64]:
     return np.loadtxt(rows, usecols=(0, 1, 2), ndmin=2) if rows else np.empty((0, 3))
 
 
-def ply_counts(content: bytes) -> dict[str, int]:
-    """How many of each element the header of a .ply states."""
-    head = content.partition(b"end_header")[0].decode(errors="replace")
-    return {kind: int(count) for kind, count in re.findall(r"^element (\w+) (\d+)", head, re.MULTILINE)}
-
-
 def _ply(content: bytes) -> NDArray[np.float64]:
-    """The vertices of a .ply, whether triangles use them or not."""
     with needs_extra("reading a .ply", "hulls", "trimesh"):
-        import trimesh  # noqa: PLC0415 - an extra
-    scene = trimesh.load_scene(BytesIO(content), file_type="ply", process=False)
-    points = np.concatenate([np.asarray(part.vertices) for part in scene.geometry.values()])
-    stated = ply_counts(content).get("vertex", 0)
-    if len(points) != stated:
-        raise ValueError(f"{len(points)} of its {stated} points can be read")
-    return points
+        from ulna.description.meshes import ply  # noqa: PLC0415 - an extra
+    return ply.vertices(content)
 
 
 def _pcd(content: bytes) -> NDArray[np.float64]:

@@ -4,9 +4,10 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from ulna.collision.cloud_file import READERS, ply_counts, points_of
+from ulna.collision.cloud_file import READERS, points_of
 from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import Obstacle
+from ulna.description.meshes import ply
 from ulna.description.meshes.decompose import pieces_of_file
 from ulna.description.meshes.hulls import hull_of
 from ulna.description.meshes.mesh_files import CHECKED
@@ -43,7 +44,7 @@ def shapes_of_file(
     if ending not in READERS:
         raise FileError(name, f"ends in none of {', '.join(ENDINGS)}")
     points = points_of(name, content, scale)
-    if ending == ".ply" and ply_counts(content).get("face", 0):
+    if ending == ".ply" and ply.counts(content).get("face", 0):
         return (ConvexMesh.from_points(points),)
     if len(points) > MOST_POINTS:
         words = f"has {len(points)} points, of which the page takes {MOST_POINTS}; PointCloud.thinned makes fewer of them"
