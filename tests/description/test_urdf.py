@@ -85,6 +85,23 @@ def test_q_is_in_depth_first_order_and_links_in_file_order():
     assert (robot.base, robot.tip) == ("a", None)
 
 
+def test_a_link_that_no_joint_moves_is_no_tip_beside_one_that_a_joint_moves():
+    joint = '<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/>{4}</joint>'
+    mimic = '<mimic joint="turn" multiplier="0.5"/>'
+    joints = [
+        joint.format("controller", "fixed", "base_link", "base", ""),
+        joint.format("turn", "continuous", "base_link", "arm", ""),
+        joint.format("follow", "continuous", "arm", "wrist", mimic),
+        joint.format("flange", "fixed", "wrist", "tool0", ""),
+    ]
+    links = "".join(f'<link name="{name}"/>' for name in ("base_link", "base", "arm", "wrist", "tool0"))
+    robot = ulna.load(f'<robot name="r">{links}{"".join(joints)}</robot>')
+    assert robot.tip == "tool0"
+    assert robot.with_tool(ulna.pose(xyz=(0, 0, 1)), name="gripper").tip == "gripper"
+    standing = ulna.load(f'<robot name="r"><link name="base_link"/><link name="base"/>{joints[0]}</robot>')
+    assert standing.tip == "base"
+
+
 def test_nested_mimics_are_composed():
     joint = '<joint name="{0}" type="prismatic"><parent link="{1}"/><child link="{0}"/><limit lower="-9" upper="9"/>{2}</joint>'
     follow_a = '<mimic joint="a" multiplier="2" offset="0.1"/>'

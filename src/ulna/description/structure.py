@@ -97,9 +97,17 @@ def joints_to_root(link: str, carriers: dict[str, Joint]) -> set[str]:
 
 
 def leaf_links(description: Description) -> tuple[str, ...]:
-    """The links without child links, in the order of the file."""
-    parents = {joint.parent for joint in description.joints}
-    return tuple(link.name for link in description.links if link.name not in parents)
+    """The links without child links that a joint moves, in the order of the file; all of them where none is moved.
+
+    The arms of ROS-Industrial have a link ``base`` beside ``base_link``, for the frame of their controller: no tip of an arm.
+    """
+    ordered, parents = joints_from_root(description), {joint.parent for joint in description.joints}
+    moved = {joint.child for joint in moving_joints(description, ordered)}
+    for joint in ordered:
+        if joint.parent in moved:
+            moved.add(joint.child)
+    leaves = [link.name for link in description.links if link.name not in parents]
+    return tuple(name for name in leaves if name in moved or moved.isdisjoint(leaves))
 
 
 def columns_of_q(joints: tuple[Joint, ...]) -> dict[str, slice]:

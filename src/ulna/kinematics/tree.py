@@ -98,7 +98,7 @@ class Tree:
 
     @property
     def tip(self) -> str | None:
-        """The only link that carries no other, or None where there are several."""
+        """The only link without child links that a joint moves, or None where there are several."""
         return self.leaves[0] if len(self.leaves) == 1 else None
 
     def link_or_tip(self, link: str | None) -> str:

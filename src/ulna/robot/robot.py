@@ -195,7 +195,7 @@ class Robot(Quick):
 
     @property
     def tip(self) -> str | None:
-        """The only link without child links; None if there are several such links."""
+        """The only link without child links that a joint moves; None if there are several such links."""
         return self.tree.tip
 
     @property
