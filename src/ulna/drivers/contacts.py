@@ -4,7 +4,7 @@ import numpy as np
 
 from ulna.engine.decorators import entry, workspace
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, SCENES, WHOLE
-from ulna.kernels.collision.bvh import FOUND, STACK
+from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, order_of_rows, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
@@ -82,6 +82,6 @@ def near_of(scene, room, n_objects):
     return Near(
         np.empty(12 * scene.joints.shape[0]), np.empty(12 * scene.bodies.shape[0]),
         np.empty((room + 1, CONTACT_WIDTH)), np.empty((room, PAIR_WIDTH), np.int64), np.empty(n_objects, np.int64),
-        np.empty(STACK, np.int64), np.empty(FOUND, np.int64),
+        np.empty(STACK, np.int64), np.empty(STACK),
         (np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])),
     )  # fmt: skip

@@ -220,7 +220,7 @@ def least_excess(tick, q):
     near, excess = tick.near, tick.excess[layout.MOST_PAIRS :]
     none = Near(
         near.joint_rows, near.body_rows, near.contact_rows[layout.MOST_PAIRS :], near.pair_rows[:0], near.last_rows, near.stack,
-        near.found, near.scratch,
+        near.heights, near.scratch,
     )  # fmt: skip
     measure_near(tick, q, none, excess)
     return excess[0]

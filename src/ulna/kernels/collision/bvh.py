@@ -23,7 +23,7 @@ from ulna.kernels.collision.collision_layout import (
     PLACES,
 )
 from ulna.kernels.collision.posed_pair import half_extents
-from ulna.kernels.layout import CONTACT, LARGEST, RADIUS
+from ulna.kernels.layout import CONTACT, RADIUS
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
 
@@ -31,13 +31,6 @@ DEPTH = 24  # levels: of a tree of 8^11 clouds, each of 8^11 points, more than m
 STACK = 8 * (DEPTH + 1)
 FOUND = 64  # rows
 _FULL = FOUND - WIDTH  # with more rows there may be no room for those of one more node
-
-
-@kernel
-def bounds_within(bodies, k, a, margin):
-    """The AABB of body k at pose a with a margin [m] on each side; with an infinite one it would overlap absent children too."""
-    (low, high), most = bounds_of(bodies, k, a), min(margin, 1e3 * LARGEST)
-    return (low[0] - most, low[1] - most, low[2] - most), (high[0] + most, high[1] + most, high[2] + most)
 
 
 @kernel

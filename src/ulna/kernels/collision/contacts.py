@@ -2,16 +2,18 @@
 
 A pair is a body of the robot and another, or an object of the world, numbered from the last body on. Those near each other:
 
-1. For each body of the robot, the objects: the unindexed ones, and those that the BVH finds within the distance; then the robot's
-   own pairs. Of these, pairs whose bounding balls are too far apart are left out.
+1. For each body of the robot, the objects: the unindexed ones, and those that the BVH finds within the distance, from the
+   nearest node on; then the robot's own pairs. Of these, pairs whose bounding balls or boxes are too far apart are left out.
 2. The contact of each of the others is computed, and kept if it is near enough. Of an object of many solids each body keeps the
-   nearest one, and a solid whose ball is farther away than that is not measured; or, of all pairs, as many as there is room for
-   are kept, the nearest.
+   nearest one, and a solid that is known to be farther away than that is not measured; or, of all pairs, as many as there is
+   room for are kept, the nearest.
 3. What is kept is put in order, the nearest first.
 """
 
+import numpy as np
+
 from ulna.engine.decorators import kernel, routine
-from ulna.kernels.collision.bvh import bounds_within, rows_within
+from ulna.kernels.collision.bvh import bounds_of, push_children
 from ulna.kernels.collision.collision_layout import (
     DISTANCE,
     NORMAL,
@@ -21,10 +23,13 @@ from ulna.kernels.collision.collision_layout import (
     WITNESS_A,
     WITNESS_B,
 )
-from ulna.kernels.collision.posed_pair import ball_distance, may_touch, rows_contact, rows_gap, solid_at
-from ulna.kernels.layout import COLUMN, JOINT, KIND, OBJECT, PARENT, PRISMATIC, RATIO
+from ulna.kernels.collision.posed_pair import ball_distance, half_extents, may_touch, rows_contact, rows_gap, solid_at
+from ulna.kernels.distance.box_sat import certain_gap
+from ulna.kernels.layout import COLUMN, JOINT, KIND, LARGEST, OBJECT, PARENT, PRISMATIC, RADIUS, RATIO, REACH
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, z_axis
+
+PAIRS_OF_BODY = 6  # with the world, that a servo keeps
 
 
 @kernel
@@ -82,12 +87,7 @@ def find_near_pairs(scene, clearance, within, near, excess):
         for w in range(scene.first, scene.end):
             count = add_solid(scene, k, a, w, clearance, within, near, excess, first, count)
         if scene.root >= 0:
-            bounds, top = bounds_within(bodies, k, a, clearance + within), 1
-            near.stack[0] = scene.root
-            while top > 0:
-                n_found, top = rows_within(scene.nodes, bounds, near.stack, top, near.found)
-                for i in range(n_found):
-                    count = add_solid(scene, k, a, near.found[i], clearance, within, near, excess, first, count)
+            count = add_indexed(scene, k, a, clearance, within, near, excess, count)
     for p in range(scene.pairs.shape[0]):
         i, j = scene.pairs[p, 0], scene.pairs[p, 1]
         if excess is not None:
@@ -98,12 +98,30 @@ def find_near_pairs(scene, clearance, within, near, excess):
 
 
 @kernel
+def add_indexed(scene, k, a, clearance, within, near, excess, first):
+    """Add body k, at pose a, and the solids of the tree that are near it, the nearest nodes first; the new count."""
+    bounds, n, count, top = bounds_of(scene.bodies, k, a), scene.bodies.shape[0], first, 1
+    near.stack[0], near.heights[0] = scene.root, -np.inf
+    while top > 0:
+        top -= 1
+        node, reach = near.stack[top], clearance + within
+        if excess is not None:
+            reach = clearance + max(slot_of_pair(k, n, n, within, near, excess, count)[1], excess[-1])
+        if near.heights[top] <= reach:
+            if node >= 0:
+                top = push_children(scene.nodes, node, bounds, reach, near.stack, near.heights, top)
+            else:
+                count = add_solid(scene, k, a, -1 - node, clearance, within, near, excess, first, count)
+    return count
+
+
+@kernel
 def add_solid(scene, k, a, w, clearance, within, near, excess, first, count):
     """Add body k, at pose a, and solid w of the world if they are near; the new count. The rows of body k begin at ``first``."""
     if excess is not None:
         return add_nearest_pair(scene, k, scene.bodies.shape[0] + w, clearance, within, near, excess, count)
     row, b = solid_at(scene, w, 0.0)
-    least = ball_distance(scene.bodies, k, a, scene.objects, row, b)
+    least = least_distance(scene.bodies, k, a, scene.objects, row, b, within)
     if not least <= within or may_touch(scene, k, row):
         return count
     return add_nearest_solid(scene, k, w, int(scene.objects[row, OBJECT]), least, within, near, first, count)
@@ -120,25 +138,55 @@ def add_nearest_pair(scene, i, j, clearance, within, near, excess, count):
         if may_touch(scene, i, row):
             return count
         others, points, number = scene.objects, scene.points, int(scene.objects[row, OBJECT])
-    if ball_distance(bodies, i, a, others, row, b) - clearance >= within:
+    slot, farthest = slot_of_pair(i, j, bodies.shape[0], within, near, excess, count)
+    limit = max(farthest, excess[room])
+    reach = clearance + limit
+    if least_distance(bodies, i, a, others, row, b, reach) >= reach:
+        return count
+    gap = rows_gap(bodies, scene.vertices, i, a, others, points, row, b, reach, 0.0)
+    if gap >= reach:
         return count
     write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, room)
     distance = near.contact_rows[room, DISTANCE]
     excess[room] = min(excess[room], distance - clearance)
-    if distance - clearance >= within or room == 0:
+    of_pair = min(gap, distance) - clearance
+    if distance - clearance >= within or of_pair >= farthest:
         return count
-    gap = rows_gap(bodies, scene.vertices, i, a, others, points, row, b, clearance + within, 0.0)
-    of_pair, slot = min(gap, distance) - clearance, count if count < room else 0
-    if count == room:
-        for c in range(1, count):
-            if excess[c] > excess[slot]:
-                slot = c
-        if excess[slot] <= of_pair:
-            return count
     write_pair(i, j, number, near, slot)
     copy_row(near.contact_rows, room, near.contact_rows, slot)
     excess[slot] = of_pair
-    return min(count + 1, room)
+    return max(count, slot + 1)
+
+
+@kernel
+def slot_of_pair(i, j, n, within, near, excess, count):
+    """Where a pair of body i goes that is near enough, and how much farther apart than it has to be it may be for that [m].
+
+    A free row; or that of the farthest pair of all, or of body i and the world, where it has PAIRS_OF_BODY with it: a cloud
+    beside one body leaves room for the pairs of others.
+    """
+    room, last, last_own, n_own = near.pair_rows.shape[0], 0, 0, 0
+    for c in range(count):
+        if excess[c] > excess[last]:
+            last = c
+        if j >= n and near.pair_rows[c, PAIR_BODY] == i and near.pair_rows[c, PAIR_OTHER] >= n:
+            last_own = c if n_own == 0 or excess[c] > excess[last_own] else last_own
+            n_own += 1
+    if n_own >= PAIRS_OF_BODY:
+        return last_own, excess[last_own]
+    if count < room:
+        return count, within
+    return last, excess[last] if room > 0 else -np.inf
+
+
+@kernel
+def least_distance(bodies, i, a, others, j, b, reach):
+    """A lower bound of the distance of two rows [m]: by their bounding balls, and if that is within reach by boxes round them."""
+    least = ball_distance(bodies, i, a, others, j, b)
+    if least > reach or not others[j, REACH] <= LARGEST:
+        return least
+    gap = certain_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]), 0.0)
+    return max(least, gap - bodies[i, RADIUS] - others[j, RADIUS])
 
 
 @routine

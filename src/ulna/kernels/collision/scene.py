@@ -96,7 +96,7 @@ class Near(NamedTuple):
     """The last row of each object, with any values, shape (n_objects,); without any, all solids of an object are kept."""
     stack: NDArray
     """Of the BVH."""
-    found: NDArray
-    """What the BVH finds."""
+    heights: NDArray
+    """Of what is on the stack."""
     scratch: tuple
     """Of EPA."""
