@@ -4,6 +4,10 @@ import numpy as np
 import pytest
 
 import ulna
+from ulna.cli.follow import draw_joints
+from ulna.ik.followed_path import FollowedPath
+from ulna.ik.reason import NO_REASON
+from ulna.ik.solutions import Proof
 
 N = 40
 
@@ -72,6 +76,23 @@ def test_the_joints_are_drawn(line, tmp_path, run):
     text = (tmp_path / "q.svg").read_text()
     assert text.startswith("<?xml")
     assert "</svg>" in text
+
+
+def test_each_joint_is_drawn_at_the_scale_of_its_path_in_its_unit():
+    pytest.importorskip("matplotlib")
+    rows, limits = [(0, 0, 0, 0), (0, 0, np.pi / 2, 0)], [(-1.0, 1.0), (-3.0, 3.0)]
+    robot = ulna.Robot.from_dh(rows, joint_types=["prismatic", "revolute"], limits=limits)
+    q = np.column_stack([np.linspace(0.95, 1.0, 30), np.linspace(0.1, 0.3, 30)])  # the slide ends at its limit
+    path = FollowedPath(q, None, 0.1, None, NO_REASON, Proof.COMPLETE, robot.joint_names)
+    *joints, steps = draw_joints(robot, path).axes
+    slide, turn = robot.joint_names
+    assert [axes.get_ylabel() for axes in joints] == [f"{slide} [m]", f"{turn} [rad]"]
+    assert (steps.get_ylabel(), steps.get_xlabel()) == ("largest step [m or rad]", "pose")
+    for axes, column in zip(joints, q.T, strict=True):
+        assert np.array_equal(axes.lines[0].get_ydata(), column)
+        assert np.ptp(axes.get_ylim()) < 3 * np.ptp(column)  # scaled to the limits it would be flat
+    assert [line.get_ydata()[0] for line in joints[0].lines[1:]] == [1.0]  # the limit that is near
+    assert not joints[1].lines[1:]
 
 
 def test_boxes_are_obstacles_and_a_start_is_where_the_arm_is_before(line, ask):

@@ -130,7 +130,9 @@ def test_a_wrist_that_is_singular_all_along_has_as_many_solutions_a_pose_however
         path = robot.follow(T, start)
         assert_followed(robot, path, T)
         assert path.proof == "searched"
-        assert (np.diff(path.q, axis=0) ** 2).sum() <= (np.diff(known, axis=0) ** 2).sum()
+        begin = robot.home if start is None else start
+        sums = [(np.diff(np.vstack([begin, q]), axis=0) ** 2).sum() for q in (path.q, known)]
+        assert sums[0] <= sums[1]
     assert max(most) <= 8 + 2 * 16
 
 
@@ -152,6 +154,29 @@ def test_the_step_from_the_start_is_one_of_those_whose_squares_are_summed(seed, 
     least = least_costs(nodes_of(robots.PUMA, limits, T), max_step, start)[-1]
     assert (np.diff(np.vstack([start, path.q]), axis=0) ** 2).sum() == pytest.approx(least, rel=1e-9)
     assert robot.follow(T, max_step=max_step).steps.shape == (2,)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_without_a_start_the_step_from_home_is_one_of_them_however_long(seed):
+    rng = np.random.default_rng(seed)
+    limits = [(-np.pi, np.pi)] * 6
+    robot = Robot.from_dh(robots.PUMA, convention="standard", limits=limits)
+    T = robot.forward_kinematics(rng.uniform(-2.0, 2.0, 6) + rng.uniform(-0.4, 0.4, (3, 6)).cumsum(axis=0))
+    path = robot.follow(T, max_step=1.5)
+    assert_followed(robot, path, T, 1.5)
+    home, *nodes = [robot.home[None], *nodes_of(robots.PUMA, limits, T)]
+    sums = [(np.diff(np.vstack([home, q]), axis=0) ** 2).sum() for q in itertools.product(*nodes) if within(q, 1.5)]
+    assert (np.diff(np.vstack([home, path.q]), axis=0) ** 2).sum() == pytest.approx(min(sums), rel=1e-9)
+    assert path.q_start is None
+
+
+def within(q, max_step):
+    return np.abs(np.diff(q, axis=0)).max() <= max_step
+
+
+def test_a_panda_without_a_start_begins_near_home(panda):
+    T = panda.forward_kinematics(panda.home + np.linspace(0.0, 0.5, 20)[:, None])
+    assert np.abs(panda.follow(T).q[0] - panda.home).max() < 1e-3
 
 
 def test_no_branch_is_taken_far_from_the_start_to_save_a_little_later():

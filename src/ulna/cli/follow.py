@@ -63,7 +63,7 @@ def follow(
 
     As in: ulna follow panda --path line.csv --csv joints.csv. To see it move: ulna record line.mp4 --robot panda --trajectory
     joints.csv. With --scene or --box it is clear of the obstacles and of itself. Unless --from says where the arm is before, the
-    path begins anywhere; with --rank nearest, near home. Exit status 0 if all poses are reached, 1 if not.
+    path begins as near home as it can. Exit status 0 if all poses are reached, 1 if not.
     """
     if world is not None:
         robot = checked_robot(robot, meshes=meshes, as_json=as_json)

@@ -682,14 +682,14 @@ class Robot(Quick):
         """The joint path through a path of poses that never jumps to another branch, or where and why there is none.
 
         Of all joint paths with no step longer than ``max_step`` the one with the least sum of squared joint steps is returned,
-        the step from ``q_start`` to the first pose among them.
+        the step from ``q_start`` to the first pose among them; without one that from ``home``, which may be of any length.
         Where the link has an exact closed form of six joints, all branches of all poses are compared. Other arms are searched;
         for seven joints and more a graph of samples of the redundancy is searched, and its best path is smoothed.
 
         Args:
             T_path: The poses in their order, T_base_link, shape (n, 4, 4).
             q_start: Where the arm is before the first pose [rad or m], shape (n_dof,): the path begins at most ``max_step`` from
-                it. Unless given, it may begin anywhere.
+                it. Unless given, it may begin anywhere, and begins as near to ``home`` as that sum allows.
             link: The link's name; the tip unless given.
             max_step: The largest step of any joint from one pose to the next [rad or m]. Another branch is rarely within 0.1 rad;
                 poses that are further apart than that need a larger step, or poses in between.

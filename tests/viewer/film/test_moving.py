@@ -1,9 +1,12 @@
 """Films of a robot that moves along rows of q among obstacles: an obstacle is red when the collision checker says so."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
 import ulna
+from ulna.viewer.film import recording
 from ulna.viewer.film.recording import make_form, record_moving, solids_at
 from ulna.viewer.film.skin import BoundingBall
 from ulna.viewer.palette import TOUCHING
@@ -55,3 +58,37 @@ def test_each_obstacle_has_a_colour_of_its_own_and_what_is_attached_is_drawn(pan
     world.move("crate 0", panda.forward_kinematics(panda.home) @ ulna.pose((0.0, 0.0, 0.12)))
     touching = solids_at(held, panda.home, world, BoundingBall.of(np.eye(3)), boxes=False)
     assert [solid.name for solid in touching if solid.color == TOUCHING] == ["attached part", "obstacle crate 0"]
+
+
+SCENES = {
+    "nothing": (),
+    "a far box": (((9.0, 0.0, 0.5), True),),
+    "a box beside it": (((0.6, 0.0, 0.2), False),),
+    "boxes on three sides": (((0.5, 0.4, 0.1), False), ((0.5, -0.4, 0.1), False), ((0.7, 0.0, 0.1), False)),
+}
+
+
+def seen_at(camera, points, size):
+    """Where points (n, 3) are seen, as shares of the width and the height."""
+    x, y, depth = camera.view(*size) @ np.column_stack([points, np.ones(len(points))]).T
+    return np.column_stack([x, y]) / depth[:, None] / size
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("size", [(640, 360), (360, 640)])
+def test_the_arm_is_as_large_as_the_picture_allows(panda, tmp_path, monkeypatch, name, size):
+    """As a pinhole sees it: arm and near obstacles fill the picture in one direction, and nothing of them is cut off."""
+    world, near = ulna.World(), []
+    for k, (place, is_far) in enumerate(SCENES[name]):
+        world.add(f"box {k}", ulna.Box((0.1, 0.1, 0.1)), ulna.pose(place))
+        near += [] if is_far else [np.array(place) + 0.05 * np.array(corner) for corner in product((-1, 1), repeat=3)]
+    shots = []
+    monkeypatch.setattr(recording, "write_pictures", lambda _, model, pictures, *__: shots.append((model, *pictures)))
+    record_moving(make_form(tmp_path / "a.png", 1.0, size), panda, panda.home[None], world)
+    model, picture = shots[0]
+    own = seen_at(picture.camera, model.points_at(panda.home), size)
+    seen = np.vstack([own, *(seen_at(picture.camera, point[None], size) for point in near)])
+    assert seen.min() > 0
+    assert seen.max() < 1
+    assert np.ptp(seen, axis=0).max() > 0.9
+    assert np.ptp(own, axis=0).max() > (0.9 if not near else 0.5)

@@ -89,7 +89,8 @@ class Course:
     def beginning(self, q: Array) -> Array:
         """The cost of beginning at each lift of q (m, n_dof), infinite beyond the limits or a step from the start: (m, n_lifts).
 
-        It is that of the step from the start; if the caller gives none, it decides between lifts that are as good as each other.
+        It is that of the step from the start, which may be of any length if it is home, as the caller gives none; beside the
+        costs of a rank, home only decides between lifts that are as good as each other.
         """
         lifts = self.lifts
         raised = np.where(lifts.lifted, q[:, None] + TURN * lifts.table, q[:, None])
@@ -97,7 +98,8 @@ class Course:
         allowed = lifts.allowed(q)
         if self.started:
             allowed &= np.abs(away).max(axis=-1, initial=0.0) <= self.max_step
-        return np.where(allowed, (self.weight if self.started else _TIE) * (away**2).sum(axis=-1), np.inf)
+        counts = self.started or self.query.options.rank is None
+        return np.where(allowed, (self.weight if counts else _TIE) * (away**2).sum(axis=-1), np.inf)
 
     def on_from_start(self, q: Array) -> Array:
         """A path (n, n_dof) whose free joints take no step above half a turn, begun as near to the start as whole turns bring it.
