@@ -1,11 +1,14 @@
 """The page of a reachability map: what it shows, clips and solves; and a click in a browser."""
 
+import re
+
 import numpy as np
 import pytest
 
 import ulna
 from browser import camera_of, project, wait_to_see
 from ulna.viewer.map_view import MapView
+from ulna.viewer.session.voxels import AXES
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +24,41 @@ def view(found):
         yield view
 
 
+@pytest.mark.parametrize("axis", AXES)
+def test_the_map_begins_behind_the_robot_and_with_voxels(view, axis):
+    """No voxel that is shown is where the robot is: the centres lie beyond its box, as the clouds are drawn."""
+    view.axis.value = axis
+    view._take_axis()
+    k = AXES.index(axis)
+    low, high = view.arm.extent.low, view.arm.extent.high
+    centres = view.voxels.centres[view.shown]
+    assert len(centres)
+    last = np.isclose(centres[:, k], view.voxels.centres[:, k].max())
+    assert (last | ~((centres > low) & (centres < high)).all(axis=1)).all()
+    assert len(centres) < len(view.voxels.centres)
+
+
+def test_the_bar_has_the_colours_of_the_voxels_their_unit_and_range(view):
+    bar = view.legend.content
+    assert "Orientations reached in a voxel [%]" in bar
+    assert "<span>0</span><span>100</span>" in bar
+    most = view.voxels.colors[view.voxels.shares.argmax()]
+    share = view.voxels.shares.max()
+    places = [tuple(map(int, stop.split(","))) for stop in re.findall(r"rgb\(([^)]*)\)", bar)]
+    expected = [np.interp(share, np.linspace(0, 1, len(places)), channel) for channel in zip(*places, strict=True)]
+    assert np.abs(most - np.array(expected)).max() <= 0.5
+
+
+def test_no_slider_is_shown_that_does_nothing(view):
+    assert not view.solution.visible
+    view.clip("y", -99.0)
+    view.click(np.array([2.0, 0.05, 0.5]), np.array([-1.0, 0.0, 0.0]))
+    n = np.count_nonzero(view.result.success)
+    assert (view.solution.visible, view.solution.max) == (n > 1, n)
+
+
 def test_every_voxel_that_is_reached_is_shown_in_its_colour(view, found):
+    view.clip("y", -99.0)
     cloud = view._cloud
     assert len(cloud.points) == np.count_nonzero(found.share.values > 0)
     np.testing.assert_allclose(cloud.points, view.voxels.centres, atol=1e-2)  # the page takes half precision
@@ -44,6 +81,7 @@ def test_a_dragged_arrow_moves_the_plane(view):
 
 
 def test_a_click_solves_the_orientations_of_a_voxel_and_the_robot_goes_there(view, found):
+    view.clip("y", -99.0)
     view.click(np.array([2.0, 0.05, 0.5]), np.array([-1.0, 0.0, 0.0]))
     centre = view.voxels.centres[view.chosen]
     assert np.abs(centre - [2.0, 0.05, 0.5])[1:].max() <= 0.075

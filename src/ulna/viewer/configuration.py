@@ -1,6 +1,5 @@
 """Sets q to home, to a named configuration, or to one of a file; and copies and saves q."""
 
-import html
 from collections.abc import Callable
 
 import numpy as np
@@ -8,10 +7,10 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.errors import InputError
+from ulna.viewer.html import copyable
 from ulna.viewer.session.session import Session, configurations_of
 from ulna.viewer.typed_fields import refusals_shown
 
-_BUTTON = "border:1px solid #228be6;border-radius:2px;background:#fff;color:#228be6;padding:0.2em 0.7em;cursor:pointer"
 _MOST_BYTES = 1_000_000
 
 
@@ -35,9 +34,7 @@ class ConfigurationPanel:
         """Show q, shape (n_dof,), as text that can be copied."""
         if q.tobytes() != self._shown:
             self._shown, words = q.tobytes(), as_text(q)
-            short = html.escape(", ".join(f"{value:.4g}" for value in q))
-            button = f'<button data-copy="{html.escape(words, quote=True)}" style="{_BUTTON}">Copy q</button>'
-            self.text.content = f'<div style="padding:0 0.75em 0.4em;font-size:0.8em">{short}<br>{button}</div>'
+            self.text.content = copyable(", ".join(f"{value:.4g}" for value in q), "Copy q", words)
 
     def _go(self, q: NDArray[np.float64]) -> None:
         self._session.q = q

@@ -11,6 +11,7 @@ from ulna.viewer.palette import Color
 from ulna.viewer.session.ellipsoid import Mobility
 
 STYLE = "padding:0.35em 0.75em;line-height:1.35"
+_BUTTON = "border:1px solid #228be6;border-radius:2px;background:transparent;color:#228be6;padding:0.2em 0.7em;cursor:pointer"
 
 
 def marked(words: str, color: Color, *, filled: bool = True) -> str:
@@ -25,10 +26,25 @@ def small_text(words: str) -> str:
     return f'<div style="{STYLE};font-size:0.85em">{html.escape(words)}</div>'
 
 
+def copyable(words: str, label: str, copied: str) -> str:
+    """Small text, and below it a button that copies another text."""
+    button = f'<button data-copy="{html.escape(copied, quote=True)}" style="{_BUTTON}">{label}</button>'
+    return f'<div style="padding:0 0.75em 0.4em;font-size:0.8em">{html.escape(words)}<br>{button}</div>'
+
+
 def listed(lines: Iterable[str]) -> str:
     """A list of small lines."""
     rows = "".join(f'<li style="margin-bottom:0.3em">{html.escape(line)}</li>' for line in lines)
     return f'<ul style="{STYLE};font-size:0.8em;margin:0;padding-left:1.6em;overflow-wrap:anywhere">{rows}</ul>'
+
+
+def color_bar(title: str, colors: Iterable[Iterable[float]], ends: tuple[str, str]) -> str:
+    """A bar of colours (red, green, blue in 0..255), evenly spaced from one end to the other, below its title."""
+    stops = ", ".join(f"rgb({', '.join(f'{channel:g}' for channel in color)})" for color in colors)
+    low, high = (f"<span>{html.escape(end)}</span>" for end in ends)
+    bar = f'<div style="height:0.8em;border-radius:0.2em;background:linear-gradient(to right, {stops})"></div>'
+    row = f'<div style="display:flex;justify-content:space-between">{low}{high}</div>'
+    return f'<div style="{STYLE};font-size:0.85em"><div>{html.escape(title)}</div>{bar}{row}</div>'
 
 
 def tree_html(robot: Robot) -> str:

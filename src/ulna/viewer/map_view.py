@@ -11,10 +11,10 @@ from ulna.errors import UlnaError
 from ulna.ik.result import IKResult
 from ulna.reachability.map import ReachabilityMap
 from ulna.viewer.arm import Arm, Extent
-from ulna.viewer.html import marked, small_text
+from ulna.viewer.html import color_bar, marked, small_text
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.palette import GREEN, RED, UNKNOWN
-from ulna.viewer.session.voxels import AXES, Voxels
+from ulna.viewer.session.voxels import AXES, RAMP, Voxels
 from ulna.viewer.stage import add_stage
 
 _CLOUD, _PLANE = "/map", "/plane"
@@ -69,6 +69,7 @@ class MapView:
         gui.add_html(marked(words, GREEN if summary.reached else RED))
         if summary.computed < summary.poses:
             gui.add_html(small_text(f"{summary.poses - summary.computed:,} are not computed yet"))
+        self.legend = gui.add_html(color_bar("Orientations reached in a voxel [%]", RAMP, ("0", "100")))
         self.axis = gui.add_dropdown("Clip across", AXES, initial_value="y", hint="The axis across which the plane lies")
         low, high = self.voxels.ends("y")
         self.plane = gui.add_slider(
@@ -88,7 +89,7 @@ class MapView:
             hint="Voxels of which fewer orientations are reached are hidden",
         )
         self.told = gui.add_html(small_text("Click a voxel to see its solutions."))
-        self.solution = gui.add_slider("Solution", min=1, max=2, step=1, initial_value=1, disabled=True)
+        self.solution = gui.add_slider("Solution", min=1, max=2, step=1, initial_value=1, visible=False)
         self.axis.on_update(lambda event: self._take_axis() if event.client is not None else None)
         self.plane.on_update(lambda event: self._take_plane() if event.client is not None else None)
         self.least.on_update(lambda event: self._draw() if event.client is not None else None)
@@ -129,7 +130,7 @@ class MapView:
         n, m = int(np.count_nonzero(result.success)), len(result.q)
         place = ", ".join(f"{x:.3f}" for x in centre)
         self.told.content = marked(f"{n} of {m} orientations reached at {place} m", GREEN if n else RED)
-        self.solution.min, self.solution.max, self.solution.disabled = 1, max(2, n), n < 2
+        self.solution.min, self.solution.max, self.solution.visible = 1, max(2, n), n > 1
         self.solution.value = 1
 
     def _pose_arm(self) -> None:
@@ -144,15 +145,16 @@ class MapView:
             self._cloud.points, self._cloud.colors = self.voxels.centres[shown].astype(np.float32), self.voxels.colors[shown]
 
     def _take_axis(self) -> None:
-        """Put the plane before the first voxel of its axis, with an arrow that drags it."""
+        """Put the plane behind the robot, so that no voxel hides it, with an arrow that drags it."""
         with self._lock:
             low, high = self.voxels.ends(self.axis.value)
-            self.plane.min, self.plane.max, self.plane.value = low, high, low
+            behind = max(low, min(float(self.arm.extent.high[AXES.index(self.axis.value)]), high - self.voxels.size))
+            self.plane.min, self.plane.max, self.plane.value = low, high, behind
             if self._handle is not None:
                 self._handle.remove()
             x, y, z = (name == self.axis.value for name in AXES)
             self._handle = self.page.server.scene.add_transform_controls(
-                _PLANE, scale=0.3, active_axes=(x, y, z), disable_rotations=True, disable_sliders=True, position=self._at(low)
+                _PLANE, scale=0.3, active_axes=(x, y, z), disable_rotations=True, disable_sliders=True, position=self._at(behind)
             )
             self._handle.on_update(lambda _: self._dragged())
         self._draw()

@@ -10,7 +10,7 @@ from ulna.reachability.map import ReachabilityMap
 Array = NDArray[np.float64]
 AXES = ("x", "y", "z")
 # From few orientations to all: equal steps of lightness, as of viridis (S. van der Walt, N. Smith, 2015), for every eye.
-_RAMP = np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)], dtype=np.float64)
+RAMP = np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)], dtype=np.float64)
 
 
 class Voxels:
@@ -51,6 +51,6 @@ class Voxels:
 
 
 def _colors(shares: Array) -> NDArray[np.uint8]:
-    places = shares * (len(_RAMP) - 1)
-    channels = [np.interp(places, np.arange(len(_RAMP)), channel) for channel in _RAMP.T]
+    places = shares * (len(RAMP) - 1)
+    channels = [np.interp(places, np.arange(len(RAMP)), channel) for channel in RAMP.T]
     return np.stack(channels, axis=-1).round().astype(np.uint8)
