@@ -73,8 +73,8 @@ def open_page(browser_of):
 
     opened = []
 
-    def open_page(url, browser=0, size=SIZE):
-        page = browser_of(browser).new_page(viewport={"width": size[0], "height": size[1]})
+    def open_page(url, browser=0, size=SIZE, scheme="light"):
+        page = browser_of(browser).new_page(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
         opened.append(page)
         page.set_default_timeout(0)
         page.addresses = []

@@ -242,6 +242,16 @@ def test_the_way_out_of_a_shallow_contact_is_said_and_by_how_much(panda, post):
     assert "touches by" in str(plan)
 
 
+def test_a_start_that_touches_itself_says_what_to_do_and_that_helps(panda, post):
+    folded = np.array([0.79, -0.81, -2.66, -3.02, 1.82, 3.42, 0.62])
+    plan = panda.plan(folded, folded + 0.01)
+    assert plan.status == "start in collision"
+    assert str(plan).endswith("if these shapes touch wherever the robot is, allow the pairs (docs/self_collision.md)")
+    assert panda.with_allowed_collisions(at=folded).plan(folded, folded + 0.01)
+    inside, right = sides(panda, 0.0)[0], sides(panda)[1]
+    assert "allow the pairs" not in str(panda.plan(inside, right, post))
+
+
 def test_each_reason_is_the_right_one(panda, post):
     left, right = sides(panda)
     inside = sides(panda, 0.0)[0]

@@ -46,6 +46,31 @@ def test_a_drag_is_one_step_and_keys_and_buttons_undo_and_redo(view, page):
     wait_to_see(page, lambda: world.names == ("new box 1",) and view.obstacles.chosen == "new box 1", "the box, chosen")
 
 
+def test_a_capsule_is_added_sized_drawn_and_measured_as_a_row_of_balls_is(view, page, panda):
+    world = view.world
+    page.get_by_role("button", name="Capsule").click()
+    wait_to_see(page, lambda: world.names == ("capsule 1",), "a capsule")
+    for label, value, holds in (
+        ("Radius [m]", "0.03", lambda: world.shape("capsule 1").radius == 0.03),
+        ("Length [m]", "0.4", lambda: world.shape("capsule 1").length == 0.4),
+    ):
+        field = page.get_by_label(label, exact=True)
+        field.fill(value)
+        field.press("Enter")
+        wait_to_see(page, holds, f"{label} {value}")
+    T = ulna.pose((0.5, 0.3, 0.3), (0.7, 0.4, 0.0))
+    world.move("capsule 1", T)
+    wait_to_see(page, lambda: np.allclose(view.obstacles.nodes["capsule 1"].position, T[:3, 3]), "the capsule where it was moved")
+    corners = view.obstacles.nodes["capsule 1"].vertices
+    assert np.allclose(np.ptp(corners, axis=0), [0.06, 0.06, 0.46], atol=2e-3)
+    row = ulna.World()
+    for k, z in enumerate(np.linspace(-0.2, 0.2, 401)):
+        row.add(f"ball {k}", ulna.Sphere(0.03), T @ ulna.pose((0.0, 0.0, z)))
+    expected = panda.signed_distance(view.q, row, self_collision=False)
+    found = wait_to_see(page, lambda: view.session.clearance.nearest, "its distance").signed_distance
+    wait_to_see(page, lambda: abs(view.session.clearance.nearest.signed_distance - expected) < 1e-4, f"{expected}, not {found}")
+
+
 @pytest.mark.slow
 def test_typed_values_a_deletion_and_the_floor_are_undone(view, page):
     world = view.world

@@ -10,6 +10,7 @@ from browser import around, arrow, camera_of, drag, pixels, project, wait_to_see
 from colors import count
 from processes import wait_for
 from ulna.viewer.configuration import as_text
+from ulna.viewer.palette import FLOOR_CELLS
 from ulna.viewer.readings import COLOR
 
 NAMELESS = """() => [...document.querySelectorAll('input:not([type=hidden]), textarea, button, [role=slider], [role=tab]')]
@@ -222,6 +223,19 @@ def test_the_scene_is_seen_from_the_top_and_in_dark_colours(view, page, camera):
         lambda: client.camera.position[2] > 5 * np.linalg.norm(client.camera.position[:2] - client.camera.look_at[:2]),
         "the top",
     )
+
+
+def test_the_page_begins_dark_in_a_browser_that_prefers_that_and_can_be_lit(view, open_page):
+    page = open_page(view.url, scheme="dark")
+    wait_to_see(page, lambda: page.locator("canvas").count() and pixels(page).mean() < 100, "a dark page")
+    assert view.page.floor.cell_color == FLOOR_CELLS[1]
+    tab(page, "Look")
+    dark = page.get_by_role("checkbox", name="Dark")
+    wait_to_see(page, dark.is_checked, "the checkbox")
+    dark.uncheck()
+    wait_to_see(page, lambda: pixels(page).mean() > 180, "a light page")
+    other = open_page(view.url, scheme="dark")
+    wait_to_see(other, lambda: other.locator("canvas").count() and pixels(other).mean() > 180, "as light as the first tab")
 
 
 @pytest.mark.slow

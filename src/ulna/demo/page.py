@@ -22,7 +22,7 @@ from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
 from ulna.viewer.nodes import Handles
 from ulna.viewer.page import HOST, Page
-from ulna.viewer.palette import GREEN, MOVABLE, RED, UNKNOWN
+from ulna.viewer.palette import FLOOR_CELLS, GREEN, MOVABLE, RED, UNKNOWN
 from ulna.viewer.readings import Notice
 from ulna.viewer.stage import stand_back_where_narrow
 
@@ -94,6 +94,7 @@ class DemoApp:
 
     def _build(self) -> None:
         self.scene = DemoScene(self.server, self.demo, self._loop.wake)
+        self.page.floor = self.scene.floor
         self._add_widgets()
         self.player.move_to(self.player.q)
 
@@ -157,6 +158,7 @@ class DemoApp:
         self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
         self.show_boxes.on_update(lambda _: self.scene.arm.show_solids(visible=self.show_boxes.value))
         gui.add_button("Put the box back", hint="Where it stood at first").on_click(lambda _: self.put_box(pose(BOX_START)))
+        self.page.add_dark_box()
         self.recording = RecordButton(self.server, self.player, lambda: self.show_boxes.value)
         self.joints = JointSliders(gui, self.demo.robot, self._loop.wake)
 
@@ -213,7 +215,7 @@ class DemoScene:
     def __init__(self, server: viser.ViserServer, demo: Demo, moved: Callable[[], None]) -> None:
         scene = server.scene
         scene.set_up_direction("+z")
-        scene.add_grid("/floor", width=2.4, height=2.4, cell_size=0.1, section_size=0.6, cell_color=(225, 228, 232))
+        self.floor = scene.add_grid("/floor", width=2.4, height=2.4, cell_size=0.1, section_size=0.6, cell_color=FLOOR_CELLS[0])
         server.initial_camera.position = (1.75, -1.45, 1.0)
         server.initial_camera.look_at = (0.2, 0.0, 0.36)
         server.initial_camera.fov = 0.7

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from ulna.errors import InputError
 from ulna.viewer.html import copyable
-from ulna.viewer.session.session import Session, configurations_of
+from ulna.viewer.session.beginning import configurations_of
+from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import refusals_shown
 
 _MOST_BYTES = 1_000_000

@@ -46,7 +46,7 @@ class MapView:
         self.arm.move_to(self.found.robot.home)
         ends = np.array([self.voxels.ends(axis) for axis in AXES]).T
         extent = self.arm.extent
-        add_stage(server, Extent(np.minimum(extent.low, ends[0]), np.maximum(extent.high, ends[1])))
+        add_stage(self.page, Extent(np.minimum(extent.low, ends[0]), np.maximum(extent.high, ends[1])))
         self._add_panel(server.gui)
         size = _FILL * self.voxels.size
         none = np.zeros((0, 3))
@@ -90,6 +90,7 @@ class MapView:
         )
         self.told = gui.add_html(small_text("Click a voxel to see its solutions."))
         self.solution = gui.add_slider("Solution", min=1, max=2, step=1, initial_value=1, visible=False)
+        self.page.add_dark_box()
         self.axis.on_update(lambda event: self._take_axis() if event.client is not None else None)
         self.plane.on_update(lambda event: self._take_plane() if event.client is not None else None)
         self.least.on_update(lambda event: self._draw() if event.client is not None else None)

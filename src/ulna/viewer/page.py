@@ -15,6 +15,7 @@ import viser
 
 from ulna.errors import InputError, UlnaError
 from ulna.viewer.origin import EVERYWHERE, refusing_foreign_pages
+from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS
 
 HOST = "127.0.0.1"
 _silence = threading.Lock()
@@ -23,21 +24,30 @@ _silence = threading.Lock()
 class Page:
     """A page of viser to which no page of another origin can connect. ``port=0`` chooses a free port.
 
+    Attributes:
+        server: The server.
+        url: The address of the page.
+        dark: Whether it is dark; at first as the browser prefers in which it is first opened.
+        floor: The floor, whose lines are darker on a dark page; None until it is set.
+
     Raises:
         InputError: The address cannot be listened on.
     """
 
     def __init__(self, host: str = HOST, port: int = 8080, *, title: str = "Ulna", origins: Collection[str] = ()) -> None:
+        self._opened = False
         _refuse_busy(host, port)
         logging.getLogger("websockets").setLevel(logging.ERROR)
         try:
-            with _quiet(), refusing_foreign_pages(host, origins, title):
+            with _quiet(), refusing_foreign_pages(host, origins, title, self._first_tab):
                 self.server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
         except UlnaError:  # the server runs, but accepts foreign pages
             self.stop()
             raise
         self.server.request_share_url = lambda verbose=True: None  # noqa: ARG005 - a page must not open a tunnel to the world
-        set_theme(self.server, dark=False)
+        self.floor: viser.GridHandle | None = None
+        self._dark_box: viser.GuiCheckboxHandle | None = None
+        self.darken(dark=False)
         self.server.gui.main_panel.dock_right()  # people can still move or fold it
         name = EVERYWHERE.get(host, host)
         name = f"[{name}]" if ":" in name else name
@@ -60,6 +70,26 @@ class Page:
         except BaseException:
             self.stop()
             raise
+
+    def darken(self, *, dark: bool) -> None:
+        """Show the page in light or dark colours, the floor and its checkbox with it."""
+        self.dark = dark
+        self.server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, dark_mode=dark)
+        if self.floor is not None:
+            self.floor.cell_color, self.floor.section_color = FLOOR_CELLS[dark], FLOOR_SECTIONS[dark]
+        if self._dark_box is not None and self._dark_box.value != dark:
+            self._dark_box.value = dark
+
+    def add_dark_box(self) -> None:
+        """Add the checkbox for dark colours where the panel is now."""
+        box = self._dark_box = self.server.gui.add_checkbox("Dark", initial_value=self.dark)
+        box.on_update(lambda _: self.darken(dark=box.value))
+
+    def _first_tab(self, prefers_dark: bool) -> None:  # noqa: FBT001 - as ``origin`` calls it
+        """Begin as the first tab's browser prefers: all tabs show the same."""
+        if not self._opened and prefers_dark:
+            self.darken(dark=True)
+        self._opened = True
 
     def stop(self) -> None:
         """Stop the server; open pages show that the connection is lost."""
@@ -95,8 +125,3 @@ def _refuse_busy(host: str, port: int) -> None:
         if error.errno == errno.EADDRINUSE:
             raise InputError("port", f"{port} is in use on {host} ({reason}); choose another, or 0 for a free one") from None
         raise InputError("host", f"cannot listen on {host}, port {port} ({reason})") from None
-
-
-def set_theme(server: viser.ViserServer, *, dark: bool) -> None:
-    """Show the page in light or dark colours."""
-    server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, dark_mode=dark)

@@ -43,6 +43,8 @@ CURVES: tuple[Color, ...] = (
     (120, 94, 240),
     (110, 110, 110),
 )  # of joints in a plot, which colour-blind people can distinguish; after M. Okabe and K. Ito, 2008
+FLOOR_CELLS: tuple[Color, Color] = ((225, 228, 232), (48, 52, 58))  # the floor's lines on a light page, and on a dark one
+FLOOR_SECTIONS: tuple[Color, Color] = ((190, 194, 200), (84, 90, 98))
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
 OBSTACLE_OPACITY = 0.6  # of one that touches nothing; otherwise 1
 

@@ -14,9 +14,10 @@ from ulna.viewer.html import marked, small_text
 from ulna.viewer.nodes import Handles, add_triangles
 from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN, Color
 from ulna.viewer.plots import Plots
+from ulna.viewer.session.beginning import configurations_of
 from ulna.viewer.session.curves import Curve
 from ulna.viewer.session.planned_motion import JERK, Planning
-from ulna.viewer.session.session import Session, configurations_of
+from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import HandPose
 
 _HINT = "Drag the goal of the hand: a motion to it is planned that touches nothing, and again whenever an obstacle is moved"

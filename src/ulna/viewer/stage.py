@@ -11,34 +11,32 @@ from ulna.description.pose import pose
 from ulna.description.shapes import HalfSpace, Mesh
 from ulna.robot import Robot
 from ulna.viewer.arm import Extent
-from ulna.viewer.page import set_theme
+from ulna.viewer.page import Page
+from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS
 from ulna.viewer.visuals import triangles
 
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
-_CELLS, _SECTIONS = (
-    ((225, 228, 232), (48, 52, 58)),
-    ((190, 194, 200), (84, 90, 98)),
-)  # the floor's lines on a light page, a dark one
 _FROM = np.array([0.77, -0.72, 0.36])  # the direction from the robot to the camera
 _SIDES = {"aslant": _FROM, "front": (1.0, 0.0, 0.0), "left": (0.0, 1.0, 0.0), "top": (1e-3, 0.0, 1.0)}  # x is forward, y left
 _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
 _ASPECT = 1.1  # width by height of the narrowest scene in which the robot fits at this distance
 
 
-def add_stage(server: viser.ViserServer, extent: Extent) -> viser.GridHandle:
+def add_stage(page: Page, extent: Extent) -> viser.GridHandle:
     """Set the floor under the lowest point, z up, and a camera that sees all of the robot. Returns the floor."""
+    server = page.server
     radius, centre = extent.radius, extent.centre
     cell = next((step for step in _STEPS if step > radius / 10), _STEPS[-1])
     height = min(float(extent.low[2]), 0.0) - 1e-3
     server.scene.set_up_direction("+z")
-    floor = server.scene.add_grid(
+    floor = page.floor = server.scene.add_grid(
         "/floor",
         width=24 * cell * np.ceil(radius / (6 * cell)),
         height=24 * cell * np.ceil(radius / (6 * cell)),
         cell_size=cell,
         section_size=6 * cell,
-        cell_color=_CELLS[0],
-        section_color=_SECTIONS[0],
+        cell_color=FLOOR_CELLS[page.dark],
+        section_color=FLOOR_SECTIONS[page.dark],
         position=(0.0, 0.0, height),
     )
     distance = 1.15 * radius / np.sin(_FIELD_OF_VIEW / 2)
@@ -53,17 +51,11 @@ def add_stage(server: viser.ViserServer, extent: Extent) -> viser.GridHandle:
 class SightPanel:
     """Buttons for the sides from which a tab sees the scene, and a checkbox for dark colours."""
 
-    def __init__(self, server: viser.ViserServer, floor: viser.GridHandle) -> None:
-        self._server, self._floor = server, floor
+    def __init__(self, page: Page) -> None:
+        self._server = server = page.server
         self.sides = server.gui.add_button_group("See from", tuple(_SIDES))
-        self.dark = server.gui.add_checkbox("Dark", initial_value=False)
+        page.add_dark_box()
         self.sides.on_click(self._turn)
-        self.dark.on_update(lambda _: self._darken())
-
-    def _darken(self) -> None:
-        dark = self.dark.value
-        set_theme(self._server, dark=dark)
-        self._floor.cell_color, self._floor.section_color = _CELLS[dark], _SECTIONS[dark]
 
     def _turn(self, event: viser.GuiEvent) -> None:
         """Move the camera of the tab in which the button was clicked round what the page showed at first."""

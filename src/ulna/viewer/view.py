@@ -2,6 +2,7 @@
 
 import html
 import time
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -14,7 +15,7 @@ from ulna.viewer.arm import Arm, VisibilityPanel
 from ulna.viewer.compiler import Compiler, rehearsals
 from ulna.viewer.configuration import ConfigurationPanel
 from ulna.viewer.hand_panel import HandPanel
-from ulna.viewer.html import small_text
+from ulna.viewer.html import copyable, small_text
 from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
 from ulna.viewer.obstacles import Obstacles
@@ -63,11 +64,17 @@ class View:
 
     def _build(self) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
+        self._first = robot
         self.arm = Arm(server, robot)
         self.arm.move_to(session.q)
         extent = self.arm.extent
-        ground = add_stage(server, extent)
+        ground = add_stage(self.page, extent)
         self.clearance = ClearancePanel(server, extent.radius)
+        self.allow = server.gui.add_button(
+            "Allow these contacts", hint="These links may touch from now on; Ctrl-Z takes it back", visible=False
+        )
+        self.allowed = server.gui.add_html("", visible=False)
+        self.allow.on_click(lambda _: self._allow())
         self.in_place_of_meshes = in_place_of_meshes(robot.description)
         if self.in_place_of_meshes:
             server.gui.add_html(small_text(self.in_place_of_meshes))
@@ -95,7 +102,7 @@ class View:
             with tabs.add_tab("Plan"):
                 self.plans = PlanPanel(server, session, self.arm, self._happened)
         with tabs.add_tab("Look"):
-            self.sight = SightPanel(server, ground)
+            self.sight = SightPanel(self.page)
             self.look = VisibilityPanel(server.gui, self.arm)
         self._show()
 
@@ -209,6 +216,13 @@ class View:
         self.arm.move_to(session.q)
         self.arm.mark_touching(report.touching if report is not None else ())
         self.clearance.show(session.clearance)
+        self.allow.visible = bool(session.own_contacts)
+        if session.robot is not self._first:
+            more = [pair for pair in session.robot.allowed_collisions if pair not in self._first.allowed_collisions]
+            names = [(pair.link_a, pair.link_b) for pair in more]
+            words = "These links may touch: " + ", ".join(" and ".join(pair) for pair in names)
+            self.allowed.content = copyable(words, "Copy for a program", f"robot.with_allowed_collisions({names})")
+        self.allowed.visible = session.robot is not self._first
         self.obstacles.show({pair.name_b for pair in hits if pair.link_b is None})
         self.ellipsoid.show()
         self.floor.show()
@@ -223,6 +237,19 @@ class View:
     @property
     def _moving(self) -> bool:
         return self.session.moving or (self.plans is not None and self.plans.moving)
+
+    def _allow(self) -> None:
+        """Allow the pairs of the robot's links that touch here."""
+        before, q = self.session.robot, self.session.q
+        after = before.with_allowed_collisions(at=q)
+        with self.obstacles.lock:
+            self._use(after)
+            self.obstacles.history.add_acts(partial(self._use, before), partial(self._use, after))
+        self._happened()
+
+    def _use(self, robot: Robot) -> tuple[str, ...]:
+        self.session.use(robot)
+        return ()
 
     def _set_itself(self) -> None:
         self.session.itself = self.itself.value

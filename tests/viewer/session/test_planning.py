@@ -174,3 +174,18 @@ def test_the_end_of_a_plan_is_that_of_its_path(planning, panda):
     T = beyond_the_post(planning)
     planning.frame(TICK)
     assert np.allclose(panda.forward_kinematics(planning.shown.end), T, atol=1e-6)
+
+
+def test_a_start_that_touches_itself_says_what_to_do_and_is_left_once_the_pairs_are_allowed(panda):
+    folded = np.array([0.79, -0.81, -2.66, -3.02, 1.82, 3.42, 0.62])
+    session = Session(panda, q=folded)
+    planning = Planning(session)
+    planning.turn(on=True)
+    planning.send_to(folded + 0.01)
+    planning.frame(TICK)
+    assert planning.sentence.startswith("start in collision: ")
+    assert planning.sentence.endswith("; if they touch wherever the robot is, allow these contacts")
+    session.use(panda.with_allowed_collisions(at=folded))
+    session.frame()
+    assert planning.frame(TICK)
+    assert planning.sentence.startswith("solved: ")

@@ -100,3 +100,18 @@ def test_at_most_a_hundred_steps_are_kept(world):
     for _ in range(130):
         history.undo()
     assert world.pose("crate")[0, 3] == 20
+
+
+def test_other_acts_are_steps_between_those_of_the_obstacles(world):
+    history, seen = SceneHistory(world), []
+    with history.step():
+        ACTS["add"](world)
+    history.add_acts(lambda: seen.append("undone") or (), lambda: seen.append("done") or ())
+    assert history.undo() == ()
+    assert seen == ["undone"]
+    assert "ball" in world.names
+    history.undo()
+    assert "ball" not in world.names
+    history.redo()
+    history.redo()
+    assert seen == ["undone", "done"]

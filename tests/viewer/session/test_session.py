@@ -176,3 +176,32 @@ def test_a_hand_sent_to_a_pose_arrives_on_any_ik_branch_or_the_reason_is_kept(pa
     assert session.missed.startswith("unreachable")
     session.q = panda.home
     assert session.missed == ""
+
+
+def test_a_robot_with_other_allowed_collisions_is_used_from_the_next_frame_on(panda):
+    folded = np.array([0.79, -0.81, -2.66, -3.02, 1.82, 3.42, 0.62])
+    session = Session(panda, q=folded)
+    session.frame()
+    assert sorted(session.own_contacts) == [("panda_link1", "panda_link5"), ("panda_link1", "panda_link7")]
+    other = panda.with_allowed_collisions(at=folded)
+    session.use(other)
+    assert session.robot is panda
+    assert session.frame()
+    assert session.robot is other
+    assert (session.clearance.state, session.own_contacts) == ("free", ())
+    session.avoiding = True
+    session.pull(session.hand_pose)
+    session.frame()
+    assert session._hand.robot is other
+    assert session.trouble == ""
+
+
+def test_the_contacts_of_what_is_attached_or_of_an_obstacle_are_not_its_own(panda):
+    held = panda.with_attached("bar", ulna.Box((0.05, 0.05, 1.5)), np.eye(4))
+    world = ulna.World()
+    world.add("ball", ulna.Sphere(0.1), panda.forward_kinematics(panda.home))
+    session = Session(held, world)
+    session.frame()
+    assert session.clearance.state == "collision"
+    assert {"bar", "ball"} <= {name for pair in session.clearance.report.pairs for name in (pair.name_a, pair.name_b)}
+    assert session.own_contacts == ()

@@ -34,7 +34,7 @@ def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
     Planar and floating joints are left out: they do not move while a hand is dragged.
     Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
     """
-    J = robot.jacobian(q, link=link)[:, _driven_columns(robot, link)]
+    J = robot.jacobian(q, link=link)[:, driven_columns(robot, link)]
     axes, radii, _ = np.linalg.svd(np.hstack([J[:3], np.zeros((3, 3))]))
     axes[:, 2] *= np.sign(np.linalg.det(axes))
     T = robot.forward_kinematics(q, link=link).copy()
@@ -43,7 +43,7 @@ def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
     return Mobility(T, radii, values, float(robot.manipulability(q, link=link)))
 
 
-def _driven_columns(robot: Robot, link: str) -> list[int]:
+def driven_columns(robot: Robot, link: str) -> list[int]:
     """The entries of q that move a link, without those of planar and floating joints."""
     types = {joint.name: joint.type for joint in robot.description.joints}
     own = [

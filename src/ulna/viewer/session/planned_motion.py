@@ -12,7 +12,7 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
 from ulna.ik.result import IKResult
-from ulna.planning.plan import Plan
+from ulna.planning.plan import Plan, PlanStatus
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 from ulna.viewer.session.curves import Curve, curves_of
@@ -157,7 +157,9 @@ class Planning:
         plan, motion = self.shown.plan, self.shown.motion
         if isinstance(plan.reason.data, Report):
             hits = [pair for pair in plan.reason.data.pairs if pair.signed_distance <= 0.0]
-            return f"{plan.status}: {self._session.names.listed(hits)}"
+            own = plan.status == PlanStatus.START_IN_COLLISION and all(pair.link_b is not None for pair in hits)
+            hint = "; if they touch wherever the robot is, allow these contacts" if own else ""
+            return f"{plan.status}: {self._session.names.listed(hits)}{hint}"
         if motion is None:
             of = plan.reason.data
             return f"{plan.status}: {_short_of(of)}" if isinstance(of, IKResult) else str(plan)
@@ -174,7 +176,7 @@ class Planning:
         if self._goal is None:
             return False
         session = self._session
-        asked = (self._goal.tobytes(), session.world.objects(), self.jerk)
+        asked = (self._goal.tobytes(), session.world.objects(), self.jerk, session.robot)
         if asked == self._asked:
             return False
         if self.playing:

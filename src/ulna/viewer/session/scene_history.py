@@ -1,7 +1,8 @@
-"""Undoes and redoes what a person does to the obstacles: each step is the objects that it changed, before and after."""
+"""Undoes and redoes what a person does: each step is two acts. Those of the obstacles put back what a step has changed."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ class Entry(NamedTuple):
 
 
 Scene = dict[str, Entry]
+Act = Callable[[], tuple[str, ...]]  # returns the names of the objects that it gave back or changed
 
 
 def scene_of(world: World) -> Scene:
@@ -35,7 +37,7 @@ class SceneHistory:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._steps: list[tuple[Scene, Scene]] = []
+        self._steps: list[tuple[Act, Act]] = []
         self._n_done = 0
 
     @property
@@ -61,24 +63,27 @@ class SceneHistory:
         """Add a step from one scene to another, unless they are equal. Steps that were undone cannot be done again then."""
         changed = [name for name in before | after if not _equal(before.get(name), after.get(name))]
         if changed:
-            step = tuple({name: scene[name] for name in changed if name in scene} for scene in (before, after))
-            self._steps = [*self._steps[: self._n_done], step][-_MOST_STEPS:]  # type: ignore[list-item]
-            self._n_done = len(self._steps)
+            old, new = ({name: scene[name] for name in changed if name in scene} for scene in (before, after))
+            self.add_acts(partial(self._apply, new, old), partial(self._apply, old, new))
+
+    def add_acts(self, undo: Act, redo: Act) -> None:
+        """Add a step that was done, by what undoes it and what does it again."""
+        self._steps = [*self._steps[: self._n_done], (undo, redo)][-_MOST_STEPS:]
+        self._n_done = len(self._steps)
 
     def undo(self) -> tuple[str, ...]:
         """Undo the last step. Returns the names of the objects that it gave back or changed."""
         if not self.can_undo:
             return ()
         self._n_done -= 1
-        before, after = self._steps[self._n_done]
-        return self._apply(after, before)
+        return self._steps[self._n_done][0]()
 
     def redo(self) -> tuple[str, ...]:
         """Do the step again that was undone last. Returns the names of the objects that it added or changed."""
         if not self.can_redo:
             return ()
         self._n_done += 1
-        return self._apply(*self._steps[self._n_done - 1])
+        return self._steps[self._n_done - 1][1]()
 
     def _apply(self, before: Scene, after: Scene) -> tuple[str, ...]:
         world, names = self._world, self._world.names

@@ -14,6 +14,8 @@ from ulna.errors import GeometryError, InputError, UnknownNameError
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.robot import Robot
 from ulna.robot.hand_link import hand_link
+from ulna.viewer.session.beginning import NAME as BEGINNING
+from ulna.viewer.session.beginning import beginning, configurations_of
 from ulna.viewer.session.clearance import Clearance, ShapeNames, clearance
 from ulna.viewer.session.hand import Hand
 
@@ -26,24 +28,19 @@ def ask_at_once(_name: str, question: Callable[..., Any], *arguments: Any, **opt
     return question(*arguments, **options)
 
 
-def configurations_of(robot: Robot) -> dict[str, NDArray[np.float64]]:
-    """Home and the SRDF's configurations of all joints, by name, shape (n_dof,) each; ``home`` is the SRDF's if it has one."""
-    named = {name: q for name, q in robot.named_configurations.items() if np.shape(q) == (robot.n_dof,)}
-    return {"home": robot.home, **named}
-
-
 class Session:
     """The state that all tabs and the program share. Each method may be called from any thread.
 
     Args:
         robot: The robot.
         world: The obstacles around it; an empty world unless given.
-        q: Its first configuration [rad or m], shape (n_dof,); if not given, the SRDF's `home`, or else the robot's.
+        q: Its first configuration [rad or m], shape (n_dof,); if not given, the SRDF's `home`, or else the robot's;
+            bent instead if the arm is stretched there (``beginning``), as soon as that is compiled and unless it has moved.
         ask: Calls the functions of a frame, as ``Compiler.ask`` does. It returns None while their kernels are compiled in another
             thread: then the hand does not move, the clearance is not known, and the next frame calls them again.
 
     Attributes:
-        robot: The robot; it does not change.
+        robot: The robot; what it may touch of itself changes with ``use``.
         world: The obstacles; any thread may change them at any time.
         target: The pose to which the hand is pulled, T_base_link, shape (4, 4); None if it is not pulled.
         avoiding: Whether the pulled hand avoids collisions with the world and the robot itself.
@@ -70,7 +67,8 @@ class Session:
         if not isinstance(robot, Robot):
             raise InputError("robot", f"{type(robot).__name__}; an ulna.Robot is expected: ulna.load gives one")
         refuse_no_world(world)
-        self.robot, self.world = robot, World() if world is None else world
+        self.robot = self._wanted = robot
+        self.world = World() if world is None else world
         self.lock, self.ask = threading.RLock(), ask
         self.avoiding, self.itself = False, not self.unchecked
         self.clearance = Clearance(None, refusal=self.unchecked)
@@ -79,6 +77,8 @@ class Session:
         self._hand = Hand(robot, hand_link(robot), self.names) if robot.n_dof else None
         self._seen: tuple | None = None
         self._letting_go = self.waiting = self._checked = False
+        self._resting = self._q if q is None and robot.n_dof else None
+        self._begin()
 
     @cached_property
     def unchecked(self) -> str:
@@ -165,8 +165,11 @@ class Session:
     def frame(self) -> bool:
         """Advance by one frame. Returns whether anything visible has changed."""
         with self.lock:
+            self._take_robot()
+            self._begin()
             self._follow()
             seen = (
+                self.robot,
                 self._q.tobytes(),
                 self.world.objects(),
                 self.itself,
@@ -177,6 +180,33 @@ class Session:
             )
             changed, self._seen = seen != self._seen, seen
             return (changed or not self._checked) and (self._check() or changed)
+
+    @property
+    def own_contacts(self) -> tuple[tuple[str, str], ...]:
+        """The pairs of the robot's links that touch, as last checked; not of attached objects."""
+        report, held = self.clearance.report, {one.name for one in self.robot.attached}
+        pairs = () if report is None else report.pairs
+        touching = ((pair.link_a, pair.link_b) for pair in pairs if pair.link_b is not None and pair.signed_distance <= 0.0)
+        return tuple(links for links in dict.fromkeys(touching) if held.isdisjoint(links))
+
+    def use(self, robot: Robot) -> None:
+        """Check another robot from the next frame on, which differs in its ``allowed_collisions`` alone. It waits for no lock."""
+        self._wanted = robot
+
+    def _begin(self) -> None:
+        """Bend an arm that is stretched, once, unless it has moved."""
+        if self._resting is None:
+            return
+        if self._q is not self._resting or self.target is not None:
+            self._resting = None
+        elif (q := self.ask(BEGINNING, beginning, self.robot, self.world)) is not None:
+            self.q, self._resting = q, None
+
+    def _take_robot(self) -> None:
+        if self._wanted is not self.robot:
+            self.robot = self._wanted
+            if self._hand is not None:
+                self._hand = Hand(self.robot, self._hand.link, self.names)
 
     @property
     def moving(self) -> bool:
