@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.demo.around import is_free
+from ulna.demo.around import _last_free, is_free
 from ulna.demo.player import Player
 from ulna.demo.scenario import BOX_START, Demo
 from ulna.description.pose import pose
 
 FRAME = 1 / 30  # [s]
 ASIDE = (0.4, -0.6, 0.1)
+SWING = np.linspace(0.0, 2.4, 241)  # of the first joint [rad], past a box where the hand is at 0.9 rad
 
 
 class Blank:
@@ -91,6 +92,57 @@ def test_without_a_way_the_arm_rests_and_says_why_until_the_box_is_gone(player):
     play(player, 3)
     assert player.around.plan
     assert not np.array_equal(player.q, q)
+
+
+def swing_past_a_box(player):
+    """Put the box there. Returns the configurations of the swing, shape (241, 7), and how deep the box is in each [m]."""
+    robot, world = player.demo.robot, player.demo.world
+    q = np.repeat(robot.home[None], len(SWING), axis=0)
+    q[:, 0] = SWING
+    player.drag(robot.forward_kinematics(q[90]))
+    return q, -robot.signed_distance(q, world, self_collision=False)
+
+
+def test_from_deep_in_the_box_the_arm_leads_out_the_way_it_came_and_then_round(player):
+    robot, world = player.demo.robot, player.demo.world
+    swing, depths = swing_past_a_box(player)
+    for q in swing[: int(np.argmax(depths > 0.02)) + 1]:  # as by a slider
+        player.move_to(q)
+    depth, came = -robot.signed_distance(player.q, world, self_collision=False), len(player.screen.drawn)
+    assert depth > 0.02
+    assert robot.plan(player.q, robot.home, world, escape=True).status == "start in collision"
+    way = np.array(player.screen.drawn)
+    player.avoiding = True
+    play(player, FRAME)
+    assert player.around.sentence == "the arm is in the box, and leaves it the way it came"
+    frames = 0
+    while player.report.in_collision:
+        assert np.abs(way - player.q).max(axis=1).min() < 0.02  # where it has been
+        now = -robot.signed_distance(player.q, world, self_collision=False)
+        assert now <= depth + 1e-3
+        depth, frames = now, frames + 1
+        player.advance(FRAME)
+    assert 2 < frames < 100
+    play(player, 3)
+    assert player.around.plan
+    assert play(player, 12) == 0
+    q, corners = np.array(player.screen.drawn[came:]), player.demo.trajectory.samples[[0, 30, 60]]
+    assert (np.abs(q[:, None] - corners).max(axis=2).min(axis=0) < 0.05).all()
+
+
+def test_the_way_back_is_not_taken_where_it_leads_deeper_or_nowhere(player):
+    """The hand swings through the box: before its middle the way back leads out, behind it deeper in."""
+    robot, world = player.demo.robot, player.demo.world
+    trail, depths = swing_past_a_box(player)
+    hit = robot.in_collision(trail, world)
+    before, behind = int(np.argmax(depths > 0.02)), int(len(trail) - 1 - np.argmax(depths[::-1] > 0.02))
+    assert not hit[0]
+    assert 0 < before < 90 < behind < len(trail) - 1
+    last = _last_free(robot, trail[before], trail[:before], world)
+    assert last == np.flatnonzero(~hit[:before])[-1]
+    assert _last_free(robot, trail[behind], trail[:behind], world) is None
+    assert _last_free(robot, trail[before], trail[last + 1 : before], world) is None
+    assert _last_free(robot, trail[before], trail[:0], world) is None
 
 
 def test_a_motion_that_stays_free_is_not_planned_again(player):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,14 +23,32 @@ _VELOCITY = 1.0  # [rad/s]
 _CLEARANCE = 0.01  # [m] that a plan keeps from the box; while it is dragged nearer than half of this, another one is made
 _MOST_CHECKS = 10_000  # of one search, some 30 ms; there are two for each corner before it is said that there is no way
 _APART = 0.02  # [s] between two configurations whose distance from the box is measured again
+_MOST_OF_TRAIL, _TRAIL_STEP = 2000, 0.01  # configurations of the trail, and the change of a joint between them [rad]
+_DEEPER = 1e-3  # [m] that the way back may lead deeper into the box than the arm is: the distance is that of one pair of many
 _CORNERS = round(SEGMENT_S * RATE_HZ)  # samples of the trajectory from corner to corner
 
 
-def planned(robot: Robot, start: Array, goals: Array, world: World) -> tuple[Plan, Trajectory | None, int]:
-    """A motion to the first configuration that can be reached, and its number. If none can, the failed plan to the first.
+class Way(NamedTuple):
+    """What is known of the way on.
+
+    Attributes:
+        plan: The plan.
+        motion: Its motion, or the one back; None if there is neither.
+        number: Which of the goals it leads to.
+        kept: How much of the trail is left behind the end of a motion back; None if the motion is not one.
+    """
+
+    plan: Plan
+    motion: Trajectory | None
+    number: int = 0
+    kept: int | None = None
+
+
+def planned(robot: Robot, start: Array, goals: Array, world: World, trail: Array) -> Way:
+    """A motion to the first configuration that can be reached; if none can, the failed plan to the first.
 
     Where a configuration touches the box, another one with the same pose of the hand will do. The motion keeps the clearance; if
-    there is no way that does, it only does not touch.
+    there is no way that does, it only does not touch. From deep in the box it leads back along the trail.
     """
     failed = []
     for number, goal in enumerate(goals):
@@ -37,9 +56,26 @@ def planned(robot: Robot, start: Array, goals: Array, world: World) -> tuple[Pla
         if plan.status == PlanStatus.GOAL_IN_COLLISION:
             plan = _plan(robot, start, robot.forward_kinematics(goal), world)
         if plan:
-            return plan, plan.trajectory(velocity=_VELOCITY, acceleration=_ACCELERATION), number
+            return Way(plan, plan.trajectory(velocity=_VELOCITY, acceleration=_ACCELERATION), number)
         failed.append(plan)
-    return failed[0], None, 0
+    if failed[0].status == PlanStatus.START_IN_COLLISION and (last := _last_free(robot, start, trail, world)) is not None:
+        back = np.concatenate([start[None], trail[last:][::-1]])
+        return Way(failed[0], robot.trajectory(back, velocity=_VELOCITY, acceleration=_ACCELERATION), kept=last + 1)
+    return Way(failed[0], None)
+
+
+def _last_free(robot: Robot, start: Array, trail: Array, world: World) -> int | None:
+    """The number of the trail's last configuration that touches nothing; None if there is none, or if the way back leads deeper.
+
+    The trail: shape (n, n_dof). The way is looked at in the middle of its steps too.
+    """
+    free = np.flatnonzero(np.logical_not(robot.in_collision(trail, world)))
+    if not len(free):
+        return None
+    back = np.concatenate([start[None], trail[free[-1] :][::-1]])
+    looked_at = np.concatenate([back, (back[1:] + back[:-1]) / 2])
+    distances = robot.signed_distance(looked_at, world, self_collision=False)
+    return int(free[-1]) if distances.min() >= distances[0] - _DEEPER else None
 
 
 def _plan(robot: Robot, start: Array, goal: Array, world: World) -> Plan:
@@ -81,10 +117,18 @@ class Around:
         self._time = 0.0
         self._box: Array | None = None  # where it was when the motion was last found to be free
         self._placed: Array | None = None
+        self._trail: deque[Array] = deque(maxlen=_MOST_OF_TRAIL)
+        self._backs = False
+
+    def passed(self, q: Array) -> None:
+        """Note where the arm is, by whatever means it came there: it leaves the box the way it came if there is no other."""
+        if not self._backs and (not self._trail or np.abs(q - self._trail[-1]).max() > _TRAIL_STEP):
+            self._trail.append(q)
 
     def begin(self) -> None:
         """Plan anew, from wherever the arm is."""
         self.plan = self._motion = self._box = self._placed = None
+        self._backs = False
 
     def advance(self, q: Array, seconds: float, corners: Array) -> Array:
         """Where the arm is after a time [s], shape (n_dof,): on its way, or where it was if there is no way.
@@ -101,7 +145,8 @@ class Around:
         self._time += seconds
         q = self._motion.at(self._time).q
         if self._time >= self._motion.duration:
-            self.corner, self._box, self._motion = (self.corner + 1) % len(corners), None, None
+            self.corner = (self.corner + (not self._backs)) % len(corners)
+            self._box, self._motion, self._backs = None, None, False
         return self._keep(q)
 
     @property
@@ -112,6 +157,8 @@ class Around:
         if self.plan:
             how = "certified free" if self.plan.certified else "free at samples"
             return f"a way {'away from the box, and then' if self.plan.escaped else 'round the box,'} {how}"
+        if self._backs:
+            return "the arm is in the box, and leaves it the way it came"
         if self.plan.status == PlanStatus.START_IN_COLLISION:
             return "the arm is in the box: move the box away"
         if isinstance(self.plan.reason.data, Report):
@@ -124,12 +171,15 @@ class Around:
         if self._motion is not None and self._ask(NAME, is_free, robot, self._motion, self._time, world):
             self._box = box
             return
-        found = self._ask(NAME, planned, robot, q, np.roll(corners, -self.corner, axis=0), world)
+        trail = np.array(self._trail).reshape(-1, robot.n_dof)
+        found = self._ask(NAME, planned, robot, q, np.roll(corners, -self.corner, axis=0), world, trail)
         if found is None:
             self._motion = None
             return
-        self.plan, self._motion, number = found
-        self.corner = (self.corner + number) % len(corners)
+        self.plan, self._motion, self._backs = found.plan, found.motion, found.kept is not None
+        if found.kept is not None:
+            self._trail = deque(trail[: found.kept], _MOST_OF_TRAIL)
+        self.corner = (self.corner + found.number) % len(corners)
         self._box, self._time = box, 0.0
 
     def _keep(self, q: Array) -> Array:

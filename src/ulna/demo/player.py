@@ -57,6 +57,7 @@ class Player:
         """Move the arm to q, shape (n_dof,)."""
         with self.lock:
             self.q = q
+            self.around.passed(q)
             self.screen.draw_arm(q)
             self.check()
 
