@@ -41,7 +41,9 @@ def test_the_ghost_is_the_arm_at_the_goal_and_the_arm_stays(view, plans, panda):
     assert_drawn_at(shown, panda, goal)
     assert all(node.visible and node.color == GREEN and 0 < node.opacity < 1 for node in shown.ghost._nodes.values())
     assert np.allclose([frame.position for frame in view.arm.frames], panda.link_poses(panda.home)[:, :3, 3], atol=1e-5)
-    shown = plans(lambda planning: planning.turn(on=False) or setattr(planning, "shown", shown.planning.shown))
+    with view.session.lock:
+        shown.planning.turn(on=False)
+        shown.show()
     assert not any(node.visible for node in shown.ghost._nodes.values())
 
 

@@ -53,8 +53,11 @@ def planned(
     """A motion from a configuration to a pose of a link, shape (4, 4), or to a configuration, shape (n_dof,)."""
     plan = robot.plan(start, goal, world, link=link if goal.ndim == 2 else None, held=held, time_limit=_LONGEST_SEARCH)
     if not plan:
-        end = goal if goal.ndim == 1 else robot.inverse_kinematics(goal, start, link=link, held=held).q
-        return Planned(plan, None, np.empty((0, 3)), end)
+        if goal.ndim == 1:
+            return Planned(plan, None, np.empty((0, 3)), goal)
+        of = plan.reason.data  # where the goal is out of reach, what is nearest to it: the sentence says how near
+        near = of if isinstance(of, IKResult) else robot.inverse_kinematics(goal, start, link=link, held=held)
+        return Planned(plan, None, np.empty((0, 3)), near.q)
     most = robot.velocity_limits
     velocity = np.where((most > 0) & (most < np.inf), most, _VELOCITY)
     motion = plan.trajectory(velocity=velocity, acceleration=_ACCELERATION, jerk=jerk)
