@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
-from browser import camera_of, project, wait_to_see
+from browser import around, camera_of, pixels, project, wait_to_see
 from ulna.viewer.map_view import MapView
 from ulna.viewer.session.voxels import AXES
 
@@ -115,7 +115,11 @@ def test_a_voxel_is_clicked_on_the_page(view, open_page):
     camera = camera_of(page, view.page.server)
     eye = np.array(camera.position)
     target = view.shown[np.argmin(np.linalg.norm(view.voxels.centres[view.shown] - eye, axis=1))]
-    page.mouse.click(*project(camera, view.voxels.centres[target]))
+    place = project(camera, view.voxels.centres[target])
+    wait_to_see(page, lambda: around(pixels(page), place, 40).min() < 200, "the voxels")
+    seen = around(pixels(page), place, 2).reshape(-1, 3)
+    assert np.abs(seen - view.voxels.colors[target]).max(axis=1).min() <= 12  # the colour that the bar says
+    page.mouse.click(*place)
     wait_to_see(page, lambda: view.result is not None, "the solutions of a voxel")
     ray = view.voxels.centres[target] - eye
     assert view.chosen == view.voxels.on_ray(eye, ray, view.shown)

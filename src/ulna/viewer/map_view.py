@@ -50,7 +50,9 @@ class MapView:
         self._add_panel(server.gui)
         size = _FILL * self.voxels.size
         none = np.zeros((0, 3))
-        self._cloud = server.scene.add_point_cloud(_CLOUD, none, none.astype(np.uint8), point_size=size, point_shape="square")
+        self._cloud = server.scene.add_point_cloud(
+            _CLOUD, none, none.astype(np.uint8), point_size=size, point_shape="square", point_shading="flat"
+        )  # shaded, the colours would not be those of the bar
         self._mark = server.scene.add_box(
             f"{_CLOUD}_mark",
             (255, 255, 255),
