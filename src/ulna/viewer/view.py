@@ -64,7 +64,7 @@ class View:
 
     def _build(self) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
-        self._first = robot
+        self._first = self._told = robot
         self.arm = Arm(server, robot)
         self.arm.move_to(session.q)
         extent = self.arm.extent
@@ -217,12 +217,8 @@ class View:
         self.arm.mark_touching(report.touching if report is not None else ())
         self.clearance.show(session.clearance)
         self.allow.visible = bool(session.own_contacts)
-        if session.robot is not self._first:
-            more = [pair for pair in session.robot.allowed_collisions if pair not in self._first.allowed_collisions]
-            names = [(pair.link_a, pair.link_b) for pair in more]
-            words = "These links may touch: " + ", ".join(" and ".join(pair) for pair in names)
-            self.allowed.content = copyable(words, "Copy for a program", f"robot.with_allowed_collisions({names})")
-        self.allowed.visible = session.robot is not self._first
+        if session.robot is not self._told:
+            self._tell_allowed(session.robot)
         self.obstacles.show({pair.name_b for pair in hits if pair.link_b is None})
         self.ellipsoid.show()
         self.floor.show()
@@ -246,6 +242,15 @@ class View:
             self._use(after)
             self.obstacles.history.add_acts(partial(self._use, before), partial(self._use, after))
         self._happened()
+
+    def _tell_allowed(self, robot: Robot) -> None:
+        """Show which pairs were allowed on the page."""
+        self._told, self.allowed.visible = robot, robot is not self._first
+        if self.allowed.visible:
+            known = self._first.allowed_collisions
+            names = [(pair.link_a, pair.link_b) for pair in robot.allowed_collisions if pair not in known]
+            words = "These links may touch: " + ", ".join(" and ".join(pair) for pair in names)
+            self.allowed.content = copyable(words, "Copy for a program", f"robot.with_allowed_collisions({names})")
 
     def _use(self, robot: Robot) -> tuple[str, ...]:
         self.session.use(robot)
