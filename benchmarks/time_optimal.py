@@ -37,6 +37,7 @@ def of_ulna(spline: CubicSpline) -> tuple[float, float]:
     steps, slopes = np.diff(s), np.ascontiguousarray(spline(s, 1))
     bends = np.diff(slopes, axis=0) / steps[:, None]
     fastest = ((VELOCITY / np.abs(slopes)).min(axis=1)) ** 2
+    fastest = np.append(fastest, 0.0)
     limits, borders = np.full(N_JOINTS, ACCELERATION), np.array([0, INTERVALS])
     x, u, times = np.zeros(INTERVALS + 1), np.zeros(INTERVALS), np.zeros(INTERVALS + 1)
     starts, ends = slopes[:-1].copy(), slopes[1:].copy()

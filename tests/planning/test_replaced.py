@@ -64,22 +64,33 @@ def test_a_replaced_motion_can_be_replaced_and_slowed(panda):
     assert third.slowed(0.5).check()
 
 
-def test_it_touches_nothing_in_the_world_of_the_plan_or_is_refused(panda, world):
+@pytest.mark.parametrize("options", [FRANKA, SLOW, SUDDEN])
+def test_beside_obstacles_it_touches_nothing_and_brakes_along_its_own_path_where_straight_on_is_not_free(panda, world, options):
     left, right = ends(panda)
-    old = panda.plan(left, right, world).trajectory(**FRANKA)
-    free = refused = 0
-    for share in np.linspace(0.05, 0.95, 19):
+    old = panda.plan(left, right, world).trajectory(**options)
+    stops = 0
+    for share in np.linspace(0.02, 0.98, 21):
         t = float(share * old.duration)
         plan = panda.plan(old.at(t).q, left if share > 0.3 else right, world)
-        try:
-            new = old.replace(plan, at=t)
-        except InputError:
-            refused += 1
-            continue
-        free += 1
+        new = old.replace(plan, at=t)
+        judge(old, new, t)
+        assert np.allclose(new.q[-1], plan.path[-1], atol=1e-9)
         assert not panda.in_collision(new.at(np.linspace(t, new.duration, 5001)).q, world).any()
         assert new.is_free(world, since=t)
-    assert free > refused > 0
+        stops += new.stops
+    assert stops > 0
+
+
+def test_where_its_own_path_is_not_free_either_it_is_refused(panda):
+    left, right = ends(panda)
+    old = panda.plan(left, right).trajectory(**FRANKA)
+    t = 0.5 * old.duration
+    world = ulna.World()
+    world.add("new", ulna.Sphere(0.05), panda.forward_kinematics(old.at(t + 0.25).q))
+    plan = panda.plan(old.at(t).q, left, world)
+    assert plan
+    with pytest.raises(InputError, match=r"plan: .*no way straight on, or along its own path"):
+        old.replace(plan, at=t)
 
 
 def test_what_cannot_be_replaced_is_refused_by_name(panda, world):

@@ -54,6 +54,11 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
         raise InputError("motion", f"it moves {len(motion.joint_names)} joints, and the {model.name} has {model.n_dof}")
     if motion.duration > 0.0 and not motion.limits_jerk:
         raise InputError("motion", "its acceleration jumps, and the arm would abort it; plan.trajectory(jerk=...) limits that")
+    if motion.end_velocities.any():
+        raise InputError(
+            "motion",
+            "it moves at its start or at its end, and the arm is at rest there; leave out start_velocity and end_velocity",
+        )
     away = np.abs(motion.q[0] - q)
     joint = int(np.argmax(away))
     if not away[joint] <= tolerance:

@@ -10,10 +10,10 @@ from ulna.kernels.planning.time_optimal import write_bounds, write_controllable,
 
 @entry((MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS, INDICES, NUMBERS, NUMBERS, NUMBERS))
 def time_sections(slopes, ends, bends, steps, acceleration, ceilings, borders, x, u, times):
-    """Time each section of a path, from x at its first grid point to rest (``kernels.planning.time_optimal``).
+    """Time each section of a path, from x at its first grid point to the ceiling at its last (``kernels.planning.time_optimal``).
 
-    slopes, ends, bends: (N, n_dof); steps: (N,); acceleration: (n_dof,); ceilings: (N + 1,); borders: the first grid point of
-    each section, and the last of all; x: (N + 1,), u: (N,), times: (N + 1,).
+    slopes, ends, bends: (N, n_dof); steps: (N,); acceleration: (n_dof,); ceilings: (N + 1,), 0 where the motion rests; borders:
+    the first grid point of each section, and the last of all; x: (N + 1,), u: (N,), times: (N + 1,).
     """
     n = acceleration.shape[0]
     beta, bounds = np.empty(x.shape[0]), np.empty(4 * slopes.size)

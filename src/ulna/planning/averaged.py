@@ -19,7 +19,18 @@ from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
 from ulna.planning.blend import ON_PATH, Beside, Grid, IsFree, directions_and_turns, free_cuts, rounded
-from ulna.planning.timing import Limits, Moment, Profile, TimedPath, along_lines, fastest, fastest_and_coasting, grid_of
+from ulna.planning.timing import (
+    AT_REST,
+    Limits,
+    Moment,
+    Profile,
+    Speeds,
+    TimedPath,
+    along_lines,
+    fastest,
+    fastest_and_coasting,
+    grid_of,
+)
 
 Array = NDArray[np.float64]
 _LEAST_WINDOW = 1e-4  # [s]: of a shorter one the differences are rounding
@@ -30,6 +41,7 @@ _SHORT = 0.02  # of the duration: with a shorter window no slower motion is trie
 _MOST_SHARES = 30  # of the acceleration, of which one leaves the path by little enough
 _MOST_EXPECTED = 1e-4  # [rad or m] beside the path, for which the corners' chords are widened
 _FASTER = 1.25  # than on a line: by the length of the edges, a parabola is passed faster
+_MOST_TRIES = 12  # of a window that depends on the path, which depends on the window
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
 
 
@@ -61,7 +73,7 @@ class Averaged:
     """The mean of a motion over the time from t to t + window.
 
     Attributes:
-        base: The motion; it rests for the window at its start, at each stop and at its end.
+        base: The motion; for the window it rests at each stop, and goes straight on at its speed at its start and at its end.
         window: [s].
     """
 
@@ -114,7 +126,9 @@ class Averaged:
         area = (sums[k] - sums[i]) + (lost[k] - lost[i]) + (self._area(k, until - times[k]) - self._area(i, t - times[i]))
         before, behind = self.base.at(t), self.base.at(until)
         area -= ((until - t) - self.window)[..., None] * (behind.q - self.base.grid.starts[0])  # what rounding t + window added
-        q = np.where((t >= self.duration)[..., None], behind.q, self.base.grid.starts[0] + area / self.window)
+        q = self.base.grid.starts[0] + area / self.window
+        if self.base.profile.speeds[-1] == 0.0:
+            q = np.where((t >= self.duration)[..., None], behind.q, q)
         return Moment(q, *((late - early) / self.window for early, late in zip(before[:3], behind[:3], strict=True)))
 
     def edges_since(self, t: float) -> tuple[Array, Array]:
@@ -190,24 +204,29 @@ class Averaged:
 
 
 def timed_path(
-    path: Array, lengths: Array, blend: float, limits: Limits, is_free: IsFree, within: float = math.inf
-) -> TimedPath | Averaged:
+    path: Array, lengths: Array, blend: float, limits: Limits, is_free: IsFree, within: float = math.inf, speeds: Speeds = AT_REST
+) -> TimedPath | Averaged | None:
     """The fastest motion along a path, shape (n, n_dof), n >= 2, whose corners are rounded where that is free (``blend``).
 
+    None if the speeds at its ends cannot be had within the limits; from rest to rest there always is one.
     lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes; within: how far the motion may
     leave the path in each entry of q [rad or m]. A parabola leaves it by at most half of that, and the mean leaves the parabola
     by at most the other half.
     """
     velocity, acceleration, jerk = limits
     if jerk is None:
-        return fastest(grid_of(rounded(path, lengths, free_cuts(path, lengths, blend, is_free, within))), velocity, acceleration)
+        pieces = rounded(path, lengths, free_cuts(path, lengths, blend, is_free, within))
+        return fastest(grid_of(pieces), velocity, acceleration, speeds)
     beside = _expected(path, lengths, velocity, acceleration, jerk)
     cuts = free_cuts(path, lengths, blend, is_free, 0.5 * within, beside)
     if np.count_nonzero(cuts) < np.count_nonzero(directions_and_turns(path, lengths)[1]):
         beside, cuts = ON_PATH, free_cuts(path, lengths, blend, is_free, 0.5 * within)
     halvings = np.zeros(len(cuts), dtype=int)
-    while cuts.any():
-        motion = _near(rounded(path, lengths, cuts), velocity, acceleration, jerk, 0.5 * within)
+    moves = speeds != AT_REST
+    while cuts.any() or moves:
+        motion = _near(rounded(path, lengths, cuts), velocity, acceleration, jerk, 0.5 * within, speeds)
+        if motion is None and moves:
+            return None
         if motion is None:
             cuts[:] = 0.0
             break
@@ -234,33 +253,33 @@ def _expected(path: Array, lengths: Array, velocity: Array, acceleration: Array,
     return Beside(by, 0.5 * window * _FASTER * float(speeds.max()))
 
 
-def _near(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float) -> Averaged | None:
+def _near(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds) -> Averaged | None:
     """The mean that leaves the pieces by no more than ``within``, with as much acceleration as that allows; None if none does."""
     share = 1.0
     for _ in range(_MOST_SHARES):
-        motion = _averaged(pieces, velocity, share * acceleration, jerk)
-        if motion.leaves_by <= within:
+        motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds)
+        if motion is None or motion.leaves_by <= within:
             return motion
         share *= min(0.95, max(0.5, (within / motion.leaves_by) ** (1 / 3)))  # the window grows with the acceleration
     return None
 
 
-def _averaged(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array) -> Averaged:
+def _averaged(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds) -> Averaged | None:
     """The mean of the fastest motion along pieces over the least time that keeps the limits of jerk, or of a slower one.
 
     With less acceleration the window is shorter. A motion that goes from speeding up to slowing down at once needs a window twice
     as long as one whose speed is constant for a moment between.
     """
-    grid = grid_of(pieces)
-    best = _with_share(grid, velocity, acceleration, jerk)
+    grid, find = grid_of(pieces), _with_share if speeds == AT_REST else _moving
+    best = find(grid, velocity, acceleration, jerk, speeds)
     for share in _SHARES:
-        if best.window < _SHORT * best.duration:
+        if best is not None and best.window < _SHORT * best.duration:
             break
-        slower = _with_share(grid, velocity, share * acceleration, jerk)
-        if slower.duration >= best.duration:
+        slower = find(grid, velocity, share * acceleration, jerk, speeds)
+        if slower is None or (best is not None and slower.duration >= best.duration):
             break
         best = slower
-    return Averaged(with_pauses(best.motion, best.window), best.window)
+    return None if best is None else Averaged(with_pauses(best.motion, best.window, speeds.end), best.window)
 
 
 class _Candidate(NamedTuple):
@@ -275,11 +294,43 @@ class _Candidate(NamedTuple):
         return float(self.motion.times[-1]) + self.window * (len(self.motion.grid.borders) - 1)
 
 
-def _with_share(grid: Grid, velocity: Array, acceleration: Array, jerk: Array) -> _Candidate:
-    """The better of the fastest motion and one with coasts."""
-    motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()))
-    candidates = [_Candidate(motion, least_window_of(motion, jerk)) for motion in motions]
-    return min(candidates, key=lambda candidate: candidate.duration)
+def _with_share(
+    grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, least: float = _LEAST_WINDOW
+) -> _Candidate | None:
+    """The better of the fastest motion and one with coasts; None if the speeds at the ends cannot be had."""
+    motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()), speeds)
+    candidates = [_Candidate(motion, least_window_of(motion, jerk, least)) for motion in motions]
+    return min(candidates, key=lambda candidate: candidate.duration, default=None)
+
+
+def _moving(grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds) -> _Candidate | None:
+    """The same of a motion that moves at an end: its base has gone straight on there for half the window.
+
+    So the mean begins where the path does. How much of the path that is depends on the window, and the window on the path that
+    is left.
+    """
+    window = _LEAST_WINDOW
+    for _ in range(_MOST_TRIES):
+        left = _without_ends(grid, 0.5 * window * speeds.start, 0.5 * window * speeds.end)
+        found = None if left is None else _with_share(left, velocity, acceleration, jerk, speeds, window)
+        if found is None or found.window <= window:
+            return found
+        window = found.window * (1 + 1e-9)
+    return None
+
+
+def _without_ends(grid: Grid, first: float, last: float) -> Grid | None:
+    """The path without so much of its first line and of its last; None if these are not so long."""
+    ends = np.concatenate([[0.0], np.cumsum(grid.steps)])
+    i, k = int(np.searchsorted(ends, first, side="right")) - 1, int(np.searchsorted(ends, ends[-1] - last, side="left"))
+    lines = grid.bends[: i + 1].any(), grid.bends[k - 1 :].any(), grid.borders[1] <= i, grid.borders[-2] >= k
+    if any(lines) or i >= k - 1:
+        return None
+    starts, slopes, bends, steps = (each[i:k].copy() for each in grid[:4])
+    starts[0] += (first - ends[i]) * slopes[0]
+    steps[0] -= first - ends[i]
+    steps[-1] -= ends[k] - (ends[-1] - last)
+    return Grid(starts, slopes, bends, steps, np.clip(grid.borders - i, 0, k - i))
 
 
 def least_window_of(motion: TimedPath, jerk: Array, least: float = _LEAST_WINDOW) -> float:
@@ -300,16 +351,25 @@ def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
     return np.minimum(first, last), np.maximum(first, last)
 
 
-def with_pauses(motion: TimedPath, pause: float) -> TimedPath:
-    """The motion with a rest of so long [s] at its start, at each stop and at its end."""
+def with_pauses(motion: TimedPath, pause: float, end: float = 0.0) -> TimedPath:
+    """The motion with a rest of so long [s] at each stop, and straight on at its speed before its start and behind its end.
+
+    end: the speed at its end, ds/dt.
+    """
     grid, profile = motion
-    q = np.vstack([grid.starts, motion.at(motion.times[-1:]).q])[grid.borders]
-    zeros = np.zeros_like(q)
+    last = motion.at(motion.times[-1:])
+    q, zeros = np.vstack([grid.starts, last.q])[grid.borders], np.zeros((len(grid.borders), grid.starts.shape[1]))
+    slopes, speeds = zeros.copy(), np.zeros(len(grid.borders))
+    speeds[0], speeds[-1] = profile.speeds[0], end
+    slopes[0], slopes[-1] = grid.slopes[0] * (speeds[0] > 0.0), grid.slopes[-1] * (end > 0.0)
+    q[0] -= pause * speeds[0] * slopes[0]
 
     def with_rests(rows: Array, at_rest: Array | float) -> Array:
         return np.insert(rows, grid.borders, at_rest, axis=0)
 
     borders = grid.borders + np.arange(len(grid.borders))
-    path = with_rests(grid.starts, q), with_rests(grid.slopes, zeros), with_rests(grid.bends, zeros), with_rests(grid.steps, 0.0)
+    path = with_rests(grid.starts, q), with_rests(grid.slopes, slopes), with_rests(grid.bends, zeros)
+    steps = with_rests(grid.steps, pause * speeds)
     times = np.concatenate([[0.0], np.cumsum(with_rests(np.diff(profile.times), pause))])
-    return TimedPath(Grid(*path, borders), Profile(times, *(with_rests(rows, 0.0) for rows in profile[1:])))
+    rates = (with_rests(rows, 0.0) for rows in profile[2:])
+    return TimedPath(Grid(*path, steps, borders), Profile(times, with_rests(profile.speeds, speeds), *rates))

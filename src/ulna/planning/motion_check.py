@@ -66,9 +66,10 @@ class MotionCheck:
         )
 
 
-def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence[str]) -> MotionCheck:
-    """The check of samples; before the first and after the last the arm rests, as a controller supposes."""
-    q = np.concatenate([np.repeat(samples.q[:1], 3, axis=0), samples.q, np.repeat(samples.q[-1:], 3, axis=0)])
+def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence[str], ends: Array) -> MotionCheck:
+    """The check of samples; before the first and after the last the arm has the velocities ``ends``, shape (2, n_dof)."""
+    steps = period * np.arange(1.0, 4.0)[:, None]
+    q = np.concatenate([samples.q[0] - steps[::-1] * ends[0], samples.q, samples.q[-1] + steps * ends[1]])
     within, worst = True, (-1.0, "", "", 0.0, 0.0, 0.0)
     differences = q
     for order, quantity in enumerate(_QUANTITIES, start=1):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,9 @@ from ulna.errors import InputError
 from ulna.ik.followed_path import FollowedPath
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.kinematics.tree import entry_names
-from ulna.planning.averaged import timed_path
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import as_motion_limits
+from ulna.planning.moving_ends import as_ends, with_ends
 from ulna.planning.space import make_space
 from ulna.planning.trajectory import Trajectory, make_trajectory, resting
 
@@ -24,12 +25,13 @@ Array = NDArray[np.float64]
 _APART = 1e-9  # [rad or m]: nearer points count as one
 _STRAIGHT = 1e-12  # of the directions of two edges: no corner
 Given = tuple[ArrayLike | None, ArrayLike | None, ArrayLike | None, str | Path | None]
+Velocities = tuple[ArrayLike | None, ArrayLike | None]
 
 
 def path_trajectory(
-    q_path: ArrayLike | FollowedPath, checker: Checker, world: World | None, within: float, given: Given
+    q_path: ArrayLike | FollowedPath, checker: Checker, world: World | None, within: float, given: Given, velocities: Velocities
 ) -> Trajectory:
-    """See ``Robot.trajectory``. given: velocity, acceleration, jerk and limits."""
+    """See ``Robot.trajectory``. given: velocity, acceleration, jerk and limits; velocities: at the start and at the end."""
     within = as_number("within", within, 0.0, "a distance [rad or m] above 0", above=True)
     refuse_no_world(world)
     tree, points = checker.tree, _points(q_path, checker)
@@ -38,12 +40,13 @@ def path_trajectory(
     space = make_space(tree, points, np.zeros(tree.n_dof, dtype=bool))
     motion = Motion(space, checker, None if world is None else world.snapshot(), 0.0)
     is_free = _anything if world is None else motion.is_free
-    if len(points) == 1:
+    ends = as_ends(*velocities, limits, names)
+    if len(points) == 1 and not np.any(ends):
         free = world is not None and is_free(np.repeat(points, 2, axis=0), np.zeros_like(points))
         return resting(points[0], names, certified=free, motion=motion, limits=limits)
-    timed = timed_path(points, np.linalg.norm(np.diff(points, axis=0), axis=1), np.inf, limits, is_free, within)
+    timed = with_ends(points, ends, np.inf, limits, is_free, partial(np.linalg.norm, axis=-1), within)
     free = world is not None and is_free(*timed.edges_since(0.0))
-    return make_trajectory(timed, names, certified=free, motion=motion, limits=limits)
+    return make_trajectory(timed, names, certified=free, motion=motion, limits=limits, ends=ends)
 
 
 def _anything(_points: Array, _spreads: Array) -> bool:

@@ -15,9 +15,9 @@ from ulna.description.arrays import as_count, as_floats, as_number
 from ulna.errors import InputError
 from ulna.ik.reason import NO_REASON, Reason
 from ulna.kinematics.tree import Tree, entry_names
-from ulna.planning.averaged import timed_path
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import as_motion_limits
+from ulna.planning.moving_ends import as_ends, with_ends
 from ulna.planning.search import Effort, Search
 from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
 from ulna.planning.trajectory import Trajectory, make_trajectory, resting
@@ -171,6 +171,8 @@ class Plan:
         blend: float = 0.1,
         jerk: ArrayLike | None = None,
         limits: str | Path | None = None,
+        start_velocity: ArrayLike | None = None,
+        end_velocity: ArrayLike | None = None,
     ) -> Trajectory:
         """The path with times: the fastest motion along it within limits, by TOPP-RA (Pham and Pham 2018).
 
@@ -186,12 +188,17 @@ class Plan:
                 controller refuses jumps of the acceleration, as a Franka's does, needs it.
             limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it: the limits that are
                 not given as numbers (docs/planning.md names the arms and the sources).
+            start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), where the acceleration is 0; at rest unless
+                given. Where it is not along the first edge, the motion goes straight on as far as it needs, and from there to the
+                second point of the path; all of that is certified.
+            end_velocity: The same at the end.
 
         Returns:
             A ``Trajectory``: times, q, qd, qdd, and ``at(t)``.
 
         Raises:
-            InputError: There is no path, no acceleration is given, or a limit is not above 0.
+            InputError: There is no path, no acceleration is given, or a limit is not above 0; or a velocity at an end is beyond
+                its limit, or no way from it into the path is within the limits and certified free.
             UnknownNameError: There is no such set of limits.
             FileError: The file of limits cannot be read.
             DescriptionError: The file is none of limits.
@@ -202,10 +209,12 @@ class Plan:
         tree = self._motion.checker.tree
         names = tuple(entry_names(tree))
         kept = as_motion_limits(names, tree.velocity_limits, velocity, acceleration, jerk, limits)
-        if len(self.path) == 1:
+        ends = as_ends(start_velocity, end_velocity, kept, names)
+        if len(self.path) == 1 and not np.any(ends):
             return resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept)
-        timed = timed_path(self.path, np.diff(self._lengths), blend, kept, self._motion.is_free)
-        return make_trajectory(timed, names, certified=self.certified and not self.escaped, motion=self._motion, limits=kept)
+        timed = with_ends(self.path, ends, blend, kept, self._motion.is_free, self._motion.space.lengths)
+        certified = self.certified and not self.escaped
+        return make_trajectory(timed, names, certified=certified, motion=self._motion, limits=kept, ends=ends)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
         """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).

@@ -3,11 +3,15 @@
 A motion within limits of jerk is a mean over a time w of one within limits of acceleration, its base. Up to a time t it depends
 on its base up to t + w alone. So the base is cut there, and goes on along a new path with the velocity that it has: the
 acceleration of a base may jump, and its mean is as smooth after t as before.
+
+It goes straight on, for the distance that it needs, and turns from there into the new path. Where that is not free it brakes to a
+stop along its own path, and goes from there into the new one, by way of its start if need be.
 """
 
 from __future__ import annotations
 
-from itertools import product
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +19,15 @@ from numpy.typing import NDArray
 from ulna.errors import InputError
 from ulna.planning.averaged import Averaged, least_window_of, with_pauses
 from ulna.planning.blend import Grid, IsFree, free_cuts, rounded
-from ulna.planning.timing import N_PHASES, Limits, Profile, TimedPath, fastest_from, grid_of
+from ulna.planning.moving_ends import STRAIGHT_ON, stopping_distance, without_equal
+from ulna.planning.timing import N_PHASES, Limits, Profile, Speeds, TimedPath, fastest, grid_of
 
 Array = NDArray[np.float64]
 _BLEND = 0.1  # [rad]: of a corner of the plan, as that of a trajectory
 _STANDS = 1e-9  # [1/s]: a speed below it is none
 _SHARES = 1.0, 0.7, 0.5, 0.35, 0.2  # of the acceleration
-_STRAIGHT_ON = 1.02, 1.5, 2.5, 4.0  # of the distance in which the motion would stop
+_ALONG_ITS_OWN = 1.02, 2.0, 4.0  # of the distance in which a motion straight on would stop
+_ON_LIMIT = 1 + 5e-10  # of the acceleration: a motion that is at its limit is within it by rounding
 _PARTS = 64  # of each phase: a mean over part of a long interval is the small difference of large areas
 _ROUNDED = 1 + 1e-6  # of the window, which is as much longer than the limits of jerk need
 
@@ -33,24 +39,128 @@ def replaced(timed: TimedPath | Averaged, path: Array, at: float, limits: Limits
         InputError: The motion stops at corners, and the time is not at a stop; or no way into the path is free.
     """
     base, window = _base_of(timed, at)
-    begin = base.at(np.array(at + window))
-    speed = float(np.linalg.norm(begin.qd))
-    for share, more in product(_SHARES, _STRAIGHT_ON):
-        if speed > _STANDS:
-            along = begin.qd / speed
-            stop = 0.5 * speed**2 * float((np.abs(along) / (share * limits.acceleration)).max())
-            ahead = more * stop + speed * window  # the acceleration does not change twice within the window
-            points, blend = np.vstack([begin.q, begin.q + ahead * along, path[1:]]), max(_BLEND, ahead)
-        else:
-            speed, points, blend = 0.0, np.vstack([begin.q, path[1:]]), _BLEND
-        motion = _with_path(base, window, at, _without_equal(points), blend, speed, share, limits, is_free)
-        if motion is not None and is_free(*motion.edges_since(at)):
-            return motion
+    stops: list[tuple[TimedPath, list[Grid]]] | None = None
+    for share in _SHARES:
+        for way in _straight_on(base, at + window, path, window, share * limits.acceleration, is_free):
+            motion = _going_on(base, window, at, way, share, limits)
+            if motion is not None and is_free(*motion.edges_since(at)):
+                return motion
+        stops = list(_stops(base, window, at, path, limits, is_free)) if stops is None else stops
+        for stopped, grids in stops:
+            for grid in grids:
+                motion = _going_on(stopped, window, float(stopped.times[-1]) - window, _Way(grid, 0.0), share, limits)
+                if motion is not None and is_free(*motion.edges_since(at)):
+                    return motion
     raise InputError(
         "plan",
-        f"at {at:.6g} s the motion cannot go over into it: no way straight on and from there into its path is within the limits "
-        "and certified free; plan from another time",
+        f"at {at:.6g} s the motion cannot go over into it: no way straight on, or along its own path, and from there into the "
+        "plan's path is within the limits and certified free; plan from another time",
     )
+
+
+class _Way(NamedTuple):
+    """How a base may go on."""
+
+    grid: Grid
+    speed: float
+    """At its start, ds/dt."""
+    slow: int = 0
+    """How many intervals of it are passed no faster than that."""
+
+
+def _straight_on(
+    base: TimedPath, time: float, path: Array, window: float, acceleration: Array, is_free: IsFree
+) -> Iterator[_Way]:
+    """The ways from a base at a time straight on and into a path."""
+    begin = base.at(np.array(time))
+    speed = float(np.linalg.norm(begin.qd))
+    for more in STRAIGHT_ON if speed > _STANDS else ():
+        along = begin.qd / speed
+        # the acceleration does not change twice within the window
+        ahead = more * stopping_distance(along, speed, acceleration) + speed * window
+        points = [begin.q, begin.q + ahead * along, *path[1:]]
+        for grid in _along(points, max(_BLEND, ahead), is_free):
+            yield _Way(grid, speed, int(np.argmax(np.append(grid.bends.any(axis=1), True))))  # up to the first parabola
+    if speed <= _STANDS:
+        yield from (_Way(grid, 0.0) for grid in _along([begin.q, *path[1:]], _BLEND, is_free))
+
+
+def _along(points: list[Array], blend: float, is_free: IsFree) -> list[Grid]:
+    """The path along points whose corners are rounded where that is free; none if they are equal."""
+    path = without_equal(np.stack(points))
+    if len(path) == 1:
+        return []
+    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    return [grid_of(rounded(path, lengths, free_cuts(path, lengths, blend, is_free)))]
+
+
+def _stops(
+    base: TimedPath, window: float, at: float, path: Array, limits: Limits, is_free: IsFree
+) -> Iterator[tuple[TimedPath, list[Grid]]]:
+    """The bases that brake along their own path and rest, and the ways from there into a path: the last goes back."""
+    begin = base.at(np.array(at + window))
+    speed = float(np.linalg.norm(begin.qd))
+    if speed <= _STANDS:
+        return
+    left, rate = _left_of(base, at + window)
+    for more in _ALONG_ITS_OWN:
+        for share in (_ON_LIMIT, *_SHARES[1:]):
+            stop = stopping_distance(begin.qd / speed, speed, share * limits.acceleration) + speed * window
+            braking = _up_to(left, more * stop * rate / speed)
+            stopped = _going_on(base, window, at, _Way(braking, rate, len(braking.steps)), share, limits)
+            if stopped is not None:
+                joined = stopped.base if isinstance(stopped, Averaged) else stopped
+                back = _backwards(_left_of(joined, at + 0.5 * window)[0])
+                end = joined.at(joined.times[-1:]).q[0]
+                ways = [*_along([end, *path[1:]], _BLEND, is_free), *_along([end, *path], _BLEND, is_free)]
+                ways += [_joined_grids(back, grid) for grid in _along([_end_of(back), *path], 0.0, is_free)]
+                yield joined, ways
+                break
+
+
+def _left_of(motion: TimedPath, time: float) -> tuple[Grid, float]:
+    """What is left of the path from a time to where the motion rests next, and how fast it is passed then, ds/dt."""
+    (starts, slopes, bends, steps, borders), i = motion.grid, int(motion.interval_at(np.array(time)))
+    profile, after = motion.profile, time - motion.times[i]
+    s = (0.5 * profile.accelerations[i] * after + profile.speeds[i]) * after
+    k = int(borders[borders > i][0])
+    rows = [each[i:k].copy() for each in (starts, slopes, bends, steps)]
+    rows[0][0] += s * (slopes[i] + 0.5 * s * bends[i])
+    rows[1][0] += s * bends[i]
+    rows[3][0] -= s
+    moving = rows[3] > 0.0  # nor a rest, nor what rounding leaves of an interval
+    starts, slopes, bends, steps = (each[moving] for each in rows)
+    path = Grid(starts, slopes, bends, steps, np.array([0, len(steps)]))
+    return path, float(profile.speeds[i] + profile.accelerations[i] * after)
+
+
+def _up_to(path: Grid, length: float) -> Grid:
+    """The path up to a length, if it is that long."""
+    ends = np.cumsum(path.steps)
+    n = min(int(np.searchsorted(ends, length)) + 1, len(ends))
+    starts, slopes, bends, steps = (each[:n].copy() for each in path[:4])
+    steps[-1] -= max(ends[n - 1] - length, 0.0)
+    return Grid(starts, slopes, bends, steps, np.array([0, n]))
+
+
+def _backwards(path: Grid) -> Grid:
+    """The path from its end to its start."""
+    starts, slopes, bends, steps, borders = path
+    s = steps[:, None]
+    ends = starts + s * (slopes + 0.5 * s * bends), -(slopes + s * bends)
+    starts, slopes, bends, steps = (np.ascontiguousarray(each[::-1]) for each in (*ends, bends, steps))
+    return Grid(starts, slopes, bends, steps, borders)
+
+
+def _end_of(path: Grid) -> Array:
+    """Where a path ends, shape (n_dof,)."""
+    return path.starts[-1] + path.steps[-1] * (path.slopes[-1] + 0.5 * path.steps[-1] * path.bends[-1])
+
+
+def _joined_grids(first: Grid, then: Grid) -> Grid:
+    """One path and then another, with a stop between them."""
+    starts, slopes, bends, steps = (np.concatenate([early, late]) for early, late in zip(first[:4], then[:4], strict=True))
+    return Grid(starts, slopes, bends, steps, np.concatenate([first.borders[:-1], then.borders + len(first.steps)]))
 
 
 def _base_of(timed: TimedPath | Averaged, at: float) -> tuple[TimedPath, float]:
@@ -79,21 +189,9 @@ def _base_of(timed: TimedPath | Averaged, at: float) -> tuple[TimedPath, float]:
     return with_pauses(TimedPath(base, profile), float(growing)), float(growing)
 
 
-def _without_equal(points: Array) -> Array:
-    """The points without those that equal the one before."""
-    return points[np.concatenate([[True], np.abs(np.diff(points, axis=0)).max(axis=1) > 0.0])]
-
-
-def _with_path(
-    base: TimedPath, window: float, at: float, points: Array, blend: float, speed: float, share: float, limits: Limits,
-    is_free: IsFree,
-) -> TimedPath | Averaged | None:  # fmt: skip
-    """The base up to at + window and then along the points, and its mean; None if it cannot be within the limits."""
-    if len(points) == 1:
-        return None
-    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    cuts = free_cuts(points, lengths, blend, is_free)
-    rest = fastest_from(grid_of(rounded(points, lengths, cuts)), limits.velocity, share * limits.acceleration, speed)
+def _going_on(base: TimedPath, window: float, at: float, way: _Way, share: float, limits: Limits) -> TimedPath | Averaged | None:
+    """The base up to at + window and then along a way, and its mean; None if it cannot be within the limits."""
+    rest = fastest(way.grid, limits.velocity, share * limits.acceleration, Speeds(way.speed, 0.0), way.slow)
     if rest is None:
         return None
     if window == 0.0:

@@ -19,9 +19,9 @@ _NANO = 1_000_000_000
 
 
 def joint_trajectory(
-    at: Callable[[Array], Moment], rests: Array, known: Sequence[str], joint_names: Sequence[str], period: float
+    at: Callable[[Array], Moment], rests: Array, ends: Array, known: Sequence[str], joint_names: Sequence[str], period: float
 ) -> Any:
-    """A trajectory as ``trajectory_msgs/JointTrajectory``; see ``Trajectory.to_ros``."""
+    """A trajectory as ``trajectory_msgs/JointTrajectory``; see ``Trajectory.to_ros``. ends: velocities, shape (2, n_dof)."""
     period = positive("period", period, "a time [s] above 0")
     names = (joint_names,) if isinstance(joint_names, str) else tuple(joint_names)
     for name in names:
@@ -41,6 +41,8 @@ def joint_trajectory(
     t, at_rest = _times(rests, period)
     q, qd, qdd = (values[:, columns] for values in at(t)[:3])
     qd[at_rest] = 0.0  # at rest, not by rounding: a controller of ROS 2 refuses what does not end at rest
+    if len(t) > 1:
+        qd[[0, -1]] = ends[:, columns]
     qdd[at_rest[1:-1]] = 0.0  # neither that before the stop nor that behind it
     points = []
     for seconds, *values in zip(t.tolist(), q.tolist(), qd.tolist(), qdd.tolist(), strict=True):

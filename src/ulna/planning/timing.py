@@ -17,7 +17,7 @@ LEAST_INTERVALS = 8
 MANY_PIECES, FEW_INTERVALS = 200, 1  # of so many pieces each has fewer intervals
 N_PHASES = 7  # of constant jerk, of a line from rest to rest
 _NO_LIMIT = 1e300
-_ROUNDED = 1 + 1e-8  # of (ds/dt)^2 at the start, which is measured
+_ROUNDED = 1 + 1e-8  # of (ds/dt)^2 at the ends, which is measured
 _WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
 
 
@@ -36,6 +36,16 @@ class Limits(NamedTuple):
     velocity: Array
     acceleration: Array
     jerk: Array | None = None
+
+
+class Speeds(NamedTuple):
+    """How fast a path is passed at its start and at its end, ds/dt [1/s]."""
+
+    start: float
+    end: float
+
+
+AT_REST = Speeds(0.0, 0.0)
 
 
 class Profile(NamedTuple):
@@ -117,40 +127,50 @@ def grid_of(pieces: Grid) -> Grid:
     return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, first[pieces.borders])
 
 
-def fastest(grid: Grid, velocity: Array, acceleration: Array) -> TimedPath:
-    """The fastest motion, by TOPP-RA."""
-    return _timed(grid, acceleration, _ceilings(grid, velocity))[0]
+def fastest(grid: Grid, velocity: Array, acceleration: Array, speeds: Speeds = AT_REST, slow: int = 0) -> TimedPath | None:
+    """The fastest motion, by TOPP-RA, which is no faster than at its start in the first ``slow`` intervals.
+
+    None if the speeds at the ends cannot be had within the limits; from rest to rest there always is one.
+    """
+    ceilings = _ceilings(grid, velocity, speeds)
+    if slow:
+        ceilings[: slow + 1] = np.minimum(ceilings[: slow + 1], speeds.start**2)
+    timed, x = _timed(grid, acceleration, ceilings, speeds)
+    return timed if _keeps(speeds, x) else None
 
 
-def fastest_from(grid: Grid, velocity: Array, acceleration: Array, speed: float) -> TimedPath | None:
-    """The fastest motion that begins with a speed ds/dt and is not faster before the first corner; None if it passes a limit."""
-    ceilings = _ceilings(grid, velocity)
-    if speed**2 > ceilings[0] * _ROUNDED:
-        return None
-    if speed > 0.0:
-        line = int(np.argmax(np.append(grid.bends.any(axis=1), True)))  # how many intervals are before the first parabola
-        ceilings[: line + 1] = np.minimum(ceilings[: line + 1], speed**2)
-        ceilings[0] = speed**2
-    timed, x = _timed(grid, acceleration, ceilings, speed)
-    return timed if x[0] == speed**2 else None
+def fastest_and_coasting(
+    grid: Grid, velocity: Array, acceleration: Array, coast: float, speeds: Speeds = AT_REST
+) -> tuple[TimedPath, ...]:
+    """The fastest motion, and the fastest whose speed is constant for about ``coast`` [s] where that of the first has a peak.
 
-
-def fastest_and_coasting(grid: Grid, velocity: Array, acceleration: Array, coast: float) -> tuple[TimedPath, TimedPath]:
-    """The fastest motion, and the fastest whose speed is constant for about ``coast`` [s] where that of the first has a peak."""
-    ceilings = _ceilings(grid, velocity)
-    first, x = _timed(grid, acceleration, ceilings)
+    None, if the speeds at the ends cannot be had within the limits.
+    """
+    ceilings = _ceilings(grid, velocity, speeds)
+    first, x = _timed(grid, acceleration, ceilings, speeds)
+    if not _keeps(speeds, x):
+        return ()
     time_parameterisation.coasts(grid.steps, x, grid.borders, coast, ceilings)
-    return first, _timed(grid, acceleration, ceilings)[0]
+    second, x = _timed(grid, acceleration, ceilings, speeds)
+    return (first, second) if _keeps(speeds, x) else (first,)
 
 
-def _ceilings(grid: Grid, velocity: Array) -> Array:
-    """What the limits of velocity allow (ds/dt)^2 to be at the grid points, shape (n + 1,)."""
+def _keeps(speeds: Speeds, x: Array) -> bool:
+    """Whether the motion has the speeds at the ends; x: (ds/dt)^2 at the grid points."""
+    return bool(x[0] == speeds.start**2 and x[-1] * _ROUNDED >= speeds.end**2)
+
+
+def _ceilings(grid: Grid, velocity: Array, speeds: Speeds) -> Array:
+    """What the limits of velocity allow (ds/dt)^2 to be at the grid points, shape (n + 1,), and the stops and the ends."""
     steepest = np.maximum(np.abs(grid.slopes), np.abs(_ends(grid)))
     with np.errstate(divide="ignore", over="ignore"):
         of_intervals = np.minimum((velocity * _WITHIN / steepest).min(axis=1), 1e150) ** 2
     ceilings = np.full(len(grid.steps) + 1, _NO_LIMIT)
     ceilings[:-1] = np.minimum(ceilings[:-1], of_intervals)
     ceilings[1:] = np.minimum(ceilings[1:], of_intervals)
+    ceilings[grid.borders[1:-1]] = 0.0
+    for end, square in ((0, speeds.start**2), (-1, speeds.end**2)):
+        ceilings[end] = square if square <= ceilings[end] * _ROUNDED else 0.0
     return ceilings
 
 
@@ -159,11 +179,11 @@ def _ends(grid: Grid) -> Array:
     return grid.slopes + grid.steps[:, None] * grid.bends
 
 
-def _timed(grid: Grid, acceleration: Array, ceilings: Array, speed: float = 0.0) -> tuple[TimedPath, Array]:
+def _timed(grid: Grid, acceleration: Array, ceilings: Array, speeds: Speeds) -> tuple[TimedPath, Array]:
     """The fastest motion below the ceilings of (ds/dt)^2, and what that is at the grid points, shape (n + 1,)."""
     n = len(grid.steps)
     x, u, times = np.zeros(n + 1), np.zeros(n), np.zeros(n + 1)
-    x[0] = speed**2
+    x[0] = speeds.start**2
     limits = np.ascontiguousarray(acceleration * _WITHIN)
     time_parameterisation.time_sections(
         grid.slopes, _ends(grid), grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times

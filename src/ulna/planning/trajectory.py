@@ -20,6 +20,7 @@ from ulna.planning.blend import Grid
 from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
 from ulna.planning.motion_limits import as_limits, limits_of, velocities_of
+from ulna.planning.moving_ends import Ends
 from ulna.planning.replaced import replaced
 from ulna.planning.ros_message import joint_trajectory
 from ulna.planning.timing import Limits, Moment, Profile, TimedPath
@@ -34,7 +35,7 @@ _NEAR = 1e-6  # [rad or m]: of a plan's start to the motion that it replaces
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A motion in time, from rest to rest, within limits.
+    """A motion in time, within limits, from rest to rest unless velocities at its ends were given.
 
     Without limits of jerk the path is a line or a parabola between two grid points, and the acceleration along it is constant.
     With them the motion is the mean of such a one over a short time, or passes lines with constant jerks. ``at`` evaluates that:
@@ -60,9 +61,10 @@ class Trajectory:
     _timed: TimedPath | Averaged
     _motion: Motion | None = field(default=None, repr=False)
     _limits: Limits | None = field(default=None, repr=False)
+    _ends: Ends | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        for array in (self.times, self.q, self.qd, self.qdd):
+        for array in (self.times, self.q, self.qd, self.qdd, *(self._ends or ())):
             array.setflags(write=False)
 
     @property
@@ -72,8 +74,13 @@ class Trajectory:
 
     @property
     def rests(self) -> Array:
-        """When it is at rest [s], shape (stops + 2,): at the start, at each stop, at the end."""
+        """When it is at rest [s], shape (stops + 2,): at each stop. The first and the last are its start and its end."""
         return self._timed.rests
+
+    @property
+    def end_velocities(self) -> Array:
+        """Those at the start and at the end [rad/s or m/s], shape (2, n_dof): exactly 0 where it is at rest."""
+        return np.zeros((2, self.q.shape[1])) if self._ends is None else np.array(self._ends)
 
     @property
     def limits_jerk(self) -> bool:
@@ -84,7 +91,7 @@ class Trajectory:
         """Positions, velocities and accelerations at times.
 
         Args:
-            t: Times [s], shape (...); before 0 and after ``duration`` it rests.
+            t: Times [s], shape (...); before 0 and after ``duration`` it rests, or goes straight on where it moves at that end.
 
         Returns:
             A ``Moment`` (q, qd, qdd), shape (..., n_dof) each.
@@ -95,9 +102,13 @@ class Trajectory:
         t = as_floats("t", t)
         if not np.isfinite(t).all():
             raise InputError("t", "finite times [s] are expected")
-        moment = self._timed.at(np.clip(t, 0.0, self.duration))
-        rests = ((t < 0.0) | (t > self.duration))[..., None]
-        return Moment(moment.q, *(np.where(rests, 0.0, each) for each in moment[1:]))
+        within = np.clip(t, 0.0, self.duration)
+        moment, outside = self._timed.at(within), (t != within)[..., None]
+        q, qd = moment.q, 0.0
+        if self._ends is not None:
+            qd = np.where((t < 0.0)[..., None], *self._ends)
+            q = q + (t - within)[..., None] * qd
+        return Moment(q, np.where(outside, qd, moment.qd), *(np.where(outside, 0.0, each) for each in moment[2:]))
 
     def is_free(self, world: World | None, *, since: float = 0.0, clearance: float = 0.0) -> bool:
         """Whether the motion is certified free among other objects, from a time on: the lines and parabolas that it follows.
@@ -125,7 +136,8 @@ class Trajectory:
         """What a controller is sent: positions, velocities and accelerations once a period.
 
         Times are whole periods from 0 on. The last is the first that is not before ``duration``: there q is exactly
-        ``self.q[-1]``, and velocity and acceleration are exactly 0. So the arm arrives less than a period after ``duration``.
+        ``self.q[-1]``, and velocity and acceleration are exactly 0. So the arm arrives less than a period after ``duration``. A
+        motion that moves at its end goes straight on until then.
 
         Args:
             period: The time between two samples [s].
@@ -142,7 +154,8 @@ class Trajectory:
             raise InputError("period", f"{period!r}; a motion of {self.duration:.4g} s would have {n:.3g} samples")
         t = np.arange(int(n) + 1, dtype=np.float64) * period
         q, qd, qdd = self.at(t)[:3]
-        q[-1], qd[-1], qdd[-1] = self.q[-1], 0.0, 0.0
+        end = self.end_velocities[1]
+        q[-1], qd[-1], qdd[-1] = self.q[-1] + (t[-1] - self.duration) * end, end, 0.0
         return Samples(t, q, qd, qdd)
 
     def check(
@@ -157,7 +170,8 @@ class Trajectory:
         """Whether a controller accepts the motion: velocity, acceleration and jerk by differences of its samples.
 
         libfranka judges so: a velocity is the difference of two positions by the period, an acceleration that of two velocities,
-        a jerk that of two accelerations. Before the first sample and after the last the arm rests. The velocities that an FR3
+        a jerk that of two accelerations. Before the first sample and after the last the arm rests, or goes straight on where the
+        motion moves at that end. The velocities that an FR3
         allows depend on its position, and so do those of ``limits="fr3"`` here.
 
         Args:
@@ -191,7 +205,7 @@ class Trajectory:
         arm = arm._replace(
             **{name: as_limits(name, most, n, may_be_infinite=True) for name, most in given.items() if most is not None}
         )
-        return check_of(samples, float(period), arm, self.joint_names)
+        return check_of(samples, float(period), arm, self.joint_names, self.end_velocities)
 
     def slowed(self, factor: float) -> Trajectory:
         """The motion along the same configurations, slower: at time t it is where this one is at ``factor`` times t.
@@ -208,8 +222,8 @@ class Trajectory:
         factor = as_number("factor", factor, 1e-6, "a number from 1e-6 to 1: a faster motion has to be timed again", most=1.0)
         if len(self.times) == 1:
             return self
-        timed, names = self._timed.slowed(factor), self.joint_names
-        return make_trajectory(timed, names, certified=self.certified, motion=self._motion, limits=self._limits)
+        timed, names, ends = self._timed.slowed(factor), self.joint_names, Ends(*(factor * self.end_velocities))
+        return make_trajectory(timed, names, certified=self.certified, motion=self._motion, limits=self._limits, ends=ends)
 
     def replace(self, plan: Plan, *, at: float) -> Trajectory:
         """The motion that leaves this one while it runs, and goes on along another plan.
@@ -217,7 +231,8 @@ class Trajectory:
         Until ``at`` it is this motion. Then it goes on smoothly: velocities are continuous, and with a limit of jerk
         accelerations too. It keeps the limits of this motion at all times. From ``at`` on all of it is certified to be free in
         the plan's world. It cannot turn on the spot: it goes straight on for the distance that it needs, and from there to the
-        second point of the plan's path. Where that is not free there is no replacement.
+        second point of the plan's path. Where that is not free it brakes along its own path, which is free, to a stop, and goes
+        into the plan's path from there, or back to where that begins.
 
         Args:
             plan: A plan whose path begins where this motion is at ``at``: ``robot.plan(motion.at(t).q, goal, world)``.
@@ -244,7 +259,8 @@ class Trajectory:
                 "plan", f"its path does not begin where the motion is at {at:.6g} s; plan from motion.at({at:.6g}).q"
             )
         timed = replaced(self._timed, plan.path, at, self._limits, motion.is_free)
-        return make_trajectory(timed, self.joint_names, certified=self.certified, motion=motion, limits=self._limits)
+        ends, names = Ends(self.end_velocities[0], np.zeros_like(here)), self.joint_names
+        return make_trajectory(timed, names, certified=self.certified, motion=motion, limits=self._limits, ends=ends)
 
     def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
         """Write a table: a line of names, then a line for each time, with q, qd and qdd.
@@ -268,7 +284,8 @@ class Trajectory:
     def to_ros(self, joint_names: Sequence[str] | None = None, *, period: float = 0.01) -> Any:
         """The message ``trajectory_msgs/JointTrajectory`` of the ROS that this Python finds, 1 or 2.
 
-        Its stamp is zero, which means: begin at once. The first point is the start, at time 0; at both ends the velocity is 0.
+        Its stamp is zero, which means: begin at once. The first point is the start, at time 0; at both ends the velocity is 0,
+        unless the motion moves there.
         Each stop on the way is a point too, with velocity and acceleration 0: a controller interpolates between points, and
         would round the corner at which the motion stops.
 
@@ -282,7 +299,7 @@ class Trajectory:
             MissingROSError: This Python finds no ``trajectory_msgs``.
         """
         names = self.joint_names if joint_names is None else joint_names
-        return joint_trajectory(self.at, self.rests, self.joint_names, names, period)
+        return joint_trajectory(self.at, self.rests, self.end_velocities, self.joint_names, names, period)
 
     def plot(self):
         """A Matplotlib figure of positions, velocities and accelerations over time; of jerks too if they are limited.
@@ -321,10 +338,11 @@ def make_trajectory(
     certified: bool,
     motion: Motion | None = None,
     limits: Limits | None = None,
+    ends: Ends | None = None,
 ) -> Trajectory:
-    """The trajectory of a path with times. limits: those that it keeps."""
+    """The trajectory of a path with times. limits: those that it keeps; ends: the velocities at its ends."""
     moment = timed.at(timed.times)
-    return Trajectory(timed.times, *moment[:3], certified, len(timed.rests) - 2, joint_names, timed, motion, limits)
+    return Trajectory(timed.times, *moment[:3], certified, len(timed.rests) - 2, joint_names, timed, motion, limits, ends)
 
 
 def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: Motion, limits: Limits) -> Trajectory:

@@ -1056,8 +1056,10 @@ class Robot(Quick):
         jerk: ArrayLike | None = None,
         limits: str | Path | None = None,
         world: World | None = None,
+        start_velocity: ArrayLike | None = None,
+        end_velocity: ArrayLike | None = None,
     ) -> Trajectory:
-        """The fastest motion along given configurations, from rest to rest, within limits, by ``Plan.trajectory``'s method.
+        """The fastest motion along given configurations, within limits, by ``Plan.trajectory``'s method.
 
         It flows through the points. Without a world nothing is checked for collisions, and ``certified`` is false.
 
@@ -1072,12 +1074,16 @@ class Robot(Quick):
             limits: The name of an arm, as "franka", or a file ``joint_limits.yaml``.
             world: Objects. Where a rounded corner is not certified to be free of them and of the robot itself, the motion stops;
                 ``certified`` says whether all of it is free.
+            start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), along the first line, where the acceleration
+                is 0; at rest unless given.
+            end_velocity: The same at the end, along the last line.
 
         Returns:
             A ``Trajectory``.
 
         Raises:
-            InputError: q_path is no such array or not followed to its end, or another argument cannot be taken.
+            InputError: q_path is no such array or not followed to its end, or another argument cannot be taken, such
+                as a velocity at an end that is not along the path, or too great for it.
             UnknownNameError: There is no such set of limits.
             FileError: The file of limits cannot be read.
             DescriptionError: The file is none of limits.
@@ -1091,7 +1097,8 @@ class Robot(Quick):
             >>> motion.stops, bool(motion.check("franka"))
             (0, True)
         """
-        return path_trajectory(q_path, self._checker, world, within, (velocity, acceleration, jerk, limits))
+        given = velocity, acceleration, jerk, limits
+        return path_trajectory(q_path, self._checker, world, within, given, (start_velocity, end_velocity))
 
     def plan_many(
         self,

@@ -7,8 +7,9 @@ path q(s) is given at grid points s_0 .. s_N; x = (ds/dt)^2 and u = d2s/dt2, whi
 
 and, q'' being constant in an interval too, qdd_j is linear in s there: within its limit at both ends it is within it between.
 
-1. Backwards from x_N = 0: the greatest x_i from which an x_{i+1} that is allowed can be reached. 0 is always allowed, since the
-   limits are the same both ways, so that these sets are intervals [0, beta_i].
+1. Backwards from x_N, which is given: the greatest x_i from which an x_{i+1} that is allowed can be reached. 0 is always allowed,
+   since the limits are the same both ways, so that these sets are intervals [0, beta_i]: from them x_N or less is reached.
+   Whether x_N itself is, if it is not 0, shows in the end.
 2. Forwards from x_0, which is given: the greatest u_i that is allowed and leads to at most beta_{i+1}.
 
 For one x the allowed u lie between the greatest of some lines in x and the least of others. Their distance is a concave function
@@ -55,9 +56,9 @@ def write_bound(slope, bend, limit, bound_rows, row):
 
 @kernel
 def write_controllable(bound_rows, bend_rows, step_rows, acceleration_limits, ceiling_rows, beta_rows):
-    """Step 1: write beta, N + 1 rows. ceiling_rows: what the limits of velocity allow x to be, N + 1 rows; step_rows: N rows."""
+    """Step 1: write beta, N + 1 rows. ceiling_rows: what the limits of velocity allow x to be, x_N last, N + 1 rows."""
     n_intervals = step_rows.shape[0]
-    beta = splat(0.0, load(ceiling_rows, 0))
+    beta = load(ceiling_rows, n_intervals)
     store(beta_rows, n_intervals, beta)
     for k in range(n_intervals):
         i = n_intervals - 1 - k

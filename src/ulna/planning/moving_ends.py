@@ -1,0 +1,124 @@
+"""Makes motions that move at their start or at their end: a path is entered and left straight on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.errors import InputError
+from ulna.planning.averaged import Averaged, timed_path
+from ulna.planning.blend import IsFree
+from ulna.planning.timing import Limits, Speeds, TimedPath
+
+Array = NDArray[np.float64]
+STRAIGHT_ON = 1.02, 1.5, 2.5, 4.0  # of the distance in which the motion would stop
+_ALONG = 1e-9  # of the directions of a velocity and of an edge: the edge goes straight on
+_ABOVE = 1 + 1e-9  # of a limit of velocity, by rounding
+
+
+class Ends(NamedTuple):
+    """The velocities at the start and at the end of a motion [rad/s or m/s], shape (n_dof,) each; 0 at rest."""
+
+    start: Array
+    end: Array
+
+
+def as_ends(start: ArrayLike | None, end: ArrayLike | None, limits: Limits, names: Sequence[str]) -> Ends:
+    """The velocities that a caller gives, None for rest.
+
+    Raises:
+        InputError: One is not n_dof finite numbers, or above its limit.
+    """
+    return Ends(*(_as_velocity(*each, limits, names) for each in (("start_velocity", start), ("end_velocity", end))))
+
+
+def _as_velocity(name: str, given: ArrayLike | None, limits: Limits, names: Sequence[str]) -> Array:
+    if given is None:
+        return np.zeros(len(names))
+    velocity = as_floats(name, given)
+    if velocity.shape != (len(names),) or not np.isfinite(velocity).all():
+        raise InputError(name, f"{given!r}; {len(names)} finite numbers [rad/s or m/s] are expected")
+    over = np.flatnonzero(np.abs(velocity) > limits.velocity * _ABOVE)
+    if len(over):
+        raise InputError(name, f"{velocity[over[0]]:.4g} of {names[over[0]]}, whose limit is {limits.velocity[over[0]]:.4g}")
+    return velocity.copy()
+
+
+def with_ends(
+    path: Array,
+    ends: Ends,
+    blend: float,
+    limits: Limits,
+    is_free: IsFree,
+    lengths_of: Callable[[Array], Array],
+    within: float = math.inf,
+) -> TimedPath | Averaged:
+    """The fastest motion along a path, shape (n, n_dof), with velocities at its ends.
+
+    Where a velocity is not along the first edge or the last, the motion goes straight on for the distance that it needs, and from
+    there to the second point of the path; that is certified, and left out if ``within`` is finite.
+
+    lengths_of: what measures differences of q; the others: as of ``timed_path``.
+
+    Raises:
+        InputError: No such way is within the limits and free.
+    """
+    window = 0.0 if limits.jerk is None else 2.0 * float((limits.acceleration / limits.jerk).max())
+    speeds = Speeds(*(float(lengths_of(velocity)) for velocity in ends))
+    ways = [0.0, *STRAIGHT_ON] if math.isinf(within) else [0.0]
+    for more in ways:
+        first = _entered(path[:2], ends.start, more, limits, window)
+        last = _entered(path[-2:][::-1], -ends.end, more, limits, window)
+        if first is None or last is None:
+            continue
+        points = without_equal(np.vstack([path[:1], *first, path[1:-1], *last, path[-1:]]))
+        if len(points) == 1:
+            continue
+        ahead = [float(lengths_of(each[0] - end)) for each, end in ((first, path[0]), (last, path[-1])) if each]
+        timed = timed_path(points, lengths_of(np.diff(points, axis=0)), max(blend, *ahead, 0.0), limits, is_free, within, speeds)
+        if timed is not None and (not ahead or is_free(*timed.edges_since(0.0))):
+            return timed
+    name = "start_velocity" if ends.start.any() else "end_velocity"
+    if math.isinf(within):
+        reason = (
+            "no way straight on from the start, along the path and straight on to the end is within the limits and certified "
+            "free; take a slower one, or another path"
+        )
+    else:
+        reason = (
+            "it has to be along the first line of the path, an end_velocity along the last, and the path long enough to reach or "
+            "to leave it within the limits"
+        )
+    raise InputError(name, reason)
+
+
+def _entered(edge: Array, velocity: Array, more: float, limits: Limits, window: float) -> list[Array] | None:
+    """The point up to which a motion goes straight on, from the start of an edge; none if the edge does, None if it has to.
+
+    edge: shape (2, n_dof), or (1, n_dof) of a path that is a point; more: 0 for the edge itself.
+    """
+    speed = float(np.linalg.norm(velocity))
+    if speed == 0.0:
+        return []
+    along, way = velocity / speed, edge[-1] - edge[0]
+    length = float(np.linalg.norm(way))
+    is_along = length > 0.0 and np.abs(way / length - along).max() <= _ALONG
+    if more == 0.0:
+        return [] if is_along else None
+    ahead = more * stopping_distance(along, speed, limits.acceleration) + speed * window
+    return [] if is_along and length >= ahead else [edge[0] + ahead * along]
+
+
+def stopping_distance(along: Array, speed: float, acceleration: Array) -> float:
+    """The distance in which a motion straight on stops within limits of acceleration."""
+    return 0.5 * speed**2 * float((np.abs(along) / acceleration).max())
+
+
+def without_equal(points: Array) -> Array:
+    """The points without those that equal the one before."""
+    return points[np.concatenate([[True], np.abs(np.diff(points, axis=0)).max(axis=1) > 0.0])]
