@@ -170,3 +170,21 @@ def test_a_way_that_is_not_free_is_refused(panda):
     with pytest.raises(InputError, match="start_velocity: no way straight on from the start"):
         plan.trajectory(start_velocity=1.5 * down, **SLOW)
     assert plan.trajectory(start_velocity=-0.2 * down, **SLOW).certified
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-4, 0.4])
+@pytest.mark.parametrize("options", [SLOW, SUDDEN])
+def test_slides_joints_without_limits_and_paths_of_billionths(scale, options):
+    robot = ulna.load("""<robot name="r"><link name="a"/><link name="b"/><link name="c">
+      <collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+      <joint name="lift" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
+        <limit lower="-1" upper="1" velocity="0.5" effort="1"/></joint>
+      <joint name="turn" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/></joint></robot>""")
+    start, goal = np.zeros(2), scale * np.array([1.0, 2.0])
+    for velocities in (([0.1, -0.3], [0.0, 0.0]), ([0.0, 0.0], [-0.2, 0.4]), ([0.1, 0.2], [0.2, 0.4])):
+        motion = robot.plan(start, goal).trajectory(start_velocity=velocities[0], end_velocity=velocities[1], **options)
+        moment = motion.at(np.linspace(0, motion.duration, 5001))
+        assert np.allclose(moment.q[[0, -1]], [start, goal], atol=1e-12)
+        assert np.allclose(moment.qd[[0, -1]], velocities, atol=1e-9)
+        for rates, most in zip(moment[1:], motion._limits, strict=True):
+            assert most is None or (np.abs(rates) <= most * (1 + 1e-9)).all()
