@@ -40,7 +40,6 @@ def main() -> None:
         "calls": lambda: call_rows(panda),
         "camera": lambda: camera_rows(panda, options.images),
         "arms": lambda: arm_rows(options.arm or ARMS),
-        "servo": lambda: servo_rows(panda, options.ticks),
         "judge": lambda: judge_rows(options.balls),
     }
     with one_processor():
@@ -219,32 +218,6 @@ def arm_rows(names: Iterable[str]) -> list[dict]:
     return rows
 
 
-def servo_rows(robot: ulna.Robot, ticks: int) -> list[dict]:
-    """A tick of the servo towards poses that jump, while a crate moves: among ten boxes, and beside a cloud too."""
-    rows = []
-    for name, points in (("ten boxes", 0), ("and a cloud", 100_000)):
-        world = scattered(10, 0.1, 0.9)
-        world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.9, 0.9, 0.5)))
-        if points:
-            world.add("cloud", seen(points))
-        start = free(robot, world, 1, 4)[0]
-        servo = robot.servo(world, acceleration=10.0)
-        servo.start(start)
-        servo.warm_up()
-        targets = robot.forward_kinematics(free(robot, world, 20, 5))
-        times, least = np.empty(ticks), np.inf
-        for k in range(ticks):
-            world.move("crate", ulna.pose((0.9, 0.9, 0.5 + 0.3 * np.sin(k / 1000))))
-            began = time.thread_time()
-            command = servo.step(pose=targets[k * len(targets) // ticks])
-            times[k] = time.thread_time() - began
-            if k % 20 == 0:
-                least = min(least, float(robot.signed_distance(command.q, world)))
-        p50, p999 = 1e6 * np.percentile(times, (50, 99.9))
-        rows.append({"world": name, "ticks": ticks, "p50_us": p50, "p99.9_us": p999, "least_distance_mm": 1e3 * least})
-    return rows
-
-
 def judge_rows(balls: int) -> list[dict]:
     """Distances of random balls of every radius to a cloud, and whether they touch, beside SciPy's k-d tree."""
     cloud, world, rng = seen(100_000), ulna.World(), np.random.default_rng(6)
@@ -277,12 +250,11 @@ def sliding_ball(radius: float) -> ulna.Robot:
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.cell", description=__doc__)
-    names = ("clouds", "moving", "calls", "camera", "arms", "servo", "judge")
+    names = ("clouds", "moving", "calls", "camera", "arms", "judge")
     parser.add_argument("--only", action="append", choices=names, help="a table; repeatable; all of them unless given")
     parser.add_argument("--largest", type=int, default=1_000_000, help="points of the largest cloud")
     parser.add_argument("--images", type=int, default=30)
     parser.add_argument("--arm", action="append", help=f"repeatable; {', '.join(ARMS)} unless given")
-    parser.add_argument("--ticks", type=int, default=20_000)
     parser.add_argument("--balls", type=int, default=1_000_000)
     return parser.parse_args()
 

@@ -4,7 +4,7 @@ import importlib
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -99,8 +99,8 @@ def bare_urdf(robot: Robot) -> str:
     There are no meshes to look for, no soft limits, which some read wrongly, and every limit has the effort and the velocity
     without which some refuse it.
     """
-    text = re.sub(r"<(visual|collision)\b.*?</\1>", "", write_urdf(robot.description), flags=re.DOTALL)
-    text = re.sub(r"<safety_controller\b[^>]*/>", "", text)
+    links = tuple(replace(link, visuals=(), collisions=()) for link in robot.description.links)
+    text = re.sub(r"<safety_controller\b[^>]*/>", "", write_urdf(replace(robot.description, links=links)))
     for attribute in ("effort", "velocity"):
         text = re.sub(rf"<limit (?![^>]*{attribute}=)", f'<limit {attribute}="1" ', text)
     return text

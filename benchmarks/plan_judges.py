@@ -34,25 +34,14 @@ def coal_touches(robot: ulna.Robot, world: ulna.World, path: NDArray, finer: flo
 def _touches_at(robot: ulna.Robot, world: ulna.World, q: NDArray) -> bool:
     import coal  # noqa: PLC0415 - asked for with --coal
 
+    from benchmarks.peers.coal import of_coal  # noqa: PLC0415
+
     shapes = [one.shape for link in robot.description.links for one in link.collisions]
     request = coal.CollisionRequest()
     for shape, T in zip(shapes, robot.collision_poses(q), strict=True):
-        ours = _of_coal(shape), coal.Transform3s(T[:3, :3], T[:3, 3])
+        ours = of_coal(shape), coal.Transform3s(T[:3, :3], T[:3, 3])
         for _, other, T_object in world.items():
             place = coal.Transform3s(T_object[:3, :3], T_object[:3, 3])
-            if coal.collide(*ours, _of_coal(other), place, request, coal.CollisionResult()):
+            if coal.collide(*ours, of_coal(other), place, request, coal.CollisionResult()):
                 return True
     return False
-
-
-def _of_coal(shape):
-    import coal  # noqa: PLC0415 - asked for with --coal
-
-    match shape:
-        case ulna.Sphere():
-            return coal.Sphere(shape.radius)
-        case ulna.Capsule():
-            return coal.Capsule(shape.radius, shape.length)
-        case ulna.Cylinder():
-            return coal.Cylinder(shape.radius, shape.length)
-    return coal.Box(*shape.extents)

@@ -1,20 +1,42 @@
-"""Pinocchio's kinematics with Coal's shapes: a robot of boxes, a world of boxes, and the pairs that are checked."""
+"""Pinocchio's kinematics with Coal's shapes: a robot, a world, and the pairs that are checked."""
 
 import coal
 import numpy as np
 import pinocchio as pin
 
-from benchmarks.peer import NotForThisArm
+from benchmarks.peer import NotForThisArm, bare_urdf
 from ulna.collision.world import World
-from ulna.description.shapes import Box
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Sphere
 from ulna.robot import Robot
+
+
+def of_coal(shape):
+    """A shape as Coal has it.
+
+    Raises:
+        NotForThisArm: It is of no kind that is compared.
+    """
+    match shape:
+        case Box(extents):
+            return coal.Box(*extents)
+        case Sphere(radius):
+            return coal.Sphere(radius)
+        case Cylinder(radius, length):
+            return coal.Cylinder(radius, length)
+        case Capsule():
+            return coal.Capsule(shape.radius, shape.length)
+        case ConvexMesh():
+            points = coal.StdVec_Vec3s()
+            points.extend(list(shape.vertices))
+            return coal.Convex.convexHull(points, True, "Qt")  # noqa: FBT003 - keep the triangles
+    raise NotForThisArm(f"{type(shape).__name__} is not compared")
 
 
 class Scene:
     """A robot and a world as Pinocchio knows them; with itself, the pairs of the robot that Ulna checks, by number."""
 
     def __init__(self, robot: Robot, world: World, *, itself: bool) -> None:
-        self.model = pin.buildModelFromXML(robot.to_urdf())
+        self.model = pin.buildModelFromXML(bare_urdf(robot))
         self.data, self.geometry = self.model.createData(), pin.GeometryModel()
         bodies, names = [], iter(robot.collision_names)
         for link in robot.description.links:
@@ -32,9 +54,7 @@ class Scene:
         self.answers = self.geometry.createData()
 
     def _add(self, name: str, joint: int, placement, shape) -> int:
-        if not isinstance(shape, Box):
-            raise NotForThisArm("this scene is of boxes only")
-        return self.geometry.addGeometryObject(pin.GeometryObject(name, joint, placement, coal.Box(*shape.extents)))
+        return self.geometry.addGeometryObject(pin.GeometryObject(name, joint, placement, of_coal(shape)))
 
     def collides(self, q) -> bool:
         """Whether any pair touches; it stops at the first."""

@@ -1,0 +1,347 @@
+"""The servo: ``python -m benchmarks.servo``; time of a tick, safety, free space, reaching, and mink and Pink beside it.
+
+Times are the thread's own, on one processor. Scenes and goals are of seeds (``servo_scenes``), and the judges are Coal, whose
+shapes Pinocchio places, and differences of what was commanded (``servo_judges``). A peer that is not installed is named.
+"""
+
+import argparse
+import importlib
+import sys
+import time
+from collections.abc import Callable, Iterator
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+import ulna
+from benchmarks.cell import seen
+from benchmarks.collision import scattered
+from benchmarks.markdown import table
+from benchmarks.peer import NotForThisArm
+from benchmarks.processors import one_processor
+from benchmarks.servo_judges import chatter, contacts, curve, off_path, overlaps, shares_of_limits
+from benchmarks.servo_scenes import ACCELERATION, CLEARANCE, POSES, RATE, SPARE, arm, hostile, paced, scene, start_of
+
+Array = NDArray[np.float64]
+ARMS = ("panda", "ur5", "xarm7", "iiwa14")
+PEERS = ("mink", "pink")
+OBJECTS = 10
+GAIN = RATE / 4  # [1/s]: of the loop around ``differential_ik``, that of the servo near a pose
+FASTEST = 0.5  # [m/s and rad/s], on the direct way
+PATIENCE = 10_000  # ticks, to a target
+NEAR_ENOUGH = 1e-3, 1e-2  # [m], [rad]
+REST = 2_000  # ticks that may pass until the arm rests
+ESCAPE, MOVED = 100, 1e-3  # ticks away from a rest, and how far an entry of q has to have moved then [rad]
+TWO_ARMS_APART = 0.6  # [m]
+
+
+def main() -> None:
+    """Print each table as soon as it is measured."""
+    options = _options()
+    arms = options.arm or ARMS
+    tables: dict[str, Callable[[], list[dict]]] = {
+        "ticks": lambda: tick_rows(options.ticks),
+        "safety": lambda: [safety_row(name, options.scenes, options.ticks) for name in arms],
+        "free": lambda: [row for name in options.arm or ARMS for row in free_rows(name, options.ticks)],
+        "reaching": lambda: [reaching_row(name, options.targets) for name in arms],
+        "peers": lambda: [
+            row for name in options.arm or ARMS for row in peer_rows(name, options.peer_scenes, options.peer_ticks)
+        ],
+    }
+    with one_processor():
+        for name in options.only or tables:
+            sys.stdout.write(f"## {name}\n\n{table(tables[name]())}\n\n")
+            sys.stdout.flush()
+
+
+# ---- the time of a tick -------------------------------------------------------------------------------------------------
+
+
+def tick_rows(ticks: int) -> list[dict]:
+    """A tick towards poses that jump once a second: p50, p99, p99.9 of the time."""
+    panda, ur5 = ulna.load("panda"), arm("ur5")
+    cloud, moving = ulna.World(), scattered(OBJECTS, 0.1, 0.9)
+    cloud.add("cloud", seen(10_000))
+    moving.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.5, 0.5, 0.5)))
+    cases = {
+        "ten boxes": (panda, scattered(OBJECTS, 0.1, 0.9)),
+        "100 boxes": (panda, scattered(100, 0.1, 0.9)),
+        "ten boxes, one more moves": (panda, moving),
+        "a cloud of 10^4 points": (panda, cloud),
+        "a UR5 of hulls, ten boxes": (ur5, scattered(OBJECTS, 0.1, 0.9)),
+        "two arms, ten boxes": (two_arms(), scattered(OBJECTS, 0.1, 0.9)),
+    }
+    return [{"scene": name, "joints": robot.n_dof, **tick_times(robot, world, ticks)} for name, (robot, world) in cases.items()]
+
+
+def two_arms() -> ulna.Robot:
+    """Two Pandas beside each other as one robot of 14 joints; the left hand is its tip."""
+    text = ulna.load("panda").to_urdf()
+    text = text[text.index("<link") : text.index("</robot>")]
+    parts = '<robot name="two arms"><link name="table"/>'
+    for side, y in (("left", TWO_ARMS_APART / 2), ("right", -TWO_ARMS_APART / 2)):
+        mount = f'<parent link="table"/><child link="{side}_link0"/><origin xyz="0 {y} 0"/>'
+        parts += text.replace('"panda_', f'"{side}_') + f'<joint name="{side}_mount" type="fixed">{mount}</joint>'
+    return ulna.load(parts + "</robot>")
+
+
+def tick_times(robot: ulna.Robot, world: ulna.World, ticks: int) -> dict[str, float]:
+    """The time of a tick, with that of moving the crate if there is one; how near every 20th command comes to an object."""
+    link = robot.link_names[-1] if robot.tip is None else robot.tip
+    q = robot.random(1000, seed=4)
+    start, *there = q[robot.signed_distance(q, world) > SPARE][:21]
+    servo = robot.servo(world, acceleration=ACCELERATION, link=link)
+    servo.start(start)
+    servo.warm_up()
+    targets = robot.forward_kinematics(np.array(there), link=link)
+    times, least = np.empty(ticks), np.inf
+    for k in range(ticks):
+        target = targets[k // RATE % len(targets)]
+        began = time.thread_time()
+        if "crate" in world.names:
+            world.move("crate", ulna.pose((0.5, 0.5, 0.5 + 0.3 * np.sin(k / RATE))))
+        command = servo.step(pose=target)
+        times[k] = time.thread_time() - began
+        if k % 20 == 0:
+            least = min(least, float(robot.signed_distance(command.q, world, self_collision=False)))
+    return {"ticks": ticks, **percentiles(times), "least_distance_mm": 1e3 * least}
+
+
+def percentiles(times: Array) -> dict[str, float]:
+    """p50, p99 and p99.9 [us]."""
+    return {f"p{share:g}_us": 1e6 * float(np.percentile(times, share)) for share in (50, 99, 99.9)}
+
+
+# ---- safety -------------------------------------------------------------------------------------------------------------
+
+
+def safety_row(name: str, scenes: int, ticks: int) -> dict:
+    """Hostile goals in random scenes, with a rest after each second and a way out of it; contacts and limits of all that."""
+    robot, found, times = arm(name), [], []
+    for seed in range(scenes):
+        world = scene(robot, OBJECTS, seed)
+        servo = robot.servo(world, acceleration=ACCELERATION, clearance=CLEARANCE)
+        commands, rests = [servo.start(start_of(robot, world))], {"rests": 0, "dead_ends": 0}
+        goals = hostile(robot, ticks, seed)
+        while batch := list(islice(goals, RATE)):
+            for goal in batch:
+                began = time.thread_time()
+                commands.append(servo.step(**goal))
+                times.append(time.thread_time() - began)
+            leave(robot, servo, world, commands, rests)
+        found.append(rests | judged(robot, world, np.array([c.q for c in commands]), np.array([c.qd for c in commands])))
+    totals = {key: sum(row[key] for row in found) for key in ("ticks", "contacts_Coal", "contacts_Ulna", "rests", "dead_ends")}
+    worst = {key: max(row[key] for row in found) for key in ("velocity", "acceleration", "beyond_rad")}
+    return {"arm": name, "scenes": scenes} | totals | worst | percentiles(np.array(times))
+
+
+def leave(robot: ulna.Robot, servo: ulna.Servo, world: ulna.World, commands: list, rests: dict) -> None:
+    """Come to rest, and go away from what is near; a place that none of many directions leads out of is a dead end."""
+    for _ in range(REST):
+        commands.append(servo.step())
+        if commands[-1].status == "at rest":
+            break
+    q = commands[-1].q
+    away = robot.distance_gradient(q, world)
+    directions = [away / max(np.abs(away).max(), 1e-9), *np.random.default_rng(0).choice([-1.0, 1.0], (10, robot.n_dof))]
+    rests["rests"] += 1
+    for direction in directions:
+        commands.extend(servo.step(velocity=0.5 * direction) for _ in range(ESCAPE))
+        if np.abs(commands[-1].q - q).max() > MOVED:
+            return
+    rests["dead_ends"] += 1
+
+
+def judged(robot: ulna.Robot, world: ulna.World, q: Array, qd: Array | None = None) -> dict:
+    """What the judges find: ticks with contacts, the greatest depth, shares of limits."""
+    fine = curve(q, qd)
+    touched, depth = contacts(robot, world, fine)
+    return {
+        "ticks": len(q) - 1,
+        "contacts_Coal": touched,
+        "contacts_Ulna": overlaps(robot, world, fine),
+        "depth_mm": 1e3 * depth,
+        **shares_of_limits(robot, q, ACCELERATION),
+    }
+
+
+# ---- free space ---------------------------------------------------------------------------------------------------------
+
+
+def free_rows(name: str, ticks: int) -> list[dict]:
+    """Following a smooth path without a world: how far the hand is from the path, beside a loop around ``differential_ik``."""
+    robot = arm(name)
+    q = paced(robot, ticks, 0)
+    targets = robot.forward_kinematics(q)
+    ways = {"differential_ik": in_a_loop, "servo, twist": by_twists, "servo, pose": by_poses}
+    rows, plain = [], np.nan
+    for way, follow in ways.items():
+        went = follow(robot, q[0], targets)
+        off = off_path(robot.forward_kinematics(went)[:, :3, 3], targets[:, :3, 3])
+        mean = 1e6 * float(off.mean())
+        plain = mean if way == "differential_ik" else plain
+        rows.append({
+            "arm": name, "way": way, "off_path_mean_um": mean, "times_differential_ik": mean / plain,
+            "off_path_most_um": 1e6 * float(off.max()), "above_50_Hz_percent": 100 * chatter(went),
+            "velocity": float((np.abs(np.diff(went, axis=0)) * RATE / robot.velocity_limits).max()),
+        })  # fmt: skip
+    return rows
+
+
+def towards(T: Array, target: Array, gain: float, fastest: float = np.inf) -> Array:
+    """The twist towards a pose, shortened to the fastest, shape (..., 6)."""
+    turn = Rotation.from_matrix(target[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2)).as_rotvec()
+    twist = gain * np.concatenate([target[..., :3, 3] - T[..., :3, 3], turn], axis=-1)
+    size = np.maximum(np.linalg.norm(twist[..., :3], axis=-1), np.linalg.norm(twist[..., 3:], axis=-1))
+    return twist * np.minimum(1.0, fastest / np.maximum(size, 1e-300))[..., None]
+
+
+def in_a_loop(robot: ulna.Robot, q: Array, targets: Array) -> Array:
+    """The configurations of a loop around ``differential_ik``, shape (n, n_dof)."""
+    went = []
+    for target in targets:
+        twist = towards(robot.forward_kinematics(q), target, GAIN)
+        q = q + robot.differential_ik(q, twist, 1 / RATE) / RATE
+        went.append(q)
+    return np.array(went)
+
+
+def by_twists(robot: ulna.Robot, q: Array, targets: Array) -> Array:
+    """The configurations of a servo to which the same loop gives twists."""
+    servo = robot.servo(acceleration=ACCELERATION)
+    servo.start(q)
+    return np.array([servo.step(twist=towards(robot.forward_kinematics(servo.q), target, GAIN)).q for target in targets])
+
+
+def by_poses(robot: ulna.Robot, q: Array, targets: Array) -> Array:
+    """The configurations of a servo that is given the poses."""
+    servo = robot.servo(acceleration=ACCELERATION)
+    servo.start(q)
+    return np.array([servo.step(pose=target).q for target in targets])
+
+
+# ---- reaching -----------------------------------------------------------------------------------------------------------
+
+
+def reaching_row(name: str, targets: int) -> dict:
+    """Of targets that a straight way of the hand reaches, 20 mm from everything, how many a servo reaches among the objects."""
+    robot, reached, ticks, tried, seed = arm(name), 0, [], 0, 0
+    while tried < targets:
+        world = scene(robot, OBJECTS, seed)
+        for start, goal in islice(direct(robot, world, max(20, targets // 5), seed), targets - tried):
+            servo, T = robot.servo(world, acceleration=ACCELERATION, clearance=CLEARANCE), robot.forward_kinematics(goal)
+            servo.start(start)
+            tried += 1
+            for k in range(PATIENCE):
+                if is_reached(robot.forward_kinematics(servo.step(pose=T).q), T):
+                    reached += 1
+                    ticks.append(k + 1)
+                    break
+        seed += 1
+    seconds = float(np.median(ticks)) / RATE
+    return {"arm": name, "scenes": seed, "targets": tried, "reached_percent": 100 * reached / tried, "seconds_median": seconds}
+
+
+def direct(robot: ulna.Robot, world: ulna.World, n: int, seed: int) -> Iterator[tuple[Array, Array]]:
+    """Starts and goals of n between which the straight way of the hand, by ``differential_ik``, is free, with 20 mm to spare."""
+    q = robot.random(20 * n, seed=seed)
+    q = q[robot.signed_distance(q, world) > SPARE][: 2 * n]
+    starts, goals = np.split(q[: len(q) // 2 * 2], 2)
+    targets, q, path = robot.forward_kinematics(goals), starts, [starts]
+    for k in range(PATIENCE):
+        twist = towards(robot.forward_kinematics(q), targets, GAIN, FASTEST)
+        q = q + robot.differential_ik(q, twist, 1 / RATE, threads=1) / RATE
+        if k % 2 == 0:
+            path.append(q)
+    there = np.array([is_reached(T, target) for T, target in zip(robot.forward_kinematics(q), targets, strict=True)])
+    ways = np.moveaxis(np.array(path), 0, 1)
+    for start, goal, way in zip(starts[there], goals[there], ways[there], strict=True):
+        moves = np.flatnonzero(np.abs(np.diff(way, axis=0)).max(axis=1) > 1e-9)
+        if robot.signed_distance(way[: moves.max(initial=0) + 2], world, threads=1).min() > SPARE:
+            yield start, goal
+
+
+def is_reached(T: Array, target: Array) -> bool:
+    """Whether a pose is within 1 mm and 10 mrad of its target."""
+    twist = towards(T, target, 1.0)
+    return bool(np.linalg.norm(twist[:3]) < NEAR_ENOUGH[0] and np.linalg.norm(twist[3:]) < NEAR_ENOUGH[1])
+
+
+# ---- peers --------------------------------------------------------------------------------------------------------------
+
+
+class OwnFollower:
+    """Ulna's servo as the peers' followers are called; no tick is infeasible."""
+
+    infeasible = 0
+
+    def __init__(self, robot: ulna.Robot, world: ulna.World | None, q: Array, acceleration: float) -> None:
+        self._servo = robot.servo(world, acceleration=acceleration, clearance=CLEARANCE)
+        self._servo.start(q)
+
+    def step(self, T: Array) -> Array:
+        return self._servo.step(pose=T).q
+
+
+def peer_rows(name: str, scenes: int, ticks: int) -> list[dict]:
+    """The same poses in the same scenes for each library: hostile ones, and those of a smooth path through the objects."""
+    robot, followers, rows = arm(name), {"ulna": OwnFollower}, []
+    for peer in PEERS:
+        try:
+            module = importlib.import_module(f"benchmarks.peers.{peer}")
+            followers[f"{peer} {module.VERSION}"] = module.Follower
+        except ImportError as error:
+            sys.stderr.write(f"{peer}: absent: {error}\n")
+    for kind in ("hostile", "smooth"):
+        for library, follower in followers.items():
+            try:
+                found = [followed(robot, follower, kind, seed, ticks) for seed in range(scenes)]
+            except NotForThisArm as reason:
+                sys.stderr.write(f"{name}, {library}: {reason}\n")
+                continue
+            rows.append({"arm": name, "targets": kind, "library": library, **side_by_side(found)})
+    return rows
+
+
+def followed(robot: ulna.Robot, follower: Callable, kind: str, seed: int, ticks: int) -> dict:
+    """What one library makes of the poses in one scene."""
+    world = scene(robot, OBJECTS, seed)
+    start = start_of(robot, world)
+    poses = [goal["pose"] for goal in hostile(robot, ticks, seed, POSES)]
+    if kind == "smooth":
+        poses = list(robot.forward_kinematics(paced(robot, ticks, seed)))
+    one, q, times = follower(robot, world, start, ACCELERATION), [start], []
+    for T in poses:
+        began = time.thread_time()
+        q.append(one.step(T))
+        times.append(time.thread_time() - began)
+    moved = float(np.abs(np.diff(q, axis=0)).sum())
+    late = {"above_50_Hz_percent": 100 * chatter(np.array(q[RATE:]))}  # not the way to the first pose
+    return judged(robot, world, np.array(q)) | late | {"infeasible": one.infeasible, "times": times, "moved_rad": moved}
+
+
+def side_by_side(found: list[dict]) -> dict:
+    """The sums, the worst and the medians over the scenes."""
+    totals = {key: sum(row[key] for row in found) for key in ("ticks", "contacts_Coal", "infeasible", "moved_rad")}
+    worst = {key: max(row[key] for row in found) for key in ("depth_mm", "velocity", "acceleration")}
+    times = percentiles(np.concatenate([row["times"] for row in found]))
+    return totals | worst | {"above_50_Hz_percent": float(np.median([row["above_50_Hz_percent"] for row in found]))} | times
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.servo", description=__doc__)
+    names = ("ticks", "safety", "free", "reaching", "peers")
+    parser.add_argument("--only", action="append", choices=names, help="a table; repeatable; all of them unless given")
+    parser.add_argument("--arm", action="append", help=f"repeatable; {', '.join(ARMS)} unless given")
+    parser.add_argument("--ticks", type=int, default=10_000, help="of each scene and path")
+    parser.add_argument("--scenes", type=int, default=4, help="of each arm, for safety; 25 are a hundred")
+    parser.add_argument("--targets", type=int, default=100, help="of each arm, to be reached; 250 are a thousand")
+    parser.add_argument("--peer-scenes", type=int, default=3)
+    parser.add_argument("--peer-ticks", type=int, default=2000)
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,78 @@
+"""Judges what a servo has commanded: Coal's contacts where Pinocchio places the shapes, limits by differences, chatter."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+import ulna
+from benchmarks.peers.coal import Scene
+from benchmarks.servo_scenes import RATE
+from ulna.bench.arms import longest_reach
+
+Array = NDArray[np.float64]
+FINER = 16  # times: so many configurations of a tick are looked at
+SLOW_HZ = 50.0
+_BODY = 0.3  # [m]: no point of a link is farther from the chain of its joints
+
+
+def curve(q: Array, qd: Array | None = None) -> Array:
+    """What is between ticks, shape (n - 1, FINER, n_dof): parabolas of positions and velocities, shape (n, n_dof), or lines."""
+    t = np.arange(FINER)[:, None] / FINER / RATE
+    first = np.diff(q, axis=0) * RATE if qd is None else qd[:-1]
+    second = np.zeros_like(first) if qd is None else np.diff(qd, axis=0) * RATE
+    return q[:-1, None] + t * first[:, None] + 0.5 * t * t * second[:, None]
+
+
+def contacts(robot: ulna.Robot, world: ulna.World, fine: Array) -> tuple[int, float]:
+    """In how many ticks Coal finds a contact, and the greatest depth [m].
+
+    A tick at whose begin all pairs are farther apart than the arm moves in a tick, as differences of q say, is free.
+    """
+    judge, wide = Scene(robot, world, itself=True), Scene(robot, world, itself=True)
+    arm, touched, deepest = longest_reach(robot) + _BODY, 0, 0.0
+    for tick, moved in zip(fine, np.abs(np.diff(fine, axis=1)).sum(axis=(1, 2)) * FINER / (FINER - 1), strict=True):
+        for request in wide.answers.collisionRequests:
+            request.security_margin = 2 * arm * float(moved)
+        if not wide.collides(tick[0]):
+            continue
+        hits = [q for q in tick if judge.collides(q)]
+        touched += bool(hits)
+        deepest = max([deepest, *(-judge.least_distance(q) for q in hits)])
+    return touched, deepest
+
+
+def overlaps(robot: ulna.Robot, world: ulna.World, fine: Array) -> int:
+    """In how many ticks Ulna's overlap test finds a contact."""
+    touching = robot.in_collision(fine.reshape(-1, robot.n_dof), world, threads=1)
+    return int(np.count_nonzero(touching.reshape(len(fine), -1).any(axis=1)))
+
+
+def shares_of_limits(robot: ulna.Robot, q: Array, acceleration: float) -> dict[str, float]:
+    """The greatest velocity and acceleration by differences, as shares of the limits; how far q is beyond its limits [rad]."""
+    v = np.diff(q, axis=0) * RATE
+    return {
+        "velocity": float((np.abs(v) / robot.velocity_limits).max()),
+        "acceleration": float(np.abs(np.diff(v, axis=0)).max() * RATE / acceleration),
+        "beyond_rad": max(0.0, float(np.maximum(robot.lower - q, q - robot.upper).max())),
+    }
+
+
+def chatter(q: Array) -> float:
+    """The share of the power of the accelerations that is above 50 Hz; q at the rate, shape (n, n_dof)."""
+    qdd = np.diff(q, 2, axis=0) * RATE**2
+    window = np.hanning(len(qdd))[:, None]
+    power = (np.abs(np.fft.rfft(qdd * window, axis=0)) ** 2).sum(axis=1)
+    return float(power[np.fft.rfftfreq(len(qdd), 1 / RATE) > SLOW_HZ].sum() / max(power.sum(), 1e-300))
+
+
+def off_path(hand: Array, path: Array, ahead: int = 100) -> Array:
+    """How far positions of the hand [m], shape (n, 3), are from the path, a line from point to point, near their own time."""
+    off = np.full(len(hand), np.inf)
+    for shift in range(-ahead, ahead):
+        rows = np.arange(len(hand)) + shift
+        good = (rows >= 0) & (rows + 1 < len(path))
+        a, b = path[rows[good]], path[rows[good] + 1]
+        way = b - a
+        share = ((hand[good] - a) * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-300)
+        nearest = a + np.clip(share, 0, 1)[:, None] * way
+        off[good] = np.minimum(off[good], np.linalg.norm(hand[good] - nearest, axis=1))
+    return off

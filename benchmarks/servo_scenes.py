@@ -1,0 +1,120 @@
+"""Arms, scenes and hostile goals for servos, each of a seed."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import ulna
+from ulna.bench.arms import ARMS, load_arm, longest_reach
+
+Array = NDArray[np.float64]
+RATE = 1000  # [1/s]
+ACCELERATION = 10.0  # [rad/s^2], of every joint
+CLEARANCE = 0.01  # [m]
+SPARE = 0.02  # [m]: how far from everything an arm starts
+HELD_FOR = (13, 97, 997)  # ticks that a goal is held for
+KINDS = ("jump", "through", "spin", "noise", "inside", "q", "velocity", "twist", "rest")
+POSES = KINDS[:5]
+_EASE = 0.5  # [s], until a path of ``paced`` has its speed
+_SWING = 0.4  # [rad], of it, to each side
+_SIGMA = 0.1  # [m]: the least singular value of the Jacobian along it
+
+
+def arm(name: str) -> ulna.Robot:
+    """An arm with the shapes of its description: boxes of the Panda, of the others the convex hulls of their meshes."""
+    if name == "panda":
+        return ulna.load(name)
+    if name != "iiwa14":
+        return load_arm(name).with_convex_hulls()
+    _, base, tip = ARMS[name]  # its meshes are in a package of another name than its text says
+    folder = next(Path(entry, "rtbdata/xacro/kuka_description") for entry in sys.path if Path(entry, "rtbdata").is_dir())
+    text = (folder / "kuka_lbr_iiwa/urdf/lbr_iiwa_14_r820.urdf").read_text(encoding="utf-8")
+    text = text.replace("package://kuka_lbr_iiwa_support", "package://kuka_lbr_iiwa")
+    return ulna.load(text, base=base, tip=tip, package_dirs=[folder]).with_convex_hulls()
+
+
+def start_of(robot: ulna.Robot, world: ulna.World | None = None) -> Array:
+    """Where the arm starts: at home, or where it is far enough from itself and from the world, shape (n_dof,)."""
+    candidates = np.concatenate([[robot.home], robot.random(1000, seed=0)])
+    far = robot.signed_distance(candidates, world) > SPARE
+    return candidates[np.argmax(far)]
+
+
+def scene(robot: ulna.Robot, n: int, seed: int) -> ulna.World:
+    """Boxes, balls and cylinders about an arm, a third each, none nearer to its start than SPARE."""
+    world, rng, start, reach = ulna.World(), np.random.default_rng(seed), start_of(robot), 0.7 * longest_reach(robot)
+    while len(world.names) < n:
+        k = len(world.names)
+        place = ulna.pose(rng.uniform((-reach, -reach, 0.0), reach), rng.uniform(-3, 3, 3))
+        small, size = rng.uniform(0.03, 0.12), rng.uniform(0.05, 0.3, 3)
+        shape = (ulna.Box(size), ulna.Sphere(small), ulna.Cylinder(small, size[2] + 0.2))[k % 3]
+        world.add(f"{type(shape).__name__.lower()} {k}", shape, place)
+        if robot.signed_distance(start, world) < SPARE:
+            world.remove(world.names[-1])
+    return world
+
+
+def hostile(robot: ulna.Robot, n: int, seed: int, kinds: tuple[str, ...] = KINDS) -> Iterator[dict]:
+    """The goals of n ticks, as ``Servo.step`` takes them.
+
+    Poses that jump, that go through everything at up to 3 m/s, that spin at 20 rad/s, that are noise, and that are in the arm's
+    own base; configurations, the greatest velocities, twists, and none.
+    """
+    rng, k = np.random.default_rng(seed), 0
+    while k < n:
+        ticks = min(int(rng.choice(HELD_FOR)), n - k)
+        k += ticks
+        far = robot.random(2, seed=int(rng.integers(2**31)))
+        yield from _held(robot, rng, str(rng.choice(kinds)), far, ticks)
+
+
+def _held(robot: ulna.Robot, rng: np.random.Generator, kind: str, far: Array, ticks: int) -> Iterator[dict]:
+    T_a, T_b = robot.forward_kinematics(far)
+    inside = ulna.pose(rng.uniform((-0.15, -0.15, 0.0), (0.15, 0.15, 0.3)), rng.uniform(-3, 3, 3))
+    way, axis = T_b[:3, 3] - T_a[:3, 3], rng.normal(size=3)
+    velocity = rng.choice([-1.0, 1.0], robot.n_dof) * rng.choice([0.5, 100.0])
+    twist = rng.normal(size=6) * rng.choice([0.3, 3.0])
+    frame = str(rng.choice(["base", "link", "spatial"]))
+    for t in np.arange(ticks) / RATE:
+        match kind:
+            case "jump":
+                yield {"pose": T_b}
+            case "through":
+                share = 0.5 - 0.5 * np.cos(2 * np.pi * t / max(np.linalg.norm(way), 0.1))
+                yield {"pose": ulna.pose(share * way) @ T_a}
+            case "spin":
+                yield {"pose": T_a @ ulna.pose(rpy=20 * t * axis / np.linalg.norm(axis))}
+            case "noise":
+                yield {"pose": T_a @ ulna.pose(0.05 * rng.normal(size=3), 0.3 * rng.normal(size=3))}
+            case "inside":
+                yield {"pose": inside}
+            case "q":
+                yield {"q": far[1]}
+            case "velocity":
+                yield {"velocity": velocity + rng.normal(size=robot.n_dof)}
+            case "twist":
+                yield {"twist": twist, "expressed_in": frame}
+            case _:
+                yield {}
+
+
+def paced(robot: ulna.Robot, ticks: int, seed: int) -> Array:
+    """A smooth joint path that begins at rest, away from limits, singularities and the arm itself, shape (ticks, n_dof).
+
+    Its speeds are at most a radian a second, and its accelerations at most a fifth of those allowed.
+    """
+    seconds = np.arange(ticks) / RATE
+    eased = np.where(seconds < _EASE, seconds**3 / _EASE**2 * (1 - 0.5 * seconds / _EASE), seconds - 0.5 * _EASE)
+    rng = np.random.default_rng(seed)
+    for middle in np.concatenate([[robot.home], robot.random(1000, seed=seed)]):
+        turns, phases = rng.uniform(0.5, 2.0, robot.n_dof), rng.uniform(0, 2 * np.pi, robot.n_dof)
+        q = middle + _SWING * np.sin(turns * eased[:, None] + phases)
+        sampled = q[::20]
+        sigma = np.linalg.svd(robot.jacobian(sampled), compute_uv=False)[:, -1]
+        within = ((q > robot.lower + _SWING) & (q < robot.upper - _SWING)).all()
+        if within and sigma.min() > _SIGMA and robot.signed_distance(sampled).min() > SPARE:
+            return q
+    raise AssertionError("no path keeps away from all that")
