@@ -24,7 +24,7 @@ from ulna.errors import UlnaError
 # In the order of the help: each is a function in a file of its name; ``<NAME>_KEYS`` there says what its JSON means.
 OWN = (
     "list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "run", "reach", "dh", "compare", "inspect", "urdf", "view",
-    "record", "bench", "warmup",
+    "servo", "record", "bench", "warmup",
 )  # fmt: skip
 _LAST_BEFORE_GUESTS = "view"
 _ARGUMENTS = "ulna.arguments"

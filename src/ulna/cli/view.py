@@ -1,9 +1,12 @@
 """``ulna view``: a robot on a page of this machine."""
 
+from __future__ import annotations
+
 import logging
 import os
 import warnings
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -14,6 +17,9 @@ from ulna.cli.output import printable
 from ulna.cli.targets import Q
 from ulna.viewer.open_page import view as open_view
 
+if TYPE_CHECKING:
+    from ulna.viewer.view import View
+
 _PATIENCE_S = 2.0
 
 
@@ -23,9 +29,13 @@ def view(robot: ShownRobot, world: Obstacles, q: Q, page: OnPage) -> None:
 
     Ctrl-C ends it.
     """
-    shown = open_view(robot, world, q=q, **page._asdict())
+    serve(open_view(robot, world, q=q, **page._asdict()))
+
+
+def serve(shown: View) -> None:
+    """Print the address of a page, and wait for Ctrl-C."""
     with suppress(KeyboardInterrupt):
-        typer.echo(f"{printable(robot.name)} is at {shown.url}  (Ctrl-C ends it)")
+        typer.echo(f"{printable(shown.session.robot.name)} is at {shown.url}  (Ctrl-C ends it)")
         warn_of_missing(shown.arm.missing)
         shown.wait()
     warnings.simplefilter("ignore")  # open pages cause warnings when the server is stopped

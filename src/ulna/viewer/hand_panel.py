@@ -7,11 +7,11 @@ import viser
 from ulna.robot import Robot
 from ulna.viewer.html import marked
 from ulna.viewer.nodes import Handles
-from ulna.viewer.palette import GREEN, RED
+from ulna.viewer.palette import GREEN, RED, STOPPED
 from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import HandPose
 
-_RESTING, _STOPPED = (120, 128, 138), (225, 140, 20)
+_RESTING = (120, 128, 138)
 
 
 class HandPanel:
@@ -55,7 +55,7 @@ class HandPanel:
         pulled = session.target is not None
         if not pulled:
             self.handles.put(session.hand_pose)
-        color = _STOPPED if session.stopped else RED if trouble else GREEN if pulled else _RESTING
+        color = STOPPED if session.stopped else RED if trouble else GREEN if pulled else _RESTING
         words = trouble or (
             "the hand waits for the compiler"
             if session.waiting

@@ -24,8 +24,9 @@ def view(
     port: int = 0,
     open_browser: bool = False,
     origins: Iterable[str] = (),
+    steer: bool = False,
 ) -> View:
-    """Show a robot on a page: drag its hand, move its joints, add obstacles. Meanwhile the program continues.
+    """Show a robot on a page: drag its hand, move its joints, steer it, add obstacles. Meanwhile the program continues.
 
     Args:
         robot: The robot.
@@ -35,6 +36,8 @@ def view(
         port: The TCP port; a free one unless given.
         open_browser: Open a page on this machine, if it has a browser.
         origins: Addresses of other pages that may connect to it, such as ``"https://hub.example.org"`` of a proxy.
+
+        steer: Begin with the tab in which the hand is steered, by buttons and keys, with a servo that touches nothing.
 
     Returns:
         A ``View``: ``url``; ``q``, which can be set; ``world``; ``stop()``. It stops at the end of a ``with`` block, and Jupyter
@@ -51,7 +54,7 @@ def view(
         ...     view.url
         'http://127.0.0.1:...'
     """
-    shown = _view_class()(robot, world, q=q, host=host, port=port, origins=tuple(origins))
+    shown = _view_class()(robot, world, q=q, host=host, port=port, origins=tuple(origins), steer=steer)
     if open_browser:
         shown.page.open()
     return shown

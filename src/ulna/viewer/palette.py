@@ -17,6 +17,7 @@ Color = tuple[int, int, int]
 
 GREEN: Color = (40, 180, 75)  # nothing touches
 RED: Color = (225, 45, 45)  # something touches, or a target is not reached
+STOPPED: Color = (225, 140, 20)  # the hand stops before a collision, or something limits it
 UNKNOWN: Color = (150, 150, 150)  # not checked
 INK: Color = (40, 45, 52)  # words
 SLATE: Color = (95, 105, 120)  # lines, on a light page and on a dark one

@@ -7,6 +7,7 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from viser import GuiTabGroupHandle
 
 from ulna.collision.world import World
 from ulna.description.meshes.hulls import in_place_of_meshes
@@ -24,6 +25,7 @@ from ulna.viewer.plan_panel import PlanPanel
 from ulna.viewer.readings import ClearancePanel, EllipsoidPanel, Notice
 from ulna.viewer.session.session import Session
 from ulna.viewer.stage import Floor, SightPanel, add_stage, floor_height
+from ulna.viewer.steer_panel import SteerPanel
 
 FRAME_S = 1 / 60
 IDLE_S = 1 / 20  # between frames at rest: the program may have changed the world
@@ -49,6 +51,7 @@ class View:
         host: str = HOST,
         port: int = 0,
         origins: tuple[str, ...] = (),
+        steer: bool = False,
     ) -> None:
         self.answer_time = 0.0
         self._event_time: float | None = None
@@ -58,11 +61,11 @@ class View:
         self.session = Session(robot, world, q, self.compiler.ask)
         self.page = Page(host, port, title=f"{robot.name} - Ulna", origins=origins)
         with self.page.ending_if_it_fails():
-            self._build()
+            self._build(steer=steer)
         self._loop.start()
         self.page.server.on_client_connect(self._rehearse)
 
-    def _build(self) -> None:
+    def _build(self, *, steer: bool) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
         self._first = self._told = robot
         self.arm = Arm(server, robot)
@@ -80,6 +83,7 @@ class View:
             server.gui.add_html(small_text(self.in_place_of_meshes))
         self.notice = Notice(server.gui)
         tabs = server.gui.add_tab_group()
+        self.steer = self._add_steering(tabs, on=True) if steer else None  # the first tab is the one that is open
         with tabs.add_tab("Move"):
             self.hand = HandPanel(server, session, extent.radius, self._happened) if robot.n_dof else None
             self.configuration = ConfigurationPanel(server.gui, session, self._happened)
@@ -101,10 +105,17 @@ class View:
         if robot.n_dof:
             with tabs.add_tab("Plan"):
                 self.plans = PlanPanel(server, session, self.arm, self._happened)
+        self.steer = self.steer or self._add_steering(tabs, on=False)
         with tabs.add_tab("Look"):
             self.sight = SightPanel(self.page)
             self.look = VisibilityPanel(server.gui, self.arm)
         self._show()
+
+    def _add_steering(self, tabs: GuiTabGroupHandle, *, on: bool) -> SteerPanel | None:
+        if not self.session.robot.n_dof:
+            return None
+        with tabs.add_tab("Steer"):
+            return SteerPanel(self.page.server.gui, self.session, self._happened, on=on)
 
     @property
     def url(self) -> str:
@@ -200,7 +211,8 @@ class View:
             news = self.compiler.take_news()
             chosen = self.obstacles.take()
             planned = self.plans is not None and self.plans.take()
-            if session.frame() or chosen or news or planned:
+            steered = self.steer is not None and self.steer.take()
+            if session.frame() or chosen or news or planned or steered:
                 self._show()
             elif self.hand is not None:
                 self.hand.show()
@@ -227,12 +239,13 @@ class View:
         if self.hand is not None:
             self.hand.show()
             self.hand.handles.show(visible=self.plans is None or not self.plans.planning.on)
-        if self.plans is not None:
-            self.plans.show()
+        for panel in (self.plans, self.steer):
+            if panel is not None:
+                panel.show()
 
     @property
     def _moving(self) -> bool:
-        return self.session.moving or (self.plans is not None and self.plans.moving)
+        return self.session.moving or any(panel is not None and panel.moving for panel in (self.plans, self.steer))
 
     def _allow(self) -> None:
         """Allow the pairs of the robot's links that touch here."""

@@ -1,0 +1,17 @@
+"""``ulna servo``: steers a robot's hand on a page, among obstacles that it does not touch."""
+
+from ulna.cli.cell import Obstacles, ShownRobot
+from ulna.cli.depends import command
+from ulna.cli.options import OnPage
+from ulna.cli.targets import Q
+from ulna.cli.view import serve
+from ulna.viewer.open_page import view
+
+
+@command
+def servo(robot: ShownRobot, world: Obstacles, q: Q, page: OnPage) -> None:
+    """Steer a robot's hand in the browser: hold a button, or an arrow key; it touches nothing, and says what limits it.
+
+    Shift with a key turns the hand. Ctrl-C ends it.
+    """
+    serve(view(robot, world, q=q, steer=True, **page._asdict()))
