@@ -29,8 +29,8 @@ ARMS = ("panda", "ur5", "xarm7", "iiwa14")
 PEERS = ("mink", "pink")
 OBJECTS = 10
 GAIN = RATE / 4  # [1/s]: of the loop around ``differential_ik``, that of the servo near a pose
-FASTEST = 0.5  # [m/s and rad/s], on the direct way
-PATIENCE = 10_000  # ticks, to a target
+FASTEST = 1.0  # [m/s and rad/s], on the direct way
+PATIENCE = 5_000  # ticks, to a target
 NEAR_ENOUGH = 1e-3, 1e-2  # [m], [rad]
 REST = 2_000  # ticks that may pass until the arm rests
 ESCAPE, MOVED = 100, 1e-3  # ticks away from a rest, and how far an entry of q has to have moved then [rad]
@@ -337,7 +337,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--arm", action="append", help=f"repeatable; {', '.join(ARMS)} unless given")
     parser.add_argument("--ticks", type=int, default=10_000, help="of each scene and path")
     parser.add_argument("--scenes", type=int, default=4, help="of each arm, for safety; 25 are a hundred")
-    parser.add_argument("--targets", type=int, default=100, help="of each arm, to be reached; 250 are a thousand")
+    parser.add_argument("--targets", type=int, default=25, help="of each arm, to be reached; 250 are a thousand")
     parser.add_argument("--peer-scenes", type=int, default=3)
     parser.add_argument("--peer-ticks", type=int, default=2000)
     return parser.parse_args()

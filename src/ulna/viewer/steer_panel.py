@@ -29,7 +29,7 @@ class SteerPanel:
         self.on = gui.add_checkbox("Steer the hand", initial_value=False, disabled=bool(refusal), hint=refusal or _HINT)
         self.sentence = gui.add_html(small_text(refusal) if refusal else "")
         self.speed = gui.add_slider("Speed [m/s]", min=0.01, max=0.5, step=0.01, initial_value=self.steering.speed, visible=False)
-        self.axes = gui.add_dropdown("Axes of the", tuple(_AXES), initial_value="base", visible=False)
+        self.axes = gui.add_dropdown("Axes", tuple(_AXES), initial_value="base", visible=False)
         self.buttons = [
             gui.add_button(f"{word} {'+-'[k]}{axis}  [{shift}{keys[k]}]", visible=False)
             for word, shift in (("move", ""), ("turn", "⇧"))
