@@ -18,7 +18,8 @@ from doc_pages import PAGES, ROOT, blocks, commands
 from ulna.cli.app import app
 
 WITH_PYTHON = [page for page in PAGES if any(block.language == "python" for block in blocks(page))]
-LONG = ("demo", "view", "record", "bench", "warmup", "ros1", "ros2")  # have tests of their own; here their words are only parsed
+# These have tests of their own; here their words are only parsed.
+LONG = ("demo", "view", "servo", "record", "bench", "warmup", "ros1", "ros2")
 DELETED = {"demo", "ros1", "ros2"} - set(get_command(app).list_commands(None))  # where the demo is, none
 COMMANDS = sorted({(page, command) for page in PAGES for command in commands(page) if command.split()[1] not in DELETED})
 PARSED = sorted({command for _, command in COMMANDS if command.split()[1] in LONG})

@@ -19,7 +19,7 @@ from ulna.cli import plugins
 
 COMMANDS = [
     *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "run", "reach", "dh", "compare", "inspect", "urdf"),
-    *("view", "record", "bench", "warmup"),
+    *("view", "servo", "record", "bench", "warmup"),
 ]
 OF_PLUGINS = ("demo", "ros1", "ros2")  # tests/demo
 FAR = "5,0,0,0,0,0,1,1,1"

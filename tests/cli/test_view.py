@@ -4,12 +4,15 @@ import json
 import socket
 import sys
 
+import pytest
+
 import ulna
 from processes import free_port, running, wait_for
 from ulna.cli.cell import warn_of_missing
 
 
-def test_view_serves_the_page_until_ctrl_c(tmp_path):
+@pytest.mark.parametrize("name", ["view", "servo"])
+def test_it_serves_the_page_until_ctrl_c(tmp_path, name):
     world = ulna.World()
     world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.6, 0, 0.3)))
     ulna.save_world(world, tmp_path / "scene.json")
@@ -18,7 +21,7 @@ def test_view_serves_the_page_until_ctrl_c(tmp_path):
         sys.executable,
         "-m",
         "ulna",
-        "view",
+        name,
         "panda",
         "--scene",
         str(tmp_path / "scene.json"),

@@ -26,7 +26,7 @@ OWN = (
     "list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "run", "reach", "dh", "compare", "inspect", "urdf", "view",
     "servo", "record", "bench", "warmup",
 )  # fmt: skip
-_LAST_BEFORE_GUESTS = "view"
+_LAST_BEFORE_GUESTS = "servo"
 _ARGUMENTS = "ulna.arguments"
 _OPTIONS_OF_WORDS = {  # advice of the library to a program, and what it is on the command line
     "ulna.load(..., srdf=...)": "--srdf FILE",
@@ -56,7 +56,7 @@ class _Commands(TyperGroup):
         return super().parse_args(ctx, args)
 
     def list_commands(self, ctx):
-        """Every name, in the order of the help: commands of plugins come after ``view``, their groups last."""
+        """Every name, in the order of the help: commands of plugins come after ``servo``, their groups last."""
         self._load(OWN)
         self._load_guests()
         places = {name: k for k, name in enumerate(OWN)}

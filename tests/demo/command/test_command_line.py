@@ -11,7 +11,7 @@ from command_fixtures import without_announcements
 
 COMMANDS = [
     *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "run", "reach", "dh", "compare", "inspect", "urdf"),
-    *("view", "demo", "record", "bench", "warmup", "ros1", "ros2"),
+    *("view", "servo", "demo", "record", "bench", "warmup", "ros1", "ros2"),
 ]
 WRONG_TABLE = """
 import ulna.description.names.panda as panda
