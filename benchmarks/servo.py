@@ -132,7 +132,10 @@ def safety_row(name: str, scenes: int, ticks: int) -> dict:
                 times.append(time.thread_time() - began)
             leave(robot, servo, world, commands, rests)
         found.append(rests | judged(robot, world, np.array([c.q for c in commands]), np.array([c.qd for c in commands])))
-    totals = {key: sum(row[key] for row in found) for key in ("ticks", "contacts_Coal", "contacts_Ulna", "rests", "dead_ends")}
+    totals = {
+        key: sum(row[key] for row in found)
+        for key in ("ticks", "contacts_Coal", "contacts_Ulna", "violations", "rests", "dead_ends")
+    }
     worst = {key: max(row[key] for row in found) for key in ("velocity", "acceleration", "beyond_rad")}
     return {"arm": name, "scenes": scenes} | totals | worst | percentiles(np.array(times))
 

@@ -11,6 +11,7 @@ from ulna.bench.arms import longest_reach
 Array = NDArray[np.float64]
 FINER = 16  # times: so many configurations of a tick are looked at
 SLOW_HZ = 50.0
+ROUNDING = 1e-12  # [rad]
 _BODY = 0.3  # [m]: no point of a link is farther from the chain of its joints
 
 
@@ -49,10 +50,13 @@ def overlaps(robot: ulna.Robot, world: ulna.World, fine: Array) -> int:
 def shares_of_limits(robot: ulna.Robot, q: Array, acceleration: float) -> dict[str, float]:
     """The greatest velocity and acceleration by differences, as shares of the limits; how far q is beyond its limits [rad]."""
     v = np.diff(q, axis=0) * RATE
+    speeds, accelerations = np.abs(v) / robot.velocity_limits, np.abs(np.diff(v, axis=0)) * RATE / acceleration
+    beyond = np.maximum(robot.lower - q, q - robot.upper)
     return {
-        "velocity": float((np.abs(v) / robot.velocity_limits).max()),
-        "acceleration": float(np.abs(np.diff(v, axis=0)).max() * RATE / acceleration),
-        "beyond_rad": max(0.0, float(np.maximum(robot.lower - q, q - robot.upper).max())),
+        "violations": int(np.sum(speeds > 1) + np.sum(accelerations > 1) + np.sum(beyond > ROUNDING)),
+        "velocity": float(speeds.max()),
+        "acceleration": float(accelerations.max()),
+        "beyond_rad": max(0.0, float(beyond.max())),
     }
 
 

@@ -38,6 +38,7 @@ def test_limits_are_shares_of_what_was_commanded(panda):
     assert found["velocity"] == pytest.approx(2.0 / panda.velocity_limits[0])
     assert found["acceleration"] == pytest.approx(200.0)
     assert found["beyond_rad"] == 0.0
+    assert found["violations"] == 2  # it stops as suddenly
     q[3, 1] = panda.upper[1] + 0.25
     assert shares_of_limits(panda, q, 10.0)["beyond_rad"] == pytest.approx(0.25)
 
@@ -72,7 +73,7 @@ def test_an_arm_starts_far_from_a_scene(panda):
 def test_a_servo_is_found_safe_and_a_follower_that_knows_no_world_is_not(panda, monkeypatch):
     monkeypatch.setattr(servo, "arm", lambda _: panda)
     row = servo.safety_row("panda", 1, 1000)
-    assert (row["contacts_Coal"], row["contacts_Ulna"], row["dead_ends"]) == (0, 0, 0)
+    assert (row["contacts_Coal"], row["contacts_Ulna"], row["violations"], row["dead_ends"]) == (0, 0, 0, 0)
     assert max(row["velocity"], row["acceleration"]) <= 1.0
 
     class Blind(servo.OwnFollower):
