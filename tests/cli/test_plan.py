@@ -1,6 +1,7 @@
 """``ulna plan``: what it prints and writes, and its exit status."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -38,6 +39,17 @@ def test_json_has_the_path_and_why_there_is_none(run, scene):
     result = run("plan", "--from", LEFT, "--xyz", "3,0,0", "--scene", scene, "--json")
     assert result.exit_code == 1
     assert json.loads(result.stdout)["status"] == "goal unreachable"
+
+
+def test_a_terminal_shows_the_time_and_the_checked_edges_of_a_search_and_a_pipe_nothing(run, scene):
+    motion = "plan", "--from", LEFT, "--to", RIGHT, "--scene", scene
+    run(*motion)  # what is compiled is said now
+    piped = run(*motion)
+    shown = run(*motion, FORCE_COLOR="1", TERM="xterm")  # rich takes standard error for a terminal then
+    assert piped.stderr == ""
+    assert re.search(r"planning .*0:00:\d\d.* [1-9]\d* edges checked", shown.stderr)
+    assert "certified free" in piped.stdout
+    assert "certified free" in shown.stdout
 
 
 def test_one_goal_is_expected(run):

@@ -1,8 +1,10 @@
 """A search is cut into slices of about the same time, however long an edge takes."""
 
 import numpy as np
+import pytest
 
 import ulna
+from ulna.errors import InputError
 from ulna.planning import search
 from ulna.planning.slices import _FIRST_SLICE, _LONGEST_SLICE, Pace
 
@@ -53,3 +55,30 @@ def test_a_plan_keeps_the_world_as_it_was_and_the_next_one_sees_what_has_moved(p
     round_it = panda.plan(left, right, world)
     assert free.clearance > 1 > round_it.clearance
     assert len(free.path) == 2 < len(round_it.path)
+
+
+def test_progress_is_the_number_of_checked_edges_after_each_slice_and_changes_no_bit(panda, world, monkeypatch):
+    left, right = panda.home.copy(), panda.home.copy()
+    left[0], right[0] = 1.0, -1.0
+    monkeypatch.setattr(Pace, "adapt", lambda pace, *_: setattr(pace, "checks", 8))
+    told = []
+    plan = panda.plan(left, right, world, progress=lambda done, of: told.append((done, of)), max_checks=50_000)
+    done = [checks for checks, _ in told]
+    assert done == sorted(done)
+    assert done[-1] == plan.checks
+    assert len(set(done)) > 4
+    assert {of for _, of in told} == {50_000}
+    assert np.array_equal(plan.path, panda.plan(left, right, world).path)
+
+
+def test_what_progress_raises_ends_the_search_and_only_a_function_is_taken(panda, world):
+    left, right = panda.home.copy(), panda.home.copy()
+    left[0], right[0] = 1.0, -1.0
+
+    def give_up(done, of):
+        raise TimeoutError
+
+    with pytest.raises(TimeoutError):
+        panda.plan(left, right, world, progress=give_up)
+    with pytest.raises(InputError, match="progress: True; a function"):
+        panda.plan(left, right, world, progress=True)

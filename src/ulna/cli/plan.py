@@ -1,6 +1,7 @@
 """``ulna plan``: a motion to a goal, free of collision."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -8,11 +9,12 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 from rich.console import RenderableType
+from rich.progress import TextColumn, TimeElapsedColumn
 
 from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import Json, as_options, command, defaults_of
 from ulna.cli.options import Degrees, LinkName, Seed, link_or_hand
-from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, write_figure
+from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, progress_bar, write_figure
 from ulna.cli.targets import HOME, RPY, XYZ, Orientation, Start, numbers, positions, state_of, target_pose, words
 from ulna.description.pose import pose
 from ulna.errors import InputError
@@ -122,10 +124,11 @@ def plan(
     else:
         link = tip_of(members) if members and link is None else link_or_hand(robot, link=link, as_json=as_json)
         goal = target_pose(robot, link, str(xyz), orientation)
-    with as_options({"q_start": "--from", "goal": "--goal" if goals else "--xyz" if to is None else "--to"}):
+    options = {"q_start": "--from", "goal": "--goal" if goals else "--xyz" if to is None else "--to"}
+    with as_options(options), search_shown() as progress:
         found = robot.plan(
             begin, goal, world, link=link, group=group, certify=not sampled, clearance=clearance, seed=seed,
-            max_checks=max_checks, time_limit=time_limit, escape=escape,
+            max_checks=max_checks, time_limit=time_limit, escape=escape, progress=progress,
         )  # fmt: skip
     motion = None
     if found:
@@ -183,6 +186,14 @@ def _poses(goals: list[str], robot: Robot, *, degrees: bool) -> dict[str, NDArra
             given = numbers("--goal", values, (*XYZ, *RPY), degrees=degrees)
             poses[link] = pose(given[:3], given[3:])
     return poses
+
+
+@contextmanager
+def search_shown() -> Iterator[Callable[[int, int], None]]:
+    """A function that shows how far a search is, ``progress`` of ``Robot.plan``: on standard error, if that is a terminal."""
+    with progress_bar(TextColumn("planning"), TimeElapsedColumn(), TextColumn("{task.completed:,} edges checked")) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda checks, _: bar.update(task, completed=checks)
 
 
 def found_data(robot: Robot, found: Plan) -> Data:

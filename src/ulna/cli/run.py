@@ -13,7 +13,7 @@ from ulna.cli.cell import Obstacles
 from ulna.cli.depends import Json, as_options, command
 from ulna.cli.options import Degrees, Seed
 from ulna.cli.output import Output
-from ulna.cli.plan import Clearance, found_data
+from ulna.cli.plan import Clearance, found_data, search_shown
 from ulna.cli.targets import Start, positions
 from ulna.description.arrays import as_number
 from ulna.errors import InputError
@@ -74,8 +74,8 @@ def run(
     goal = positions("--to", to, robot, degrees=degrees)
     begin = robot.home if start is None else positions("--from", start, robot, degrees=degrees)
     driver: Arm = Recorder(begin) if dry_run else Franka(address, robot=robot)
-    with as_options({"q_start": "--from", "goal": "--to"}):
-        found = robot.plan(driver.q, goal, world, clearance=clearance, seed=seed)
+    with as_options({"q_start": "--from", "goal": "--to"}), search_shown() as progress:
+        found = robot.plan(driver.q, goal, world, clearance=clearance, seed=seed, progress=progress)
     motion, record = None, None
     if found:
         motion = found.trajectory(limits=driver.model.limits)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -51,9 +51,12 @@ class PlanOptions(NamedTuple):
     shorten: bool = True
     escape: bool = False
     time_limit: float | None = 10.0
+    progress: Callable[[int, int], object] | None = None
 
     def checked(self) -> PlanOptions:
         """These options as Python's own numbers."""
+        if self.progress is not None and not callable(self.progress):
+            raise InputError("progress", f"{self.progress!r}; a function of two numbers is expected")
         return PlanOptions(
             as_switch("certify", self.certify),
             as_number("clearance", self.clearance, 0.0, "a distance [m] of at least 0"),
@@ -62,6 +65,7 @@ class PlanOptions(NamedTuple):
             as_switch("shorten", self.shorten),
             as_switch("escape", self.escape),
             as_time_limit(self.time_limit),
+            self.progress,
         )
 
 
@@ -119,7 +123,7 @@ def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], options: P
     if len(q) > 1:
         order = np.argsort(space.lengths(space.shortest_way(q - start)), kind="stable")
         q, of = q[order], of[order]
-    search = Search(motion.edges(certify=certify), start, q, (options.seed,))
+    search = Search(motion.edges(certify=certify), start, q, (options.seed,), progress=options.progress)
     found = search.finish(options.max_checks, TimeLimit(options.time_limit), shorten=options.shorten)
     if found is None:
         name = "max_checks" if search.effort.checks >= options.max_checks else "time_limit"

@@ -1,5 +1,6 @@
 """Runs the search for a path and its shortening, in slices of checked edges."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
@@ -66,6 +67,7 @@ class Search:
         goals: Shape (n, n_dof), at least one.
         stream: Chooses the samples: the seed, and the number of the search.
         bound: The length that the path is to stay below; if finite, the algorithm is AORRTC, else RRT-Connect.
+        progress: Called after each slice with the number of edges checked so far, and of all that may be.
         state: Of the search and of the shortening (``planning_layout``), shape (2, N_STATE).
         trees: The trees.
     """
@@ -75,6 +77,7 @@ class Search:
     goals: Array
     stream: tuple[int, ...]
     bound: float = np.inf
+    progress: Callable[[int, int], object] | None = None
     state: NDArray[np.int64] = field(init=False)
     trees: Trees = field(init=False)
 
@@ -122,6 +125,8 @@ class Search:
         while slices.another(shortening if search[layout.JOINED] else search):
             searching = not search[layout.JOINED]
             code = driver.plan_slice(*scene, settings, space.table, self._samples(), *self.trees, *path, self.state)
+            if self.progress is not None:
+                self.progress(self.effort.checks, max_checks)
             if code in {layout.SOLVED, layout.NOT_FREE}:
                 return Found(path.waypoints[: shortening[layout.POINTS]].copy(), code == layout.SOLVED)
             if searching and search[layout.JOINED]:

@@ -74,7 +74,7 @@ class Robot(Quick):
     description: Description
     """The links and joints of the description."""
     tree: Tree
-    """The same as flat arrays, for the kernels."""
+    """The links and joints as flat arrays, for the kernels."""
     home: Array
     """The configuration to start from [rad or m], shape (n_dof,)."""
     attached: tuple[Attached, ...]
@@ -428,7 +428,7 @@ class Robot(Quick):
         return (jacobian or self._jacobian.of(link, expressed_in))(q, out, threads)
 
     def on_gpu(self, *, float32: bool = False) -> GpuRobot:
-        """The same robot, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
+        """A robot like this one, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
 
         Its methods have the names of these. They take NumPy arrays, or arrays on the device, and return the same kind.
 
@@ -992,6 +992,7 @@ class Robot(Quick):
         shorten: bool = _PLAN.shorten,
         escape: bool = _PLAN.escape,
         time_limit: float | None = _PLAN.time_limit,
+        progress: Callable[[int, int], object] | None = None,
     ) -> Plan:
         """A motion from a configuration to a goal, free of collision: straight lines between configurations.
 
@@ -1019,6 +1020,8 @@ class Robot(Quick):
             escape: Whether a start that touches something by at most 10 mm is left, first of all, by an edge that is not checked.
             time_limit: The longest time of the search [s], 10 s unless given; None for no limit. Not counted are the first edges,
                 during which kernels may be compiled. Where it ends the search, the result depends on the machine.
+            progress: Called about a hundred times a second during the search, with the number of edges checked so far and
+                ``max_checks``; shortening may exceed that.
 
         Returns:
             A ``Plan``: path, status, and the reason if there is no path.
@@ -1038,7 +1041,7 @@ class Robot(Quick):
             >>> str(plan.status), plan.certified
             ('solved', True)
         """
-        options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit).checked()
+        options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit, progress).checked()
         members, states = None if group is None else group_named(group, self.groups), self.srdf.states
         if isinstance(q_start, str):
             q_start = configuration(state_named(q_start, states, members), self.tree, self.home)
