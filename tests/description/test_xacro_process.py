@@ -1,10 +1,15 @@
 """The process that expands a document: whatever it prints or does, the parent ends it and raises an error with the reason."""
 
+import ast
+from importlib import import_module
+from pathlib import Path
+
 import pytest
 
 import ulna
 from ulna import DescriptionError
 from ulna.description.xacro import expansion as xacro
+from ulna.description.xacro.child import main
 
 DOCUMENT = (
     '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="${1}"/>' + "<!-- long -->" * 10_000 + "</robot>"
@@ -56,3 +61,28 @@ def test_a_process_has_no_environment_variables_of_the_user(monkeypatch):
         ulna.load(DOCUMENT)
     allowed = {"LC_CTYPE", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "SYSTEMROOT"}
     assert set(str(caught.value).split("xacro: ")[1].split()) <= allowed
+
+
+NAMES = {f"{module.__name__}.{name}" for module, names in main._USED.items() for name in names}
+
+
+@pytest.mark.parametrize("name", sorted(NAMES))
+def test_a_version_of_xacro_without_a_name_that_is_used_is_refused_and_the_name_said(name, monkeypatch):
+    monkeypatch.setattr(xacro, "_START", f"import xacro.substitution_args\ndel {name}\n{xacro._START}")
+    with pytest.raises(DescriptionError, match=rf"xacro: .*(no {name}|has no attribute '{name.rpartition('.')[2]}')"):
+        ulna.load(DOCUMENT)
+
+
+def test_each_name_of_xacro_that_is_used_is_listed():
+    used = set()
+    for file in Path(main.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if (
+                isinstance(node, ast.Attribute)
+                and isinstance(node.value, ast.Name)
+                and node.value.id in {"xacro", "substitution_args"}
+            ):
+                used.add((node.value.id, node.attr))
+    modules = {"xacro": "xacro", "substitution_args": "xacro.substitution_args"}
+    assert {f"{modules[module]}.{name}" for module, name in used} <= NAMES
+    assert all(hasattr(import_module(name.rpartition(".")[0]), name.rpartition(".")[2]) for name in NAMES)

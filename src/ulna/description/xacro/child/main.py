@@ -81,9 +81,13 @@ def _load_what_is_imported_late() -> None:
     unicodedata.normalize("NFKC", "a")  # names of other alphabets, and "\N{...}" in a text, need it
 
 
-_REPLACED = {
-    xacro: ("safe_eval", "abs_filename_spec", "glob"),
-    substitution_args: ("_eval", "_eval_find", "_eval_env", "_eval_optenv"),
+_USED = {  # of the package xacro: what is replaced, then what is called or read, here and in ``expressions``
+    xacro: (
+        *("safe_eval", "abs_filename_spec", "glob", "root_dir"),
+        *("_global_symbols", "init_stacks", "process_doc", "substitution_args_context"),
+        *("NameSpace", "YamlDictWrapper", "YamlListWrapper"),
+    ),
+    substitution_args: ("_eval", "_eval_find", "_eval_env", "_eval_optenv", "_eval_dirname", "convert_value"),
 }
 
 
@@ -107,12 +111,12 @@ def _teach_xacro(parent: Parent, arguments: Arguments, file: str | None, folder:
     """Replace the functions by which xacro evaluates expressions and reads files, relative ones in ``folder``.
 
     Raises:
-        RefusedError: This version of xacro lacks one of the replaced names.
+        RefusedError: This version of xacro lacks a name that is used.
     """
-    missing = [f"{module.__name__}.{name}" for module, names in _REPLACED.items() for name in names if not hasattr(module, name)]
+    missing = [f"{module.__name__}.{name}" for module, names in _USED.items() for name in names if not hasattr(module, name)]
     if missing:
         raise RefusedError(f"this version of the package xacro is not known here (no {missing[0]}); 2.1.1 is")
-    for module in _REPLACED:
+    for module in _USED:
         _without_python(module, parent)
     beside = xacro.abs_filename_spec
     offer_those_of_xacro(xacro._global_symbols)  # noqa: SLF001
