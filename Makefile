@@ -179,12 +179,12 @@ OTHERWISE =
 .venv-bench/.ready: BEFORE = $(@D)/bin/python -m pip install --quiet --editable .
 .venv-bench/.ready: INSTALLED = --only-binary :all:
 .venv-bench/.ready: OTHERWISE = || $(@D)/bin/python -m benchmarks.install
-# pip cannot choose the lowest versions; uv can, in an empty environment.
+# pip cannot choose the lowest versions; uv can, in an empty environment, if what the tests need is chosen with the rest.
 .venv-lowest/.ready: VENV_OPTIONS = --clear
 .venv-lowest/.ready: BEFORE = $(@D)/bin/python -m pip install --quiet uv && \
-	$(@D)/bin/uv pip install --quiet --python $(@D)/bin/python --resolution lowest-direct --editable '.[viewer]'
+	$(@D)/bin/uv pip install --quiet --python $(@D)/bin/python --resolution lowest-direct --editable '.[viewer]' --group core
 .venv-lowest/.ready: INSTALLED = --editable '.[viewer]'
-.venv-lowest/.ready: GROUP = tests
+.venv-lowest/.ready: GROUP = core
 .venv-wheel/.ready: INSTALLED = "$$(ls -t $(WHEEL_DIR)/ulna-*-abi3-*.whl | head -1)[viewer,meshes]"
 .venv-wheel/.ready: GROUP = tests
 # Debian's own Python, which sees Debian's rospy; what is in the environment comes first.
