@@ -333,3 +333,11 @@ def test_the_rate_is_that_of_the_differences(panda):
     servo, _ = started(panda, rate=250)
     command = run(servo, 250, velocity=[0.2, 0, 0, 0, 0, 0, 0])
     assert servo.step(velocity=[0.2, 0, 0, 0, 0, 0, 0]).q[0] - command.q[0] == pytest.approx(0.2 / 250)
+
+
+def test_a_joint_whose_description_allows_no_velocity_is_named():
+    solid = '<link name="base"/><link name="cube"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>'
+    limit = '<limit lower="-1" upper="1" velocity="0" effort="1"/>'
+    slide = f'<joint name="lift" type="prismatic"><parent link="base"/><child link="cube"/><axis xyz="0 0 1"/>{limit}</joint>'
+    with pytest.raises(ulna.InputError, match="robot: its description allows lift a velocity of 0"):
+        ulna.load(f'<robot name="lift">{solid}{slide}</robot>').servo(acceleration=1.0)

@@ -58,6 +58,9 @@ class Servo:
         aside = as_floats("tracking_error", tracking_error)
         if aside.shape not in {(), (n,)} or not ((aside >= 0) & (aside < np.inf)).all():
             raise InputError("tracking_error", f"{tracking_error!r}; a number of at least 0, or {n} of them, is expected")
+        if not tree.velocity_limits.all():
+            still = ", ".join(name for name, most in zip(entry_names(tree), tree.velocity_limits, strict=True) if not most)
+            raise InputError("robot", f"its description allows {still} a velocity of 0, so a servo would never move")
         speeds = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, n, may_be_infinite=True)
         accelerations = WITHIN * as_limits("acceleration", acceleration, n)
         tick = 1.0 / float(rate)
@@ -66,9 +69,6 @@ class Servo:
         tree.chain(self._link)  # refused where there is no such link
         self._limits = np.zeros((layout.N_LIMITS, n))
         self._limits[layout.LOWER], self._limits[layout.UPPER] = tree.least, tree.most
-        if not tree.velocity_limits.all():
-            still = ", ".join(name for name, most in zip(entry_names(tree), tree.velocity_limits, strict=True) if not most)
-            raise InputError("robot", f"its description allows {still} a velocity of 0, so a servo would never move")
         self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * tree.velocity_limits))
         self._limits[layout.ACCELERATION], self._limits[layout.ASIDE] = accelerations, aside
         self._limits[layout.ROOM] = _ROOM * accelerations * tick * tick
