@@ -59,7 +59,7 @@ class Bodies:
         return [(i, j) for a, b in owners for i in self._rows_of[a] for j in self._rows_of[b]]
 
     def table_of_pairs(self, owners: Iterable[tuple[str, str]]) -> NDArray[np.int64]:
-        """The same as the kernels take them: read-only, shape (n, 2)."""
+        """``pairs_of`` as the kernels take it: read-only, shape (n, 2)."""
         pairs = np.array(self.pairs_of(owners), dtype=np.int64).reshape(-1, 2)
         pairs.setflags(write=False)
         return pairs

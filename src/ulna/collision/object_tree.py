@@ -57,7 +57,7 @@ def most_nodes(n: int) -> int:
 
 
 def most_cloud_nodes(n: int) -> int:
-    """The same of n points of a cloud."""
+    """How many nodes a tree over n points of a cloud has at most."""
     return n // (2 * WIDTH) + 1 + most_nodes(n // WIDTH + 1)
 
 

@@ -25,7 +25,7 @@ def forward_one(chain, n_dof, q, out):
 
 @entry((TABLE, MATRIX, MATRICES))
 def forward_batch(chain, q, out):
-    """The same for q of shape (n, n_dof), out of shape (n, 4, 4): eight rows at a time."""
+    """Write the matrix of the chain's end to out, shape (n, 4, 4), for q of shape (n, n_dof), eight rows at a time."""
     q_rows, pose_rows = zero_rows(max(1, q.shape[1])), empty_rows(12)
     turn_rows = zero_rows(2 * chain.shape[0])
     good = True
@@ -49,7 +49,7 @@ def frames_one(joints, frames, q, out):
 
 @entry((TABLE, TABLE, MATRIX, BLOCKS))
 def frames_batch(joints, frames, q, out):
-    """The same for q of shape (n, n_dof), out of shape (n, n_frames, 4, 4): eight rows at a time."""
+    """Write those of all frames to out, shape (n, n_frames, 4, 4), for q of shape (n, n_dof), eight rows at a time."""
     q_rows = zero_rows(max(1, q.shape[1]))
     joint_rows = empty_rows(12 * joints.shape[0])
     frame_rows = empty_rows(12 * frames.shape[0])

@@ -25,7 +25,7 @@ def jacobian_one(chain, expressed_in, n_dof, q, out):
 
 @entry((TABLE, WHOLE, MATRIX, MATRICES))
 def jacobian_batch(chain, expressed_in, q, out):
-    """The same for q of shape (n, n_dof), out of shape (n, 6, n_dof): eight rows at a time. False if q is out of range."""
+    """Write J to out, shape (n, 6, n_dof), for q of shape (n, n_dof), eight rows at a time. False if q is out of range."""
     n_dof = q.shape[1]
     q_rows, jacobian_rows = zero_rows(max(1, n_dof)), zero_rows(6 * n_dof)
     turn_rows, is_first = zero_rows(2 * chain.shape[0]), np.empty(chain.shape[0], np.int64)

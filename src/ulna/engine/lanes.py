@@ -57,7 +57,7 @@ def empty_rows(n):
 
 
 def zero_rows(n):
-    """The same, filled with zeros."""
+    """n rows of lanes as of ``empty_rows``, filled with zeros."""
     return np.zeros((n, WIDTH))
 
 

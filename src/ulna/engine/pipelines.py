@@ -138,7 +138,7 @@ class IRLibrary(AlignedStackLibrary):
         return super()._get_module_for_linking()
 
     def _get_module_for_linking(self) -> Any:
-        """The same with all that it calls, for a library of Numba's own."""
+        """A module of its own function and all that it calls, to be linked into a library of Numba's own."""
         module = self.own_module().clone()
         for library in _with_callees(self._linking_libraries):
             module.link_in(_Own(library)._get_module_for_linking(), preserve=True)  # noqa: SLF001 - as below

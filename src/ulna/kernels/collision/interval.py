@@ -113,7 +113,7 @@ def objects_near(scene, carried, g, p, within, half, still, slack):
 
 @kernel
 def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margin, stop, clear):
-    """The same as ``world_outcome`` for body k, of ball g.
+    """``world_outcome`` for body k, of ball g, alone.
 
     turning: how fast its joint turns; found: how many objects are in ``near``, whether those of the tree are to be searched, and
     the stack for that.
@@ -153,7 +153,7 @@ def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margi
 
 @kernel
 def object_outcome(scene, carried, g, k, o, b, placed, way, within, slack, half, still, margin, clear):
-    """The same for body k, of ball g, and the object of row o at pose b.
+    """``world_outcome`` for body k, of ball g, and the object of row o at pose b.
 
     placed: the body's pose, its centre and the velocity of that; way: how far a point of it gets within ``half``, and ``slack``;
     within: the same where the lane is clear, else how near a contact is.
@@ -194,7 +194,7 @@ def pose_of(bodies, k, carried, p, like):
 
 @kernel
 def self_outcome(scene, carried, half, still, stop, clear, like):
-    """The same as ``world_outcome`` for the pairs of the robot's own bodies; lanes that are not clear stay so."""
+    """``world_outcome`` for the pairs of the robot's own bodies instead; lanes that are not clear stay so."""
     bodies, balls, groups = scene.bodies, carried.balls, carried.groups
     for e in range(groups.shape[0]):
         a, b = groups[e, GROUP_A], groups[e, GROUP_B]
@@ -228,7 +228,7 @@ def self_outcome(scene, carried, half, still, stop, clear, like):
 
 @kernel
 def pair_outcome(scene, carried, e, i, j, p, way, slack, half, still, stop, clear):
-    """The same for bodies i and j, of the two balls of group e. p: the centre of body i; way, slack: as in ``self_outcome``."""
+    """``self_outcome`` for bodies i and j, of the two balls of group e. p: the centre of body i; way, slack: as there."""
     bodies, q = scene.bodies, load_vector(carried.centre_rows, 3 * j)
     d, reach = minus(p, q), BALLS * (bodies[i, REACH] + bodies[j, REACH])
     within = where(clear > 0.0, way, splat(slack, way) if stop else splat(NEVER, way))

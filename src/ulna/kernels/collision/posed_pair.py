@@ -42,7 +42,7 @@ def rows_overlap(bodies, vertices, i, a, others, points, j, b, wanted):
 
 @shared_routine
 def convex_overlap(bodies, vertices, i, a, others, points, j, b, wanted):
-    """The same for convex shapes of any kind."""
+    """``rows_overlap`` for convex shapes of any kind."""
     return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b), wanted)
 
 

@@ -64,7 +64,7 @@ class Carried(NamedTuple):
     speeds: NDArray
     """The greatest speed of a point of each ball, as a joint sees it; last as the base sees it [m], (n_balls, n_joints + 1)."""
     bends: NDArray
-    """The same of the greatest acceleration [m], shape (n_balls, n_joints + 1)."""
+    """The greatest acceleration of a point of each ball, as in ``speeds`` [m], shape (n_balls, n_joints + 1)."""
     slacks: NDArray
     """How far rounding, and what is allowed beside the edge, may put a point of each ball [m], shape (n_balls,)."""
     joint_rows: NDArray

@@ -121,7 +121,7 @@ def nearest_corner(c, edges, h):
 
 @kernel
 def nearest_of_four(c, y, z, h):
-    """The same for the corners c +- y +- z."""
+    """``nearest_corner`` of the corners c +- y +- z alone."""
     p, q = plus(c, y), minus(c, y)
     return nearer_corner(
         nearer_corner(outside_square(plus(p, z), h), outside_square(minus(p, z), h)),

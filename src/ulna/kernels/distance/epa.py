@@ -155,7 +155,10 @@ def depth_around_axes(body, depth, n, points):
 
 @kernel
 def depth_around_axis(body, z, depth, n, points):
-    """The same for one axis: the lowest of many directions, then sections of the arc about it (Kiefer, Proc. AMS 1953)."""
+    """``depth_around_axes`` for the axis z.
+
+    The lowest of many directions, then sections of the arc about it (Kiefer, Proc. AMS 1953).
+    """
     u = across(z)
     v = cross(z, u)
     best, lowest = 0.0, 1e300

@@ -48,7 +48,7 @@ def turn_about_z(a, theta):
 
 @kernel
 def turned_about_z(a, s, c):
-    """The same by the sine and the cosine of the angle."""
+    """``turn_about_z`` by the angle whose sine is s and cosine c."""
     return (
         a[0] * c + a[1] * s, a[1] * c - a[0] * s, a[2], a[3],
         a[4] * c + a[5] * s, a[5] * c - a[4] * s, a[6], a[7],
