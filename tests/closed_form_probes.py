@@ -7,7 +7,7 @@ from ulna.kernels.chain.subproblems import angle_onto, angles_to_direction, angl
 from ulna.kernels.chain.two_circles import angle_of_pair, lines_of, other_of_pair, passing, pencil
 from ulna.kernels.spatial.elementary import full_circle_angle
 
-FREE = 0.6, 0.8  # the sine and cosine of an angle that may be any
+FREE = 0.6, 0.8  # the sine and cosine of an undetermined angle
 
 
 @kernel

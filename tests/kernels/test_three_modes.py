@@ -105,7 +105,7 @@ def sliding_table():
 
 
 def branch_inputs(poses):
-    """Poses, three signs, and twelve sines and cosines of angles that may be any."""
+    """Poses, three signs, and twelve sines and cosines of undetermined angles."""
     signs = np.array([(-1.0) ** (np.arange(N) >> k) for k in range(3)])
     return np.vstack([poses * 0.4, signs, np.zeros((6, N)), np.ones((6, N))])
 
