@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from ulna.inspection.compare import compare
     from ulna.inspection.inspect import inspect
     from ulna.inspection.result import Comparison, Finding, Inspection, Severity
+    from ulna.planning.keep import Keep
     from ulna.planning.plan import Plan, PlanStatus
     from ulna.planning.trajectory import Trajectory
     from ulna.reachability.map import ReachabilityMap
@@ -78,6 +79,7 @@ __all__ = [
     "IKSolutions",
     "InputError",
     "Inspection",
+    "Keep",
     "Mesh",
     "MissingExtraError",
     "MissingROSError",
@@ -148,6 +150,7 @@ _HOMES = {
     "ulna.inspection.compare": ("compare",),
     "ulna.inspection.inspect": ("inspect",),
     "ulna.inspection.result": ("Comparison", "Finding", "Inspection", "Severity"),
+    "ulna.planning.keep": ("Keep",),
     "ulna.planning.plan": ("Plan", "PlanStatus"),
     "ulna.planning.trajectory": ("Trajectory",),
     "ulna.reachability.map": ("ReachabilityMap",),

@@ -26,6 +26,7 @@ TABLES = {
     "groups",
     "jerk_limits",
     "joints",
+    "keeps",
     "objects",
     "out",
     "pairs",

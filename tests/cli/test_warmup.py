@@ -73,6 +73,7 @@ for n in (6, 5):
 for robot, scene in ((panda, world), (held, mixed)):
     plan = robot.plan(ready, ready + 0.2, scene)
     plan.trajectory(acceleration=1.0)
+panda.edge_keeps(ready, ready + 0.01, ulna.Keep.upright())
 corner = np.array([ready, ready + 0.2, ready + 0.2 * (-1.0) ** np.arange(7)])
 limits = Limits(np.full(7, 1.0), np.full(7, 1.0), np.full(7, 10.0))
 timed_path(corner, np.linalg.norm(np.diff(corner, axis=0), axis=1), 0.1, limits, lambda *_: True)

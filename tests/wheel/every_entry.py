@@ -132,8 +132,11 @@ def ask_for_closed_forms():
 
 
 def ask_for_plans(robots_and_worlds):
-    """Of a robot among boxes, and among any shapes."""
+    """Of a robot among boxes, and among any shapes, with a constraint too."""
     for robot, world in robots_and_worlds:
+        near = robot.home + np.random.default_rng(4).normal(scale=0.05, size=(N, robot.n_dof))
+        robot.edge_keeps(robot.home, near, ulna.Keep.upright())
+        robot.plan(robot.home, robot.home + 0.3 * (np.arange(robot.n_dof) == 0), world, keep=ulna.Keep.upright())
         free = [q for q in robot.random(40, seed=3) if not robot.in_collision(q, world)]
         for goal in free[1:5]:
             plan = robot.plan(free[0], goal, world, max_checks=2000)

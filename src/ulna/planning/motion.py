@@ -16,6 +16,7 @@ from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.search_arrays import Path, Trees
+from ulna.planning.kept import NO_KEEPS, narrower, step_of
 from ulna.planning.slices import Pace, Slices, TimeLimit
 from ulna.planning.space import Space
 
@@ -36,12 +37,14 @@ class EdgeChecker(NamedTuple):
         settings: ``planning_layout``'s.
         space: What may be moved.
         pace: How many edges are checked in one slice.
+        keeps: The constraints (``kept.table_of``).
     """
 
     scene: Scene
     settings: Array
     space: Space
     pace: Pace
+    keeps: Array
 
     def below(self, bound: float, start: Array, goals: Array) -> "EdgeChecker":
         """One for paths shorter than a bound: samples are taken where such a path may pass."""
@@ -62,7 +65,7 @@ class EdgeChecker(NamedTuple):
         shortening[layout.ROWS] = len(path.waypoints)
         trees, samples, slices = _no_trees(), no_rows((0, n_dof)), Slices(2**62, TimeLimit(None), self.pace)
         while slices.another(shortening):
-            code = driver.plan_slice(*self.scene, self.settings, self.space.table, samples, *trees, *path, state)
+            code = driver.plan_slice(*self.scene, self.keeps, self.settings, self.space.table, samples, *trees, *path, state)
             if code != layout.PAUSED:
                 return path.waypoints[: shortening[layout.POINTS]].copy() if code == layout.SOLVED else None
         raise AssertionError("shortening ends by itself")
@@ -76,24 +79,31 @@ class Motion(NamedTuple):
         checker: The robot's.
         world: A copy of the world as it was.
         margin: How near an object may be [m].
+        keeps: The constraints (``kept.table_of``); none if it has no rows.
     """
 
     space: Space
     checker: Checker
     world: World | None
     margin: float
+    keeps: Array = NO_KEEPS
 
     def edges(self, *, certify: bool) -> EdgeChecker:
-        """What decides whether an edge is free: certainly, or at samples."""
+        """What decides whether an edge is free: certainly, or at samples. And keeps the constraints, with a little to spare."""
         objects, kept = NO_OBJECTS if self.world is None else self.world.objects(), _kept.get(self.checker)
         if kept is None or kept[0] is not objects:
             kept = _kept[self.checker] = objects, self.checker.scene_of(self.world, self_collision=True), Pace()
-        settings = _settings(self.space.n_moving, self.space.diameter, self.margin, certify=certify)
-        return EdgeChecker(kept[1], settings, self.space, kept[2])
+        longest, keeps = step_of(self.keeps), narrower(self.keeps)
+        settings = _settings(self.space.n_moving, self.space.diameter, self.margin, longest, certify=certify)
+        return EdgeChecker(kept[1], settings, self.space, kept[2], keeps)
 
     def is_free(self, points: Array, spreads: Array) -> bool:
-        """Whether all within ``spreads``, shape (n - 1, n_dof), of the edges of a path, shape (n, n_dof), is certainly free."""
-        return self.edges(certify=True).checked(points, spreads) is not None
+        """Whether all within ``spreads``, shape (n - 1, n_dof), of the edges of a path, shape (n, n_dof), is certainly free.
+
+        And keeps the constraints.
+        """
+        self.keeps.setflags(write=False)  # an unpickled one is not, and the kernels would be compiled again for its type
+        return self.edges(certify=True)._replace(keeps=self.keeps).checked(points, spreads) is not None
 
     def clearance(self, q: Array) -> float:
         """The least distance of the robot at q, shape (n, n_dof), from an object [m]; infinite if there is none."""
@@ -124,10 +134,11 @@ def _no_trees() -> Trees:
 
 
 @lru_cache(maxsize=64)
-def _settings(n_moving: int, diameter: float, margin: float, *, certify: bool) -> Array:
-    """``planning_layout``'s settings, which are only read."""
+def _settings(n_moving: int, diameter: float, margin: float, step: float, *, certify: bool) -> Array:
+    """``planning_layout``'s settings, which are only read. step: the longest along constraints; infinite without any."""
     settings = np.zeros(layout.N_SETTINGS)
-    longest = RANGE * min(1.0, _FEW / max(1, n_moving))
+    longest = min(RANGE * min(1.0, _FEW / max(1, n_moving)), step)
+    settings[layout.NODES_A_STEP] = WIDTH if step < np.inf else 1
     settings[layout.RANGE], settings[layout.RESOLUTION], settings[layout.MARGIN] = longest, RESOLUTION, margin
     settings[layout.SAMPLED] = 0.0 if certify else SAMPLES_APART
     wide = RANGE * np.sqrt(max(1.0, n_moving / 7))  # as the distances of samples grow

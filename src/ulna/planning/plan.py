@@ -15,6 +15,7 @@ from ulna.description.arrays import as_count, as_floats, as_number
 from ulna.errors import InputError
 from ulna.ik.reason import NO_REASON, Reason
 from ulna.kinematics.tree import Tree, entry_names
+from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import as_motion_limits
 from ulna.planning.moving_ends import as_ends, with_ends
@@ -37,6 +38,8 @@ class PlanStatus(StrEnum):
     START_BEYOND_LIMITS = "start beyond limits"
     GOAL_IN_COLLISION = "goal in collision"
     GOAL_UNREACHABLE = "goal unreachable"
+    START_OUTSIDE = "start outside"
+    GOAL_OUTSIDE = "goal outside"
     BUDGET_SPENT = "budget spent"
 
 
@@ -72,6 +75,8 @@ class Plan:
     ``start beyond limits`` The start is not within the joint limits; those of joints that are held count too.
     ``goal in collision``   Every goal touches something; ``reason.data`` is the ``Report`` of the first.
     ``goal unreachable``    No configuration was found for the pose; ``reason.data`` is the ``IKResult``.
+    ``start outside``       The start does not keep a constraint; ``reason.data`` is a tuple of ``Violation``: which, by how much.
+    ``goal outside``        No goal that is free keeps the constraints; ``reason.data`` is that of the first.
     ``budget spent``        ``max_checks`` edges were checked, or ``time_limit`` is over; ``reason.data`` is a ``SpentBudget``:
                             which, and what stopped edges last. That says nothing about whether there is a way.
     ======================= =============================================================================================
@@ -81,7 +86,8 @@ class Plan:
         path: The configurations [rad or m], shape (n, n_dof), the first the start and the last a goal, but for whole turns of
             joints without limits; n = 0 if there is none.
         certified: Whether every edge of the path is certified, as by ``Robot.edge_in_collision``: free at all of its
-            configurations; all but the first if ``escaped``. Else they were checked at samples.
+            configurations; all but the first if ``escaped``. Else they were checked at samples. The constraints are certainly
+            kept either way.
         reason: Why there is no path; no reason if there is one.
         effort: What it took.
         escaped: Whether the start touched something, and was left for all that: the first edge leads out of it. It is not
@@ -130,6 +136,14 @@ class Plan:
         if self._motion is None:
             return np.inf
         return self._motion.clearance(self.at(np.linspace(0.0, 1.0, _SAMPLES)))
+
+    @cached_property
+    def worst_violation(self) -> float:
+        """The greatest share of its tolerance that a constraint of the plan uses, at all times: a certified bound, below 1.
+
+        It is by no more than 0.001 too large; 0 without constraints. That of an angle is a share of the sine of half of it.
+        """
+        return 0.0 if self._motion is None else worst_violation(self._motion.keeps, self._motion.checker.tree, self.path)
 
     @cached_property
     def _lengths(self) -> Array:

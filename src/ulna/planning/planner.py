@@ -18,10 +18,12 @@ from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names, columns_of_joints
 from ulna.ik.reason import Reason
 from ulna.ik.task import Task, as_task
-from ulna.kinematics.groups import JointGroup
+from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 from ulna.planning.goals import Goals, Request, find_goals
+from ulna.planning.keep import Keep
+from ulna.planning.kept import are_kept, as_keeps, narrower, table_of, violations
 from ulna.planning.motion import Motion
 from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
 from ulna.planning.search import Search
@@ -80,6 +82,7 @@ def plan_motion(
     held: Iterable[str],
     group: JointGroup | None,
     states: tuple[GroupState, ...],
+    keep: Keep | Iterable[Keep],
     options: PlanOptions,
 ) -> Plan:
     """A motion from q_start to a goal; see ``Robot.plan``."""
@@ -92,10 +95,14 @@ def plan_motion(
     refuse_no_world(world)
     if world is not None:
         world = world.snapshot()  # what is planned in does not change under the plan
+    keeps = as_keeps(keep, tree, start, tip_of(group) if link is None and group is not None else link)
+    table = table_of(keeps, tree)
+    if keeps and options.escape:
+        raise InputError("escape", "the way out of a contact keeps no constraint; it does not go with keep=")
     request = Request(checker, inverse_kinematics, world, options.clearance, start, names, task, options.seed)
     fixed = columns_of_joints(tree, names) | fixed_for(targets, tree)
-    if not within:
-        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(tree, start))
+    if not within or not are_kept(narrower(table), tree, start[None], start[None])[0]:
+        return _no_start(tree, start, keeps, within=within)
     depth, first = 0.0, start
     given = np.concatenate([start[None], targets]) if isinstance(targets, np.ndarray) else start[None]
     free = request.is_free(given)  # of all by one call
@@ -105,21 +112,38 @@ def plan_motion(
             return no_plan(tree, PlanStatus.START_IN_COLLISION, request.collision(start))
         first, depth = left
         request = request._replace(start=first)
-    goals = find_goals(request, targets, fixed, free[1:])
+    goals = _kept(find_goals(request, targets, fixed, free[1:]), keeps, table, tree)
     if isinstance(goals, Plan):
         return goals
-    plan = _search(request, goals, fixed, options)
+    plan = _search(request, goals, fixed, table, options)
     if first is not start and plan:
         return replace(plan, path=np.concatenate([start[None], plan.path]), escaped=True, escape=depth)
     return plan
 
 
-def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], options: PlanOptions) -> Plan:
+def _no_start(tree: Tree, start: Array, keeps: tuple[Keep, ...], *, within: bool) -> Plan:
+    """Why there is no motion from a start that is beyond the limits, or else does not keep the constraints."""
+    if not within:
+        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(tree, start))
+    return no_plan(tree, PlanStatus.START_OUTSIDE, violations(keeps, tree, start))
+
+
+def _kept(goals: Goals | Plan, keeps: tuple[Keep, ...], table: Array, tree: Tree) -> Goals | Plan:
+    """Those of the goals that keep the constraints; or a plan without a path, if there are none."""
+    if not keeps or isinstance(goals, Plan):
+        return goals
+    kept = are_kept(narrower(table), tree, goals.q, goals.q)
+    if not kept.any():
+        return no_plan(tree, PlanStatus.GOAL_OUTSIDE, violations(keeps, tree, goals.q[0]))
+    return Goals(goals.q[kept], goals.of[kept])
+
+
+def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], keeps: Array, options: PlanOptions) -> Plan:
     world, start = request.world, request.start
     far = world.objects().farthest if world is not None and slides_without_end(request.tree) else 0.0
     (q, of), certify = goals, options.certify
     space = make_space(request.tree, np.concatenate([start[None], q]), fixed, far)
-    motion = Motion(space, request.checker, world, request.margin)
+    motion = Motion(space, request.checker, world, request.margin, keeps)
     if len(q) > 1:
         order = np.argsort(space.lengths(space.shortest_way(q - start)), kind="stable")
         q, of = q[order], of[order]

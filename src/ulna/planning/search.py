@@ -82,7 +82,7 @@ class Search:
     trees: Trees = field(init=False)
 
     def __post_init__(self) -> None:
-        n_goals, room = len(self.goals), int(self.edges.settings[layout.ROOM])
+        n_goals, room = len(self.goals), int(self.edges.settings[layout.ROOM] * self.edges.settings[layout.NODES_A_STEP])
         capacity = -(-max(_FIRST_CAPACITY, 2 * (n_goals + room)) // WIDTH) * WIDTH
         self.state = _first_state(n_goals).copy()
         rows = np.empty((2, capacity // WIDTH * len(self.start), WIDTH))
@@ -112,7 +112,7 @@ class Search:
         return self._found(max_checks, limit, layout.CONFIRM)
 
     def _found(self, max_checks: int, limit: TimeLimit, first_pass: int) -> Found | None:
-        scene, settings, space, pace = self.edges
+        scene, settings, space, pace, keeps = self.edges
         slices = Slices(max_checks, limit, pace)
         search, shortening = self.state
         search[layout.MOST] = max_checks
@@ -124,7 +124,7 @@ class Search:
         path = new_path(_WAYPOINTS, n_dof)
         while slices.another(shortening if search[layout.JOINED] else search):
             searching = not search[layout.JOINED]
-            code = driver.plan_slice(*scene, settings, space.table, self._samples(), *self.trees, *path, self.state)
+            code = driver.plan_slice(*scene, keeps, settings, space.table, self._samples(), *self.trees, *path, self.state)
             if self.progress is not None:
                 self.progress(self.effort.checks, max_checks)
             if code in {layout.SOLVED, layout.NOT_FREE}:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.ik.reason import Reason
 from ulna.planning.goals import Request
+from ulna.planning.kept import are_kept, narrower
 from ulna.planning.motion import Motion
 from ulna.planning.search import Effort, Search
 from ulna.planning.space import along
@@ -44,6 +45,7 @@ class SpentBudget:
         edges: How many refused edges were looked at: the last ones, at most 32.
         stops: What stopped them, the most frequent first. An edge that two pairs stop at one place counts for both.
         uncertified: How many of them could not be certified, but are free at samples: ``certify=False`` would have passed them.
+        not_kept: How many of them do not keep the constraints.
     """
 
     limit: str
@@ -51,13 +53,16 @@ class SpentBudget:
     edges: int
     stops: tuple[Stop, ...]
     uncertified: int
+    not_kept: int = 0
 
 
 def budget_spent(request: Request, motion: Motion, search: Search, limit: str, *, certify: bool) -> Reason:
     """Why a search ended without a path; ``limit`` is that option with its value, as in ``"time_limit=10"``."""
     edges, effort, at_samples = search.refused, search.effort, motion.edges(certify=False)
     passed = np.array([certify and at_samples.checked(edge) is not None for edge in edges], dtype=bool)
-    found = SpentBudget(limit.partition("=")[0], effort, len(edges), _stops(request, edges[~passed]), int(passed.sum()))
+    kept = are_kept(narrower(motion.keeps), request.tree, edges[:, 0], edges[:, 1])
+    stops = _stops(request, edges[~passed & kept])
+    found = SpentBudget(limit.partition("=")[0], effort, len(edges), stops, int(passed.sum()), int((~kept).sum()))
     reached = (
         f"after {effort.checks} checked edges ({limit}); {effort.start_nodes} configurations were reached from the start, "
         f"{effort.goal_nodes} from the goals, and no edge between them was found"
@@ -69,6 +74,8 @@ def _of_refused(found: SpentBudget) -> str:
     """What is said of the refused edges."""
     pairs = ", ".join(f"{stop.link} and {stop.other} ({stop.edges})" for stop in found.stops[:_MOST_NAMED])
     sentence = f". What stopped the last {found.edges} refused edges: {pairs}" if pairs else ""
+    if found.not_kept:
+        sentence += f". {found.not_kept} of the last {found.edges} refused edges do not keep the constraints"
     if found.uncertified:
         sentence += (
             f". {found.uncertified} of the last {found.edges} refused edges are free at samples, but could not be certified"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,8 @@ from ulna.errors import InputError, needs_extra
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.averaged import Averaged
 from ulna.planning.blend import Grid
+from ulna.planning.keep import Keep
+from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
 from ulna.planning.motion_limits import as_limits, limits_of, velocities_of
@@ -110,7 +112,9 @@ class Trajectory:
             q = q + (t - within)[..., None] * qd
         return Moment(q, np.where(outside, qd, moment.qd), *(np.where(outside, 0.0, each) for each in moment[2:]))
 
-    def is_free(self, world: World | None, *, since: float = 0.0, clearance: float = 0.0) -> bool:
+    def is_free(
+        self, world: World | None, *, since: float = 0.0, clearance: float = 0.0, keep: Keep | Iterable[Keep] = ()
+    ) -> bool:
         """Whether the motion is certified free among other objects, from a time on: the lines and parabolas that it follows.
 
         False does not say that it touches something: near an object it may only not be certified.
@@ -119,9 +123,13 @@ class Trajectory:
             world: The objects; none for None.
             since: The time from which on it is looked at [s]; at least the last configuration is.
             clearance: No object is to be nearer than this [m].
+            keep: Constraints that it is to keep too. One without a pose keeps that of the start of the whole motion. Those of the
+                plan are not asked again unless they are given: they do not depend on the world.
 
         Raises:
-            InputError: ``since`` or ``clearance`` is not a finite number of at least 0, or the world is not one.
+            InputError: ``since`` or ``clearance`` is not a finite number of at least 0, the world is not one, or a constraint
+                cannot be taken.
+            UnknownNameError: A constraint's link is not there.
             GeometryError: The world has shapes that cannot be checked.
         """
         since = as_number("since", since, 0.0, "a time [s] of at least 0")
@@ -129,8 +137,10 @@ class Trajectory:
         refuse_no_world(world)
         if self._motion is None:
             raise AssertionError("every plan with a path has one")
+        tree = self._motion.checker.tree
+        keeps = table_of(as_keeps(keep, tree, self.q[0]), tree)
         points, spreads = self._timed.edges_since(min(since, self.duration))
-        return self._motion._replace(world=world, margin=clearance).is_free(points, spreads)
+        return self._motion._replace(world=world, margin=clearance, keeps=keeps).is_free(points, spreads)
 
     def sampled(self, period: float = 0.001) -> Samples:
         """What a controller is sent: positions, velocities and accelerations once a period.

@@ -50,6 +50,8 @@ from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytica
 from ulna.kinematics.positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Tree, build_tree
+from ulna.planning.keep import Keep
+from ulna.planning.kept import KeepReport, edge_keeps
 from ulna.planning.many import plan_many
 from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
@@ -973,6 +975,35 @@ class Robot(Quick):
         """
         return self._checker.edge_in_collision(q_a, q_b, world, self_collision, resolution, threads)
 
+    def edge_keeps(self, q_a: ArrayLike, q_b: ArrayLike, keep: Keep | Iterable[Keep]) -> KeepReport:
+        """Whether constraints are kept on the straight line from one configuration to another, at all of its configurations.
+
+        That rests on bounds of how far a link moves and turns, with their rounding, and not on samples (docs/edges.md).
+
+        Args:
+            q_a: Joint positions at the start [rad or m], shape (..., n_dof).
+            q_b: Joint positions at the end, of a shape that goes with the other. Joints move evenly; none takes a shorter way.
+            keep: The constraints. One without a pose keeps that of the (first) q_a.
+
+        Returns:
+            A ``KeepReport``: kept, and the greatest share of a tolerance that is used. What uses more than 0.9999 of a tolerance
+            may count as not kept.
+
+        Raises:
+            InputError: q_a or q_b has another shape or an entry out of range, their shapes do not go together, or a constraint
+                cannot be taken, or there is none.
+            UnknownNameError: A constraint's link is not there.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> tilted = panda.home + 0.0
+            >>> tilted[5] += 0.2
+            >>> panda.edge_keeps(panda.home, tilted, ulna.Keep.upright(within=0.1)).kept
+            False
+        """
+        return edge_keeps(self.tree, q_a, q_b, keep)
+
     # ---- how it gets somewhere -----------------------------------------------------------------------------------------
 
     def plan(
@@ -985,6 +1016,7 @@ class Robot(Quick):
         task: Task | str = "pose",
         held: Iterable[str] = (),
         group: str | None = None,
+        keep: Keep | Iterable[Keep] = (),
         certify: bool = _PLAN.certify,
         clearance: float = _PLAN.clearance,
         seed: int = _PLAN.seed,
@@ -1011,6 +1043,7 @@ class Robot(Quick):
             held: Names of joints that keep their positions.
             group: A group of the SRDF (``robot.groups``): the joints outside keep their positions. A configuration may then have
                 the joints of the group alone, shape (k,) or (n, k), and a state be named without its group.
+            keep: What the motion keeps at all times, one ``Keep`` or several (docs/planning.md).
             certify: Whether each edge is certified, as by ``edge_in_collision``: free at all its configurations. Otherwise at
                 samples 1/32 rad apart, between which it may touch something.
             clearance: No object of the world is nearer than this [m]; it does not count between links of the robot.
@@ -1046,7 +1079,7 @@ class Robot(Quick):
         if isinstance(q_start, str):
             q_start = configuration(state_named(q_start, states, members), self.tree, self.home)
         return plan_motion(
-            self._checker, self._inverse_kinematics, q_start, goal, world, link, task, held, members, states, options
+            self._checker, self._inverse_kinematics, q_start, goal, world, link, task, held, members, states, keep, options
         )
 
     def trajectory(

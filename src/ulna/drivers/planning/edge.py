@@ -1,4 +1,4 @@
-"""Decides whether an edge of a plan is free, as its settings say, and keeps the last ones that are not."""
+"""Decides whether an edge of a plan is free and keeps its constraints, and remembers the last ones that do not."""
 
 from typing import NamedTuple
 
@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ulna.drivers.carried import carried_by
 from ulna.drivers.continuous import edge_is_free, edge_is_free_at_samples, interval_work
+from ulna.drivers.planning.keeping import Keeping, keeping_of, keeps_all
 from ulna.engine.decorators import kernel, routine, workspace
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.ball_motion import world_rounding
@@ -25,13 +26,14 @@ class EdgeContext(NamedTuple):
     space: NDArray
     of_world: float
     no_spread: NDArray
+    keeping: Keeping
 
 
 @workspace
-def context_of(scene, settings, space):
-    """The context of a scene."""
-    carried, work = carried_by(scene), interval_work(space.shape[1])
-    return EdgeContext(scene, carried, work, settings, space, world_rounding(scene), np.zeros(space.shape[1]))
+def context_of(scene, settings, space, keeps):
+    """The context of a scene, and of constraints."""
+    carried, work, keeping = carried_by(scene), interval_work(space.shape[1]), keeping_of(scene.joints, keeps, space)
+    return EdgeContext(scene, carried, work, settings, space, world_rounding(scene), np.zeros(space.shape[1]), keeping)
 
 
 @workspace
@@ -40,12 +42,21 @@ def without_turns(context):
     space = context.space.copy()
     for k in range(space.shape[1]):
         space[layout.PERIOD, k] = 0.0
-    return EdgeContext(context.scene, context.carried, context.work, context.settings, space, context.of_world, context.no_spread)
+    return EdgeContext(
+        context.scene, context.carried, context.work, context.settings, space, context.of_world, context.no_spread,
+        context.keeping,
+    )  # fmt: skip
 
 
 @routine
 def is_free(context, q_a, q_b, spread):
-    """Whether all within ``spread`` of the edge from q_a to q_b is free: certainly, or at samples, as the settings say."""
+    """Whether all within ``spread`` of the edge from q_a to q_b is free: certainly, or at samples, as the settings say.
+
+    And whether it keeps the constraints, for certain in any case: that is known first, since it takes less time.
+    """
+    keeping = context.keeping
+    if keeping.keeps.shape[0] > 0 and not keeps_all(context.scene.joints, keeping, context.work, q_a, q_b, spread):
+        return False
     scene, carried, work, settings, of_world = context.scene, context.carried, context.work, context.settings, context.of_world
     margin, sampled = settings[layout.MARGIN], settings[layout.SAMPLED]
     if sampled > 0.0:

@@ -4,12 +4,12 @@ Kuffner and LaValle, RRT-Connect: an efficient approach to single-query path pla
 al., Adaptive tuning of the sampling domain for dynamic-domain RRTs (IROS 2005):
 
 1. If the straight edge from the start to a goal is free, that is the path; also, later, from the start to a new node of the
-   second tree.
+   second tree. With constraints, also steps along them from the start towards the first goal.
 2. Take the next sample; unless one tree has twice as many nodes as the other, the trees change roles.
 3. Find the nearest node of the first tree. If the sample lies outside its domain, take the next sample; but not more than
    MOST_IN_A_ROW times.
 4. Step from the node towards the sample, by at most RANGE, or less if edges of this tree have failed for long. If the edge is
-   free, its end is a new node, else the node's domain shrinks.
+   free, its end is a new node, else the node's domain shrinks. With constraints a step leads along them (``extension``).
 5. Step from the nearest node of the second tree towards the new node, again and again, until it is reached, which joins the
    trees, or an edge is not free.
 """
@@ -17,7 +17,8 @@ al., Adaptive tuning of the sampling domain for dynamic-domain RRTs (IROS 2005):
 import numpy as np
 
 from ulna.drivers.planning.edge import passes
-from ulna.drivers.planning.tree import add_node, join, nearest_node, next_tree, pass_over, read_node, read_sample
+from ulna.drivers.planning.extension import LEAST_PROGRESS, extend, read_sample_along
+from ulna.drivers.planning.tree import join, nearest_node, next_tree, pass_over, read_node, read_sample
 from ulna.engine.decorators import kernel
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import adapted_domain, distance, write_step
@@ -31,10 +32,12 @@ def joins_directly(context, trees, steps, state):
     read_node(trees.rows[0], 0, steps[0])
     read_node(trees.rows[1], goal, steps[1])
     write_step(steps[0], steps[1], 1.0, context.space, steps[2])
+    node = 0
     if not passes(context, steps[0], steps[2], trees.refused, state):
-        return False
-    join(state, 0, 0, goal)
-    return True
+        node = connect(context, trees, 0, steps, state) if goal == 0 and context.keeping.keeps.shape[0] > 0 else -1
+    if node >= 0:
+        join(state, 0, node, goal)
+    return node >= 0
 
 
 @kernel
@@ -43,7 +46,10 @@ def iterate(context, samples, trees, steps, state):
     settings, space, own = context.settings, context.space, next_tree(state)
     rows, radii = trees.rows[own], trees.radii
     target, at, new = steps[0], steps[1], steps[2]
-    read_sample(samples, space, state, target)
+    if context.keeping.keeps.shape[0] > 0:
+        read_sample_along(context, samples, state, target)
+    else:
+        read_sample(samples, space, state, target)
     near = nearest_node(rows, state[own], target, space)
     read_node(rows, near, at)
     way = distance(at, target, space)
@@ -55,14 +61,15 @@ def iterate(context, samples, trees, steps, state):
     state[layout.ITERATIONS] += 1
     halves = min(layout.MOST_HALVES, state[layout.FAILED + own] // layout.FAILED_A_HALF)
     write_step(at, target, min(1.0, settings[layout.RANGE] / (1 << halves) / way), space, new)
-    extended = passes(context, at, new, trees.refused, state)
-    radii[own, near] = adapted_domain(
-        radii[own, near], extended, settings[layout.DOMAIN], settings[layout.LEAST_DOMAIN], settings[layout.ADAPTATION]
-    )
+    before, domain, least = radii[own, near], settings[layout.DOMAIN], settings[layout.LEAST_DOMAIN]
+    rate = settings[layout.ADAPTATION]
+    grown = adapted_domain(before, extended=True, domain=domain, least=least, rate=rate)
+    node, _ = extend(context, trees, own, near, (at, new), grown, state)
+    extended = node >= 0
+    radii[own, near] = grown if extended else adapted_domain(before, extended=False, domain=domain, least=least, rate=rate)
     state[layout.FAILED + own] = 0 if extended else state[layout.FAILED + own] + 1
     if not extended:
         return False
-    node = add_node(trees, own, state, new, near, radii[own, near])
     other = connect(context, trees, 1 - own, steps, state)
     if other < 0:
         return False
@@ -85,11 +92,13 @@ def connect(context, trees, tree, steps, state):
             return -1
         share = min(1.0, settings[layout.RANGE] / way)
         write_step(at, goal, share, space, new)
-        if not passes(context, at, new, trees.refused, state):
+        node, end = extend(context, trees, tree, node, (at, new), np.inf, state)
+        if end == layout.STOPPED:
             return -1
-        node = add_node(trees, tree, state, new, node, np.inf)
-        if share == 1.0:
+        if share == 1.0 and end == layout.REACHED:
             return node
+        if end == layout.BESIDE and distance(new, goal, space) > way * (1.0 - LEAST_PROGRESS * share):
+            return -1
         for k in range(space.shape[1]):
             at[k] = new[k]
     return -1

@@ -12,7 +12,7 @@ from ulna.drivers.planning.rrt_connect import iterate, joins_directly
 from ulna.drivers.planning.shortening import shorten_path
 from ulna.drivers.planning.tree import drop_repeats, rows_for, write_found
 from ulna.engine.decorators import entry, kernel
-from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NUMBERS, SCENES
+from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NUMBERS, SCENES, TABLE
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.search_arrays import Path, Trees
@@ -21,23 +21,24 @@ _TREES = MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES  # the types of ``Tree
 _PATH = MATRIX, INDICES, MATRIX  # and of a ``Path``
 
 
-@entry(*((*scene, NUMBERS, MATRIX, MATRIX, *_TREES, *_PATH, INDEX_ROWS) for scene in SCENES))
+@entry(*((*scene, TABLE, NUMBERS, MATRIX, MATRIX, *_TREES, *_PATH, INDEX_ROWS) for scene in SCENES))
 def plan_slice(
     joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
-    settings, space, samples, rows, parents, radii, costs, refused, waypoints, known, spreads, state,
+    keeps, settings, space, samples, rows, parents, radii, costs, refused, waypoints, known, spreads, state,
 ):  # fmt: skip
     """Go on with a search, and then with the shortening of the path, until state[0, UNTIL] or state[1, UNTIL] edges were checked.
 
     It is one entry, since each compiles what decides whether an edge is free, which takes longest, and since a call takes as long
     as an edge. It is called with a ``Scene``, ``Trees`` and a ``Path``, each with a star.
 
-    samples: (n, n_dof or more) of numbers in [0, 1), the first that of index state[0, FIRST_SAMPLE]; state: (2, N_STATE) whole
-    numbers, of the search and of the shortening. If there are waypoints already, there is no search. Returns what ``grow_trees``
-    or ``shorten_path`` does; NO_ROOM if there is not room for the path.
+    keeps: the constraints (``planning_layout``), none if it has no rows; samples: (n, n_dof or more) of numbers in [0, 1), the
+    first that of index state[0, FIRST_SAMPLE]; state: (2, N_STATE) whole numbers, of the search and of the shortening. If there
+    are waypoints already, there is no search. Returns what ``grow_trees`` or ``shorten_path`` does; NO_ROOM if there is not room
+    for the path.
     """
     scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     trees, path = Trees(rows, parents, radii, costs, refused), Path(waypoints, known, spreads)
-    context, steps = context_of(scene, settings, space), np.empty((4, max(1, space.shape[1])))
+    context, steps = context_of(scene, settings, space, keeps), np.empty((4, max(1, space.shape[1])))
     search, shortening = state[0], state[1]
     if shortening[layout.POINTS] == 0:
         if search[layout.JOINED] == 0:
@@ -63,12 +64,13 @@ def grow_trees(context, samples, trees, steps, state):
     Returns SOLVED, PAUSED, FULL or NO_SAMPLE; if solved, state[JOINED_START] and state[JOINED_GOAL] are the nodes that join.
     """
     capacity = trees.parents.shape[1]
+    most = context.settings[layout.ROOM] * context.settings[layout.NODES_A_STEP]
     while state[layout.CHECKS] < state[layout.UNTIL]:
         if state[layout.DIRECT] < state[layout.GOALS]:
             if joins_directly(context, trees, steps, state):
                 return layout.SOLVED
             continue
-        if max(state[layout.STARTS], state[layout.GOALS]) + context.settings[layout.ROOM] > capacity:
+        if max(state[layout.STARTS], state[layout.GOALS]) + most > capacity:
             return layout.FULL
         if state[layout.SAMPLE] - state[layout.FIRST_SAMPLE] >= samples.shape[0]:
             return layout.NO_SAMPLE

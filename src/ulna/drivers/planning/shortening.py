@@ -1,6 +1,7 @@
 """Shortens a path of free edges."""
 
 from ulna.drivers.planning.edge import is_free
+from ulna.drivers.planning.extension import LEAST_PROGRESS, write_curve
 from ulna.engine.decorators import kernel, routine
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import distance, write_step
@@ -20,7 +21,8 @@ def shorten_path(context, path, ends, state):
 
     1. From each point in turn, go straight to the farthest point that a free edge reaches (Geraerts and Overmars, Creating
        high-quality paths for motion planning, IJRR 2007).
-    2. Go straight between places at shares of the length given by a low-discrepancy sequence.
+    2. Go straight between places at shares of the length given by a low-discrepancy sequence; with constraints along them,
+       without pass 1.
     3. Cut each corner: between the middles of its two edges, or nearer to it, if that edge is free. What is left of the two edges
        is part of what was free. Twice.
     4. Leave out each point without which the edge is free.
@@ -42,7 +44,7 @@ def shorten_path(context, path, ends, state):
 def goes_on(context, path, ends, state):
     """One edge of the pass; whether the pass goes on."""
     if state[layout.PASS] == 0:
-        return jump(context, path, state)
+        return not has_constraints(context) and jump(context, path, state)
     if state[layout.PASS] == 1:
         return short_cut(context, path, ends, state)
     if state[layout.PASS] < LEAVE_OUT:
@@ -110,14 +112,66 @@ def short_cut(context, path, ends, state):
     x, y = (0.5 + attempt * _FIRST_SHARE) % 1.0, (0.5 + attempt * _SECOND_SHARE) % 1.0
     i, before = write_place(points, n, min(x, y) * total, space, ends[0])
     j, after = write_place(points, n, max(x, y) * total, space, ends[1])
-    if i == j or distance(ends[0], ends[1], space) > after - before - WORTH_A_CUT * total:
+    most = after - before - WORTH_A_CUT * total
+    if i == j or distance(ends[0], ends[1], space) > most:
         return True
+    if has_constraints(context):
+        return short_cut_along(context, path, i, j, ends, most, state)
     if is_open(context, ends[0], ends[1], state):
         replace_points(path, state, i + 1, j + 1, 2)
         write_point(points, i + 1, ends[0])
         write_point(points, i + 2, ends[1])
         path.known[i + 1] = 1
     return True
+
+
+@kernel
+def has_constraints(context):
+    """Whether there are constraints."""
+    return context.keeping.keeps.shape[0] > 0
+
+
+@routine
+def short_cut_along(context, path, i, j, ends, most, state):
+    """The same between two places on edges i and j, along the constraints, if that is not longer than ``most``."""
+    points, last = path.waypoints, path.waypoints.shape[0] - 1
+    n = write_detour(context, path, ends, most, state)
+    if n > 0:
+        replace_points(path, state, i + 1, j + 1, n + 1)
+        write_point(points, i + 1, ends[0])
+        for m in range(n):
+            write_point(points, i + 2 + m, points[last - m])
+            path.known[i + 1 + m] = 1
+    return True
+
+
+@routine
+def write_detour(context, path, ends, most, state):
+    """Write the corners of a way from ends[0] to ends[1] along the constraints to the last rows of a path; how many.
+
+    From the last row on backwards. Without ends[0]; 0 if there is no way, or it is longer than ``most``, or there is no room.
+    """
+    space, points, curve, at, new, n, way = context.space, path.waypoints, context.keeping.curve, ends[2], ends[3], 0, 0.0
+    for k in range(at.shape[0]):
+        at[k] = ends[0, k]
+    while True:
+        left = distance(at, ends[1], space)
+        share = min(1.0, context.settings[layout.RANGE] / left)
+        write_step(at, ends[1], share, space, new)
+        n_more, end = write_curve(context, at, new, state)
+        if end == layout.STOPPED or state[layout.POINTS] + 2 * (n + n_more + 1) > state[layout.ROWS]:
+            return 0
+        for m in range(n_more):
+            way += distance(at, curve[m], space)
+            write_point(points, points.shape[0] - 1 - n, curve[m])
+            n += 1
+            for k in range(at.shape[0]):
+                at[k] = curve[m, k]
+        after = distance(at, ends[1], space)
+        if way + after > most or (end == layout.BESIDE and after > left * (1.0 - LEAST_PROGRESS * share)):
+            return 0
+        if share == 1.0 and end == layout.REACHED:
+            return n
 
 
 @kernel

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ulna.engine.decorators import routine
+from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH, lane_of
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import nearest_in_lanes, short_way
@@ -24,8 +24,14 @@ def read_sample(samples, space, state, q):
     row = state[layout.SAMPLE] - state[layout.FIRST_SAMPLE]
     state[layout.SAMPLE] += 1
     for k in range(q.shape[0]):
-        q[k] = space[layout.LOW, k] + samples[row, k] * (space[layout.HIGH, k] - space[layout.LOW, k])
+        q[k] = sample_entry(samples, space, row, k)
     return row
+
+
+@kernel
+def sample_entry(samples, space, row, k):
+    """Entry k of q of a sample."""
+    return space[layout.LOW, k] + samples[row, k] * (space[layout.HIGH, k] - space[layout.LOW, k])
 
 
 @routine

@@ -60,8 +60,17 @@ def write_motion(joints, q_a, q_b, spread, carried):
 
     spread: (n_dof,) [rad or m].
     """
-    n, balls, steps = joints.shape[0], carried.balls, carried.steps
-    for i in range(n):
+    write_steps(joints, q_a, q_b, spread, carried.steps)
+    balls = carried.balls
+    for g in range(balls.shape[0]):
+        joint, length = int(balls[g, BALL_JOINT]), balls[g, BALL_LENGTH]
+        carried.slacks[g] = write_bounds(joints, carried.steps, joint, length, carried.speeds, carried.bends, g)
+
+
+@kernel
+def write_steps(joints, q_a, q_b, spread, steps):
+    """Write how each joint moves along an edge, or along all that lies within ``spread`` of it in each entry of q."""
+    for i in range(joints.shape[0]):
         column, parent, kind = int(joints[i, COLUMN]), int(joints[i, PARENT]), int(joints[i, KIND])
         rate = 0.0 if kind == FIXED else joints[i, RATIO] * (q_b[column] - q_a[column])
         before = steps[parent, TURN] if parent >= 0 else 0.0
@@ -71,19 +80,27 @@ def write_motion(joints, q_a, q_b, spread, carried):
         steps[i, RATE], steps[i, TURN] = rate, before if slides else before + abs(rate)
         steps[i, SLIDE], steps[i, ASIDE] = travel if slides else 0.0, aside if slides else ANGLE * travel + aside
         steps[i, SWING], steps[i, SLIDES] = 2.0 * before if slides else 2.0 * before + abs(rate), 1.0 if slides else 0.0
-    for g in range(balls.shape[0]):
-        speed, bend, slack, i, length = 0.0, 0.0, 0.0, int(balls[g, BALL_JOINT]), balls[g, BALL_LENGTH]
-        while i >= 0:
-            carried.speeds[g, i], carried.bends[g, i] = speed, bend
-            length += steps[i, SLIDE]
-            lever = 1.0 if steps[i, SLIDES] > 0.0 else length
-            rate = abs(steps[i, RATE]) * lever
-            slack += steps[i, ASIDE] * lever
-            speed += rate
-            bend += rate * steps[i, SWING]
-            length += steps[i, STEP_LENGTH]
-            i = int(joints[i, PARENT])
-        carried.speeds[g, n], carried.bends[g, n], carried.slacks[g] = speed, bend, slack + ROUNDING * length
+
+
+@kernel
+def write_bounds(joints, steps, joint, length, speeds, bends, g):
+    """Write to row g the greatest speed and acceleration of a point that a joint carries, as each joint sees it, then the base.
+
+    length: how far it is from the joint's origin at most [m]. Returns how far rounding, and the spread, may put it [m].
+    """
+    speed, bend, slack, i, n = 0.0, 0.0, 0.0, joint, joints.shape[0]
+    while i >= 0:
+        speeds[g, i], bends[g, i] = speed, bend
+        length += steps[i, SLIDE]
+        lever = 1.0 if steps[i, SLIDES] > 0.0 else length
+        rate = abs(steps[i, RATE]) * lever
+        slack += steps[i, ASIDE] * lever
+        speed += rate
+        bend += rate * steps[i, SWING]
+        length += steps[i, STEP_LENGTH]
+        i = int(joints[i, PARENT])
+    speeds[g, n], bends[g, n] = speed, bend
+    return slack + ROUNDING * length
 
 
 @kernel

@@ -8,9 +8,10 @@ RESOLUTION = 1  # of a certificate [m]
 MARGIN = 2  # how near an object of the world may be [m]
 SAMPLED = 3  # 0: edges are certified; else the spacing of the samples of an edge, in the metric
 DOMAIN, LEAST_DOMAIN, ADAPTATION = 4, 5, 6  # the radius of a node that could not be extended, its least value, its rate of change
-ROOM = 7  # how many nodes one iteration may add, and two more
+ROOM = 7  # how many steps one iteration may take, and two more
 BOUND = 8  # of the cost of a path that is to be cheaper
-N_SETTINGS = 9
+NODES_A_STEP = 9  # how many nodes a step towards a configuration may add: with constraints several
+N_SETTINGS = 10
 # Rows of the space, shape (N_SPACE, n_dof): where samples are taken from, the weight of each entry of q in the metric, and the
 # whole turn of an entry that may turn for ever, else 0.
 LOW, HIGH, WEIGHT, PERIOD = 0, 1, 2, 3
@@ -42,3 +43,13 @@ SOLVED, PAUSED, FULL, NO_SAMPLE, NOT_FREE, NO_ROOM = 0, 1, 2, 3, 4, 5
 POINTS, PASS, AT, OTHER, ROWS = 0, 1, 2, 5, 6
 SHORTEN, CONFIRM = 0, 5
 SPARE_POINTS = 128  # besides twice the points of a path: room to shorten it
+# A constraint is so many rows of a table: its frame on the robot, in the columns of a table of frames (``kernels.layout``), with
+# its tolerances; the frame that it is compared with, in the base; the settings of its projection (``kernels.ik.search_layout``).
+KEEP_ROWS, REFERENCE, PROJECTION = 3, 1, 2
+# Columns of the first row: by how much its origin may be off along each axis of the other frame, infinite if it is free [m];
+# which axes are compared; the greatest length of their difference; how far its origin is from the joint's [m].
+AWAY, AXES, CHORD, LEVER = 14, 17, 18, 19
+KEEP_WIDTH = 20
+NO_AXIS, Z_AXIS, ALL_AXES = 0, 1, 2
+# How a step towards a configuration ends: not free; at another configuration, which keeps the constraints; there.
+STOPPED, BESIDE, REACHED = 0, 1, 2

@@ -1,0 +1,105 @@
+"""Extends a tree by a step: by one edge, or with constraints along them, by as many edges as they need.
+
+With constraints the step is tried as it is. Else it is divided into eight, and the eight configurations are projected at once
+(CBiRRT: Berenson, Srinivasa, Ferguson and Kuffner, ICRA 2009). From where it is, the tree goes straight to the last of them; if
+that edge is not free, or does not keep the constraints, half as far, and so on. So a loose constraint takes one edge, and a tight
+one up to eight.
+"""
+
+from ulna.drivers.planning.edge import is_free, keep, passes
+from ulna.drivers.planning.keeping import project
+from ulna.drivers.planning.tree import add_node, sample_entry
+from ulna.engine.decorators import kernel, routine
+from ulna.engine.lanes import WIDTH
+from ulna.kernels.planning import planning_layout as layout
+
+LEAST_PROGRESS = 0.25  # of a step along constraints: less leads nowhere
+
+
+@kernel
+def extend(context, trees, tree, near, step, radius, state):
+    """Add the nodes of a step from a node of a tree: the last one, or -1 if there is none; and how the step ends.
+
+    step: the node's configuration, and the one to reach, which becomes the last node's. The end is STOPPED, BESIDE or REACHED
+    (``planning_layout``).
+    """
+    if context.keeping.keeps.shape[0] > 0:
+        return extend_along(context, trees, tree, near, step[0], step[1], radius, state)
+    if not passes(context, step[0], step[1], trees.refused, state):
+        return -1, layout.STOPPED
+    return add_node(trees, tree, state, step[1], near, radius), layout.REACHED
+
+
+@routine
+def extend_along(context, trees, tree, near, at, new, radius, state):
+    """The same with constraints."""
+    curve, node = context.keeping.curve, near
+    n, end = write_curve(context, at, new, state)
+    for i in range(n):
+        node = add_node(trees, tree, state, curve[i], node, radius)
+    if end == layout.STOPPED:
+        keep(curve[n - 1] if n > 0 else at, curve[WIDTH], trees.refused, state)
+    for k in range(new.shape[0]):
+        new[k] = curve[n - 1, k] if n > 0 else at[k]
+    return (node if n > 0 else -1), end
+
+
+@routine
+def write_curve(context, q_a, q_b, state):
+    """Write the corners of a way along the constraints from q_a to q_b; how many, without q_a, and how it ends.
+
+    All its edges are free and keep the constraints. Where it is STOPPED, the last row has what could not be reached.
+    """
+    rows, curve, n, done = context.keeping.way_rows, context.keeping.curve, 0, 0
+    state[layout.CHECKS] += 1
+    if is_free(context, q_a, q_b, context.no_spread):
+        for k in range(q_b.shape[0]):
+            curve[0, k] = q_b[k]
+        return 1, layout.REACHED
+    write_way(q_a, q_b, rows)
+    project(context.scene.joints, context.keeping, q_a, context.no_spread, rows)
+    there = layout.REACHED
+    for k in range(q_b.shape[0]):
+        there = there if rows[k, WIDTH - 1] == q_b[k] else layout.BESIDE
+    size = WIDTH // 2 if there == layout.REACHED else WIDTH
+    while done < WIDTH:
+        size = min(size, WIDTH - done)
+        for k in range(q_b.shape[0]):
+            curve[WIDTH, k] = rows[k, done + size - 1]
+        state[layout.CHECKS] += 1
+        if is_free(context, curve[n - 1] if n > 0 else q_a, curve[WIDTH], context.no_spread):
+            for k in range(q_b.shape[0]):
+                curve[n, k] = curve[WIDTH, k]
+            n, done = n + 1, done + size
+        elif size == 1:
+            return n, layout.STOPPED
+        else:
+            size //= 2
+    return n, there
+
+
+@routine
+def write_way(at, new, rows):
+    """Write eight configurations of a step, the last of them its end."""
+    for lane in range(WIDTH):
+        share = (lane + 1) / WIDTH
+        for k in range(new.shape[0]):
+            rows[k, lane] = at[k] + share * (new[k] - at[k]) if lane < WIDTH - 1 else new[k]
+
+
+@routine
+def read_sample_along(context, samples, state, q):
+    """Write the configuration of the next sample to q, projected onto the constraints, eight samples at once."""
+    rows, block, space = context.keeping.sample_rows, context.keeping.sampled, context.space
+    if block[0] != state[layout.SAMPLE] // WIDTH:
+        block[0] = state[layout.SAMPLE] // WIDTH
+        for lane in range(WIDTH):
+            row = min(block[0] * WIDTH + lane - state[layout.FIRST_SAMPLE], samples.shape[0] - 1)
+            for k in range(q.shape[0]):
+                rows[k, lane] = sample_entry(samples, space, row, k)
+        for k in range(q.shape[0]):
+            q[k] = rows[k, 0]
+        project(context.scene.joints, context.keeping, q, context.no_spread, rows)
+    for k in range(q.shape[0]):
+        q[k] = rows[k, state[layout.SAMPLE] % WIDTH]
+    state[layout.SAMPLE] += 1

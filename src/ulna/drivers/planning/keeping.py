@@ -1,0 +1,190 @@
+"""Bounds by how much an edge leaves its constraints, and projects configurations onto them.
+
+An edge is divided into intervals as in ``drivers.continuous``. What is bounded is the greatest share of its tolerance that any
+constraint uses on the edge (``kernels.planning.keeping``): 1 is as much as is allowed. A level is kept, from which on intervals
+count; it is at all times at least ``apart`` above each share that was seen:
+
+1. An interval whose bound is not above the level is done with. Others are split.
+2. The level is the bound of the whole edge when no interval is left. It is more than the truth by ``apart`` at most.
+
+From the level 0 on that measures an edge. From 1 on, with an end as soon as the level is above 1, it decides whether the edge
+keeps its constraints: then a share of 1 - ``apart`` is kept for certain, and one above 1 is refused for certain.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.drivers.carried import steps_of
+from ulna.drivers.continuous import BREADTH, interval_work, split
+from ulna.engine.decorators import entry, kernel, routine, shared_routine, workspace
+from ulna.engine.lanes import WIDTH, any_lane, empty_rows, load, splat, store
+from ulna.engine.signatures import MATRIX, NUMBER, NUMBERS, TABLE
+from ulna.kernels.chain.poses import tree_poses
+from ulna.kernels.collision.ball_motion import INSTANT, write_steps, write_twists
+from ulna.kernels.ik.search_layout import N_SYSTEM
+from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.keeping import keep_shares, write_keep_bounds
+from ulna.kernels.planning.projection import project_step
+
+APART = 1e-4  # of a tolerance: what is nearer to it may be refused
+_SHORTEST = 1e-13  # of t: half of an interval that is not split
+_MOST_STEPS = 12  # of a projection
+_INF = float("inf")
+
+
+class Moving(NamedTuple):
+    """The joints at eight configurations of an edge; the names are those of ``Carried``, and so are the shapes."""
+
+    steps: NDArray
+    joint_rows: NDArray
+    twist_rows: NDArray
+
+
+class Keeping(NamedTuple):
+    """Constraints, with room to bound and to project them."""
+
+    keeps: NDArray
+    """The constraints (``planning_layout``), KEEP_ROWS rows each."""
+    speeds: NDArray
+    """The greatest speed of the origin of each, as in ``Carried``, shape (n, n_joints + 1)."""
+    bends: NDArray
+    """The same of its acceleration."""
+    slacks: NDArray
+    """What rounding and the spread add to displacements and to differences of axes, shape (n, 2)."""
+    share_rows: NDArray
+    """Shares at the middles of eight intervals, and their bounds: two rows."""
+    moving: Moving
+    bound_rows: NDArray
+    """Lower and then upper bounds of q, 2 n_dof rows; so many as q has entries, none if nothing is projected."""
+    jacobian_rows: NDArray
+    """6 n_dof rows."""
+    system_rows: NDArray
+    """Those of a damped system."""
+    way_rows: NDArray
+    """Eight configurations of a step, n_dof rows."""
+    curve: NDArray
+    """The corners of a way along the constraints, and one more row, shape (9, n_dof)."""
+    sample_rows: NDArray
+    """Eight samples, projected, n_dof rows."""
+    sampled: NDArray
+    """Which eight they are, by an eighth of the first one's number, shape (1,)."""
+
+
+@workspace
+def keeping_of(joints, keeps, space):
+    """Constraints with their room; without any there is none. space: where configurations are projected, with n_dof columns."""
+    n, n_joints, n_dof = keeps.shape[0] // layout.KEEP_ROWS, joints.shape[0], space.shape[1]
+    if n == 0:
+        n_joints, n_dof, joints = 0, 0, joints[:0]
+    bound_rows = empty_rows(2 * n_dof)
+    for k in range(n_dof):
+        turns = space[layout.PERIOD, k] > 0.0
+        for lane in range(WIDTH):
+            bound_rows[k, lane] = -_INF if turns else space[layout.LOW, k]
+            bound_rows[n_dof + k, lane] = _INF if turns else space[layout.HIGH, k]
+    moving = Moving(steps_of(joints), empty_rows(12 * n_joints), empty_rows(6 * n_joints))
+    return Keeping(
+        keeps, np.empty((n, n_joints + 1)), np.empty((n, n_joints + 1)), np.empty((n, 2)), empty_rows(2), moving,
+        bound_rows, empty_rows(6 * n_dof), empty_rows(N_SYSTEM if n > 0 else 0), empty_rows(n_dof),
+        np.empty((WIDTH + 1, n_dof)), empty_rows(n_dof), np.full(1, -1),
+    )  # fmt: skip
+
+
+@entry((TABLE, TABLE, MATRIX, MATRIX, NUMBER, NUMBER, NUMBER, NUMBERS))
+def shares_of_edges(joints, keeps, q_a, q_b, level, apart, most, shares):
+    """Write to shares, shape (n,), the bound of the edge from each row of q_a to that of q_b; see ``greatest_share``."""
+    keeping, work, no_spread = keeping_of(joints, keeps, q_a[:0]), interval_work(q_a.shape[1]), np.zeros(q_a.shape[1])
+    for e in range(q_a.shape[0]):
+        shares[e] = greatest_share(joints, keeping, work, q_a[e], q_b[e], no_spread, level, apart, most)
+    return True
+
+
+@kernel
+def keeps_all(joints, keeping, work, q_a, q_b, spread):
+    """Whether all within ``spread`` of an edge certainly keeps the constraints."""
+    return greatest_share(joints, keeping, work, q_a, q_b, spread, 1.0, APART, 1.0) <= 1.0
+
+
+@routine
+def greatest_share(joints, keeping, work, q_a, q_b, spread, level, apart, most):
+    """A bound of the share of a tolerance that is used within ``spread``, (n_dof,), of an edge: at least ``level``.
+
+    It is more than the truth by ``apart`` at most (times the share, if that is above 1), unless it is ``level``, or above
+    ``most``, where the search ends. q_a and q_b are in range.
+    """
+    _, lane_rows, waiting, _ = work
+    write_steps(joints, q_a, q_b, spread, keeping.moving.steps)
+    write_keep_bounds(joints, keeping.keeps, keeping.moving.steps, keeping.speeds, keeping.bends, keeping.slacks)
+    waiting[0, 0], waiting[0, 1] = 0.5, 0.5
+    oldest, newest = 0, 1
+    while oldest < newest:
+        n = min(newest - oldest, WIDTH // 2)
+        if newest < BREADTH:
+            split(waiting, oldest, n, lane_rows)
+            oldest += n
+        else:
+            newest -= n
+            split(waiting, newest, n, lane_rows)
+        write_places(q_a, q_b, work)
+        write_shares(joints, keeping, work[0], load(lane_rows, 1) + INSTANT)
+        for lane in range(WIDTH // n * n):
+            share = keeping.share_rows[0, lane]
+            if not share + apart * max(1.0, share) <= level:
+                level = share + apart * max(1.0, share)
+        if not level <= most:
+            return level
+        for lane in range(WIDTH // n * n):
+            if keeping.share_rows[1, lane] > level:
+                if lane_rows[1, lane] <= _SHORTEST:
+                    level = keeping.share_rows[1, lane]
+                else:
+                    waiting[newest, 0], waiting[newest, 1] = lane_rows[0, lane], lane_rows[1, lane]
+                    newest += 1
+    return level
+
+
+@kernel
+def write_places(q_a, q_b, work):
+    """Write the configurations at the middles of eight intervals of an edge."""
+    q_rows, t = work[0], load(work[1], 0)
+    for k in range(q_a.shape[0]):
+        store(q_rows, k, t * (q_b[k] - q_a[k]) + q_a[k])
+
+
+@shared_routine
+def write_shares(joints, keeping, q_rows, half):
+    """Write the shares that are used at eight configurations, and their bounds within ``half``."""
+    moving = keeping.moving
+    tree_poses(joints, q_rows, moving.joint_rows)
+    write_twists(joints, moving, half)
+    value, bound = keep_shares(keeping.keeps, keeping.speeds, keeping.bends, keeping.slacks, moving, half, half)
+    store(keeping.share_rows, 0, value)
+    store(keeping.share_rows, 1, bound)
+
+
+@routine
+def project(joints, keeping, near, no_spread, q_rows):
+    """Move eight configurations onto the constraints, within the bounds, where they are not: as near as _MOST_STEPS get them.
+
+    near: a configuration in range, by which rounding is bounded; no_spread: zeros; shape (n_dof,) each.
+    """
+    write_steps(joints, near, near, no_spread, keeping.moving.steps)
+    write_keep_bounds(joints, keeping.keeps, keeping.moving.steps, keeping.speeds, keeping.bends, keeping.slacks)
+    still = splat(0.0, load(q_rows, 0))
+    for _ in range(_MOST_STEPS):
+        write_shares(joints, keeping, q_rows, still)
+        active = load(keeping.share_rows, 0) > 1.0 - APART
+        if not any_lane(active):
+            return
+        for i in range(keeping.keeps.shape[0] // layout.KEEP_ROWS):
+            step_towards(joints, keeping, i, active, q_rows)
+
+
+@routine
+def step_towards(joints, keeping, i, active, q_rows):
+    """Move the active lanes by one step towards constraint i."""
+    tree_poses(joints, q_rows, keeping.moving.joint_rows)
+    rows = keeping.moving.joint_rows, keeping.bound_rows, keeping.jacobian_rows, keeping.system_rows
+    project_step(joints, keeping.keeps, i, active, q_rows, *rows)

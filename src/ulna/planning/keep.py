@@ -1,0 +1,190 @@
+"""Says what a motion keeps at all times: a link near a pose, a line, a plane or an orientation, or in a box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats, as_number
+from ulna.description.pose import as_one_pose, inverse
+from ulna.errors import InputError
+from ulna.ik.task import Task, as_task
+
+Array = NDArray[np.float64]
+AWAY, TURN = 1e-4, float(np.radians(0.1))  # [m], [rad]: the tolerances where a task has none
+_LEAST = 1e-6  # [m or rad]
+_FREE = float("inf")
+_UP = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Keep:
+    """A constraint of a motion: a link stays where a task allows it to be, seen from a pose, at all times.
+
+    The tolerance is the task's slack: the displacement from the pose stays within it along each axis, and the angle of the
+    rotation, or of ``task.axis`` if the turn about that is free, is at most the slack of the rotation, one number. What keeps a
+    constraint fulfils its task. There is no motion through a set without an interior, so a slack of 0 becomes 0.1 mm or 0.1
+    degrees.
+
+    Attributes:
+        task: What of the pose is kept, and by how much it may be off, at least 1e-6 [m or rad] each.
+        T: The pose T_base_link, shape (4, 4); that at the start of the motion for None.
+        link: The link; the one that is planned for, else the tip, for None.
+        along: A direction in the base, shape (3,). If given, the axis is what of the link points there at the start, instead of
+            ``task.axis``.
+
+    Raises:
+        InputError: The task is none, its rotation has several slacks or one of pi or more, or a slack is too small; T is not a
+            pose; ``along`` is not a direction, or given with a task that has no axis.
+
+    Example:
+        >>> import ulna
+        >>> panda = ulna.load("panda")
+        >>> turned = panda.home + 0.0
+        >>> turned[0] += 1.0
+        >>> plan = panda.plan(panda.home, turned, keep=ulna.Keep.upright(within=0.1))
+        >>> plan.certified, plan.worst_violation <= 1
+        (True, True)
+    """
+
+    task: Task
+    T: Array | None = None
+    link: str | None = None
+    along: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        task = as_task(self.task)
+        slack = [s or default for s, default in zip(task.slack, (AWAY,) * 3 + (TURN,) * 3, strict=True)]
+        if min(slack) < _LEAST:
+            raise InputError("task", f"a slack of {min(slack):.3g}; at least {_LEAST:g} m or rad is expected")
+        turns = {s for s in slack[3:] if s < _FREE}
+        if len(turns) > 1 or not max(turns, default=0.0) < np.pi:
+            raise InputError("task", f"slacks {slack[3:]} of the rotation; one angle below pi is expected where it is not free")
+        object.__setattr__(self, "task", Task(tuple(slack), task.axis))
+        if self.T is not None:
+            object.__setattr__(self, "T", as_one_pose(self.T))
+            self.T.setflags(write=False)
+        if self.along is not None:
+            if np.isinf(slack[3:]).tolist() != [False, False, True] or self.T is not None:
+                raise InputError("along", "goes with a task that leaves the turn about an axis free, and without a pose")
+            object.__setattr__(self, "along", _direction("along", self.along))
+
+    @classmethod
+    def upright(
+        cls, within: float = 0.09, *, axis: ArrayLike | None = None, along: ArrayLike = _UP, link: str | None = None
+    ) -> Keep:
+        """What points up at the start stays within an angle of up; any position, and any turn about it.
+
+        Args:
+            within: The angle [rad].
+            axis: The direction of the link that is kept, in its axes, shape (3,), instead of what points up at the start.
+            along: The direction in the base that it is kept near, shape (3,), instead of up.
+            link: The link.
+
+        Raises:
+            InputError: An argument cannot be taken.
+        """
+        turn = _tolerance("within", within)
+        slack = (_FREE, _FREE, _FREE, turn, turn, _FREE)
+        if axis is None:
+            return cls(Task(slack), link=link, along=_direction("along", along))
+        task, other = Task(slack, _direction("axis", axis)), Task(slack, _direction("along", along))
+        return cls(task, other.frame @ inverse(task.frame), link)
+
+    @classmethod
+    def orientation(cls, within: float = TURN, *, T: ArrayLike | None = None, link: str | None = None) -> Keep:
+        """The link keeps its orientation, that of T or of the start, within an angle [rad]; any position.
+
+        Raises:
+            InputError: An argument cannot be taken.
+        """
+        turn = _tolerance("within", within)
+        return cls(Task((_FREE, _FREE, _FREE, turn, turn, turn)), T, link)  # type: ignore[arg-type]
+
+    @classmethod
+    def on_line(cls, a: ArrayLike, b: ArrayLike, within: float = 1e-3, *, link: str | None = None) -> Keep:
+        """The link's origin stays near the line through two points, and goes along it as far as it likes.
+
+        It stays in a square bar about the line, whose corners are ``within`` away.
+
+        Args:
+            a: A point in the base [m], shape (3,).
+            b: Another one, shape (3,).
+            within: The greatest distance from the line [m].
+            link: The link.
+
+        Raises:
+            InputError: An argument cannot be taken, or the points are nearer than 1e-9 m.
+        """
+        a, b = as_floats("a", a), as_floats("b", b)
+        if a.shape != (3,) or not np.isfinite(a).all():
+            raise InputError("a", "three finite numbers [m] are expected")
+        if b.shape != (3,) or not np.linalg.norm(b - a) > 1e-9:
+            raise InputError("b", "a point other than the first, three finite numbers [m], is expected")
+        side = _tolerance("within", within) / np.sqrt(2.0)
+        T = Task.pointing(_direction("b", b - a)).frame
+        T[:3, 3] = a
+        return cls(Task((side, side, _FREE, _FREE, _FREE, _FREE)), T, link)
+
+    @classmethod
+    def in_plane(cls, T: ArrayLike, within: float = AWAY, *, link: str | None = None) -> Keep:
+        """The link's origin stays within a distance [m] of the plane z = 0 of a pose T_base_plane, shape (4, 4).
+
+        Raises:
+            InputError: An argument cannot be taken.
+        """
+        return cls(Task((_FREE, _FREE, _tolerance("within", within), _FREE, _FREE, _FREE)), as_one_pose(T), link)
+
+    @classmethod
+    def inside(cls, extents: ArrayLike, T: ArrayLike, *, link: str | None = None) -> Keep:
+        """The link's origin stays in a box of the workspace.
+
+        Args:
+            extents: Its full edge lengths [m], shape (3,); infinite ones leave that direction free.
+            T: The pose T_base_box of its centre, shape (4, 4).
+            link: The link.
+
+        Raises:
+            InputError: An argument cannot be taken.
+        """
+        extents = as_floats("extents", extents)
+        if extents.shape != (3,) or not (extents >= 2 * _LEAST).all():
+            raise InputError("extents", f"three lengths [m] of at least {2 * _LEAST:g} are expected")
+        return cls(Task((*(extents / 2).tolist(), _FREE, _FREE, _FREE)), as_one_pose(T), link)
+
+    def at_start(self, T: Array, link: str) -> Keep:
+        """The same of a motion that begins with the link at T, shape (4, 4): with a link, a pose and an axis."""
+        task = self.task if self.along is None else replace(self.task, axis=tuple((T[:3, :3].T @ self.along).tolist()))
+        return Keep(task, T if self.T is None else self.T, link)
+
+    @property
+    def pose(self) -> Array:
+        """T of a constraint that has one (``at_start``)."""
+        if self.T is None:
+            raise AssertionError("the pose at the start is not known")
+        return self.T
+
+    @property
+    def keeps_axis(self) -> bool:
+        """Whether the turn about an axis is free, and no other."""
+        return np.isinf(self.task.slack[3:]).tolist() == [False, False, True]
+
+    def __setstate__(self, state: dict) -> None:
+        self.__dict__.update(state)
+        if self.T is not None:
+            self.T.setflags(write=False)
+
+
+def _tolerance(name: str, value: float) -> float:
+    return as_number(name, value, _LEAST, f"a tolerance of at least {_LEAST:g} m or rad")
+
+
+def _direction(name: str, vector: ArrayLike) -> tuple[float, float, float]:
+    direction = as_floats(name, vector)
+    length = float(np.linalg.norm(direction)) if direction.shape == (3,) else 0.0
+    if not 1e-9 < length < _FREE:
+        raise InputError(name, f"{vector!r}; a direction of three numbers is expected")
+    x, y, z = (direction / length).tolist()
+    return x, y, z

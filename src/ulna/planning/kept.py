@@ -1,0 +1,192 @@
+"""Makes the table of a motion's constraints, and measures how much of their tolerances configurations and edges use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.pose import angle_between, inverse
+from ulna.drivers.planning import keeping
+from ulna.errors import InputError, TruthError
+from ulna.ik.reason import Reason
+from ulna.kernels.ik.search_layout import SLACK, TASK
+from ulna.kernels.planning import planning_layout as layout
+from ulna.kinematics.forward import forward_kinematics
+from ulna.kinematics.positions import as_positions, for_kernel, refuse_out_of_range, rows_of_both
+from ulna.kinematics.tree import Tree
+from ulna.planning.keep import Keep
+
+Array = NDArray[np.float64]
+_AIM = 0.5  # of the tolerance: where a projection leads to
+_BENT = 2.5  # [rad^2/m or rad]: the square of an edge that leaves a curve by a tolerance, by that; longer ones seldom keep it
+_PRECISION = 1e-3  # of a tolerance
+_NARROWER = 0.998  # times a tolerance: that of a search, so that parts of what it found are certified again wherever they are cut
+
+
+def _frozen(table: Array) -> Array:
+    table.setflags(write=False)
+    return table
+
+
+NO_KEEPS = _frozen(np.empty((0, layout.KEEP_WIDTH)))
+
+
+class Violation(NamedTuple):
+    """What of a constraint is not kept.
+
+    Attributes:
+        link: The link.
+        quantity: "x", "y" or "z", of its displacement in the axes of the constraint [m]; or "angle" [rad].
+        value: How much.
+        tolerance: What is allowed.
+    """
+
+    link: str
+    quantity: str
+    value: float
+    tolerance: float
+
+    def __str__(self) -> str:
+        if self.quantity == "angle":
+            return f"{self.link} is turned by {self.value:.4g} rad, and {self.tolerance:.4g} rad is allowed"
+        return f"{self.link} is {self.value * 1e3:.4g} mm off along {self.quantity}, and {self.tolerance * 1e3:.4g} mm is allowed"
+
+
+@dataclass(frozen=True, eq=False)
+class KeepReport:
+    """Whether edges keep constraints; of one edge, a bool too: ``if robot.edge_keeps(...)``.
+
+    Attributes:
+        kept: Whether all of the edge certainly keeps them: a bool for one edge, else shape (...,).
+        violation: The greatest share of its tolerance that any constraint uses on the edge, at most so much, and by no more
+            than 0.001 less (of itself above 1): a float for one edge, else shape (...,).
+    """
+
+    kept: Any
+    violation: Any
+
+    def __bool__(self) -> bool:
+        if np.ndim(self.kept):
+            raise TruthError("a KeepReport", "report.kept")
+        return bool(self.kept)
+
+
+def as_keeps(keep: Keep | Iterable[Keep], tree: Tree, q_start: Array, link: str | None = None) -> tuple[Keep, ...]:
+    """Constraints of a motion that begins at q_start, shape (n_dof,), each with its link, pose and axis.
+
+    link: that of a constraint which names none; the tip for None.
+
+    Raises:
+        InputError: One is no ``Keep``, no joint moves its link, or there are several tips, so one has to be named.
+        UnknownNameError: There is no such link.
+    """
+    if not isinstance(keep, (Keep, Iterable)) or isinstance(keep, (str, bytes, dict)):
+        raise InputError("keep", f"{type(keep).__name__}; an ulna.Keep, or several, is expected")
+    keeps = []
+    for one in (keep,) if isinstance(keep, Keep) else keep:
+        if not isinstance(one, Keep):
+            raise InputError("keep", f"{type(one).__name__}; an ulna.Keep, or several, is expected")
+        name = tree.link_or_tip(link if one.link is None else one.link)
+        if not len(tree.moving_columns(name)):
+            raise InputError("keep", f"no joint moves link {name!r}")
+        keeps.append(one.at_start(forward_kinematics(tree, q_start, name), name))
+    return tuple(keeps)
+
+
+def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Array:
+    """What the kernels read (``planning_layout``), shape (KEEP_ROWS n, KEEP_WIDTH)."""
+    if not keeps:
+        return NO_KEEPS
+    table = np.zeros((layout.KEEP_ROWS * len(keeps), layout.KEEP_WIDTH))
+    for keep, (frame, reference, projection) in zip(keeps, table.reshape(len(keeps), layout.KEEP_ROWS, -1), strict=True):
+        row, slack, turn = tree.frame_row(str(keep.link), keep.task.frame), np.array(keep.task.slack), keep.task.slack[3]
+        frame[: len(row)], frame[layout.AWAY : layout.AWAY + 3] = row, slack[:3]
+        if turn < np.inf:
+            frame[layout.AXES] = layout.Z_AXIS if keep.keeps_axis else layout.ALL_AXES
+            frame[layout.CHORD] = 2.0 * np.sin(0.5 * turn) * (1.0 if keep.keeps_axis else np.sqrt(2.0))
+        frame[layout.LEVER] = np.linalg.norm(row[[3, 7, 11]])
+        reference[:12] = (keep.pose @ keep.task.frame)[:3].reshape(-1)
+        projection[TASK], projection[SLACK : SLACK + 6] = keep.task.kind, _AIM * slack
+    return _frozen(table)
+
+
+def narrower(table: Array) -> Array:
+    """The same constraints with slightly smaller tolerances."""
+    if not len(table):
+        return table
+    table = table.copy()
+    table[:: layout.KEEP_ROWS, layout.AWAY : layout.AWAY + 3] *= _NARROWER
+    table[:: layout.KEEP_ROWS, layout.CHORD] *= _NARROWER
+    return _frozen(table)
+
+
+def step_of(table: Array) -> float:
+    """How long a step along constraints may be, of eight parts; infinite without any."""
+    if not len(table):
+        return np.inf
+    frames = table[:: layout.KEEP_ROWS]
+    chords = np.where(frames[:, layout.AXES] != layout.NO_AXIS, frames[:, layout.CHORD], np.inf)
+    return float(8 * np.sqrt(_BENT * min(chords.min(), frames[:, layout.AWAY : layout.AWAY + 3].min())))
+
+
+def are_kept(table: Array, tree: Tree, a: Array, b: Array) -> NDArray[np.bool_]:
+    """Which edges from a to b, shape (n, n_dof) each, certainly keep all constraints."""
+    if not len(table):
+        return np.ones(len(a), dtype=bool)
+    return _shares(table, tree, a.copy(), b.copy(), 1.0, keeping.APART, 1.0) <= 1.0
+
+
+def worst_violation(table: Array, tree: Tree, path: Array) -> float:
+    """A bound of the share of a tolerance that is used on a path, shape (n, n_dof); 0 without constraints."""
+    a, b = (path[:-1], path[1:]) if len(path) > 1 else (path, path)
+    return float(_shares(table, tree, a.copy(), b.copy(), 0.0, _PRECISION, np.inf).max())
+
+
+def edge_keeps(tree: Tree, q_a: ArrayLike, q_b: ArrayLike, keep: Keep | Iterable[Keep]) -> KeepReport:
+    """See ``Robot.edge_keeps``."""
+    starts, ends = as_positions(q_a, tree, "q_a"), as_positions(q_b, tree, "q_b")
+    refuse_out_of_range(starts, "q_a")
+    refuse_out_of_range(ends, "q_b")
+    one = starts.ndim == ends.ndim == 1
+    batch, a, b = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
+    if not len(a):
+        return KeepReport(np.empty(batch, dtype=bool), np.empty(batch))
+    table = table_of(as_keeps(keep, tree, a[0]), tree)
+    if not len(table):
+        raise InputError("keep", "no constraint is given")
+    kept = are_kept(table, tree, a, b).reshape(batch)
+    violation = _shares(table, tree, a, b, 0.0, _PRECISION, np.inf).reshape(batch)
+    return KeepReport(bool(kept), float(violation)) if one else KeepReport(kept, violation)
+
+
+def violations(keeps: tuple[Keep, ...], tree: Tree, q: Array) -> Reason:
+    """What of the constraints is not kept at q, shape (n_dof,), in words; the data is a tuple of ``Violation``."""
+    found = [one for keep in keeps for one in _violations_of(keep, tree, q)]
+    return Reason("; ".join(map(str, found)), tuple(found))
+
+
+def _violations_of(keep: Keep, tree: Tree, q: Array) -> list[Violation]:
+    frame, link = keep.task.frame, str(keep.link)
+    T, reference, slack = forward_kinematics(tree, q, link) @ frame, keep.pose @ frame, keep.task.slack
+    away = np.abs(inverse(reference) @ T)[:3, 3].tolist()
+    angle = float(angle_between(T, reference))
+    if keep.keeps_axis:
+        angle = 2.0 * float(np.arcsin(min(1.0, np.linalg.norm((T - reference)[:3, 2]) / 2.0)))
+    values = zip(("x", "y", "z", "angle"), (*away, angle), slack[:4], strict=True)
+    return [
+        Violation(link, name, value, most)
+        for name, value, most in values
+        if value > most * _NARROWER * (1.0 - 2.0 * keeping.APART)
+    ]
+
+
+def _shares(table: Array, tree: Tree, a: Array, b: Array, level: float, apart: float, most: float) -> Array:
+    """A bound of the share of a tolerance that is used on each edge, shape (n,); see ``drivers.planning.keeping``."""
+    shares = np.zeros(len(a))
+    if len(table):
+        keeping.shares_of_edges(tree.joints, _frozen(table), for_kernel(a), for_kernel(b), level, apart, most, shares)
+    return shares
