@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import os
 from importlib.util import find_spec
 
 import hypothesis
