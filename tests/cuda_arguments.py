@@ -126,7 +126,7 @@ TYPES = {
         "points": TABLE, "scene": SCENE, "heights": NUMBERS, "scratch": POLYTOPE, "best": VECTOR,
         **_each("within half clear margin speed bend turning slack slope fastest extent", NUMBER), **_each("n p node top", WHOLE),
         **_each("still stop", TRUTH),
-        "carried": CARRIED,
+        "carried": CARRIED, "apart": types.none, "back": WHOLE,
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},
     "collision.contacts": {
@@ -141,7 +141,7 @@ TYPES = {
     "collision.reached.core_slope": {"e": VECTOR},
     "collision.posed_pair.solid_at": {"w": WHOLE},
     "collision.reached": {**_each("centre half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE},
-    "collision.interval": {**_each("o g", WHOLE), "p": VECTOR},
+    "collision.interval": {**_each("o g", WHOLE), "p": VECTOR, "of_all": NUMBER},
     "collision.interval.body_outcome": {"found": types.Tuple((WHOLE, TRUTH, INDICES))},
     "collision.interval.object_outcome": {"placed": types.Tuple((POSE, VECTOR, VECTOR))},
     "collision.interval.pair_outcome": {"e": WHOLE},

@@ -299,10 +299,10 @@ class Checker:
         """What is checked, as the kernels take it."""
         return self._scene(_objects_of(world), self_collision)
 
-    def scene_and_names(self, world: World | None) -> tuple[Scene, list[str]]:
-        """The robot with itself and a world, as the kernels take it, and the objects' names by their numbers in it."""
+    def scene_and_objects(self, world: World | None) -> tuple[Scene, Objects]:
+        """The robot with itself and a world, as the kernels take it, and the objects of that."""
         objects = _objects_of(world)
-        return self._scene(objects, True), objects.names
+        return self._scene(objects, True), objects
 
     def _scene(self, objects: Objects, self_collision: bool) -> Scene:
         """The arguments of the kernels: the robot and the objects. The last ones are kept."""

@@ -29,7 +29,7 @@ from ulna.collision.object_tree import (
     write_cloud,
     write_tree,
 )
-from ulna.collision.objects import Objects
+from ulna.collision.objects import Moving, Objects
 from ulna.collision.rounded_shapes import shape_columns, shape_vertices
 from ulna.description.shapes import Box, HalfSpace, Sphere
 from ulna.engine.lanes import WIDTH
@@ -116,6 +116,21 @@ class ObjectTables:
             arena, boxes, sets = self._arena, not self._round, tuple(self._sets)
             first = arena.add_rows(self._rows[: len(self._alone)])
             return Objects(*arena.read_only, arena.nodes, self._root, first, arena.n_rows, boxes, sets, arena.names)
+
+    def moving(self, speeds: Mapping[str, float], counts: Mapping[str, int], poses: Mapping[str, Array]) -> tuple[Moving, ...]:
+        """The objects that have a speed, after ``updated``."""
+        found = []
+        for name, speed in speeds.items():
+            if name in self._many:
+                one = self._many[name]
+                if one.rows.start == one.rows.stop:  # nothing is in it
+                    continue
+                row, radius = self._arena.table[one.rows.start], _farthest(one.shape)
+            else:
+                row = self._rows[self._alone[name]] if name in self._alone else self._arena.table[self._indexed[name][0]]
+                radius = float(row[REACH])
+            found.append(Moving(name, int(row[OBJECT]), speed, counts[name], poses[name], radius, name not in self._alone))
+        return tuple(found)
 
     def _add(self, name: str, shape: Obstacle, T: Array, links: frozenset[str]) -> None:
         touch_set = self._sets.setdefault(links, len(self._sets))
@@ -253,6 +268,13 @@ class ObjectTables:
         self._rows, self._alone = np.concatenate([rows, np.empty((WIDTH, BODY_WIDTH))]), {name: k for k, name in enumerate(names)}
         if is_indexed:
             self._index()
+
+
+def _farthest(shape: PointCloud | HeightMap | VoxelGrid) -> float:
+    """How far an object of many solids reaches from its frame's origin [m]."""
+    if isinstance(shape, PointCloud):
+        return float(np.linalg.norm(shape.points, axis=1).max(initial=0.0)) + shape.radius
+    return float((np.linalg.norm(shape.boxes[0], axis=1) + np.linalg.norm(shape.boxes[1], axis=1)).max(initial=0.0))
 
 
 def make_objects(

@@ -4,6 +4,7 @@ A solid has a number (``kernels.collision.collision_layout``): a row of the tabl
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,34 @@ Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
 
+class Moving(NamedTuple):
+    """An object that may move by itself.
+
+    Attributes:
+        name: Of the object.
+        number: Of the object, in the rows of its solids.
+        speed: The greatest of any of its points [m/s].
+        stated: How often it was said where it is.
+        pose: T_base_object, shape (4, 4).
+        radius: Of a ball about its frame's origin that holds it [m]; infinite for a half-space.
+        in_tree: Whether it is in the BVH.
+    """
+
+    name: str
+    number: int
+    speed: float
+    stated: int
+    pose: Array
+    radius: float
+    in_tree: bool
+
+    def way_from(self, pose: Array) -> float:
+        """How far it moved any of its points from another pose, at most [m]."""
+        turned = self.pose[:3, :3] - pose[:3, :3]  # its norm is the half of sqrt(2) of that of its entries
+        moved = self.pose[:3, 3] - pose[:3, 3]
+        return float(np.linalg.norm(moved) + (np.linalg.norm(turned) / np.sqrt(2) * self.radius if turned.any() else 0.0))
+
+
 @dataclass(eq=False, slots=True)
 class Objects:
     """The solids that the objects of a world consist of, as they were at one moment. Nothing of it changes later.
@@ -41,6 +70,8 @@ class Objects:
         only_boxes: Whether all shapes are boxes.
         touch_sets: The sets of links that may touch objects, by the numbers in the table; the first is empty.
         names: The object that a solid is part of, by the number in its row.
+        moving: The objects that may move by themselves.
+        n_changes: How often anything changed but the poses of these.
     """
 
     table: NDArray[np.float64]
@@ -52,6 +83,8 @@ class Objects:
     only_boxes: bool
     touch_sets: tuple[frozenset[str], ...]
     names: list[str]
+    moving: tuple[Moving, ...] = ()
+    n_changes: int = 0
 
     @property
     def numbers(self) -> NDArray[np.int64]:

@@ -95,7 +95,7 @@ def world_to_json(world: World) -> str:
         ]}
     """
     still = world.copy()
-    entries = (_entry(name, shape, T, still.touch_links(name)) for name, shape, T in still.items())
+    entries = (_entry(name, shape, T, still.touch_links(name), still.speed(name)) for name, shape, T in still.items())
     lines = ",\n".join(f"  {json.dumps(entry, ensure_ascii=False)}" for entry in entries)
     text = f'{{"ulna_scene": {VERSION}, "objects": [\n{lines}\n]}}\n'
     if len(text.encode()) > LONGEST:
@@ -128,11 +128,14 @@ def world_from_json(text: str | bytes, source: str = "scene") -> World:
     return world
 
 
-def _entry(name: str, shape: Obstacle, T: NDArray[np.float64], touch_links: frozenset[str]) -> dict[str, Any]:
+def _entry(
+    name: str, shape: Obstacle, T: NDArray[np.float64], touch_links: frozenset[str], speed: float | None
+) -> dict[str, Any]:
     word, (_, keys) = next((word, known) for word, known in SHAPES.items() if isinstance(shape, known[0]))
     sizes = {key: np.asarray(getattr(shape, key)).tolist() for key in keys}
     touching = {"touch_links": sorted(touch_links)} if touch_links else {}
-    return {"name": name, "shape": word, **sizes, "xyz": T[:3, 3].tolist(), **_turn(T), **touching}
+    fastest = {} if speed is None else {"speed": speed}
+    return {"name": name, "shape": word, **sizes, "xyz": T[:3, 3].tolist(), **_turn(T), **touching, **fastest}
 
 
 def _turn(T: NDArray[np.float64]) -> dict[str, Any]:
@@ -157,13 +160,13 @@ def _add(world: World, entry: Any, number: int, source: str) -> None:
     if not isinstance(word, str) or word not in SHAPES:
         raise DescriptionError(f"{where}: {word!r} is not a known shape{did_you_mean(str(word), SHAPES)}", source)
     kind, keys = SHAPES[word]
-    _refuse_unknown(entry, ("name", "shape", *keys, "xyz", *_TURNS, "touch_links"), where, source)
+    _refuse_unknown(entry, ("name", "shape", *keys, "xyz", *_TURNS, "touch_links", "speed"), where, source)
     missing = [key for key in keys if key not in entry]
     if missing:
         raise DescriptionError(f"{where}: a {word} needs {missing[0]!r}", source)
     try:
         shape = kind(*(entry[key] for key in keys))
-        world.add(name, shape, _pose(entry), touch_links=entry.get("touch_links", ()))
+        world.add(name, shape, _pose(entry), touch_links=entry.get("touch_links", ()), speed=entry.get("speed"))
     except (UlnaError, TypeError) as error:
         raise DescriptionError(f"{where}: {error}", source) from None
 

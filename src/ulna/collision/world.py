@@ -10,6 +10,7 @@ from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import Obstacle
 from ulna.collision.object_tables import ObjectTables
 from ulna.collision.objects import Objects
+from ulna.description.arrays import as_number
 from ulna.description.given_names import as_link_names, refuse_no_name
 from ulna.description.pose import as_one_pose, as_pose, orthonormal
 from ulna.engine.bound import Seen
@@ -36,6 +37,9 @@ class World(Seen):
         self._poses: dict[str, NDArray[np.float64]] = {}
         self._touch_links: dict[str, frozenset[str]] = {}
         self._tables: ObjectTables | None = None  # None: all objects are to be laid out
+        self._speeds: dict[str, float] = {}  # of those that may move by themselves
+        self._counts: dict[str, int] = {}  # how often it was said where each of these is
+        self._n_changes = 0  # of anything but their poses
         self._changed: dict[str, bool] = {}  # since then, and whether more than the pose was
         self._objects: Objects | None = None
         self._kept: tuple[Objects | None, World | None] = (None, None)
@@ -45,7 +49,15 @@ class World(Seen):
         """The names of the objects, in the order in which they were added."""
         return tuple(self._shapes)
 
-    def add(self, name: str, shape: Obstacle, pose: ArrayLike | None = None, *, touch_links: Iterable[str] = ()) -> None:
+    def add(
+        self,
+        name: str,
+        shape: Obstacle,
+        pose: ArrayLike | None = None,
+        *,
+        touch_links: Iterable[str] = (),
+        speed: float | None = None,
+    ) -> None:
         """Add an object.
 
         Args:
@@ -55,10 +67,12 @@ class World(Seen):
             pose: T_base_object, shape (4, 4); the origin unless given.
             touch_links: Links of a robot, or objects attached to it, that may touch it: their contact is no collision, and their
                 distance does not count. An example is the base on the floor. Names that a robot does not have are ignored.
+            speed: The greatest of any of its points [m/s], of an object that may move by itself: a servo reckons with all that
+                it can do (docs/servo.md), and nothing else does. Without one it is where it is said to be until ``move``.
 
         Raises:
             GeometryError: The shape is not one of these.
-            InputError: The name is taken or not text, or the pose is not a rigid motion.
+            InputError: The name is taken or not text, the pose is not a rigid motion, or the speed is not a number of at least 0.
 
         Example:
             >>> import ulna
@@ -70,11 +84,14 @@ class World(Seen):
         _refuse_unsolid(name, shape)
         refuse_no_name(name)
         T, links = as_one_pose(np.eye(4) if pose is None else pose, "pose"), as_link_names(touch_links)
+        fastest = None if speed is None else as_number("speed", speed, 0.0, "a speed [m/s] of at least 0")
         with self._lock:
             if name in self._shapes:
                 raise InputError("name", f"the world already has an object {name!r}; move() moves it")
             self._shapes[name], self._poses[name] = shape, T
-            self._changed[name], self._objects = True, None
+            if fastest is not None:
+                self._speeds[name], self._counts[name] = fastest, 0
+            self._remade(name)
             if links:
                 self._touch_links[name] = links
 
@@ -112,10 +129,10 @@ class World(Seen):
             self._poses |= new._poses
             self._touch_links |= new._touch_links
             self._changed |= new._changed
-            self._objects = None
+            self._objects, self._n_changes = None, self._n_changes + 1
 
     def move(self, name: str, pose: ArrayLike) -> None:
-        """Move an object to another pose T_base_object, shape (4, 4).
+        """Move an object to another pose T_base_object, shape (4, 4). Of one with a speed it says where it is now.
 
         Raises:
             InputError: The pose is not a rigid motion.
@@ -124,8 +141,7 @@ class World(Seen):
         T = as_one_pose(pose, "pose")
         with self._lock:
             self._known(name)
-            self._poses[name], self._objects = T, None
-            self._changed.setdefault(name, False)
+            self._moved(name, T)
 
     def move_many(self, names: Sequence[str], poses: ArrayLike) -> None:
         """Move several objects, all or none; a query in another thread finds them all moved, or none.
@@ -153,9 +169,7 @@ class World(Seen):
             for name in names:
                 self._known(name)
             for name, T in zip(names, placed, strict=True):
-                self._poses[name] = T
-                self._changed.setdefault(name, False)
-            self._objects = None
+                self._moved(name, T)
 
     def reshape(self, name: str, shape: Obstacle) -> None:
         """Give an object another shape; its pose is unchanged.
@@ -168,7 +182,7 @@ class World(Seen):
         with self._lock:
             self._known(name)
             self._shapes[name] = shape
-            self._changed[name], self._objects = True, None
+            self._remade(name)
 
     def update(self, name: str, points: PointCloud | ArrayLike) -> None:
         """Give a cloud other points; its pose, its radius unless a cloud is given, and what may touch it are unchanged.
@@ -207,8 +221,9 @@ class World(Seen):
         with self._lock:
             self._known(name)
             del self._shapes[name], self._poses[name]
-            self._touch_links.pop(name, None)
-            self._changed[name], self._objects = True, None
+            for of in (self._touch_links, self._speeds, self._counts):
+                of.pop(name, None)
+            self._remade(name)
 
     def shape(self, name: str) -> Obstacle:
         """The shape of an object.
@@ -239,6 +254,16 @@ class World(Seen):
         with self._lock:
             self._known(name)
             return self._touch_links.get(name, frozenset())
+
+    def speed(self, name: str) -> float | None:
+        """The greatest speed of an object that may move by itself [m/s], or None.
+
+        Raises:
+            UnknownNameError: There is no such object.
+        """
+        with self._lock:
+            self._known(name)
+            return self._speeds.get(name)
 
     def copy(self) -> "World":
         """An independent copy with the same objects."""
@@ -280,8 +305,25 @@ class World(Seen):
                 changed = dict.fromkeys(self._shapes, True) if tables is None else self._changed
                 tables = tables or ObjectTables()
                 self._objects = tables.updated(changed, self._shapes, self._poses, self._touch_links)
+                self._objects.moving = tables.moving(self._speeds, self._counts, self._poses)
+                self._objects.n_changes = self._n_changes
                 self._tables, self._changed = tables, {}
             return self._objects
+
+    def _moved(self, name: str, T: NDArray[np.float64]) -> None:
+        """Put an object to a pose; whether it was there already counts only where it may move by itself."""
+        self._poses[name], self._objects = T, None
+        self._changed.setdefault(name, False)
+        if name in self._speeds:
+            self._counts[name] += 1
+        else:
+            self._n_changes += 1
+
+    def _remade(self, name: str) -> None:
+        """Let an object be laid out again."""
+        self._changed[name], self._objects, self._n_changes = True, None, self._n_changes + 1
+        if name in self._speeds:
+            self._counts[name] += 1
 
     def _known(self, name: str) -> None:
         if not isinstance(name, str) or name not in self._shapes:
@@ -292,7 +334,8 @@ class World(Seen):
             return self._contents()
 
     def _contents(self) -> dict:
-        return {"_shapes": dict(self._shapes), "_poses": dict(self._poses), "_touch_links": dict(self._touch_links)}
+        names = "_shapes", "_poses", "_touch_links", "_speeds", "_counts"
+        return {name: dict(getattr(self, name)) for name in names} | {"_n_changes": self._n_changes}
 
     def __setstate__(self, state: dict) -> None:
         World.__init__(self)

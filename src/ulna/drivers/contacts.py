@@ -62,7 +62,7 @@ def near_each(
         if count < 0:
             continue
         place_bodies(joints, bodies, q[i], near.joint_rows, near.body_rows)
-        n = find_near_pairs(scene, 0.0, within, near, None)
+        n = find_near_pairs(scene, 0.0, None, within, near, None)
         if count + n <= room:
             ends[i] = count + n
             order_of_rows(near.contact_rows, n, order)

@@ -54,7 +54,7 @@ def edges_each(
     for e in range(q_a.shape[0]):
         if not (all_in_range(q_a[e]) and all_in_range(q_b[e])):
             status[e], contact[e] = EDGE_OUT_OF_RANGE, 0.0
-        elif edge_is_free(scene, carried, work, q_a[e], q_b[e], no_spread, resolution, 0.0, of_world):
+        elif edge_is_free(scene, carried, work, q_a[e], q_b[e], no_spread, resolution, 0.0, None, of_world):
             status[e], contact[e] = EDGE_FREE, 1.0
         else:
             status[e] = EDGE_CONTACT
@@ -74,8 +74,10 @@ def interval_work(n_dof):
 
 
 @kernel
-def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_world):
+def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, apart, of_world):
     """Whether the edge from q_a to q_b is certainly free, and nothing of the world is nearer than a margin [m].
+
+    ``apart`` widens the margin (``scene.Apart``, or None).
 
     With a spread above 0, (n_dof,), that holds for all that lies so far beside the edge in each entry of q.
     of_world: ``world_rounding(scene)``. q_a and q_b are in range.
@@ -93,7 +95,7 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, of_
         else:
             newest -= n
             split(waiting, newest, n, lane_rows)
-        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, margin, of_world, stop=True):
+        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, margin, apart, of_world, stop=True):
             return False
         for lane in range(WIDTH // n * n):
             if lane_rows[2, lane] == 0.0:
@@ -118,7 +120,7 @@ def free_until(scene, carried, work, q_a, q_b, resolution, of_world):
         if waiting[n, 0] - waiting[n, 1] >= at_most:
             return at_most
         split(waiting, n, 1, lane_rows)
-        outcome_at(scene, carried, work, q_a, q_b, INSTANT, 0.0, of_world, stop=False)
+        outcome_at(scene, carried, work, q_a, q_b, INSTANT, 0.0, None, of_world, stop=False)
         for back in range(WIDTH):
             lane = WIDTH - 1 - back
             if lane_rows[2, lane] == 0.0:
@@ -143,7 +145,7 @@ def split(waiting, first, n, lane_rows):
 
 
 @shared_routine
-def outcome_at(scene, carried, work, q_a, q_b, instant, margin, of_world, stop):
+def outcome_at(scene, carried, work, q_a, q_b, instant, margin, apart, of_world, stop):
     """Whether something touches at the middles of eight intervals; which of them are clear is written to ``lane_rows``.
 
     instant: what is added to their half lengths; 0 if these are 0, so that nothing moves. stop: whether a contact ends the
@@ -156,7 +158,7 @@ def outcome_at(scene, carried, work, q_a, q_b, instant, margin, of_world, stop):
     like = load(q_rows, 0)
     still = instant == 0.0
     place_balls(scene.joints, q_rows, half, still, carried)
-    touches, clear = world_outcome(scene, carried, half, still, margin, of_world, stop, stack, like)
+    touches, clear = world_outcome(scene, carried, half, still, margin, apart, of_world, stop, stack, like)
     if not touches:
         touches, clear = self_outcome(scene, carried, half, still, stop, clear, like)
     store(lane_rows, 2, clear)
@@ -178,7 +180,7 @@ def edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, ma
         n = min(newest - oldest, WIDTH // 2)
         split(waiting, oldest, n, lane_rows)
         oldest, before, left = oldest + n, left, 0
-        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, margin, of_world, stop=True):
+        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, margin, None, of_world, stop=True):
             return False
         for lane in range(WIDTH // n * n):
             if lane_rows[2, lane] == 0.0:
@@ -214,7 +216,7 @@ def touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
     lane_rows = work[1]
     for lane in range(WIDTH):
         lane_rows[0, lane], lane_rows[1, lane] = lane_rows[0, min(lane, n - 1)], 0.0
-    touches = outcome_at(scene, carried, work, q_a, q_b, 0.0, margin, of_world, stop=True)
+    touches = outcome_at(scene, carried, work, q_a, q_b, 0.0, margin, None, of_world, stop=True)
     for lane in range(WIDTH):
         touches = touches or lane_rows[2, lane] == 0.0
     return touches

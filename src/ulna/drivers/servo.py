@@ -13,6 +13,12 @@ The state is a position q, a velocity, and a certified stop: a straight line fro
    place that is farther from everything;
 5. goes on with the certified stop otherwise.
 
+An object that may move by itself has to be farther away by all that it can move from when it was said where it is until the end
+of what is certified: of the tick, or of the stop.
+
+Where an object was put into the arm, the pairs in contact are left out of step 4: no other one may come into contact. A motion is
+taken that ends with the deepest of all pairs less deep than where the certified stop ends.
+
 So at every moment a stop is certified in which nothing is hit that does not move. There is a way out of every place where the arm
 comes to rest by itself: all within ROOM of it is free, or it is farther from everything than such a place. A certificate knows
 distances by lower bounds alone, which for two boxes may be 1 / sqrt(3) of them; with half the clearance, and ROOM as it is, a
@@ -31,9 +37,10 @@ from ulna.drivers.continuous import edge_is_free, interval_work
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TABLE, WHOLE
 from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding
-from ulna.kernels.collision.contacts import find_near_pairs, write_gradient
+from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
+from ulna.kernels.collision.contacts import copy_row, find_near_pairs, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import Near, Scene
+from ulna.kernels.collision.scene import Apart, Near, Scene
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kernels.servo.braking import (
@@ -56,6 +63,9 @@ WITHIN = 0.05  # [m]: beyond the clearance; pairs farther away have no row
 EASE = 0.05  # [s]: the time constant of the approach to the reserve
 SHARES = (1.0, 0.5, 0.25, 0.125)
 NARROW_SHARES = (1.0, 0.125)
+SMALLEST_SHARES = (1.0 / 64, 1.0 / 512)  # tried too where nothing is certified: very near an object only short ways are free
+GRAZE = 1e-6  # [m]: what is no farther apart is in contact
+MOVED = 1e-9  # [m]: what rounding may add to how far an object has moved
 _LEAVING = 0.5  # of the clearance: certified in step 4. The lower bounds of distances are at least 1 / sqrt(3) of them
 _OUTWARD = 10.0  # the weight of leaving the reserve, beside that of the command
 _SAME = 0.02  # of what is desired: it is reached. The damping alone takes so much of a twist where J has a singular value of 0.07
@@ -74,6 +84,12 @@ class Tick(NamedTuple):
     """Of the distances of the near pairs, shape (MOST_PAIRS, n_dof) [m/rad or 1]."""
     excess: NDArray
     """How much farther each is apart than it has to be, and last the least of all (``find_near_pairs``)."""
+    wider: NDArray
+    """By how much more than the clearance each object has to be away (``scene.Apart``) [m]."""
+    moving: NDArray
+    """The objects that may move by themselves, shape (n, MOVING_WIDTH)."""
+    touching: NDArray
+    """The pairs in contact, shape (MOST_TOUCHING, PAIR_WIDTH)."""
     limits: NDArray
     settings: NDArray
     state: NDArray
@@ -86,21 +102,23 @@ class Tick(NamedTuple):
     """Where the tick begins and ends and where the stop ends, and what is certified beside the two, shape (5, n_dof)."""
 
 
-@entry(*((*scene, TABLE, WHOLE, WHOLE, MATRIX, NUMBERS, NUMBERS, MATRIX, INDICES, NUMBERS) for scene in SCENES))
+@entry(*((*scene, TABLE, WHOLE, WHOLE, MATRIX, NUMBERS, NUMBERS, MATRIX, INDICES, NUMBERS, NUMBERS, MATRIX) for scene in SCENES))
 def servo_tick(
     joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
-    chain, expressed_in, mode, limits, settings, goal, state, counters, report,
+    chain, expressed_in, mode, limits, settings, goal, state, counters, report, wider, moving,
 ):  # fmt: skip
     """Write the state after a tick, and its report (``servo_layout``). False if the goal is out of range, and nothing is written.
 
     For START the goal is a position and a velocity, 2 n_dof numbers: if their stop is not certified the status is REFUSED.
+    wider: zeros, two more than there are objects; moving: those that may move by themselves, shape (n, MOVING_WIDTH).
     """
     if not all_in_range(goal):
         return False
     scene, n = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch), limits.shape[1]
     tick = Tick(
         scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, layout.MOST_PAIRS, 0),
-        np.empty((layout.MOST_PAIRS, n)), np.empty(layout.MOST_PAIRS + 1), limits, settings, state, counters,
+        np.empty((layout.MOST_PAIRS, n)), np.empty(layout.MOST_PAIRS + 1), wider, moving,
+        np.empty((layout.MOST_TOUCHING, PAIR_WIDTH), np.int64), limits, settings, state, counters,
         np.empty(n), np.empty(n), np.empty((5, n)),
     )  # fmt: skip
     report[:] = -1.0
@@ -108,8 +126,12 @@ def servo_tick(
     if mode == layout.START:
         report[layout.STATUS] = start(tick, goal)
         return True
-    if counters[layout.CERTIFIED] == 0 and stop_is_free(tick):
-        counters[layout.CERTIFIED] = 1
+    counters[layout.TOUCHING] = 0
+    if counters[layout.CERTIFIED] == 0:
+        if stop_is_free(tick):
+            counters[layout.CERTIFIED] = 1
+        else:
+            find_contacts(tick, near_of(scene, layout.MOST_TOUCHING, wider.shape[0]), report)
     if mode == layout.REST:
         go_on_stopping(state, counters, settings)
         report[layout.STATUS] = status_of_stop(counters)
@@ -127,6 +149,21 @@ def work_of(n):
         (np.empty(n * n), np.empty(n), np.empty(6 * n), np.empty(max(6, n)), np.empty(N_SYSTEM)),
         (np.zeros(m * n), np.empty(m), np.empty(n, np.int64), np.empty(n), np.empty(2 * n * (n + 1)), np.empty(2 * n)),
     )  # fmt: skip
+
+
+@routine
+def find_contacts(tick, near, report):
+    """Find the pairs in contact where the arm is; the deepest goes to the report."""
+    scene, deepest = tick.scene, GRAZE
+    place_bodies(scene.joints, scene.bodies, tick.state[layout.Q], near.joint_rows, near.body_rows)
+    n = min(find_near_pairs(scene, 0.0, None, GRAZE, near, None), layout.MOST_TOUCHING)
+    for c in range(n):
+        copy_row(near.pair_rows, c, tick.touching, c)
+        if near.contact_rows[c, DISTANCE] <= deepest:
+            deepest = near.contact_rows[c, DISTANCE]
+            report[layout.BODY], report[layout.OTHER] = near.pair_rows[c, PAIR_BODY], near.pair_rows[c, PAIR_OTHER]
+            report[layout.DISTANCE] = deepest
+    tick.counters[layout.TOUCHING] = n
 
 
 @kernel
@@ -151,8 +188,33 @@ def start(tick, goal):
 def status_of_stop(counters):
     """The status while the certified stop goes on."""
     if counters[layout.CERTIFIED] == 0:
-        return layout.NOT_CERTIFIED
+        return status_uncertified(counters)
     return layout.AT_REST if counters[layout.DONE] >= counters[layout.TICKS] else layout.BRAKING
+
+
+@kernel
+def status_uncertified(counters):
+    """The status where the stop is not certified."""
+    return layout.IN_COLLISION if counters[layout.TOUCHING] > 0 else layout.NOT_CERTIFIED
+
+
+@kernel
+def time_left(tick):
+    """How long the certified stop takes from now on [s]."""
+    return max(tick.counters[layout.TICKS] - tick.counters[layout.DONE], 0) * tick.settings[layout.TICK]
+
+
+@kernel
+def widen(tick, time):
+    """Write how much farther away than the clearance objects have to be, which may move by themselves for so long [s]."""
+    wider, of_tree, of_all = tick.wider, 0.0, 0.0
+    for i in range(tick.moving.shape[0]):
+        way = tick.moving[i, layout.FASTEST] * (tick.moving[i, layout.AGO] + time) + MOVED
+        wider[int(tick.moving[i, layout.NUMBER])] = way
+        of_all = max(of_all, way)
+        if tick.moving[i, layout.IN_TREE] > 0.0:
+            of_tree = max(of_tree, way)
+    wider[wider.shape[0] - 2], wider[wider.shape[0] - 1] = of_tree, of_all
 
 
 @routine
@@ -160,13 +222,16 @@ def stop_is_free(tick):
     """Whether what is left of the certified stop is free in this world."""
     for j in range(tick.limits.shape[1]):
         tick.points[3, j] = tick.limits[layout.ASIDE, j]
-    return is_free(tick, tick.state[layout.Q], tick.state[layout.TO], tick.points[3], tick.settings[layout.CLEARANCE])
+    clearance, state = tick.settings[layout.CLEARANCE], tick.state
+    return is_free(tick, state[layout.Q], state[layout.TO], tick.points[3], clearance, time_left(tick))
 
 
 @routine
-def is_free(tick, q_a, q_b, spread, margin):
-    """Whether all within ``spread`` of a line is certainly free."""
-    return edge_is_free(tick.scene, tick.carried, tick.work, q_a, q_b, spread, RESOLUTION, margin, tick.of_world)
+def is_free(tick, q_a, q_b, spread, margin, time):
+    """Whether all within ``spread`` of a line is certainly free, until a time from now [s]; pairs in contact aside."""
+    widen(tick, time)
+    apart = Apart(tick.wider, tick.touching[: tick.counters[layout.TOUCHING]])
+    return edge_is_free(tick.scene, tick.carried, tick.work, q_a, q_b, spread, RESOLUTION, margin, apart, tick.of_world)
 
 
 @kernel
@@ -176,12 +241,13 @@ def advance(tick, mode, chain, expressed_in, goal, work, report):
     objective, rows = work
     normal_rows, bound_rows, active_rows, multiplier_rows, work_rows, box_rows = rows
     n, certified = limits.shape[1], counters[layout.CERTIFIED] == 1
-    count = measure_near(tick, state[layout.TO], tick.near, tick.excess)
+    ticks = write_velocity_box(state, counters, limits, settings[layout.TICK], box_rows)
+    time = max((1 + ticks) * settings[layout.TICK], time_left(tick))
+    count = measure_near(tick, state[layout.TO], tick.near, tick.excess, time)
     for c in range(count):
         pair = tick.near.pair_rows[c]
         write_gradient(tick.scene, tick.near.joint_rows, pair[0], pair[1], tick.near.contact_rows, tick.gradients, c)
     least = tick.excess[layout.MOST_PAIRS]
-    ticks = write_velocity_box(state, counters, limits, settings[layout.TICK], box_rows)
     for j in range(n):
         tick.x[j] = min(max(stop_velocity(state, counters, j), box_rows[j]), box_rows[n + j])
     m = write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows)
@@ -191,11 +257,15 @@ def advance(tick, mode, chain, expressed_in, goal, work, report):
     for j in range(n):
         tick.x[j] = min(max(tick.x[j], box_rows[j]), box_rows[n + j])
     miss = missed(mode, objective[2], objective[3], tick.x)
-    status = status_of_rows(tick, miss, k, active_rows, multiplier_rows, box_rows, report)
-    share = certified_share(tick, certified, least)
+    status = layout.IN_COLLISION
+    if counters[layout.TOUCHING] == 0:
+        status = status_of_rows(tick, miss, k, active_rows, multiplier_rows, box_rows, report)
+    share = certified_share(tick, certified, least, time)
     report[layout.SHARE] = share
     if share == 0.0:
         go_on_stopping(state, counters, settings)
+    if status == layout.IN_COLLISION:
+        return status
     if share < 1.0 and is_moved(tick):
         report_nearest(tick, count, report)
         return layout.LIMITED_BY_CLEARANCE if certified else layout.NOT_CERTIFIED
@@ -207,22 +277,27 @@ def advance(tick, mode, chain, expressed_in, goal, work, report):
 
 
 @routine
-def measure_near(tick, q, near, excess):
-    """Step 1: find the pairs that are near at q; how many are kept in ``near``, of the nearest."""
+def measure_near(tick, q, near, excess, time):
+    """Step 1: find the pairs that are near at q, a time from now [s]; how many are kept in ``near``, of the nearest."""
     excess[-1] = WITHIN
+    widen(tick, time)
     place_bodies(tick.scene.joints, tick.scene.bodies, q, near.joint_rows, near.body_rows)
-    return find_near_pairs(tick.scene, tick.settings[layout.CLEARANCE], WITHIN, near, excess)
+    apart = Apart(tick.wider, tick.touching[:0])
+    return find_near_pairs(tick.scene, tick.settings[layout.CLEARANCE], apart, WITHIN, near, excess)
 
 
 @routine
-def least_excess(tick, q):
-    """How much farther the pairs at q are apart than they have to be: the least, by their distance, at most WITHIN."""
+def least_excess(tick, q, time):
+    """How much farther the pairs at q, a time from now [s], are apart than they have to be: the least, at most WITHIN.
+
+    By their distance.
+    """
     near, excess = tick.near, tick.excess[layout.MOST_PAIRS :]
     none = Near(
         near.joint_rows, near.body_rows, near.contact_rows[layout.MOST_PAIRS :], near.pair_rows[:0], near.last_rows, near.stack,
         near.heights, near.scratch,
     )  # fmt: skip
-    measure_near(tick, q, none, excess)
+    measure_near(tick, q, none, excess, time)
     return excess[0]
 
 
@@ -240,15 +315,17 @@ def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
     """Write the rows of the quadratic program, the box first; how many they are.
 
     After a tick that ends with x the arm rests at c + way x. Row i says how much nearer pair i may be there than at the end of
-    the certified stop. No row excludes the velocity at which the quadratic program starts.
+    the certified stop; a pair in contact may become as deep as the deepest is. No row excludes the velocity at which the
+    quadratic program starts.
     """
     n, state, h = tick.x.shape[0], tick.state, tick.settings[layout.TICK]
-    way, ease = way_to_rest(h, ticks), h / (h + EASE)
+    way, ease, deepest = way_to_rest(h, ticks), h / (h + EASE), tick.excess[nearest_of(tick, count)]
     for j in range(n):
         normal_rows[n * j + j], bound_rows[j] = 1.0, box_rows[j]
         normal_rows[n * (n + j) + j], bound_rows[n + j] = -1.0, -box_rows[n + j]
     for i in range(count):
-        r, at, by = 2 * n + i, -ease * max(tick.excess[i] - RESERVE, 0.0), 0.0
+        least = deepest if tick.counters[layout.TOUCHING] > 0 and tick.near.contact_rows[i, DISTANCE] <= GRAZE else RESERVE
+        r, at, by = 2 * n + i, -ease * max(tick.excess[i] - least, 0.0), 0.0
         for j in range(n):
             g = tick.gradients[i, j]
             normal_rows[n * r + j] = g
@@ -262,14 +339,17 @@ def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
 def keep_reserve(tick, count, ticks, h_rows, f_rows):
     """Add to the objective, where a motion is desired, that pairs within the reserve come out of it.
 
-    Rows are linear, so that along a curved way pairs get into it.
+    Rows are linear, so that along a curved way pairs get into it. Of pairs in contact only the deepest is led out.
     """
     n, h, sought = tick.x.shape[0], tick.settings[layout.TICK], 0.0
     for j in range(n):
         sought = max(sought, abs(f_rows[j]))
     if sought < SMALL:
         return
+    deepest = nearest_of(tick, count)
     for i in range(count):
+        if tick.counters[layout.TOUCHING] > 0 and i != deepest:
+            continue
         inside = RESERVE - tick.excess[i]
         if inside > 0.0:
             out, square = inside * h / (h + EASE) / way_to_rest(h, ticks), 1e-300
@@ -283,7 +363,7 @@ def keep_reserve(tick, count, ticks, h_rows, f_rows):
 
 
 @kernel
-def certified_share(tick, certified, least):
+def certified_share(tick, certified, least, time):
     """Steps 3 and 4: accept the largest share that is certified, and return it; 0 if no share is."""
     clearance = tick.settings[layout.CLEARANCE]
     if certified:
@@ -292,11 +372,21 @@ def certified_share(tick, certified, least):
                 accept(tick)
                 return share
     for share in NARROW_SHARES:
-        narrow = is_candidate(tick, share, 0.0, _LEAVING * clearance if certified else 0.0)
-        if narrow and least_excess(tick, tick.points[2]) > least:
+        if is_outward(tick, share, _LEAVING * clearance if certified else 0.0, least, time):
             accept(tick)
             return share
+    if not certified:
+        for share in SMALLEST_SHARES:
+            if is_outward(tick, share, 0.0, least, time):
+                accept(tick)
+                return share
     return 0.0
+
+
+@routine
+def is_outward(tick, share, margin, least, time):
+    """Step 4: whether a share is certified with a margin, and leads to where the least of all pairs is greater than that."""
+    return is_candidate(tick, share, 0.0, margin) and least_excess(tick, tick.points[2], time) > least
 
 
 @routine
@@ -318,11 +408,11 @@ def is_candidate(tick, share, room, margin):
         points[4, j] = limits[layout.ASIDE, j] + room * limits[layout.ROOM, j]
         aside = 0.125 * h * abs(tick.tried[j] - state[layout.QD, j]) * (1.0 + 1e-9)  # a parabola beside its chord
         points[3, j] = points[4, j] + aside
-    if not is_free(tick, points[0], points[1], points[3], margin):
+    if not is_free(tick, points[0], points[1], points[3], margin, h):
         return False
     way = fastest_ball(tick.scene.joints, tick.carried)
     if ticks > 0:
-        if not is_free(tick, points[1], points[2], points[4], margin):
+        if not is_free(tick, points[1], points[2], points[4], margin, (1 + ticks) * h):
             return False
         way += fastest_ball(tick.scene.joints, tick.carried)
     return room > 0.0 or way <= HOP
@@ -363,12 +453,18 @@ def status_of_rows(tick, miss, k, active_rows, multiplier_rows, box_rows, report
 @kernel
 def report_nearest(tick, count, report):
     """Write the pair that was nearest where the certified stop ends to the report."""
+    if count > 0:
+        write_pair(tick, nearest_of(tick, count), report)
+
+
+@kernel
+def nearest_of(tick, count):
+    """The near pair that is least farther apart than it has to be; 0 without one."""
     nearest = 0
     for i in range(1, count):
         if tick.excess[i] < tick.excess[nearest]:
             nearest = i
-    if count > 0:
-        write_pair(tick, nearest, report)
+    return nearest
 
 
 @kernel

@@ -21,6 +21,7 @@ class CommandStatus(StrEnum):
     BRAKING = "braking"
     AT_REST = "at rest"
     NOT_CERTIFIED = "not certified"
+    IN_COLLISION = "in collision"
 
 
 class Limiting(NamedTuple):
@@ -29,14 +30,17 @@ class Limiting(NamedTuple):
     Attributes:
         joint: The entry of q that is at a limit, by its joint's name; None if none is.
         pair: The names of the two shapes, or of a shape and an object, that are near; None if none are.
-        distance: Of that pair, where the certified stop ended before this tick [m]; None without one.
+        distance: Of that pair, where the certified stop ended before this tick, or in collision where the arm was [m]; None
+            without one.
         share: How much of the way from the certified stop's velocity to the velocity found was certified, 0 to 1.
+        too_fast: An object that moved faster than its stated speed before this tick; None if none did.
     """
 
     joint: str | None
     pair: tuple[str, str] | None
     distance: float | None
     share: float
+    too_fast: str | None
 
 
 class Command(NamedTuple):
@@ -57,12 +61,13 @@ class Command(NamedTuple):
     limiting: Limiting
 
     def __str__(self) -> str:
-        of = ""
-        if self.limiting.joint is not None:
-            of = f": {self.limiting.joint}"
-        elif self.limiting.pair is not None:
-            of = f": {self.limiting.pair[0]} is {1e3 * (self.limiting.distance or 0.0):.3g} mm from {self.limiting.pair[1]}"
-        return f"{self.status}{of}"
+        of, (joint, pair, distance, _, too_fast) = "", self.limiting
+        if joint is not None:
+            of = f": {joint}"
+        elif pair is not None:
+            far = 1e3 * (distance or 0.0)
+            of = f": {pair[0]} is {abs(far):.3g} mm {'from' if far > 0.0 else 'in'} {pair[1]}"
+        return f"{self.status}{of}" + (f"; {too_fast} moved faster than stated" if too_fast else "")
 
 
 STATUS_OF = tuple(CommandStatus)

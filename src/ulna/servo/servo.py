@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
-from ulna.collision.objects import rows_of
+from ulna.collision.objects import Moving, Objects, rows_of
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.pose import as_one_pose
@@ -82,6 +82,10 @@ class Servo:
         self._names, self._started = entry_names(tree), False
         self._scene: Scene | None = None
         self._object_names: list[str] = []  # of the scene
+        self._stated: tuple[Moving, ...] = ()  # the objects of ``_moving``, as they were stated last
+        self._n_changes = 0  # of other objects
+        self._wider, self._moving = np.zeros(2), np.empty((0, layout.MOVING_WIDTH))
+        self._too_fast: str | None = None
 
     @property
     def q(self) -> Array:
@@ -159,6 +163,7 @@ class Servo:
         frame = as_frame(expressed_in)
         mode, goal = goals[0][1](goals[0][0]) if goals else (layout.REST, self._goals[0])
         self._run(mode, frame, goal)
+        self._moving[:, layout.AGO] += self._settings[layout.TICK]
         return self._command()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -198,19 +203,42 @@ class Servo:
         return layout.POSE, self._goals[2]
 
     def _run(self, mode: int, frame: int, goal: Array) -> None:
-        """Run a tick in the world as it is now; what was certified in another one counts no longer."""
-        scene, self._object_names = self._checker.scene_and_names(self._world)
+        """Run a tick in the world as it is now."""
+        scene, objects = self._checker.scene_and_objects(self._world)
+        self._too_fast = None
         if scene is not self._scene:
-            self._scene, self._counters[layout.CERTIFIED] = scene, 0
-        chain, kept = self._tree.chain(self._link), (self._state, self._counters, self._report)
+            self._change_to(objects)
+            self._scene = scene
+        chain, kept = self._tree.chain(self._link), (self._state, self._counters, self._report, self._wider, self._moving)
         driver.servo_tick(*scene, chain, frame, mode, self._limits, self._settings, goal, *kept)
+
+    def _change_to(self, objects: Objects) -> None:
+        """Take over another world. What was certified still counts if all that has changed was reckoned with in it.
+
+        So it is while the arm moves, and if objects with a stated speed moved no faster. Else the stop is certified anew.
+        """
+        before = {one.name: (one, row[layout.AGO]) for one, row in zip(self._stated, self._moving, strict=True)}
+        self._moving = np.zeros((len(objects.moving), layout.MOVING_WIDTH))
+        for one, row in zip(objects.moving, self._moving, strict=True):
+            row[:] = one.number, one.speed, 0.0, one.in_tree
+            known, ago = before.get(one.name, (one, 0.0))
+            if known.stated == one.stated:
+                row[layout.AGO] = ago
+            elif ago > 0.0 and one.way_from(known.pose) > one.speed * ago + driver.MOVED:
+                self._too_fast = one.name
+        counters = self._counters
+        is_moving = self._scene is not None and counters[layout.DONE] < counters[layout.TICKS]
+        if not is_moving or self._too_fast is not None or objects.n_changes != self._n_changes:
+            counters[layout.CERTIFIED] = 0
+        self._stated, self._n_changes, self._object_names = objects.moving, objects.n_changes, objects.names
+        self._wider = np.zeros(len(objects.names) + 2)
 
     def _command(self) -> Command:
         q, qd, qdd = self._state[:3].copy()
         share, entry, body, other, distance = self._report[layout.SHARE :].tolist()
         joint = self._names[int(entry)] if entry >= 0 else None
         pair = None if body < 0 else (self._name(int(body)), self._name(int(other)))
-        limiting = Limiting(joint, pair, None if pair is None else distance, share)
+        limiting = Limiting(joint, pair, None if pair is None else distance, share, self._too_fast)
         return Command(q, qd, qdd, STATUS_OF[int(self._report[layout.STATUS])], limiting)
 
     def _name(self, i: int) -> str:

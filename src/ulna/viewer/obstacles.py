@@ -129,7 +129,7 @@ class Obstacles:
                 self.world.reshape(name, shape)
                 self.world.move(name, T)
             else:
-                self.world.add(new_name, shape, T, touch_links=self.world.touch_links(name))
+                self.world.add(new_name, shape, T, touch_links=self.world.touch_links(name), speed=self.world.speed(name))
                 self.world.remove(name)
                 self.form.choose(new_name)
 
@@ -139,7 +139,7 @@ class Obstacles:
             for name in self.world.names:
                 self.world.remove(name)
             for name, shape, T in world.items():
-                self.world.add(name, shape, T, touch_links=world.touch_links(name))
+                self.world.add(name, shape, T, touch_links=world.touch_links(name), speed=world.speed(name))
 
     @contextmanager
     def changing(self) -> Iterator[None]:

@@ -62,7 +62,7 @@ def is_free(context, q_a, q_b, spread):
     if sampled > 0.0:
         n_blocks = max(1, int(np.ceil(distance(q_a, q_b, context.space) / (sampled * WIDTH))))
         return edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world)
-    return edge_is_free(scene, carried, work, q_a, q_b, spread, settings[layout.RESOLUTION], margin, of_world)
+    return edge_is_free(scene, carried, work, q_a, q_b, spread, settings[layout.RESOLUTION], margin, None, of_world)
 
 
 @kernel

@@ -23,7 +23,16 @@ from ulna.kernels.collision.collision_layout import (
     WITNESS_A,
     WITNESS_B,
 )
-from ulna.kernels.collision.posed_pair import ball_distance, half_extents, may_touch, rows_contact, rows_gap, solid_at
+from ulna.kernels.collision.posed_pair import (
+    ball_distance,
+    half_extents,
+    may_touch,
+    rows_contact,
+    rows_gap,
+    solid_at,
+    wider_by,
+    widest,
+)
 from ulna.kernels.distance.box_sat import certain_gap
 from ulna.kernels.layout import COLUMN, JOINT, KIND, LARGEST, OBJECT, PARENT, PRISMATIC, RADIUS, RATIO, REACH
 from ulna.kernels.spatial.se3 import load_pose
@@ -74,7 +83,7 @@ def add_speeds(joints, joint_rows, joint, contacts, row, witness, sign, out):
 
 
 @kernel
-def find_near_pairs(scene, clearance, within, near, excess):
+def find_near_pairs(scene, clearance, apart, within, near, excess):
     """Steps 1 and 2 for the bodies in ``near``; how many pairs, or a larger number than the rows hold where there is no room.
 
     within: how much farther apart they are at most [m] than they have to be: objects by the clearance, links not at all. excess:
@@ -85,41 +94,41 @@ def find_near_pairs(scene, clearance, within, near, excess):
     for k in range(bodies.shape[0]):
         first, a = count, load_pose(near.body_rows, k)
         for w in range(scene.first, scene.end):
-            count = add_solid(scene, k, a, w, clearance, within, near, excess, first, count)
+            count = add_solid(scene, k, a, w, clearance, apart, within, near, excess, first, count)
         if scene.root >= 0:
-            count = add_indexed(scene, k, a, clearance, within, near, excess, count)
+            count = add_indexed(scene, k, a, clearance, apart, within, near, excess, count)
     for p in range(scene.pairs.shape[0]):
         i, j = scene.pairs[p, 0], scene.pairs[p, 1]
         if excess is not None:
-            count = add_nearest_pair(scene, i, j, 0.0, within, near, excess, count)
+            count = add_nearest_pair(scene, i, j, 0.0, apart, within, near, excess, count)
         elif ball_distance(bodies, i, load_pose(near.body_rows, i), bodies, j, load_pose(near.body_rows, j)) <= within:
             count = add_pair(scene, i, j, -1, within, near, count)
     return count
 
 
 @kernel
-def add_indexed(scene, k, a, clearance, within, near, excess, first):
+def add_indexed(scene, k, a, clearance, apart, within, near, excess, first):
     """Add body k, at pose a, and the solids of the tree that are near it, the nearest nodes first; the new count."""
     bounds, n, count, top = bounds_of(scene.bodies, k, a), scene.bodies.shape[0], first, 1
     near.stack[0], near.heights[0] = scene.root, -np.inf
     while top > 0:
         top -= 1
-        node, reach = near.stack[top], clearance + within
+        node, reach = near.stack[top], clearance + widest(apart, 2) + within
         if excess is not None:
-            reach = clearance + max(slot_of_pair(k, n, n, within, near, excess, count)[1], excess[-1])
+            reach = clearance + widest(apart, 2) + max(slot_of_pair(k, n, n, within, near, excess, count)[1], excess[-1])
         if near.heights[top] <= reach:
             if node >= 0:
                 top = push_children(scene.nodes, node, bounds, reach, near.stack, near.heights, top)
             else:
-                count = add_solid(scene, k, a, -1 - node, clearance, within, near, excess, first, count)
+                count = add_solid(scene, k, a, -1 - node, clearance, apart, within, near, excess, first, count)
     return count
 
 
 @kernel
-def add_solid(scene, k, a, w, clearance, within, near, excess, first, count):
+def add_solid(scene, k, a, w, clearance, apart, within, near, excess, first, count):
     """Add body k, at pose a, and solid w of the world if they are near; the new count. The rows of body k begin at ``first``."""
     if excess is not None:
-        return add_nearest_pair(scene, k, scene.bodies.shape[0] + w, clearance, within, near, excess, count)
+        return add_nearest_pair(scene, k, scene.bodies.shape[0] + w, clearance, apart, within, near, excess, count)
     row, b = solid_at(scene, w, 0.0)
     least = least_distance(scene.bodies, k, a, scene.objects, row, b, within)
     if not least <= within or may_touch(scene, k, row):
@@ -128,7 +137,7 @@ def add_solid(scene, k, a, w, clearance, within, near, excess, first, count):
 
 
 @routine
-def add_nearest_pair(scene, i, j, clearance, within, near, excess, count):
+def add_nearest_pair(scene, i, j, clearance, apart, within, near, excess, count):
     """Write a pair that is near, where there is room or in place of a farther one; the new count."""
     room, bodies, a, number = near.pair_rows.shape[0], scene.bodies, load_pose(near.body_rows, i), -1
     if j < bodies.shape[0]:
@@ -138,6 +147,7 @@ def add_nearest_pair(scene, i, j, clearance, within, near, excess, count):
         if may_touch(scene, i, row):
             return count
         others, points, number = scene.objects, scene.points, int(scene.objects[row, OBJECT])
+        clearance = clearance + wider_by(scene, apart, row)
     slot, farthest = slot_of_pair(i, j, bodies.shape[0], within, near, excess, count)
     limit = max(farthest, excess[room])
     reach = clearance + limit
@@ -149,7 +159,7 @@ def add_nearest_pair(scene, i, j, clearance, within, near, excess, count):
     write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, room)
     distance = near.contact_rows[room, DISTANCE]
     excess[room] = min(excess[room], distance - clearance)
-    of_pair = min(gap, distance) - clearance
+    of_pair = (min(gap, distance) if distance > 0.0 else distance) - clearance
     if distance - clearance >= within or of_pair >= farthest:
         return count
     write_pair(i, j, number, near, slot)

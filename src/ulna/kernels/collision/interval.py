@@ -40,7 +40,7 @@ from ulna.kernels.collision.collision_layout import (
     RUN_END,
     RUN_FIRST,
 )
-from ulna.kernels.collision.posed_pair import BALLS, may_touch, rows_gap, solid_at
+from ulna.kernels.collision.posed_pair import BALLS, is_excepted, may_touch, rows_gap, solid_at, wider_by, widest
 from ulna.kernels.collision.reached import (
     NEVER,
     ball_bounds,
@@ -58,28 +58,28 @@ from ulna.kernels.spatial.vectors import dot, minus, origin
 
 
 @kernel
-def world_outcome(scene, carried, half, still, margin, of_world, stop, stack, like):
+def world_outcome(scene, carried, half, still, margin, apart, of_world, stop, stack, like):
     """Whether a body touches an object in any lane; and 1.0 in the lanes in whose interval all of them are clear, else 0.0.
 
-    still: whether ``half`` is 0; margin: how near an object may be [m]; of_world: how far rounding may put a point of an
-    object [m]; stop: whether a contact ends the search. Then contacts are looked for in lanes that are not clear too. The last
-    balls first: a hand touches something more often than a base.
+    still: whether ``half`` is 0; margin: how near an object may be [m], which ``apart`` widens (``scene.Apart``, or None);
+    of_world: how far rounding may put a point of an object [m]; stop: whether a contact ends the search. Then contacts are looked
+    for in lanes that are not clear too. The last balls first: a hand touches something more often than a base.
     """
     clear, bodies, balls = splat(1.0, like), scene.bodies, carried.balls
     for back in range(balls.shape[0]):
         g = balls.shape[0] - 1 - back
-        joint, slack = int(balls[g, BALL_JOINT]), carried.slacks[g] + of_world + margin
+        joint, slack = int(balls[g, BALL_JOINT]), carried.slacks[g] + of_world + margin + widest(apart, 1)
         p, reach = load_vector(carried.ball_rows, 7 * g), load(carried.ball_rows, 7 * g + 6) + slack
         within = where(clear > 0.0, reach, slack if stop else NEVER)
-        n_near = objects_near(scene, carried, g, p, within, half, still, slack)
-        in_tree = scene.root >= 0 and tree_is_reached(scene.nodes, scene.root, p, within, BALLS * balls[g, BALL_RADIUS], stack)
+        n_near, of_tree = objects_near(scene, carried, g, p, within, half, still, apart, slack), within - tree_spare(apart)
+        in_tree = scene.root >= 0 and tree_is_reached(scene.nodes, scene.root, p, of_tree, BALLS * balls[g, BALL_RADIUS], stack)
         if n_near == 0 and not in_tree:
             continue
         place_bodies_of(bodies, carried, g, like)
         turning = turning_at(carried, joint, still, like)
         for m in range(carried.first[g], carried.first[g + 1]):
             k, found = carried.order[m], (n_near, in_tree, stack)
-            touches, clear = body_outcome(scene, carried, g, k, turning, found, slack, half, still, margin, stop, clear)
+            touches, clear = body_outcome(scene, carried, g, k, turning, found, slack, half, still, margin, apart, stop, clear)
             if touches and stop:
                 return True, clear
         if not stop and not any_lane(clear > 0.0):
@@ -88,14 +88,28 @@ def world_outcome(scene, carried, half, still, margin, of_world, stop, stack, li
 
 
 @kernel
-def objects_near(scene, carried, g, p, within, half, still, slack):
+def spare(scene, apart, row):
+    """How much less than the widest margin the object of a row needs [m]."""
+    return widest(apart, 1) - wider_by(scene, apart, row)
+
+
+@kernel
+def tree_spare(apart):
+    """The same for all objects in the BVH."""
+    return widest(apart, 1) - widest(apart, 2)
+
+
+@kernel
+def objects_near(scene, carried, g, p, of_all, half, still, apart, slack):
     """Write to ``near`` the unindexed objects that ball g, with its centre p, may reach in any lane; how many.
 
-    within: how far a point of it gets, and ``slack``, which is what rounding and the margin add to it.
+    of_all: how far a point of it gets, and ``slack``, which is what rounding and the widest margin add to it.
     """
     objects, n, n_joints, ball = scene.objects, 0, scene.joints.shape[0], BALLS * carried.balls[g, BALL_RADIUS]
     for o in range(scene.first, scene.end):
-        d, most = minus(p, (objects[o, 3], objects[o, 7], objects[o, 11])), within + (ball + BALLS * objects[o, REACH])
+        less = spare(scene, apart, o)
+        within, d = of_all - less, minus(p, (objects[o, 3], objects[o, 7], objects[o, 11]))
+        most = within + (ball + BALLS * objects[o, REACH])
         if not any_lane((dot(d, d) <= most * most) & (within >= 0.0)):
             continue
         b, radius = constant_pose(objects, o, p[0]), core_radius(objects, o) + ball
@@ -103,7 +117,7 @@ def objects_near(scene, carried, g, p, within, half, still, slack):
         near = (dot(e, e) <= most * most) & (within >= 0.0)
         if not still and any_lane(near):
             slope = core_slope(e, load_vector(carried.ball_rows, 7 * g + 3), objects, o, b)
-            most = centre_way(carried, g, n_joints, slope, half) + (slack + radius)
+            most = centre_way(carried, g, n_joints, slope, half) + (slack - less + radius)
             near = near & (dot(e, e) <= most * most)
         if any_lane(near):
             carried.near[n] = o
@@ -112,7 +126,7 @@ def objects_near(scene, carried, g, p, within, half, still, slack):
 
 
 @kernel
-def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margin, stop, clear):
+def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margin, apart, stop, clear):
     """``world_outcome`` for body k, of ball g, alone.
 
     turning: how fast its joint turns; found: how many objects are in ``near``, whether those of the tree are to be searched, and
@@ -123,7 +137,7 @@ def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margi
     way = body_way(carried, g, scene.joints.shape[0], v, turning * bodies[k, REACH], half, still) + slack
     a, radius, otherwise = pose_of(bodies, k, carried, p, half), BALLS * bodies[k, REACH], slack if stop else NEVER
     within = where(clear > 0.0, way, otherwise)
-    bounds, at, top = ball_bounds(p, within + radius), 0, 0
+    bounds, at, top = ball_bounds(p, within - tree_spare(apart) + radius), 0, 0
     if in_tree:
         stack[0], top = scene.root, 1
     while at < n_near or top > 0:
@@ -134,18 +148,21 @@ def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margi
             top -= 1
             node = stack[top]
             if node >= 0:
-                top = push_reached(scene.nodes, node, bounds, bodies, k, a, p, within, stack, top)
+                top = push_reached(scene.nodes, node, bounds, bodies, k, a, p, within - tree_spare(apart), stack, top)
                 continue
             o = -1 - node
         row, b = solid_at(scene, o, half)
-        if may_touch(scene, k, row):
+        if may_touch(scene, k, row) or is_excepted(scene, apart, k, row):
             continue
-        touches, now = object_outcome(scene, carried, g, k, row, b, (a, p, v), way, within, slack, half, still, margin, clear)
+        less, own = spare(scene, apart, row), margin + wider_by(scene, apart, row)
+        touches, now = object_outcome(
+            scene, carried, g, k, row, b, (a, p, v), way - less, within - less, slack - less, half, still, own, clear
+        )  # fmt: skip
         if touches and stop:
             return True, now
         if any_lane(now < clear):
             clear, within = now, where(now > 0.0, way, otherwise)
-            bounds = ball_bounds(p, within + radius)
+            bounds = ball_bounds(p, within - tree_spare(apart) + radius)
             if not stop and not any_lane(clear > 0.0):
                 return False, clear
     return False, clear

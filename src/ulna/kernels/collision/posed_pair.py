@@ -7,11 +7,11 @@ without GJK and EPA, in a fraction of the time.
 from ulna.engine.decorators import kernel, shared_routine
 from ulna.engine.lanes import WIDTH, load, splat, sqrt
 from ulna.kernels.chain.poses import frame_pose, tree_poses
-from ulna.kernels.collision.collision_layout import BALL_ROW, CHILD, FIRST_BALL, NODE_ROWS
+from ulna.kernels.collision.collision_layout import BALL_ROW, CHILD, FIRST_BALL, NODE_ROWS, PAIR_BODY, PAIR_OBJECT
 from ulna.kernels.distance.box_distance import box_pair
 from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
 from ulna.kernels.distance.pairs import body_of, pair_distance, pair_gap, pair_overlap
-from ulna.kernels.layout import BOX, CONTACT, HALF_EXTENTS, REACH, SHAPE, TOUCH_SET
+from ulna.kernels.layout import BOX, CONTACT, HALF_EXTENTS, OBJECT, REACH, SHAPE, TOUCH_SET
 from ulna.kernels.spatial.se3 import constant_pose, store_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin
 
@@ -100,6 +100,29 @@ def solid_at(scene, w, like):
 def may_touch(scene, k, row):
     """Whether body k may touch the object of a row of the table: their contact is no collision."""
     return scene.may_touch[k, int(scene.objects[row, TOUCH_SET])]
+
+
+@kernel
+def is_excepted(scene, apart, k, row):
+    """Whether body k is one of those that may touch the object of a row by ``apart``."""
+    found = False
+    if apart is not None:
+        number, pairs = int(scene.objects[row, OBJECT]), apart.touching
+        for m in range(pairs.shape[0]):
+            found = found or (pairs[m, PAIR_BODY] == k and pairs[m, PAIR_OBJECT] == number)
+    return found
+
+
+@kernel
+def wider_by(scene, apart, row):
+    """How much farther than a margin the object of a row has to be [m]."""
+    return 0.0 if apart is None else apart.wider[int(scene.objects[row, OBJECT])]
+
+
+@kernel
+def widest(apart, back):
+    """The greatest of these of all objects, with back = 1, or of those in the BVH, with back = 2 [m]."""
+    return 0.0 if apart is None else apart.wider[-back]
 
 
 @kernel

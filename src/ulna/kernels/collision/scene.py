@@ -40,6 +40,16 @@ class Scene(NamedTuple):
     """Whether a body may touch the objects of a set, shape (n_bodies, n_sets); set 0 is of those that none may touch."""
 
 
+class Apart(NamedTuple):
+    """How far bodies have to be from objects, where that is not the same for all; None where it is."""
+
+    wider: NDArray
+    """How much farther than a margin each object has to be, by its number [m], at least 0; behind them the greatest of those in
+    the BVH, and the greatest of all: shape (n_objects + 2,)."""
+    touching: NDArray
+    """Pairs of a body and an object that may touch all the same, shape (n, PAIR_WIDTH)."""
+
+
 class Carried(NamedTuple):
     """The bodies of a scene by the joint that carries them, each group within one ball, and how these move along an edge.
 

@@ -13,15 +13,21 @@ TICK, CLEARANCE, DAMPING, PULL = 0, 1, 2, 3
 # position where it begins, and where it ends.
 Q, QD, QDD, RATE, FROM, TO = 0, 1, 2, 3, 4, 5
 N_STATE = 6
-# Whole numbers of the state: how many ticks the stop takes, how many of these are over, and whether it is certified now.
-TICKS, DONE, CERTIFIED = 0, 1, 2
-N_COUNTERS = 3
+# Whole numbers of the state: how many ticks the stop takes, how many of these are over, whether it is certified now, and how many
+# pairs are in contact, which is only counted where it is not.
+TICKS, DONE, CERTIFIED, TOUCHING = 0, 1, 2, 3
+N_COUNTERS = 4
+# An object that may move by itself: its number, its greatest speed [m/s], how long ago it was said where it is [s], and 1 if it
+# is in the BVH.
+NUMBER, FASTEST, AGO, IN_TREE = 0, 1, 2, 3
+MOVING_WIDTH = 4
 # The report: what the tick was, the share of the velocity found that was certified, the entry of q and the pair that limit it
 # (-1 for none), and how near that pair is where the arm would rest [m].
 STATUS, SHARE, ENTRY, BODY, OTHER, DISTANCE = 0, 1, 2, 3, 4, 5
 N_REPORT = 6
 (
     FOLLOWING, LIMITED_BY_POSITION, LIMITED_BY_VELOCITY, LIMITED_BY_ACCELERATION, LIMITED_BY_CLEARANCE, NEAR_SINGULARITY,
-    BRAKING, AT_REST, NOT_CERTIFIED, REFUSED,
-) = range(10)  # fmt: skip
+    BRAKING, AT_REST, NOT_CERTIFIED, IN_COLLISION, REFUSED,
+) = range(11)  # fmt: skip
 MOST_PAIRS = 24  # that the quadratic program has rows for: the nearest
+MOST_TOUCHING = 64  # pairs in contact that may be led out of

@@ -15,11 +15,12 @@ _MOST_STEPS = 100
 
 
 class Entry(NamedTuple):
-    """An object of a world: its shape, T_base_object, shape (4, 4), and the links that may touch it."""
+    """An object of a world: its shape, T_base_object, shape (4, 4), and the links that may touch it, and its speed [m/s]."""
 
     shape: Obstacle
     T: NDArray[np.float64]
     touch_links: frozenset[str]
+    speed: float | None
 
 
 Scene = dict[str, Entry]
@@ -29,7 +30,7 @@ Act = Callable[[], tuple[str, ...]]  # returns the names of the objects that it 
 def scene_of(world: World) -> Scene:
     """The objects of a world by name."""
     still = world.snapshot()
-    return {name: Entry(shape, T, still.touch_links(name)) for name, shape, T in still.items()}
+    return {name: Entry(shape, T, still.touch_links(name), still.speed(name)) for name, shape, T in still.items()}
 
 
 class SceneHistory:
@@ -90,16 +91,17 @@ class SceneHistory:
         for name in before.keys() - after.keys():
             if name in names:
                 world.remove(name)
-        for name, (shape, T, touch_links) in after.items():
+        for name, (shape, T, touch_links, speed) in after.items():
             if name in names:
                 world.reshape(name, shape)
                 world.move(name, T)
             else:
-                world.add(name, shape, T, touch_links=touch_links)
+                world.add(name, shape, T, touch_links=touch_links, speed=speed)
         return tuple(after)
 
 
 def _equal(one: Entry | None, other: Entry | None) -> bool:
     if one is None or other is None:
         return one is other
-    return one.shape == other.shape and np.array_equal(one.T, other.T) and one.touch_links == other.touch_links
+    same = (one.touch_links, one.speed) == (other.touch_links, other.speed)
+    return same and one.shape == other.shape and np.array_equal(one.T, other.T)
