@@ -1,6 +1,8 @@
 """A servo: its commands keep all limits, touch nothing, go where they are sent, and lead out of every place."""
 
+import gc
 import pickle
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -243,6 +245,92 @@ def test_the_certificate_holds_beside_the_command(panda, error, beside, touches)
     command = run(servo, 4000, twist=[0.1, 0, 0, 0, 0, 0])
     corners = np.stack(np.meshgrid(*[[-beside, beside]] * 7), axis=-1).reshape(-1, 7)
     assert panda.in_collision(command.q + corners, world).any() == touches
+
+
+def test_an_arm_within_its_tracking_error_touches_nothing_and_goes_on(panda, worlds):
+    """Lag and noise of a real arm, as it is measured: it is off the command, but by no more than stated."""
+    error, rng, goal = 0.001, np.random.default_rng(0), np.zeros(7)
+    servo, start = started(panda, worlds["boxes"], tracking_error=error, clearance=0.0)
+    real, count = start.q, 0
+    for k in range(4000):
+        goal = rng.uniform(-1, 1, 7) if k % 300 == 0 else goal
+        command = servo.step(velocity=goal, measured=real)
+        assert command.status != "off the command"
+        real = np.clip(real + 0.05 * (command.q - real) + 1e-4 * rng.normal(size=7), command.q - error, command.q + error)
+        assert not panda.in_collision(real, worlds["boxes"])
+        count += np.abs(real - command.q).max() > 0.9 * error
+    assert count > 100
+
+
+def test_an_arm_off_its_command_comes_to_rest_until_it_is_on_it(panda):
+    servo, _ = started(panda, tracking_error=[0.001] * 3 + [0.002] * 4)
+    goal = {"velocity": np.full(7, 0.2)}
+    before = run(servo, 200, **goal)
+    assert servo.step(**goal, measured=before.q + 0.00099).status == "following"
+    off = servo.q + np.array([0, 0.0011, 0, 0.00199, 0, 0, 0])
+    command = servo.step(**goal, measured=off)
+    assert (command.status, command.limiting.joint) == ("off the command", "panda_joint2")
+    assert str(command) == "off the command: panda_joint2"
+    for _ in range(100):
+        command = servo.step(**goal, measured=off)
+    assert not command.qd.any()
+    assert command.status == "off the command"
+    assert servo.step(**goal, measured=servo.q).qd.any()
+    servo.start(off)
+    assert run(servo, 200, **goal, measured=off).status == "off the command"
+    assert run(servo, 200, **goal).status == "following"
+    with pytest.raises(ulna.InputError, match="measured"):
+        servo.step(measured=[1, 2])
+
+
+def test_ticks_and_the_longest_are_counted(panda):
+    servo, _ = started(panda)
+    assert (servo.ticks, servo.worst) == (0, 0.0)
+    run(servo, 20, velocity=np.zeros(7))
+    assert servo.ticks == 20
+    assert 0.0 < servo.worst < 60.0
+    servo.start(panda.home)
+    assert (servo.ticks, servo.worst) == (0, 0.0)
+
+
+@pytest.mark.compiler
+def test_after_warm_up_nothing_is_compiled_and_no_memory_is_kept(panda):
+    """In ticks of each kind, near objects, in collision and off the command too."""
+    from numba.core import event
+    from numba.core.runtime import _nrt_python, rtsys
+
+    _nrt_python.memsys_enable_stats()
+    world = mixed()
+    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((2, 0, 0)), speed=0.1)
+    servo = panda.servo(world, acceleration=ACCELERATION, tracking_error=1e-3)
+    servo.warm_up()
+    far = ulna.pose((2, 0, 0))
+
+    def ticks(n):
+        servo.start(panda.home)
+        for _ in hostile(panda, servo, n, 3):
+            pass
+        world.move("crate", panda.forward_kinematics(servo.q))
+        run(servo, 50, velocity=np.ones(7))
+        world.move("crate", far)
+        run(servo, 50, twist=np.ones(6), measured=servo.q + 1)
+
+    def in_use():
+        stats = rtsys.get_allocation_stats()
+        return stats.alloc - stats.free, tracemalloc.get_traced_memory()[0]
+
+    with event.install_recorder("numba:compile") as recorder:
+        tracemalloc.start()
+        ticks(300)
+        found = []
+        for _ in range(3):
+            gc.collect()
+            found.append(in_use())
+            ticks(300)
+        tracemalloc.stop()
+    assert not recorder.buffer
+    assert found[1][0] == found[2][0]
+    assert abs(found[2][1] - found[1][1]) < 2000  # bytes, of 400 ticks
 
 
 def test_it_starts_in_motion_where_it_can_stop(panda):

@@ -22,13 +22,14 @@ class CommandStatus(StrEnum):
     AT_REST = "at rest"
     NOT_CERTIFIED = "not certified"
     IN_COLLISION = "in collision"
+    OFF_COMMAND = "off the command"
 
 
 class Limiting(NamedTuple):
     """What limits a command.
 
     Attributes:
-        joint: The entry of q that is at a limit, by its joint's name; None if none is.
+        joint: The entry of q that is at a limit, or farthest off its command, by its joint's name; None if none is.
         pair: The names of the two shapes, or of a shape and an object, that are near; None if none are.
         distance: Of that pair, where the certified stop ended before this tick, or in collision where the arm was [m]; None
             without one.

@@ -1,5 +1,6 @@
 """Steers an arm tick by tick: each command, and a full stop after it, is certified free (``drivers.servo``)."""
 
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ WITHIN = 1 - 1e-6  # of the limits of velocity and acceleration, so that differe
 _ROOM = 0.25  # of the way of one tick of acceleration: beside a motion, certified too, so that there is a way out of every rest
 _FASTEST = 1e5  # [1/s]: of more ticks a second the differences of commands are rounding
 _DAMPING = 0.01
+_SAME = 1e-12  # [rad or m]: measured no farther off than that counts as on the command
 _PULL = 1.0  # [1/s]: towards a posture
 
 
@@ -86,6 +88,7 @@ class Servo:
         self._n_changes = 0  # of other objects
         self._wider, self._moving = np.zeros(2), np.empty((0, layout.MOVING_WIDTH))
         self._too_fast: str | None = None
+        self._ticks, self._worst = 0, 0.0
 
     @property
     def q(self) -> Array:
@@ -96,6 +99,16 @@ class Servo:
     def qd(self) -> Array:
         """The joint velocities of the last command [rad/s or m/s], shape (n_dof,)."""
         return self._state[layout.QD].copy()
+
+    @property
+    def ticks(self) -> int:
+        """How many ticks there were since the last ``start``."""
+        return self._ticks
+
+    @property
+    def worst(self) -> float:
+        """How long the longest of them took to compute [s]; 0 before the first."""
+        return self._worst
 
     def start(self, q: ArrayLike, qd: ArrayLike | None = None) -> Command:
         """Set the state.
@@ -129,7 +142,7 @@ class Servo:
             raise InputError(
                 "q", "not certainly free, with the clearance, until the arm rests; robot.check_collision says what is near"
             )
-        self._started = True
+        self._started, self._ticks, self._worst = True, 0, 0.0
         return self._command()
 
     def step(
@@ -140,8 +153,12 @@ class Servo:
         twist: ArrayLike | None = None,
         pose: ArrayLike | None = None,
         expressed_in: str = "base",
+        measured: ArrayLike | None = None,
     ) -> Command:
         """The next command. At most one goal is given; without one the arm comes to rest by its certified stop.
+
+        So it does if it was measured farther off the last command than ``tracking_error``, with the status ``off the command``:
+        where it is nothing is certified. It goes on once it is measured near enough, or by ``start`` from where it is.
 
         Args:
             q: Where to go [rad or m], shape (n_dof,).
@@ -149,6 +166,7 @@ class Servo:
             twist: v [m/s] and w [rad/s] of the link, shape (6,).
             pose: Where the link is to go, T_base_link, shape (4, 4).
             expressed_in: The frame of the twist; see ``Robot.jacobian``.
+            measured: Where the arm is now [rad or m], shape (n_dof,); not looked at unless given.
 
         Raises:
             InputError: Nothing was started, there are several goals, or one has another shape or an entry out of range. The state
@@ -156,15 +174,26 @@ class Servo:
         """
         if not self._started:
             raise InputError("step", "start(q) comes first")
+        began = perf_counter()
         given = [(q, self._to_q), (velocity, self._to_velocity), (twist, self._to_twist), (pose, self._to_pose)]
         goals = [(goal, fill) for goal, fill in given if goal is not None]
         if len(goals) > 1:
             raise InputError("step", "takes one of q, velocity, twist and pose")
-        frame = as_frame(expressed_in)
+        frame, off = as_frame(expressed_in), -1 if measured is None else self._entry_off(measured)
         mode, goal = goals[0][1](goals[0][0]) if goals else (layout.REST, self._goals[0])
-        self._run(mode, frame, goal)
+        self._run(mode if off < 0 else layout.REST, frame, goal)
+        if off >= 0:
+            self._report[layout.STATUS], self._report[layout.ENTRY] = layout.OFF_COMMAND, off
         self._moving[:, layout.AGO] += self._settings[layout.TICK]
-        return self._command()
+        command = self._command()
+        self._ticks, self._worst = self._ticks + 1, max(self._worst, perf_counter() - began)
+        return command
+
+    def _entry_off(self, measured: ArrayLike) -> int:
+        """The entry of q that was measured farthest off the last command, beyond what is certified; -1 if none was."""
+        apart = np.abs(as_configuration(measured, self._tree, "measured") - self._state[layout.Q]) - self._limits[layout.ASIDE]
+        farthest = int(apart.argmax())
+        return farthest if apart[farthest] > _SAME else -1
 
     def __getstate__(self) -> dict[str, Any]:
         """The state without the tables of robot and world, which ``__setstate__`` makes again: unpickled arrays are writable."""
