@@ -28,7 +28,7 @@ WITHIN = 1 - 1e-6  # of the limits of velocity and acceleration, so that differe
 _ROOM = 0.25  # of the way of one tick of acceleration: beside a motion, certified too, so that there is a way out of every rest
 _FASTEST = 1e5  # [1/s]: of more ticks a second the differences of commands are rounding
 _DAMPING = 0.01
-_SAME = 1e-12  # [rad or m]: measured no farther off than that counts as on the command
+_ROUNDING = 1e-12  # [m, rad]: no object moved too fast by less, of which ``MOVED`` allows many; nor is the arm off its command
 _PULL = 1.0  # [1/s]: towards a posture
 
 
@@ -193,7 +193,7 @@ class Servo:
         """The entry of q that was measured farthest off the last command, beyond what is certified; -1 if none was."""
         apart = np.abs(as_configuration(measured, self._tree, "measured") - self._state[layout.Q]) - self._limits[layout.ASIDE]
         farthest = int(apart.argmax())
-        return farthest if apart[farthest] > _SAME else -1
+        return farthest if apart[farthest] > _ROUNDING else -1
 
     def __getstate__(self) -> dict[str, Any]:
         """The state without the tables of robot and world, which ``__setstate__`` makes again: unpickled arrays are writable."""
@@ -253,7 +253,7 @@ class Servo:
             known, ago = before.get(one.name, (one, 0.0))
             if known.stated == one.stated:
                 row[layout.AGO] = ago
-            elif ago > 0.0 and one.way_from(known.pose) > one.speed * ago + driver.MOVED:
+            elif ago > 0.0 and one.way_from(known.pose) > one.speed * ago + _ROUNDING:
                 self._too_fast = one.name
         counters = self._counters
         is_moving = self._scene is not None and counters[layout.DONE] < counters[layout.TICKS]
