@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import os
 from importlib.util import find_spec
 
 import hypothesis
