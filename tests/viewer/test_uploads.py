@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 import ulna
+from ulna.collision.scene_file import LONGEST, world_to_json
 from ulna.viewer import uploads
 from ulna.viewer.uploads import shapes_of_file
 
@@ -107,6 +108,12 @@ def test_a_bad_file_has_an_error_with_its_name_or_its_fault(name, content, words
     with pytest.raises(ulna.UlnaError, match=words) as error:
         shapes_of_file(name, content)
     assert "ulna-" not in str(error.value)  # the temporary folder
+
+
+def test_a_scene_file_holds_as_many_points_as_a_page_takes(rng):
+    world = ulna.World()
+    world.add("longest", ulna.PointCloud(-rng.uniform(1e-4, 1e-3, (1000, 3)), 0.01))  # numbers of the most digits
+    assert len(world_to_json(world)) * uploads.MOST_POINTS / 1000 < LONGEST
 
 
 def test_too_long_a_file_and_too_many_points_are_refused(monkeypatch):

@@ -25,7 +25,7 @@ from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpac
 from ulna.errors import DescriptionError, FileError, InputError, UlnaError, did_you_mean
 
 VERSION = 1
-LONGEST = 16_000_000  # bytes
+LONGEST = 24_000_000  # bytes
 SHAPES: dict[str, tuple[type, tuple[str, ...]]] = {
     "box": (Box, ("extents",)),
     "sphere": (Sphere, ("radius",)),

@@ -7,6 +7,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import Obstacle
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
@@ -38,8 +39,29 @@ def add_shape(
         case HalfSpace():
             look["position"] = T[:3, 3] - T[:3, 2] * _GROUND[2] / 2
             return scene.add_box(name, color, _GROUND, **look)
+        case PointCloud(points, radius):  # a disc for each point, which is opaque
+            del look["opacity"]
+            single = points.astype(np.float32, copy=False)
+            look |= {"point_size": radius, "point_shape": "circle", "precision": "float32"}
+            return scene.add_point_cloud(name, single, color, **look)
         case _:
             return add_triangles(scene, name, triangles(shape), color, **look)
+
+
+def paint(node: Any, color: Color, opacity: float) -> None:
+    """Give a shape that was added another colour, and opacity unless it is a cloud."""
+    if isinstance(node, viser.PointCloudHandle):
+        node.colors = np.array(color, dtype=np.uint8)
+    else:
+        node.color, node.opacity = color, opacity
+
+
+def reshape(node: Any, old: Obstacle, new: Obstacle) -> bool:
+    """Give a shape that was added another form, without a new node. False if that is not possible: only clouds can."""
+    if not (isinstance(old, PointCloud) and isinstance(new, PointCloud)):
+        return False
+    node.points, node.point_size = new.points.astype(np.float32, copy=False), new.radius
+    return True
 
 
 def add_triangles(scene: viser.SceneApi, name: str, mesh: Any, color: Color, **look: Any) -> viser.MeshHandle:

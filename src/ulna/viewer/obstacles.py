@@ -12,13 +12,14 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import Obstacle
 from ulna.collision.scene_file import world_from_json, world_to_json
 from ulna.collision.world import World
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from ulna.errors import InputError
-from ulna.viewer.nodes import Handles, add_shape
+from ulna.viewer.nodes import Handles, add_shape, paint, reshape
 from ulna.viewer.obstacle_form import ObstacleForm
 from ulna.viewer.palette import GROUND, MOVABLE, OBSTACLE_OPACITY, PALE, TOUCHING
 from ulna.viewer.session.scene_history import Scene, SceneHistory, scene_of
@@ -166,9 +167,15 @@ class Obstacles:
         """Draw the world as it is now; what touches the robot is red."""
         with self.lock:
             known = {name: (shape, T) for name, shape, T in self.world.items()}
-            for name in [name for name, (shape, _) in self._drawn.items() if name not in known or known[name][0] is not shape]:
-                self.nodes.pop(name).remove()
-                del self._drawn[name]
+            for name, (shape, T) in [*self._drawn.items()]:
+                now = known[name][0] if name in known else None
+                if now is shape:
+                    continue
+                if now is not None and reshape(self.nodes[name], shape, now):
+                    self._drawn[name] = (now, T)
+                else:
+                    self.nodes.pop(name).remove()
+                    del self._drawn[name]
             for name, (shape, T) in known.items():
                 self._draw(name, shape, T, red=name in touching)
             self.form.show(known)
@@ -186,10 +193,11 @@ class Obstacles:
         if name not in self._drawn:
             self._count += 1
             node = self.nodes[name] = add_shape(self._server.scene, f"/obstacles/{self._count}", shape, color, opacity, T)
-            node.on_click(lambda _: self._pick(name))
+            if not isinstance(shape, PointCloud):  # viser has no clicks on them
+                node.on_click(lambda _: self._pick(name))
         elif not np.array_equal(self._drawn[name][1], T):
             self.nodes[name].position, self.nodes[name].wxyz = T[:3, 3], quaternion_from_matrix(T)
-        self.nodes[name].color, self.nodes[name].opacity = color, opacity
+        paint(self.nodes[name], color, opacity)
         self._drawn[name] = (shape, T)
 
     def _pick(self, name: str) -> None:

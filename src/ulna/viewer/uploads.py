@@ -15,7 +15,7 @@ from ulna.description.meshes.reader import MOST_BYTES
 from ulna.description.shapes import ConvexMesh
 from ulna.errors import FileError
 
-MOST_POINTS = 100_000  # of a cloud that a browser draws, and that a scene file holds
+MOST_POINTS = 300_000  # of a cloud that a browser draws, and that a scene file holds
 RADIUS = 0.01  # [m] of the points of a new cloud
 
 
