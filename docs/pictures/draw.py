@@ -5,6 +5,7 @@
 It needs the extras ``viewer`` and ``meshes``. The scenes are those of the pages' first examples.
 """
 
+import runpy
 import sys
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -178,6 +179,17 @@ def camera_sees(size: tuple[int, int]) -> Pixels:
     return np.concatenate([scene.paint(q) for scene in scenes], axis=1)
 
 
+def camera_into_bin(size: tuple[int, int]) -> Pixels:
+    """The first motion of the example of the same name, among the points that the plan knew."""
+    example = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "13_camera_into_bin.py"))
+    motion, robot = example["motions"][0], example["robot"]
+    q = motion.at(np.linspace(0, motion.duration, 100)).q
+    scene = Scene(robot, (1.5, -1.1, 1.0), (0.4, 0.0, 0.25), size)
+    scene.put(example["clouds"][0], np.eye(4), MOVABLE)
+    scene.put_way(q, GREEN)
+    return scene.paint_several(q[[0, 40, 60, 99]])
+
+
 SHADE = 150, 155, 165
 BIN = [  # extents and place [m]: the floor, the table, the bin's walls, two parts
     ((9, 9, 0.02), (0, 0, -0.04)),
@@ -198,6 +210,7 @@ PICTURES: dict[str, Callable[[tuple[int, int]], Pixels]] = {
     "collision": collision,
     "inverse_kinematics": inverse_kinematics,
     "camera_sees": camera_sees,
+    "camera_into_bin": camera_into_bin,
 }
 
 if __name__ == "__main__":
