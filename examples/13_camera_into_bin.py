@@ -2,8 +2,8 @@
 
 The camera is imitated: ``benchmarks/depth_camera.py`` sends rays to a table, a bin, the parts in it and the arm, with noise. The
 hand goes above the highest part that it fits to. On its way the parts change. The next image is taken there, and the arm plans
-anew from where it is. Every motion is compared with the boxes that were there. With ``--view`` a page shows the cloud and the arm,
-again and again; Ctrl-C ends.
+anew from where it is. Every motion is compared with the boxes that were there. With ``--view`` a page shows the cloud and the
+arm, again and again; Ctrl-C ends.
 """
 
 import itertools
@@ -36,7 +36,7 @@ def look(boxes, q, seed):
     seen = camera.cloud(image, RADIUS).cropped(ulna.Box((2, 2, 2))).without(robot, q, padding=PADDING)
     highest = max(seen.cropped(FITS, T_FITS).points, key=lambda point: point[2])
     world.update("seen", seen.thinned(0.01))
-    return ulna.pose(highest + [0, 0, ABOVE], rpy=(np.pi, 0.0, -np.pi / 4))
+    return ulna.pose(highest + np.array([0, 0, ABOVE]), rpy=(np.pi, 0.0, -np.pi / 4))
 
 
 q, clouds, motions = robot.home, [], []

@@ -130,3 +130,24 @@ def test_what_is_no_radius_is_refused_by_name(radius):
 def test_what_is_no_height_map_is_refused_by_name(heights, cell, bottom, name):
     with pytest.raises(InputError, match=rf"^{name}: "):
         ulna.HeightMap(heights, cell, bottom)
+
+
+@pytest.mark.parametrize("n", COUNTS)
+def test_a_pair_names_the_point_of_the_cloud(panda, rng, n):
+    one, many = cloud_and_balls(rng, n)
+    one.add("before it", ulna.PointCloud(rng.uniform(5, 6, (500, 3)), 0.01))
+    one.move("cloud", PLACE)  # now it is written behind the other
+    named = 0
+    for q in panda.random(20, seed=3):
+        pairs = panda.check_collision(q, one, max_distance=0.2, self_collision=False).pairs
+        nearest = {
+            pair.name_a: pair.name_b for pair in panda.check_collision(q, many, max_distance=0.2).pairs[::-1] if not pair.link_b
+        }
+        for pair in pairs:
+            assert nearest[pair.name_a] == str(pair.point)
+            middle = PLACE @ [*one.shape("cloud").points[pair.point], 1.0]
+            assert_close(pair.witness_b + 0.03 * pair.normal, middle[:3], atol=1e-12)
+            assert pickle.loads(pickle.dumps(pair)).point == pair.point  # noqa: S301 - our own
+            named += 1
+    assert named > 20
+    assert panda.check_collision(panda.home, many, max_distance=2.0).pairs[0].point is None

@@ -12,6 +12,7 @@ from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import command
 from ulna.cli.output import Q_KEYS, Output, attributes, data_of_q, make_table, number, title
 from ulna.cli.targets import Q
+from ulna.collision.report import Pair
 from ulna.collision.world import World
 from ulna.description.meshes.hulls import in_place_of_meshes
 
@@ -22,8 +23,9 @@ CHECK_KEYS = (
     f"{Q_KEYS}; in_place_of_meshes: what of them is checked, in words, or null; "
     "in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
     "robot; pairs: name_a of the robot, link_a, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
-    "witness_a and witness_b: the nearest points, normal from a to b."
+    "witness_a and witness_b: the nearest points, normal from a to b, point: which of a cloud, from 0, else null."
 )
+_OF_PAIR = (*(field.name for field in fields(Pair) if not field.name.startswith("_")), "point")
 
 
 @command
@@ -43,7 +45,7 @@ def check(
         "in_collision": report.in_collision,
         "signed_distance": robot.signed_distance(q, around, self_collision=self_collision),
         "touching": report.touching,
-        "pairs": [attributes(pair, *(field.name for field in fields(pair))) for pair in report.pairs],
+        "pairs": [attributes(pair, *_OF_PAIR) for pair in report.pairs],
     }
     return Output(data, check_table, status=1 if report.in_collision else 0)
 
@@ -55,7 +57,8 @@ def check_table(data) -> Iterator[RenderableType]:
         table = make_table(["robot", "link", "other"], ["apart [mm]"], ["normal", "at [m]"])
         for pair in data["pairs"]:
             vectors = [" ".join(number(x, n) for x in pair[key]) for key, n in (("normal", 2), ("witness_a", 3))]
-            table.add_row(pair["name_a"], pair["link_a"], pair["name_b"], f"{1000 * pair['signed_distance'] + 0.0:.3f}", *vectors)
+            other = pair["name_b"] if pair["point"] is None else f"{pair['name_b']}, point {pair['point']}"
+            table.add_row(pair["name_a"], pair["link_a"], other, f"{1000 * pair['signed_distance'] + 0.0:.3f}", *vectors)
         yield table
     if data["signed_distance"] is not None:
         yield f"least distance: {1000 * data['signed_distance'] + 0.0:.3f} mm"

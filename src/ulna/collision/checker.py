@@ -227,7 +227,7 @@ class Checker:
         objects = _objects_of(world)  # read once, so that the report has the names of the objects that were checked
         q, within = as_positions(q, self.tree), as_reach("max_distance", max_distance)
         found = find_near_pairs(q, self._scene(objects, self_collision), len(objects.names), within, threads=threads)
-        of_rows = reports_of(found, self.bodies, objects.names)
+        of_rows = reports_of(found, self.bodies, objects)
         if q.ndim == 1:
             return next(of_rows)
         reports = np.empty(q.shape[:-1], dtype=object)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.bodies import Bodies
+from ulna.collision.objects import Objects
 from ulna.collision.report import Pair, Report
 from ulna.description.arrays import as_number
 from ulna.drivers import contacts
@@ -97,15 +98,16 @@ def _in_one_part(q: Array, scene: Scene, n_objects: int, within: float, *, gradi
         room *= 4
 
 
-def reports_of(found: NearPairs, bodies: Bodies, object_names: list[str]) -> Iterator[Report]:
-    """A report for each q; object_names: by the numbers of the objects."""
+def reports_of(found: NearPairs, bodies: Bodies, objects: Objects) -> Iterator[Report]:
+    """A report for each q."""
     names, owners, n, first = bodies.names, bodies.owners, len(bodies.names), 0
+    object_names = objects.names
     distances = found.contacts[:, DISTANCE].tolist()
     points = (found.contacts[:, place : place + 3].copy() for place in (WITNESS_A, WITNESS_B, NORMAL))
     pairs = [
         Pair(names[a], names[b], owners[a], owners[b], *rest)
         if b < n
-        else Pair(names[a], object_names[number], owners[a], None, *rest)
+        else Pair(names[a], object_names[number], owners[a], None, *rest, _ball=objects.ball(object_names[number], b - n))
         for (a, b, number), *rest in zip(found.pairs.tolist(), distances, *points, strict=True)
     ]
     for end in found.ends.tolist():

@@ -115,7 +115,8 @@ class ObjectTables:
                 self._root = self._joined()
             arena, boxes, sets = self._arena, not self._round, tuple(self._sets)
             first = arena.add_rows(self._rows[: len(self._alone)])
-            return Objects(*arena.read_only, arena.nodes, self._root, first, arena.n_rows, boxes, sets, arena.names)
+            clouds = {name: (one.shape, one.nodes.start) for name, one in self._many.items() if isinstance(one.shape, PointCloud)}
+            return Objects(*arena.read_only, arena.nodes, self._root, first, arena.n_rows, boxes, sets, arena.names, clouds)
 
     def moving(self, speeds: Mapping[str, float], counts: Mapping[str, int], poses: Mapping[str, Array]) -> tuple[Moving, ...]:
         """The objects that have a speed, after ``updated``."""

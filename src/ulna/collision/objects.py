@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.collision.clouds import PointCloud
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.collision_layout import (
     BALL_ROW,
@@ -70,6 +71,7 @@ class Objects:
         only_boxes: Whether all shapes are boxes.
         touch_sets: The sets of links that may touch objects, by the numbers in the table; the first is empty.
         names: The object that a solid is part of, by the number in its row.
+        clouds: The clouds by name, each with the number of the first node of its points.
         moving: The objects that may move by themselves.
         n_changes: How often anything changed but the poses of these.
     """
@@ -83,8 +85,16 @@ class Objects:
     only_boxes: bool
     touch_sets: tuple[frozenset[str], ...]
     names: list[str]
+    clouds: dict[str, tuple[PointCloud, int]]
     moving: tuple[Moving, ...] = ()
     n_changes: int = 0
+
+    def ball(self, name: str, number: int) -> tuple[PointCloud, int] | None:
+        """The cloud of a solid that is a ball of an object, and its place in the order of the tree; None if it is no ball."""
+        if number < FIRST_BALL:
+            return None
+        cloud, first = self.clouds[name]
+        return cloud, number - FIRST_BALL - 2 * WIDTH * first
 
     @property
     def numbers(self) -> NDArray[np.int64]:
