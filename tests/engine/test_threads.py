@@ -135,6 +135,7 @@ BATCHES = {
     "signed_distance": (3000, lambda arm, q, **how: arm.signed_distance(q, WORLD, **how)),
     "distance_gradient": (3000, lambda arm, q, **how: arm.distance_gradient(q, WORLD, **how)),
     "edge_in_collision": (200, lambda arm, q, **how: arm.edge_in_collision(q, arm.home, WORLD, **how).free_until),
+    "distances": (600, lambda arm, q, **how: arm.distances(q, WORLD, within=0.2, **how).gradient),
     "check_collision": (600, lambda arm, q, **how: np.array([str(r) for r in arm.check_collision(q, WORLD, **how)])),
     "inverse_kinematics": (3000, lambda arm, q, **how: arm.inverse_kinematics(arm.forward_kinematics(q), **how).q),
     "inverse_kinematics, textbook": (
@@ -156,6 +157,27 @@ def test_any_number_of_threads_gives_the_same_bits(panda, name):
     one = call(panda, q, threads=1)
     for threads in (None, 2, 3, 5):
         assert np.array_equal(one, call(panda, q, threads=threads))
+
+
+@pytest.mark.parametrize("name", BATCHES)
+def test_every_batch_ends_at_ctrl_c_between_two_slices(panda, name, monkeypatch):
+    n, call = BATCHES[name]
+    q = np.random.default_rng(1).uniform(panda.lower, panda.upper, (n, panda.n_dof))
+    slices, in_slices = [], batches._in_slices
+
+    def interrupted(run, part, least, ended):
+        def one(rows):
+            slices.append(rows)
+            if len(slices) == 2:
+                raise KeyboardInterrupt
+            return run(rows)
+
+        return in_slices(one, part, least, ended)
+
+    monkeypatch.setattr(batches, "_in_slices", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        call(panda, q, threads=1)
+    assert len(slices) == 2, "rows are run after it"
 
 
 @pytest.mark.parametrize("name", BATCHES)
