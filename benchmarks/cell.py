@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 RADIUS = 0.005  # [m], of the balls around the points
 CONFIGURATIONS, EDGES, PLANS = 1000, 30, 30
 SAMPLES = 32  # along an edge whose clearance is looked for
-ARMS = ("ur5", "jaco2", "xarm7", "iiwa14", "tiago")
+ARMS = ("ur5", "jaco2", "xarm7", "iiwa14", "talos_left_arm")
 GRASP = ulna.pose((0.55, 0.0, 0.2), (np.pi, 0, 0))  # into the bin, from above
 
 

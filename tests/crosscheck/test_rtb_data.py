@@ -10,6 +10,7 @@ import ulna
 from pinocchio_peer import Peer, farthest_jacobian, farthest_link
 from robot_files import RTB, rtb_package_dirs, rtb_xacros
 from ulna import DescriptionError
+from ulna.bench.arms import load_arm
 
 pytestmark = pytest.mark.skipif(RTB is None, reason="rtb-data is not installed")
 BROKEN = {"kr210l150.xacro": r"^kr210l150\.xacro: xacro: name 'deg' is not defined when evaluating expression '-185\*deg'"}
@@ -41,3 +42,7 @@ def test_one_that_cannot_be_loaded_is_refused_with_its_reason(name, package_dirs
     (file,) = (file for file in rtb_xacros() if file.name == name)
     with pytest.raises(DescriptionError, match=BROKEN[name]):
         ulna.load(file, package_dirs=package_dirs)
+
+
+def test_the_iiwa_that_is_measured_has_its_meshes():
+    assert len(load_arm("iiwa14").with_convex_hulls().collision_names) == 8

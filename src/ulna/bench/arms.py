@@ -18,7 +18,7 @@ from ulna.robot import Robot, load
 Array = NDArray[np.float64]
 _WAVES = 5.0  # periods of the quickest joint along a path
 _SWING = 0.25  # of a joint's range, to each side of its middle
-# Made by xacro from the file beside it, which names its package otherwise than the data package does.
+# Made by xacro from the file beside it. It names its package otherwise than the data package does.
 _IIWA = "rtbdata/xacro/kuka_description/kuka_lbr_iiwa/urdf/lbr_iiwa_14_r820.urdf"
 
 
@@ -65,7 +65,8 @@ def load_arm(name: str) -> Robot:
     path = next((Path(entry, robot) for entry in sys.path if Path(entry, robot).is_file()), None)
     if path is None:
         raise UlnaError(f"{name}: its description is not installed; pip install rtb-data")
-    return load(path, base=base, tip=tip)
+    text = path.read_text(encoding="utf-8").replace("kuka_lbr_iiwa_support", "kuka_lbr_iiwa")  # as its package is named
+    return load(text, base=base, tip=tip, package_dirs=[path.parents[2]])
 
 
 def middle(robot: Robot) -> Array:
