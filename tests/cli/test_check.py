@@ -124,6 +124,17 @@ def test_within_lists_pairs_nearer_than_a_distance(ask, slider):
     assert pair["witness_b"][0] - pair["witness_a"][0] == pytest.approx(0.3, abs=1e-12)
 
 
+def test_a_pair_names_the_point_of_a_cloud(ask, run, slider, tmp_path):
+    points = tmp_path / "seen.csv"
+    points.write_text("5,0,0\n0.9,0,0\n7,0,0\n")
+    arguments = "check", slider, "--cloud", str(points), "--within", "1"
+    (pair,) = ask(*arguments).pairs
+    assert (pair["name_b"], pair["point"]) == ("seen", 1)
+    assert "seen, point 1" in run(*arguments).output
+    (pair,) = ask("check", slider, "--box", "1.3,0,0,0,0,0,1,1,1", "--within", "0.35").pairs
+    assert pair["point"] is None
+
+
 @pytest.mark.parametrize("options", [(), ("--meshes", "hulls")])
 def test_meshes_are_checked_as_hulls_and_a_line_says_so(ask, run, wedge, options):
     box = ("--box", "0.2,0.2,0.2,0,0,0,0.1,0.1,0.1")

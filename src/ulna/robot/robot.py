@@ -1323,7 +1323,7 @@ class Robot(Quick):
 
         return self._changed(description=with_pieces(self.description))
 
-    def with_spheres(self, *, within: float = 0.005, most: int | None = None) -> Robot:
+    def with_spheres(self, *, within: float = 0.01, most: int | None = None) -> Robot:
         """The robot with balls that cover its collision meshes, in their place. Other shapes and visuals are unchanged.
 
         A free verdict holds for the mesh and what it encloses: every point of a triangle, and every point about which a surface
