@@ -26,7 +26,7 @@ ABOVE = 0.06  # [m] from the highest point to the tips of the fingers: other par
 robot, world = ulna.load("panda"), ulna.World()
 world.add("seen", ulna.PointCloud(np.empty((0, 3)), RADIUS))
 camera = Camera.of_pixels(320 * 240)
-arm = [body.shape for link in robot.description.links for body in link.collisions]
+arm = [body.shape for link in robot.description.links for body in link.collisions if isinstance(body.shape, ulna.Box)]  # all are
 
 
 def look(boxes, q, seed):
@@ -51,7 +51,7 @@ for k in range(4):
     assert motion.certified
 
     there = ulna.World()
-    there.add_many((f"box {n}", ulna.Box(2 * half), T) for n, (half, T) in enumerate(boxes))
+    there.add_many((f"box {n}", ulna.Box(tuple(2 * half)), T) for n, (half, T) in enumerate(boxes))
     rows = motion.at(np.linspace(0, motion.duration, 500)).q
     nearest = robot.signed_distance(rows, there, self_collision=False).min()
     print(f"image {k}: {world.shape('seen')}, planned to {goal[:3, 3].round(2)} m in {1e3 * took:.0f} ms")
