@@ -32,9 +32,6 @@ def _frozen(table: Array) -> Array:
     return table
 
 
-NO_KEEPS = _frozen(np.empty((0, layout.KEEP_WIDTH)))
-
-
 class Violation(NamedTuple):
     """What of a constraint is not kept.
 
@@ -97,10 +94,10 @@ def as_keeps(keep: Keep | Iterable[Keep], tree: Tree, q_start: Array, link: str 
     return tuple(keeps)
 
 
-def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Array:
-    """What the kernels read (``planning_layout``), shape (KEEP_ROWS n, KEEP_WIDTH)."""
+def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Array | None:
+    """What the kernels read (``planning_layout``), shape (KEEP_ROWS n, KEEP_WIDTH); None of none."""
     if not keeps:
-        return NO_KEEPS
+        return None
     table = np.zeros((layout.KEEP_ROWS * len(keeps), layout.KEEP_WIDTH))
     for keep, (frame, reference, projection) in zip(keeps, table.reshape(len(keeps), layout.KEEP_ROWS, -1), strict=True):
         row, slack, turn = tree.frame_row(str(keep.link), keep.task.frame), np.array(keep.task.slack), keep.task.slack[3]
@@ -114,34 +111,36 @@ def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Array:
     return _frozen(table)
 
 
-def narrower(table: Array) -> Array:
+def narrower(table: Array | None) -> Array | None:
     """The same constraints with slightly smaller tolerances."""
-    if not len(table):
-        return table
+    if table is None:
+        return None
     table = table.copy()
     table[:: layout.KEEP_ROWS, layout.AWAY : layout.AWAY + 3] *= _NARROWER
     table[:: layout.KEEP_ROWS, layout.CHORD] *= _NARROWER
     return _frozen(table)
 
 
-def step_of(table: Array) -> float:
+def step_of(table: Array | None) -> float:
     """How long a step along constraints may be, of eight parts; infinite without any."""
-    if not len(table):
+    if table is None:
         return np.inf
     frames = table[:: layout.KEEP_ROWS]
     chords = np.where(frames[:, layout.AXES] != layout.NO_AXIS, frames[:, layout.CHORD], np.inf)
     return float(8 * np.sqrt(_BENT * min(chords.min(), frames[:, layout.AWAY : layout.AWAY + 3].min())))
 
 
-def are_kept(table: Array, tree: Tree, a: Array, b: Array) -> NDArray[np.bool_]:
+def are_kept(table: Array | None, tree: Tree, a: Array, b: Array) -> NDArray[np.bool_]:
     """Which edges from a to b, shape (n, n_dof) each, certainly keep all constraints."""
-    if not len(table):
+    if table is None:
         return np.ones(len(a), dtype=bool)
     return _shares(table, tree, a.copy(), b.copy(), 1.0, keeping.APART, 1.0) <= 1.0
 
 
-def worst_violation(table: Array, tree: Tree, path: Array) -> float:
+def worst_violation(table: Array | None, tree: Tree, path: Array) -> float:
     """A bound of the share of a tolerance that is used on a path, shape (n, n_dof); 0 without constraints."""
+    if table is None:
+        return 0.0
     a, b = (path[:-1], path[1:]) if len(path) > 1 else (path, path)
     return float(_shares(table, tree, a.copy(), b.copy(), 0.0, _PRECISION, np.inf).max())
 
@@ -156,7 +155,7 @@ def edge_keeps(tree: Tree, q_a: ArrayLike, q_b: ArrayLike, keep: Keep | Iterable
     if not len(a):
         return KeepReport(np.empty(batch, dtype=bool), np.empty(batch))
     table = table_of(as_keeps(keep, tree, a[0]), tree)
-    if not len(table):
+    if table is None:
         raise InputError("keep", "no constraint is given")
     kept = are_kept(table, tree, a, b).reshape(batch)
     violation = _shares(table, tree, a, b, 0.0, _PRECISION, np.inf).reshape(batch)

@@ -16,7 +16,7 @@ from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.search_arrays import Path, Trees
-from ulna.planning.kept import NO_KEEPS, narrower, step_of
+from ulna.planning.kept import narrower, step_of
 from ulna.planning.slices import Pace, Slices, TimeLimit
 from ulna.planning.space import Space
 
@@ -37,14 +37,14 @@ class EdgeChecker(NamedTuple):
         settings: ``planning_layout``'s.
         space: What may be moved.
         pace: How many edges are checked in one slice.
-        keeps: The constraints (``kept.table_of``).
+        keeps: The constraints (``kept.table_of``), or None.
     """
 
     scene: Scene
     settings: Array
     space: Space
     pace: Pace
-    keeps: Array
+    keeps: Array | None
 
     def below(self, bound: float, start: Array, goals: Array) -> "EdgeChecker":
         """One for paths shorter than a bound: samples are taken where such a path may pass."""
@@ -79,14 +79,14 @@ class Motion(NamedTuple):
         checker: The robot's.
         world: A copy of the world as it was.
         margin: How near an object may be [m].
-        keeps: The constraints (``kept.table_of``); none if it has no rows.
+        keeps: The constraints (``kept.table_of``), or None.
     """
 
     space: Space
     checker: Checker
     world: World | None
     margin: float
-    keeps: Array = NO_KEEPS
+    keeps: Array | None = None
 
     def edges(self, *, certify: bool) -> EdgeChecker:
         """What decides whether an edge is free: certainly, or at samples. And keeps the constraints, with a little to spare."""
@@ -102,7 +102,8 @@ class Motion(NamedTuple):
 
         And keeps the constraints.
         """
-        self.keeps.setflags(write=False)  # an unpickled one is not, and the kernels would be compiled again for its type
+        if self.keeps is not None:
+            self.keeps.setflags(write=False)  # an unpickled one is not, and the kernels would be compiled again for its type
         return self.edges(certify=True)._replace(keeps=self.keeps).checked(points, spreads) is not None
 
     def clearance(self, q: Array) -> float:

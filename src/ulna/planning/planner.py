@@ -128,7 +128,7 @@ def _no_start(tree: Tree, start: Array, keeps: tuple[Keep, ...], *, within: bool
     return no_plan(tree, PlanStatus.START_OUTSIDE, violations(keeps, tree, start))
 
 
-def _kept(goals: Goals | Plan, keeps: tuple[Keep, ...], table: Array, tree: Tree) -> Goals | Plan:
+def _kept(goals: Goals | Plan, keeps: tuple[Keep, ...], table: Array | None, tree: Tree) -> Goals | Plan:
     """Those of the goals that keep the constraints; or a plan without a path, if there are none."""
     if not keeps or isinstance(goals, Plan):
         return goals
@@ -138,7 +138,7 @@ def _kept(goals: Goals | Plan, keeps: tuple[Keep, ...], table: Array, tree: Tree
     return Goals(goals.q[kept], goals.of[kept])
 
 
-def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], keeps: Array, options: PlanOptions) -> Plan:
+def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], keeps: Array | None, options: PlanOptions) -> Plan:
     world, start = request.world, request.start
     far = world.objects().farthest if world is not None and slides_without_end(request.tree) else 0.0
     (q, of), certify = goals, options.certify

@@ -26,7 +26,8 @@ class EdgeContext(NamedTuple):
     space: NDArray
     of_world: float
     no_spread: NDArray
-    keeping: Keeping
+    keeping: Keeping | None
+    """None without constraints: what is for these alone is not compiled then."""
 
 
 @workspace
@@ -54,8 +55,7 @@ def is_free(context, q_a, q_b, spread):
 
     And whether it keeps the constraints, for certain in any case: that is known first, since it takes less time.
     """
-    keeping = context.keeping
-    if keeping.keeps.shape[0] > 0 and not keeps_all(context.scene.joints, keeping, context.work, q_a, q_b, spread):
+    if not keeps_all(context.scene.joints, context.keeping, context.work, q_a, q_b, spread):
         return False
     scene, carried, work, settings, of_world = context.scene, context.carried, context.work, context.settings, context.of_world
     margin, sampled = settings[layout.MARGIN], settings[layout.SAMPLED]

@@ -8,7 +8,7 @@ one up to eight.
 
 from ulna.drivers.planning.edge import is_free, keep, passes
 from ulna.drivers.planning.keeping import project
-from ulna.drivers.planning.tree import add_node, sample_entry
+from ulna.drivers.planning.tree import add_node, read_sample, sample_entry
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.planning import planning_layout as layout
@@ -23,7 +23,13 @@ def extend(context, trees, tree, near, step, radius, state):
     step: the node's configuration, and the one to reach, which becomes the last node's. The end is STOPPED, BESIDE or REACHED
     (``planning_layout``).
     """
-    if context.keeping.keeps.shape[0] > 0:
+    return extend_by(context.keeping, context, trees, tree, near, step, radius, state)
+
+
+@kernel
+def extend_by(keeping, context, trees, tree, near, step, radius, state):
+    """``extend``, with the constraints of the context or None."""
+    if keeping is not None:
         return extend_along(context, trees, tree, near, step[0], step[1], radius, state)
     if not passes(context, step[0], step[1], trees.refused, state):
         return -1, layout.STOPPED
@@ -85,6 +91,15 @@ def write_way(at, new, rows):
         share = (lane + 1) / WIDTH
         for k in range(new.shape[0]):
             rows[k, lane] = at[k] + share * (new[k] - at[k]) if lane < WIDTH - 1 else new[k]
+
+
+@kernel
+def read_target(keeping, context, samples, state, q):
+    """Write the configuration of the next sample to q: as it is, or with constraints projected onto them."""
+    if keeping is None:
+        read_sample(samples, context.space, state, q)
+    else:
+        read_sample_along(context, samples, state, q)
 
 
 @routine

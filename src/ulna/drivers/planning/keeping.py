@@ -74,10 +74,10 @@ class Keeping(NamedTuple):
 
 @workspace
 def keeping_of(joints, keeps, space):
-    """Constraints with their room; without any there is none. space: where configurations are projected, with n_dof columns."""
+    """Constraints with their room, or None. space: where configurations are projected, with n_dof columns."""
+    if keeps is None:
+        return None
     n, n_joints, n_dof = keeps.shape[0] // layout.KEEP_ROWS, joints.shape[0], space.shape[1]
-    if n == 0:
-        n_joints, n_dof, joints = 0, 0, joints[:0]
     bound_rows = empty_rows(2 * n_dof)
     for k in range(n_dof):
         turns = space[layout.PERIOD, k] > 0.0
@@ -87,7 +87,7 @@ def keeping_of(joints, keeps, space):
     moving = Moving(steps_of(joints), empty_rows(12 * n_joints), empty_rows(6 * n_joints))
     return Keeping(
         keeps, np.empty((n, n_joints + 1)), np.empty((n, n_joints + 1)), np.empty((n, 2)), empty_rows(2), moving,
-        bound_rows, empty_rows(6 * n_dof), empty_rows(N_SYSTEM if n > 0 else 0), empty_rows(n_dof),
+        bound_rows, empty_rows(6 * n_dof), empty_rows(N_SYSTEM), empty_rows(n_dof),
         np.empty((WIDTH + 1, n_dof)), empty_rows(n_dof), np.full(1, -1),
     )  # fmt: skip
 
@@ -103,7 +103,9 @@ def shares_of_edges(joints, keeps, q_a, q_b, level, apart, most, shares):
 
 @kernel
 def keeps_all(joints, keeping, work, q_a, q_b, spread):
-    """Whether all within ``spread`` of an edge certainly keeps the constraints."""
+    """Whether all within ``spread`` of an edge certainly keeps the constraints, if there are any."""
+    if keeping is None:
+        return True
     return greatest_share(joints, keeping, work, q_a, q_b, spread, 1.0, APART, 1.0) <= 1.0
 
 

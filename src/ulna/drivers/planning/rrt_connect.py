@@ -17,8 +17,8 @@ al., Adaptive tuning of the sampling domain for dynamic-domain RRTs (IROS 2005):
 import numpy as np
 
 from ulna.drivers.planning.edge import passes
-from ulna.drivers.planning.extension import LEAST_PROGRESS, extend, read_sample_along
-from ulna.drivers.planning.tree import join, nearest_node, next_tree, pass_over, read_node, read_sample
+from ulna.drivers.planning.extension import LEAST_PROGRESS, extend, read_target
+from ulna.drivers.planning.tree import join, nearest_node, next_tree, pass_over, read_node
 from ulna.engine.decorators import kernel
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import adapted_domain, distance, write_step
@@ -34,10 +34,18 @@ def joins_directly(context, trees, steps, state):
     write_step(steps[0], steps[1], 1.0, context.space, steps[2])
     node = 0
     if not passes(context, steps[0], steps[2], trees.refused, state):
-        node = connect(context, trees, 0, steps, state) if goal == 0 and context.keeping.keeps.shape[0] > 0 else -1
+        node = connect_along(context.keeping, context, trees, goal, steps, state)
     if node >= 0:
         join(state, 0, node, goal)
     return node >= 0
+
+
+@kernel
+def connect_along(keeping, context, trees, goal, steps, state):
+    """With constraints, where the straight edge to the first goal is not free: the node by which they lead there, or -1."""
+    if keeping is None:
+        return -1
+    return connect(context, trees, 0, steps, state) if goal == 0 else -1
 
 
 @kernel
@@ -46,10 +54,7 @@ def iterate(context, samples, trees, steps, state):
     settings, space, own = context.settings, context.space, next_tree(state)
     rows, radii = trees.rows[own], trees.radii
     target, at, new = steps[0], steps[1], steps[2]
-    if context.keeping.keeps.shape[0] > 0:
-        read_sample_along(context, samples, state, target)
-    else:
-        read_sample(samples, space, state, target)
+    read_target(context.keeping, context, samples, state, target)
     near = nearest_node(rows, state[own], target, space)
     read_node(rows, near, at)
     way = distance(at, target, space)

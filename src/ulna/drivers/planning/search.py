@@ -12,7 +12,7 @@ from ulna.drivers.planning.rrt_connect import iterate, joins_directly
 from ulna.drivers.planning.shortening import shorten_path
 from ulna.drivers.planning.tree import drop_repeats, rows_for, write_found
 from ulna.engine.decorators import entry, kernel
-from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NUMBERS, SCENES, TABLE
+from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, NUMBERS, SCENES, TABLE
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.search_arrays import Path, Trees
@@ -21,7 +21,7 @@ _TREES = MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES  # the types of ``Tree
 _PATH = MATRIX, INDICES, MATRIX  # and of a ``Path``
 
 
-@entry(*((*scene, TABLE, NUMBERS, MATRIX, MATRIX, *_TREES, *_PATH, INDEX_ROWS) for scene in SCENES))
+@entry(*((*scene, keeps, NUMBERS, MATRIX, MATRIX, *_TREES, *_PATH, INDEX_ROWS) for scene in SCENES for keeps in (NONE, TABLE)))
 def plan_slice(
     joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
     keeps, settings, space, samples, rows, parents, radii, costs, refused, waypoints, known, spreads, state,
@@ -31,7 +31,7 @@ def plan_slice(
     It is one entry, since each compiles what decides whether an edge is free, which takes longest, and since a call takes as long
     as an edge. It is called with a ``Scene``, ``Trees`` and a ``Path``, each with a star.
 
-    keeps: the constraints (``planning_layout``), none if it has no rows; samples: (n, n_dof or more) of numbers in [0, 1), the
+    keeps: the constraints (``planning_layout``), or None; samples: (n, n_dof or more) of numbers in [0, 1), the
     first that of index state[0, FIRST_SAMPLE]; state: (2, N_STATE) whole numbers, of the search and of the shortening. If there
     are waypoints already, there is no search. Returns what ``grow_trees`` or ``shorten_path`` does; NO_ROOM if there is not room
     for the path.

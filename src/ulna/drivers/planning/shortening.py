@@ -44,7 +44,7 @@ def shorten_path(context, path, ends, state):
 def goes_on(context, path, ends, state):
     """One edge of the pass; whether the pass goes on."""
     if state[layout.PASS] == 0:
-        return not has_constraints(context) and jump(context, path, state)
+        return context.keeping is None and jump(context, path, state)
     if state[layout.PASS] == 1:
         return short_cut(context, path, ends, state)
     if state[layout.PASS] < LEAVE_OUT:
@@ -115,7 +115,15 @@ def short_cut(context, path, ends, state):
     most = after - before - WORTH_A_CUT * total
     if i == j or distance(ends[0], ends[1], space) > most:
         return True
-    if has_constraints(context):
+    return short_cut_by(context.keeping, context, path, (i, j), ends, most, state)
+
+
+@kernel
+def short_cut_by(keeping, context, path, edges, ends, most, state):
+    """The edge of a short cut between two places on edges, or with constraints the edges; whether the pass goes on."""
+    i, j = edges
+    points = path.waypoints
+    if keeping is not None:
         return short_cut_along(context, path, i, j, ends, most, state)
     if is_open(context, ends[0], ends[1], state):
         replace_points(path, state, i + 1, j + 1, 2)
@@ -123,12 +131,6 @@ def short_cut(context, path, ends, state):
         write_point(points, i + 2, ends[1])
         path.known[i + 1] = 1
     return True
-
-
-@kernel
-def has_constraints(context):
-    """Whether there are constraints."""
-    return context.keeping.keeps.shape[0] > 0
 
 
 @routine
