@@ -14,7 +14,7 @@ ROOM, CLEARANCE, WITHIN = 24, 0.01, 0.05
 
 def nearest(scene, q, near, excess):
     place_bodies(scene.joints, scene.bodies, q, near.joint_rows, near.body_rows)
-    return find_near_pairs(scene, CLEARANCE, WITHIN, near, excess)
+    return find_near_pairs(scene, CLEARANCE, None, WITHIN, near, excess)
 
 
 def test_a_cloud_beside_the_hand_leaves_room_for_a_crate_beside_the_elbow(panda, rng):

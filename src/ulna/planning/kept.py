@@ -16,6 +16,7 @@ from ulna.ik.reason import Reason
 from ulna.kernels.ik.search_layout import SLACK, TASK
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kinematics.forward import forward_kinematics
+from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.positions import as_positions, for_kernel, refuse_out_of_range, rows_of_both
 from ulna.kinematics.tree import Tree
 from ulna.planning.keep import Keep
@@ -72,10 +73,12 @@ class KeepReport:
         return bool(self.kept)
 
 
-def as_keeps(keep: Keep | Iterable[Keep], tree: Tree, q_start: Array, link: str | None = None) -> tuple[Keep, ...]:
+def as_keeps(
+    keep: Keep | Iterable[Keep], tree: Tree, q_start: Array, link: str | None = None, group: JointGroup | None = None
+) -> tuple[Keep, ...]:
     """Constraints of a motion that begins at q_start, shape (n_dof,), each with its link, pose and axis.
 
-    link: that of a constraint which names none; the tip for None.
+    link: that of a constraint which names none; for None the tip of the group, or else the robot's.
 
     Raises:
         InputError: One is no ``Keep``, no joint moves its link, or there are several tips, so one has to be named.
@@ -87,7 +90,10 @@ def as_keeps(keep: Keep | Iterable[Keep], tree: Tree, q_start: Array, link: str 
     for one in (keep,) if isinstance(keep, Keep) else keep:
         if not isinstance(one, Keep):
             raise InputError("keep", f"{type(one).__name__}; an ulna.Keep, or several, is expected")
-        name = tree.link_or_tip(link if one.link is None else one.link)
+        name = link if one.link is None else one.link
+        if name is None and group is not None:
+            name = tip_of(group)
+        name = tree.link_or_tip(name)
         if not len(tree.moving_columns(name)):
             raise InputError("keep", f"no joint moves link {name!r}")
         keeps.append(one.at_start(forward_kinematics(tree, q_start, name), name))

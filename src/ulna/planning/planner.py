@@ -18,7 +18,7 @@ from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names, columns_of_joints
 from ulna.ik.reason import Reason
 from ulna.ik.task import Task, as_task
-from ulna.kinematics.groups import JointGroup, tip_of
+from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 from ulna.planning.goals import Goals, Request, find_goals
@@ -95,7 +95,7 @@ def plan_motion(
     refuse_no_world(world)
     if world is not None:
         world = world.snapshot()  # what is planned in does not change under the plan
-    keeps = as_keeps(keep, tree, start, tip_of(group) if link is None and group is not None else link)
+    keeps = as_keeps(keep, tree, start, link, group)
     table = table_of(keeps, tree)
     if keeps and options.escape:
         raise InputError("escape", "the way out of a contact keeps no constraint; it does not go with keep=")

@@ -24,6 +24,7 @@ from ulna.kernels.collision.collision_layout import (
     WITNESS_B,
 )
 from ulna.kernels.collision.posed_pair import (
+    BALLS,
     ball_distance,
     half_extents,
     may_touch,
@@ -196,7 +197,8 @@ def least_distance(bodies, i, a, others, j, b, reach):
     if least > reach or not others[j, REACH] <= LARGEST:
         return least
     gap = certain_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]), 0.0)
-    return max(least, gap - bodies[i, RADIUS] - others[j, RADIUS])
+    touching = (BALLS - 1.0) * (bodies[i, REACH] + others[j, REACH])  # bodies within the contact tolerance are zero apart
+    return max(least, gap - bodies[i, RADIUS] - others[j, RADIUS] - touching)
 
 
 @routine
