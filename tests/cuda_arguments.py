@@ -136,6 +136,7 @@ TYPES = {
     },
     "collision.ball_motion": {
         **_each("q_a q_b spread rows", NUMBERS), **_each("joint shared a b g", WHOLE), **_each("p w_shared", VECTOR),
+        **_each("steps speeds bends", MATRIX), "length": NUMBER,
     },
     "collision.reached.has_exact_ball": {**_each("kind other", WHOLE)},
     "collision.reached.core_slope": {"e": VECTOR},
