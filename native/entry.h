@@ -12,8 +12,8 @@
 #endif
 #include <numpy/arrayobject.h>
 
-#define MOST_SLOTS 64
-#define MOST_KINDS 32
+#define MOST_SLOTS 96
+#define MOST_KINDS 48
 
 /* Machine code as src/ulna/engine/emit.py wraps it: slots of 8 bytes in, one slot out. Nonzero: it could not get memory. */
 typedef int32_t (*Function)(const int64_t *slots, int64_t *result);
