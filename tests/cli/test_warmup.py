@@ -72,6 +72,7 @@ for n in (6, 5):
         arm.inverse_kinematics(T), arm.all_solutions(T)
 for robot, scene in ((panda, world), (held, mixed)):
     plan = robot.plan(ready, ready + 0.2, scene)
+    robot.plan(ready, ready + 0.1, scene, keep=ulna.Keep.upright(within=1.0))
     plan.trajectory(acceleration=1.0)
 panda.edge_keeps(ready, ready + 0.01, ulna.Keep.upright())
 corner = np.array([ready, ready + 0.2, ready + 0.2 * (-1.0) ** np.arange(7)])
