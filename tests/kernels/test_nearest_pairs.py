@@ -24,10 +24,11 @@ def test_a_cloud_beside_the_hand_leaves_room_for_a_crate_beside_the_elbow(panda,
     world.add("crate", ulna.Box(extents=(0.02, 0.02, 0.02)), ulna.pose(xyz=elbow + np.array([0, 0, 0.12])))
     scene = panda._checker.scene_of(world, True)
     near, excess = near_of(scene, ROOM, 0), np.full(ROOM + 1, WITHIN)
-    count = compiled(nearest)(scene, panda.home, near, excess)
+    with np.errstate(all="ignore"):  # absent children of a node are far away
+        count = compiled(nearest)(scene, panda.home, near, excess)
+        beside = panda.check_collision(panda.home, world, self_collision=False, max_distance=CLEARANCE + WITHIN).pairs
     n, rows = len(scene.bodies), near.pair_rows[:count]
     bodies = rows[rows[:, PAIR_OTHER] >= n, PAIR_BODY].tolist()
-    beside = panda.check_collision(panda.home, world, self_collision=False, max_distance=CLEARANCE + WITHIN).pairs
     assert {panda._checker.bodies.names[k] for k in bodies} == {pair.name_a for pair in beside}
     assert {pair.name_b for pair in beside} == {"cloud", "crate"}
     assert max(map(bodies.count, bodies)) == PAIRS_OF_BODY

@@ -136,8 +136,8 @@ def ask_for_plans(robots_and_worlds):
     for robot, world in robots_and_worlds:
         near = robot.home + np.random.default_rng(4).normal(scale=0.05, size=(N, robot.n_dof))
         robot.edge_keeps(robot.home, near, ulna.Keep.upright())
-        robot.plan(robot.home, robot.home + 0.3 * (np.arange(robot.n_dof) == 0), world, keep=ulna.Keep.upright())
         free = [q for q in robot.random(40, seed=3) if not robot.in_collision(q, world)]
+        robot.plan(free[0], free[1], world, keep=ulna.Keep.upright(within=3.0), max_checks=500)
         for goal in free[1:5]:
             plan = robot.plan(free[0], goal, world, max_checks=2000)
             if plan:

@@ -136,7 +136,7 @@ def test_bound_functions_are_freed():
     assert sys.getrefcount(tree) <= before + 1
 
 
-UNREADABLE = ("x", "(1wd", "d" * 100, "1", "((d))", "9wd" * 9)
+UNREADABLE = ("x", "(1wd", "d" * 100, "1", "((d))", "9wd" * 10)
 
 
 @pytest.mark.parametrize("overloads", [[], (1,), ((0, "d"),), *(((1, text),) for text in UNREADABLE)])
