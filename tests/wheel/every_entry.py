@@ -49,6 +49,7 @@ def recording(name, entry):
     def recorded(*arguments):
         result = entry(*arguments)
         key = f"{name}{' (boxes)' if len(arguments) > 5 and arguments[2] is None else ''}"
+        key += " (no constraints)" if len(arguments) > 12 and arguments[11] is None else ""
         key += " (no numbers)" if arguments[-1] is None else ""
         key += " (float32)" if getattr(arguments[0], "dtype", None) == np.float32 else ""
         for argument in (*arguments, result):
