@@ -140,7 +140,8 @@ def progress_bar(*columns: "ProgressColumn") -> "Progress":
     from rich.progress import Progress  # noqa: PLC0415 -- few commands take long
 
     console = Console(stderr=True)
-    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal, speed_estimate_period=120.0)
+    console.quiet = not console.is_terminal  # rich before 14.3 ends a disabled bar with an empty line
+    return Progress(*columns, console=console, transient=True, disable=console.quiet, speed_estimate_period=120.0)
 
 
 def title(data, text: str) -> Text:
