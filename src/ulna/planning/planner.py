@@ -101,7 +101,7 @@ def plan_motion(
         raise InputError("escape", "the way out of a contact keeps no constraint; it does not go with keep=")
     request = Request(checker, inverse_kinematics, world, options.clearance, start, names, task, options.seed)
     fixed = columns_of_joints(tree, names) | fixed_for(targets, tree)
-    if not within or not are_kept(narrower(table), tree, start[None], start[None])[0]:
+    if not within or (table is not None and not are_kept(narrower(table), tree, start[None], start[None])[0]):
         return _no_start(tree, start, keeps, within=within)
     depth, first = 0.0, start
     given = np.concatenate([start[None], targets]) if isinstance(targets, np.ndarray) else start[None]
