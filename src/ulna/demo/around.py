@@ -65,7 +65,7 @@ def planned(robot: Robot, start: Array, goals: Array, world: World, trail: Array
 
 
 def _last_free(robot: Robot, start: Array, trail: Array, world: World) -> int | None:
-    """The number of the trail's last configuration that touches nothing; None if there is none, or if the way back leads deeper.
+    """The index of the last configuration of the trail that touches nothing; None if all touch, or if going back goes deeper.
 
     The trail: shape (n, n_dof). The way is looked at in the middle of its steps too.
     """

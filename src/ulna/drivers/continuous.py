@@ -88,13 +88,7 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, apa
     waiting[0, 0], waiting[0, 1] = 0.5, 0.5
     oldest, newest = 0, 1
     while oldest < newest:
-        n = min(newest - oldest, WIDTH // 2)
-        if newest < BREADTH:
-            split(waiting, oldest, n, lane_rows)
-            oldest += n
-        else:
-            newest -= n
-            split(waiting, newest, n, lane_rows)
+        n, oldest, newest = split_next(waiting, oldest, newest, lane_rows)
         if outcome_at(scene, carried, work, q_a, q_b, INSTANT, margin, apart, of_world, stop=True):
             return False
         for lane in range(WIDTH // n * n):
@@ -131,6 +125,17 @@ def free_until(scene, carried, work, q_a, q_b, resolution, of_world):
     return at_most
 
 
+@kernel
+def split_next(waiting, oldest, newest, lane_rows):
+    """``split`` the next intervals, the oldest first, from BREADTH on the newest: how many, and what waits now."""
+    n = min(newest - oldest, WIDTH // 2)
+    if newest < BREADTH:
+        split(waiting, oldest, n, lane_rows)
+        return n, oldest + n, newest
+    split(waiting, newest - n, n, lane_rows)
+    return n, oldest, newest - n
+
+
 @routine
 def split(waiting, first, n, lane_rows):
     """Write the middles and half lengths of eight intervals, the parts of n that wait, 1 to 4, from a first one on.
@@ -144,6 +149,14 @@ def split(waiting, first, n, lane_rows):
         lane_rows[0, lane], lane_rows[1, lane] = waiting[i, 0] + (2 * part + 1 - share) * half, half
 
 
+@kernel
+def write_places(q_a, q_b, work):
+    """Write the configurations at the middles of eight intervals of an edge."""
+    q_rows, t = work[0], load(work[1], 0)
+    for k in range(q_a.shape[0]):
+        store(q_rows, k, t * (q_b[k] - q_a[k]) + q_a[k])
+
+
 @shared_routine
 def outcome_at(scene, carried, work, q_a, q_b, instant, margin, apart, of_world, stop):
     """Whether something touches at the middles of eight intervals; which of them are clear is written to ``lane_rows``.
@@ -152,9 +165,8 @@ def outcome_at(scene, carried, work, q_a, q_b, instant, margin, apart, of_world,
     search; then a lane that is called clear need not be.
     """
     q_rows, lane_rows, _, stack = work
-    t, half = load(lane_rows, 0), load(lane_rows, 1) + instant
-    for k in range(q_a.shape[0]):
-        store(q_rows, k, t * (q_b[k] - q_a[k]) + q_a[k])
+    half = load(lane_rows, 1) + instant
+    write_places(q_a, q_b, work)
     like = load(q_rows, 0)
     still = instant == 0.0
     place_balls(scene.joints, q_rows, half, still, carried)

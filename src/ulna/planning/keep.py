@@ -36,8 +36,8 @@ class Keep:
             ``task.axis``.
 
     Raises:
-        InputError: The task is none, its rotation has several slacks or one of pi or more, or a slack is too small; T is not a
-            pose; ``along`` is not a direction, or given with a task that has no axis.
+        InputError: ``task`` is not a task; the slacks of its rotation differ, or are pi or more; a slack is too small; T is not a
+            pose; ``along`` is not a direction, or is given with a task that has no axis.
 
     Example:
         >>> import ulna

@@ -990,8 +990,8 @@ class Robot(Quick):
             may count as not kept.
 
         Raises:
-            InputError: q_a or q_b has another shape or an entry out of range, their shapes do not go together, or a constraint
-                cannot be taken, or there is none.
+            InputError: q_a or q_b has another shape or an entry out of range, their shapes do not go together, a constraint
+                cannot be taken, or none is given.
             UnknownNameError: A constraint's link is not there.
 
         Example:

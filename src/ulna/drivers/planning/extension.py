@@ -18,7 +18,7 @@ LEAST_PROGRESS = 0.25  # of a step along constraints: less leads nowhere
 
 @kernel
 def extend(context, trees, tree, near, step, radius, state):
-    """Add the nodes of a step from a node of a tree: the last one, or -1 if there is none; and how the step ends.
+    """Add the nodes of a step from a node of a tree. Returns the last node, or -1 if none was added, and how the step ended.
 
     step: the node's configuration, and the one to reach, which becomes the last node's. The end is STOPPED, BESIDE or REACHED
     (``planning_layout``).

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers.carried import steps_of
-from ulna.drivers.continuous import BREADTH, interval_work, split
+from ulna.drivers.continuous import interval_work, split_next, write_places
 from ulna.engine.decorators import entry, kernel, routine, shared_routine, workspace
 from ulna.engine.lanes import WIDTH, any_lane, empty_rows, load, splat, store
 from ulna.engine.signatures import MATRIX, NUMBER, NUMBERS, TABLE
@@ -122,13 +122,7 @@ def greatest_share(joints, keeping, work, q_a, q_b, spread, level, apart, most):
     waiting[0, 0], waiting[0, 1] = 0.5, 0.5
     oldest, newest = 0, 1
     while oldest < newest:
-        n = min(newest - oldest, WIDTH // 2)
-        if newest < BREADTH:
-            split(waiting, oldest, n, lane_rows)
-            oldest += n
-        else:
-            newest -= n
-            split(waiting, newest, n, lane_rows)
+        n, oldest, newest = split_next(waiting, oldest, newest, lane_rows)
         write_places(q_a, q_b, work)
         write_shares(joints, keeping, work[0], load(lane_rows, 1) + INSTANT)
         for lane in range(WIDTH // n * n):
@@ -145,14 +139,6 @@ def greatest_share(joints, keeping, work, q_a, q_b, spread, level, apart, most):
                     waiting[newest, 0], waiting[newest, 1] = lane_rows[0, lane], lane_rows[1, lane]
                     newest += 1
     return level
-
-
-@kernel
-def write_places(q_a, q_b, work):
-    """Write the configurations at the middles of eight intervals of an edge."""
-    q_rows, t = work[0], load(work[1], 0)
-    for k in range(q_a.shape[0]):
-        store(q_rows, k, t * (q_b[k] - q_a[k]) + q_a[k])
 
 
 @shared_routine

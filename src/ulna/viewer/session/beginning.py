@@ -29,10 +29,10 @@ def configurations_of(robot: Robot) -> dict[str, Array]:
 def beginning(robot: Robot, world: World) -> Array:
     """Home; or, if the hand is nearly singular there, a configuration in which it is not, shape (n_dof,).
 
-    That is the SRDF's first that is not nearly singular and touches nothing. If there is none, and most joints move the hand: of
-    these, each revolute one between the first and the last is where home has it, or a quarter turn to either side, within its
-    limits. Of those that touch nothing, and whose manipulability is at least half of the largest, one with the fewest bent joints
-    is taken, and of these one with the highest hand. If there is none, it is home.
+    The SRDF's configurations come first: the first that is not nearly singular and touches nothing is taken. Else, if most joints
+    move the hand, these are bent: each revolute one between the first and the last stays as at home, or turns by a quarter to
+    either side, within its limits. Of the results that touch nothing and have at least half of the largest manipulability, the
+    one with the fewest bent joints is taken, and of equals the one with the highest hand. If no result does, it is home.
     """
     link, known = hand_link(robot), np.array(list(configurations_of(robot).values()))
     driven, bent = driven_columns(robot, link), _bent(robot, known[0], link)

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 def started(robot: Robot, world: World, link: str, q: Array) -> tuple[Servo | None, str]:
-    """A servo that is at rest at q, shape (n_dof,), and ""; or None, and why there is none."""
+    """A servo at rest at q, shape (n_dof,), and an empty text; or None, and why the servo cannot start there."""
     try:
         servo = robot.servo(world, link=link, acceleration=_ACCELERATION, rate=RATE)
         servo.start(q)
