@@ -37,7 +37,7 @@ def main() -> None:
     parser.add_argument("--anew", action="store_true", help="decompose again what is kept on disk")
     options = parser.parse_args()
     if options.anew:
-        kept_pieces.read = lambda _: None
+        kept_pieces.read = lambda *_: None
     rows = []
     for name in options.robots:  # a robot takes minutes, once
         rows.append(measured(name, options.n))

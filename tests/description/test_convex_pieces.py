@@ -85,10 +85,10 @@ def test_pieces_are_cached_by_content_and_a_damaged_file_is_replaced(make, cache
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders of Windows have no modes")
 def test_a_cache_folder_that_others_can_write_is_not_used(make, cache):
-    kept_pieces.write("name", Pieces((np.zeros((1, 3)),), 0.0))
-    assert kept_pieces.read("name") is not None
+    kept_pieces.write("name.npz", kept_pieces.to_bytes(Pieces((np.zeros((1, 3)),), 0.0)))
+    assert kept_pieces.read("name.npz", kept_pieces.from_bytes) is not None
     cache.parent.parent.chmod(0o777)
-    assert kept_pieces.read("name") is None
+    assert kept_pieces.read("name.npz", kept_pieces.from_bytes) is None
 
 
 def test_a_decomposition_beyond_the_time_limit_is_an_error(make, monkeypatch):

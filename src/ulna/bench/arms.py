@@ -50,9 +50,6 @@ NAMES = ("panda", *ARMS)
 def load_arm(name: str) -> Robot:
     """The arm of a short name; for any other name or path, what ``ulna.load`` gives.
 
-    Raises:
-        UlnaError: The arm's description is not installed, or cannot be loaded; the message says what to install.
-
     Example:
         >>> load_arm("panda").tip
         'panda_ee'

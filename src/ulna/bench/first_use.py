@@ -63,11 +63,7 @@ def first_use_rows(processes: int = 3) -> list[dict[str, object]]:
 
 
 def time_steps(**environment: str) -> dict[str, float]:
-    """Seconds of each step of a first use in a new process, with further environment variables.
-
-    Raises:
-        UlnaError: The process fails.
-    """
+    """Seconds of each step of a first use in a new process, with further environment variables."""
     return _child(_STEPS, **environment)
 
 

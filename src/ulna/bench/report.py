@@ -74,10 +74,6 @@ def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str,
         subjects: Some of SUBJECTS; all if there are none.
         robots: Short names of ``arms``, or what ``ulna.load`` takes.
         n: Targets of each protocol of inverse kinematics.
-
-    Raises:
-        InputError: A subject is unknown.
-        UlnaError: A robot cannot be loaded.
     """
     for subject in subjects:
         if subject not in SUBJECTS:

@@ -80,11 +80,7 @@ class _Commands(TyperGroup):
         self.commands.update({name: _as_written(each) for name, each in typer.main.get_group(guests).commands.items()})
 
     def invoke(self, ctx):
-        """Run a command, and print an error as one line, or as JSON.
-
-        Raises:
-            typer.Exit: With the status of the error.
-        """
+        """Run a command, and print an error as one line, or as JSON."""
         as_json = "--json" in ctx.meta[_ARGUMENTS]
         try:
             return super().invoke(ctx)

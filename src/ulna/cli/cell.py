@@ -58,11 +58,7 @@ Meshes = Annotated[
 def obstacles(
     *, scene: Scene = None, box: Boxes = None, cloud: Clouds = None, cloud_radius: CloudRadius = 0.01, degrees: Degrees = False
 ) -> World | None:
-    """The world of a scene file, boxes and clouds; None without any.
-
-    Raises:
-        UlnaError: A file cannot be read, or a box is not one.
-    """
+    """The world of a scene file, boxes and clouds; None without any."""
     if scene is None and not box and not cloud:
         return None
     world = World() if scene is None else load_world(scene)
@@ -97,11 +93,7 @@ CheckedRobot = Annotated[Robot, Depends(checked_robot)]
 
 
 def shown_robot(robot: AnyRobot, *, meshes: Meshes = None) -> Robot:
-    """As ``checked_robot``; but unless ``--meshes`` asks for shapes, a robot whose meshes cannot be converted is shown unchecked.
-
-    Raises:
-        FileError, MissingExtraError: As ``checked_robot``, if the option is given.
-    """
+    """As ``checked_robot``; but unless ``--meshes`` is given, a robot whose meshes cannot be converted is shown unchecked."""
     try:
         return with_chosen_shapes(robot, meshes)
     except (FileError, MissingExtraError) as error:

@@ -60,9 +60,6 @@ def as_options(names: Mapping[str, str | None]) -> Iterator[None]:
 
     Args:
         names: The option of each argument, as in ``{"q_start": "--from"}``.
-
-    Raises:
-        InputError: The library refuses an argument.
     """
     try:
         yield
@@ -80,9 +77,6 @@ def _options(function: Callable[..., Any]) -> dict[str, Parameter]:
     """The options of a command by the name of the parameter: its own, then those of the functions it depends on, and so on.
 
     Those of a function that depends on no other come in the place of the parameter.
-
-    Raises:
-        TypeError: Two functions declare an option of one name in two ways.
     """
     options: dict[str, Parameter] = {}
     functions = [function]

@@ -54,11 +54,7 @@ NoOpen = Annotated[bool, typer.Option("--no-open", help="Do not open a browser."
 
 
 def sources(*, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None) -> dict[str, Any]:
-    """What reading a description needs besides its file: ``xacro_args`` from key:=value, and ``package_dirs``.
-
-    Raises:
-        InputError: An argument of a xacro file does not have this form.
-    """
+    """What reading a description needs besides its file: ``xacro_args`` from key:=value, and ``package_dirs``."""
     arguments = {}
     for text in xacro_arg or ():
         key, separator, value = text.partition(":=")
@@ -74,11 +70,7 @@ Sources = Annotated[dict[str, Any], Depends(sources)]
 def loading(
     sources: Sources, *, base: Base = None, tip: Tip = None, srdf: SrdfFile = None, no_srdf: NoSrdf = False
 ) -> dict[str, Any]:
-    """How a robot is loaded, and which part of it: arguments of ``ulna.load``.
-
-    Raises:
-        InputError: An SRDF is given, and refused.
-    """
+    """How a robot is loaded, and which part of it: arguments of ``ulna.load``."""
     if no_srdf and srdf is not None:
         raise InputError("--srdf, --no-srdf", "only one of them is expected")
     return {**sources, "base": base, "tip": tip, "srdf": False if no_srdf else srdf}
@@ -88,11 +80,7 @@ Loading = Annotated[dict[str, Any], Depends(loading)]
 
 
 def load_robot(loading: Loading, *, robot: RobotName = "panda") -> Robot:
-    """The robot of a name or a file. Warnings about unknown names in an SRDF are printed on standard error.
-
-    Raises:
-        UlnaError: It cannot be loaded; see ``ulna.load``.
-    """
+    """The robot of a name or a file. Warnings about unknown names in an SRDF are printed on standard error."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DescriptionWarning)
         arm = load(robot, **loading)

@@ -121,12 +121,7 @@ def make_console() -> Console:
 
 
 def write_figure(figure: Any, out: Path) -> None:
-    """Write a Matplotlib figure: .png, .svg or .pdf.
-
-    Raises:
-        InputError: Matplotlib cannot write files with this ending.
-        FileError: The file cannot be written.
-    """
+    """Write a Matplotlib figure: .png, .svg or .pdf."""
     try:
         figure.savefig(out, dpi=120)
     except ValueError as error:

@@ -19,11 +19,7 @@ class Film(Protocol):
 
 
 def load_plugins(group: str) -> list[Any]:
-    """The objects of the entry points of a group. Those of a package that has been deleted are skipped.
-
-    Raises:
-        ImportError: The module of an entry point exists, but cannot be imported.
-    """
+    """The objects of the entry points of a group. Those of a package that has been deleted are skipped."""
     found = []
     for entry in entry_points(group=group):
         try:

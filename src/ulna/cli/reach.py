@@ -147,12 +147,7 @@ class _Rate(ProgressColumn):
 
 @contextmanager
 def client_of(address: str | None) -> Iterator[Any]:
-    """A client of the cluster at an address; None without one.
-
-    Raises:
-        ClusterError: No scheduler is there.
-        MissingExtraError: The extra ``reach`` is not installed.
-    """
+    """A client of the cluster at an address; None without one."""
     if address is None:
         yield None
         return

@@ -117,11 +117,7 @@ def _film_of_robot(
 
 
 def _film() -> Film:
-    """The film of a plugin: the demo's, if it is installed.
-
-    Raises:
-        InputError: There is none, so a robot must be named.
-    """
+    """The film of a plugin: the demo's, if it is installed."""
     with needs_extra(*_EXTRA):
         films = load_plugins(FILMS)
     if not films:

@@ -15,12 +15,7 @@ _LONGEST = 100_000_000  # bytes
 
 
 def read_trajectory(path: Path, robot: Robot) -> NDArray[np.float64]:
-    """The rows of a file [rad or m], shape (n, n_dof).
-
-    Raises:
-        FileError: It cannot be read.
-        InputError: It does not hold rows of q.
-    """
+    """The rows of a file [rad or m], shape (n, n_dof)."""
     rows = _read(_OPTION, path)
     if rows.ndim != 2 or rows.shape[1] != robot.n_dof or not len(rows):
         raise InputError(_OPTION, f"{path.name} has shape {rows.shape}; rows of {robot.n_dof} joint positions are expected")
@@ -29,12 +24,7 @@ def read_trajectory(path: Path, robot: Robot) -> NDArray[np.float64]:
 
 
 def read_motion(path: Path, robot: Robot) -> tuple[float, NDArray[np.float64]]:
-    """The duration [s] of a motion as ``ulna plan --csv`` writes it, and rows of q at even times [rad or m], shape (n, n_dof).
-
-    Raises:
-        FileError: It cannot be read.
-        InputError: It does not hold rows of a time and positions, velocities and accelerations, each later than the one before.
-    """
+    """The duration [s] of a motion as ``ulna plan --csv`` writes it, and rows of q at even times [rad or m], shape (n, n_dof)."""
     rows, n = _read(_PLAN, path), robot.n_dof
     if rows.ndim != 2 or rows.shape[1] not in {1 + n, 1 + 3 * n} or not len(rows):
         expected = f"rows of a time and {n} joint positions, velocities and accelerations are expected"
@@ -53,10 +43,6 @@ def read_poses(path: Path) -> NDArray[np.float64]:
 
     A row is x, y, z, roll, pitch, yaw; or x, y, z, w, x, y, z with the orientation as a quaternion; or the 12 or 16 numbers of a
     matrix, row by row.
-
-    Raises:
-        FileError: It cannot be read.
-        InputError: It does not hold poses.
     """
     rows = _read(_PATH, path)
     if rows.ndim == 3:

@@ -31,9 +31,6 @@ def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: b
     """The numbers in "0,-pi/4,0.5 1e-3", one for each entry; with ``degrees``, angles are converted to radians.
 
     Without it, a hint on standard error says that an angle of more than a turn is in radians.
-
-    Raises:
-        InputError: There are more or fewer numbers than entries, or one cannot be read. It names the option.
     """
     found = words(text)
     if len(found) != len(entries):
@@ -112,11 +109,7 @@ StartQ = Annotated[Array | None, Depends(start_of)]
 
 
 def orientation_of(*, rpy: RollPitchYaw = None, wxyz: Quaternion = None, degrees: Degrees = False) -> Array | None:
-    """The orientation of ``--rpy`` or ``--wxyz`` as a pose at the origin, shape (4, 4); None without them.
-
-    Raises:
-        InputError: Both are given, or they are not numbers.
-    """
+    """The orientation of ``--rpy`` or ``--wxyz`` as a pose at the origin, shape (4, 4); None without them."""
     if rpy is not None and wxyz is not None:
         raise InputError("--rpy, --wxyz", "give one of them, not both")
     if wxyz is not None:
@@ -135,12 +128,7 @@ def target_pose(robot: Robot, link: str, xyz: str, orientation: Array | None) ->
 
 
 def positions(option: str, text: str, robot: Robot, group: JointGroup | None = None, *, degrees: bool) -> Array:
-    """The q [rad or m], shape (n_dof,), of an option: numbers, a state of the SRDF, or ``home``.
-
-    Raises:
-        InputError: They are not the numbers of one q.
-        UnknownNameError: There is no such state.
-    """
+    """The q [rad or m], shape (n_dof,), of an option: numbers, a state of the SRDF, or ``home``."""
     state = state_of(text, robot, group)
     if state is not None:
         return robot.named_configurations[state]
@@ -148,11 +136,7 @@ def positions(option: str, text: str, robot: Robot, group: JointGroup | None = N
 
 
 def state_of(text: str, robot: Robot, group: JointGroup | None) -> str | None:
-    """The key of the state of the SRDF that a text names; None if the text is ``home`` or numbers.
-
-    Raises:
-        UnknownNameError: It is another name.
-    """
+    """The key of the state of the SRDF that a text names; None if the text is ``home`` or numbers."""
     try:
         return state_named(text, robot.srdf.states, group).key
     except UnknownNameError:

@@ -136,10 +136,6 @@ def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell
         at: The time [s] that a single picture shows; that of the first contact unless given.
         boxes: Show the twelve collision boxes of the arm.
         tell: Called with the number of pictures done so far.
-
-    Raises:
-        InputError: ``at`` is outside the length of the demo, or the file is not a single picture.
-        FileError: The file cannot be written.
     """
     if at is not None and not form.is_still:
         raise InputError("at", f"is for a single picture, a .png; {form.path.name} shows the whole demo")

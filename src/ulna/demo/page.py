@@ -52,12 +52,6 @@ def serve(
         port: The TCP port.
         open_browser: Open a page on this machine, if it has a browser.
         meanwhile: Called once the page can be opened and its kernels are compiled; if it returns False, the page ends.
-
-    Returns:
-        The result of ``meanwhile``; True if it was interrupted.
-
-    Raises:
-        InputError: The address cannot be listened on.
     """
     app, passed = DemoApp(demo, host, port), True
     print(f"The Panda is at {app.url}  (Ctrl-C ends it)", flush=True)  # noqa: T201 - the address is the result

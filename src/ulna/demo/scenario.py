@@ -62,9 +62,6 @@ def make_trajectory(robot: Robot) -> Trajectory:
     """The trajectory: each sample by inverse kinematics from the sample before, with the home posture.
 
     The arm is redundant: without the posture the last sample would be 0.1 rad from home, and the arm would jump in every cycle.
-
-    Raises:
-        TrajectoryError: A sample was not reached.
     """
     T_home = robot.forward_kinematics(robot.home)
     home = np.concatenate([T_home[:3, 3], rpy_from_matrix(T_home)])
@@ -96,11 +93,7 @@ class Demo:
 
     @cached_property
     def trajectory(self) -> Trajectory:
-        """The path that the arm repeats; computed at the first access.
-
-        Raises:
-            TrajectoryError: A sample was not reached.
-        """
+        """The path that the arm repeats; computed at the first access."""
         return make_trajectory(self.robot)
 
     def move_box(self, T_base_box: ArrayLike) -> None:

@@ -17,9 +17,6 @@ def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """The values as a C-contiguous, writable float64 array, itself where it is one already.
 
     A read-only array is copied: Numba would compile the kernels again for its type.
-
-    Raises:
-        InputError: They are not numbers, or complex ones, whose imaginary part would be lost.
     """
     if type(values) is np.ndarray and values.dtype is _FLOAT64:
         return values if values.flags.carray else values.copy()
@@ -46,11 +43,7 @@ def as_number(
     above: bool = False,
     most: float = _LARGEST,
 ) -> float:
-    """A number from ``least`` to ``most``, or above ``least``; infinite only if that is the most.
-
-    Raises:
-        InputError: It is not such a number; ``name`` and ``expected`` are in the message.
-    """
+    """A number from ``least`` to ``most``, or above ``least``; infinite only if that is the most."""
     try:
         number = float(value) if isinstance(value, (float, int, Real)) and not isinstance(value, bool) else np.nan
     except OverflowError:  # a whole number above every float
@@ -61,31 +54,19 @@ def as_number(
 
 
 def positive(name: str, value: object, expected: str = "a number above 0") -> float:
-    """A finite number above 0.
-
-    Raises:
-        InputError: It is not such a number; ``name`` and ``expected`` are in the message.
-    """
+    """A finite number above 0."""
     return as_number(name, value, 0.0, expected, above=True)
 
 
 def as_count(name: str, value: object, least: int = 0, most: int = MOST_COUNTED) -> int:
-    """A whole number from ``least`` to ``most``.
-
-    Raises:
-        InputError: It is not such a number; ``name`` is in the message.
-    """
+    """A whole number from ``least`` to ``most``."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
         raise InputError(name, f"{_shortened(value)}; a whole number from {least} to {most} is expected")
     return int(value)
 
 
 def as_switch(name: str, value: object) -> bool:
-    """True or False.
-
-    Raises:
-        InputError: It is neither; ``name`` is in the message.
-    """
+    """True or False."""
     if not isinstance(value, bool | np.bool_):
         raise InputError(name, f"{_shortened(value)}; True or False is expected")
     return bool(value)

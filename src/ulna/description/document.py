@@ -28,11 +28,7 @@ class Document:
 
     @cached_property
     def root(self) -> etree._Element:
-        """Its root element, parsed once.
-
-        Raises:
-            DescriptionError: It is not XML, or is too long, or declares entities.
-        """
+        """Its root element, parsed once."""
         return parse(self.text, self.source)
 
 
@@ -64,12 +60,7 @@ def is_xacro(root: etree._Element) -> bool:
 
 
 def expanded(document: Document, xacro_args: Mapping[str, object]) -> Document:
-    """What a xacro file expands to; any other document itself, which takes no arguments.
-
-    Raises:
-        DescriptionError: The document is not XML, or cannot be expanded.
-        InputError: It takes no arguments, or has none of a given name.
-    """
+    """What a xacro file expands to; any other document itself, which takes no arguments."""
     if not is_xacro(document.root):
         refuse_arguments(document.source, xacro_args)
         return document

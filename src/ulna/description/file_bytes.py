@@ -41,9 +41,6 @@ def write_whole(path: Path, content: bytes) -> None:
     """Write a temporary file and rename it, so that the old file exists until the new one is complete.
 
     Of a symbolic link, the target is replaced. A device or a pipe is written directly.
-
-    Raises:
-        OSError: It cannot be written.
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
@@ -88,9 +85,6 @@ def json_value(text: str | bytes, **options: Any) -> Any:
     Args:
         text: The text.
         **options: Those of ``json.loads``.
-
-    Raises:
-        ValueError: It is not JSON, or has more levels than are read.
     """
     try:
         value = json.loads(text, **options)

@@ -19,9 +19,6 @@ _LEVELS_ABOVE = 6  # folders
 def as_package_dirs(package_dirs: Iterable[str | Path]) -> tuple[Path, ...]:
     """The folders given by a user as absolute paths, since the name of ``.`` or ``..`` is needed to find a package.
 
-    Raises:
-        InputError: They are not a list of folders.
-
     Example:
         >>> as_package_dirs(["."]) == (Path.cwd(),)
         True

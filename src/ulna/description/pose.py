@@ -77,11 +77,7 @@ def rpy_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 
 
 def matrix_from_quaternion(wxyz: ArrayLike) -> NDArray[np.float64]:
-    """The rotation matrix, shape (..., 3, 3), of quaternions (..., 4), w first, normalised here.
-
-    Raises:
-        InputError: The shape is another, an entry is not finite, or a quaternion has length zero.
-    """
+    """The rotation matrix, shape (..., 3, 3), of quaternions (..., 4), w first, normalised here."""
     wxyz = _finite("wxyz", wxyz, 4)
     largest = np.abs(wxyz).max(axis=-1, keepdims=True)
     if np.any(largest < 1e-12):
@@ -118,11 +114,7 @@ def quaternion_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 
 
 def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
-    """T as an array of poses, shape (..., 4, 4).
-
-    Raises:
-        InputError: T has another shape, or is not a rigid motion to 1e-6; the message says what is wrong.
-    """
+    """T as an array of poses, shape (..., 4, 4)."""
     T = as_floats(name, T)
     if T.shape[-2:] != (4, 4):
         hint = "; ulna.pose(xyz, rpy) makes one" if T.shape[-1:] == (3,) and T.shape[-2:] != (3, 3) else ""
@@ -149,9 +141,6 @@ def as_one_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
     """One pose to keep, shape (4, 4): a copy, made orthonormal to the last digits.
 
     A rounded matrix is accepted to 1e-6, but computations with it, such as separating axes, need an exact rotation.
-
-    Raises:
-        InputError: T is not one pose.
     """
     if type(T) is np.ndarray and T.dtype == np.float64 and T.shape == (4, 4) and _is_exact(T):
         return T.copy()

@@ -81,21 +81,12 @@ class Readable:
         return ""
 
     def read(self, path: str, most: int) -> bytes:
-        """The bytes of a regular file, up to one more than ``most``.
-
-        Raises:
-            OutsideError: It lies outside.
-            OSError: It cannot be read.
-        """
+        """The bytes of a regular file, up to one more than ``most``."""
         self._check(path)
         return regular_file_bytes(path, most)
 
     def matching(self, pattern: str) -> list[str]:
-        """The files that match a pattern such as ``parts/*.xacro`` and may be read.
-
-        Raises:
-            OutsideError: Its folder lies outside, or there are too many names to compare.
-        """
+        """The files that match a pattern such as ``parts/*.xacro`` and may be read."""
         parts = Path(pattern).parts
         first = next((k for k, part in enumerate(parts) if _WILDCARD.search(part)), len(parts))
         if ".." in parts[first:]:

@@ -28,12 +28,7 @@ class Drive:
 
 
 def root_link(description: Description) -> str:
-    """The root: the only link that is not the child of a joint.
-
-    Raises:
-        DescriptionError: Names repeat, a parent or child link is missing, a link has two parents, or there is not exactly one
-            root.
-    """
+    """The root: the only link that is not the child of a joint."""
     links = _by_unique_name(description, "link", description.links)
     _by_unique_name(description, "joint", description.joints)
     if not links:
@@ -60,11 +55,7 @@ def root_link(description: Description) -> str:
 
 
 def joints_from_root(description: Description) -> tuple[Joint, ...]:
-    """The joints, each after the joint of its parent link; otherwise in the order of the file, depth first.
-
-    Raises:
-        DescriptionError: The links and joints do not form one tree.
-    """
+    """The joints, each after the joint of its parent link; otherwise in the order of the file, depth first."""
     ordered = joints_below(description, root_link(description))
     if len(ordered) < len(description.joints):
         reached = {joint.name for joint in ordered}
@@ -122,11 +113,7 @@ def columns_of_q(joints: tuple[Joint, ...]) -> dict[str, slice]:
 
 
 def drives_of(joints: tuple[Joint, ...], columns: dict[str, slice], source: str) -> dict[str, Drive]:
-    """What moves each joint, mimics followed to the independent joint or to the fixed one at their end.
-
-    Raises:
-        DescriptionError: A mimic joint has no leader, follows itself, or its ratio or offset is too large.
-    """
+    """What moves each joint, mimics followed to the independent joint or to the fixed one at their end."""
     by_name, drives = {joint.name: joint for joint in joints}, {}
     for start in joints:
         followers: dict[str, Joint] = {}

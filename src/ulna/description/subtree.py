@@ -13,12 +13,7 @@ from ulna.errors import DescriptionError, InputError, UnknownNameError
 
 
 def cut_out(description: Description, base: str | None, tip: str | None) -> Description:
-    """The robot from ``base`` on (the root unless given); with a ``tip`` only the chain from one to the other.
-
-    Raises:
-        UnknownNameError: There is no such link.
-        DescriptionError: ``tip`` is not below ``base``, or a joint that stays mimics one that does not.
-    """
+    """The robot from ``base`` on (the root unless given); with a ``tip`` only the chain from one to the other."""
     root = root_link(description)
     names = [link.name for link in description.links]
     for name in (base, tip):
@@ -41,11 +36,7 @@ def cut_out(description: Description, base: str | None, tip: str | None) -> Desc
 
 
 def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name: str) -> Description:
-    """The robot with one more link fixed to its only tip.
-
-    Raises:
-        InputError: The robot has several tips, or already has a link of this name.
-    """
+    """The robot with one more link fixed to its only tip."""
     leaves = leaf_links(description)
     if len(leaves) != 1:
         raise InputError("T_flange_tool", f"the robot has {len(leaves)} tips; cut out one chain first (base=..., tip=...)")
@@ -57,11 +48,7 @@ def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name
 
 
 def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, ...]:
-    """The joints from base to tip.
-
-    Raises:
-        DescriptionError: The tip is not below the base.
-    """
+    """The joints from base to tip."""
     carriers = {joint.child: joint for joint in description.joints}
     link, joints = tip, []
     while link != base:

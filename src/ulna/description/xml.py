@@ -12,11 +12,7 @@ MOST_ELEMENTS = 300_000  # some 75 000 links: seconds, and a few hundred megabyt
 
 
 def parse(text: bytes, source: str) -> etree._Element:
-    """The root element of a document.
-
-    Raises:
-        DescriptionError: It is not XML, or too long, or declares entities (a few lines of which can expand to gigabytes).
-    """
+    """The root element of a document."""
     if len(text) > LONGEST:
         raise DescriptionError(f"is {len(text) / 1e6:.0f} MB long; up to {LONGEST / 1e6:.0f} MB are read", source)
     parser = etree.XMLParser(
@@ -82,21 +78,13 @@ class Reader:
         return value
 
     def number(self, element: etree._Element, key: str, default: float | None = None, low: float = -math.inf) -> float:
-        """An attribute that is one finite number of at least ``low``; ``default`` if it is missing.
-
-        Raises:
-            DescriptionError: It is missing without a default, or not such a number.
-        """
+        """An attribute that is one finite number of at least ``low``; ``default`` if it is missing."""
         if default is not None and key not in element.attrib:
             return default
         return self.vector(element, key, 1, low)[0]
 
     def triple(self, element: etree._Element, key: str, low: float = -math.inf) -> tuple[float, float, float]:
-        """An attribute that is three finite numbers of at least ``low``.
-
-        Raises:
-            DescriptionError: It is missing, or not three such numbers.
-        """
+        """An attribute that is three finite numbers of at least ``low``."""
         x, y, z = self.vector(element, key, 3, low)
         return x, y, z
 

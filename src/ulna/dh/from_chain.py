@@ -29,12 +29,7 @@ _N_CONFIGURATIONS = 1000
 
 
 def dh_table(description: Description, tree: Tree, link: str, convention: str, tolerance: float) -> DHTable:
-    """The table from the base to a link; see ``Robot.dh``.
-
-    Raises:
-        InputError: The convention is not known, the tolerance is not between 0 and 0.1 rad, or the chain has no table.
-        UnknownNameError: There is no such link.
-    """
+    """The table from the base to a link; see ``Robot.dh``."""
     checked_convention(convention)
     tolerance = max(as_number("tolerance", tolerance, 0.0, "a number from 0 to 0.1", most=0.1), _WORTH_A_NOTE)
     chain = dh_chain(description, tree, link)
@@ -178,12 +173,7 @@ class DHChain:
 
 
 def dh_chain(description: Description, tree: Tree, link: str) -> DHChain:
-    """The chain from the base to a link.
-
-    Raises:
-        UnknownNameError: There is no such link.
-        InputError: A joint of the chain is planar or floating.
-    """
+    """The chain from the base to a link."""
     table = tree.chain(link)
     joints = chain_joints(description, tree.root, link)
     for joint in joints:

@@ -29,22 +29,9 @@ def description_from_dh(
 ) -> Description:
     """The description of the serial arm in a DH table.
 
-    Args:
-        rows: One row a joint: a [m], d [m], alpha [rad], theta_offset [rad]; shape (n, 4).
-        convention: ``"modified"`` (Craig): a row is Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a)
-            Rx(alpha).
-        joint_types: ``"revolute"`` (unless said), ``"continuous"``, ``"prismatic"`` (moves d) or ``"fixed"``, one a row.
-        limits: Lower and upper limit of each moving joint [rad or m], shape (n_moving, 2); none unless given.
-        T_base_0: Where the first row begins, shape (4, 4); at the base unless given.
-        T_n_tip: Where the tip is in the frame of the last row, shape (4, 4); no tip of its own unless given.
-        name: The robot's name.
-
     Returns:
         Links ``base``, ``link1`` ... ``linkN``, the DH frames, and joints ``joint1`` ... ``jointN``. With ``T_base_0`` there is
         a ``link0`` behind ``base``, with ``T_n_tip`` a ``tip`` behind ``linkN``.
-
-    Raises:
-        InputError: The rows, types, limits or poses do not fit each other, or the convention is not known.
     """
     table = _table(rows)
     types = _joint_types(joint_types, len(table))

@@ -22,12 +22,7 @@ _SOURCE = "pip install --no-binary ulna ulna (which compiles on this machine, wi
 
 
 def ahead_entry(module: str, function: str) -> Callable[..., Any] | None:
-    """A function of a module of drivers from the library of this CPU; None where Numba compiles, or if it is no entry.
-
-    Raises:
-        UlnaError: The library is missing or damaged, or this CPU is below the lowest level.
-        InputError: ``ULNA_CPU`` names no level that there is and this CPU has.
-    """
+    """A function of a module of drivers from the library of this CPU; None where Numba compiles, or if it is no entry."""
     library = _library() if is_ahead() else None
     if library is None or not module.startswith(f"{library.package}."):
         return None
@@ -128,12 +123,7 @@ def _hash_is(file: Path, sha256: str) -> bool:
 
 
 def load_library(folder: Path, wanted: str) -> Library:
-    """The library of a level, or of the highest that this CPU has if ``wanted`` is empty.
-
-    Raises:
-        UlnaError: A file is missing or damaged, or this CPU is below the lowest level.
-        InputError: ``wanted`` is not a level that there is and this CPU has.
-    """
+    """The library of a level, or of the highest that this CPU has if ``wanted`` is empty."""
     try:
         index = _checked(json.loads((folder / INDEX).read_text(encoding="utf-8")))
         levels = {name: level["needs"] for name, level in index["levels"].items()}

@@ -44,11 +44,7 @@ _CPU, _FEATURES = _settings.CPU_NAME or "", _settings.CPU_FEATURES or ""
 
 
 def write_objects(entries: Entries, folder: Path, part: str) -> None:
-    """Write an object file for each signature of each entry of a part, and the index. Files that are there are kept.
-
-    Raises:
-        UlnaError: This version of Numba lacks a name that this needs.
-    """
+    """Write an object file for each signature of each entry of a part, and the index. Files that are there are kept."""
     if not have(AHEAD, CODE):
         raise UlnaError(f"no wheel can be built with this version of Numba, which lacks {', '.join(missing_of(AHEAD, CODE))}")
     folder.mkdir(parents=True, exist_ok=True)

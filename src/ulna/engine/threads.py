@@ -39,9 +39,6 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
         least: The least number of rows for which a thread is used.
         threads: The largest number of threads, including the calling one; ``default_threads`` unless given.
 
-    Raises:
-        InputError: ``threads``, or the environment variable ``ULNA_THREADS``, is not a number of threads.
-
     Example:
         >>> import numpy as np
         >>> x, y = np.arange(5000.0), np.empty(5000)
@@ -97,9 +94,6 @@ def in_rows(run: Callable[[int], bool], n: int, threads: int | None = None, stop
     """Call a function for each row from 0 to n, of which each takes long; the rest as ``in_parts``.
 
     ``stop`` is called when a row fails, or at Ctrl-C: it ends the rows that run in other threads, which are waited for.
-
-    Raises:
-        InputError: ``threads``, or the environment variable ``ULNA_THREADS``, is not a number of threads.
     """
     threads = default_threads() if threads is None else as_threads(threads)
     if n < 2 or threads < 2:
@@ -133,9 +127,6 @@ def default_threads() -> int:
     """The number of threads of a batch by default: ``ULNA_THREADS``, or the number of processors that this process may use.
 
     It is determined once in a process, and again after a fork.
-
-    Raises:
-        InputError: ``ULNA_THREADS`` is not a number of threads.
     """
     text = os.environ.get(VARIABLE, "").strip()
     if not text:
@@ -146,22 +137,14 @@ def default_threads() -> int:
 
 
 def as_threads(threads: int) -> int:
-    """The number of threads given by an argument; 0 means 1.
-
-    Raises:
-        InputError: It is not a whole number, or below 0.
-    """
+    """The number of threads given by an argument; 0 means 1."""
     if isinstance(threads, bool) or not hasattr(threads, "__index__") or not 0 <= threads.__index__() <= _MOST:
         raise InputError("threads", f"{threads!r}; a whole number from 0 to {_MOST} is expected")
     return max(1, threads.__index__())
 
 
 def refuse_unless_threads(threads: int | None) -> None:
-    """Refuse an argument that is given and no number of threads; for calls that need only one.
-
-    Raises:
-        InputError: It is not a whole number, or below 0.
-    """
+    """Refuse an argument that is given and no number of threads; for calls that need only one."""
     if threads is not None:
         as_threads(threads)
 

@@ -52,12 +52,7 @@ class DeviceScenes:
         self._checker, self._last = checker, {}
 
     def of(self, world: World | None, self_collision: bool, number: Any) -> DeviceScene:
-        """The scene of a world.
-
-        Raises:
-            InputError: There is nothing to check.
-            GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
-        """
+        """The scene of a world."""
         scene, last = self._checker.scene_of(world, self_collision), self._last.get(number)
         if last is None or last[0] is not scene:
             last = self._last[number] = scene, _on_device(scene, number)

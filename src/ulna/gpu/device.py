@@ -21,12 +21,7 @@ Rows = Any
 
 
 def require_device() -> None:
-    """Refuse to go on without a GPU.
-
-    Raises:
-        DeviceError: There is no GPU, or no driver for it.
-        MissingExtraError: The extra ``cuda`` is not installed.
-    """
+    """Refuse to go on without a GPU."""
     if cuda is None:
         raise MissingExtraError("a GPU", "cuda")
     if not cuda.is_available():
@@ -39,11 +34,7 @@ def on_device(array: NDArray) -> Any:
 
 
 def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.float64) -> Any:
-    """Numba's array on the device as rows of a shape, not copied: shape (n, *shape). Any leading axes count as one.
-
-    Raises:
-        InputError: It is of another dtype, of another shape, or not C-contiguous.
-    """
+    """Numba's array on the device as rows of a shape, not copied: shape (n, *shape). Any leading axes count as one."""
     tail = own.shape[len(own.shape) - len(shape) :] if len(own.shape) >= len(shape) else ()
     if own.dtype != dtype or tail != shape:
         expected = f"{np.dtype(dtype)} of shape (..., {_listed(shape)}) is expected"

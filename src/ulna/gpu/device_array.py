@@ -40,9 +40,6 @@ def as_own(name: str, array: Any) -> Any:
     Args:
         name: The argument's name.
         array: On the device it has ``__cuda_array_interface__`` or ``__dlpack__``.
-
-    Raises:
-        InputError: It is on a device that is neither an NVIDIA GPU nor the host.
     """
     if getattr(array, "__cuda_ndarray__", False):
         return array

@@ -29,11 +29,7 @@ THRESHOLDS = {
 
 @cache
 def in_single(function: Callable) -> Any:
-    """A function over float32: a driver, or a kernel; compiled if the function itself is.
-
-    Raises:
-        LookupError: It calls a primitive that has no form over float32 here.
-    """
+    """A function over float32: a driver, or a kernel; compiled if the function itself is."""
     plain: Any = getattr(function, "py_func", function)
     if (plain.__module__, plain.__name__) == _SINCOS:
         return _primitive("sincos")

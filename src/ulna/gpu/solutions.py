@@ -80,10 +80,6 @@ def all_solutions(query: Query, T: Any, rows: Any, redundancy: str | None, n_sam
     """See ``Robot.all_solutions``; T is NumPy's, or Numba's on the device, and so are the results.
 
     rows: Makes rows of an array on the device, as ``device.as_device_rows``.
-
-    Raises:
-        InputError: T is not an array of poses, or ``redundancy`` is not a joint of an arm of seven.
-        UnknownNameError: There is no such joint.
     """
     every = AllSolutions(query, redundancy, _branches)
     if not device.is_on_device(T):
@@ -129,11 +125,7 @@ def _branches(six: SixJoints, targets: Array, seeds: Array, plan: Array) -> tupl
 
 
 def _run(six: SixJoints, targets: Any, seeds: Array, plan: Array, columns: NDArray[np.int64]) -> tuple[Any, ...]:
-    """q (n, 8, 6), what is known of each branch, real and valid, (n, 8), where the targets are.
-
-    Raises:
-        InputError: A target is no rigid motion.
-    """
+    """q (n, 8, 6), what is known of each branch, real and valid, (n, 8), where the targets are."""
     n, flag = len(targets), device.on_device(np.zeros(1, dtype=np.int32))
     kinds = ((N_BRANCHES, N_AXES), np.float64), ((N_BRANCHES,), np.int8), ((N_BRANCHES,), np.bool_), ((N_BRANCHES,), np.bool_)
     results = tuple(device.results_for(targets, (n, *shape), dtype) for shape, dtype in kinds)

@@ -39,11 +39,7 @@ class Solver(Protocol):
     def solve(
         self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
     ) -> IKResult:
-        """The result for the targets T, shape (..., 4, 4). The arguments are those of ``Robot.inverse_kinematics``.
-
-        Raises:
-            InputError: An argument that the solver cannot take.
-        """
+        """The result for the targets T, shape (..., 4, 4). The arguments are those of ``Robot.inverse_kinematics``."""
         ...
 
 

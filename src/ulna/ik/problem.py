@@ -130,9 +130,6 @@ def narrowed(limits: Array, seeds: Array, held: NDArray[np.bool_], max_step: flo
         seeds: [rad or m], shape (n_seeds, n_dof).
         held: Which entries of q stay at the seed, shape (n_dof,).
         max_step: The most that a column may differ from the seed [rad or m].
-
-    Raises:
-        InputError: A seed is so far beyond the limits that nothing is left.
     """
     if not held.any() and np.isinf(max_step):
         return limits
@@ -196,12 +193,7 @@ def make_problem(
     posture: ArrayLike | str | None = None,
     held: tuple[str, ...] = (),
 ) -> Problem:
-    """A query with targets. The arguments are those of ``Robot.inverse_kinematics``.
-
-    Raises:
-        InputError: An argument that the search cannot take. Whether targets are rigid motions is checked by the kernels.
-        UnknownNameError: There is no such joint.
-    """
+    """A query with targets. The arguments are those of ``Robot.inverse_kinematics``."""
     tree, max_step = query.tree, query.options.max_step
     if max_step is not None and q_seed is None:
         raise InputError("max_step", "bounds the way from q_seed, so q_seed is needed too")
@@ -262,11 +254,7 @@ def as_names(held: Iterable[str]) -> tuple[str, ...]:
 
 
 def columns_of_joints(tree: Tree, names: Iterable[str]) -> NDArray[np.bool_]:
-    """Which entries of q belong to these joints, shape (n_dof,).
-
-    Raises:
-        UnknownNameError: There is no such joint.
-    """
+    """Which entries of q belong to these joints, shape (n_dof,)."""
     columns = np.zeros(tree.n_dof, dtype=bool)
     for name in names:
         if name not in tree.joint_names:

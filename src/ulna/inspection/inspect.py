@@ -111,11 +111,7 @@ class Inspected:
 
 
 def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> Inspected:
-    """The document of a name, a path or a text; an error of ``ulna.load`` is stored, not raised.
-
-    Raises:
-        FileError: There is no such file, or it cannot be read.
-    """
+    """The document of a name, a path or a text; an error of ``ulna.load`` is stored, not raised."""
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", DescriptionWarning)

@@ -105,12 +105,7 @@ class ForwardByLink(dict[str | None, Callable[..., Array]]):
         self._made: dict[str, CompiledForward] = {}
 
     def of(self, link: str | None) -> CompiledForward:
-        """Forward kinematics of a link as an object; if two threads make it at once, the first is kept.
-
-        Raises:
-            InputError: The robot has several tips, and no link is named.
-            UnknownNameError: There is no such link.
-        """
+        """Forward kinematics of a link as an object; if two threads make it at once, the first is kept."""
         name = self._tree.link_or_tip(link)
         self._tree.chain(name)  # refuses what is no link
         function = self._made.get(name) or self._made.setdefault(name, CompiledForward(self._tree, name))
@@ -124,11 +119,7 @@ def forward_kinematics(tree: Tree, q: ArrayLike, link: str, threads: int | None 
 
 
 def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
-    """T_base_frame of every row of a table of frames, shape (..., n_frames, 4, 4), for q of shape (..., n_dof).
-
-    Raises:
-        InputError: q has another shape or an entry out of range, or ``out`` does not fit.
-    """
+    """T_base_frame of every row of a table of frames, shape (..., n_frames, 4, 4), for q of shape (..., n_dof)."""
     q, n = as_positions(q, tree), len(frames)
     if q.ndim == 1:
         refuse_unless_threads(threads)

@@ -80,12 +80,7 @@ class JacobianByLink(dict[Any, Callable[..., Array]]):
         self._made: dict[tuple[str, int], CompiledJacobian] = {}
 
     def of(self, link: str | None, expressed_in: str) -> CompiledJacobian:
-        """The Jacobian of a link in a frame as an object; if two threads make it at once, the first is kept.
-
-        Raises:
-            InputError: ``expressed_in`` is not a frame, or the robot has several tips and no link is named.
-            UnknownNameError: There is no such link.
-        """
+        """The Jacobian of a link in a frame as an object; if two threads make it at once, the first is kept."""
         name, frame = self._tree.link_or_tip(link), as_frame(expressed_in)
         self._tree.chain(name)  # refuses what is no link
         made = self._made.get((name, frame))
@@ -107,12 +102,7 @@ def as_frame(expressed_in: str) -> int:
 def geometric_jacobian(
     tree: Tree, q: ArrayLike, link: str, expressed_in: str, out: Array | None = None, threads: int | None = None
 ) -> Array:
-    """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``.
-
-    Raises:
-        InputError: q has another shape or an entry out of range, ``expressed_in`` is not a frame, or ``out`` does not fit.
-        UnknownNameError: There is no such link.
-    """
+    """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``."""
     return CompiledJacobian(tree, link, expressed_in)(q, out, threads)
 
 
@@ -122,11 +112,6 @@ def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None =
     The angular velocity in the axes of the base is w = E(pitch, yaw) (roll', pitch', yaw'), with the columns of E the axes
     about which the angles turn: the x axis of the turned frame, its y axis before roll, and the base's z axis. So the lower
     rows are E^-1 of the geometric ones. det E = cos(pitch). Source: Siciliano et al., Robotics (2009), section 3.6.
-
-    Raises:
-        InputError: q has another shape or an entry out of range, or ``out`` does not fit.
-        SingularityError: |cos(pitch)| < 1e-6 somewhere.
-        UnknownNameError: There is no such link.
     """
     q = as_positions(q, tree)
     J = geometric_jacobian(tree, q, link, "base", out, threads)
@@ -146,10 +131,6 @@ def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None
     """sqrt(det(J J')), or of J' J for fewer than six entries of q that move the link: shape (...,).
 
     Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
-
-    Raises:
-        InputError: q has another shape or an entry out of range, or ``out`` does not fit.
-        UnknownNameError: There is no such link.
     """
     q = as_positions(q, tree)
     measure = as_out(out, q.shape[:-1], q)

@@ -18,11 +18,7 @@ FLOAT64 = np.dtype(np.float64)
 
 
 def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float64]:
-    """q as a C-contiguous float64 array of shape (..., n_dof).
-
-    Raises:
-        InputError: It is not an array of numbers of that shape.
-    """
+    """q as a C-contiguous float64 array of shape (..., n_dof)."""
     if type(q) is np.ndarray and q.dtype is FLOAT64 and q.shape[-1:] == tree.q_shape and q.flags.carray:
         return q  # the most frequent case, without another call
     q = as_floats(name, q)
@@ -32,11 +28,7 @@ def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float6
 
 
 def as_configuration(q: ArrayLike, tree: Tree, name: str) -> NDArray[np.float64]:
-    """One configuration, shape (n_dof,), which may be beyond the limits.
-
-    Raises:
-        InputError: It has another shape, or an entry out of range.
-    """
+    """One configuration, shape (n_dof,), which may be beyond the limits."""
     one = as_positions(q, tree, name)
     if one.ndim != 1:
         raise InputError(name, f"shape {one.shape}; one configuration, shape ({tree.n_dof},), is expected")
@@ -45,11 +37,7 @@ def as_configuration(q: ArrayLike, tree: Tree, name: str) -> NDArray[np.float64]
 
 
 def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
-    """Refuse a q with NaN, infinity or a number too large to compute with.
-
-    Raises:
-        InputError: An entry is NaN, infinite or too large.
-    """
+    """Refuse a q with NaN, infinity or a number too large to compute with."""
     within = np.abs(q) <= LARGEST
     if within.all():
         return
@@ -97,11 +85,7 @@ def _joints(tree: Tree) -> str:
 
 
 def q_of_joints(names: Sequence[str], positions: ArrayLike, others: ArrayLike | None, tree: Tree) -> NDArray[np.float64]:
-    """q, shape (n_dof,), of the named joints of a tree; see ``Robot.q_of_joints``.
-
-    Raises:
-        InputError: The names and the positions do not go together, or joints are missing.
-    """
+    """q, shape (n_dof,), of the named joints of a tree; see ``Robot.q_of_joints``."""
     values = as_floats("positions", positions)
     if values.shape != (len(names),):
         raise InputError("positions", f"shape {values.shape}, but one position for each of {len(names)} names is expected")
@@ -136,9 +120,6 @@ def as_out(
         inputs: The arrays from which the result is computed; they must not share memory with ``out``.
         dtype: The type of the result.
         name: The argument's name.
-
-    Raises:
-        InputError: It is not a writable, aligned, C-contiguous array of that shape and type, or shares memory with an input.
 
     Example:
         >>> as_out(None, (2, 3)).shape

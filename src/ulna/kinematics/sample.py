@@ -25,11 +25,7 @@ def random_positions(tree: Tree, n: int, seed: int = 0) -> NDArray[np.float64]:
 
 
 def uniform_positions(tree: Tree, n: int | None, seed: object) -> NDArray[np.float64]:
-    """Joint positions uniform within ``random_range`` [rad or m], shape (n, n_dof), or (n_dof,) for None.
-
-    Raises:
-        InputError: n is not a count, or ``numpy.random.default_rng`` refuses the seed.
-    """
+    """Joint positions uniform within ``random_range`` [rad or m], shape (n, n_dof), or (n_dof,) for None."""
     shape = (tree.n_dof,) if n is None else (as_count("n", n), tree.n_dof)
     try:
         rng = np.random.default_rng(seed)  # type: ignore[arg-type]

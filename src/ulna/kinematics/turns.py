@@ -44,9 +44,6 @@ def every_turn(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_])
     """One configuration (n_dof,) within the limits with all whole turns that stay within them, itself first, (k, n_dof).
 
     Joints without limits on both sides make no turns.
-
-    Raises:
-        InputError: There are more than a million of them.
     """
     places = [list(_turns_of(*joint)) for joint in zip(q, lower, upper, turning, strict=True)]
     n = prod(map(len, places))

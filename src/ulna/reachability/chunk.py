@@ -60,9 +60,6 @@ def run_task(path: str, chunks: tuple[int, ...], threads: int | None = None, sto
         chunks: Their numbers.
         threads: How many threads to use; ``threads_of_a_task`` unless given.
         stop: Ends it between two chunks.
-
-    Raises:
-        FileError: The map is not there, or cannot be written to.
     """
     start, poses = time.perf_counter(), 0
     opened = _opened(path, metadata_bytes(Path(path)))
@@ -98,11 +95,7 @@ def compute(opened: OpenMap, chunk: int, threads: int = 1) -> dict[str, NDArray]
 
 
 def write(opened: OpenMap, chunk: int, values: dict[str, NDArray]) -> None:
-    """Write a chunk, the verdict last.
-
-    Raises:
-        FileError: The disk is full, or the map cannot be written to.
-    """
+    """Write a chunk, the verdict last."""
     region = opened.specification.grid.region(chunk)
     try:
         for name, array in values.items():

@@ -40,11 +40,7 @@ def robot_to_json(robot: Robot, *, checked: bool) -> str:
 
 
 def robot_from_json(text: str) -> Robot:
-    """The robot of such a text.
-
-    Raises:
-        DescriptionError: It is not one.
-    """
+    """The robot of such a text."""
     try:
         data = json_value(text)
         description = replace(_made(data["description"]), source="a reachability map")

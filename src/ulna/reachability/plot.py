@@ -30,12 +30,7 @@ def draw(found: ReachabilityMap) -> Figure:
 
 
 def write_figure(found: ReachabilityMap, path: str | Path) -> None:
-    """Write that figure: .png, .svg or .pdf.
-
-    Raises:
-        InputError: matplotlib cannot write files with this ending.
-        FileError: The file cannot be written.
-    """
+    """Write that figure: .png, .svg or .pdf."""
     try:
         draw(found).savefig(path, dpi=120)
     except ValueError as error:

@@ -120,11 +120,7 @@ def reachability_map(
 
 
 def default_bounds(robot: Robot, link: str) -> NDArray[np.float64]:
-    """The cube around all positions that the arm's length lets a link reach [m], shape (2, 3).
-
-    Raises:
-        InputError: The robot has no joint that turns, or a slide without end: then there is no such cube.
-    """
+    """The cube around all positions that the arm's length lets a link reach [m], shape (2, 3)."""
     reach = reach_of(robot.tree.chain(link), robot.lower, robot.upper)
     if reach is None or not np.isfinite(reach.most_of_origin):
         raise InputError("bounds", "are needed: the length of this robot does not bound where its tip may be")

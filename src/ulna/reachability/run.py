@@ -60,11 +60,7 @@ class Workers:
         self._running.add(self._pool.submit(self._task, path, chunks))
 
     def next_done(self) -> list[Outcome]:
-        """Wait for at least one task to end, and return what has ended.
-
-        Raises:
-            UlnaError: A task has failed for good.
-        """
+        """Wait for at least one task to end, and return what has ended."""
         done: set[Future[Outcome]] = set()
         while not done:
             done, self._running = wait(self._running, _LOOK_S, FIRST_COMPLETED)
@@ -155,9 +151,6 @@ def run(path: Path, grid: Grid, workers: Workers, tell: Tell | None = None) -> f
     """Compute all chunks that are not there; the time inside tasks [s], of all workers together.
 
     ``tell`` is called with the poses done so far, and those of the map.
-
-    Raises:
-        UlnaError: A task has failed for good, or the cluster is lost. What was computed is kept.
     """
     todo, inside = deque(undone(path, grid)), 0.0
     done = grid.n_poses - sum(grid.poses_of(chunk) for chunk in todo)
@@ -183,11 +176,7 @@ def _tell(tell: Tell | None, done: int, total: int) -> None:
 
 @contextlib.contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Around what writes to the map at a path.
-
-    Raises:
-        FileError: Another process is writing to it, or the folder cannot be written to.
-    """
+    """Around what writes to the map at a path."""
     beside = path.with_name(f"{path.name}.lock")
     file = _locked_file(beside, path)
     try:

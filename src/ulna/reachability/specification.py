@@ -103,11 +103,7 @@ class Specification:
 
     @classmethod
     def of_attributes(cls, attributes: Mapping[str, Any], where: str) -> Specification:
-        """That of a map's attributes; ``where`` names the map in messages.
-
-        Raises:
-            DescriptionError: They are not those of a map of this version's form, or were changed.
-        """
+        """That of a map's attributes; ``where`` names the map in messages."""
         if attributes.get("ulna_reachability_map") != FORMAT:
             raise DescriptionError("is not a reachability map that this version of Ulna reads", where)
         try:

@@ -45,22 +45,14 @@ _TEXTS = {
 
 
 def zarr_package() -> Any:
-    """The package zarr.
-
-    Raises:
-        MissingExtraError: The extra ``reach`` is not installed.
-    """
+    """The package zarr."""
     with needs_extra("a reachability map", "reach", "zarr"):
         import zarr  # noqa: PLC0415 -- needs the extra
     return zarr
 
 
 def create(path: Path, specification: Specification, joint_names: tuple[str, ...]) -> None:
-    """Make an empty map: it appears whole or not at all.
-
-    Raises:
-        FileError: It cannot be written.
-    """
+    """Make an empty map: it appears whole or not at all."""
     zarr = zarr_package()
     beside = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
     try:
@@ -86,21 +78,12 @@ def variables(specification: Specification) -> tuple[str, ...]:
 
 
 def read_specification(path: Path) -> Specification:
-    """What the map at a path is of.
-
-    Raises:
-        FileError: There is none, or it cannot be read.
-        DescriptionError: It is not a map, or one of another form.
-    """
+    """What the map at a path is of."""
     return Specification.of_attributes(attributes_at(path), str(path))
 
 
 def metadata_bytes(path: Path) -> bytes:
-    """The group's own metadata: other bytes are another map.
-
-    Raises:
-        FileError: There is no map, or it cannot be read.
-    """
+    """The group's own metadata: other bytes are another map."""
     try:
         content = regular_file_bytes(path / META, _MOST_BYTES)
     except FileNotFoundError:
@@ -141,12 +124,7 @@ def layout(name: str, grid: Grid, n_joints: int) -> tuple[tuple[int, ...], tuple
 
 
 def attributes_at(path: Path) -> dict[str, Any]:
-    """The attributes of the group.
-
-    Raises:
-        FileError: There is no map, or it cannot be read.
-        DescriptionError: It is not a map.
-    """
+    """The attributes of the group."""
     content = metadata_bytes(path)
     try:
         found = json_value(content)

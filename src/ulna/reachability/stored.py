@@ -25,12 +25,7 @@ _MOST_BYTES = 1_000_000  # of an array's metadata, and of a chunk beyond twice i
 
 
 def open_arrays(path: Path, specification: Specification, n_joints: int, mode: str = "r") -> dict[str, Any]:
-    """The arrays of a map's variables by their names.
-
-    Raises:
-        FileError: A file of their metadata is not a regular file.
-        DescriptionError: They cannot be opened, or have another shape, type or chunks than the map's attributes say.
-    """
+    """The arrays of a map's variables by their names."""
     zarr, names = zarr_package(), variables(specification)
     for name in names:
         _check_file(path / name / META, _MOST_BYTES)
@@ -49,11 +44,7 @@ def open_arrays(path: Path, specification: Specification, n_joints: int, mode: s
 
 
 def read_verdicts(path: Path, array: Any, grid: Grid, chunk: int) -> NDArray[np.int8]:
-    """The verdicts of a chunk; ``NEVER`` where it was not computed.
-
-    Raises:
-        FileError: It cannot be read.
-    """
+    """The verdicts of a chunk; ``NEVER`` where it was not computed."""
     check_chunks(path, grid, [grid.place(chunk)])
     try:
         return array[grid.region(chunk)]

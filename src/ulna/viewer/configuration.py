@@ -57,11 +57,7 @@ def as_text(q: NDArray[np.float64]) -> str:
 
 
 def first_row(content: bytes, n_dof: int) -> NDArray[np.float64]:
-    """The first row of a .csv file, shape (n_dof,).
-
-    Raises:
-        InputError: It does not consist of n_dof numbers.
-    """
+    """The first row of a .csv file, shape (n_dof,)."""
     lines = content[:_MOST_BYTES].decode(errors="replace").split("\n")
     words = next((line for line in lines if line.strip()), "").replace(",", " ").split()
     try:

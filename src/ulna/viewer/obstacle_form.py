@@ -92,11 +92,7 @@ class ObstacleForm:
             self._moved()
 
     def _apply(self, edit: Typed) -> None:
-        """Apply one typed value.
-
-        Raises:
-            InputError: A dimension is negative, for example, or the name is taken.
-        """
+        """Apply one typed value."""
         known = self._known()
         if edit.chosen not in known:
             return

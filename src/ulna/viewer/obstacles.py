@@ -118,11 +118,7 @@ class Obstacles:
                 self.world.remove(self.chosen)
 
     def change(self, name: str, shape: Obstacle, T: NDArray[np.float64], new_name: str) -> None:
-        """Give an obstacle another shape, pose, shape (4, 4), or name.
-
-        Raises:
-            InputError: The name is that of a part of the robot, or of another obstacle.
-        """
+        """Give an obstacle another shape, pose, shape (4, 4), or name."""
         if new_name != name and new_name in self._taken:
             raise InputError("name", f"{new_name!r} is a part of the robot")
         with self.changing():

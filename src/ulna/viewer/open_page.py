@@ -61,11 +61,7 @@ def view(
 
 
 def _view_class() -> type[View]:
-    """The class of the page, which needs the extra ``viewer``.
-
-    Raises:
-        MissingExtraError: It is not installed.
-    """
+    """The class of the page, which needs the extra ``viewer``."""
     with needs_extra("the view", "viewer", "viser", "trimesh"):
         from ulna.viewer.view import View  # noqa: PLC0415 -- needs the extra
     return View

@@ -58,9 +58,6 @@ def refusing_foreign_pages(
     ``opened`` is called when a tab connects, with whether its browser prefers dark pages, which ``head.html`` puts in a cookie.
 
     viser has no argument for this, so the function of websockets that it calls is replaced meanwhile.
-
-    Raises:
-        UlnaError: viser has not called that function, so the server is not protected.
     """
     guarded = []
     with _starting:

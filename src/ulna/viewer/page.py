@@ -60,11 +60,7 @@ class Page:
 
     @contextlib.contextmanager
     def ending_if_it_fails(self) -> Iterator[None]:
-        """A context for building the page: an exception in it stops the server.
-
-        Raises:
-            BaseException: The exception of the block, again.
-        """
+        """A context for building the page: an exception in it stops the server."""
         try:
             yield
         except BaseException:

@@ -41,11 +41,7 @@ def link_visuals(robot: Robot) -> Visuals:
 
 
 def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
-    """The triangles of a mesh file, scaled, with its materials: the same triangles as for collision checking.
-
-    Raises:
-        FileError: It does not exist, may not be read, or cannot be parsed.
-    """
+    """The triangles of a mesh file, scaled, with its materials: the same triangles as for collision checking."""
     path = files.find(mesh.uri)
     scene = read_scene(path, mesh_bytes(path), Beside(files, path))
     for geometry in scene.geometry.values():

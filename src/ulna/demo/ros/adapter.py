@@ -20,11 +20,7 @@ _CTRL_C = 130
 
 
 def exit_quietly(number: int, _frame: object) -> None:
-    """Handle a signal by an exit without a traceback, which closes every context.
-
-    Raises:
-        SystemExit: With the status that shells report of the signal.
-    """
+    """Handle a signal by an exit without a traceback, which closes every context."""
     sys.exit(128 + number)
 
 
@@ -75,11 +71,7 @@ _SAID = {1: ("ROS_IP", "ROS_HOSTNAME"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "RO
 
 
 def load_ros(version: int) -> ModuleType:
-    """The module ``ulna.demo.ros.ros1`` or ``ros2``. ROS is restricted to this machine, unless its environment variables are set.
-
-    Raises:
-        MissingROSError: ROS is not installed; the message names the command that works without it.
-    """
+    """The module ``ulna.demo.ros.ros1`` or ``ros2``. ROS is restricted to this machine, unless its variables are set."""
     if not any(os.environ.get(name) for name in _SAID[version]):
         name, value = _LOCAL[version]
         os.environ[name] = value

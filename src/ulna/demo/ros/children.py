@@ -35,11 +35,7 @@ class Children(AbstractContextManager):
         self._running: dict[str, subprocess.Popen] = {}
 
     def start(self, name: str, *command: str, quiet: bool = False, pass_fds: tuple[int, ...] = ()) -> None:
-        """Start one. Its output is discarded, with ``quiet`` its errors too. Ctrl-C of a terminal does not reach it.
-
-        Raises:
-            MissingROSError: The program is not installed.
-        """
+        """Start one. Its output is discarded, with ``quiet`` its errors too. Ctrl-C of a terminal does not reach it."""
         nothing = subprocess.DEVNULL
         try:
             child = subprocess.Popen(  # noqa: S603

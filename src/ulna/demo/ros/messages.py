@@ -109,22 +109,14 @@ def pose_message(T: NDArray[np.float64]) -> Pose:
 
 
 def pose_of(message: Pose) -> NDArray[np.float64]:
-    """The pose of a message, shape (4, 4). A zero quaternion is one that was not set: no rotation, as in RViz.
-
-    Raises:
-        InputError: It is not a pose: a number is not finite.
-    """
+    """The pose of a message, shape (4, 4). A zero quaternion is one that was not set: no rotation, as in RViz."""
     p, r = message.position, message.orientation
     wxyz = (r.w, r.x, r.y, r.z)
     return pose((p.x, p.y, p.z), wxyz=wxyz if any(wxyz) else None)
 
 
 def feedback_pose(feedback: InteractiveMarkerFeedback, base: str) -> NDArray[np.float64]:
-    """T_base_box of a drag, shape (4, 4).
-
-    Raises:
-        InputError: It is not a pose, or in another frame than the base.
-    """
+    """T_base_box of a drag, shape (4, 4)."""
     frame = feedback.header.frame_id.removeprefix("/")
     if frame not in ("", base):
         raise InputError("frame_id", f"the pose of the box is in {frame!r}; {base!r} is expected")

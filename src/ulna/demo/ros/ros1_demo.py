@@ -28,11 +28,7 @@ _MOST_CRASHES = 3  # after so many, another start will not help
 
 
 def run(ask: Callable[..., Any], *, rviz: bool = True) -> None:
-    """Run a master if there is none, robot_state_publisher, the nodes and RViz, until Ctrl-C; ``ask`` is ``Compiler.ask``.
-
-    Raises:
-        MissingROSError: A program is not on this machine, or a master elsewhere does not answer.
-    """
+    """Run a master if there is none, robot_state_publisher, the nodes and RViz, until Ctrl-C; ``ask`` is ``Compiler.ask``."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # however this process is ended, it ends its children
     demo = Demo()
     with ExitStack() as stack:
@@ -86,11 +82,7 @@ class Beside(Children):
 
 
 def have_master(master: Children) -> None:
-    """Start a master at ROS_MASTER_URI, unless one is running there.
-
-    Raises:
-        MissingROSError: The address is on another machine, or the master does not start.
-    """
+    """Start a master at ROS_MASTER_URI, unless one is running there."""
     if rosgraph.is_master_online():
         return
     uri = urlsplit(rosgraph.get_master_uri())
@@ -106,11 +98,7 @@ def have_master(master: Children) -> None:
 
 
 def _find_state_publisher() -> str:
-    """The path of robot_state_publisher: under a prefix of ROS's setup script, or Debian's.
-
-    Raises:
-        MissingROSError: It is not installed.
-    """
+    """The path of robot_state_publisher: under a prefix of ROS's setup script, or Debian's."""
     prefixes = [*filter(None, os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)), "/usr"]
     for prefix in prefixes:
         path = Path(prefix, "lib", _PUBLISHER, _PUBLISHER)

@@ -55,12 +55,6 @@ def record_rviz(path: Path, seconds: float, compiler: Compiler, tell: Callable[[
         seconds: The length of the video [s].
         compiler: Compiles what the demo needs.
         tell: Called with the number of pictures done so far.
-
-    Raises:
-        MissingROSError: A program is not on this machine.
-        RVizError: RViz does not show the scene.
-        InputError: The path does not end in .mp4, or the video is too short for the drags.
-        FileError: The file cannot be written.
     """
     if path.suffix.lower() != ".mp4":
         raise InputError("path", f"{path.name!r}; RViz is recorded as an .mp4")
@@ -133,12 +127,7 @@ class Screencast:
         return self._n
 
     def frames(self) -> Iterator[Image]:
-        """Play the demo, drag the box, and yield each frame, shape (height, width, 3).
-
-        Raises:
-            KeyboardInterrupt: The node was ended meanwhile.
-            RVizError: RViz does not show the scene.
-        """
+        """Play the demo, drag the box, and yield each frame, shape (height, width, 3)."""
         while self._arm.player.report is None or self._compiler.names:
             self._pause()
         view, image = self._wait_for_scene()
@@ -187,11 +176,7 @@ class Screencast:
         return self._wait_for(look, "draw the light of this moment")
 
     def _wait_for(self, look: Callable[[], _T | None], what: str) -> _T:
-        """What ``look`` returns, once it is not None.
-
-        Raises:
-            RVizError: That took longer than _APPEARS_WITHIN_S.
-        """
+        """What ``look`` returns, once it is not None."""
         end = time.monotonic() + _APPEARS_WITHIN_S
         while time.monotonic() < end:
             self._pause()

@@ -24,11 +24,7 @@ LEAST_BACKGROUND = 200_000  # its pixels, if RViz is on the screen
 
 @contextmanager
 def virtual_screen() -> Iterator["VirtualScreen"]:
-    """A context with a display, by Xvfb; the server chooses its number.
-
-    Raises:
-        MissingROSError: Xvfb does not start.
-    """
+    """A context with a display, by Xvfb; the server chooses its number."""
     reader, writer = os.pipe()
     command = ("Xvfb", "-displayfd", str(writer), "-screen", "0", f"{SIZE[0]}x{SIZE[1]}x24", "-nolisten", "tcp", "-noreset")
     with Children() as programs, os.fdopen(reader) as numbers:

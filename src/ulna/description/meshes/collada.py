@@ -26,10 +26,6 @@ def rewritten_collada(data: bytes, *, materials: bool = True) -> Rewritten:
     Args:
         data: The file.
         materials: Whether to keep its materials, which may be invalid even if its geometries are valid.
-
-    Raises:
-        ValueError: It has no scene, or one with what is not read: skins, splines, strips, nodes without end, too many triangles.
-        etree.XMLSyntaxError: It is not XML.
     """
     root = _parsed(data)
     geometries = {geometry.get("id"): geometry for geometry in root.iterfind("{*}library_geometries/{*}geometry")}

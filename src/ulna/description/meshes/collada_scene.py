@@ -55,11 +55,7 @@ class Scene:
         return list(found)
 
     def count_triangles(self, counts: Mapping[str, int]) -> int:
-        """The triangles of all instances, from those of each geometry.
-
-        Raises:
-            ValueError: They are too many.
-        """
+        """The triangles of all instances, from those of each geometry."""
         return self._count(counts, "triangles", MOST_TRIANGLES)
 
     def placed(self) -> Iterator[tuple[Array, etree._Element]]:

@@ -38,9 +38,6 @@ def cover(vertices: Array, faces: Faces, within: float) -> Array:
 
     Returns:
         The centre and the radius of each, shape (k, 4).
-
-    Raises:
-        ValueError: ``within`` is too small for the size of the mesh.
     """
     solid = FilledSolid(vertices, faces)
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
@@ -61,11 +58,7 @@ def cover(vertices: Array, faces: Faces, within: float) -> Array:
 
 
 def _elements(triangles: Array, longest: float) -> Array:
-    """The triangles, cut until no edge is longer, shape (n, 3, 3).
-
-    Raises:
-        ValueError: They are too many.
-    """
+    """The triangles, cut until no edge is longer, shape (n, 3, 3)."""
     done = []
     while len(triangles):
         edges = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)

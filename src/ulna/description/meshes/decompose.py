@@ -3,12 +3,10 @@
 Source: Wei et al., Approximate Convex Decomposition for 3D Meshes with Collision-Aware Concavity and Tree Search, SIGGRAPH 2022.
 """
 
-import hashlib
 import importlib.metadata
 import io
 import json
 from collections.abc import Callable
-from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -16,7 +14,7 @@ import numpy as np
 
 from ulna.description.child_process import child_process, last_words, program_of
 from ulna.description.meshes import kept_pieces
-from ulna.description.meshes.hulls import Part, Scale, mesh_reader, refuse_unchecked, with_shapes
+from ulna.description.meshes.hulls import Part, Scale, checked_bytes, mesh_reader, with_shapes
 from ulna.description.meshes.kept_pieces import Pieces
 from ulna.description.robot_description import Description
 from ulna.description.shapes import ConvexMesh
@@ -36,45 +34,30 @@ PARAMETERS = {
 _VERSION = 1  # of the processing of CoACD's pieces: a new number invalidates the cache
 
 
-def with_pieces(description: Description, announce: Callable[[str], object] = lambda _: None) -> Description:
-    """The description with convex pieces in place of its collision meshes; its visuals are unchanged.
-
-    Args:
-        description: The description.
-        announce: Called with a message before each decomposition, which takes seconds to minutes.
-
-    Raises:
-        FileError: A mesh is not there, lies where the description may not lead, cannot be read, or cannot be decomposed.
-        MissingExtraError: CoACD is not installed, or what reads meshes.
-    """
-    return with_shapes(description, partial(_shapes, announce=announce))
+def with_pieces(description: Description) -> Description:
+    """The description with convex pieces in place of its collision meshes; see ``Robot.with_convex_pieces``."""
+    return with_shapes(description, _shapes)
 
 
-def _shapes(path: Path, scale: Scale, announce: Callable[[str], object]) -> tuple[Part, ...]:
-    pieces = pieces_of_file(path, announce)
+def _shapes(path: Path, scale: Scale) -> tuple[Part, ...]:
+    pieces = pieces_of_file(path)
     return tuple(Part(ConvexMesh(points * scale), pieces.excess * max(map(abs, scale))) for points in pieces.points)
 
 
 def pieces_of_file(path: Path, announce: Callable[[str], object] = lambda _: None) -> Pieces:
-    """The pieces of a mesh file in its own units; cached on disk by the file's content.
-
-    Raises:
-        FileError: It cannot be read, or not decomposed within the limits of time and memory.
-        MissingExtraError: CoACD is not installed, or what reads meshes.
-    """
+    """The pieces of a mesh file in its own units, cached on disk by its content; ``announce`` is called before it is cut."""
     reader = mesh_reader()
     if find_spec("coacd") is None:
         raise MissingExtraError("the decomposition of meshes", "decompose")
-    refuse_unchecked(path)
-    data = reader.mesh_bytes(path)
-    made_by = json.dumps([_VERSION, importlib.metadata.version("coacd"), PARAMETERS, path.suffix.lower()])
-    name = hashlib.sha256(made_by.encode() + b"\0" + data).hexdigest()
-    found = kept_pieces.read(name)
+    data = checked_bytes(path)
+    made_by = [_VERSION, importlib.metadata.version("coacd"), PARAMETERS, path.suffix.lower()]
+    file = kept_pieces.file_name(made_by, data, ".npz")
+    found = kept_pieces.read(file, kept_pieces.from_bytes)
     if found is None:
         vertices, faces = reader.merged(reader.read_scene(path, data))
         announce(f"decomposing {path.name} ({len(faces)} triangles); it is kept for the next time")
         found = _decomposed(path, vertices, faces)
-        kept_pieces.write(name, found)
+        kept_pieces.write(file, kept_pieces.to_bytes(found))
     return found
 
 

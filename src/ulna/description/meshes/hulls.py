@@ -8,9 +8,8 @@ from pathlib import Path
 from threading import Lock
 from typing import NamedTuple
 
-import numpy as np
-
 from ulna.description.meshes.mesh_files import CHECKED, MeshFiles
+from ulna.description.pose import pose
 from ulna.description.robot_description import Body, Description, Link
 from ulna.description.shapes import ConvexMesh, Mesh, Sphere
 from ulna.errors import FileError, InputError, needs_extra
@@ -39,25 +38,12 @@ _lock = Lock()
 
 
 def with_hulls(description: Description) -> Description:
-    """The description with convex hulls in place of its collision meshes; its visuals are unchanged.
-
-    Raises:
-        FileError: A mesh is not there, lies where the description may not lead, or cannot be read.
-        MissingExtraError: The libraries that read meshes and find hulls are not installed.
-    """
+    """The description with convex hulls in place of its collision meshes; its visuals are unchanged."""
     return with_shapes(description, lambda path, scale: (Part(hull_of(path, scale)),))
 
 
 def with_shapes(description: Description, shapes_of: ShapesOf) -> Description:
-    """The description with other shapes in place of each collision mesh.
-
-    Args:
-        description: The description.
-        shapes_of: From the path of a mesh file and its scale to shapes in the frame of the mesh.
-
-    Raises:
-        FileError: A mesh is not there, lies where the description may not lead, or ``shapes_of`` raises it.
-    """
+    """The description with other shapes in place of each collision mesh: from its file and scale, in the frame of the mesh."""
     files = MeshFiles(description)
     return replace(description, links=tuple(_with_shapes(link, files, shapes_of) for link in description.links))
 
@@ -92,17 +78,11 @@ def _with_shapes(link: Link, files: MeshFiles, shapes_of: ShapesOf) -> Link:
         kind = "ball" if isinstance(parts[0].shape, Sphere) else "piece"
         names = [body.name] if len(parts) == 1 else [f"{body.name} {kind} {k}" for k in range(1, len(parts) + 1)]
         return [
-            replace(body, name=name, shape=part.shape, excess=part.excess, pose=body.pose @ _shift(part.centre))
+            replace(body, name=name, shape=part.shape, excess=part.excess, pose=body.pose @ pose(part.centre))
             for name, part in zip(names, parts, strict=True)
         ]
 
     return replace(link, collisions=tuple(piece for body in link.collisions for piece in shaped(body)))
-
-
-def _shift(centre: tuple[float, float, float]) -> np.ndarray:
-    T = np.eye(4)
-    T[:3, 3] = centre
-    return T
 
 
 def hull_of(path: Path, scale: Scale) -> ConvexMesh:
@@ -113,9 +93,7 @@ def hull_of(path: Path, scale: Scale) -> ConvexMesh:
         InputError: It reaches farther than shapes may.
         MissingExtraError: The libraries that read meshes and find hulls are not installed.
     """
-    reader = mesh_reader()
-    refuse_unchecked(path)
-    data = reader.mesh_bytes(path)
+    reader, data = mesh_reader(), checked_bytes(path)
     key = hashlib.sha256(data).digest(), path.suffix.lower(), scale
     with _lock:
         found = _kept.pop(key, None)
@@ -132,11 +110,12 @@ def hull_of(path: Path, scale: Scale) -> ConvexMesh:
     return found
 
 
-def refuse_unchecked(path: Path) -> None:
-    """Refuse a file format that is drawn but not checked for collision."""
+def checked_bytes(path: Path) -> bytes:
+    """The bytes of a mesh file; of a format that is drawn but not checked for collision, an error."""
     if path.suffix.lower() not in CHECKED:
         kinds = ", ".join(CHECKED)
         raise FileError(str(path), f"is of kind {path.suffix.lower()!r}, which is not read for collision checking, only {kinds}")
+    return mesh_reader().mesh_bytes(path)
 
 
 @cache

@@ -1,10 +1,12 @@
 """Caches the convex pieces of meshes, and the balls that cover them, on disk, in the user's own cache folder."""
 
 import contextlib
+import hashlib
 import io
+import json
 import zipfile
 from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,11 +37,7 @@ def to_bytes(pieces: Pieces) -> bytes:
 
 
 def from_bytes(data: bytes) -> Pieces:
-    """The pieces of such a file.
-
-    Raises:
-        ValueError: The file does not hold pieces.
-    """
+    """The pieces of such a file."""
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
             points, counts, excess = arrays["points"].astype(np.float64), arrays["counts"], float(arrays["excess"])
@@ -58,11 +56,7 @@ def balls_to_bytes(balls: NDArray[np.float64]) -> bytes:
 
 
 def balls_from_bytes(data: bytes) -> NDArray[np.float64]:
-    """The balls of such a file.
-
-    Raises:
-        ValueError: The file does not hold balls.
-    """
+    """The balls of such a file."""
     try:
         balls = np.load(io.BytesIO(data), allow_pickle=False).astype(np.float64)
     except (OSError, EOFError, TypeError, AttributeError) as error:
@@ -72,24 +66,19 @@ def balls_from_bytes(data: bytes) -> NDArray[np.float64]:
     return balls
 
 
-def read(name: str) -> Pieces | None:
-    """The cached pieces of a name; None if there are none."""
-    return read_as(f"{name}.npz", from_bytes)
+def file_name(made_by: list[Any], data: bytes, ending: str) -> str:
+    """The name of the file for what is computed of a mesh file with some content, by whatever else the result depends on."""
+    return hashlib.sha256(json.dumps(made_by).encode() + b"\0" + data).hexdigest() + ending
 
 
-def read_as(file: str, parse: Callable[[bytes], Parsed]) -> Parsed | None:
+def read(file: str, parse: Callable[[bytes], Parsed]) -> Parsed | None:
     """The parsed content of a cached file; None if the file is missing, or ``parse`` raises ValueError."""
     with contextlib.suppress(OSError, RuntimeError, ValueError), _folder() as folder:
         return parse(folder.read(file))
     return None
 
 
-def write(name: str, pieces: Pieces) -> None:
-    """Cache pieces under a name, if the folder can be written."""
-    write_bytes(f"{name}.npz", to_bytes(pieces))
-
-
-def write_bytes(file: str, data: bytes) -> None:
+def write(file: str, data: bytes) -> None:
     """Cache a file, if the folder can be written; remove files that were not used for three months."""
     with contextlib.suppress(OSError, RuntimeError), _folder() as folder:
         folder.write(file, data)
@@ -97,11 +86,6 @@ def write_bytes(file: str, data: bytes) -> None:
 
 
 def _folder() -> PrivateFolder:
-    """The cache folder.
-
-    Raises:
-        OSError: It cannot be written, or other users could write there.
-        RuntimeError: The user has no home folder.
-    """
+    """The cache folder; an OSError where others could write there, a RuntimeError for a user without a home folder."""
     with private_folder(cache_base()) as base:
         return base.folder("pieces")

@@ -17,10 +17,6 @@ def rewritten_obj(data: bytes) -> Rewritten:
     Lines end in LF, CR LF or CR, may be indented, and go on after a backslash. A negative index counts back from where it is
     used. A vertex of four numbers is homogeneous, one of six has a colour, as Assimp reads them. A face of more than three
     vertices is a fan. Lines and points have no faces and are left out, as are groups.
-
-    Raises:
-        ValueError: A vertex or a face cannot be understood, a face names a vertex that is not there, or it has curved surfaces
-            or more triangles than are read.
     """
     lists: dict[str, list[str]] = {"v": [], "vt": [], "vn": []}
     faces = StringIO()

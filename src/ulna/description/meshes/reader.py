@@ -44,9 +44,6 @@ def read_scene(path: Path, data: bytes, beside: Resolver | None = None) -> trime
         path: The file; its ending gives the format, and errors name it.
         data: Its bytes.
         beside: Reads the files that it refers to: materials, textures, buffers. Without it they are skipped.
-
-    Raises:
-        FileError: It cannot be understood, has no triangles, points that are not finite, or more triangles than are read.
     """
     try:
         if beside is not None:
@@ -131,11 +128,7 @@ class Beside(Resolver):
         self._files, self._mesh = files, mesh
 
     def get(self, key: str) -> bytes:
-        """The bytes of a file.
-
-        Raises:
-            FileError: It lies elsewhere, or cannot be read.
-        """
+        """The bytes of a file."""
         return mesh_bytes(self._files.beside(self._mesh, key))
 
     def write(self, name: str, data: object) -> None:

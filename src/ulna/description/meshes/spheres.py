@@ -1,8 +1,6 @@
 """Replaces a description's collision meshes by balls that cover them."""
 
-import hashlib
 import importlib.metadata
-import json
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.description.arrays import as_count, positive
 from ulna.description.meshes import kept_pieces
-from ulna.description.meshes.hulls import Part, Scale, mesh_reader, refuse_unchecked, with_shapes
+from ulna.description.meshes.hulls import Part, Scale, checked_bytes, mesh_reader, with_shapes
 from ulna.description.robot_description import Description
 from ulna.description.shapes import Sphere
 from ulna.errors import GeometryError
@@ -21,19 +19,7 @@ _WIDER = 1.5  # by which ``within`` grows until a budget suffices
 
 
 def with_balls(description: Description, within: float, most: int | None) -> Description:
-    """The description with balls in place of its collision meshes; its other shapes and its visuals are unchanged.
-
-    Args:
-        description: The description.
-        within: The largest distance [m] of a point of a ball from the mesh and what it encloses, above 0.
-        most: The largest number of balls for each mesh; None for any number.
-
-    Raises:
-        FileError: A mesh is not there, lies where the description may not lead, or cannot be read.
-        GeometryError: More balls are needed, or more triangles than are cut.
-        InputError: ``within`` is not such a distance, or ``most`` not a count of at least 1.
-        MissingExtraError: The libraries that read meshes are not installed.
-    """
+    """The description with balls in place of its collision meshes; see ``Robot.with_spheres``."""
     within = positive("within", within, "a distance above 0, in metres,")
     most = None if most is None else as_count("most", most, least=1)
     return with_shapes(description, partial(_parts, within=within, most=most))
@@ -52,19 +38,11 @@ def _parts(path: Path, scale: Scale, within: float, most: int | None) -> tuple[P
 
 
 def balls_of_file(path: Path, scale: Scale, within: float) -> NDArray[np.float64]:
-    """The balls that cover a scaled mesh file: centres and radii [m], shape (n, 4); cached on disk by the file's content.
-
-    Raises:
-        FileError: It cannot be read.
-        GeometryError: ``within`` is too small for its size.
-        MissingExtraError: The libraries that read meshes are not installed.
-    """
-    reader = mesh_reader()
-    refuse_unchecked(path)
-    data = reader.mesh_bytes(path)
-    made_by = json.dumps([_VERSION, importlib.metadata.version("scipy"), path.suffix.lower(), scale, within])
-    file = hashlib.sha256(made_by.encode() + b"\0" + data).hexdigest() + ".npy"
-    found = kept_pieces.read_as(file, kept_pieces.balls_from_bytes)
+    """The balls that cover a scaled mesh file: centres and radii [m], shape (n, 4); cached on disk by the file's content."""
+    reader, data = mesh_reader(), checked_bytes(path)
+    made_by = [_VERSION, importlib.metadata.version("scipy"), path.suffix.lower(), scale, within]
+    file = kept_pieces.file_name(made_by, data, ".npy")
+    found = kept_pieces.read(file, kept_pieces.balls_from_bytes)
     if found is None:
         from ulna.description.meshes.cover import cover  # noqa: PLC0415 - it imports SciPy
 
@@ -73,5 +51,5 @@ def balls_of_file(path: Path, scale: Scale, within: float) -> NDArray[np.float64
             found = cover(vertices * scale, faces, within)
         except ValueError as error:
             raise GeometryError(f"within={within:g} is too small for {path.name}: {error}") from None
-        kept_pieces.write_bytes(file, kept_pieces.balls_to_bytes(found))
+        kept_pieces.write(file, kept_pieces.balls_to_bytes(found))
     return found

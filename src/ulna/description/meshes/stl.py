@@ -17,9 +17,6 @@ def rewritten_stl(data: bytes) -> Rewritten:
 
     It is binary where the length is that of the triangles it counts, as Assimp and trimesh decide too. A text must consist of
     whole facets of three vertices each: one that was cut off is refused.
-
-    Raises:
-        ValueError: It is neither, or has numbers that are none.
     """
     count = int.from_bytes(data[80:_HEADER], "little")
     if len(data) >= _HEADER and len(data) == _HEADER + _TRIANGLE.itemsize * count:

@@ -33,11 +33,7 @@ _MOST_NEAR = 4
 
 
 def find_by_name(name: str) -> Named:
-    """The file of a robot that is not bundled.
-
-    Raises:
-        FileError: There is no robot of that name, or its description is not downloaded; the message says how to get it.
-    """
+    """The file of a robot that is not bundled."""
     examples, cached = _files_by_package().values()
     if name in examples:
         return Named(examples[name])

@@ -40,11 +40,7 @@ def names() -> dict[str, Path]:
 
 
 def find(name: str, module: Path) -> Named:
-    """The URDF or xacro file that a module points to, with its arguments and its packages.
-
-    Raises:
-        FileError: Its repository is not in the cache yet, or the module cannot be read.
-    """
+    """The URDF or xacro file that a module points to, with its arguments and its packages."""
     repositories = _run(module.with_name("_repositories.py"), None)["REPOSITORIES"]
 
     def clone_to_cache(description_name: str, commit: str | None = None) -> str:

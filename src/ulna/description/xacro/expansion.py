@@ -33,10 +33,6 @@ def expand_xacro(document: Document, xacro_args: Mapping[str, object]) -> bytes:
 
     Of a document that only defines a macro, the parameters without a default come from ``xacro_args``. Files are read in the
     document's folder, in its package and in its ``package_dirs``.
-
-    Raises:
-        DescriptionError: The document fails, runs too long, reaches outside, or defines several macros and calls none.
-        InputError: It has no argument of a name in ``xacro_args``.
     """
     root, source = document.root, document.source
     arguments = {str(key): str(value) for key, value in xacro_args.items()}
@@ -161,11 +157,7 @@ def _only_defines(root: etree._Element) -> bool:
 
 
 def _call_the_macro(root: etree._Element, source: str, arguments: dict[str, str]) -> None:
-    """Append a call of the document's one macro, and take its parameters out of the arguments.
-
-    Raises:
-        DescriptionError: There are several macros, or a parameter is missing or unknown.
-    """
+    """Append a call of the document's one macro, and take its parameters out of the arguments."""
     macros = [e for e in root if isinstance(e.tag, str) and etree.QName(e).localname == "macro"]
     names = [e.get("name", "") for e in macros]
     if len(macros) != 1:

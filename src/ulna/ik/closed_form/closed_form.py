@@ -102,10 +102,6 @@ def closed_form_of(tree: Tree, link: str, held: str | None = None, task: Task = 
         link: The link that is brought to a pose.
         held: The joint to hold, for arms of seven joints; the best unless given.
         task: Which part of the pose must be reached. The form is that of the task's frame.
-
-    Raises:
-        InputError: ``held`` is given, and is not one of seven joints that move the link.
-        UnknownNameError: There is no such link or joint.
     """
     tree.chain(link)
     return _closed_form_of(tree, link, held, task)

@@ -108,11 +108,7 @@ class Arguments(dict):
 
 
 def _teach_xacro(parent: Parent, arguments: Arguments, file: str | None, folder: str) -> None:
-    """Replace the functions by which xacro evaluates expressions and reads files, relative ones in ``folder``.
-
-    Raises:
-        RefusedError: This version of xacro lacks a name that is used.
-    """
+    """Replace the functions by which xacro evaluates expressions and reads files, relative ones in ``folder``."""
     missing = [f"{module.__name__}.{name}" for module, names in _USED.items() for name in names if not hasattr(module, name)]
     if missing:
         raise RefusedError(f"this version of the package xacro is not known here (no {missing[0]}); 2.1.1 is")

@@ -32,19 +32,11 @@ class Parent:
         return io.StringIO(self._asked({"read": path})["text"], newline=None)
 
     def find(self, package: str) -> str:
-        """The folder of a package.
-
-        Raises:
-            RefusedError: It is not found, or may not be read.
-        """
+        """The folder of a package."""
         return self._asked({"find": package})["folder"]
 
     def matching(self, pattern: str) -> list[str]:
-        """The files that match a pattern, in place of ``glob.glob``.
-
-        Raises:
-            RefusedError: They may not be read.
-        """
+        """The files that match a pattern, in place of ``glob.glob``."""
         return self._asked({"matching": pattern})["files"]
 
     def _asked(self, question: dict[str, str]) -> dict[str, Any]:
