@@ -4,7 +4,8 @@ import matplotlib as mpl
 import pytest
 
 import ulna
-from ulna.reachability.plot import draw, write_figure
+from ulna.cli.output import write_figure
+from ulna.reachability.plot import draw
 
 mpl.use("agg")
 pytestmark = pytest.mark.filterwarnings("ignore:FigureCanvasAgg is non-interactive")
@@ -23,15 +24,15 @@ def test_a_figure_shows_the_shares_and_the_statuses(panda_map):
 
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
 def test_a_figure_is_written(panda_map, tmp_path, ending):
-    write_figure(panda_map, tmp_path / f"m.{ending}")
+    write_figure(draw(panda_map), tmp_path / f"m.{ending}")
     assert (tmp_path / f"m.{ending}").stat().st_size > 5000
 
 
 def test_what_cannot_be_written_is_refused(panda_map, tmp_path):
     with pytest.raises(ulna.InputError, match="out: "):
-        write_figure(panda_map, tmp_path / "m.hologram")
+        write_figure(draw(panda_map), tmp_path / "m.hologram", "out")
     with pytest.raises(ulna.FileError, match="nowhere"):
-        write_figure(panda_map, tmp_path / "nowhere" / "m.png")
+        write_figure(draw(panda_map), tmp_path / "nowhere" / "m.png")
 
 
 @pytest.mark.parametrize("missing", ["zarr", "xarray", "distributed"])

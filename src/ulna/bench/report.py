@@ -68,13 +68,7 @@ _UNREACHABLE_SHARE = 10  # each uses the whole budget of steps, so a tenth of th
 
 
 def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str, object]:
-    """Facts of the ``machine``, and for each subject its lists of rows.
-
-    Args:
-        subjects: Some of SUBJECTS; all if there are none.
-        robots: Short names of ``arms``, or what ``ulna.load`` takes.
-        n: Targets of each protocol of inverse kinematics.
-    """
+    """Facts of the ``machine``, and for each subject, or all if none is named, its lists of rows."""
     for subject in subjects:
         if subject not in SUBJECTS:
             raise InputError("subject", f"{subject!r} is not a subject of the benchmark{did_you_mean(subject, SUBJECTS)}")

@@ -19,6 +19,7 @@ from ulna.description.pose import pose
 from ulna.description.shapes import Box
 from ulna.errors import FileError, GeometryError, MissingExtraError
 from ulna.robot import Robot
+from ulna.robot.load import with_meshes
 
 _ADVICE = (
     "--meshes hulls (pip install 'ulna[hulls]') or --meshes decompose (pip install 'ulna[decompose]') checks shapes like them"
@@ -77,11 +78,6 @@ def checked_robot(robot: AnyRobot, *, meshes: Meshes = None, as_json: Json = Fal
     """The robot with shapes that can be checked in the place of its collision meshes.
 
     A line on standard error says which, unless JSON is printed.
-
-    Raises:
-        GeometryError: ``--meshes none`` is given, and it has collision meshes.
-        FileError: A mesh cannot be read.
-        MissingExtraError: An extra that the option asks for is not installed.
     """
     count = n_collision_meshes(robot.description)
     if count and meshes is InPlace.NONE:
@@ -114,9 +110,7 @@ def with_chosen_shapes(robot: Robot, meshes: InPlace | None, *, quiet: bool = Fa
         return robot
     if meshes is InPlace.DECOMPOSE:
         typer.echo("decomposing meshes; each takes seconds to minutes, and is kept for the next time", err=True)
-        shaped = robot.with_convex_pieces()
-    else:
-        shaped = robot.with_convex_hulls()
+    shaped = with_meshes(robot, meshes or InPlace.HULLS)
     if not quiet:
         typer.echo(in_place_of_meshes(shaped.description), err=True)
     return shaped

@@ -120,12 +120,12 @@ def make_console() -> Console:
     return console
 
 
-def write_figure(figure: Any, out: Path) -> None:
-    """Write a Matplotlib figure: .png, .svg or .pdf."""
+def write_figure(figure: Any, out: Path, argument: str = "plot") -> None:
+    """Write a Matplotlib figure: .png, .svg or .pdf. ``argument`` names the path in an error."""
     try:
         figure.savefig(out, dpi=120)
     except ValueError as error:
-        raise InputError("--plot", str(error)) from None
+        raise InputError(argument, str(error)) from None
     except OSError as error:
         raise FileError(str(out), error.strerror or str(error)) from None
 

@@ -16,7 +16,7 @@ from typer.core import TyperGroup
 from ulna.cli.cell import Meshes, Obstacles, checked_robot
 from ulna.cli.depends import Json, command, defaults_of
 from ulna.cli.options import LinkName, Loading, OnPage, RobotName, Seed, TaskName, link_or_hand, load_robot
-from ulna.cli.output import Data, Output, make_table, printable, progress_bar, warn
+from ulna.cli.output import Data, Output, make_table, printable, progress_bar, warn, write_figure
 from ulna.cli.targets import XYZ, numbers
 from ulna.collision.world import World
 from ulna.errors import ClusterError, needs_extra
@@ -173,8 +173,8 @@ def plot(path: MapPath, out: Figure) -> Output:
     """
     found = ReachabilityMap.open(path)
     with needs_extra("a figure", "reach", "matplotlib"):
-        from ulna.reachability.plot import write_figure  # noqa: PLC0415 -- needs the extra
-    write_figure(found, out)
+        from ulna.reachability.plot import draw  # noqa: PLC0415 -- needs the extra
+    write_figure(draw(found), out, "out")
     return Output({"figure": str(out), **map_data(found, None, 0)}, map_table)
 
 

@@ -44,14 +44,9 @@ def serve(
     open_browser: bool = True,
     meanwhile: Callable[[], bool] = lambda: True,
 ) -> bool:
-    """Show the demo until Ctrl-C.
+    """Show the demo until Ctrl-C. ``meanwhile`` is called once its kernels are compiled; if it returns False, the page ends.
 
-    Args:
-        demo: What to show.
-        host: The address to listen on; with ``"0.0.0.0"`` other machines can connect.
-        port: The TCP port.
-        open_browser: Open a page on this machine, if it has a browser.
-        meanwhile: Called once the page can be opened and its kernels are compiled; if it returns False, the page ends.
+    Returns what ``meanwhile`` returned; True if it was interrupted.
     """
     app, passed = DemoApp(demo, host, port), True
     print(f"The Panda is at {app.url}  (Ctrl-C ends it)", flush=True)  # noqa: T201 - the address is the result
@@ -198,13 +193,7 @@ class DemoApp:
 
 
 class DemoScene:
-    """The scene. ``arm.move_to`` and ``draw_report`` update it in each frame.
-
-    Args:
-        server: The page.
-        demo: The demo that is drawn.
-        moved: Called when a person has moved the box's handles.
-    """
+    """The scene. ``arm.move_to`` and ``draw_report`` update it in each frame."""
 
     def __init__(self, server: viser.ViserServer, demo: Demo, moved: Callable[[], None]) -> None:
         scene = server.scene

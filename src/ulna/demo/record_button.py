@@ -28,13 +28,7 @@ _RECORD, _STOP, _MAKING = "Record", "Stop recording", "Making the video"
 
 
 class RecordButton:
-    """A button that starts and ends a recording of the view in one tab.
-
-    Args:
-        server: The page, to which the button is added.
-        player: The demo that is recorded.
-        boxes_shown: Whether the arm's boxes are shown now.
-    """
+    """A button that starts and ends a recording of the view in one tab."""
 
     def __init__(self, server: viser.ViserServer, player: Player, boxes_shown: Callable[[], bool]) -> None:
         self.server, self.player, self._boxes_shown = server, player, boxes_shown

@@ -16,11 +16,7 @@ _AT_ONCE = 1 << 20
 
 
 def file_bytes(path: str | Path, most: int) -> bytes:
-    """The bytes of a file, a device or a pipe, at most ``most`` + 1 of them.
-
-    Raises:
-        OSError: It cannot be opened or read, or is a pipe through which nothing comes for ``PIPE_PATIENCE_S`` seconds.
-    """
+    """The bytes of a file, a device or a pipe, at most ``most`` + 1 of them."""
     with open(path, "rb", opener=_without_waiting) as file:
         if stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
             return _pipe_bytes(file.fileno(), most)
@@ -80,12 +76,7 @@ _MOST_LEVELS = 50  # of lists in lists: our own files have about ten; Python's r
 
 
 def json_value(text: str | bytes, **options: Any) -> Any:
-    """The value of a JSON text.
-
-    Args:
-        text: The text.
-        **options: Those of ``json.loads``.
-    """
+    """The value of a JSON text."""
     try:
         value = json.loads(text, **options)
     except RecursionError:

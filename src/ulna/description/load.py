@@ -32,11 +32,6 @@ def load_description(
     """The description, and for a bundled robot its home configuration.
 
     Without ``srdf`` the one that lies beside the URDF is taken (``srdf_beside``); False takes none.
-
-    Raises:
-        FileError: A file cannot be read, or there is no robot of that name.
-        DescriptionError: The description is invalid; the message names the file and, if known, the line.
-        InputError: ``source`` or ``srdf`` is neither a path nor text, or the document has no such xacro argument.
     """
     document, bundled = _document(source, xacro_args, package_dirs)
     description = read_urdf(document)

@@ -16,11 +16,7 @@ _TOLERANCE = 1e-6  # to which a state may repeat what a mimic follows from
 
 
 def matched(srdf: Srdf, description: Description) -> Srdf:
-    """A semantic description without references to names that the robot does not have; ``warnings`` lists those.
-
-    Raises:
-        DescriptionError: A state gives a joint the wrong count of numbers, or no rotation.
-    """
+    """A semantic description without references to names that the robot does not have; ``warnings`` lists those."""
     check = _Check(srdf, description)
     return replace(
         srdf,

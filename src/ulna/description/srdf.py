@@ -16,11 +16,7 @@ _MOST = 2000  # groups, chains and states: resolving them takes their number tim
 
 
 def read_srdf(document: Document) -> Srdf:
-    """The semantic description in an SRDF document, as written: no name in it is looked up.
-
-    Raises:
-        DescriptionError: It is not an SRDF: not XML, a name or a number is missing, two groups or two states have the same name.
-    """
+    """The semantic description in an SRDF document, as written: no name in it is looked up."""
     return _Reader(document.source).srdf(without_namespace(document.root))
 
 

@@ -182,7 +182,7 @@ def bounds_of_q(
     for joint in joints:
         drive = drives[joint.name]
         if joint.mimic is not None and joint.type in _BOUNDED and drive.column is not None and drive.ratio != 0:
-            low, high = _follower_range(bounds_of(joint), drive)
+            low, high = sorted((bound - drive.offset) / drive.ratio for bound in bounds_of(joint))  # of its leader
             narrowed = max(low, bounds[drive.column][0]), min(high, bounds[drive.column][1])
             if narrowed[0] < narrowed[1]:
                 bounds[drive.column] = narrowed
@@ -206,12 +206,6 @@ def soft_bounds(joint: Joint) -> tuple[float, float]:
     if joint.safety is None or joint.safety.soft_lower > upper or joint.safety.soft_upper < lower:
         return lower, upper
     return max(lower, joint.safety.soft_lower), min(upper, joint.safety.soft_upper)
-
-
-def _follower_range(bounds: tuple[float, float], drive: Drive) -> tuple[float, float]:
-    """The positions of its leader at which a joint that mimics it is within some bounds; the ratio is not 0."""
-    low, high = sorted((bound - drive.offset) / drive.ratio for bound in bounds)
-    return low, high
 
 
 def _by_unique_name(description: Description, kind: str, items) -> dict:

@@ -21,11 +21,7 @@ _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 
 
 def read_urdf(document: Document) -> Description:
-    """The description in a URDF document; its folder and its packages are the document's.
-
-    Raises:
-        DescriptionError: It is invalid; the message names the document and the line.
-    """
+    """The description in a URDF document; its folder and its packages are the document's."""
     text = decoded(document)
     return _Reader(document.source).robot(without_namespace(document.root), text, document)
 

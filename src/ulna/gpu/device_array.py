@@ -35,11 +35,7 @@ def is_on_device(array: object) -> bool:
 def as_own(name: str, array: Any) -> Any:
     """An array on the device as Numba's, not copied; one on the host as it is.
 
-    Work on it comes after what its library has begun.
-
-    Args:
-        name: The argument's name.
-        array: On the device it has ``__cuda_array_interface__`` or ``__dlpack__``.
+    On the device it has ``__cuda_array_interface__`` or ``__dlpack__``. Work on it comes after what its library has begun.
     """
     if getattr(array, "__cuda_ndarray__", False):
         return array

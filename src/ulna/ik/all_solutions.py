@@ -40,11 +40,6 @@ class AllSolutions:
         query: The link and the options.
         redundancy: The joint of seven that is held, or ``"elbow"``.
         workers: What computes the branches; the threads of the options unless given.
-
-    Raises:
-        InputError: ``redundancy`` is not a joint of an arm of seven, one without a closed form where it is held, or the arm has
-            no elbow.
-        UnknownNameError: There is no such joint.
     """
 
     __slots__ = ("_elbow", "_family", "_form", "_of_one", "_query", "_run", "_six", "_tables", "_workers", "in_c")

@@ -56,13 +56,7 @@ _DEFAULTS = Options()
 
 
 class InverseKinematics:
-    """The inverse kinematics of one robot. Its methods are named as those of ``Robot``; see there.
-
-    Args:
-        tree: The robot.
-        home: Where a search without a seed starts [rad or m], shape (n_dof,).
-        checker: The robot's collision checker.
-    """
+    """The inverse kinematics of one robot. Its methods are named as those of ``Robot``; see there."""
 
     __slots__ = ("_all_of", "_query", "_solver", "quick", "quick_solutions")
 

@@ -39,10 +39,6 @@ class Query:
         checker: The robot's collision checker, used if a world is given.
         link: The link that is brought to the target.
         options: What the caller chose, checked.
-
-    Raises:
-        InputError: The robot has no joint, or the search cannot take the value of an option.
-        UnknownNameError: There is no such link.
     """
 
     tree: Tree

@@ -53,14 +53,7 @@ class OpenMap:
 
 
 def run_task(path: str, chunks: tuple[int, ...], threads: int | None = None, stop: threading.Event | None = None) -> Outcome:
-    """Compute the chunks that are not there yet, one after the other, and write each.
-
-    Args:
-        path: The map.
-        chunks: Their numbers.
-        threads: How many threads to use; ``threads_of_a_task`` unless given.
-        stop: Ends it between two chunks.
-    """
+    """Compute the chunks that are not there yet, one after the other, and write each; ``stop`` ends it between two."""
     start, poses = time.perf_counter(), 0
     opened = _opened(path, metadata_bytes(Path(path)))
     grid = opened.specification.grid

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ulna.errors import FileError, InputError
 from ulna.reachability.map import ReachabilityMap
 
 _COLORS = "viridis"
@@ -27,16 +24,6 @@ def draw(found: ReachabilityMap) -> Figure:
     _draw_statuses(axes[1, 2], found)
     figure.suptitle(f"{found.attributes['robot']}: {found.link}, {found.grid.n_poses:,} poses")
     return figure
-
-
-def write_figure(found: ReachabilityMap, path: str | Path) -> None:
-    """Write that figure: .png, .svg or .pdf."""
-    try:
-        draw(found).savefig(path, dpi=120)
-    except ValueError as error:
-        raise InputError("out", str(error)) from None
-    except OSError as error:
-        raise FileError(str(path), error.strerror or str(error)) from None
 
 
 def _centre(found: ReachabilityMap) -> tuple[float, float, float]:

@@ -60,12 +60,6 @@ class Compiler:
             question: The function. It is called again in the thread that compiles, so it must have no side effects.
             arguments: Its arguments.
             options: Its keyword arguments.
-
-        Returns:
-            Its result, or None.
-
-        Raises:
-            Exception: What the function raises; also if it has failed in the other thread before.
         """
         if name in self.names:
             return None
@@ -144,12 +138,7 @@ _FAR = 1e3  # [m] out of reach: finding the reason for that has kernels of its o
 
 
 def rehearsals(robot: Robot, *, checked: bool) -> Iterator[tuple[str, Callable[[], object]]]:
-    """The calls, each with a name that the page shows; those that are needed first come first.
-
-    Args:
-        robot: The robot of the page.
-        checked: Whether its shapes can be checked for collisions.
-    """
+    """The calls, each with a name that the page shows; those that are needed first come first."""
     world = World()
     world.add("ball", Sphere(1.0), pose((_FAR, 0.0, 0.0)))
     if robot.n_dof:

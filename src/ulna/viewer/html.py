@@ -1,11 +1,11 @@
 """Writes the HTML of the panel: text with a coloured mark, lists, the tree, tables of numbers."""
 
 import html
-from collections import defaultdict
 from collections.abc import Iterable
 from typing import NamedTuple
 
 from ulna.description.robot_description import Joint, JointType
+from ulna.description.structure import joints_from_root
 from ulna.robot import Robot
 from ulna.viewer.palette import Color
 from ulna.viewer.session.ellipsoid import Mobility
@@ -88,12 +88,8 @@ class Branch(NamedTuple):
 
 def outline(robot: Robot) -> list[Branch]:
     """The links depth first, in the order of the description."""
-    carried: defaultdict[str, list[Joint]] = defaultdict(list)
-    for joint in robot.description.joints:
-        carried[joint.parent].append(joint)
-    lines, waiting = [], [Branch(0, robot.base, None)]
-    while waiting:
-        line = waiting.pop()
-        lines.append(line)
-        waiting += [Branch(line.depth + 1, joint.child, joint) for joint in reversed(carried[line.link])]
+    depths, lines = {robot.base: 0}, [Branch(0, robot.base, None)]
+    for joint in joints_from_root(robot.description):
+        depths[joint.child] = depths[joint.parent] + 1
+        lines.append(Branch(depths[joint.child], joint.child, joint))
     return lines

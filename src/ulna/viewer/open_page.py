@@ -54,14 +54,9 @@ def view(
         ...     view.url
         'http://127.0.0.1:...'
     """
-    shown = _view_class()(robot, world, q=q, host=host, port=port, origins=tuple(origins), steer=steer)
+    with needs_extra("the view", "viewer", "viser", "trimesh"):
+        from ulna.viewer.view import View  # noqa: PLC0415 -- needs the extra
+    shown = View(robot, world, q=q, host=host, port=port, origins=tuple(origins), steer=steer)
     if open_browser:
         shown.page.open()
     return shown
-
-
-def _view_class() -> type[View]:
-    """The class of the page, which needs the extra ``viewer``."""
-    with needs_extra("the view", "viewer", "viser", "trimesh"):
-        from ulna.viewer.view import View  # noqa: PLC0415 -- needs the extra
-    return View

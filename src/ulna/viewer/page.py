@@ -29,9 +29,6 @@ class Page:
         url: The address of the page.
         dark: Whether it is dark; at first as the browser prefers in which it is first opened.
         floor: The floor, whose lines are darker on a dark page; None until it is set.
-
-    Raises:
-        InputError: The address cannot be listened on.
     """
 
     def __init__(self, host: str = HOST, port: int = 8080, *, title: str = "Ulna", origins: Collection[str] = ()) -> None:

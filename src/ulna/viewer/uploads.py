@@ -30,11 +30,6 @@ def shapes_of_file(
         scale: The unit of the file [m].
         pieces: Whether a mesh is decomposed into convex pieces, which takes seconds to minutes; else its convex hull is taken.
         announce: Called with a message before a decomposition.
-
-    Raises:
-        FileError: The format is not known, or the file cannot be read, is too long or has too many points.
-        InputError: It reaches farther than shapes may, or a point is infinite.
-        MissingExtraError: What reads meshes is not installed, or what decomposes them.
     """
     ending = Path(name).suffix.lower()
     if len(content) > MOST_BYTES:

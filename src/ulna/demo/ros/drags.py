@@ -58,11 +58,7 @@ class Step:
 
 
 def steps(n_frames: int) -> Iterator[Step | None]:
-    """A step for each frame; None where the pointer does nothing.
-
-    Args:
-        n_frames: How many frames there are, at least three for each drag.
-    """
+    """A step for each frame, at least three for each drag; None where the pointer does nothing."""
     box, done, ends = np.array(BOX_START), 0, 0.0
     for drag in DRAGS:
         axis, start = np.array(_AXES[drag.axis]), box

@@ -31,12 +31,7 @@ _LOOK_FOR_MASTER_S = 1.0
 
 
 class ArmAndLight:
-    """Publishes the joints and the contacts of the arm; subscribes to the pose of the box.
-
-    Args:
-        demo: The arm and the box.
-        ask: Calls functions, by ``Compiler.ask``.
-    """
+    """Publishes the joints and the contacts of the arm; subscribes to the pose of the box."""
 
     def __init__(self, demo: Demo, ask: Callable[..., Any]) -> None:
         self.robot = demo.robot
@@ -119,11 +114,7 @@ def hold_arm(q: NDArray[np.float64]) -> None:
 
 
 def show_solids(make: Callable[[], Mapping[str, Sequence[Solid]]]) -> None:
-    """Publish static solids, by the namespaces in which RViz lists them, and a legend, until the node is ended.
-
-    Args:
-        make: Returns them, at least one in each group.
-    """
+    """Publish static solids, by the namespaces in which RViz lists them, and a legend, until the node is ended."""
     with node_compiler() as compiler, node("collision_boxes") as ended:
         publisher = rospy.Publisher("visualization_marker", Marker, queue_size=_QUEUE)
 

@@ -38,12 +38,7 @@ _QUEUE = 30  # messages
 
 
 class DemoNode(Node):
-    """Publishes the joints, the light and the boxes, offers the handles of the box, and follows a drag.
-
-    Args:
-        demo: The arm and the box.
-        ask: Calls functions, by ``Compiler.ask``.
-    """
+    """Publishes the joints, the light and the boxes, offers the handles of the box, and follows a drag."""
 
     def __init__(self, demo: Demo, ask: Callable[..., Any]) -> None:
         super().__init__("ulna_demo")

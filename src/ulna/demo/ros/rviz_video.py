@@ -48,14 +48,7 @@ _T = TypeVar("_T")
 
 
 def record_rviz(path: Path, seconds: float, compiler: Compiler, tell: Callable[[int], object] = lambda _: None) -> None:
-    """Record the demo in RViz as an .mp4 of ten pictures a second, and end everything that was started.
-
-    Args:
-        path: The file.
-        seconds: The length of the video [s].
-        compiler: Compiles what the demo needs.
-        tell: Called with the number of pictures done so far.
-    """
+    """Record the demo in RViz as an .mp4 of ten pictures a second, and end everything that was started."""
     if path.suffix.lower() != ".mp4":
         raise InputError("path", f"{path.name!r}; RViz is recorded as an .mp4")
     if not LEAST_SECONDS <= seconds <= 3600.0:

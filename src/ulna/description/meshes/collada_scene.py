@@ -20,11 +20,7 @@ _NUMBERS = {"matrix": 16, "translate": 3, "scale": 3, "rotate": 4, "lookat": 9, 
 
 
 class Scene:
-    """The scene of a document.
-
-    Raises:
-        ValueError: The document has no scene, or one that cannot be read.
-    """
+    """The scene of a document."""
 
     def __init__(self, root: etree._Element) -> None:
         shown = [_target(one) for one in root.iterfind("{*}scene/{*}instance_visual_scene")]

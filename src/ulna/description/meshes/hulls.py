@@ -86,13 +86,7 @@ def _with_shapes(link: Link, files: MeshFiles, shapes_of: ShapesOf) -> Link:
 
 
 def hull_of(path: Path, scale: Scale) -> ConvexMesh:
-    """The hull of a mesh file, cached by the file's content. A flat mesh, which has no volume, keeps all its points.
-
-    Raises:
-        FileError: It cannot be read.
-        InputError: It reaches farther than shapes may.
-        MissingExtraError: The libraries that read meshes and find hulls are not installed.
-    """
+    """The hull of a mesh file, cached by the file's content. A flat mesh, which has no volume, keeps all its points."""
     reader, data = mesh_reader(), checked_bytes(path)
     key = hashlib.sha256(data).digest(), path.suffix.lower(), scale
     with _lock:
@@ -120,11 +114,7 @@ def checked_bytes(path: Path) -> bytes:
 
 @cache
 def mesh_reader():
-    """The module ``reader``, imported when first needed, since it imports trimesh.
-
-    Raises:
-        MissingExtraError: trimesh, pycollada or SciPy is not installed.
-    """
+    """The module ``reader``, imported when first needed, since it imports trimesh."""
     with needs_extra("reading meshes", "hulls", "trimesh", "collada", "scipy"):
         import scipy.spatial  # noqa: F401
 
