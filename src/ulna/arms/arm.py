@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.description.table_file import write_table
+from ulna.description.file_bytes import write_table
 from ulna.errors import InputError
 from ulna.planning.trajectory import Trajectory
 

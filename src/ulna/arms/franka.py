@@ -88,17 +88,10 @@ class Franka:
             return np.array(self._robot.read_once().q)
 
     def run(self, motion: Trajectory, *, speed: float = 1.0) -> Record:
-        """Follow a motion at 1 kHz, and return when it has ended or ``stop`` was called.
+        """Follow a motion at 1 kHz, and return when it has ended or ``stop`` was called; see ``Arm.run``.
 
         First the arm moves to the motion's start, in 0.2 s, from where the controller commands it to be: at most twice
         ``start_tolerance`` away.
-
-        Args:
-            motion: A motion with limits of jerk, from where the arm is.
-            speed: The share of the motion's speed, above 0 and at most 1: 0.5 takes twice as long along the same path.
-
-        Returns:
-            The commands and the measured positions.
 
         Raises:
             InputError: The motion or the speed is refused. The arm has not moved.

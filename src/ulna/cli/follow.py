@@ -15,7 +15,7 @@ from ulna.cli.options import AnyRobot, Link
 from ulna.cli.output import Output, PlotFile, attributes, joint_columns, limit, make_table, number, write_figure
 from ulna.cli.rows import read_poses
 from ulna.cli.targets import StartQ
-from ulna.description.table_file import write_table
+from ulna.description.file_bytes import write_table
 from ulna.errors import needs_extra
 from ulna.ik.followed_path import FollowedPath
 from ulna.robot import Robot

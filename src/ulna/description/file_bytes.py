@@ -1,4 +1,4 @@
-"""Reads and writes the bytes of files, and reads JSON from an untrusted source.
+"""Reads and writes the bytes of files, writes tables of numbers, and reads JSON from an untrusted source.
 
 Reading a pipe without a writer ends after a time limit. A file is written completely or not at all.
 """
@@ -8,8 +8,14 @@ import os
 import select
 import stat
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.errors import FileError
 
 PIPE_PATIENCE_S = 10.0
 _AT_ONCE = 1 << 20
@@ -52,6 +58,15 @@ def write_whole(path: Path, content: bytes) -> None:
         beside.replace(target)
     finally:
         beside.unlink(missing_ok=True)
+
+
+def write_table(path: str | Path, names: Sequence[str], rows: NDArray[np.float64]) -> None:
+    """Write a line of names, then a line for each row, shape (n, k), every number with all of its digits."""
+    lines = [",".join(names), *(",".join(map(repr, row)) for row in rows.tolist())]
+    try:
+        Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise FileError(str(path), error.strerror or str(error)) from None
 
 
 def _without_waiting(path: str, flags: int) -> int:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_floats, as_number, positive
-from ulna.description.table_file import write_table
+from ulna.description.file_bytes import write_table
 from ulna.errors import InputError, needs_extra
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.averaged import Averaged

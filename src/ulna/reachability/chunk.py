@@ -25,8 +25,7 @@ from ulna.engine.threads import VARIABLE, default_threads
 from ulna.errors import FileError
 from ulna.reachability.model import robot_from_json
 from ulna.reachability.specification import Specification
-from ulna.reachability.store import is_done, metadata_bytes, read_specification, variables
-from ulna.reachability.stored import open_arrays
+from ulna.reachability.store import is_done, metadata_bytes, open_arrays, read_specification, variables
 from ulna.reachability.verdicts import REACHED, verdicts
 from ulna.robot import Robot
 

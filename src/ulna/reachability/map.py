@@ -20,8 +20,15 @@ from ulna.reachability.grid import Grid, Region, nearest_orientation
 from ulna.reachability.model import robot_from_json, robot_to_json
 from ulna.reachability.placement import BasePlacement, around_base, base_placements
 from ulna.reachability.specification import Specification
-from ulna.reachability.store import attributes_at, read_specification, zarr_package
-from ulna.reachability.stored import check_chunks, open_arrays, read_verdicts, unreadable
+from ulna.reachability.store import (
+    attributes_at,
+    check_chunks,
+    open_arrays,
+    read_specification,
+    read_verdicts,
+    unreadable,
+    zarr_package,
+)
 from ulna.reachability.verdicts import NEVER, NUMBERS, REACHED
 from ulna.robot import Robot
 
