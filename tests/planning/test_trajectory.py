@@ -12,9 +12,9 @@ import ulna
 from ulna.drivers import time_parameterisation
 from ulna.errors import FileError, InputError
 from ulna.planning.averaged import bounds_of_acceleration, timed_path
-from ulna.planning.blend import CHORDS, free_cuts, rounded
+from ulna.planning.blend import CHORDS, edges_of, free_cuts, rounded
 from ulna.planning.timing import Limits, fastest, grid_of
-from ulna.planning.trajectory import make_trajectory
+from ulna.planning.trajectory import Trajectory
 
 NAMES = tuple("abcdefg")
 
@@ -25,16 +25,29 @@ def random_path(rng, n=5):
 
 
 def random_pieces(rng, n=5, blend=0.2):
-    path, lengths = random_path(rng, n)
-    return rounded(path, lengths, free_cuts(path, lengths, blend, anything))
+    edges = edges_of(*random_path(rng, n))
+    return rounded(edges, free_cuts(edges, blend, of_paths(anything)))
 
 
 def anything(*_):
     return True
 
 
+def of_paths(is_free):
+    """How many of some paths are free, by a function of one."""
+
+    def n_free(paths, spreads):
+        for k, one in enumerate(zip(paths, spreads, strict=True)):
+            if not is_free(*one):
+                return k
+        return len(paths)
+
+    return n_free
+
+
 def timed(path, lengths, blend, *limits, is_free=anything):
-    return make_trajectory(timed_path(path, lengths, blend, Limits(*limits), is_free), NAMES[: path.shape[1]], certified=True)
+    timed = timed_path(path, lengths, blend, Limits(*limits), of_paths(is_free))
+    return Trajectory(True, NAMES[: path.shape[1]], timed)
 
 
 @pytest.mark.parametrize("blend", [0.0, 0.03, 0.2, 5.0])
@@ -227,11 +240,12 @@ def test_a_corner_that_cannot_be_rounded_is_a_stop(panda):
     asked = []
 
     def never(points, spreads):
-        asked.append((points, spreads))
+        asked.append((points.copy(), spreads.copy()))
         return False
 
-    assert not free_cuts(path, lengths, 0.1, never).any()
-    assert rounded(path, lengths, np.zeros(3)).borders.tolist() == [0, 1, 2]
+    edges = edges_of(path, lengths)
+    assert not free_cuts(edges, 0.1, of_paths(never)).any()
+    assert rounded(edges, np.zeros(3)).borders.tolist() == [0, 1, 2]
     assert len(asked) == 4  # halved three times
     for points, spreads in asked:  # the parabola lies within the spread of its chords
         t = np.linspace(0, 1, 101)[:, None]
@@ -242,6 +256,42 @@ def test_a_corner_that_cannot_be_rounded_is_a_stop(panda):
         )
         parts = np.concatenate([curve[k * 25 : k * 25 + 26] for k in range(4)])
         assert (np.abs(chords - parts) <= np.repeat(spreads, 26, axis=0)).all()
+
+
+def test_corners_that_are_certified_together_are_cut_as_each_alone(rng):
+    """More corners than one call takes, of which every third is free only where its rounding is short."""
+    path, lengths = random_path(rng, 200)
+    edges, asked = edges_of(path, lengths), []
+
+    def short_is_free(points, _spreads):
+        k = int(np.argmin(np.linalg.norm(path - points[CHORDS // 2], axis=1)))
+        return k % 3 or np.linalg.norm(points[0] - path[k]) < 0.15 / (1 + k % 7)
+
+    def n_free(paths, spreads):
+        asked.append(len(paths))
+        return of_paths(short_is_free)(paths, spreads)
+
+    cuts = free_cuts(edges, 0.2, n_free)
+    for k in range(1, len(path) - 1):
+        alone = edges_of(path[k - 1 : k + 2], lengths[k - 1 : k + 1])
+        assert free_cuts(alone, 0.2, of_paths(short_is_free))[1] == cuts[k]
+    assert (cuts[1:-1] == 0.0).any()
+    assert 1 < max(asked) < len(path) - 2
+
+
+def test_paths_are_free_together_where_each_is_and_not_between_them(panda, plan):
+    motion = plan._motion
+    rng, touching = np.random.default_rng(5), np.array([0.0, 0.5, 0, -1.5, 0, 2, 0.8])  # at the post
+    at = plan.at(np.linspace(0, 1, 40))
+    paths = np.stack([at[rng.integers(38) + np.arange(3)] for _ in range(12)])  # from each to the next is through the post
+    spreads = np.full((12, 2, 7), 1e-6)
+    alone = [motion.is_free(*one) for one in zip(paths, spreads, strict=True)]
+    assert all(alone)
+    assert motion.n_free(paths, spreads) == 12
+    paths[7, 1] = touching
+    assert panda.in_collision(touching, motion.world)
+    assert motion.n_free(paths, spreads) == 7
+    assert motion.n_free(paths[:7], spreads[:7]) == 7
 
 
 def test_a_table_has_a_row_for_each_moment(plan, tmp_path):

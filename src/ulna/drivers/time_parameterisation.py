@@ -36,6 +36,13 @@ def least_window(times, lows, highs, jerk_limits, rests, window):
     return True
 
 
+@entry((NUMBERS, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS, MATRIX, MATRIX))
+def bounds_of_acceleration(times, slopes, bends, steps, speeds, rates, lows, highs):
+    """Write the least and the greatest acceleration in each interval, shape (N, n_dof); always True."""
+    moving_average.write_bounds_of_acceleration(times, slopes, bends, steps, speeds, rates, lows, highs)
+    return True
+
+
 @entry((NUMBERS, NUMBERS, INDICES, NUMBER, NUMBERS))
 def coasts(steps, x, rests, window, ceilings):
     """Lower the ceilings of the speed so that it does not change from growing to falling at once; always True."""

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
-from ulna.planning.blend import ON_PATH, Beside, Grid, IsFree, directions_and_turns, free_cuts, rounded
+from ulna.planning.blend import ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
 from ulna.planning.timing import (
     AT_REST,
     Limits,
@@ -158,12 +158,8 @@ class Averaged:
 
     @property
     def leaves_by(self) -> float:
-        """How far it may leave the path of its base in an entry of q [rad or m].
-
-        A mean over w differs from the middle of its window by at most a w^2 / 24, a being the greatest acceleration there. On a
-        line it is on the line.
-        """
-        return max((float(span.acceleration.max()) for span in self._spans), default=0.0) * self.window**2 / 24
+        """How far it may leave the path of its base in an entry of q [rad or m]. On a line it is on the line."""
+        return max((mean_leaves_by(span.acceleration, self.window) for span in self._spans), default=0.0)
 
     @property
     def reach(self) -> float:
@@ -173,12 +169,12 @@ class Averaged:
     def corners_not_free(self, is_free: IsFree) -> list[int]:
         """The parabolas of the path, counted from 0, about which the motion is not free.
 
-        is_free: whether some edges, and what lies within so much of each in each entry of q, are free.
+        is_free: as of ``timed_path``.
         """
         found = []
         for span in self._spans:
             times, spreads = span.chords(span.begin)
-            if not is_free(self.at(times).q, spreads):
+            if not is_path_free(is_free, self.at(times).q, spreads):
                 found += range(span.first, span.last + 1)
         return found
 
@@ -213,43 +209,44 @@ def timed_path(
     leave the path in each entry of q [rad or m]. A parabola leaves it by at most half of that, and the mean leaves the parabola
     by at most the other half.
     """
-    velocity, acceleration, jerk = limits
+    (velocity, acceleration, jerk), edges = limits, edges_of(path, lengths)
     if jerk is None:
-        pieces = rounded(path, lengths, free_cuts(path, lengths, blend, is_free, within))
+        pieces = rounded(edges, free_cuts(edges, blend, is_free, within))
         return fastest(grid_of(pieces), velocity, acceleration, speeds)
-    beside = _expected(path, lengths, velocity, acceleration, jerk)
-    cuts = free_cuts(path, lengths, blend, is_free, 0.5 * within, beside)
-    if np.count_nonzero(cuts) < np.count_nonzero(directions_and_turns(path, lengths)[1]):
-        beside, cuts = ON_PATH, free_cuts(path, lengths, blend, is_free, 0.5 * within)
+    beside = _expected(edges, velocity, acceleration, jerk)
+    cuts = free_cuts(edges, blend, is_free, 0.5 * within, beside)
+    if np.count_nonzero(cuts) < np.count_nonzero(edges.turns):
+        beside, cuts = ON_PATH, free_cuts(edges, blend, is_free, 0.5 * within)
     halvings = np.zeros(len(cuts), dtype=int)
     moves = speeds != AT_REST
     while cuts.any() or moves:
-        motion = _near(rounded(path, lengths, cuts), velocity, acceleration, jerk, 0.5 * within, speeds)
+        motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, 0.5 * within, speeds)
         if motion is None and moves:
             return None
         if motion is None:
             cuts[:] = 0.0
             break
-        is_covered = not halvings.any() and motion.leaves_by <= beside.by and motion.reach <= beside.reach
+        by = mean_leaves_by(acceleration, motion.window)
+        is_covered = not halvings.any() and by <= beside.by and motion.reach <= beside.reach
         corners = np.flatnonzero(cuts)[[] if is_covered else motion.corners_not_free(is_free)]
         if not len(corners):
             return motion
         halvings[corners] += 1
         cuts[corners] = np.where(halvings[corners] > _HALVINGS, 0.0, 0.5 * cuts[corners])
-    return along_lines(rounded(path, lengths, cuts), velocity, acceleration, jerk)
+    return along_lines(rounded(edges, cuts), velocity, acceleration, jerk)
 
 
-def _expected(path: Array, lengths: Array, velocity: Array, acceleration: Array, jerk: Array) -> Beside:
+def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -> Beside:
     """How far the mean is expected to leave the path, which is then certified with its corners; 0 where that is far.
 
     The acceleration may change at once from the least to the greatest, so the window is expected to be 2 a / j long.
     """
     window = 2.0 * float((acceleration / jerk).max()) * (1 + 1e-5)
-    by = float(acceleration.max()) * window**2 / 24
+    by = mean_leaves_by(acceleration, window)
     if by > _MOST_EXPECTED:
         return ON_PATH
     with np.errstate(divide="ignore"):
-        speeds = (velocity / np.abs(directions_and_turns(path, lengths)[0])).min(axis=1)
+        speeds = (velocity / np.abs(edges.directions)).min(axis=1)
     return Beside(by, 0.5 * window * _FASTER * float(speeds.max()))
 
 
@@ -258,7 +255,7 @@ def _near(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, withi
     share = 1.0
     for _ in range(_MOST_SHARES):
         motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds)
-        if motion is None or motion.leaves_by <= within:
+        if motion is None or math.isinf(within) or motion.leaves_by <= within:
             return motion
         share *= min(0.95, max(0.5, (within / motion.leaves_by) ** (1 / 3)))  # the window grows with the acceleration
     return None
@@ -342,13 +339,16 @@ def least_window_of(motion: TimedPath, jerk: Array, least: float = _LEAST_WINDOW
 
 
 def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
-    """The least and the greatest acceleration in each interval, shape (n, n_dof): between its ends it is linear in s."""
-    grid, (times, speeds, rates, _) = motion
-    late = speeds + rates * np.diff(times)
-    bends, slopes = grid.bends, grid.slopes + grid.steps[:, None] * grid.bends
-    first = grid.slopes * rates[:, None] + bends * speeds[:, None] ** 2
-    last = slopes * rates[:, None] + bends * late[:, None] ** 2
-    return np.minimum(first, last), np.maximum(first, last)
+    """The least and the greatest acceleration in each interval, shape (n, n_dof)."""
+    (_, slopes, bends, steps, _), (times, speeds, rates, _) = motion
+    lows, highs = np.empty_like(slopes), np.empty_like(slopes)
+    time_parameterisation.bounds_of_acceleration(times, slopes, bends, steps, speeds, rates, lows, highs)
+    return lows, highs
+
+
+def mean_leaves_by(acceleration: Array, window: float) -> float:
+    """How far a mean over a time differs at most from the middle of its window: a w^2 / 24."""
+    return float(acceleration.max()) * window**2 / 24
 
 
 def with_pauses(motion: TimedPath, pause: float, end: float = 0.0) -> TimedPath:
@@ -357,19 +357,22 @@ def with_pauses(motion: TimedPath, pause: float, end: float = 0.0) -> TimedPath:
     end: the speed at its end, ds/dt.
     """
     grid, profile = motion
-    last = motion.at(motion.times[-1:])
-    q, zeros = np.vstack([grid.starts, last.q])[grid.borders], np.zeros((len(grid.borders), grid.starts.shape[1]))
-    slopes, speeds = zeros.copy(), np.zeros(len(grid.borders))
+    ends = np.vstack([grid.starts, end_of(grid)])[grid.borders]
+    slopes, speeds = np.zeros_like(ends), np.zeros(len(grid.borders))
     speeds[0], speeds[-1] = profile.speeds[0], end
     slopes[0], slopes[-1] = grid.slopes[0] * (speeds[0] > 0.0), grid.slopes[-1] * (end > 0.0)
-    q[0] -= pause * speeds[0] * slopes[0]
+    ends[0] -= pause * speeds[0] * slopes[0]
+    rests = grid.borders + np.arange(len(grid.borders))
+    moving = np.ones(len(grid.steps) + len(rests), dtype=bool)
+    moving[rests] = False
 
     def with_rests(rows: Array, at_rest: Array | float) -> Array:
-        return np.insert(rows, grid.borders, at_rest, axis=0)
+        longer = np.empty((len(moving), *rows.shape[1:]))
+        longer[moving], longer[rests] = rows, at_rest
+        return longer
 
-    borders = grid.borders + np.arange(len(grid.borders))
-    path = with_rests(grid.starts, q), with_rests(grid.slopes, slopes), with_rests(grid.bends, zeros)
+    path = with_rests(grid.starts, ends), with_rests(grid.slopes, slopes), with_rests(grid.bends, 0.0)
     steps = with_rests(grid.steps, pause * speeds)
     times = np.concatenate([[0.0], np.cumsum(with_rests(np.diff(profile.times), pause))])
     rates = (with_rests(rows, 0.0) for rows in profile[2:])
-    return TimedPath(Grid(*path, steps, borders), Profile(times, with_rests(profile.speeds, speeds), *rates))
+    return TimedPath(Grid(*path, steps, rests), Profile(times, with_rests(profile.speeds, speeds), *rates))

@@ -13,10 +13,15 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 CHORDS = 4  # along which a parabola is certified
+_T = np.linspace(0.0, 1.0, CHORDS + 1)
+_BERNSTEIN = np.stack([(1 - _T) ** 2, 2 * _T * (1 - _T), _T**2], axis=1)  # at the ends of the chords
 _HALVINGS = 3  # how often a rounding that is not free is halved; then the motion stops at the corner
 _MOST = 0.49995  # of an edge: what is left between two roundings is not so short that rounding errors matter in its times
 _STRAIGHT = 1e-12  # of the directions of two edges: no corner
-IsFree = Callable[[Array, Array], bool]
+_AT_ONCE = 64  # corners that are certified by one call
+IsFree = Callable[[Array, Array], int]
+"""How many of some paths, points of shape (m, n, n_dof), are free from the first on, with all that is within ``spreads``, shape
+(m, n - 1, n_dof), of their edges in each entry of q."""
 
 
 class Grid(NamedTuple):
@@ -45,63 +50,91 @@ class Beside(NamedTuple):
 ON_PATH = Beside(0.0, 0.0)
 
 
-def free_cuts(
-    path: Array, lengths: Array, blend: float, is_free: IsFree, within: float = np.inf, beside: Beside = ON_PATH
-) -> Array:
+class Edges(NamedTuple):
+    """A path and its edges."""
+
+    path: Array
+    """Shape (n, n_dof), n >= 2."""
+    lengths: Array
+    """Above 0, shape (n - 1,)."""
+    directions: Array
+    """Shape (n - 1, n_dof)."""
+    turns: Array
+    """How much an entry of the directions changes at most at each point, shape (n,): 0 where it goes straight on."""
+
+
+def edges_of(path: Array, lengths: Array) -> Edges:
+    """The edges of a path, shape (n, n_dof), which are so long."""
+    directions, turns = np.diff(path, axis=0) / lengths[:, None], np.zeros(len(path))
+    turns[1:-1] = np.abs(np.diff(directions, axis=0)).max(axis=1)
+    return Edges(path, lengths, directions, np.where(turns > _STRAIGHT, turns, 0.0))
+
+
+def free_cuts(edges: Edges, blend: float, is_free: IsFree, within: float = np.inf, beside: Beside = ON_PATH) -> Array:
     """How much of its two edges the rounding of each point of a path takes, shape (n,): as much as is free, 0 where none is.
 
-    path: (n, n_dof), n >= 2; lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes;
-    is_free: whether some chords, and what lies within so much of each in each entry of q, are free; within: how far a rounding
-    may leave the path in an entry of q. In the middle it does so by b (e - d) / 4. beside: what is free about each rounding too.
+    blend: the greatest length of an edge that a rounding takes; within: how far a rounding may leave the path in an entry of
+    q. In the middle it does so by b (e - d) / 4. beside: what is free about each rounding too.
     """
-    directions, turns = directions_and_turns(path, lengths)
-    cuts = np.zeros(len(path))
-    for k in np.flatnonzero(turns).tolist() if blend > 0.0 else ():
-        most = min(blend, _MOST * lengths[k - 1], _MOST * lengths[k], 4 * within / turns[k])
-        cuts[k] = _cut(path[k], directions[k - 1 : k + 1], lengths[k - 1 : k + 1], most, is_free, beside)
+    cuts, lengths = np.zeros(len(edges.path)), edges.lengths
+    corners = np.flatnonzero(edges.turns) if blend > 0.0 else np.zeros(0, dtype=np.int64)
+    most = _MOST * np.minimum(lengths[corners - 1], lengths[corners])
+    most = np.minimum(np.minimum(blend, most), 4 * within / edges.turns[corners])
+    points, spreads = _chords(edges, corners, most, beside)
+    halvings, now = 0, 0
+    while now < len(corners):
+        until = min(now + _AT_ONCE, len(corners))
+        n_free = is_free(points[now:until], spreads[now:until])
+        now, halvings = now + n_free, halvings * (not n_free)
+        if now < until:
+            halvings += 1
+            most[now] *= 0.5 * (halvings <= _HALVINGS)
+            if halvings > _HALVINGS:
+                now, halvings = now + 1, 0
+            else:
+                points[now : now + 1], spreads[now : now + 1] = _chords(edges, corners[[now]], most[[now]], beside)
+    cuts[corners] = most
     return cuts
 
 
-def directions_and_turns(path: Array, lengths: Array) -> tuple[Array, Array]:
-    """The directions of a path's edges, shape (n - 1, n_dof), and how much an entry of them changes at most at each point, (n,).
-
-    It is 0 at both ends, and where the path goes straight on.
-    """
-    directions, turns = np.diff(path, axis=0) / lengths[:, None], np.zeros(len(path))
-    turns[1:-1] = np.abs(np.diff(directions, axis=0)).max(axis=1)
-    return directions, np.where(turns > _STRAIGHT, turns, 0.0)
-
-
-def rounded(path: Array, lengths: Array, cuts: Array) -> Grid:
+def rounded(edges: Edges, cuts: Array) -> Grid:
     """The lines and parabolas of a path with rounded corners; at a corner whose cut is 0 the motion stops."""
-    directions, turns = directions_and_turns(path, lengths)
-    rows: list[tuple[Array, Array, Array, float, bool]] = []
-    zero = np.zeros(path.shape[1])
-    for k, (direction, length) in enumerate(zip(directions, lengths, strict=True)):
-        left = length - cuts[k] - cuts[k + 1]
-        last = k == len(directions) - 1
-        stops = last or (turns[k + 1] > 0.0 and not cuts[k + 1])
-        rows.append((path[k] + cuts[k] * direction, direction, zero, left, stops))
-        if cuts[k + 1]:
-            bend = (directions[k + 1] - direction) / (2 * cuts[k + 1])
-            rows.append((path[k + 1] - cuts[k + 1] * direction, direction, bend, 2 * cuts[k + 1], False))
-    starts, slopes, bends, sizes, at_rest = zip(*rows, strict=True)
-    borders = np.concatenate([[0], np.flatnonzero(at_rest) + 1])
-    return Grid(np.array(starts), np.array(slopes), np.array(bends), np.array(sizes), borders)
+    path, lengths, directions, turns = edges
+    inner, n = cuts[1:-1], 2 * len(lengths) - 1
+    starts, slopes, bends, steps = (np.zeros((n, *each.shape[1:])) for each in (path, path, path, lengths))
+    is_cut, stops = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
+    is_cut[1::2] = inner > 0.0
+    starts[::2], starts[1::2] = path[:-1] + cuts[:-1, None] * directions, path[1:-1] - inner[:, None] * directions[:-1]
+    slopes[::2], slopes[1::2] = directions, directions[:-1]
+    bends[1::2] = np.diff(directions, axis=0) / np.where(inner > 0.0, 2 * inner, 1.0)[:, None]
+    steps[::2], steps[1::2] = lengths - cuts[:-1] - cuts[1:], 2 * inner
+    stops[:-1:2], stops[-1] = (turns[1:-1] > 0.0) & (inner == 0.0), True
+    borders = np.concatenate([[0], np.flatnonzero(stops[is_cut]) + 1])
+    return Grid(starts[is_cut], slopes[is_cut], bends[is_cut], steps[is_cut], borders)
 
 
-def _cut(corner: Array, directions: Array, lengths: Array, most: float, is_free: IsFree, beside: Beside) -> float:
-    """The length of a rounding between two edges that is free; 0 if none is."""
-    t, (before, behind) = np.linspace(0.0, 1.0, CHORDS + 1)[:, None], directions
-    for halving in range(_HALVINGS + 1):
-        b = most * 0.5**halving
-        points = (1 - t) ** 2 * (corner - b * before) + 2 * t * (1 - t) * corner + t**2 * (corner + b * behind)
-        spread = np.abs(b * (behind - before)) / (4 * CHORDS**2)  # h^2 / 4 of the second difference of the control points
-        spreads = np.tile(spread * (1 + 1e-9), (CHORDS, 1))
-        if beside.reach:
-            far = np.minimum(b + beside.reach, lengths)
-            points = np.vstack([corner - far[0] * before, points, corner + far[1] * behind])
-            spreads = np.vstack([np.zeros_like(spread), spreads, np.zeros_like(spread)]) + beside.by
-        if is_free(points, spreads):
-            return b
-    return 0.0
+def is_path_free(is_free: IsFree, points: Array, spreads: Array) -> bool:
+    """Whether one path is free: points of shape (n, n_dof), spreads of shape (n - 1, n_dof)."""
+    return is_free(points[None], spreads[None]) > 0
+
+
+def end_of(path: Grid) -> Array:
+    """Where a path ends, shape (n_dof,)."""
+    return path.starts[-1] + path.steps[-1] * (path.slopes[-1] + 0.5 * path.steps[-1] * path.bends[-1])
+
+
+def _chords(edges: Edges, corners: NDArray[np.int64], cuts: Array, beside: Beside) -> tuple[Array, Array]:
+    """The chords of roundings that take so much of their edges, and of the lines about them that the motion may leave.
+
+    Their points, shape (n, k + 1, n_dof), and how far beside each all is to be free, shape (n, k, n_dof).
+    """
+    corner, b = edges.path[corners, None], cuts[:, None, None]
+    before, behind = edges.directions[corners - 1, None], edges.directions[corners, None]
+    points = _BERNSTEIN @ np.concatenate([corner - b * before, corner, corner + b * behind], axis=1)
+    spread = np.abs(b * (behind - before)) / (4 * CHORDS**2)  # h^2 / 4 of the second difference of the control points
+    spreads = np.repeat(spread * (1 + 1e-9), CHORDS, axis=1)
+    if beside.reach:
+        first, last = (np.minimum(cuts + beside.reach, edges.lengths[k])[:, None, None] for k in (corners - 1, corners))
+        points = np.concatenate([corner - first * before, points, corner + last * behind], axis=1)
+        spreads = np.concatenate([np.zeros_like(spread), spreads, np.zeros_like(spread)], axis=1) + beside.by
+    return points, spreads

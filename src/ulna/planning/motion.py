@@ -52,22 +52,35 @@ class EdgeChecker(NamedTuple):
         settings[layout.BOUND] = bound
         return self._replace(settings=settings, space=self.space.within(bound, start, goals))
 
-    def checked(self, waypoints: Array, spreads: Array | None = None, *, shorten: bool = False) -> Array | None:
-        """A path (n, n_dof), shortened or as it is, if each of its edges is free; else None.
+    def checked(self, waypoints: Array, *, shorten: bool = False) -> Array | None:
+        """A path (n, n_dof), shortened or as it is, if each of its edges is free; else None."""
+        path, state = self._path(waypoints, no_rows((0, waypoints.shape[1])), layout.SHORTEN if shorten else layout.CONFIRM)
+        return path.waypoints[: state[1, layout.POINTS]].copy() if self._ends_free(path, state) else None
 
-        spreads: how far beside each edge all is to be free, shape (n - 1, n_dof) [rad or m]; nowhere unless given.
-        """
+    def n_free(self, paths: Array, spreads: Array) -> int:
+        """How many of some paths are free from the first on (``blend.IsFree``)."""
+        m, n, n_dof = paths.shape
+        beside = np.zeros((m, n, n_dof))
+        beside[:, :-1] = spreads
+        path, state = self._path(paths.reshape(m * n, n_dof), beside.reshape(m * n, n_dof), layout.CONFIRM)
+        path.known[n - 1 : m * n : n] = 1  # from the end of a path to the start of the next
+        return m if self._ends_free(path, state) else int(state[1, layout.AT] - 1) // n
+
+    def _path(self, waypoints: Array, spreads: Array, first_pass: int) -> tuple[Path, NDArray[np.int64]]:
+        """The arrays of a path that is to be checked, and the state with which that begins."""
         (n, n_dof), state = waypoints.shape, np.zeros((2, layout.N_STATE), dtype=np.int64)
-        path, shortening = new_path(2 * n + layout.SPARE_POINTS, n_dof), state[1]
-        path = path if spreads is None else path._replace(spreads=spreads)
-        path.waypoints[:n], shortening[layout.POINTS] = waypoints, n
-        shortening[layout.PASS] = layout.SHORTEN if shorten else layout.CONFIRM
-        shortening[layout.ROWS] = len(path.waypoints)
-        trees, samples, slices = _no_trees(), no_rows((0, n_dof)), Slices(2**62, TimeLimit(None), self.pace)
-        while slices.another(shortening):
+        path, shortening = new_path(2 * n + layout.SPARE_POINTS, n_dof)._replace(spreads=spreads), state[1]
+        path.waypoints[:n] = waypoints
+        shortening[layout.POINTS], shortening[layout.PASS], shortening[layout.ROWS] = n, first_pass, len(path.waypoints)
+        return path, state
+
+    def _ends_free(self, path: Path, state: NDArray[np.int64]) -> bool:
+        """Check a path, and shorten it if the state says so; whether each of its edges is free."""
+        trees, samples, slices = _no_trees(), no_rows((0, path.waypoints.shape[1])), Slices(2**62, TimeLimit(None), self.pace)
+        while slices.another(state[1]):
             code = driver.plan_slice(*self.scene, self.keeps, self.settings, self.space.table, samples, *trees, *path, state)
             if code != layout.PAUSED:
-                return path.waypoints[: shortening[layout.POINTS]].copy() if code == layout.SOLVED else None
+                return code == layout.SOLVED
         raise AssertionError("shortening ends by itself")
 
 
@@ -102,9 +115,13 @@ class Motion(NamedTuple):
 
         And keeps the constraints.
         """
+        return self.n_free(points[None], spreads[None]) == 1
+
+    def n_free(self, paths: Array, spreads: Array) -> int:
+        """How many of some paths are so from the first on (``blend.IsFree``)."""
         if self.keeps is not None:
             self.keeps.setflags(write=False)  # an unpickled one is not, and the kernels would be compiled again for its type
-        return self.edges(certify=True)._replace(keeps=self.keeps).checked(points, spreads) is not None
+        return self.edges(certify=True)._replace(keeps=self.keeps).n_free(paths, spreads)
 
     def clearance(self, q: Array) -> float:
         """The least distance of the robot at q, shape (n, n_dof), from an object [m]; infinite if there is none."""

@@ -105,9 +105,10 @@ def as_limits(name: str, given: ArrayLike, n_dof: int, *, may_be_infinite: bool 
     limits = as_floats(name, given)
     if limits.shape not in {(), (n_dof,)} or not (limits > 0).all():
         raise InputError(name, f"{given!r}; a number above 0, or {n_dof} of them, is expected")
-    if not ((limits <= LARGEST) | (may_be_infinite & np.isinf(limits))).all():
+    beyond = limits > LARGEST
+    if (beyond & (limits < np.inf) if may_be_infinite else beyond).any():
         raise InputError(name, f"{given!r}; at most {LARGEST:g} is expected{', or inf' if may_be_infinite else ''}")
-    return np.broadcast_to(limits, (n_dof,)).copy()
+    return np.full(n_dof, limits)
 
 
 def read_joint_limits(path: Path, names: Sequence[str]) -> ArmLimits:

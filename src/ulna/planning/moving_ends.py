@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.errors import InputError
 from ulna.planning.averaged import Averaged, timed_path
-from ulna.planning.blend import IsFree
-from ulna.planning.timing import Limits, Speeds, TimedPath
+from ulna.planning.blend import IsFree, is_path_free
+from ulna.planning.timing import AT_REST, Limits, Speeds, TimedPath
 
 Array = NDArray[np.float64]
 STRAIGHT_ON = 1.02, 1.5, 2.5, 4.0  # of the distance in which the motion would stop
@@ -69,7 +69,7 @@ def with_ends(
         InputError: No such way is within the limits and free.
     """
     window = 0.0 if limits.jerk is None else 2.0 * float((limits.acceleration / limits.jerk).max())
-    speeds = Speeds(*(float(lengths_of(velocity)) for velocity in ends))
+    speeds = Speeds(*(float(lengths_of(velocity)) for velocity in ends)) if np.any(ends) else AT_REST
     ways = [0.0, *STRAIGHT_ON] if math.isinf(within) else [0.0]
     for more in ways:
         first = _entered(path[:2], ends.start, more, limits, window)
@@ -81,7 +81,7 @@ def with_ends(
             continue
         ahead = [float(lengths_of(each[0] - end)) for each, end in ((first, path[0]), (last, path[-1])) if each]
         timed = timed_path(points, lengths_of(np.diff(points, axis=0)), max(blend, *ahead, 0.0), limits, is_free, within, speeds)
-        if timed is not None and (not ahead or is_free(*timed.edges_since(0.0))):
+        if timed is not None and (not ahead or is_path_free(is_free, *timed.edges_since(0.0))):
             return timed
     name = "start_velocity" if ends.start.any() else "end_velocity"
     if math.isinf(within):

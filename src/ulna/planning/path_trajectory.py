@@ -19,7 +19,7 @@ from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import as_motion_limits
 from ulna.planning.moving_ends import as_ends, with_ends
 from ulna.planning.space import make_space
-from ulna.planning.trajectory import Trajectory, make_trajectory, resting
+from ulna.planning.trajectory import Trajectory, resting
 
 Array = NDArray[np.float64]
 _APART = 1e-9  # [rad or m]: nearer points count as one
@@ -39,18 +39,18 @@ def path_trajectory(
     limits = as_motion_limits(names, tree.velocity_limits, *given)
     space = make_space(tree, points, np.zeros(tree.n_dof, dtype=bool))
     motion = Motion(space, checker, None if world is None else world.snapshot(), 0.0)
-    is_free = _anything if world is None else motion.is_free
+    is_free = _anything if world is None else motion.n_free
     ends = as_ends(*velocities, limits, names)
     if len(points) == 1 and not np.any(ends):
-        free = world is not None and is_free(np.repeat(points, 2, axis=0), np.zeros_like(points))
+        free = world is not None and motion.is_free(np.repeat(points, 2, axis=0), np.zeros_like(points))
         return resting(points[0], names, certified=free, motion=motion, limits=limits)
     timed = with_ends(points, ends, np.inf, limits, is_free, partial(np.linalg.norm, axis=-1), within)
-    free = world is not None and is_free(*timed.edges_since(0.0))
-    return make_trajectory(timed, names, certified=free, motion=motion, limits=limits, ends=ends)
+    free = world is not None and motion.is_free(*timed.edges_since(0.0))
+    return Trajectory(free, names, timed, motion, limits, ends)
 
 
-def _anything(_points: Array, _spreads: Array) -> bool:
-    return True
+def _anything(paths: Array, _spreads: Array) -> int:
+    return len(paths)
 
 
 def _points(q_path: ArrayLike | FollowedPath, checker: Checker) -> Array:

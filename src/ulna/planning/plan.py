@@ -22,7 +22,7 @@ from ulna.planning.moving_ends import as_ends, with_ends
 from ulna.planning.quicker import quicker_path
 from ulna.planning.search import Effort, Search
 from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
-from ulna.planning.trajectory import Trajectory, make_trajectory, resting
+from ulna.planning.trajectory import Trajectory, resting
 
 Array = NDArray[np.float64]
 _SAMPLES = 256  # at which the clearance is measured
@@ -227,9 +227,9 @@ class Plan:
         ends = as_ends(start_velocity, end_velocity, kept, names)
         if len(self.path) == 1 and not np.any(ends):
             return resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept)
-        timed = with_ends(self.path, ends, blend, kept, self._motion.is_free, self._motion.space.lengths)
+        timed = with_ends(self.path, ends, blend, kept, self._motion.n_free, self._motion.space.lengths)
         certified = self.certified and not self.escaped
-        return make_trajectory(timed, names, certified=certified, motion=self._motion, limits=kept, ends=ends)
+        return Trajectory(certified, names, timed, self._motion, kept, ends)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
         """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ulna.errors import InputError
 from ulna.planning.averaged import Averaged, least_window_of, with_pauses
-from ulna.planning.blend import Grid, IsFree, free_cuts, rounded
+from ulna.planning.blend import Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
 from ulna.planning.moving_ends import STRAIGHT_ON, stopping_distance, without_equal
 from ulna.planning.timing import N_PHASES, Limits, Profile, Speeds, TimedPath, fastest, grid_of
 
@@ -43,13 +43,13 @@ def replaced(timed: TimedPath | Averaged, path: Array, at: float, limits: Limits
     for share in _SHARES:
         for way in _straight_on(base, at + window, path, window, share * limits.acceleration, is_free):
             motion = _going_on(base, window, at, way, share, limits)
-            if motion is not None and is_free(*motion.edges_since(at)):
+            if motion is not None and is_path_free(is_free, *motion.edges_since(at)):
                 return motion
         stops = list(_stops(base, window, at, path, limits, is_free)) if stops is None else stops
         for stopped, grids in stops:
             for grid in grids:
                 motion = _going_on(stopped, window, float(stopped.times[-1]) - window, _Way(grid, 0.0), share, limits)
-                if motion is not None and is_free(*motion.edges_since(at)):
+                if motion is not None and is_path_free(is_free, *motion.edges_since(at)):
                     return motion
     raise InputError(
         "plan",
@@ -90,8 +90,8 @@ def _along(points: list[Array], blend: float, is_free: IsFree) -> list[Grid]:
     path = without_equal(np.stack(points))
     if len(path) == 1:
         return []
-    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    return [grid_of(rounded(path, lengths, free_cuts(path, lengths, blend, is_free)))]
+    edges = edges_of(path, np.linalg.norm(np.diff(path, axis=0), axis=1))
+    return [grid_of(rounded(edges, free_cuts(edges, blend, is_free)))]
 
 
 def _stops(
@@ -113,7 +113,7 @@ def _stops(
                 back = _backwards(_left_of(joined, at + 0.5 * window)[0])
                 end = joined.at(joined.times[-1:]).q[0]
                 ways = [*_along([end, *path[1:]], _BLEND, is_free), *_along([end, *path], _BLEND, is_free)]
-                ways += [_joined_grids(back, grid) for grid in _along([_end_of(back), *path], 0.0, is_free)]
+                ways += [_joined_grids(back, grid) for grid in _along([end_of(back), *path], 0.0, is_free)]
                 yield joined, ways
                 break
 
@@ -150,11 +150,6 @@ def _backwards(path: Grid) -> Grid:
     ends = starts + s * (slopes + 0.5 * s * bends), -(slopes + s * bends)
     starts, slopes, bends, steps = (np.ascontiguousarray(each[::-1]) for each in (*ends, bends, steps))
     return Grid(starts, slopes, bends, steps, borders)
-
-
-def _end_of(path: Grid) -> Array:
-    """Where a path ends, shape (n_dof,)."""
-    return path.starts[-1] + path.steps[-1] * (path.slopes[-1] + 0.5 * path.steps[-1] * path.bends[-1])
 
 
 def _joined_grids(first: Grid, then: Grid) -> Grid:

@@ -70,6 +70,11 @@ class TimedPath(NamedTuple):
         return self.profile.times
 
     @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+        return float(self.profile.times[-1])
+
+    @property
     def rests(self) -> Array:
         """When the motion is at rest [s]: at the start, at each stop, at the end."""
         return self.profile.times[self.grid.borders]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,21 +45,11 @@ class Trajectory:
     nothing is interpolated.
 
     Attributes:
-        times: When each grid point is passed, or the jerk changes [s], shape (n,).
-        q: Positions there [rad or m], shape (n, n_dof).
-        qd: Velocities there [rad/s or m/s], shape (n, n_dof).
-        qdd: Accelerations behind each of them [rad/s^2 or m/s^2], shape (n, n_dof); at the last one before it.
         certified: Whether all of the motion is certified to be free, with its rounded corners.
-        stops: At how many corners the motion stops.
         joint_names: Those of the entries of q.
     """
 
-    times: Array
-    q: Array
-    qd: Array
-    qdd: Array
     certified: bool
-    stops: int
     joint_names: tuple[str, ...]
     _timed: TimedPath | Averaged
     _motion: Motion | None = field(default=None, repr=False)
@@ -66,13 +57,42 @@ class Trajectory:
     _ends: Ends | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        for array in (self.times, self.q, self.qd, self.qdd, *(self._ends or ())):
+        for array in self._ends or ():
             array.setflags(write=False)
+
+    @cached_property
+    def times(self) -> Array:
+        """When each grid point is passed, or the jerk changes [s], shape (n,)."""
+        return _read_only(self._timed.times if self.duration else np.zeros(1))
+
+    @property
+    def q(self) -> Array:
+        """Positions there [rad or m], shape (n, n_dof)."""
+        return self._at_times.q
+
+    @property
+    def qd(self) -> Array:
+        """Velocities there [rad/s or m/s], shape (n, n_dof)."""
+        return self._at_times.qd
+
+    @property
+    def qdd(self) -> Array:
+        """Accelerations behind each of them [rad/s^2 or m/s^2], shape (n, n_dof); at the last one before it."""
+        return self._at_times.qdd
+
+    @cached_property
+    def _at_times(self) -> Moment:
+        return Moment(*map(_read_only, self._timed.at(self.times)))
 
     @property
     def duration(self) -> float:
         """How long it takes [s]."""
-        return float(self.times[-1])
+        return self._timed.duration
+
+    @property
+    def stops(self) -> int:
+        """At how many corners the motion stops."""
+        return len(self.rests) - 2
 
     @property
     def rests(self) -> Array:
@@ -230,10 +250,10 @@ class Trajectory:
             InputError: ``factor`` is not such a number.
         """
         factor = as_number("factor", factor, 1e-6, "a number from 1e-6 to 1: a faster motion has to be timed again", most=1.0)
-        if len(self.times) == 1:
+        if not self.duration:
             return self
         timed, names, ends = self._timed.slowed(factor), self.joint_names, Ends(*(factor * self.end_velocities))
-        return make_trajectory(timed, names, certified=self.certified, motion=self._motion, limits=self._limits, ends=ends)
+        return Trajectory(self.certified, names, timed, self._motion, self._limits, ends)
 
     def replace(self, plan: Plan, *, at: float) -> Trajectory:
         """The motion that leaves this one while it runs, and goes on along another plan.
@@ -268,9 +288,9 @@ class Trajectory:
             raise InputError(
                 "plan", f"its path does not begin where the motion is at {at:.6g} s; plan from motion.at({at:.6g}).q"
             )
-        timed = replaced(self._timed, plan.path, at, self._limits, motion.is_free)
+        timed = replaced(self._timed, plan.path, at, self._limits, motion.n_free)
         ends, names = Ends(self.end_velocities[0], np.zeros_like(here)), self.joint_names
-        return make_trajectory(timed, names, certified=self.certified, motion=motion, limits=self._limits, ends=ends)
+        return Trajectory(self.certified, names, timed, motion, self._limits, ends)
 
     def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
         """Write a table: a line of names, then a line for each time, with q, qd and qdd.
@@ -331,6 +351,9 @@ class Trajectory:
         figure.axes[-1].set_xlabel("time [s]")
         return figure
 
+    def __getstate__(self) -> dict:
+        return {name: value for name, value in self.__dict__.items() if name not in {"times", "_at_times"}}
+
     def __setstate__(self, state: dict) -> None:
         self.__dict__.update(state)
         self.__post_init__()
@@ -341,18 +364,10 @@ class Trajectory:
         return f"{self.duration:.4g} s, {len(self.times)} grid points, {stops}, {how}"
 
 
-def make_trajectory(
-    timed: TimedPath | Averaged,
-    joint_names: tuple[str, ...],
-    *,
-    certified: bool,
-    motion: Motion | None = None,
-    limits: Limits | None = None,
-    ends: Ends | None = None,
-) -> Trajectory:
-    """The trajectory of a path with times. limits: those that it keeps; ends: the velocities at its ends."""
-    moment = timed.at(timed.times)
-    return Trajectory(timed.times, *moment[:3], certified, len(timed.rests) - 2, joint_names, timed, motion, limits, ends)
+def _read_only(array: Array) -> Array:
+    array = array.view()
+    array.setflags(write=False)
+    return array
 
 
 def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: Motion, limits: Limits) -> Trajectory:
@@ -360,4 +375,4 @@ def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: 
     none, zero = np.zeros((1, len(q))), np.zeros(1)
     grid = Grid(q[None].copy(), none, none, zero, np.array([0, 0]))
     timed = TimedPath(grid, Profile(np.zeros(2), zero, zero, zero))
-    return Trajectory(zero.copy(), q[None].copy(), none.copy(), none.copy(), certified, 0, joint_names, timed, motion, limits)
+    return Trajectory(certified, joint_names, timed, motion, limits)

@@ -64,7 +64,7 @@ def confirms(context, path, state):
     """Whether the next edge of the path, or what lies within its spread, is free, one way or the other."""
     i, points, spreads = state[layout.AT], path.waypoints, path.spreads
     state[layout.AT] += 1
-    if path.known[i] == 1 and spreads.shape[0] == 0:
+    if path.known[i] == 1:
         return True
     state[layout.CHECKS] += 1
     spread = spreads[i] if spreads.shape[0] > 0 else context.no_spread
