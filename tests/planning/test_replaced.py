@@ -1,5 +1,6 @@
 """A motion that is left while it runs: the old one up to then, smooth, within its limits, and free."""
 
+import pickle
 from itertools import pairwise
 
 import numpy as np
@@ -53,6 +54,28 @@ def test_it_is_the_old_motion_until_then_and_keeps_its_limits(panda, world, opti
             assert np.abs(new.at(t + 1e-6).qd - new.at(t).qd).max() < 1e-4
 
 
+@pytest.mark.parametrize("options", [FRANKA, SLOW])
+def test_a_motion_that_stops_at_its_corners_is_replaced_on_each_of_its_lines(panda, world, options):
+    left, right = ends(panda)
+    old = panda.plan(left, right, world).trajectory(blend=0.0, **options)
+    assert old.stops > 1
+    middles = (old.rests[1:] + old.rests[:-1]) / 2
+    for t in np.concatenate([old.rests, middles, old.rests[:-1] + 0.02]).tolist():
+        plan = panda.plan(old.at(t).q, panda.home + np.array([0, -0.3, 0, 0, 0.4, 0, 0]))
+        new = old.replace(plan, at=t)
+        judge(old, new, t)
+        assert np.allclose(new.q[-1], plan.path[-1], atol=1e-9)
+        assert new.is_free(None, since=t)
+        assert np.array_equal(new.rests[new.rests < t - 1e-9], old.rests[old.rests < t - 1e-9])
+        later = t + 0.4 * (new.duration - t)
+        again = new.replace(panda.plan(new.at(later).q, left), at=later)
+        judge(new, again, later)
+        earlier = new.replace(panda.plan(new.at(0.5 * t).q, panda.home), at=0.5 * t)
+        judge(new, earlier, 0.5 * t)
+        assert again.slowed(0.5).check()
+        assert pickle.loads(pickle.dumps(again)).duration == again.duration  # noqa: S301
+
+
 def test_a_replaced_motion_can_be_replaced_and_slowed(panda):
     left, right = ends(panda)
     first = panda.plan(left, right).trajectory(**FRANKA)
@@ -100,10 +123,6 @@ def test_what_cannot_be_replaced_is_refused_by_name(panda, world):
     for at, argument in ((-1.0, "at"), (old.duration + 1, "at"), (True, "at"), (0.5, "plan: its path does not begin")):
         with pytest.raises(InputError, match=argument):
             old.replace(plan, at=at)
-    stopping = plan.trajectory(blend=0.0, **FRANKA)
-    t = 0.5 * stopping.duration
-    with pytest.raises(InputError, match=r"at: .*stops at every corner"):
-        stopping.replace(panda.plan(stopping.at(t).q, left), at=t)
     inside = ulna.World()
     inside.add("goal", ulna.Box((0.2, 0.2, 0.2)), panda.forward_kinematics(right))
     with pytest.raises(InputError, match="plan: there is no path: goal in collision"):

@@ -11,20 +11,22 @@ stop along its own path, and goes from there into the new one, by way of its sta
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import InputError
-from ulna.planning.averaged import Averaged, least_window_of, with_pauses
+from ulna.planning.averaged import Averaged, least_window_of, timed_path, with_pauses
 from ulna.planning.blend import Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
 from ulna.planning.moving_ends import STRAIGHT_ON, stopping_distance, without_equal
-from ulna.planning.timing import N_PHASES, Limits, Profile, Speeds, TimedPath, fastest, grid_of
+from ulna.planning.timing import N_PHASES, Limits, Moment, Profile, Speeds, TimedPath, fastest, grid_of
 
 Array = NDArray[np.float64]
 _BLEND = 0.1  # [rad]: of a corner of the plan, as that of a trajectory
 _STANDS = 1e-9  # [1/s]: a speed below it is none
+_AT_STOP = 1e-9  # [s]: nearer to a stop, a motion is at it
 _SHARES = 1.0, 0.7, 0.5, 0.35, 0.2  # of the acceleration
 _ALONG_ITS_OWN = 1.02, 2.0, 4.0  # of the distance in which a motion straight on would stop
 _ON_LIMIT = 1 + 5e-10  # of the acceleration: a motion that is at its limit is within it by rounding
@@ -32,13 +34,116 @@ _PARTS = 64  # of each phase: a mean over part of a long interval is the small d
 _ROUNDED = 1 + 1e-6  # of the window, which is as much longer than the limits of jerk need
 
 
-def replaced(timed: TimedPath | Averaged, path: Array, at: float, limits: Limits, is_free: IsFree) -> TimedPath | Averaged:
+@dataclass(frozen=True, eq=False)
+class Continued:
+    """A motion within limits of jerk up to one of its stops, and from there on another one."""
+
+    first: TimedPath | Averaged
+    then: TimedPath | Averaged | Continued
+    limits_jerk = True
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+        return self.first.duration + self.then.duration
+
+    @property
+    def times(self) -> Array:
+        """When its jerk changes [s]."""
+        return np.concatenate([self.first.times[:-1], self.first.duration + self.then.times])
+
+    @property
+    def rests(self) -> Array:
+        """When it is at rest [s]."""
+        return np.concatenate([self.first.rests[:-1], self.first.duration + self.then.rests])
+
+    def at(self, t: Array) -> Moment:
+        """The moments at times within the motion, shape (...)."""
+        until = self.first.duration
+        early, late = self.first.at(np.minimum(t, until)), self.then.at(np.maximum(t - until, 0.0))
+        return Moment(*(np.where((t < until)[..., None], *both) for both in zip(early, late, strict=True)))
+
+    def slowed(self, factor: float) -> Continued:
+        """The motion passed slower: at time t where this one is at ``factor`` t."""
+        return Continued(self.first.slowed(factor), self.then.slowed(factor))
+
+    def edges_since(self, t: float) -> tuple[Array, Array]:
+        """The motion from a time on as straight edges, and how far it lies beside each."""
+        if t >= self.first.duration:
+            return self.then.edges_since(t - self.first.duration)
+        (early, late), (beside, others) = zip(self.first.edges_since(t), self.then.edges_since(0.0), strict=True)
+        return np.concatenate([early, late[1:]]), np.concatenate([beside, others])
+
+
+Timed = TimedPath | Averaged | Continued
+
+
+def replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed:
     """The motion up to a time, and then along a path, shape (n, n_dof), which begins where the motion is then.
 
     Raises:
-        InputError: The motion stops at corners, and the time is not at a stop; or no way into the path is free.
+        InputError: No way into the path is free.
     """
-    base, window = _base_of(timed, at)
+    found = _replaced(timed, path, at, limits, is_free)
+    if found is None:
+        raise InputError(
+            "plan",
+            f"at {at:.6g} s the motion cannot go over into it: no way straight on, or along its own path, and from there into "
+            "the plan's path is within the limits and certified free; plan from another time",
+        )
+    return found
+
+
+def _replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed | None:
+    """The same; None if no way into the path is free."""
+    if isinstance(timed, Continued):
+        if at < timed.first.duration:
+            return _replaced(timed.first, path, at, limits, is_free)
+        then = _replaced(timed.then, path, at - timed.first.duration, limits, is_free)
+        return None if then is None else Continued(timed.first, then)
+    if isinstance(timed, Averaged) or not timed.limits_jerk:
+        return _turned(timed, path, at, limits, is_free)
+    k = int(np.searchsorted(timed.rests, at + _AT_STOP, side="right")) - 1
+    before, begin = _from_rest_to_rest(timed, 0, k) if k else None, float(timed.rests[k])
+    if at <= begin + _AT_STOP:
+        then = _from_rest(timed.at(np.array(begin)).q, path, limits, is_free)
+    else:
+        then = _turned_on_line(_from_rest_to_rest(timed, k, k + 1), path, at - begin, limits, is_free)
+    return then if then is None or before is None else Continued(before, then)
+
+
+def _from_rest_to_rest(motion: TimedPath, first: int, last: int) -> TimedPath:
+    """The part of a motion between two of its rests."""
+    i, k = motion.grid.borders[[first, last]].tolist()
+    starts, slopes, bends, steps = (each[i:k] for each in motion.grid[:4])
+    times, *rates = motion.profile
+    grid = Grid(starts, slopes, bends, steps, motion.grid.borders[first : last + 1] - i)
+    return TimedPath(grid, Profile(times[i : k + 1] - times[i], *(each[i:k] for each in rates)))
+
+
+def _from_rest(q: Array, path: Array, limits: Limits, is_free: IsFree) -> TimedPath | Averaged | None:
+    """The motion from rest at q into a path, or by way of its start."""
+    for points in (without_equal(np.stack([q, *path[1:]])), without_equal(np.stack([q, *path]))):
+        if len(points) > 1:
+            lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+            motion = timed_path(points, lengths, _BLEND, limits, is_free)
+            if motion is not None and is_path_free(is_free, *motion.edges_since(0.0)):
+                return motion
+    return None
+
+
+def _turned_on_line(line: TimedPath, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed | None:
+    """The motion that leaves a line in seven phases, or goes on to its end, where it stops in any case, and from there."""
+    turned = _turned(line, path, at, limits, is_free)
+    if turned is not None or not is_path_free(is_free, *line.edges_since(at)):
+        return turned
+    then = _from_rest(line.at(np.array(line.duration)).q, path, limits, is_free)
+    return None if then is None else Continued(line, then)
+
+
+def _turned(timed: TimedPath | Averaged, path: Array, at: float, limits: Limits, is_free: IsFree) -> TimedPath | Averaged | None:
+    """The motion that leaves one while it moves, or passes its corners."""
+    base, window = _base_of(timed)
     stops: list[tuple[TimedPath, list[Grid]]] | None = None
     for share in _SHARES:
         for way in _straight_on(base, at + window, path, window, share * limits.acceleration, is_free):
@@ -51,11 +156,7 @@ def replaced(timed: TimedPath | Averaged, path: Array, at: float, limits: Limits
                 motion = _going_on(stopped, window, float(stopped.times[-1]) - window, _Way(grid, 0.0), share, limits)
                 if motion is not None and is_path_free(is_free, *motion.edges_since(at)):
                     return motion
-    raise InputError(
-        "plan",
-        f"at {at:.6g} s the motion cannot go over into it: no way straight on, or along its own path, and from there into the "
-        "plan's path is within the limits and certified free; plan from another time",
-    )
+    return None
 
 
 class _Way(NamedTuple):
@@ -158,7 +259,7 @@ def _joined_grids(first: Grid, then: Grid) -> Grid:
     return Grid(starts, slopes, bends, steps, np.concatenate([first.borders[:-1], then.borders + len(first.steps)]))
 
 
-def _base_of(timed: TimedPath | Averaged, at: float) -> tuple[TimedPath, float]:
+def _base_of(timed: TimedPath | Averaged) -> tuple[TimedPath, float]:
     """The base of a motion, and the time w over which the motion is its mean; 0 for the motion itself.
 
     A motion along a line in seven phases is the mean of one in three, over the time in which its acceleration grows.
@@ -167,8 +268,6 @@ def _base_of(timed: TimedPath | Averaged, at: float) -> tuple[TimedPath, float]:
         return timed.base, timed.window
     if not timed.limits_jerk:
         return timed, 0.0
-    if len(timed.rests) > 2:
-        raise InputError("at", f"{at:.6g}; a motion that stops at every corner within a limit of jerk cannot be replaced")
     grid, (times, _, _, jerks) = timed
     growing, steady, _, cruising = np.diff(times)[: N_PHASES // 2 + 1]
     rate, speeding = jerks[0] * growing, growing + steady

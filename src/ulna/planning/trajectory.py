@@ -16,7 +16,6 @@ from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.file_bytes import write_table
 from ulna.errors import InputError, needs_extra
 from ulna.planning.arm_limits import ArmLimits
-from ulna.planning.averaged import Averaged
 from ulna.planning.blend import Grid
 from ulna.planning.keep import Keep
 from ulna.planning.kept import as_keeps, table_of
@@ -24,7 +23,7 @@ from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
 from ulna.planning.motion_limits import as_limits, limits_of, velocities_of
 from ulna.planning.moving_ends import Ends
-from ulna.planning.replaced import replaced
+from ulna.planning.replaced import Timed, replaced
 from ulna.planning.ros_message import joint_trajectory
 from ulna.planning.timing import Limits, Moment, Profile, TimedPath
 
@@ -51,7 +50,7 @@ class Trajectory:
 
     certified: bool
     joint_names: tuple[str, ...]
-    _timed: TimedPath | Averaged
+    _timed: Timed
     _motion: Motion | None = field(default=None, repr=False)
     _limits: Limits | None = field(default=None, repr=False)
     _ends: Ends | None = field(default=None, repr=False)
@@ -272,8 +271,8 @@ class Trajectory:
             A ``Trajectory`` with the same times up to ``at``.
 
         Raises:
-            InputError: The plan has no path or begins elsewhere; ``at`` is not within the motion; this motion has a limit of jerk
-                and stops at every corner; or no way into the plan is certified free.
+            InputError: The plan has no path or begins elsewhere; ``at`` is not within the motion; or no way into the plan is
+                certified free.
         """
         at = as_number("at", at, 0.0, "a time [s] within the motion")
         if at > self.duration:
