@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import ulna
+from ulna.collision import object_tables
 from ulna.collision.object_tables import MOST_UNINDEXED
 from ulna.errors import InputError, UnknownNameError
 
@@ -253,3 +254,29 @@ def test_a_plan_keeps_the_world_in_which_it_was_found(panda):
     assert panda.in_collision(panda.home, world)
     assert plan.clearance == expected > 0.5
     assert not plan.trajectory(acceleration=2.0).is_free(world)
+
+
+def test_how_far_a_cloud_with_a_speed_reaches_is_computed_once(rng, monkeypatch):
+    sizes, farthest = [], object_tables._farthest
+
+    def counted(shape):
+        sizes.append(len(shape.points))
+        return farthest(shape)
+
+    monkeypatch.setattr(object_tables, "_farthest", counted)
+    world, cloud = ulna.World(), ulna.PointCloud(rng.uniform(-1, 1, (50, 3)), 0.01)
+    world.add("seen", cloud, speed=0.1)
+    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), speed=0.1)
+    for k in range(4):
+        for name in ("crate", "seen"):
+            world.move(name, ulna.pose((0.1 * k, 0, 0)))
+            world.objects()
+            world.copy().objects()
+    reach = world.objects().moving[0].radius
+    assert reach == np.linalg.norm(cloud.points, axis=1).max() + 0.01
+    world.update("seen", 2 * cloud.points[:9])
+    assert world.objects().moving[0].radius == farthest(ulna.PointCloud(2 * cloud.points[:9], 0.01)) != reach
+    world.remove("seen")
+    world.add("seen", cloud, speed=0.1)
+    assert world.objects().moving[-1].radius == reach
+    assert sizes == [50, 9, 50]

@@ -7,6 +7,8 @@ import pytest
 
 import ulna
 from assertions import assert_close
+from ulna.collision import checker
+from ulna.collision.cloud_points import thinning
 from ulna.errors import InputError, UnknownNameError
 
 K = np.array([[500.0, 0, 319.5], [0, 510.0, 239.5], [0, 0, 1]])
@@ -177,6 +179,40 @@ def test_a_thinned_cloud_holds_every_ball_within_one_of_its_own(rng, n, voxel, k
     voxels = np.floor((points.astype(float) - points.min(axis=0)) * (1 / voxel)).astype(int)
     assert abs(len(thin.points) - len(np.unique(voxels, axis=0))) <= 0.001 * n
     assert set(map(tuple, thin.points.tolist())) <= set(map(tuple, points.tolist())), "points that were measured are kept"
+
+
+@pytest.mark.parametrize("kind", ["fill_slots", "compare_with_kept"])
+def test_thinning_ends_at_ctrl_c_between_two_slices(rng, monkeypatch, kind):
+    slices, run, cloud = [], getattr(thinning, kind), ulna.PointCloud(rng.uniform(-1, 1, (40_000, 3)), 0.01)
+
+    def interrupted(*arguments):
+        slices.append(arguments)
+        if len(slices) == 2:
+            raise KeyboardInterrupt
+        return run(*arguments)
+
+    monkeypatch.setattr(thinning, kind, interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        cloud.thinned(0.5)
+    assert len(slices) == 2
+
+
+def test_the_robots_points_are_found_a_part_of_the_cloud_at_a_time(panda, rng, monkeypatch):
+    cloud = ulna.PointCloud(rng.uniform(-0.5, 0.5, (3000, 3)), 0.01)
+    expected, scenes = panda.links_near(cloud, panda.home, within=0.05), []
+    find = checker.find_near_pairs
+
+    def counted(q, scene, *arguments):
+        scenes.append(scene)
+        return find(q, scene, *arguments)
+
+    monkeypatch.setattr(checker, "find_near_pairs", counted)
+    monkeypatch.setattr(checker, "_MOST_POINTS", 1000)
+    names, owner = panda.links_near(cloud, panda.home, within=0.05)
+    assert len(scenes) == 3, "Ctrl-C is noticed between two calls"
+    assert names == expected[0]
+    assert np.array_equal(owner, expected[1])
+    assert (owner >= 0).any()
 
 
 def test_where_a_thinned_cloud_is_free_the_cloud_is(panda, rng):

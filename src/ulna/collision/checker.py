@@ -59,6 +59,7 @@ WORTH_A_THREAD = 64  # edges
 _NOTHING_BOUND = False, None, None, None
 _NO_LAST_SCENE: tuple[Any, ...] = None, None, None
 _TOUCHES, _NEAREST = 2, 3  # places in Checker.prebound[0]
+_MOST_POINTS = 1 << 18  # of a cloud that are compared with the robot in one call of an entry
 
 
 class Checker:
@@ -259,14 +260,16 @@ class Checker:
             raise InputError("cloud", f"{type(cloud).__name__}; an ulna.PointCloud is expected")
         q, names = as_configuration(q, self.tree, "q"), tuple(dict.fromkeys(self.bodies.owners))
         T, within = as_one_pose(np.eye(4) if pose is None else pose, "pose"), lengths("within", (within,), 1)[0]
-        objects = make_objects({"cloud": cloud}, {"cloud": T}, {})
-        found = find_near_pairs(q, scene_of(self.tree.joints, self.bodies, NO_PAIRS, objects), 0, within)
-        pairs = found.pairs[::-1]  # of the bodies near a point the nearest is written last
-        # The cloud is the only object, so its balls are numbered from 0, in the order of its tree.
-        place = pairs[:, PAIR_OTHER] - len(self.bodies.names) - FIRST_BALL
         owner_of_body = np.array([names.index(owner) for owner in self.bodies.owners])
         owner_of_ball = np.full(len(cloud.points), -1)
-        owner_of_ball[compact_order(cloud.points)[place]] = owner_of_body[pairs[:, PAIR_BODY]]
+        for start in range(0, len(cloud.points), _MOST_POINTS):  # Ctrl-C is noticed between two parts
+            part = PointCloud(cloud.points[start : start + _MOST_POINTS], cloud.radius)
+            objects = make_objects({"cloud": part}, {"cloud": T}, {})
+            found = find_near_pairs(q, scene_of(self.tree.joints, self.bodies, NO_PAIRS, objects), 0, within)
+            pairs = found.pairs[::-1]  # of the bodies near a point the nearest is written last
+            # The part is the only object, so its balls are numbered from 0, in the order of its tree.
+            place = pairs[:, PAIR_OTHER] - len(self.bodies.names) - FIRST_BALL
+            owner_of_ball[start + compact_order(part.points)[place]] = owner_of_body[pairs[:, PAIR_BODY]]
         return names, owner_of_ball
 
     def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: Scene) -> Callable[[ArrayLike], Any]:

@@ -7,6 +7,7 @@ from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
 from ulna.description.shapes import Box
 from ulna.drivers import thinning
+from ulna.engine.threads import LEAST_POSES, in_parts
 from ulna.errors import InputError
 from ulna.kernels.layout import CONTACT
 
@@ -100,6 +101,34 @@ def one_per_voxel(points: Points, voxel: float) -> tuple[NDArray[np.bool_], floa
     widest = max(float(column.max()) - low[axis] for axis, column in enumerate(columns))
     if widest >= (_MOST_VOXELS - 1) * float(edge):
         raise InputError("voxel", f"{edge:g} m is too small for points {widest:g} m apart: crop the cloud first")
-    found = np.array([*low, 0.0])
-    thinning.thin(points, float(edge), found, kept)
+    found, table = np.array([*low, 0.0]), _table_of(points, float(edge), low)
+
+    def compare(rows: slice) -> bool:
+        thinning.compare_with_kept(points, float(edge), found, *table, np.array([rows.start, rows.stop]), kept)
+        return True
+
+    in_parts(compare, len(points), LEAST_POSES, threads=1)
     return kept, float(found[3]) * (1.0 + 4.0 * CONTACT)
+
+
+def _table_of(points: Points, edge: float, low: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The hash table of the voxels that have points, and of the point nearest to the middle of each (``drivers.thinning``)."""
+
+    def empty(size: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        return np.full(size, thinning.FREE_SLOT), np.empty(size, np.int64)
+
+    table, progress = empty(thinning.FIRST_SIZE), np.zeros(3, np.int64)
+
+    def put(rows: slice) -> bool:
+        nonlocal table
+        progress[1] = rows.stop
+        thinning.fill_slots(points, edge, low, *table, progress)
+        while progress[0] < rows.stop:
+            larger = empty(4 * len(table[0]))
+            thinning.move_slots(*table, *larger)
+            table = larger
+            thinning.fill_slots(points, edge, low, *table, progress)
+        return True
+
+    in_parts(put, len(points), LEAST_POSES, threads=1)
+    return table

@@ -76,6 +76,7 @@ class ObjectTables:
         self._indexed: dict[str, tuple[int, int]] = {}  # the row, and the place in the tree, of each that is in it
         self._tree = NO_TREE  # of these
         self._many: dict[str, _Many] = {}
+        self._farthest: dict[str, float] = {}  # how far those of these that have a speed reach from their frames' origins [m]
         self._endless: set[str] = set()
         self._round: set[str] = set()  # those that are no boxes
         self._sets = {_NO_LINKS: 0}
@@ -126,7 +127,9 @@ class ObjectTables:
                 one = self._many[name]
                 if one.rows.start == one.rows.stop:  # nothing is in it
                     continue
-                row, radius = self._arena.table[one.rows.start], _farthest(one.shape)
+                if name not in self._farthest:
+                    self._farthest[name] = _farthest(one.shape)
+                row, radius = self._arena.table[one.rows.start], self._farthest[name]
             else:
                 row = self._rows[self._alone[name]] if name in self._alone else self._arena.table[self._indexed[name][0]]
                 radius = float(row[REACH])
@@ -200,6 +203,7 @@ class ObjectTables:
             self._take_out(name)
         if self._many.pop(name, None):
             self._root = None
+            self._farthest.pop(name, None)
         if name in self._alone:
             k, n = self._alone.pop(name), len(self._alone)
             self._rows[k:n] = self._rows[k + 1 : n + 1]

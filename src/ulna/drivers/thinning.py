@@ -4,79 +4,72 @@
    When it is half full, all slots are moved to a table four times as large.
 2. When all points are in it, each is compared with the one that is kept in its voxel.
 
+The caller owns the tables, and calls for some points at a time, since Python notices Ctrl-C between two calls.
+
 Source: Teschner and others, Optimized spatial hashing for collision detection of deformable objects (VMV 2003), for the hash.
 """
 
 import numpy as np
 
-from ulna.engine.decorators import entry, kernel, routine
-from ulna.engine.signatures import NUMBER, NUMBERS, POINTS, POINTS_32, TRUTHS
+from ulna.engine.decorators import entry, kernel
+from ulna.engine.signatures import INDICES, NUMBER, NUMBERS, POINTS, POINTS_32, TRUTHS
 
 VOXEL_BITS = 21  # of the number of a voxel along each axis
-FIRST_SIZE = 1 << 12
-_FREE = -1
+FIRST_SIZE = 1 << 10
+FREE_SLOT = -1
 
 
-@entry(*((points, NUMBER, NUMBERS, TRUTHS) for points in (POINTS, POINTS_32)))
-def thin(points, voxel, low_and_farthest, kept):
-    """Write which points, shape (n, 3), are kept, shape (n,), and how far any is from the one kept in its voxel [m].
+@entry(*((points, NUMBER, NUMBERS, INDICES, INDICES, INDICES) for points in (POINTS, POINTS_32)))
+def fill_slots(points, voxel, low, voxels, nearest, progress):
+    """Put points, shape (n, 3), into a table until it is half full.
 
-    low_and_farthest: the least x, y, z, where the grid begins; the distance is written behind them, shape (4,). The grid has
-    fewer than 2^21 voxels along each axis.
+    low: the least x, y, z, where the grid begins; it has fewer than 2^21 voxels of this edge [m] along each axis. voxels and
+    nearest: the table, shape (2^k,). progress: the first of the points, the one after the last, and how many voxels the table
+    has; where to go on, and how many it has then, are written in their place.
     """
-    scale, n, start, count = 1.0 / voxel, points.shape[0], 0, 0
-    voxels, nearest = np.full(FIRST_SIZE, _FREE, np.int64), np.empty(FIRST_SIZE, np.int64)
-    while start < n:
-        start, count = fill_slots(points, scale, low_and_farthest, voxels, nearest, start, count)
-        if start < n:
-            size = 4 * voxels.shape[0]
-            more, nearest_of_more = np.full(size, _FREE, np.int64), np.empty(size, np.int64)
-            move_slots(voxels, nearest, more, nearest_of_more)
-            voxels, nearest = more, nearest_of_more
-    low_and_farthest[3] = np.sqrt(compare_with_kept(points, scale, low_and_farthest, voxels, nearest, kept))
-
-
-@routine
-def fill_slots(points, scale, low, voxels, nearest, start, count):
-    """Put the points from ``start`` on into a table with so many voxels, until it is half full; where to go on, and how many."""
-    most = voxels.shape[0] // 2
-    for i in range(start, points.shape[0]):
+    scale, most, count = 1.0 / voxel, voxels.shape[0] // 2, progress[2]
+    for i in range(progress[0], progress[1]):
         a, b, c, square = voxel_of(points, i, scale, low)
-        voxel, slot = slot_of(voxels, a, b, c)
-        if voxels[slot] == _FREE:
+        number, slot = slot_of(voxels, a, b, c)
+        if voxels[slot] == FREE_SLOT:
             if count == most:
-                return i, count
-            voxels[slot], nearest[slot], count = voxel, i, count + 1
+                progress[0], progress[2] = i, count
+                return
+            voxels[slot], nearest[slot], count = number, i, count + 1
         else:
             k = nearest[slot]
             if square < voxel_of(points, k, scale, low)[3]:
                 nearest[slot] = i
-    return points.shape[0], count
+    progress[0], progress[2] = progress[1], count
 
 
-@routine
+@entry((INDICES, INDICES, INDICES, INDICES))
 def move_slots(voxels, nearest, more, nearest_of_more):
     """Put all voxels of a table into a larger one."""
     mask = (1 << VOXEL_BITS) - 1
     for i in range(voxels.shape[0]):
-        voxel = voxels[i]
-        if voxel != _FREE:
-            _, slot = slot_of(more, voxel >> 2 * VOXEL_BITS, voxel >> VOXEL_BITS & mask, voxel & mask)
-            more[slot], nearest_of_more[slot] = voxel, nearest[i]
+        number = voxels[i]
+        if number != FREE_SLOT:
+            _, slot = slot_of(more, number >> 2 * VOXEL_BITS, number >> VOXEL_BITS & mask, number & mask)
+            more[slot], nearest_of_more[slot] = number, nearest[i]
 
 
-@routine
-def compare_with_kept(points, scale, low, voxels, nearest, kept):
-    """Write which points are kept; the square of how far any is at most from the one kept in its voxel."""
-    farthest = 0.0
-    for i in range(points.shape[0]):
-        a, b, c, _ = voxel_of(points, i, scale, low)
+@entry(*((points, NUMBER, NUMBERS, INDICES, INDICES, INDICES, TRUTHS) for points in (POINTS, POINTS_32)))
+def compare_with_kept(points, voxel, low_and_farthest, voxels, nearest, progress, kept):
+    """Write which points from ``progress[0]`` to before ``progress[1]`` are kept, shape (n,).
+
+    low_and_farthest: as ``low`` of ``fill_slots``, and how far any is from the one that is kept in its voxel [m], if that is
+    farther than what is there, shape (4,).
+    """
+    scale, farthest = 1.0 / voxel, 0.0
+    for i in range(progress[0], progress[1]):
+        a, b, c, _ = voxel_of(points, i, scale, low_and_farthest)
         _, slot = slot_of(voxels, a, b, c)
         k = nearest[slot]
         x, y, z = apart(points, i, k, 0), apart(points, i, k, 1), apart(points, i, k, 2)
         farthest = max(farthest, x * x + y * y + z * z)
         kept[i] = k == i
-    return farthest
+    low_and_farthest[3] = max(low_and_farthest[3], np.sqrt(farthest))
 
 
 @kernel
@@ -97,8 +90,8 @@ def voxel_of(points, i, scale, low):
 @kernel
 def slot_of(voxels, a, b, c):
     """The number of a voxel, and its slot in the table, or the free one where it belongs."""
-    voxel, mask = (a << VOXEL_BITS | b) << VOXEL_BITS | c, voxels.shape[0] - 1
+    number, mask = (a << VOXEL_BITS | b) << VOXEL_BITS | c, voxels.shape[0] - 1
     slot = (a * 73856093 ^ b * 19349663 ^ c * 83492791) & mask
-    while voxels[slot] != _FREE and voxels[slot] != voxel:
+    while voxels[slot] != FREE_SLOT and voxels[slot] != number:
         slot = slot + 1 & mask
-    return voxel, slot
+    return number, slot
