@@ -19,8 +19,11 @@ import ulna
 from benchmarks.collision import moving_rows, scattered
 from benchmarks.depth_camera import Camera, bin_on_a_table
 from benchmarks.markdown import table
+from benchmarks.peer import NotForThisArm
 from benchmarks.processors import one_processor
 from ulna.bench.arms import load_arm
+from ulna.description.meshes.mesh_files import with_mesh_paths
+from ulna.description.urdf_writer import write_urdf
 
 Array = NDArray[np.float64]
 RADIUS = 0.005  # [m], of the balls around the points
@@ -190,8 +193,13 @@ SHAPED = {
 
 
 def arm_rows(names: Iterable[str]) -> list[dict]:
-    """Arms of meshes, by hulls, pieces and balls that are kept, beside the bin's cloud and a crate: a row, an edge, a plan."""
-    rows = []
+    """Arms of meshes, by hulls, pieces and balls that are kept, beside the bin's cloud and a crate: a row, an edge, a plan.
+
+    RoboPlan has the meshes' triangles, and as many plans, between the ends of those with hulls that are free there.
+    """
+    rows, world = [], ulna.World()
+    world.add("cloud", seen(10_000))
+    world.add("crate", ulna.Box((0.2, 0.2, 0.2)), ulna.pose((0.1, 0.7, 0.3)))
     for name in names:
         for kind, shaped in SHAPED.items():
             row: dict = {"arm": name, "shapes": kind}
@@ -201,9 +209,6 @@ def arm_rows(names: Iterable[str]) -> list[dict]:
             except ulna.UlnaError as error:
                 sys.stderr.write(f"{name}, {kind}: {error}\n")
                 continue
-            world = ulna.World()
-            world.add("cloud", seen(10_000))
-            world.add("crate", ulna.Box((0.2, 0.2, 0.2)), ulna.pose((0.1, 0.7, 0.3)))
             q = free(robot, world, CONFIGURATIONS, 3)
             if len(q) < 2 * PLANS:
                 sys.stderr.write(f"{name}, {kind}: of {20 * CONFIGURATIONS} configurations {len(q)} are free\n")
@@ -215,7 +220,31 @@ def arm_rows(names: Iterable[str]) -> list[dict]:
             edges = [edge for edge in edges if not robot.edge_in_collision(*edge, world)]
             row["edge_us"] = 1e6 * float(np.median(seconds(lambda e, w=world, r=robot: r.edge_in_collision(*e, w), edges)))
             rows.append(row | planned(robot, world, zip(q[:PLANS], q[PLANS : 2 * PLANS], strict=True)))
+            if kind == "hulls":
+                rows += by_roboplan(name, arm, robot, world, q)
     return rows
+
+
+def by_roboplan(name: str, arm: ulna.Robot, hulls: ulna.Robot, world: ulna.World, q: Array) -> list[dict]:
+    """RoboPlan's row with the triangles of an arm; none, and why, if it cannot be had."""
+    parts = arm.description
+    try:
+        from benchmarks.peers.roboplan import Planner  # noqa: PLC0415 -- it may be absent
+
+        urdf = with_mesh_paths("file", write_urdf(parts), parts.folder, parts.package_dirs)
+        peer = Planner(arm, urdf, may_touch=[(pair.link_a, pair.link_b) for pair in hulls.allowed_collisions])
+    except (ImportError, NotForThisArm, ValueError) as reason:
+        sys.stderr.write(f"{name}, RoboPlan: {reason}\n")
+        return []
+    peer.lay_out(world)
+    batch = np.median([seconds(peer.touches, q).sum() for _ in range(3)])
+    ends = [pair for pair in zip(q[:PLANS], q[PLANS : 2 * PLANS], strict=True) if not any(map(peer.touches, pair))]
+    found = [peer.search(*pair)[1] for pair in ends]
+    times = 1e3 * np.array([took for path, took in found if path is not None])
+    return [{
+        "arm": name, "shapes": "meshes, RoboPlan", "in_collision_us": 1e6 * float(batch) / len(q), "plans": len(ends),
+        "solved": len(times), "plan_ms": float(np.median(times)), "plan_95_ms": float(np.percentile(times, 95)),
+    }]  # fmt: skip
 
 
 def judge_rows(balls: int) -> list[dict]:

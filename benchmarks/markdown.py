@@ -26,6 +26,8 @@ _TITLES = {
 
 def table(rows: list[dict]) -> str:
     """The rows; the keys of the first are the columns. Text stands left, numbers right."""
+    if not rows:
+        return "Nothing could be measured."
     keys = list(rows[0])
     lines = [keys, ["---" if isinstance(rows[0][key], str) else "---:" for key in keys]]
     lines += [[_cell(row.get(key, "")) for key in keys] for row in rows]

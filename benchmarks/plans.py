@@ -156,7 +156,8 @@ def _vamp(name: str, joints: tuple[str, ...]):
 def _others(robot: ulna.Robot, folder: Path) -> dict:
     """OMPL and RoboPlan, by name; those that are not to be had are named."""
     found = {}
-    for who, module, arguments in (("OMPL", "ompl", (robot,)), ("RoboPlan", "roboplan", (robot, folder))):
+    texts = [(folder / f"{folder.name}{ending}").read_text(encoding="utf-8") for ending in ("_spherized.urdf", ".srdf")]
+    for who, module, arguments in (("OMPL", "ompl", (robot,)), ("RoboPlan", "roboplan", (robot, *texts))):
         try:
             found[who] = importlib.import_module(f"benchmarks.peers.{module}").Planner(*arguments)
         except (ImportError, NotForThisArm) as reason:

@@ -1,9 +1,11 @@
 """RoboPlan: RRT-Connect in C++ on Pinocchio and Coal, which test edges at samples; and its path shortcutter.
 
-Source: https://github.com/open-planning/roboplan. It has no capsules: there it is asked among the exact cylinders.
+Source: https://github.com/open-planning/roboplan. It has no capsules: there it is asked among the exact cylinders. A cloud is given
+to it as an octree, whose cells are as wide as a ball.
 """
 
 import time
+from collections.abc import Iterable
 from itertools import combinations
 
 import numpy as np
@@ -21,12 +23,17 @@ COLOUR = np.ones(4)
 
 
 class Planner:
-    """Its planner for a robot in VAMP's spheres."""
+    """Its planner for a robot, by the text of its URDF and, where there is one, of its SRDF.
 
-    def __init__(self, robot: ulna.Robot, folder) -> None:
-        urdf = (folder / f"{folder.name}_spherized.urdf").read_text(encoding="utf-8")
-        self._scene = core.Scene(folder.name, core.loadUrdfSceneDescriptionFromXml(urdf, []))
-        self._scene.importSrdf((folder / f"{folder.name}.srdf").read_text(encoding="utf-8"))
+    may_touch: pairs of links whose contact is allowed too.
+    """
+
+    def __init__(self, robot: ulna.Robot, urdf: str, srdf: str | None = None, may_touch: Iterable[tuple[str, str]] = ()) -> None:
+        self._scene = core.Scene(robot.name, core.loadUrdfSceneDescriptionFromXml(urdf, []))
+        if srdf is not None:
+            self._scene.importSrdf(srdf)
+        for pair in may_touch:
+            self._scene.setCollisions(*pair, enable=False)
         self._names = list(robot.joint_names)
         self._scene.addGroup(GROUP, self._names)
         if list(self._scene.getJointNames()) != self._names:
@@ -43,9 +50,17 @@ class Planner:
 
     def solve(self, problem: PlanningProblem, world: ulna.World) -> tuple[Way, Way]:
         """The path and the shortened one, and how long each took without laying out the objects [s]."""
-        self._lay_out(world)
+        self.lay_out(world)
+        return self.search(problem.start, problem.goal)
+
+    def touches(self, q: NDArray) -> bool:
+        """Whether anything touches at q, shape (n_dof,)."""
+        return self._scene.hasCollisions(self._scene.toFullJointPositions(GROUP, q))
+
+    def search(self, start: NDArray, goal: NDArray) -> tuple[Way, Way]:
+        """As ``solve``, in the world that is laid out."""
         self._planner.setRngSeed(1)
-        ends = [core.JointConfiguration(self._names, q) for q in (problem.start, problem.goal)]
+        ends = [core.JointConfiguration(self._names, q) for q in (start, goal)]
         began = time.thread_time()
         try:
             first = self._planner.plan(*ends)
@@ -56,7 +71,8 @@ class Planner:
         ended = time.thread_time()
         return (np.array(first.positions), planned - began), (np.array(path.positions), ended - began)
 
-    def _lay_out(self, world: ulna.World) -> None:
+    def lay_out(self, world: ulna.World) -> None:
+        """Put the objects of a world in the place of those before."""
         for name in self._objects:
             self._scene.removeGeometry(name)
         self._objects = []
@@ -67,8 +83,17 @@ class Planner:
                     self._scene.addSphereGeometry(name, "universe", core.Sphere(shape.radius), place, COLOUR)
                 case ulna.Cylinder() | ulna.Capsule():
                     self._scene.addCylinderGeometry(name, "universe", core.Cylinder(shape.radius, shape.length), place, COLOUR)
+                case ulna.PointCloud():
+                    self._scene.addOcTreeGeometry(name, "universe", _octree(shape), place, COLOUR)
                 case _:
                     self._scene.addBoxGeometry(name, "universe", core.Box(*shape.extents), place, COLOUR)
             self._objects.append(name)
         for a, b in combinations(self._objects, 2):
             self._scene.setCollisions(a, b, enable=False)
+
+
+def _octree(cloud: ulna.PointCloud) -> core.OcTree:
+    """Cells, each with its middle, edge, occupancy and the least occupancy that is occupied."""
+    edge = 2.0 * cloud.radius
+    middles = (np.unique(np.floor(cloud.points / edge), axis=0) + 0.5) * edge
+    return core.OcTree([np.array([*middle, edge, 0.97, 0.5]) for middle in middles], edge)

@@ -34,6 +34,7 @@ world.add("crate", box, ulna.pose((0.4, 0, 0.4)))
 for kind in ("float32", "float64"):
     cloud = ulna.PointCloud(np.full((9, 3), 2.0, kind), 0.01)
     mixed.add(kind, cloud.thinned(0.1).without(panda, panda.home))
+ulna.PointCloud(np.arange(3000.0).reshape(-1, 3), 0.01).thinned(1.0)  # its table has to grow
 for k in range(80):
     mixed.add(f"ball {k}", ulna.Sphere(0.01) if k % 2 else ulna.Cylinder(0.01, 0.1), ulna.pose((0.5, 0.02 * k, 0.4)))
 floor = ulna.HalfSpace()
