@@ -1,4 +1,4 @@
-"""Says what a motion keeps at all times: a link near a pose, a line, a plane or an orientation, or in a box."""
+"""Says what a motion keeps at all times: a link near a pose, a line, a plane, an orientation or another link, or in a box."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.description.arrays import as_floats, as_number
+from ulna.description.arrays import as_floats, as_number, as_switch
 from ulna.description.pose import as_one_pose, inverse
 from ulna.errors import InputError
 from ulna.ik.task import Task, as_task
@@ -30,14 +30,17 @@ class Keep:
 
     Attributes:
         task: What of the pose is kept, and by how much it may be off, at least 1e-6 [m or rad] each.
-        T: The pose T_base_link, shape (4, 4); that at the start of the motion for None.
+        T: The pose T_base_link, shape (4, 4); that at the start of the motion for None. With ``relative_to`` T_other_link.
         link: The link; the one that is planned for, else the tip, for None.
-        along: A direction in the base, shape (3,). If given, the axis is what of the link points there at the start, instead of
-            ``task.axis``.
+        along: A direction in the base, or in ``relative_to``, shape (3,). If given, the axis is what of the link points there at
+            the start, instead of ``task.axis``.
+        relative_to: Another link, from which the link is seen; the base for None.
+        towards: Whether the axis is kept towards the origin of T, from the link's own origin, instead of along that of T.
 
     Raises:
         InputError: ``task`` is not a task; the slacks of its rotation differ, or are pi or more; a slack is too small; T is not a
-            pose; ``along`` is not a direction, or is given with a task that has no axis.
+            pose; ``along`` is not a direction, or is given with a task that has no axis; ``towards`` is, or without T;
+            ``relative_to`` is the link itself.
 
     Example:
         >>> import ulna
@@ -53,6 +56,8 @@ class Keep:
     T: Array | None = None
     link: str | None = None
     along: tuple[float, float, float] | None = None
+    relative_to: str | None = None
+    towards: bool = False
 
     def __post_init__(self) -> None:
         task = as_task(self.task)
@@ -67,9 +72,13 @@ class Keep:
             object.__setattr__(self, "T", as_one_pose(self.T))
             self.T.setflags(write=False)
         if self.along is not None:
-            if np.isinf(slack[3:]).tolist() != [False, False, True] or self.T is not None:
+            if not self.keeps_axis or self.T is not None:
                 raise InputError("along", "goes with a task that leaves the turn about an axis free, and without a pose")
             object.__setattr__(self, "along", _direction("along", self.along))
+        if as_switch("towards", self.towards) and (not self.keeps_axis or self.T is None):
+            raise InputError("towards", "goes with a task that leaves the turn about an axis free, and with a pose")
+        if self.relative_to is not None and self.relative_to == self.link:
+            raise InputError("relative_to", f"{self.link!r} never moves relative to itself; another link is expected")
 
     @classmethod
     def upright(
@@ -118,11 +127,9 @@ class Keep:
         Raises:
             InputError: An argument cannot be taken, or the points are nearer than 1e-9 m.
         """
-        a, b = as_floats("a", a), as_floats("b", b)
-        if a.shape != (3,) or not np.isfinite(a).all():
-            raise InputError("a", "three finite numbers [m] are expected")
-        if b.shape != (3,) or not np.linalg.norm(b - a) > 1e-9:
-            raise InputError("b", "a point other than the first, three finite numbers [m], is expected")
+        a, b = _point("a", a), _point("b", b)
+        if not np.linalg.norm(b - a) > 1e-9:
+            raise InputError("b", "a point other than the first is expected")
         side = _tolerance("within", within) / np.sqrt(2.0)
         T = Task.pointing(_direction("b", b - a)).frame
         T[:3, 3] = a
@@ -154,10 +161,56 @@ class Keep:
             raise InputError("extents", f"three lengths [m] of at least {2 * _LEAST:g} are expected")
         return cls(Task((*(extents / 2).tolist(), _FREE, _FREE, _FREE)), as_one_pose(T), link)
 
+    @classmethod
+    def looking_at(
+        cls,
+        point: ArrayLike,
+        axis: ArrayLike = _UP,
+        within: float = 0.09,
+        *,
+        link: str | None = None,
+        relative_to: str | None = None,
+    ) -> Keep:
+        """An axis through the link's origin points at a point, within an angle: a camera sees a part. Any distance, any turn.
+
+        Args:
+            point: It [m], shape (3,), in the base, or in the frame of ``relative_to``.
+            axis: The direction of the link, in its axes, shape (3,).
+            within: The angle [rad].
+            link: The link.
+            relative_to: A link that the point moves with.
+
+        Raises:
+            InputError: An argument cannot be taken.
+        """
+        turn = _tolerance("within", within)
+        T, task = np.eye(4), Task((_FREE, _FREE, _FREE, turn, turn, _FREE), _direction("axis", axis))
+        T[:3, 3] = _point("point", point)
+        return cls(task, T, link, relative_to=relative_to, towards=True)
+
+    @classmethod
+    def together(cls, link: str, other: str, T: ArrayLike | None = None, within: tuple[float, float] = (AWAY, 1e-3)) -> Keep:
+        """Two links keep their relative pose: two hands that hold one object.
+
+        Args:
+            link: One link.
+            other: The other one.
+            T: The pose T_link_other, shape (4, 4), of the other as the one sees it; that at the start for None.
+            within: By how much it may be off: along each axis of T [m], and the angle [rad].
+
+        Raises:
+            InputError: An argument cannot be taken.
+        """
+        both = as_floats("within", within)
+        if both.shape != (2,):
+            raise InputError("within", f"{within!r}; two tolerances are expected: a distance [m] and an angle [rad]")
+        away, turn = (_tolerance("within", each) for each in both.tolist())
+        return cls(Task((away,) * 3 + (turn,) * 3), T, other, relative_to=link)  # type: ignore[arg-type]
+
     def at_start(self, T: Array, link: str) -> Keep:
-        """The same of a motion that begins with the link at T, shape (4, 4): with a link, a pose and an axis."""
+        """The same of a motion that begins with the link at T, shape (4, 4), as seen from ``relative_to``: all of it is known."""
         task = self.task if self.along is None else replace(self.task, axis=tuple((T[:3, :3].T @ self.along).tolist()))
-        return Keep(task, T if self.T is None else self.T, link)
+        return replace(self, task=task, T=T if self.T is None else self.T, link=link, along=None)
 
     @property
     def pose(self) -> Array:
@@ -179,6 +232,13 @@ class Keep:
 
 def _tolerance(name: str, value: float) -> float:
     return as_number(name, value, _LEAST, f"a tolerance of at least {_LEAST:g} m or rad")
+
+
+def _point(name: str, value: ArrayLike) -> Array:
+    point = as_floats(name, value)
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise InputError(name, f"{value!r}; a point, three finite numbers [m], is expected")
+    return point
 
 
 def _direction(name: str, vector: ArrayLike) -> tuple[float, float, float]:

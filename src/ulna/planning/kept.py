@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,9 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.pose import angle_between, inverse
 from ulna.drivers.planning import keeping
-from ulna.errors import InputError, TruthError
+from ulna.errors import InputError, TruthError, UnknownNameError
 from ulna.ik.reason import Reason
 from ulna.kernels.ik.search_layout import SLACK, TASK
+from ulna.kernels.layout import BASE, PARENT, RATIO
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.groups import JointGroup, tip_of
@@ -25,6 +27,7 @@ Array = NDArray[np.float64]
 _AIM = 0.5  # of the tolerance: where a projection leads to
 _BENT = 2.5  # [rad^2/m or rad]: the square of an edge that leaves a curve by a tolerance, by that; longer ones seldom keep it
 _PRECISION = 1e-3  # of a tolerance
+_PARALLEL = 1e-9  # a cosine: what is nearer to a plane is in it
 _NARROWER = 0.998  # times a tolerance: that of a search, so that parts of what it found are certified again wherever they are cut
 
 
@@ -41,17 +44,20 @@ class Violation(NamedTuple):
         quantity: "x", "y" or "z", of its displacement in the axes of the constraint [m]; or "angle" [rad].
         value: How much.
         tolerance: What is allowed.
+        relative_to: The link from which it is seen; None for the base.
     """
 
     link: str
     quantity: str
     value: float
     tolerance: float
+    relative_to: str | None = None
 
     def __str__(self) -> str:
+        name = self.link if self.relative_to is None else f"{self.link}, seen from {self.relative_to},"
         if self.quantity == "angle":
-            return f"{self.link} is turned by {self.value:.4g} rad, and {self.tolerance:.4g} rad is allowed"
-        return f"{self.link} is {self.value * 1e3:.4g} mm off along {self.quantity}, and {self.tolerance * 1e3:.4g} mm is allowed"
+            return f"{name} is turned by {self.value:.4g} rad, and {self.tolerance:.4g} rad is allowed"
+        return f"{name} is {self.value * 1e3:.4g} mm off along {self.quantity}, and {self.tolerance * 1e3:.4g} mm is allowed"
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +87,8 @@ def as_keeps(
     link: that of a constraint which names none; for None the tip of the group, or else the robot's.
 
     Raises:
-        InputError: One is no ``Keep``, no joint moves its link, or there are several tips, so one has to be named.
+        InputError: One is no ``Keep``, no joint moves its link, or that relative to another one; two of a link contradict each
+            other; or there are several tips, so one has to be named.
         UnknownNameError: There is no such link.
     """
     if not isinstance(keep, (Keep, Iterable)) or isinstance(keep, (str, bytes, dict)):
@@ -94,10 +101,52 @@ def as_keeps(
         if name is None and group is not None:
             name = tip_of(group)
         name = tree.link_or_tip(name)
-        if not len(tree.moving_columns(name)):
-            raise InputError("keep", f"no joint moves link {name!r}")
-        keeps.append(one.at_start(forward_kinematics(tree, q_start, name), name))
+        _, between = _joints_of_both(tree, name, one.relative_to)
+        if not (tree.joints[between, RATIO] != 0.0).any():
+            beside = "" if one.relative_to is None else f" relative to {one.relative_to!r}"
+            raise InputError("keep", f"no joint moves link {name!r}{beside}")
+        keeps.append(one.at_start(_seen(tree, q_start, name, one.relative_to), name))
+    for a, b in combinations(keeps, 2):
+        if (a.link, a.relative_to, a.towards, b.towards) == (b.link, b.relative_to, False, False):
+            _refuse_contradiction(a, b)
     return tuple(keeps)
+
+
+def _seen(tree: Tree, q: Array, link: str, relative_to: str | None) -> Array:
+    """T_base_link, shape (4, 4), or T_other_link."""
+    T = forward_kinematics(tree, q, link)
+    return T if relative_to is None else inverse(forward_kinematics(tree, q, relative_to)) @ T
+
+
+def _joints_of_both(tree: Tree, link: str, relative_to: str | None) -> tuple[int, list[int]]:
+    """The last joint that carries both links, or BASE, and the joints that carry one of them; None is the base."""
+    rows: list[set[int]] = []
+    for name in (link, tree.root if relative_to is None else relative_to):
+        if name not in tree.link_row:
+            raise UnknownNameError("link", str(name), tree.link_names)
+        rows.append(set())
+        row = tree.link_row[name]
+        while row != BASE:
+            rows[-1].add(row)
+            row = int(tree.joints[row, PARENT])
+    return max(rows[0] & rows[1], default=BASE), sorted(rows[0] ^ rows[1])
+
+
+def _refuse_contradiction(a: Keep, b: Keep) -> None:
+    """Whether no pose keeps two constraints of one link: by planes of the one's box or the other's, or by an angle."""
+    (R_a, r_a), (R_b, r_b) = ((keep.pose[:3, :3] @ keep.task.frame[:3, :3], np.array(keep.task.slack)) for keep in (a, b))
+    between, cosines = b.pose[:3, 3] - a.pose[:3, 3], np.abs(R_a.T @ R_b)
+    cosines[cosines < _PARALLEL] = 0.0
+    for R, r, cosine, other in ((R_a, r_a, cosines, r_b), (R_b, r_b, cosines.T, r_a)):
+        reach = r[:3] + (cosine * np.where(cosine > 0.0, other[:3], 0.0)).sum(axis=1)
+        beyond = float((np.abs(R.T @ between) - reach).max())
+        if beyond > 0.0:
+            raise InputError("keep", f"two constraints of {a.link!r} contradict each other: they are {beyond:.3g} m apart")
+    if (a.keeps_axis, a.task.axis) == (b.keeps_axis, b.task.axis):
+        R = R_a.T @ R_b
+        angle = float(np.arccos(np.clip(R[2, 2], -1.0, 1.0))) if a.keeps_axis else float(angle_between(a.pose, b.pose))
+        if angle > r_a[3] + r_b[3]:
+            raise InputError("keep", f"two constraints of {a.link!r} contradict each other: they are {angle:.3g} rad apart")
 
 
 def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Array | None:
@@ -109,10 +158,12 @@ def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Array | None:
         row, slack, turn = tree.frame_row(str(keep.link), keep.task.frame), np.array(keep.task.slack), keep.task.slack[3]
         frame[: len(row)], frame[layout.AWAY : layout.AWAY + 3] = row, slack[:3]
         if turn < np.inf:
-            frame[layout.AXES] = layout.Z_AXIS if keep.keeps_axis else layout.ALL_AXES
+            compared = layout.TOWARDS if keep.towards else layout.Z_AXIS
+            frame[layout.AXES] = compared if keep.keeps_axis else layout.ALL_AXES
             frame[layout.CHORD] = 2.0 * np.sin(0.5 * turn) * (1.0 if keep.keeps_axis else np.sqrt(2.0))
         frame[layout.LEVER] = np.linalg.norm(row[[3, 7, 11]])
-        reference[:12] = (keep.pose @ keep.task.frame)[:3].reshape(-1)
+        other = tree.frame_row(tree.root if keep.relative_to is None else keep.relative_to, keep.pose @ keep.task.frame)
+        reference[: len(other)], reference[layout.SHARED] = other, _joints_of_both(tree, str(keep.link), keep.relative_to)[0]
         projection[TASK], projection[SLACK : SLACK + 6] = keep.task.kind, _AIM * slack
     return _frozen(table)
 
@@ -176,14 +227,18 @@ def violations(keeps: tuple[Keep, ...], tree: Tree, q: Array) -> Reason:
 
 def _violations_of(keep: Keep, tree: Tree, q: Array) -> list[Violation]:
     frame, link = keep.task.frame, str(keep.link)
-    T, reference, slack = forward_kinematics(tree, q, link) @ frame, keep.pose @ frame, keep.task.slack
+    T, reference, slack = _seen(tree, q, link, keep.relative_to) @ frame, keep.pose @ frame, keep.task.slack
     away = np.abs(inverse(reference) @ T)[:3, 3].tolist()
     angle = float(angle_between(T, reference))
     if keep.keeps_axis:
-        angle = 2.0 * float(np.arcsin(min(1.0, np.linalg.norm((T - reference)[:3, 2]) / 2.0)))
+        there = reference[:3, 2]
+        if keep.towards:
+            there = reference[:3, 3] - T[:3, 3]
+            there = there / max(float(np.linalg.norm(there)), layout.LEAST_LENGTH)
+        angle = 2.0 * float(np.arcsin(min(1.0, np.linalg.norm(T[:3, 2] - there) / 2.0)))
     values = zip(("x", "y", "z", "angle"), (*away, angle), slack[:4], strict=True)
     return [
-        Violation(link, name, value, most)
+        Violation(link, name, value, most, keep.relative_to)
         for name, value, most in values
         if value > most * _NARROWER * (1.0 - 2.0 * keeping.APART)
     ]

@@ -38,6 +38,9 @@ class Moving(NamedTuple):
     """The joints at eight configurations of an edge; the names are those of ``Carried``, and so are the shapes."""
 
     steps: NDArray
+    speeds: NDArray
+    """Of the origins of the two frames of each constraint, shape (2 n, n_joints + 1)."""
+    bends: NDArray
     joint_rows: NDArray
     twist_rows: NDArray
 
@@ -47,12 +50,8 @@ class Keeping(NamedTuple):
 
     keeps: NDArray
     """The constraints (``planning_layout``), KEEP_ROWS rows each."""
-    speeds: NDArray
-    """The greatest speed of the origin of each, as in ``Carried``, shape (n, n_joints + 1)."""
-    bends: NDArray
-    """The same of its acceleration."""
     slacks: NDArray
-    """What rounding and the spread add to displacements and to differences of axes, shape (n, 2)."""
+    """What rounding and the spread add to each (``kernels.planning.keeping``), shape (n, 3)."""
     share_rows: NDArray
     """Shares at the middles of eight intervals, and their bounds: two rows."""
     moving: Moving
@@ -84,9 +83,12 @@ def keeping_of(joints, keeps, space):
         for lane in range(WIDTH):
             bound_rows[k, lane] = -_INF if turns else space[layout.LOW, k]
             bound_rows[n_dof + k, lane] = _INF if turns else space[layout.HIGH, k]
-    moving = Moving(steps_of(joints), empty_rows(12 * n_joints), empty_rows(6 * n_joints))
+    moving = Moving(
+        steps_of(joints), np.empty((2 * n, n_joints + 1)), np.empty((2 * n, n_joints + 1)),
+        empty_rows(12 * n_joints), empty_rows(6 * n_joints),
+    )  # fmt: skip
     return Keeping(
-        keeps, np.empty((n, n_joints + 1)), np.empty((n, n_joints + 1)), np.empty((n, 2)), empty_rows(2), moving,
+        keeps, np.empty((n, 3)), empty_rows(2), moving,
         bound_rows, empty_rows(6 * n_dof), empty_rows(N_SYSTEM), empty_rows(n_dof),
         np.empty((WIDTH + 1, n_dof)), empty_rows(n_dof), np.full(1, -1),
     )  # fmt: skip
@@ -118,7 +120,7 @@ def greatest_share(joints, keeping, work, q_a, q_b, spread, level, apart, most):
     """
     _, lane_rows, waiting, _ = work
     write_steps(joints, q_a, q_b, spread, keeping.moving.steps)
-    write_keep_bounds(joints, keeping.keeps, keeping.moving.steps, keeping.speeds, keeping.bends, keeping.slacks)
+    write_keep_bounds(joints, keeping.keeps, keeping.moving, keeping.slacks)
     waiting[0, 0], waiting[0, 1] = 0.5, 0.5
     oldest, newest = 0, 1
     while oldest < newest:
@@ -147,7 +149,7 @@ def write_shares(joints, keeping, q_rows, half):
     moving = keeping.moving
     tree_poses(joints, q_rows, moving.joint_rows)
     write_twists(joints, moving, half)
-    value, bound = keep_shares(keeping.keeps, keeping.speeds, keeping.bends, keeping.slacks, moving, half, half)
+    value, bound = keep_shares(joints, keeping.keeps, keeping.slacks, moving, half, half)
     store(keeping.share_rows, 0, value)
     store(keeping.share_rows, 1, bound)
 
@@ -159,7 +161,7 @@ def project(joints, keeping, near, no_spread, q_rows):
     near: a configuration in range, by which rounding is bounded; no_spread: zeros; shape (n_dof,) each.
     """
     write_steps(joints, near, near, no_spread, keeping.moving.steps)
-    write_keep_bounds(joints, keeping.keeps, keeping.moving.steps, keeping.speeds, keeping.bends, keeping.slacks)
+    write_keep_bounds(joints, keeping.keeps, keeping.moving, keeping.slacks)
     still = splat(0.0, load(q_rows, 0))
     for _ in range(_MOST_STEPS):
         write_shares(joints, keeping, q_rows, still)

@@ -44,12 +44,16 @@ POINTS, PASS, AT, OTHER, ROWS = 0, 1, 2, 5, 6
 SHORTEN, CONFIRM = 0, 5
 SPARE_POINTS = 128  # besides twice the points of a path: room to shorten it
 # A constraint is so many rows of a table: its frame on the robot, in the columns of a table of frames (``kernels.layout``), with
-# its tolerances; the frame that it is compared with, in the base; the settings of its projection (``kernels.ik.search_layout``).
+# its tolerances; the frame that it is compared with, of the base or of the robot, and in the column SHARED the last joint that
+# carries both, or BASE; the settings of its projection (``kernels.ik.search_layout``).
 KEEP_ROWS, REFERENCE, PROJECTION = 3, 1, 2
+SHARED = 14
 # Columns of the first row: by how much its origin may be off along each axis of the other frame, infinite if it is free [m];
-# which axes are compared; the greatest length of their difference; how far its origin is from the joint's [m].
+# which axes are compared, or that z points TOWARDS the other's origin; the greatest length of their difference; how far its
+# origin is from the joint's [m].
 AWAY, AXES, CHORD, LEVER = 14, 17, 18, 19
 KEEP_WIDTH = 20
-NO_AXIS, Z_AXIS, ALL_AXES = 0, 1, 2
+NO_AXIS, Z_AXIS, ALL_AXES, TOWARDS = 0, 1, 2, 3
+LEAST_LENGTH = 1e-30  # [m]: by which is divided
 # How a step towards a configuration ends: not free; at another configuration, which keeps the constraints; there.
 STOPPED, BESIDE, REACHED = 0, 1, 2

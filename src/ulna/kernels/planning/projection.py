@@ -5,8 +5,8 @@ Source: the projection of Berenson, Srinivasa and Kuffner, Task space regions (I
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import load, store, where
-from ulna.kernels.chain.jacobian import add_joint, clear, express
+from ulna.engine.lanes import load, splat, sqrt, store, where
+from ulna.kernels.chain.jacobian import add_twist, clear, column, express, joint_twist, store_column
 from ulna.kernels.chain.poses import frame_pose
 from ulna.kernels.ik.damped_system import (
     block_joints_at_bounds,
@@ -17,29 +17,35 @@ from ulna.kernels.ik.damped_system import (
     within_bounds,
 )
 from ulna.kernels.ik.task_error import task_error
-from ulna.kernels.layout import IN_BASE, JOINT, PARENT
-from ulna.kernels.planning.planning_layout import KEEP_ROWS, PROJECTION, REFERENCE
-from ulna.kernels.spatial.se3 import constant_pose, load_pose
+from ulna.kernels.layout import COLUMN, IN_BASE, JOINT, PARENT
+from ulna.kernels.planning.planning_layout import AXES, KEEP_ROWS, LEAST_LENGTH, PROJECTION, REFERENCE, SHARED, TOWARDS
+from ulna.kernels.spatial.elementary import maximum
+from ulna.kernels.spatial.se3 import load_pose
+from ulna.kernels.spatial.vectors import cross, dot, minus, origin, scaled
 
 _DAMPING, _LEAST_DAMPING = 0.05, 1e-12
+_FLAT = 0.7  # of a unit vector: an entry at most as long is not the longest
 
 
 @kernel
 def project_step(joints, keeps, i, active, q_rows, joint_rows, bound_rows, jacobian_rows, system_rows):
     """Move q by one step towards constraint i, in the lanes that are ``active``, within the bounds.
 
-    1. Of the poses of the joints, take the pose of the constraint's frame and its Jacobian, column by column.
+    1. Of the poses of the joints, take those of the constraint's two frames, and the Jacobian of the first as the other sees it:
+       the twists of the joints that carry one of the two. If an axis is to point at the other frame's origin, the target and the
+       turn are those of that direction (``faced``).
     2. Reduce its error and the Jacobian to what lies beyond the slack of the projection.
     3. dq = J' (J J' + lambda I)^-1 e, lambda in proportion to |e|^2.
     """
     row, like = KEEP_ROWS * i, load(q_rows, 0)
-    pose, target = frame_pose(keeps, row, joint_rows, like), constant_pose(keeps, row + REFERENCE, like)
+    pose, target = frame_pose(keeps, row, joint_rows, like), frame_pose(keeps, row + REFERENCE, joint_rows, like)
+    shared = int(keeps[row + REFERENCE, SHARED])
     clear(jacobian_rows, like)
-    joint = int(keeps[row, JOINT])
-    while joint >= 0:
-        add_joint(joints, joint, load_pose(joint_rows, joint), jacobian_rows, 6, 1)
-        joint = int(joints[joint, PARENT])
+    add_joints(joints, int(keeps[row, JOINT]), shared, 1.0, joint_rows, jacobian_rows)
+    add_joints(joints, int(keeps[row + REFERENCE, JOINT]), shared, -1.0, joint_rows, jacobian_rows)
     express(pose, IN_BASE, jacobian_rows, 6, 1)
+    if int(keeps[row, AXES]) == TOWARDS:
+        target = faced(pose, target, jacobian_rows)
     e = task_error(keeps[row + PROJECTION], pose, target, pose_error(pose, target), jacobian_rows)
     block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
     p2, r2 = error_squares(e)
@@ -48,3 +54,28 @@ def project_step(joints, keeps, i, active, q_rows, joint_rows, bound_rows, jacob
     for j in range(n_dof):
         q = load(q_rows, j)
         store(q_rows, j, where(active, within_bounds(q + column_dot(jacobian_rows, j, y), bound_rows, j), q))
+
+
+@kernel
+def add_joints(joints, joint, shared, sign, joint_rows, jacobian_rows):
+    """Add the twists of a joint and of those that carry it, as far as one that does not count, times a sign."""
+    while joint != shared:
+        v, w = joint_twist(joints, joint, load_pose(joint_rows, joint))
+        add_twist(jacobian_rows, 6 * int(joints[joint, COLUMN]), 1, scaled(v, sign), scaled(w, sign))
+        joint = int(joints[joint, PARENT])
+
+
+@kernel
+def faced(pose, target, jacobian_rows):
+    """A pose whose z axis g points from a pose to a target, d away; its turn, v x g / |d|, is subtracted from the Jacobian."""
+    d = minus(origin(target), origin(pose))
+    near = 1.0 / maximum(sqrt(dot(d, d)), LEAST_LENGTH)
+    g = scaled(d, near)
+    for j in range(jacobian_rows.shape[0] // 6):
+        v, w = column(jacobian_rows, 6 * j, 1)
+        store_column(jacobian_rows, 6 * j, 1, v, minus(w, scaled(cross(v, g), near)))
+    flat = abs(g[0]) <= _FLAT
+    x = cross((where(flat, 1.0, 0.0), where(flat, 0.0, 1.0), splat(0.0, near)), g)
+    x = scaled(x, 1.0 / maximum(sqrt(dot(x, x)), LEAST_LENGTH))
+    y = cross(g, x)
+    return x[0], y[0], g[0], pose[3], x[1], y[1], g[1], pose[7], x[2], y[2], g[2], pose[11]
