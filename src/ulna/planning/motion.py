@@ -153,10 +153,11 @@ def _no_trees() -> Trees:
 
 @lru_cache(maxsize=64)
 def _settings(n_moving: int, diameter: float, margin: float, step: float, *, certify: bool) -> Array:
-    """``planning_layout``'s settings, which are only read. step: the longest along constraints; infinite without any."""
+    """``planning_layout``'s settings, which are only read. step: the longest stride along constraints; infinite without any."""
     settings = np.zeros(layout.N_SETTINGS)
-    longest = min(RANGE * min(1.0, _FEW / max(1, n_moving)), step)
-    settings[layout.NODES_A_STEP] = WIDTH if step < np.inf else 1
+    longest = RANGE * min(1.0, _FEW / max(1, n_moving))
+    settings[layout.STRIDE], settings[layout.STRIDES] = min(longest, step), np.ceil(2.0 * longest / min(longest, step))
+    settings[layout.NODES_A_STEP] = WIDTH * settings[layout.STRIDES] if step < np.inf else 1
     settings[layout.RANGE], settings[layout.RESOLUTION], settings[layout.MARGIN] = longest, RESOLUTION, margin
     settings[layout.SAMPLED] = 0.0 if certify else SAMPLES_APART
     wide = RANGE * np.sqrt(max(1.0, n_moving / 7))  # as the distances of samples grow

@@ -1,9 +1,9 @@
 """Extends a tree by a step: by one edge, or with constraints along them, by as many edges as they need.
 
-With constraints the step is tried as it is. Else it is divided into eight, and the eight configurations are projected at once
-(CBiRRT: Berenson, Srinivasa, Ferguson and Kuffner, ICRA 2009). From where it is, the tree goes straight to the last of them; if
-that edge is not free, or does not keep the constraints, half as far, and so on. So a loose constraint takes one edge, and a tight
-one up to eight.
+With constraints a step is made of strides, so long that eight edges suffice for one, each towards the end of the step. A stride is
+tried as it is. Else it is divided into eight, and the eight configurations are projected at once (CBiRRT: Berenson, Srinivasa,
+Ferguson and Kuffner, ICRA 2009). From where it is, the tree goes straight to the last of them; if that edge is not free, or does
+not keep the constraints, half as far, and so on. So a loose constraint takes one edge, and a tight one up to eight for a stride.
 """
 
 from ulna.drivers.planning.edge import is_free, keep, passes
@@ -12,8 +12,9 @@ from ulna.drivers.planning.tree import add_node, read_sample, sample_entry
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.space import distance, write_step
 
-LEAST_PROGRESS = 0.25  # of a step along constraints: less leads nowhere
+LEAST_PROGRESS = 0.25  # of a stride: less leads nowhere
 
 
 @kernel
@@ -38,16 +39,40 @@ def extend_by(keeping, context, trees, tree, near, step, radius, state):
 
 @routine
 def extend_along(context, trees, tree, near, at, new, radius, state):
-    """The same with constraints."""
-    curve, node = context.keeping.curve, near
-    n, end = write_curve(context, at, new, state)
-    for i in range(n):
-        node = add_node(trees, tree, state, curve[i], node, radius)
-    if end == layout.STOPPED:
-        keep(curve[n - 1] if n > 0 else at, curve[WIDTH], trees.refused, state)
-    for k in range(new.shape[0]):
-        new[k] = curve[n - 1, k] if n > 0 else at[k]
-    return (node if n > 0 else -1), end
+    """The same with constraints; ``at`` goes along."""
+    curve, settings, space, node, end = context.keeping.curve, context.settings, context.space, near, layout.BESIDE
+    aim = curve[WIDTH + 1]
+    for _ in range(int(settings[layout.STRIDES])):
+        left = distance(at, new, space)
+        share = min(1.0, settings[layout.STRIDE] / left)
+        write_step(at, new, share, space, aim)
+        n, end = write_curve(context, at, aim, state)
+        for i in range(n):
+            node = add_node(trees, tree, state, curve[i], node, radius)
+        if n > 0:
+            write_point(curve[n - 1], at)
+        if end == layout.STOPPED:
+            keep(at, curve[WIDTH], trees.refused, state)
+        if end == layout.STOPPED or share == 1.0:
+            break
+        end = layout.BESIDE
+        if gains_little(at, new, left, share, space) or state[layout.CHECKS] >= state[layout.MOST]:
+            break
+    write_point(at, new)
+    return (node if node != near else -1), end
+
+
+@kernel
+def gains_little(at, goal, before, share, space):
+    """Whether a stride of a share of the way, along constraints, brings ``at`` so little nearer to the goal that it leads nowhere."""
+    return distance(at, goal, space) > before * (1.0 - LEAST_PROGRESS * share)
+
+
+@routine
+def write_point(q, out):
+    """Write a configuration to another one's place."""
+    for k in range(q.shape[0]):
+        out[k] = q[k]
 
 
 @routine

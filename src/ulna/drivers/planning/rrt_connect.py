@@ -17,7 +17,7 @@ al., Adaptive tuning of the sampling domain for dynamic-domain RRTs (IROS 2005):
 import numpy as np
 
 from ulna.drivers.planning.edge import passes
-from ulna.drivers.planning.extension import LEAST_PROGRESS, extend, read_target
+from ulna.drivers.planning.extension import extend, gains_little, read_target
 from ulna.drivers.planning.tree import join, nearest_node, next_tree, pass_over, read_node
 from ulna.engine.decorators import kernel
 from ulna.kernels.planning import planning_layout as layout
@@ -102,7 +102,7 @@ def connect(context, trees, tree, steps, state):
             return -1
         if share == 1.0 and end == layout.REACHED:
             return node
-        if end == layout.BESIDE and distance(new, goal, space) > way * (1.0 - LEAST_PROGRESS * share):
+        if end == layout.BESIDE and gains_little(new, goal, way, share, space):
             return -1
         for k in range(space.shape[1]):
             at[k] = new[k]

@@ -1,7 +1,7 @@
 """Shortens a path of free edges."""
 
 from ulna.drivers.planning.edge import is_free
-from ulna.drivers.planning.extension import LEAST_PROGRESS, write_curve
+from ulna.drivers.planning.extension import gains_little, write_curve
 from ulna.engine.decorators import kernel, routine
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import distance, write_step
@@ -158,7 +158,7 @@ def write_detour(context, path, ends, most, state):
         at[k] = ends[0, k]
     while True:
         left = distance(at, ends[1], space)
-        share = min(1.0, context.settings[layout.RANGE] / left)
+        share = min(1.0, context.settings[layout.STRIDE] / left)
         write_step(at, ends[1], share, space, new)
         n_more, end = write_curve(context, at, new, state)
         if end == layout.STOPPED or state[layout.POINTS] + 2 * (n + n_more + 1) > state[layout.ROWS]:
@@ -170,7 +170,7 @@ def write_detour(context, path, ends, most, state):
             for k in range(at.shape[0]):
                 at[k] = curve[m, k]
         after = distance(at, ends[1], space)
-        if way + after > most or (end == layout.BESIDE and after > left * (1.0 - LEAST_PROGRESS * share)):
+        if way + after > most or (end == layout.BESIDE and gains_little(at, ends[1], left, share, space)):
             return 0
         if share == 1.0 and end == layout.REACHED:
             return n

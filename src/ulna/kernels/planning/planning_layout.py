@@ -11,7 +11,8 @@ DOMAIN, LEAST_DOMAIN, ADAPTATION = 4, 5, 6  # the radius of a node that could no
 ROOM = 7  # how many steps one iteration may take, and two more
 BOUND = 8  # of the cost of a path that is to be cheaper
 NODES_A_STEP = 9  # how many nodes a step towards a configuration may add: with constraints several
-N_SETTINGS = 10
+STRIDE, STRIDES = 10, 11  # along constraints a step is made of strides: how long one may be, and how many there may be
+N_SETTINGS = 12
 # Rows of the space, shape (N_SPACE, n_dof): where samples are taken from, the weight of each entry of q in the metric, and the
 # whole turn of an entry that may turn for ever, else 0.
 LOW, HIGH, WEIGHT, PERIOD = 0, 1, 2, 3
