@@ -1,0 +1,129 @@
+"""Plans motions that keep a constraint, judges them, and asks OMPL beside: ``python -m benchmarks.constrained RESOURCES/panda``.
+
+The folder is one of ``resources`` of the source distribution of ``vamp-planner``: panda or ur5, in VAMP's spheres and scenes. The
+problems are drawn by a published seed (``constrained_problems``): five kinds of constraint, 100 of each. Ulna's time is the
+thread's for the whole call, the least of several. With ``--ompl`` OMPL's three constrained spaces solve them too, once each.
+
+A path is judged at 64 times 32 samples a radian: the constraint by Pinocchio, contacts by the overlap test, and with ``--coal`` by
+Coal where the path comes nearest to an object. "of any" is the share of those problems that were solved by anyone here.
+"""
+
+import argparse
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import ulna
+from benchmarks.constrained_problems import HANDS, KINDS, ConstrainedProblem, excess, make_problem
+from benchmarks.markdown import table
+from benchmarks.plan_judges import coal_touches, overlaps
+from benchmarks.vamp_problems import read_problems, spheres
+
+FINER = 64 * 32  # samples a radian
+ULNA = "Ulna"
+
+
+def main() -> None:
+    """Solve, judge and print."""
+    options = _options()
+    robot, link = spheres(options.folder), HANDS[options.folder.name]
+    scenes, rows = read_problems(options.folder, robot.joint_names), []
+    print(f"{robot.name}, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors, {options.problems} problems a kind")
+    _warm(robot, link, scenes)
+    for kind in options.kinds:
+        for index in range(options.problems):
+            problem = make_problem(robot, link, scenes, kind, index)
+            world = problem.scene.world()
+            found = [_ulna(robot, problem, world, options.repeats)]
+            if options.ompl:
+                found += _ompl(robot, problem, world, options.limit)
+            for row, path in found:
+                row |= {"kind": kind, "index": index, "solved": path is not None}
+                if path is not None and (row["who"] == ULNA or options.judge_all):
+                    row |= {"used": excess(problem, robot, path, FINER), "touches": _touches(robot, world, path, options)}
+                rows.append(row)
+        print(f"{kind} done", file=sys.stderr)
+    print(table(summary(rows)))
+    if options.out is not None:
+        options.out.write_text(json.dumps(rows), encoding="utf-8")
+
+
+def summary(rows: list[dict]) -> list[dict]:
+    """A row for each kind and planner."""
+    result = []
+    for kind in dict.fromkeys(row["kind"] for row in rows):
+        of_kind = [row for row in rows if row["kind"] == kind]
+        solvable = {row["index"] for row in of_kind if row["solved"]}
+        for who in dict.fromkeys(row["who"] for row in of_kind):
+            own = [row for row in of_kind if row["who"] == who]
+            solved = [row for row in own if row["solved"]]
+            judged, ms = [row for row in solved if "used" in row], [1e3 * row["seconds"] for row in solved] or [np.nan]
+            result.append({
+                "constraint": kind, "who": who, "problems": len(own), "solved": len(solved),
+                "of_any": f"{100 * len(solved) / max(1, len(solvable)):.1f} %", "median_ms": float(np.median(ms)),
+                "95_%_ms": float(np.quantile(ms, 0.95)), "checks": float(np.median([row["checks"] for row in own])),
+                "beyond": f"{sum(row['used'] > 1.0 for row in judged)} of {len(judged)}",
+                "touching": sum(row["touches"] for row in judged), "most_used": max([row["used"] for row in judged], default=np.nan),
+            })  # fmt: skip
+    return result
+
+
+def _ulna(robot: ulna.Robot, problem: ConstrainedProblem, world: ulna.World, repeats: int) -> tuple[dict, NDArray | None]:
+    seconds, plan = np.inf, None
+    for _ in range(repeats):
+        began = time.thread_time()
+        plan = robot.plan(problem.start, problem.goal, world, keep=problem.keep)
+        seconds = min(seconds, time.thread_time() - began)
+    assert plan is not None  # noqa: S101 - there is at least one repeat
+    row = {"who": ULNA, "seconds": seconds, "checks": plan.checks, "status": plan.status.value}
+    if plan:
+        row |= {"length": plan.length, "points": len(plan.path), "certified": plan.worst_violation}
+    return row, plan.path if plan else None
+
+
+def _ompl(robot: ulna.Robot, problem: ConstrainedProblem, world: ulna.World, limit: float) -> list[tuple[dict, NDArray | None]]:
+    from benchmarks.peers import ompl_constrained  # noqa: PLC0415 - it may be absent
+
+    found = []
+    for name in ompl_constrained.SPACES:
+        path, seconds, checks, functions = ompl_constrained.solve(name, robot, problem, world, limit)
+        found.append(({"who": name, "seconds": seconds, "checks": checks, "functions": functions}, path))
+    return found
+
+
+def _touches(robot: ulna.Robot, world: ulna.World, path: NDArray, options: argparse.Namespace) -> bool:
+    return overlaps(robot, world, path, FINER) or (options.coal and coal_touches(robot, world, path, FINER))
+
+
+def _warm(robot: ulna.Robot, link: str, scenes: list) -> None:
+    """Compile what is used."""
+    for kind in KINDS:
+        problem = make_problem(robot, link, scenes, kind, 10**6)
+        robot.plan(problem.start, problem.goal, problem.scene.world(), keep=problem.keep, max_checks=2000)
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.constrained", description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--problems", type=int, default=100, help="of each kind")
+    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS)
+    parser.add_argument("--repeats", type=int, default=3, help="how many times Ulna solves each")
+    parser.add_argument("--ompl", action="store_true", help="OMPL's three constrained spaces beside, with Ulna's checker")
+    parser.add_argument("--limit", type=float, default=60.0, help="of OMPL for one problem [s]")
+    parser.add_argument("--coal", action="store_true", help="let Coal judge the paths too")
+    parser.add_argument("--judge-all", action="store_true", help="judge the paths of OMPL too")
+    parser.add_argument("--brief", action="store_true", help="eight problems of each kind, once, and 5 s for OMPL")
+    parser.add_argument("--out", type=Path, help="write a row for each problem and planner to this .json file")
+    options = parser.parse_args()
+    if options.brief:
+        options.problems, options.repeats, options.limit = 8, 1, min(5.0, options.limit)
+    return options
+
+
+if __name__ == "__main__":
+    main()

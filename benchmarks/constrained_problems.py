@@ -1,0 +1,129 @@
+"""Makes problems of motions that keep a constraint, by a published seed, in the scenes of VAMP's planning problems.
+
+Start and goal are drawn: configurations within the limits that touch nothing, with the hand turned or moved onto the constraint.
+What is drawn need not have a solution.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+import ulna
+from benchmarks.peer import bare_urdf
+from benchmarks.plan_judges import samples_of
+from benchmarks.vamp_problems import PlanningProblem
+
+Array = NDArray[np.float64]
+SEED = 20261126
+KINDS = ("upright", "orientation", "plane", "line", "box")
+HANDS = {"panda": "panda_hand", "ur5": "tool0"}
+TILT, TURN, PLANE, LINE, BESIDE = float(np.radians(15)), float(np.radians(0.1)), 1e-4, 1e-3, 0.1  # [rad], [rad], [m], [m], [m]
+_DRAWS = 400  # of a start and a goal, until another scene is drawn
+
+
+@dataclass(frozen=True)
+class ConstrainedProblem:
+    """A start, a goal, a scene, and what the motion keeps.
+
+    Attributes:
+        kind: One of KINDS.
+        scene: Whose objects.
+        start, goal: Shape (n_dof,).
+        link: The hand.
+        T: The pose that the hand is compared with, shape (4, 4).
+        away: The greatest displacement along its axes [m], shape (3,); infinite where it is free.
+        keep: The same for Ulna.
+    """
+
+    kind: str
+    scene: PlanningProblem
+    start: Array
+    goal: Array
+    link: str
+    T: Array
+    away: tuple[float, float, float]
+    keep: ulna.Keep
+
+
+def make_problem(robot: ulna.Robot, link: str, scenes: list[PlanningProblem], kind: str, index: int) -> ConstrainedProblem:
+    """Problem ``index`` of a kind."""
+    rng = np.random.default_rng([SEED, KINDS.index(kind), index])
+    while True:
+        scene = scenes[int(rng.integers(len(scenes)))]
+        world = scene.world()
+        for _ in range(_DRAWS):
+            problem = _drawn(robot, link, scene, kind, rng)
+            if problem is not None and not robot.in_collision([problem.start, problem.goal], world).any():
+                return problem
+
+
+def excess(problem: ConstrainedProblem, robot: ulna.Robot, path: Array, finer: float) -> float:
+    """The greatest share of a tolerance that the path uses at samples, so many a radian, by Pinocchio's kinematics."""
+    model = pin.buildModelFromXML(bare_urdf(robot))
+    data, frame = model.createData(), model.getFrameId(problem.link)
+    columns = [(joint.idx_q, robot.joint_slices[robot.joint_names.index(name)].start, joint.nq)
+               for joint, name in zip(list(model.joints)[1:], model.names[1:], strict=True)]  # fmt: skip
+    own, worst = np.empty(model.nq), 0.0
+    for q in samples_of(path, finer):
+        for at, k, width in columns:
+            own[at : at + width] = (np.cos(q[k]), np.sin(q[k])) if width == 2 else q[k]
+        pin.framesForwardKinematics(model, data, own)
+        worst = max(worst, share_of(problem, data.oMf[frame].homogeneous))
+    return worst
+
+
+def share_of(problem: ConstrainedProblem, T: Array) -> float:
+    """The share of the tolerance that a pose of the hand uses."""
+    R = problem.T[:3, :3]
+    share = float((np.abs(R.T @ (T[:3, 3] - problem.T[:3, 3])) / problem.away).max())
+    if problem.kind == "upright":
+        return max(share, float(np.arctan2(np.hypot(*(R.T @ T[:3, 2])[:2]), R[:, 2] @ T[:3, 2])) / TILT)
+    if problem.kind == "orientation":
+        return max(share, float(np.linalg.norm(pin.log3(R.T @ T[:3, :3]))) / TURN)
+    return share
+
+
+def _drawn(
+    robot: ulna.Robot, link: str, scene: PlanningProblem, kind: str, rng: np.random.Generator
+) -> ConstrainedProblem | None:
+    """A problem; None where the hand is not got onto the constraint."""
+    free, inf = (np.inf,) * 3, np.inf
+    low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+    q_a, q_b = rng.uniform(low, high, (2, robot.n_dof))
+    p_a, p_b = (robot.forward_kinematics(q, link=link)[:3, 3] for q in (q_a, q_b))
+    if kind in {"upright", "orientation"}:
+        turns = rng.uniform(-np.pi, np.pi, 2) if kind == "upright" else np.full(2, rng.uniform(-np.pi, np.pi))
+        ends = [_at(robot, link, ulna.pose(p, rpy=(np.pi, 0, turn)), q, "pose") for p, turn, q in zip((p_a, p_b), turns, (q_a, q_b))]
+        T = ulna.pose(rpy=(np.pi, 0, turns[0]))
+        keep = ulna.Keep.orientation(TURN, T=T, link=link) if kind == "orientation" else ulna.Keep.upright(
+            TILT, axis=(0, 0, 1), along=(0, 0, -1), link=link)  # fmt: skip
+        return _problem(kind, scene, ends, link, T, free, keep)
+    if kind == "box":
+        T, extents = ulna.pose(0.5 * (p_a + p_b)), np.abs(p_b - p_a) + 2 * BESIDE
+        return _problem(kind, scene, [q_a, q_b], link, T, tuple(extents / 2), ulna.Keep.inside(extents, T, link=link))
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    axes *= np.sign(np.linalg.det(axes))
+    if kind == "line":
+        axes = ulna.Task.pointing(p_b - p_a).frame[:3, :3]
+        side = LINE / np.sqrt(2)
+        return _problem(kind, scene, [q_a, q_b], link, _pose(p_a, axes), (side, side, inf), ulna.Keep.on_line(p_a, p_b, LINE, link=link))
+    T = _pose(p_a, axes)
+    q_b = _at(robot, link, ulna.pose(p_b - axes[:, 2] * (axes[:, 2] @ (p_b - p_a))), q_b, "position")
+    return _problem(kind, scene, [q_a, q_b], link, T, (inf, inf, PLANE), ulna.Keep.in_plane(T, PLANE, link=link))
+
+
+def _problem(kind, scene, ends, link, T, away, keep) -> ConstrainedProblem | None:
+    return None if any(q is None for q in ends) else ConstrainedProblem(kind, scene, *ends, link, T, away, keep)
+
+
+def _at(robot: ulna.Robot, link: str, T: Array, near: Array, task: str) -> Array | None:
+    found = robot.inverse_kinematics(T, near, link=link, task=task)
+    return found.q if found else None
+
+
+def _pose(p: Array, axes: Array) -> Array:
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = axes, p
+    return T
