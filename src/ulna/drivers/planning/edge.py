@@ -55,14 +55,21 @@ def is_free(context, q_a, q_b, spread):
 
     And whether it keeps the constraints, for certain in any case: that is known first, since it takes less time.
     """
-    if not keeps_all(context.scene.joints, context.keeping, context.work, q_a, q_b, spread):
-        return False
+    return keeps_all(context.scene.joints, context.keeping, context.work, q_a, q_b, spread) and is_clear(context, q_a, q_b, spread, context.settings[layout.RESOLUTION])
+
+
+@routine
+def is_clear(context, q_a, q_b, spread, resolution):
+    """Whether nothing touches within ``spread`` of the edge from q_a to q_b: certainly, or at samples, as the settings say.
+
+    resolution: of the certificate [m]; infinite for one look at the edge.
+    """
     scene, carried, work, settings, of_world = context.scene, context.carried, context.work, context.settings, context.of_world
     margin, sampled = settings[layout.MARGIN], settings[layout.SAMPLED]
     if sampled > 0.0:
         n_blocks = max(1, int(np.ceil(distance(q_a, q_b, context.space) / (sampled * WIDTH))))
         return edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world)
-    return edge_is_free(scene, carried, work, q_a, q_b, spread, settings[layout.RESOLUTION], margin, None, of_world)
+    return edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, None, of_world)
 
 
 @kernel

@@ -2,12 +2,15 @@
 
 With constraints a step is made of strides, so long that eight edges suffice for one, each towards the end of the step. A stride is
 tried as it is. Else it is divided into eight, and the eight configurations are projected at once (CBiRRT: Berenson, Srinivasa,
-Ferguson and Kuffner, ICRA 2009). From where it is, the tree goes straight to the last of them; if that edge is not free, or does
-not keep the constraints, half as far, and so on. So a loose constraint takes one edge, and a tight one up to eight for a stride.
+Ferguson and Kuffner, ICRA 2009). From where it is, the tree goes straight to the last of them; if that edge does not keep the
+constraints, half as far, and so on. So a loose constraint takes one edge, and a tight one up to eight for a stride. These are
+near to their chord, so that one certificate of it with a spread (``edge``) mostly shows that nothing touches on any of them.
 """
 
-from ulna.drivers.planning.edge import is_free, keep, passes
-from ulna.drivers.planning.keeping import project
+import numpy as np
+
+from ulna.drivers.planning.edge import is_clear, is_free, keep, passes
+from ulna.drivers.planning.keeping import keeps_all, project
 from ulna.drivers.planning.tree import add_node, read_sample, sample_entry
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH
@@ -89,24 +92,51 @@ def write_curve(context, q_a, q_b, state):
         return 1, layout.REACHED
     write_way(q_a, q_b, rows)
     project(context.scene.joints, context.keeping, q_a, context.no_spread, rows)
-    there = layout.REACHED
+    end = layout.REACHED
     for k in range(q_b.shape[0]):
-        there = there if rows[k, WIDTH - 1] == q_b[k] else layout.BESIDE
-    size = WIDTH // 2 if there == layout.REACHED else WIDTH
-    while done < WIDTH:
+        end = end if rows[k, WIDTH - 1] == q_b[k] else layout.BESIDE
+    size = WIDTH // 2 if end == layout.REACHED else WIDTH
+    while done < WIDTH and size > 0:
         size = min(size, WIDTH - done)
         for k in range(q_b.shape[0]):
             curve[WIDTH, k] = rows[k, done + size - 1]
         state[layout.CHECKS] += 1
-        if is_free(context, curve[n - 1] if n > 0 else q_a, curve[WIDTH], context.no_spread):
-            for k in range(q_b.shape[0]):
-                curve[n, k] = curve[WIDTH, k]
+        before = curve[n - 1] if n > 0 else q_a
+        if keeps_all(context.scene.joints, context.keeping, context.work, before, curve[WIDTH], context.no_spread):
+            write_point(curve[WIDTH], curve[n])
             n, done = n + 1, done + size
-        elif size == 1:
-            return n, layout.STOPPED
         else:
             size //= 2
-    return n, there
+    clear = clear_until(context, q_a, n, state)
+    if clear < n:
+        write_point(curve[clear], curve[WIDTH])
+    return clear, end if clear == n and done == WIDTH else layout.STOPPED
+
+
+@routine
+def clear_until(context, q_a, n, state):
+    """How many of the n edges of a way from q_a are free of contacts, from the first on."""
+    curve, spread = context.keeping.curve, context.keeping.curve[WIDTH + 2]
+    if n > 1:
+        write_spread(curve, n, q_a, spread)
+        state[layout.CHECKS] += 1
+        if is_clear(context, q_a, curve[n - 1], spread, np.inf):
+            return n
+    for i in range(n):
+        state[layout.CHECKS] += 1
+        if not is_clear(context, curve[i - 1] if i > 0 else q_a, curve[i], context.no_spread, context.settings[layout.RESOLUTION]):
+            return i
+    return n
+
+
+@routine
+def write_spread(curve, n, q_a, spread):
+    """Write how far from the chord of a way from q_a its corners are in each entry of q: no farther is any point of its edges."""
+    for k in range(q_a.shape[0]):
+        spread[k], chord = 0.0, curve[n - 1, k] - q_a[k]
+        for i in range(n - 1):
+            spread[k] = max(spread[k], abs(curve[i, k] - q_a[k] - (i + 1) / n * chord))
+        spread[k] *= 1.0 + 1e-9  # of what it was rounded by
 
 
 @routine

@@ -64,7 +64,7 @@ class Keeping(NamedTuple):
     way_rows: NDArray
     """Eight configurations of a step, n_dof rows."""
     curve: NDArray
-    """The corners of a way along the constraints, and two more rows, shape (10, n_dof)."""
+    """The corners of a way along the constraints, and three more rows, shape (11, n_dof)."""
     sample_rows: NDArray
     """Eight samples, projected, n_dof rows."""
     sampled: NDArray
@@ -90,7 +90,7 @@ def keeping_of(joints, keeps, space):
     return Keeping(
         keeps, np.empty((n, 3)), empty_rows(2), moving,
         bound_rows, empty_rows(6 * n_dof), empty_rows(N_SYSTEM), empty_rows(n_dof),
-        np.empty((WIDTH + 2, n_dof)), empty_rows(n_dof), np.full(1, -1),
+        np.empty((WIDTH + 3, n_dof)), empty_rows(n_dof), np.full(1, -1),
     )  # fmt: skip
 
 
