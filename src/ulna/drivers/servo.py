@@ -102,14 +102,15 @@ class Tick(NamedTuple):
     """Where the tick begins and ends and where the stop ends, and what is certified beside the two, shape (5, n_dof)."""
 
 
-@entry(*((*scene, TABLE, WHOLE, WHOLE, MATRIX, NUMBERS, NUMBERS, MATRIX, INDICES, NUMBERS, NUMBERS, MATRIX) for scene in SCENES))
+@entry(*((*scene, TABLE, WHOLE, MATRIX, NUMBERS, NUMBERS, MATRIX, INDICES, NUMBERS, NUMBERS, MATRIX) for scene in SCENES))
 def servo_tick(
     joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
-    chain, expressed_in, mode, limits, settings, goal, state, counters, report, wider, moving,
+    chains, mode, limits, settings, goal, state, counters, report, wider, moving,
 ):  # fmt: skip
     """Write the state after a tick, and its report (``servo_layout``). False if the goal is out of range, and nothing is written.
 
-    For START the goal is a position and a velocity, 2 n_dof numbers: if their stop is not certified the status is REFUSED.
+    For START the goal is a position and a velocity, 2 n_dof numbers: if their stop is not certified the status is REFUSED. For
+    HANDS it is HAND_WIDTH numbers a hand, and ``chains`` are theirs, one after the other.
     wider: zeros, two more than there are objects; moving: those that may move by themselves, shape (n, MOVING_WIDTH).
     """
     if not all_in_range(goal):
@@ -136,17 +137,17 @@ def servo_tick(
         go_on_stopping(state, counters, settings)
         report[layout.STATUS] = status_of_stop(counters)
         return True
-    work = work_of(n)
-    report[layout.STATUS] = advance(tick, mode, chain, expressed_in, goal, work, report)
+    work = work_of(n, goal.shape[0] // layout.HAND_WIDTH if mode == layout.HANDS else 0)
+    report[layout.STATUS] = advance(tick, mode, chains, goal, work, report)
     return True
 
 
 @workspace
-def work_of(n):
+def work_of(n, n_hands):
     """Room for the quadratic program: H, f, J, what is desired, the damped system, rows, their bounds, the active ones, ..."""
     m = 2 * n + layout.MOST_PAIRS
     return (
-        (np.empty(n * n), np.empty(n), np.empty(6 * n), np.empty(max(6, n)), np.empty(N_SYSTEM)),
+        (np.empty(n * n), np.empty(n), np.empty(6 * n * n_hands), np.empty(max(6 * n_hands, n)), np.empty(N_SYSTEM)),
         (np.zeros(m * n), np.empty(m), np.empty(n, np.int64), np.empty(n), np.empty(2 * n * (n + 1)), np.empty(2 * n)),
     )  # fmt: skip
 
@@ -235,7 +236,7 @@ def is_free(tick, q_a, q_b, spread, margin, time):
 
 
 @kernel
-def advance(tick, mode, chain, expressed_in, goal, work, report):
+def advance(tick, mode, chains, goal, work, report):
     """Steps 1 to 5; the status."""
     state, counters, settings, limits = tick.state, tick.counters, tick.settings, tick.limits
     objective, rows = work
@@ -251,12 +252,12 @@ def advance(tick, mode, chain, expressed_in, goal, work, report):
     for j in range(n):
         tick.x[j] = min(max(stop_velocity(state, counters, j), box_rows[j]), box_rows[n + j])
     m = write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows)
-    write_objective(mode, chain, expressed_in, goal, limits, settings, state[layout.Q], objective)
+    write_objective(mode, chains, goal, limits, settings, state[layout.Q], objective)
     keep_reserve(tick, count, ticks, objective[0], objective[1])
     k = minimise(objective[0], objective[1], normal_rows, bound_rows, m, tick.x, active_rows, multiplier_rows, work_rows)
     for j in range(n):
         tick.x[j] = min(max(tick.x[j], box_rows[j]), box_rows[n + j])
-    miss = missed(mode, objective[2], objective[3], tick.x)
+    miss = missed(mode, goal, objective[2], objective[3], tick.x)
     status = layout.IN_COLLISION
     if counters[layout.TOUCHING] == 0:
         status = status_of_rows(tick, miss, k, active_rows, multiplier_rows, box_rows, report)

@@ -1178,7 +1178,8 @@ class Robot(Quick):
         *,
         acceleration: ArrayLike,
         rate: float = 1000,
-        link: str | None = None,
+        link: str | Sequence[str] | None = None,
+        weights: ArrayLike | None = None,
         velocity: ArrayLike | None = None,
         clearance: float = 0.01,
         tracking_error: ArrayLike = 0.0,
@@ -1190,7 +1191,9 @@ class Robot(Quick):
             world: The objects; none unless given. It may change between ticks.
             acceleration: The greatest of each joint [rad/s^2 or m/s^2], a number or shape (n_dof,).
             rate: Ticks a second [Hz].
-            link: The link that poses and twists are of; the tip unless given.
+            link: The link that poses and twists are of, or several, such as both hands; the tip unless given.
+            weights: How much each of several links counts where not all can be where they are sent: of the squares of what each
+                misses, 0.001 to 1000, a number or shape (n_links,); 1 unless given.
             velocity: The greatest of each joint [rad/s or m/s], a number or shape (n_dof,), where it is below the description's.
             clearance: No object is nearer than this [m]; it does not count between links of the robot.
             tracking_error: How far each joint may be from its command [rad or m]: the certificate holds for all of that.
@@ -1212,8 +1215,8 @@ class Robot(Quick):
             'following'
         """
         return Servo(
-            self.tree, self._checker, world, rate, link, velocity, acceleration, clearance, tracking_error, posture
-        )  # fmt: skip
+            self.tree, self._checker, world, rate, link, weights, velocity, acceleration, clearance, tracking_error, posture
+        )
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:

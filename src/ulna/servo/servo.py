@@ -1,5 +1,6 @@
 """Steers an arm tick by tick: each command, and a full stop after it, is certified free (``drivers.servo``)."""
 
+from collections.abc import Mapping, Sequence
 from time import perf_counter
 from typing import Any
 
@@ -12,10 +13,10 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.pose import as_one_pose
 from ulna.drivers import servo as driver
-from ulna.errors import InputError
+from ulna.errors import InputError, UnknownNameError
 from ulna.ik.problem import refuse_immovable
 from ulna.kernels.collision.scene import Scene
-from ulna.kernels.layout import IN_BASE, OBJECT
+from ulna.kernels.layout import OBJECT
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
@@ -29,7 +30,10 @@ _ROOM = 0.25  # of the way of one tick of acceleration: beside a motion, certifi
 _FASTEST = 1e5  # [1/s]: of more ticks a second the differences of commands are rounding
 _DAMPING = 0.01
 _ROUNDING = 1e-12  # [m, rad]: no object moved too fast by less, of which ``MOVED`` allows many; nor is the arm off its command
+_STILL = np.zeros(6)
 _PULL = 1.0  # [1/s]: towards a posture
+_WEIGHTS = 1e-3, 1e3  # the least and the greatest of a hand
+Goal = ArrayLike | Mapping[str, ArrayLike | None]
 
 
 class Servo:
@@ -44,7 +48,8 @@ class Servo:
         checker: Checker,
         world: World | None,
         rate: float,
-        link: str | None,
+        link: str | Sequence[str] | None,
+        weights: ArrayLike | None,
         velocity: ArrayLike | None,
         acceleration: ArrayLike,
         clearance: float,
@@ -67,8 +72,8 @@ class Servo:
         accelerations = WITHIN * as_limits("acceleration", acceleration, n)
         tick = 1.0 / float(rate)
         self._tree, self._checker, self._world = tree, checker, world
-        self._link = tree.link_or_tip(link)
-        tree.chain(self._link)  # refused where there is no such link
+        self._links: tuple[str, ...] = (tree.link_or_tip(link),) if link is None or isinstance(link, str) else tuple(link)
+        self._chains, self._hands = _tables(tree, self._links, weights)
         self._limits = np.zeros((layout.N_LIMITS, n))
         self._limits[layout.LOWER], self._limits[layout.UPPER] = tree.least, tree.most
         self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * tree.velocity_limits))
@@ -80,7 +85,7 @@ class Servo:
             self._settings[layout.PULL] = _PULL
         self._state, self._report = np.zeros((layout.N_STATE, n)), np.zeros(layout.N_REPORT)
         self._counters = np.zeros(layout.N_COUNTERS, dtype=np.int64)
-        self._goals = np.zeros(n), np.zeros(6), np.zeros(12), np.zeros(2 * n)
+        self._goals = np.zeros(n), np.zeros(self._hands.size), np.zeros(2 * n)
         self._names, self._started = entry_names(tree), False
         self._scene: Scene | None = None
         self._object_names: list[str] = []  # of the scene
@@ -124,7 +129,7 @@ class Servo:
             InputError: The arm is beyond its limits, cannot stop within them, or is not certainly free until it rests.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        n, goal = self._tree.n_dof, self._goals[3]
+        n, goal = self._tree.n_dof, self._goals[2]
         goal[:n] = as_configuration(q, self._tree, "q")
         goal[n:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
         if not is_within(goal[:n], self._tree):
@@ -132,7 +137,7 @@ class Servo:
         if (np.abs(goal[n:]) > self._limits[layout.SPEED]).any():
             raise InputError("qd", "faster than the limits of velocity")
         before, counters = self._state.copy(), self._counters.copy()
-        self._run(layout.START, IN_BASE, goal)
+        self._run(layout.START, goal)
         status = int(self._report[layout.STATUS])
         if status in {layout.LIMITED_BY_POSITION, layout.REFUSED}:
             self._state[:], self._counters[:] = before, counters
@@ -150,8 +155,8 @@ class Servo:
         *,
         q: ArrayLike | None = None,
         velocity: ArrayLike | None = None,
-        twist: ArrayLike | None = None,
-        pose: ArrayLike | None = None,
+        twist: Goal | None = None,
+        pose: Goal | None = None,
         expressed_in: str = "base",
         measured: ArrayLike | None = None,
     ) -> Command:
@@ -163,25 +168,32 @@ class Servo:
         Args:
             q: Where to go [rad or m], shape (n_dof,).
             velocity: Joint velocities [rad/s or m/s], shape (n_dof,).
-            twist: v [m/s] and w [rad/s] of the link, shape (6,).
-            pose: Where the link is to go, T_base_link, shape (4, 4).
-            expressed_in: The frame of the twist; see ``Robot.jacobian``.
+            twist: v [m/s] and w [rad/s] of the link, shape (6,); or by link, ``{"left_hand": twist}``.
+            pose: Where the link is to go, T_base_link, shape (4, 4); or by link. Of several hands some may be given poses, and
+                others twists. One that is not named stays where it is, as a twist of 0 does; one for which there is None is free.
+            expressed_in: The frame of the twists; see ``Robot.jacobian``.
             measured: Where the arm is now [rad or m], shape (n_dof,); not looked at unless given.
 
         Raises:
             InputError: Nothing was started, there are several goals, or one has another shape or an entry out of range. The state
                 is as it was: ``step()`` brings the arm to rest.
+            UnknownNameError: A goal is of a link that is none of the servo's.
         """
         if not self._started:
             raise InputError("step", "start(q) comes first")
         began = perf_counter()
-        given = [(q, self._to_q), (velocity, self._to_velocity), (twist, self._to_twist), (pose, self._to_pose)]
-        goals = [(goal, fill) for goal, fill in given if goal is not None]
-        if len(goals) > 1:
-            raise InputError("step", "takes one of q, velocity, twist and pose")
+        of_hands = twist is not None or pose is not None
+        if (q is not None) + (velocity is not None) + of_hands > 1:
+            raise InputError("step", "takes one of q, velocity, and twist or pose")
         frame, off = as_frame(expressed_in), -1 if measured is None else self._entry_off(measured)
-        mode, goal = goals[0][1](goals[0][0]) if goals else (layout.REST, self._goals[0])
-        self._run(mode if off < 0 else layout.REST, frame, goal)
+        mode, goal = layout.REST, self._goals[0]
+        if of_hands:
+            mode, goal = layout.HANDS, self._to_hands(twist, pose, frame)
+        elif q is not None:
+            mode, goal[:] = layout.POSITION, as_configuration(q, self._tree, "q")
+        elif velocity is not None:
+            mode, goal[:] = layout.VELOCITY, as_configuration(velocity, self._tree, "velocity")
+        self._run(mode if off < 0 else layout.REST, goal)
         if off >= 0:
             self._report[layout.STATUS], self._report[layout.ENTRY] = layout.OFF_COMMAND, off
         self._moving[:, layout.AGO] += self._settings[layout.TICK]
@@ -203,43 +215,60 @@ class Servo:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update({**state, "_checker": Checker(*state["_checker"])})
+        self._chains.setflags(write=False)
 
     def warm_up(self) -> None:
         """Compile what a tick needs, or load it, so that no tick does: for a world of the kinds of shapes that it has now."""
         kept = self._state.copy(), self._counters.copy(), self._report.copy()
-        self._run(layout.REST, IN_BASE, self._goals[0])
+        self._run(layout.REST, self._goals[0])
         self._state[:], self._counters[:], self._report[:] = kept
         self._counters[layout.CERTIFIED] = 0  # perhaps it was in another world
 
-    def _to_q(self, q: ArrayLike) -> tuple[int, Array]:
-        self._goals[0][:] = as_configuration(q, self._tree, "q")
-        return layout.POSITION, self._goals[0]
+    def _to_hands(self, twist: Goal | None, pose: Goal | None, frame: int) -> Array:
+        """What each hand is sent to, a row of ``servo_layout`` after the other; without those that are free."""
+        twists, poses = self._by_link(twist, "twist"), self._by_link(pose, "pose")
+        rows, n_given = self._goals[1].reshape(self._hands.shape), 0
+        for link, hand in zip(self._links, self._hands, strict=True):
+            if link in twists and link in poses:
+                raise InputError("step", f"{link} is given both a twist and a pose")
+            goal, row = poses.get(link, twists.get(link, _STILL)), rows[n_given]
+            if goal is None:
+                continue
+            row[:], row[layout.FRAME] = hand, frame
+            n_given += 1
+            if link in poses:
+                row[layout.GIVEN] = layout.POSE
+                row[layout.GOAL :] = as_one_pose(goal, self._name_of("pose", link))[:3].ravel()
+            else:
+                row[layout.GOAL : layout.GOAL + 6] = _as_twist(goal, self._name_of("twist", link))
+        return self._goals[1][: n_given * layout.HAND_WIDTH]
 
-    def _to_velocity(self, velocity: ArrayLike) -> tuple[int, Array]:
-        self._goals[0][:] = as_configuration(velocity, self._tree, "velocity")
-        return layout.VELOCITY, self._goals[0]
+    def _by_link(self, goal: Goal | None, name: str) -> Mapping[str, ArrayLike | None]:
+        """The goals of hands by link. One without a name is that of the only hand."""
+        if goal is None:
+            return {}
+        if isinstance(goal, Mapping):
+            for link in goal:
+                if link not in self._links:
+                    raise UnknownNameError("link", str(link), self._links)
+            return goal
+        if len(self._links) > 1:
+            raise InputError(name, f"is expected by link, since there are several: {', '.join(self._links)}")
+        return dict.fromkeys(self._links, goal)
 
-    def _to_twist(self, twist: ArrayLike) -> tuple[int, Array]:
-        given = as_floats("twist", twist)
-        if given.shape != (6,):
-            raise InputError("twist", f"shape {given.shape}, but shape (6,) is expected: v [m/s], w [rad/s]")
-        refuse_out_of_range(given, "twist")
-        self._goals[1][:] = given
-        return layout.TWIST, self._goals[1]
+    def _name_of(self, name: str, link: str) -> str:
+        """How an error names the goal of a hand."""
+        return name if len(self._links) == 1 else f"{name}[{link!r}]"
 
-    def _to_pose(self, pose: ArrayLike) -> tuple[int, Array]:
-        self._goals[2][:] = as_one_pose(pose, "pose")[:3].ravel()
-        return layout.POSE, self._goals[2]
-
-    def _run(self, mode: int, frame: int, goal: Array) -> None:
+    def _run(self, mode: int, goal: Array) -> None:
         """Run a tick in the world as it is now."""
         scene, objects = self._checker.scene_and_objects(self._world)
         self._too_fast = None
         if scene is not self._scene:
             self._change_to(objects)
             self._scene = scene
-        chain, kept = self._tree.chain(self._link), (self._state, self._counters, self._report, self._wider, self._moving)
-        driver.servo_tick(*scene, chain, frame, mode, self._limits, self._settings, goal, *kept)
+        kept = self._state, self._counters, self._report, self._wider, self._moving
+        driver.servo_tick(*scene, self._chains, mode, self._limits, self._settings, goal, *kept)
 
     def _change_to(self, objects: Objects) -> None:
         """Take over another world. What was certified still counts if all that has changed was reckoned with in it.
@@ -276,3 +305,28 @@ class Servo:
             return bodies.names[i]
         row = rows_of(scene.nodes, np.array([i - len(bodies.names)]))[0]
         return self._object_names[int(scene.objects[row, OBJECT])]
+
+
+def _tables(tree: Tree, links: Sequence[str], weights: ArrayLike | None) -> tuple[Array, Array]:
+    """The chains of all hands, one after the other, and the row of each hand in ``servo_layout`` as far as it never changes."""
+    if not links or len(set(links)) < len(links):
+        raise InputError("link", f"{links!r}; one link is expected, or several different ones")
+    chains = [tree.chain(link) for link in links]
+    hands = np.zeros((len(links), layout.HAND_WIDTH))
+    hands[:, layout.END] = np.cumsum([len(chain) for chain in chains])
+    hands[1:, layout.FIRST] = hands[:-1, layout.END]
+    given, (least, most) = as_floats("weights", 1.0 if weights is None else weights), _WEIGHTS
+    if given.shape not in {(), (len(links),)} or not ((given >= least) & (given <= most)).all():
+        raise InputError("weights", f"{weights!r}; a number from {least:g} to {most:g} for each of the links is expected")
+    hands[:, layout.WEIGHT] = given
+    table = np.concatenate(chains)
+    table.setflags(write=False)
+    return table, hands
+
+
+def _as_twist(twist: ArrayLike, name: str) -> Array:
+    given = as_floats(name, twist)
+    if given.shape != (6,):
+        raise InputError(name, f"shape {given.shape}, but shape (6,) is expected: v [m/s], w [rad/s]")
+    refuse_out_of_range(given, name)
+    return given

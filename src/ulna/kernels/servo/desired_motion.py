@@ -1,7 +1,8 @@
 """Writes the objective of a tick: which joint velocities are desired, and how far others are from that.
 
-It is |x - v|^2 for a command in joint space, and |J x - w|^2 + lambda |x - p|^2 for a twist w, with p the pull towards a posture:
-so p acts in the null space, and near a singularity the damping keeps x short without hiding a way out of it.
+It is |x - v|^2 for a command in joint space. For hands with twists w it is the sum of c |J x - w|^2, with c the weight of a
+hand, and lambda |x - p|^2, with p the pull towards a posture: so p acts in the null space of all hands,
+and near a singularity the damping keeps x short without hiding a way out of it.
 
 A position is approached at the velocity v with v^2 / (2 a) + 4 h v = e, e being what is left and h the tick: far away that is the
 greatest velocity from which a deceleration a stops in time, and near it an exponential approach without overshoot.
@@ -12,7 +13,24 @@ from ulna.engine.lanes import sqrt
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.ik.damped_system import add_column, column_dot, load_six, pose_error, solve_damped, store_six
 from ulna.kernels.layout import IN_BASE
-from ulna.kernels.servo.servo_layout import ACCELERATION, DAMPING, POSE, POSITION, POSTURE, PULL, SPEED, TICK, VELOCITY
+from ulna.kernels.servo.servo_layout import (
+    ACCELERATION,
+    DAMPING,
+    END,
+    FIRST,
+    FRAME,
+    GIVEN,
+    GOAL,
+    HAND_WIDTH,
+    HANDS,
+    POSE,
+    POSTURE,
+    PULL,
+    SPEED,
+    TICK,
+    VELOCITY,
+    WEIGHT,
+)
 from ulna.kernels.spatial.se3 import load_pose
 
 _APPROACH = 4.0  # ticks: the time constant near a position
@@ -21,15 +39,16 @@ _SHARE = 0.7  # of the acceleration, with which a position is approached
 
 
 @kernel
-def write_objective(mode, chain, expressed_in, goal, limits, settings, q_rows, arrays):
+def write_objective(mode, chains, goal, limits, settings, q_rows, arrays):
     """Write H and f of the quadratic program, as x' H x / 2 - f' x.
 
-    goal: n_dof velocities or positions, a twist (6 numbers), or a pose (12 numbers); q_rows: where the arm is. arrays: H, f, J,
-    the desired velocities, room for the damped system (``damped_system``).
+    goal: n_dof velocities or positions, or HAND_WIDTH numbers a hand; q_rows: where the arm is; chains: those of all hands, one
+    after the other. arrays: H, f, J of each hand, the desired velocities or the twists of the hands, room for the damped system
+    (``damped_system``).
     """
     h_rows, f_rows, jacobian_rows, desired_rows, system_rows = arrays
     n = f_rows.shape[0]
-    if mode in (VELOCITY, POSITION):
+    if mode != HANDS:
         for j in range(n):
             x = goal[j] if mode == VELOCITY else approach(goal[j] - q_rows[j], limits, settings, j)
             desired_rows[j] = min(max(x, -limits[SPEED, j]), limits[SPEED, j])
@@ -37,22 +56,46 @@ def write_objective(mode, chain, expressed_in, goal, limits, settings, q_rows, a
             for k in range(n):
                 h_rows[n * j + k] = 1.0 if j == k else 0.0
         return
-    frame = IN_BASE if mode == POSE else expressed_in
-    end = chain_jacobian(chain, q_rows, frame, jacobian_rows, 6, 1)
-    w = load_six(goal, 0)
-    if mode == POSE:
-        e = pose_error(end, load_pose(goal, 0))
-        rate = approach_rate(e, limits, settings, jacobian_rows, system_rows, n)
-        w = rate * e[0], rate * e[1], rate * e[2], rate * e[3], rate * e[4], rate * e[5]
+    for j in range(n):
+        f_rows[j] = 0.0
+        for k in range(n):
+            h_rows[n * j + k] = settings[DAMPING] if j == k else 0.0
+    for i in range(goal.shape[0] // HAND_WIDTH):
+        hand, columns = goal[HAND_WIDTH * i : HAND_WIDTH * (i + 1)], jacobian_rows[6 * n * i : 6 * n * (i + 1)]
+        w = write_jacobian(hand, chains, limits, settings, q_rows, columns, system_rows)
+        add_squares(columns, w, h_rows, f_rows)
+        store_six(desired_rows, 6 * i, w)
     for j in range(n):
         pull = settings[PULL] * (limits[POSTURE, j] - q_rows[j]) if settings[PULL] > 0.0 else 0.0
-        f_rows[j] = column_dot(jacobian_rows, j, w) + settings[DAMPING] * min(max(pull, -limits[SPEED, j]), limits[SPEED, j])
+        f_rows[j] += settings[DAMPING] * min(max(pull, -limits[SPEED, j]), limits[SPEED, j])
+
+
+@kernel
+def write_jacobian(hand, chains, limits, settings, q_rows, jacobian_rows, system_rows):
+    """Write J of a hand, and return the twist that is desired of it: both times the square root of its weight."""
+    frame = IN_BASE if hand[GIVEN] == POSE else int(hand[FRAME])
+    end = chain_jacobian(chains[int(hand[FIRST]) : int(hand[END])], q_rows, frame, jacobian_rows, 6, 1)
+    w, rate, root = load_six(hand, GOAL), 1.0, sqrt(hand[WEIGHT])
+    if hand[GIVEN] == POSE:
+        w = pose_error(end, load_pose(hand[GOAL:], 0))
+        rate = approach_rate(w, limits, settings, jacobian_rows, system_rows, q_rows.shape[0])
+    for k in range(jacobian_rows.shape[0]):
+        jacobian_rows[k] *= root
+    rate *= root
+    return rate * w[0], rate * w[1], rate * w[2], rate * w[3], rate * w[4], rate * w[5]
+
+
+@kernel
+def add_squares(jacobian_rows, w, h_rows, f_rows):
+    """Add J' J to H, and J' w to f."""
+    n = f_rows.shape[0]
+    for j in range(n):
+        f_rows[j] += column_dot(jacobian_rows, j, w)
         for k in range(n):
-            total = settings[DAMPING] if j == k else 0.0
+            total = h_rows[n * j + k]
             for i in range(6):
                 total += jacobian_rows[6 * j + i] * jacobian_rows[6 * k + i]
             h_rows[n * j + k] = total
-    store_six(desired_rows, 0, w)
 
 
 @kernel
@@ -76,16 +119,18 @@ def approach_rate(e, limits, settings, jacobian_rows, system_rows, n):
 
 
 @kernel
-def missed(mode, jacobian_rows, desired_rows, x_rows):
-    """How much of what is desired a velocity misses, as a share of it: of the twist, or of the velocities."""
+def missed(mode, goal, jacobian_rows, desired_rows, x_rows):
+    """How much of what is desired a velocity misses, as a share of the greatest: of all twists, or of the velocities."""
     n, miss, size = x_rows.shape[0], 0.0, SMALL
-    if mode in (VELOCITY, POSITION):
+    if mode != HANDS:
         for j in range(n):
             miss, size = max(miss, abs(x_rows[j] - desired_rows[j])), max(size, abs(desired_rows[j]))
         return miss / size
-    e = -desired_rows[0], -desired_rows[1], -desired_rows[2], -desired_rows[3], -desired_rows[4], -desired_rows[5]
-    for j in range(n):
-        e = add_column(e, jacobian_rows, j, x_rows[j])
-    for i in range(6):
-        miss, size = max(miss, abs(e[i])), max(size, abs(desired_rows[i]))
+    for hand in range(goal.shape[0] // HAND_WIDTH):
+        w, columns = load_six(desired_rows, 6 * hand), jacobian_rows[6 * n * hand : 6 * n * (hand + 1)]
+        e, root = (-w[0], -w[1], -w[2], -w[3], -w[4], -w[5]), sqrt(goal[HAND_WIDTH * hand + WEIGHT])
+        for j in range(n):
+            e = add_column(e, columns, j, x_rows[j])
+        for i in range(6):
+            miss, size = max(miss, abs(e[i]) / root), max(size, abs(w[i]) / root)
     return miss / size

@@ -1,7 +1,12 @@
 """Numbers the commands, the tables and the results of a servo's tick. Plain numbers only."""
 
 # What a tick is for. START sets the state and certifies its stop.
-START, REST, VELOCITY, POSITION, TWIST, POSE = 0, 1, 2, 3, 4, 5
+START, REST, VELOCITY, POSITION, HANDS = 0, 1, 2, 3, 4
+# What a hand is sent to in a tick for HANDS: the rows of its chain in the table of all, begin and end; whether a twist or a pose
+# is given; the frame of a twist; the weight of what it misses; and the twist, 6 numbers, or the pose, 12.
+FIRST, END, GIVEN, FRAME, WEIGHT, GOAL = 0, 1, 2, 3, 4, 5
+HAND_WIDTH = GOAL + 12
+TWIST, POSE = 0, 1
 # Rows of the limits, shape (N_LIMITS, n_dof): position, speed and acceleration; how far a joint may be from its command, and how
 # far beside a motion all is certified besides, so that there is room to leave; and the posture.
 LOWER, UPPER, SPEED, ACCELERATION, ASIDE, ROOM, POSTURE = 0, 1, 2, 3, 4, 5, 6
