@@ -1180,6 +1180,8 @@ class Robot(Quick):
         rate: float = 1000,
         link: str | Sequence[str] | None = None,
         weights: ArrayLike | None = None,
+        held: Iterable[str] = (),
+        group: str | None = None,
         velocity: ArrayLike | None = None,
         clearance: float = 0.01,
         tracking_error: ArrayLike = 0.0,
@@ -1191,9 +1193,12 @@ class Robot(Quick):
             world: The objects; none unless given. It may change between ticks.
             acceleration: The greatest of each joint [rad/s^2 or m/s^2], a number or shape (n_dof,).
             rate: Ticks a second [Hz].
-            link: The link that poses and twists are of, or several, such as both hands; the tip unless given.
+            link: The link that poses and twists are of, or several, such as both hands; the tip, of the group if one is
+                named, unless given.
             weights: How much each of several links counts where not all can be where they are sent: of the squares of what each
                 misses, 0.001 to 1000, a number or shape (n_links,); 1 unless given.
+            held: Names of joints that keep their positions.
+            group: A group of the SRDF (``robot.groups``): the joints outside keep their positions.
             velocity: The greatest of each joint [rad/s or m/s], a number or shape (n_dof,), where it is below the description's.
             clearance: No object is nearer than this [m]; it does not count between links of the robot.
             tracking_error: How far each joint may be from its command [rad or m]: the certificate holds for all of that.
@@ -1201,7 +1206,7 @@ class Robot(Quick):
 
         Raises:
             InputError: An argument that cannot be taken; its name is in the message.
-            UnknownNameError: There is no such link.
+            UnknownNameError: There is no such link, joint or group.
 
         Example:
             >>> import ulna
@@ -1214,9 +1219,11 @@ class Robot(Quick):
             >>> str(command)
             'following'
         """
+        members = None if group is None else group_named(group, self.groups)
         return Servo(
-            self.tree, self._checker, world, rate, link, weights, velocity, acceleration, clearance, tracking_error, posture
-        )
+            self.tree, self._checker, world, rate, link, weights, held, members, velocity, acceleration, clearance,
+            tracking_error, posture,
+        )  # fmt: skip
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:

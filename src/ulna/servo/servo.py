@@ -1,6 +1,6 @@
 """Steers an arm tick by tick: each command, and a full stop after it, is certified free (``drivers.servo``)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from time import perf_counter
 from typing import Any
 
@@ -14,10 +14,11 @@ from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.pose import as_one_pose
 from ulna.drivers import servo as driver
 from ulna.errors import InputError, UnknownNameError
-from ulna.ik.problem import refuse_immovable
+from ulna.ik.problem import as_names, columns_of_joints, refuse_immovable
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.layout import OBJECT
 from ulna.kernels.servo import servo_layout as layout
+from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree, entry_names
@@ -50,6 +51,8 @@ class Servo:
         rate: float,
         link: str | Sequence[str] | None,
         weights: ArrayLike | None,
+        held: Iterable[str],
+        group: JointGroup | None,
         velocity: ArrayLike | None,
         acceleration: ArrayLike,
         clearance: float,
@@ -65,13 +68,20 @@ class Servo:
         aside = as_floats("tracking_error", tracking_error)
         if aside.shape not in {(), (n,)} or not ((aside >= 0) & (aside < np.inf)).all():
             raise InputError("tracking_error", f"{tracking_error!r}; a number of at least 0, or {n} of them, is expected")
-        if not tree.velocity_limits.all():
-            still = ", ".join(name for name, most in zip(entry_names(tree), tree.velocity_limits, strict=True) if not most)
-            raise InputError("robot", f"its description allows {still} a velocity of 0, so a servo would never move")
+        still = columns_of_joints(tree, as_names(held))
+        if group is not None:
+            still |= ~np.isin(np.arange(n), group.columns)
+        if still.all():
+            raise InputError("held", "all joints are held, so the servo would never move")
+        if not (tree.velocity_limits[~still]).all():
+            names = zip(entry_names(tree), tree.velocity_limits, still, strict=True)
+            slow = ", ".join(name for name, most, is_held in names if not most and not is_held)
+            raise InputError("robot", f"its description allows {slow} a velocity of 0, so a servo would never move")
         speeds = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, n, may_be_infinite=True)
         accelerations = WITHIN * as_limits("acceleration", acceleration, n)
         tick = 1.0 / float(rate)
         self._tree, self._checker, self._world = tree, checker, world
+        link = tip_of(group) if link is None and group is not None else link
         self._links: tuple[str, ...] = (tree.link_or_tip(link),) if link is None or isinstance(link, str) else tuple(link)
         self._chains, self._hands = _tables(tree, self._links, weights)
         self._limits = np.zeros((layout.N_LIMITS, n))
@@ -79,6 +89,7 @@ class Servo:
         self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * tree.velocity_limits))
         self._limits[layout.ACCELERATION], self._limits[layout.ASIDE] = accelerations, aside
         self._limits[layout.ROOM] = _ROOM * accelerations * tick * tick
+        self._limits[layout.SPEED, still] = self._limits[layout.ROOM, still] = 0.0
         self._settings = np.array([tick, clearance, _DAMPING**2, 0.0])
         if posture is not None:
             self._limits[layout.POSTURE] = as_configuration(posture, tree, "posture")

@@ -75,6 +75,10 @@ def write_jacobian(hand, chains, limits, settings, q_rows, jacobian_rows, system
     """Write J of a hand, and return the twist that is desired of it: both times the square root of its weight."""
     frame = IN_BASE if hand[GIVEN] == POSE else int(hand[FRAME])
     end = chain_jacobian(chains[int(hand[FIRST]) : int(hand[END])], q_rows, frame, jacobian_rows, 6, 1)
+    for j in range(q_rows.shape[0]):
+        if limits[SPEED, j] == 0.0:  # it is held
+            for k in range(6):
+                jacobian_rows[6 * j + k] = 0.0
     w, rate, root = load_six(hand, GOAL), 1.0, sqrt(hand[WEIGHT])
     if hand[GIVEN] == POSE:
         w = pose_error(end, load_pose(hand[GOAL:], 0))
