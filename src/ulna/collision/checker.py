@@ -1,4 +1,12 @@
-"""Checks the robot at q against itself and against the objects of a world."""
+"""Checks the robot at q against itself and against the objects of a world: the face of this folder.
+
+1. ``bodies``: the shapes of the robot and of what is attached to it as rows of a table, and which pairs of them are checked.
+   ``objects``: the objects of a world as rows of another, with a tree of boxes over them; which links may touch which of them.
+2. Both make a *scene*, which every entry takes: whether anything touches (``overlap``), each contact (``contacts``), the nearest
+   pair (``nearest``), whether a whole edge is free (``continuous``). Boxes among boxes have machine code of their own.
+3. The scene of the last call is kept. So is a call of it with its arguments bound, which C makes for one q (``prebound``).
+4. Contacts and distances come back as numbers of rows; their names are looked up here (``report``, ``distances``).
+"""
 
 from collections.abc import Callable
 from functools import cached_property, partial

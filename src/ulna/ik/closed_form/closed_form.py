@@ -1,4 +1,4 @@
-"""Says whether an arm has a closed form, and of which family; from here the rest of the house imports.
+"""Says whether an arm has a closed form, and of which family; from here the other folders import.
 
 The idea. The pose of the end is a product of turns, rot(h_1, q_1) ... rot(h_6, q_6), about six axes with directions h_i. With a
 *spherical wrist* the last three axes intersect in a point, which they do not move: its place p depends on three joints alone,
@@ -18,8 +18,9 @@ angles. What is left is again of that kind, and R_4 R_5 R_6 = (R_1 R_2 R_3)' R g
 
 The proof. The equations follow from the pose, so a pose has no solution but those found: it is ``complete`` unless rounding
 hides one. Each branch carries how well its worst angle is determined. Where a cos q + b sin q = c has an amplitude
-(a^2 + b^2)^(1/2) of nothing but rounding, any q will do, and a continuum or nothing is proved. Where its two roots are one to
-rounding, they are ``coinciding``; where it has none by no more than rounding, nothing is proved (``kernels/chain/accuracy``).
+(a^2 + b^2)^(1/2) of nothing but rounding, any q solves it: the solutions are a continuum where there is one, and else
+nothing is proved. Where its two roots are one to rounding, they are ``coinciding``. Where it has no root, but rounding alone may
+have taken it, nothing is proved (``kernels/chain/accuracy``).
 """
 
 from dataclasses import dataclass, field
