@@ -22,6 +22,7 @@ RADIUS = 0.003  # [m] of a ball: half of what neighbours are apart, and the nois
 PADDING = 0.02  # [m] around the arm; points there are its own
 FITS, T_FITS = ulna.Box((0.14, 0.09, 0.2)), ulna.pose((0.55, 0.0, 0.11))  # where the hand fits between the bin's walls
 ABOVE = 0.06  # [m] from the highest point to the tips of the fingers: other parts may be hidden by the arm
+SHARE = 0.6  # of a motion, after which the next image is taken
 
 robot, world = ulna.load("panda"), ulna.World()
 world.add("seen", ulna.PointCloud(np.empty((0, 3)), RADIUS))
@@ -59,7 +60,7 @@ for k in range(4):
     assert nearest > 0
     clouds.append(world.shape("seen"))
     motions.append(motion)
-    q = motion.at(0.6 * motion.duration).q  # where the next image finds the arm
+    q = motion.at(SHARE * motion.duration).q  # where the next image finds the arm
 
 if "--view" in sys.argv:
     with ulna.view(robot, world, open_browser=True) as view:
@@ -67,7 +68,7 @@ if "--view" in sys.argv:
         try:
             for cloud, motion in itertools.cycle(zip(clouds, motions, strict=True)):
                 world.update("seen", cloud)
-                share = 1.0 if motion is motions[-1] else 0.6
+                share = 1.0 if motion is motions[-1] else SHARE
                 for t in np.arange(0.0, share * motion.duration, 1 / 30):
                     view.q = motion.at(t).q
                     time.sleep(1 / 30)

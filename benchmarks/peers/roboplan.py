@@ -1,7 +1,7 @@
 """RoboPlan: RRT-Connect in C++ on Pinocchio and Coal, which test edges at samples; and its path shortcutter.
 
-Source: https://github.com/open-planning/roboplan. It has no capsules: there it is asked among the exact cylinders. A cloud is given
-to it as an octree, whose cells are as wide as a ball.
+Source: https://github.com/open-planning/roboplan. It has no capsules: there it is asked among the exact cylinders. A cloud is
+given to it as an octree, whose cells are as wide as a ball.
 """
 
 import time
@@ -55,12 +55,19 @@ class Planner:
 
     def touches(self, q: NDArray) -> bool:
         """Whether anything touches at q, shape (n_dof,)."""
-        return self._scene.hasCollisions(self._scene.toFullJointPositions(GROUP, q))
+        return self._scene.hasCollisions(self._positions(q))
+
+    def _positions(self, q: NDArray) -> NDArray:
+        """Joint positions as it takes them: of a joint without limits the cosine and the sine."""
+        endless = [self._scene.getJointInfo(name).num_position_dofs == 2 for name in self._names]
+        return np.array(
+            [part for x, turns in zip(q, endless, strict=True) for part in ((np.cos(x), np.sin(x)) if turns else (x,))]
+        )
 
     def search(self, start: NDArray, goal: NDArray) -> tuple[Way, Way]:
         """As ``solve``, in the world that is laid out."""
         self._planner.setRngSeed(1)
-        ends = [core.JointConfiguration(self._names, q) for q in (start, goal)]
+        ends = [core.JointConfiguration(self._names, self._positions(q)) for q in (start, goal)]
         began = time.thread_time()
         try:
             first = self._planner.plan(*ends)

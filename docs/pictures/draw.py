@@ -1,4 +1,4 @@
-"""Draws the pictures at the top of the pages about planning, following, collisions and inverse kinematics.
+"""Draws the pictures, and a film, of the pages about planning, following, collisions and inverse kinematics.
 
     .venv/bin/python docs/pictures/draw.py            # all; or the names of some
 
@@ -21,12 +21,13 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from benchmarks.depth_camera import Camera as DepthCamera
 
 from ulna.viewer.film.camera import Camera
+from ulna.viewer.film.film import Film, write_film
 from ulna.viewer.film.painter import Ground, Painter, Picture
 from ulna.viewer.film.skin import Model
 from ulna.viewer.palette import GREEN, INK, MOVABLE, RED, Solid, collision_boxes
 
 Pixels = NDArray[np.uint8]
-SIZE = (960, 540)
+SIZE, SIZE_OF_FILM = (960, 540), (640, 360)
 NOTHING = """<robot name="nothing"><link name="{}">
   <visual><origin xyz="0 0 -1"/><geometry><box size="0.001 0.001 0.001"/></geometry></visual></link></robot>"""
 LEAST = 6  # of 255, by which a pixel differs from the background
@@ -93,7 +94,7 @@ class Scene:
     def _pictures(self, robot: ulna.Robot, q: NDArray) -> list[Pixels]:
         """A robot with the base of this one, at each row of q."""
         solids = tuple(self.solids)
-        painter = Painter(Model(robot, solids), self.size, Ground(self.middle, 1.6), samples=4)
+        painter = Painter(Model(robot), self.size, Ground(self.middle, 1.6), samples=4)
         return [painter.paint(Picture(row, self.camera, solids)) for row in q]
 
 
@@ -181,13 +182,30 @@ def camera_sees(size: tuple[int, int]) -> Pixels:
 
 def camera_into_bin(size: tuple[int, int]) -> Pixels:
     """The first motion of the example of the same name, among the points that the plan knew."""
-    example = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "13_camera_into_bin.py"))
+    example = _example_of_the_bin()
     motion, robot = example["motions"][0], example["robot"]
     q = motion.at(np.linspace(0, motion.duration, 100)).q
     scene = Scene(robot, (1.5, -1.1, 1.0), (0.4, 0.0, 0.25), size)
     scene.put(example["clouds"][0], np.eye(4), MOVABLE)
     scene.put_way(q, GREEN)
     return scene.paint_several(q[[0, 40, 60, 99]])
+
+
+def camera_into_bin_film(size: tuple[int, int], rate: int = 10) -> Film:
+    """The motions of the same example at half their speed, each among the points of the image that it was planned in."""
+    example = _example_of_the_bin()
+    robot, motions, pictures = example["robot"], example["motions"], []
+    camera = Camera((1.65, -1.25, 1.15), (0.38, 0.0, 0.33), fov=0.6)
+    for cloud, motion in zip(example["clouds"], motions, strict=True):
+        seen = (Solid("seen", robot.base, np.eye(4), cloud, MOVABLE),)
+        end = motion.duration if motion is motions[-1] else example["SHARE"] * motion.duration
+        pictures += [Picture(motion.at(t).q, camera, seen) for t in np.arange(0, end, 0.5 / rate)]
+    rest = [pictures[-1]] * rate
+    return Film(Model(robot), [*pictures, *rest], size, rate, Ground((0.4, 0.0, 0.25), 1.6), samples=3)
+
+
+def _example_of_the_bin() -> dict:
+    return runpy.run_path(str(Path(__file__).parents[2] / "examples" / "13_camera_into_bin.py"))
 
 
 SHADE = 150, 155, 165
@@ -213,6 +231,11 @@ PICTURES: dict[str, Callable[[tuple[int, int]], Pixels]] = {
     "camera_into_bin": camera_into_bin,
 }
 
+FILMS: dict[str, Callable[[tuple[int, int]], Film]] = {"camera_into_bin_film": camera_into_bin_film}
+
 if __name__ == "__main__":
-    for name in sys.argv[1:] or PICTURES:
-        Image.fromarray(PICTURES[name](SIZE)).save(Path(__file__).with_name(f"{name}.png"), optimize=True)
+    for name in sys.argv[1:] or (*PICTURES, *FILMS):
+        if name in FILMS:
+            write_film(Path(__file__).with_name(f"{name}.gif"), FILMS[name](SIZE_OF_FILM))
+        else:
+            Image.fromarray(PICTURES[name](SIZE)).save(Path(__file__).with_name(f"{name}.png"), optimize=True)

@@ -159,7 +159,7 @@ def demo_picture(robot: Robot, moment: Moment, camera: Camera, *, boxes: bool = 
 
 def record_pictures(form: Form, robot: Robot, pictures: Sequence[Picture], tell: Tell = report_nothing) -> None:
     """Write pictures of the demo into the file of a form."""
-    write_pictures(form, Model(robot, pictures[0].solids), pictures, DEMO_GROUND, tell)
+    write_pictures(form, Model(robot), pictures, DEMO_GROUND, tell)
 
 
 def _widened(camera: Camera, size: tuple[int, int]) -> Camera:

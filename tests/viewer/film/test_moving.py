@@ -7,9 +7,12 @@ import pytest
 
 import ulna
 from ulna.viewer.film import recording
+from ulna.viewer.film.camera import Camera
+from ulna.viewer.film.film import Film
+from ulna.viewer.film.painter import Ground, Picture
 from ulna.viewer.film.recording import make_form, record_moving, solids_at
-from ulna.viewer.film.skin import BoundingBall
-from ulna.viewer.palette import TOUCHING
+from ulna.viewer.film.skin import BoundingBall, Model
+from ulna.viewer.palette import TOUCHING, Solid
 from videos import decoded
 
 
@@ -58,6 +61,27 @@ def test_each_obstacle_has_a_colour_of_its_own_and_what_is_attached_is_drawn(pan
     world.move("crate 0", panda.forward_kinematics(panda.home) @ ulna.pose((0.0, 0.0, 0.12)))
     touching = solids_at(held, panda.home, world, BoundingBall.of(np.eye(3)), boxes=False)
     assert [solid.name for solid in touching if solid.color == TOUCHING] == ["attached part", "obstacle crate 0"]
+
+
+def test_each_picture_of_a_film_has_solids_of_its_own(panda, rng):
+    """Clouds and boxes that come and go: a picture in the film is the one that another film has of it alone."""
+    shapes = [ulna.PointCloud(rng.uniform(0.3, 0.6, (n, 3)), 0.01) for n in (40, 300)]
+    T, blue = ulna.pose((0.4, 0.2, 0.2)), (20, 40, 220)
+    seen = [Solid("seen", panda.base, np.eye(4), shape, blue) for shape in shapes]
+    crate = Solid("crate", panda.tip, T, ulna.Box((0.2, 0.2, 0.2)), (200, 160, 20))
+    pane = Solid("pane", panda.base, T, ulna.Box((0.3, 0.3, 0.3)), (200, 0, 0), 0.4)
+    sets = [(seen[0],), (seen[1], crate), (), (pane, seen[1]), (crate, seen[0]), (seen[0],)]
+    camera, ground = Camera((1.5, 1.0, 1.0), (0.3, 0.2, 0.3)), Ground((0.3, 0.0, 0.3), 1.0)
+    pictures = [Picture(panda.home, camera, solids) for solids in sets]
+
+    def frames(some):
+        return list(Film(Model(panda), some, (160, 90), 10, ground).frames())
+
+    found = frames(pictures)
+    for picture, pixels in zip(pictures, found, strict=True):
+        assert np.array_equal(pixels, frames([picture])[0])
+    blues = [np.count_nonzero(pixels[..., 2].astype(int) - pixels[..., 0] > 100) for pixels in found]
+    assert blues[2] == 0 < blues[0] == blues[5] < blues[1]
 
 
 SCENES = {

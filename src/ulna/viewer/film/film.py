@@ -26,8 +26,8 @@ class Film:
     """Pictures and how to paint them.
 
     Args:
-        model: The robot, with the solids that the pictures show.
-        pictures: The pictures, in their order.
+        model: The robot.
+        pictures: The pictures, in their order; each has solids of its own.
         size: Width and height [pixels].
         rate: Pictures a second.
         ground: The floor.

@@ -12,7 +12,7 @@ from ulna.description.shapes import Box
 from ulna.drivers import rendering
 from ulna.kernels.render.render_layout import NOTHING
 from ulna.viewer.film.camera import Camera, sun_view
-from ulna.viewer.film.skin import Model, is_opaque, linear
+from ulna.viewer.film.skin import Model, Skin, is_opaque, linear
 from ulna.viewer.palette import INK, Solid
 
 # The sides of a cube of edge 2, each as four corners in order around it.
@@ -108,7 +108,7 @@ class Painter:
     """Paints one picture at a time, on its own raster; several painters may work at once.
 
     Args:
-        model: The robot, with the solids that its pictures show.
+        model: The robot.
         size: Of the pictures: width and height [pixels].
         ground: The floor.
         samples: How many samples a pixel has, across and down.
@@ -120,7 +120,7 @@ class Painter:
         raster = (self.height * samples, self.width * samples)
         self._nearness, self._numbers = np.empty(raster, np.float32), np.empty(raster, np.int32)
         self._shadows = np.empty((TEXELS, TEXELS), np.float32)
-        self._seen, self._lit = (np.empty_like(model.skin.points) for _ in range(2))
+        self._seen = self._lit = np.empty((0, 3))
         self._light = np.empty((self.height, self.width, 3), np.float32)
         self._sun = sun_view(TO_SUN, ground.middle, ground.radius, TEXELS)
 
@@ -130,11 +130,12 @@ class Painter:
         1. A shadow map: the heights that the sun sees. 2. The triangle that the camera sees at each sample. 3. The light of each
         pixel. 4. The translucent boxes, blended over it. 5. The caption.
         """
-        poses = self.model.poses(picture.q, picture.solids)
-        colors, glow = self.model.paints(picture.solids)
+        solids = [solid for solid in picture.solids if is_opaque(solid)]
+        skin, poses = self.model.skin_among(solids), self.model.poses(picture.q, solids)
+        colors, glow = self.model.paints(skin, solids)
         view = picture.camera.view(self._numbers.shape[1], self._numbers.shape[0])
-        self._draw(poses, view, glow)
-        self._shade(picture, poses, colors, glow)
+        self._draw(skin, poses, view, glow)
+        self._shade(picture, skin, poses, colors, glow)
         self._lay_panes(picture, poses, view)
         pixels = np.empty((self.height, self.width, 3), np.uint8)
         rendering.encode(self._light, pixels)
@@ -143,9 +144,11 @@ class Painter:
             write_text(pixels, picture.caption.text, place)
         return pixels
 
-    def _draw(self, poses: NDArray, view: NDArray, glow: NDArray) -> None:
+    def _draw(self, skin: Skin, poses: NDArray, view: NDArray, glow: NDArray) -> None:
         """Draw the shadow map of the sun, and the triangles that the camera sees."""
-        skin, frames = self.model.skin, _twelves(poses)
+        if len(self._seen) != len(skin.points):
+            self._seen, self._lit = np.empty_like(skin.points), np.empty_like(skin.points)
+        frames = _twelves(poses)
         rendering.place_points(skin.points, skin.frames, frames, _map(self._sun, 0.0), self._lit)
         rendering.place_points(skin.points, skin.frames, frames, _map(view, 1.0), self._seen)
         self._shadows.fill(0.0)
@@ -154,8 +157,8 @@ class Painter:
         rendering.draw_triangles(self._lit, skin.triangles[glow == 0.0], self._shadows, None)
         rendering.draw_triangles(self._seen, skin.triangles, self._nearness, self._numbers)
 
-    def _shade(self, picture: Picture, poses: NDArray, colors: NDArray, glow: NDArray) -> None:
-        skin, rows = self.model.skin, self._numbers.shape
+    def _shade(self, picture: Picture, skin: Skin, poses: NDArray, colors: NDArray, glow: NDArray) -> None:
+        rows = self._numbers.shape
         rendering.shade_pixels(
             self._numbers,
             self._nearness,

@@ -101,7 +101,7 @@ def record_robot(
         FileError: The file cannot be written.
     """
     solids = tuple(collision_boxes(robot)) if boxes else ()
-    model = Model(robot, solids)
+    model = Model(robot)
     ball = BoundingBall.of(model.points_at(q))
     aspect = form.size[0] / form.size[1]
     turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
@@ -143,7 +143,7 @@ def record_moving(
     origins = np.vstack([robot.link_poses(q)[:, :3, 3] for q in _along(path, min(len(path), 16))])
     middle = BoundingBall.of(origins)
     shots = [(q, solids_at(robot, q, world, middle, boxes=boxes)) for q in _along(path, form.n_frames)]
-    model = Model(robot, shots[0][1])
+    model = Model(robot)
     own = np.vstack([model.points_at(q) for q in _along(path, min(len(path), 16))])
     points = np.vstack([own, *_near(own, world)])
     camera, ground = Camera.framing(points, TURN_FROM, form.size[0] / form.size[1]), ground_of(BoundingBall.of(points))

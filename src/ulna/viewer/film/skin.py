@@ -1,7 +1,8 @@
 """Makes triangles of a robot and of opaque solids as arrays: vertices, normals, colours, and the frames they move with."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from ulna.viewer.palette import Solid
 from ulna.viewer.visuals import link_visuals, triangles
 
 CREASE = 0.75  # the cosine of the angle from which an edge is drawn sharp: 41 degrees
+_KEPT = 8  # skins of a robot among different shapes, one for each thread that paints
 _SAME_PLACE = 1e-6  # vertices within this part of a mesh's extent are at one place
 
 
@@ -55,6 +57,13 @@ def make_skin(scenes: Iterable[tuple[int, trimesh.Scene]]) -> Skin:
         colors=np.concatenate([_colors(mesh) for mesh in meshes]),
         owners=np.concatenate([np.full(len(mesh.faces), frame) for frame, mesh in pieces]),
     )
+
+
+def joined(a: Skin, b: Skin) -> Skin:
+    """One skin of two."""
+    parts = {each.name: np.concatenate([getattr(a, each.name), getattr(b, each.name)]) for each in fields(Skin)}
+    parts["triangles"] = np.concatenate([a.triangles, b.triangles + len(a.points)])
+    return Skin(**parts)
 
 
 def corner_normals(points: NDArray, triangles: NDArray) -> NDArray[np.float64]:
@@ -117,49 +126,49 @@ class BoundingBall:
 
 
 class Model:
-    """A robot and solids as triangles.
+    """A robot as triangles, and with the solids of any picture.
 
     Attributes:
-        skin: The triangles; each moves with a link, by its index in ``link_names``, or with a solid, numbered after the links.
+        skin: The robot's triangles; each moves with a link, by its index in ``links``.
+        links: The index of each link, by its name.
         missing: The meshes that could not be read, each with the reason.
     """
 
-    def __init__(self, robot: Robot, solids: Sequence[Solid] = ()) -> None:
+    def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        frames = {name: k for k, name in enumerate(robot.link_names)}
+        self.links = {name: k for k, name in enumerate(robot.link_names)}
         visuals = link_visuals(robot)
         self.missing = visuals.missing
-        scenes = [(frames[link], scene) for link, scene in visuals.scenes.items()]
-        self._solids = {solid.name: len(frames) + k for k, solid in enumerate(solids) if is_opaque(solid)}
-        scenes += [(self._solids[solid.name], trimesh.Scene(triangles(solid.shape))) for solid in solids if is_opaque(solid)]
-        self.skin = make_skin(scenes)
-        self.links = frames
-        self.n_frames = len(frames) + len(solids)
+        self.skin = make_skin((self.links[link], scene) for link, scene in visuals.scenes.items())
+        self._skin_among = lru_cache(_KEPT)(self._make_skin_among)  # most pictures of a film show the same shapes
+
+    def skin_among(self, solids: Sequence[Solid]) -> Skin:
+        """The triangles of the robot and of opaque solids; each of these has a frame, numbered after the links."""
+        return self._skin_among(tuple(solid.shape for solid in solids))
+
+    def _make_skin_among(self, shapes: tuple[Any, ...]) -> Skin:
+        if not shapes:
+            return self.skin
+        of_shapes = make_skin((len(self.links) + k, trimesh.Scene(triangles(shape))) for k, shape in enumerate(shapes))
+        return joined(self.skin, of_shapes)
 
     def poses(self, q: NDArray[np.float64], solids: Sequence[Solid]) -> NDArray[np.float64]:
-        """T_base_frame of every link at q and of every solid, shape (n_frames, 4, 4)."""
-        poses = np.tile(np.eye(4), (self.n_frames, 1, 1))
-        poses[: len(self.links)] = self.robot.link_poses(q)
-        for solid in solids:
-            if is_opaque(solid):
-                poses[self._solids[solid.name]] = poses[self.links[solid.link]] @ solid.pose
-        return poses
+        """T_base_frame of every link at q, and of every solid, shape (n_frames, 4, 4)."""
+        poses = self.robot.link_poses(q)
+        return np.concatenate([poses, *((poses[self.links[solid.link]] @ solid.pose)[None] for solid in solids)])
 
-    def paints(self, solids: Sequence[Solid]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def paints(self, skin: Skin, solids: Sequence[Solid]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The colour of every triangle (linear light), shape (m, 3), and the part of it that it emits, shape (m,)."""
-        colors, glow = self.skin.colors.copy(), np.zeros(len(self.skin.colors))
-        for solid in solids:
-            if is_opaque(solid):
-                own = self.skin.owners == self._solids[solid.name]
-                colors[own], glow[own] = linear(solid.color), float(solid.glows)
+        colors, glow = skin.colors.copy(), np.zeros(len(skin.colors))
+        for k, solid in enumerate(solids):
+            own = skin.owners == len(self.links) + k
+            colors[own], glow[own] = linear(solid.color), float(solid.glows)
         return colors, glow
 
     def points_at(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """The vertices of the robot at q, shape (n_dof,), in the base frame [m], shape (n, 3)."""
-        poses, skin = self.robot.link_poses(q), self.skin
-        own = skin.frames < len(poses)
-        T, p = poses[skin.frames[own]], skin.points[own]
-        return np.einsum("nij,nj->ni", T[:, :3, :3], p) + T[:, :3, 3]
+        T = self.robot.link_poses(q)[self.skin.frames]
+        return np.einsum("nij,nj->ni", T[:, :3, :3], self.skin.points) + T[:, :3, 3]
 
 
 def is_opaque(solid: Solid) -> bool:
