@@ -126,18 +126,21 @@ class Servo:
         """How long the longest of them took to compute [s]; 0 before the first."""
         return self._worst
 
-    def start(self, q: ArrayLike, qd: ArrayLike | None = None) -> Command:
+    def start(self, q: ArrayLike, qd: ArrayLike | None = None, *, lead_out: bool = False) -> Command:
         """Set the state.
 
         Args:
             q: Joint positions [rad or m], shape (n_dof,).
             qd: Joint velocities [rad/s or m/s], shape (n_dof,); at rest unless given.
+            lead_out: Whether to start also where the arm is not certainly free: then steps lead out of it, as where an object is
+                put into the arm.
 
         Returns:
             The state as a command.
 
         Raises:
-            InputError: The arm is beyond its limits, cannot stop within them, or is not certainly free until it rests.
+            InputError: The arm is beyond its limits, cannot stop within them, or is not certainly free until it rests, and is not
+                to be led out.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
         n, goal = self._tree.n_dof, self._goals[2]
@@ -150,7 +153,9 @@ class Servo:
         before, counters = self._state.copy(), self._counters.copy()
         self._run(layout.START, goal)
         status = int(self._report[layout.STATUS])
-        if status in {layout.LIMITED_BY_POSITION, layout.REFUSED}:
+        if status == layout.REFUSED and lead_out:
+            self._report[layout.STATUS] = layout.NOT_CERTIFIED
+        elif status in {layout.LIMITED_BY_POSITION, layout.REFUSED}:
             self._state[:], self._counters[:] = before, counters
             self._counters[layout.CERTIFIED] = 0  # perhaps it was in another world
             if status == layout.LIMITED_BY_POSITION:

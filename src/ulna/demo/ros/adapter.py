@@ -70,13 +70,17 @@ _LOCAL = {1: ("ROS_IP", "127.0.0.1"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCA
 _SAID = {1: ("ROS_IP", "ROS_HOSTNAME"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS")}
 
 
-def load_ros(version: int) -> ModuleType:
-    """The module ``ulna.demo.ros.ros1`` or ``ros2``. ROS is restricted to this machine, unless its variables are set."""
+def load_ros(version: int, module: str | None = None, without: str = "ulna demo") -> ModuleType:
+    """A module of ``ulna.demo.ros``: ``ros1`` or ``ros2`` unless named. ROS stays on this machine unless its variables are set.
+
+    Raises:
+        MissingROSError: ROS is not installed; the message names a command that works ``without`` it.
+    """
     if not any(os.environ.get(name) for name in _SAID[version]):
         name, value = _LOCAL[version]
         os.environ[name] = value
     try:
-        return import_module(f"ulna.demo.ros.ros{version}")
+        return import_module(f"ulna.demo.ros.{module or f'ros{version}'}")
     except ImportError as error:  # an incomplete ROS, as before its setup script, has modules that fail
         if isinstance(error, UlnaError) or (error.name or "").startswith("ulna"):
             raise
@@ -86,7 +90,7 @@ def load_ros(version: int) -> ModuleType:
         )
         raise MissingROSError(
             f"ROS {version} is not here ({reason}; docs/ros.md says how to install it); "
-            "the same in the browser, without ROS: ulna demo"
+            f"the same in the browser, without ROS: {without}"
         ) from None
 
 

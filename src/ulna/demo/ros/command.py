@@ -1,4 +1,4 @@
-"""``ulna ros1`` and ``ulna ros2``: the demo in RViz."""
+"""``ulna ros1`` and ``ulna ros2``: the demo in RViz, and a servo as a node."""
 
 from importlib import import_module
 from pathlib import Path
@@ -6,16 +6,20 @@ from typing import Annotated
 
 import typer
 
-from ulna.cli.depends import as_options
+from ulna.cli.cell import Obstacles, ShownRobot
+from ulna.cli.depends import as_options, command
+from ulna.cli.options import LinkName
 from ulna.cli.output import printable, progress_bar, warn, write
 from ulna.demo.ros.adapter import load_ros, node_compiler
 from ulna.demo.ros.description import robot_description
+from ulna.demo.ros.servo_settings import Output, Settings
 from ulna.demo.scenario import RATE_HZ, Demo
 from ulna.errors import needs_extra
 from ulna.robot import load
+from ulna.robot.hand_link import hand_link
 
 ros1 = typer.Typer(no_args_is_help=True, help="The demo in ROS 1: docs/ros.md says what it needs.")
-ros2 = typer.Typer(no_args_is_help=True, help="The demo in ROS 2: docs/ros.md says what it needs.")
+ros2 = typer.Typer(no_args_is_help=True, help="The demo, and a servo, in ROS 2: docs/ros.md says what it needs.")
 
 
 @ros1.command("demo")
@@ -64,6 +68,32 @@ def ros2_demo() -> None:
     ros = load_ros(2)
     with node_compiler() as compiler:
         ros.play(Demo(), compiler.ask)
+
+
+Topic = Annotated[str | None, typer.Option(help="Where commands are published; unless given where such a controller reads.")]
+
+
+@ros2.command("servo")
+@command
+def ros2_servo(
+    robot: ShownRobot,
+    world: Obstacles,
+    *,
+    link: LinkName = None,
+    rate: Annotated[float, typer.Option(metavar="HZ", help="Commands a second.")] = 100.0,
+    acceleration: Annotated[float, typer.Option(help="Of each joint [rad/s² or m/s²].")] = 5.0,
+    clearance: Annotated[float, typer.Option(metavar="M", help="How near an object may be [m].")] = 0.01,
+    tracking_error: Annotated[
+        float, typer.Option(help="How far a joint may be off its command, as /joint_states says [rad or m]; 0: not compared.")
+    ] = 0.0,
+    output: Annotated[Output, typer.Option(help="JointTrajectory of trajectory_msgs, or Float64MultiArray.")] = Output.TRAJECTORY,
+    topic: Topic = None,
+) -> None:
+    """Steer an arm by the topics of MoveIt Servo: twists and poses in, commands that touch nothing out. Ctrl-C ends it."""
+    node = load_ros(2, "servo_node", "ulna servo")
+    settings = Settings(link or hand_link(robot), rate, acceleration, clearance, tracking_error, output, topic)
+    with node_compiler() as compiler:
+        node.steer(robot, world, settings, compiler.ask)
 
 
 @ros1.callback()

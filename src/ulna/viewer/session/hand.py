@@ -12,12 +12,16 @@ from ulna.description.pose import quaternion_from_matrix
 from ulna.description.robot_description import Joint, JointType, Limits
 from ulna.ik.result import IKResult
 from ulna.robot import Robot
+from ulna.servo.command import CommandStatus
+from ulna.servo.servo import Servo
 from ulna.viewer.session.clearance import ShapeNames
-from ulna.viewer.session.sliding import along_contacts
 
 MOST_A_FRAME = 0.25  # [rad or m] the largest change of a joint: faster than real arms, but too small for another IK branch
 _GLIDES, _DAMPING = 10, 0.03  # steps of differential inverse kinematics in a frame, and their damping
 _QUICK = 160  # steps of the search in a frame: if the branch continues, a few are enough
+# The servo of a drag among obstacles. In a frame it speeds up for so many ticks and then stops: by less than MOST_A_FRAME.
+_RATE, _ACCELERATION, _TICKS = 500, 20.0, 50
+_CLEARANCE, _NEAR = 1e-3, 0.05  # [m] from obstacles; and the distance up to which one is named
 _AT_REST = 1e-9  # the least decrease of |displacement|^2 [m^2] + |rotation|^2 [rad^2] that counts as progress
 BASES = (JointType.PLANAR, JointType.FLOATING)  # a mobile base does not move while its hand is dragged
 Array = NDArray[np.float64]
@@ -57,12 +61,15 @@ class Hand:
         self.held = tuple(joint.name for joint in joints if joint.type in BASES and joint.name in robot.joint_names)
         unhurried = tuple(_unhurried(joint) for joint in joints)
         self._loop = Robot(replace(robot.description, joints=unhurried, text=""), home=robot.home)
+        self._servo: Servo | None = None
+        self._world: World | None = None  # that of the servo
 
     def follow(self, q: Array, T: Array, world: World | None = None) -> Followed:
         """One frame towards a pose.
 
         The search stays on the IK branch of q: no joint moves by more than MOST_A_FRAME. If it does not reach the pose,
-        differential inverse kinematics moves the arm nearer, until no step does; along obstacles, if these are to be avoided.
+        differential inverse kinematics moves the arm nearer, until no step does. If obstacles are to be avoided, the way to what
+        was found is certified, and a servo moves the arm nearer: along them.
 
         Args:
             q: Joint positions [rad or m], shape (n_dof,).
@@ -70,13 +77,13 @@ class Hand:
             world: Obstacles to avoid; then self-collision is avoided too. Collisions are not checked unless given.
         """
         found = self._search(q, T, world, max_iterations=_QUICK)
-        if found.success:
+        if found.success and self._is_free(q, found.q, world):
             return Followed(found.q, reached=True, moving=False)
-        nearer, against = self._glide(q, T, world)
+        nearer, against = self._nearer(q, T, world)
         if self._miss(q, T) - self._miss(nearer, T) > _AT_REST:
             return Followed(nearer, reached=False, moving=True)
         found = self._search(nearer, T, world)  # the arm has stopped: find the reason
-        if found.success:
+        if found.success and self._is_free(nearer, found.q, world):
             return Followed(found.q, reached=True, moving=False)
         if against:
             words = f"stopped before {self._names.listed(against)} touch"
@@ -95,18 +102,52 @@ class Hand:
             T, q, link=self.link, held=self.held, max_step=MOST_A_FRAME, world=world, max_iterations=max_iterations
         )
 
-    def _glide(self, q: Array, T: Array, world: World | None) -> tuple[Array, tuple[Pair, ...]]:
-        """The nearest configuration to the pose that one frame reaches, and the pairs that prevent a nearer one."""
-        miss, against = self._miss(q, T), ()
+    def _is_free(self, q: Array, nearer: Array, world: World | None) -> bool:
+        """Whether the way between two configurations is certified, where obstacles are to be avoided."""
+        return world is None or not self.robot.edge_in_collision(q, nearer, world)
+
+    def _nearer(self, q: Array, T: Array, world: World | None) -> tuple[Array, tuple[Pair, ...]]:
+        """The configuration to which one frame moves the arm, and the pair that prevents more.
+
+        Where the arm touches something it may go any way that ends less deep.
+        """
+        depth = inf if world is None else self.robot.signed_distance(q, world)
+        if world is None or depth <= 0.0:
+            nearer = self._glide(q, T)
+            if world is None or self.robot.signed_distance(nearer, world) > depth:
+                return nearer, ()
+        return self._steer(q, T, world)
+
+    def _steer(self, q: Array, T: Array, world: World) -> tuple[Array, tuple[Pair, ...]]:
+        """Where a servo moves the arm towards the pose in one frame, and the pair that prevents more."""
+        if self._servo is None or self._world is not world:
+            self._world, self._servo = world, self._servo_in(world)
+        command = self._servo.start(np.clip(q, self.robot.lower, self.robot.upper), lead_out=True)
+        for _ in range(_TICKS):
+            command = self._servo.step(pose=T)
+        limiting = command.limiting.pair
+        while command.status is CommandStatus.BRAKING or command.qd.any():
+            command = self._servo.step()
+        near = self.robot.check_collision(command.q, world, max_distance=_NEAR).pairs if limiting is not None else ()
+        return command.q, tuple(pair for pair in near if (pair.name_a, pair.name_b) == limiting)
+
+    def _servo_in(self, world: World) -> Servo:
+        robot, allowed = self.robot, self.robot.allowed_collisions
+        unhurried = Robot(self._loop.description, home=robot.home, attached=robot.attached, allowed=allowed)
+        return unhurried.servo(
+            world, link=self.link, held=self.held, rate=_RATE, acceleration=_ACCELERATION, clearance=_CLEARANCE
+        )
+
+    def _glide(self, q: Array, T: Array) -> Array:
+        """The nearest configuration to the pose that one frame reaches."""
+        miss = self._miss(q, T)
         for _ in range(_GLIDES):
             change = self._loop.differential_ik(q, self._error(q, T), 1.0, link=self.link, damping=_DAMPING)
-            if world is not None:
-                change, against = self._kept_off(q, _shortened(change), world)
             nearer = np.clip(q + _shortened(change), self.robot.lower, self.robot.upper)
             if (left := self._miss(nearer, T)) > miss - _AT_REST / _GLIDES:
                 break
             q, miss = nearer, left
-        return q, against
+        return q
 
     def _error(self, q: Array, T: Array) -> Array:
         """The remaining displacement [m] and rotation vector [rad], in the axes of the base, shape (6,)."""
@@ -116,22 +157,6 @@ class Hand:
     def _miss(self, q: Array, T: Array) -> float:
         error = self._error(q, T)
         return float(error @ error)
-
-    def _kept_off(self, q: Array, change: Array, world: World) -> tuple[Array, tuple[Pair, ...]]:
-        """A step without collision near a wanted one, and the pairs that have changed it; a zero step if there is none."""
-        slid, against = along_contacts(self.robot, q, change, self.link, world)
-        for part in (1.0, 0.25):
-            step = part * slid
-            nearer = np.clip(q + _shortened(step), self.robot.lower, self.robot.upper)
-            if self._may_go(q, nearer, world):
-                return step, against
-        hits = tuple(pair for pair in self.robot.check_collision(nearer, world).pairs if pair.signed_distance <= 0.0)
-        return np.zeros_like(change), against or hits
-
-    def _may_go(self, q: Array, nearer: Array, world: World) -> bool:
-        """Whether a step ends free of collision, or less deep in a collision than it began."""
-        after = self.robot.signed_distance(nearer, world)
-        return after > 0.0 or after > self.robot.signed_distance(q, world)
 
 
 def _words(found: IKResult) -> str:

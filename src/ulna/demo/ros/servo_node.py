@@ -1,0 +1,201 @@
+"""A servo as one node of ROS 2, with the topics of MoveIt Servo: twists, poses and joint velocities in, commands out.
+
+Source of the names: moveit_servo, the node ``servo_node``: ``~/delta_twist_cmds``, ``~/pose_target_cmds``, ``~/delta_joint_cmds``
+and ``~/status``; a command counts for 0.1 s, as its parameter ``incoming_command_timeout`` says.
+"""
+
+# pyright: reportMissingImports=false
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import rclpy
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray, String
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from ulna.collision.world import World
+from ulna.demo.ros.adapter import noted_signals
+from ulna.demo.ros.messages import pose_of
+from ulna.demo.ros.servo_settings import Output, Settings
+from ulna.errors import InputError
+from ulna.robot import Robot
+from ulna.servo.command import Command, CommandStatus
+from ulna.servo.servo import Servo
+
+try:
+    from control_msgs.msg import JointJog
+except ModuleNotFoundError:  # there is no wheel of it: it comes with a system installation of ROS 2
+    JointJog = None
+_TIMEOUT = 0.1  # [s]
+_QUEUE = 10  # messages
+_SECONDS = 1.0  # between two warnings of one kind
+
+
+# The types of what is sent, and the topics at which the controllers of ros2_controllers read by default.
+_OUTPUTS = {
+    Output.TRAJECTORY: (JointTrajectory, "/joint_trajectory_controller/joint_trajectory"),
+    Output.POSITIONS: (Float64MultiArray, "/forward_position_controller/commands"),
+}
+
+
+class ServoNode(Node):
+    """Steers from where ``/joint_states`` says that the arm is, by the newest command, if that is new enough.
+
+    Args:
+        robot: The arm; each joint has one entry of q.
+        world: The objects, if any.
+        settings: How it steers.
+        ask: Calls functions, by ``Compiler.ask``.
+    """
+
+    def __init__(self, robot: Robot, world: World | None, settings: Settings, ask: Callable[..., Any]) -> None:
+        super().__init__("servo_node")
+        self._robot, self._settings, self._made_of, self._ask = robot, settings, (robot, world, settings), ask
+        self._servo: Servo | None = None
+        self._q: NDArray[np.float64] | None = None  # as measured
+        self._goal: dict[str, Any] = {}
+        self._until = 0.0  # when the goal counts no more [s]
+        self._said, self._moved = "", False
+        kind, topic = _OUTPUTS[settings.output]
+        self._commands = self.create_publisher(kind, settings.topic or topic, _QUEUE)
+        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # also for one who listens later
+        self._status = self.create_publisher(String, "~/status", kept)
+        self.create_subscription(JointState, "/joint_states", self._measure, _QUEUE)
+        self.create_subscription(TwistStamped, "~/delta_twist_cmds", lambda message: self._take(self.twist, message), _QUEUE)
+        self.create_subscription(PoseStamped, "~/pose_target_cmds", lambda message: self._take(self.pose, message), _QUEUE)
+        if JointJog is not None:
+            self.create_subscription(JointJog, "~/delta_joint_cmds", lambda message: self._take(self.jog, message), _QUEUE)
+        else:
+            self.get_logger().warning("no module control_msgs here, so ~/delta_joint_cmds is not read")
+        self.create_timer(1.0 / settings.rate, self._beat)
+
+    def twist(self, message: TwistStamped) -> dict[str, Any]:
+        """A goal of a twist [m/s and rad/s] in the base's axes or, with the link as its frame, in those of the link.
+
+        Raises:
+            InputError: It is in another frame.
+        """
+        v, w = message.twist.linear, message.twist.angular
+        frame = message.header.frame_id.removeprefix("/")
+        if frame not in ("", self._robot.base, self._settings.link):
+            raise InputError("frame_id", f"{frame!r}; {self._robot.base!r} or {self._settings.link!r} is expected")
+        return {"twist": [v.x, v.y, v.z, w.x, w.y, w.z], "expressed_in": "link" if frame == self._settings.link else "base"}
+
+    def pose(self, message: PoseStamped) -> dict[str, Any]:
+        """A goal of a pose in the base.
+
+        Raises:
+            InputError: It is no pose, or in another frame.
+        """
+        frame = message.header.frame_id.removeprefix("/")
+        if frame not in ("", self._robot.base):
+            raise InputError("frame_id", f"{frame!r}; {self._robot.base!r} is expected")
+        return {"pose": pose_of(message.pose)}
+
+    def jog(self, message: Any) -> dict[str, Any]:
+        """A goal of joint velocities, of a ``control_msgs/JointJog``; joints that are not named stay.
+
+        Raises:
+            InputError: There are more or fewer velocities than names.
+        """
+        still = np.zeros(self._robot.n_dof)
+        return {"velocity": self._robot.q_of_joints(message.joint_names, message.velocities, still)}
+
+    def _take(self, goal_of: Callable[[Any], dict[str, Any]], message: Any) -> None:
+        try:
+            self._goal, self._until = goal_of(message), time.monotonic() + _TIMEOUT
+        except InputError as error:
+            self._warn(f"not a command, passed over: {error}")
+
+    def _measure(self, message: JointState) -> None:
+        try:
+            self._q = self._robot.q_of_joints(message.name, message.position, self._q)
+        except InputError as error:
+            self._warn(f"not the arm's joints, passed over: {error}")
+
+    def _warn(self, text: str) -> None:
+        self.get_logger().warning(text, throttle_duration_sec=_SECONDS)
+
+    def _beat(self) -> None:
+        """One tick, once it is known where the arm is and the kernels are compiled."""
+        if self._servo is None:
+            self._servo = None if self._q is None else self._begun(self._q)
+            return
+        command = self._step(self._servo)
+        moved, self._moved = self._moved, command.status is not CommandStatus.AT_REST
+        if moved or self._moved:  # at rest it is said once
+            self._commands.publish(self._message(command))
+        self._say(str(command))
+        if command.status is CommandStatus.OFF_COMMAND and not command.qd.any():
+            self._servo = None  # it begins again from where the arm is
+
+    def _begun(self, q: NDArray[np.float64]) -> Servo | None:
+        """A servo at rest at q; None while its kernels are compiled, and where it cannot start."""
+        try:
+            return self._ask("the servo", _started, *self._made_of, q)
+        except InputError as error:
+            self._say(f"cannot start: {error}")
+            return None
+
+    def _step(self, servo: Servo) -> Command:
+        measured = self._q if self._settings.tracking_error > 0.0 else None
+        goal = self._goal if time.monotonic() < self._until else {}
+        try:
+            return servo.step(**goal, measured=measured)
+        except InputError as error:
+            self._warn(f"not a command, passed over: {error}")
+            self._goal = {}
+            return servo.step(measured=measured)
+
+    def _say(self, sentence: str) -> None:
+        if sentence != self._said:
+            self._said = sentence
+            self._status.publish(String(data=sentence))
+
+    def _message(self, command: Command) -> JointTrajectory | Float64MultiArray:
+        q = command.q.tolist()
+        if self._settings.output is Output.POSITIONS:
+            return Float64MultiArray(data=q)
+        point = JointTrajectoryPoint(positions=q, velocities=command.qd.tolist(), accelerations=command.qdd.tolist())
+        point.time_from_start.nanosec = round(1e9 / self._settings.rate)
+        return JointTrajectory(joint_names=list(self._robot.joint_names), points=[point])
+
+
+def _made(robot: Robot, world: World | None, settings: Settings) -> Servo:
+    link, rate, acceleration, clearance, tracking_error, *_ = settings
+    return robot.servo(world, link=link, rate=rate, acceleration=acceleration, clearance=clearance, tracking_error=tracking_error)
+
+
+def _started(robot: Robot, world: World | None, settings: Settings, q: NDArray[np.float64]) -> Servo:
+    servo = _made(robot, world, settings)
+    servo.start(q)
+    return servo
+
+
+def steer(robot: Robot, world: World | None, settings: Settings, ask: Callable[..., Any]) -> None:
+    """Run the node until Ctrl-C or SIGTERM; ``ask`` is ``Compiler.ask``.
+
+    Raises:
+        InputError: A joint has several entries of q, which no message has; or a setting cannot be taken.
+        GeometryError: The robot has no shapes that can be checked.
+    """
+    if len(robot.joint_names) != robot.n_dof:
+        raise InputError("robot", "it has a planar or a floating joint, for which the messages of controllers have no place")
+    _made(robot, world, settings)  # refused here rather than in the node
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    signals = noted_signals()
+    try:
+        node = ServoNode(robot, world, settings, ask)
+        node.get_logger().info("the servo waits for /joint_states; Ctrl-C ends it")
+        while not signals:
+            rclpy.spin_once(node)  # a beat at the latest
+    finally:
+        rclpy.try_shutdown()
