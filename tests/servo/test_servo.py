@@ -170,6 +170,21 @@ def test_out_of_the_clearance_of_an_object_that_appears_it_moves_away(panda):
     assert command.status != "not certified"
 
 
+def test_it_starts_within_the_clearance_or_in_a_contact_if_it_is_to_lead_out(panda):
+    world = ulna.World()
+    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.42, 0.0, 0.6)))
+    while panda.signed_distance(panda.home, world, self_collision=False) > -0.004:
+        world.move("crate", world.pose("crate") @ ulna.pose((-1e-3, 0, 0)))
+    servo = panda.servo(world, acceleration=ACCELERATION)
+    with pytest.raises(ulna.InputError, match="not certainly free"):
+        servo.start(panda.home)
+    assert servo.start(panda.home, lead_out=True).status == "not certified"
+    assert servo.step().status == "in collision"
+    away = panda.distance_gradient(panda.home, world, self_collision=False)
+    command = run(servo, 2000, velocity=away)
+    assert panda.signed_distance(command.q, world, self_collision=False) > 0.01
+
+
 @pytest.mark.parametrize(("error", "beside", "touches"), [(0.0, 5e-3, True), (2.5e-3, 5e-3, False), (2.5e-3, 2.5e-3, False)])
 def test_the_certificate_holds_beside_the_command(panda, error, beside, touches):
     """All configurations within the tracking error of a command are free, and without one some are not."""
