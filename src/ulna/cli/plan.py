@@ -13,6 +13,7 @@ from rich.progress import TextColumn, TimeElapsedColumn
 
 from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import Json, as_options, command, defaults_of
+from ulna.cli.keeps import KeepTexts, keep_of
 from ulna.cli.options import Degrees, LinkName, Seed, link_or_hand
 from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, progress_bar, write_figure
 from ulna.cli.targets import HOME, RPY, XYZ, Orientation, Start, numbers, positions, state_of, target_pose, words
@@ -71,7 +72,8 @@ _ACCELERATION = 5.0  # [rad/s^2 or m/s^2]
 _DEFAULTS = defaults_of(Robot.plan)
 
 PLAN_KEYS = (
-    "robot; status; success; reason; joints; path: rows of q; length; certified; clearance, in metres, null without objects; "
+    "robot; status; success; reason; joints; path: rows of q; length; certified; worst_violation: the greatest share of its "
+    "tolerance that a constraint uses on the path, at most; clearance, in metres, null without objects; "
     "checks; duration of the fastest motion within the limits, in seconds, or null; check: which of its samples, 1 ms apart, "
     "comes nearest to a limit, as a sentence, or null."
 )
@@ -89,6 +91,7 @@ def plan(
     link: LinkName = None,
     group: GroupName = None,
     world: Obstacles,
+    keep: KeepTexts = None,
     clearance: Clearance = _DEFAULTS["clearance"],
     seed: Seed = _DEFAULTS["seed"],
     max_checks: MaxChecks = _DEFAULTS["max_checks"],
@@ -124,10 +127,11 @@ def plan(
     else:
         link = tip_of(members) if members and link is None else link_or_hand(robot, link=link, as_json=as_json)
         goal = target_pose(robot, link, str(xyz), orientation)
-    options = {"q_start": "--from", "goal": "--goal" if goals else "--xyz" if to is None else "--to"}
+    keeps = [keep_of(text, degrees=degrees) for text in keep or ()]
+    options = {"keep": "--keep", "q_start": "--from", "goal": "--goal" if goals else "--xyz" if to is None else "--to"}
     with as_options(options), search_shown() as progress:
         found = robot.plan(
-            begin, goal, world, link=link, group=group, certify=not sampled, clearance=clearance, seed=seed,
+            begin, goal, world, link=link, group=group, keep=keeps, certify=not sampled, clearance=clearance, seed=seed,
             max_checks=max_checks, time_limit=time_limit, escape=escape, progress=progress,
         )  # fmt: skip
     motion = None
@@ -143,7 +147,7 @@ def plan(
             write_figure(motion.plot(), plot)
     data = {
         **found_data(robot, found),
-        **attributes(found, "length", "certified", "clearance", "checks"),
+        **attributes(found, "length", "certified", "worst_violation", "clearance", "checks"),
         "duration": motion and motion.duration,
         "check": motion and str(motion.check()),
     }
@@ -217,5 +221,7 @@ def plan_table(data) -> Iterator[RenderableType]:
         if len(data["joints"]) == len(data["path"][0]):
             yield table
     yield data["reason"]
+    if data["worst_violation"]:
+        yield f"at all times at most {data['worst_violation']:.1%} of a tolerance of what is kept are used"
     if data["duration"] is not None:
         yield f"{data['duration']:.3f} s, {data['check']}"
