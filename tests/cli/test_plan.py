@@ -146,3 +146,13 @@ def test_the_limits_of_an_arm_serve_and_the_file_has_a_row_for_each_period(ask, 
         result = run(*motion, *options)
         assert result.exit_code == 2
         assert says in " ".join(result.output.split())
+
+
+def test_what_a_motion_keeps_is_certified_and_the_json_says_how_much_of_the_tolerance_is_used(run, scene):
+    motion = "plan", "--from", LEFT, "--to", RIGHT, "--scene", scene, "--json"
+    found = json.loads(run(*motion, "--keep", "upright=5deg").stdout)
+    assert found["success"]
+    assert 0 < found["worst_violation"] <= 1
+    up = ulna.load("panda").forward_kinematics(np.linspace(found["path"][:-1], found["path"][1:], 101))[..., 2, :3]
+    assert (up @ up[0, 0] >= np.cos(np.radians(5))).all()
+    assert json.loads(run(*motion).stdout)["worst_violation"] == 0

@@ -42,7 +42,7 @@ _KINDS = {
     "line": _Kind((*XYZ, *XYZ), ("m",), lambda x, **options: Keep.on_line(x[:3], x[3:], **options)),
     "plane": _Kind((*XYZ, *RPY), ("m",), lambda x, **options: Keep.in_plane(pose(x[:3], x[3:]), **options)),
     "inside": _Kind(BOX, (), lambda x, **options: Keep.inside(x[6:], pose(x[:3], x[3:6]), **options)),
-    "looking": _Kind(XYZ, ("rad",), lambda x, **options: Keep.looking_at(x, **options)),
+    "looking": _Kind(XYZ, ("rad",), Keep.looking_at),
 }
 
 
@@ -84,8 +84,7 @@ def _together(text: str, links: list[str], tolerances: list[tuple[str, float]]) 
 def _within(text: str, tolerances: list[tuple[str, float]], units: tuple[str, ...]) -> list[float]:
     """The tolerances, if they have these units."""
     if tuple(unit for unit, _ in tolerances) != units:
-        expected = (
-            " and ".join({"rad": "an angle, as 5deg,", "m": "a distance, as 1mm,"}[unit] for unit in units) or "no tolerance"
-        )
-        raise InputError("--keep", f"{text!r}; {expected} is expected at the end")
+        expected = ",".join({"rad": "5deg", "m": "1mm"}[unit] for unit in units)
+        what = f"a tolerance such as {expected}" if units else "no tolerance"
+        raise InputError("--keep", f"{text!r}; {what} is expected at the end")
     return [value for _, value in tolerances]

@@ -1,0 +1,79 @@
+"""Two arms carry a tray with glasses: the hands stay together and the tray stays level, certified at all times.
+
+The cell is made of two Pandas with a few lines of URDF. Both hands hold the tray, so ``Keep.together`` closes a loop of both
+arms; ``Keep.upright`` keeps the glasses full. With ``--view`` a page shows the motion, again and again. Ctrl-C ends.
+"""
+
+import itertools
+import sys
+import time
+
+import numpy as np
+
+import ulna
+
+panda = ulna.load("panda")
+text = panda.to_urdf()
+text = text[text.index("<link") : text.index("</robot>")]  # the links and joints of one arm
+
+
+def arm(side, y):
+    """URDF of a Panda that stands at the table, with names of its own."""
+    mount = f'<parent link="table"/><child link="{side}_link0"/><origin xyz="0 {y} 0"/>'
+    return text.replace('"panda_', f'"{side}_') + f'<joint name="{side}_mount" type="fixed">{mount}</joint>'
+
+
+cell = ulna.load(f'<robot name="cell"><link name="table"/>{arm("left", 0.3)}{arm("right", -0.3)}</robot>')
+home = np.concatenate([panda.home, panda.home])  # q has the joints of the left arm first
+
+
+def hands(x, y, z):
+    """A goal: the hands at both ends of a tray, whose middle is at a place, fingers down."""
+    return {f"{side}_ee": ulna.pose((x, y + d, z), rpy=(np.pi, 0.0, 0.0)) for side, d in (("left", 0.2), ("right", -0.2))}
+
+
+start = cell.plan(home, hands(0.45, 0.0, 0.2)).path[-1]
+fingers = [f"{side}_link{k}" for side in ("left", "right") for k in (7, 8)]
+loaded = cell.with_attached("tray", ulna.Box((0.3, 0.38, 0.02)), ulna.pose((0, 0.2, 0)), link="left_ee", touch_links=fingers)
+for k, y in enumerate((0.13, 0.27)):  # in the frame of the left hand, whose y leads to the right one, and whose z points down
+    loaded = loaded.with_attached(f"glass {k + 1}", ulna.Box((0.06, 0.06, 0.12)), ulna.pose((0, y, -0.07)), link="left_ee")
+world = ulna.World()
+world.add("table top", ulna.HalfSpace(), touch_links=["left_link1", "right_link1"])
+world.add("shelf", ulna.Box((0.25, 0.7, 0.02)), ulna.pose((0.65, 0, 0.42)))  # the tray goes from under it to above it
+
+goal = hands(0.45, 0.0, 0.55)
+together, upright = ulna.Keep.together("left_ee", "right_ee"), ulna.Keep.upright(np.radians(5), link="left_ee")
+plan = loaded.plan(start, goal, world, keep=(together, upright))
+assert plan, plan
+assert plan.certified
+print(f"planned: {plan}; at most {plan.worst_violation:.1%} of a tolerance are used")
+
+
+def apart(q):
+    """How far the right hand is from where the left one has it at the start [mm], of each configuration."""
+    left, right = (loaded.forward_kinematics(q, link=link) for link in ("left_ee", "right_ee"))
+    held = np.linalg.inv(left) @ right
+    return 1e3 * np.linalg.norm(held[:, :3, 3] - held[0, :3, 3], axis=1)
+
+
+motion = plan.trajectory(acceleration=4.0)
+samples = motion.at(np.linspace(0.0, motion.duration, 2000)).q
+tilt = np.degrees(np.arccos(np.clip(-loaded.forward_kinematics(samples, link="left_ee")[:, 2, 2], -1.0, 1.0)))
+print(
+    f"in time: {motion}; the hands are off by {apart(samples).max():.3f} mm at most, the tray is tilted by {tilt.max():.2f} deg"
+)
+assert motion.certified
+assert apart(samples).max() <= 0.1 * np.sqrt(3)  # 0.1 mm along each axis
+assert tilt.max() <= 5
+free = loaded.plan(start, goal, world)
+print(f"without constraints the hands would be off by {apart(free.at(np.linspace(0, 1, 2000))).max():.0f} mm: {free}")
+
+if "--view" in sys.argv:
+    with ulna.view(loaded, world, q=start, open_browser=True) as view:
+        print(f"{view.url}: the arms carry the tray; Ctrl-C ends", flush=True)
+        try:
+            for t in itertools.cycle(np.arange(0.0, motion.duration + 1.0, 1 / 30)):
+                view.q = motion.at(t).q
+                time.sleep(1 / 30)
+        except KeyboardInterrupt:
+            pass
