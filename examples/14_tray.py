@@ -1,4 +1,4 @@
-"""Two arms carry a tray with glasses: the hands stay together and the tray stays level, certified at all times.
+"""Two arms carry a tray with glasses over a wall: the hands stay together and the tray stays level, certified at all times.
 
 The cell is made of two Pandas with a few lines of URDF. Both hands hold the tray, so ``Keep.together`` closes a loop of both
 arms; ``Keep.upright`` keeps the glasses full. With ``--view`` a page shows the motion, again and again. Ctrl-C ends.
@@ -32,16 +32,16 @@ def hands(x, y, z):
     return {f"{side}_ee": ulna.pose((x, y + d, z), rpy=(np.pi, 0.0, 0.0)) for side, d in (("left", 0.2), ("right", -0.2))}
 
 
-start = cell.plan(home, hands(0.45, 0.0, 0.2)).path[-1]
+start = cell.plan(home, hands(0.35, 0.0, 0.25)).path[-1]
 fingers = [f"{side}_link{k}" for side in ("left", "right") for k in (7, 8)]
-loaded = cell.with_attached("tray", ulna.Box((0.3, 0.38, 0.02)), ulna.pose((0, 0.2, 0)), link="left_ee", touch_links=fingers)
+loaded = cell.with_attached("tray", ulna.Box((0.2, 0.38, 0.02)), ulna.pose((0, 0.2, 0)), link="left_ee", touch_links=fingers)
 for k, y in enumerate((0.13, 0.27)):  # in the frame of the left hand, whose y leads to the right one, and whose z points down
     loaded = loaded.with_attached(f"glass {k + 1}", ulna.Box((0.06, 0.06, 0.12)), ulna.pose((0, y, -0.07)), link="left_ee")
 world = ulna.World()
 world.add("table top", ulna.HalfSpace(), touch_links=["left_link1", "right_link1"])
-world.add("shelf", ulna.Box((0.25, 0.7, 0.02)), ulna.pose((0.65, 0, 0.42)))  # the tray goes from under it to above it
+world.add("wall", ulna.Box((0.03, 0.6, 0.3)), ulna.pose((0.5, 0, 0.15)))
 
-goal = hands(0.45, 0.0, 0.55)
+goal = hands(0.65, 0.0, 0.25)  # on the other side of the wall
 together, upright = ulna.Keep.together("left_ee", "right_ee"), ulna.Keep.upright(np.radians(5), link="left_ee")
 plan = loaded.plan(start, goal, world, keep=(together, upright))
 assert plan, plan

@@ -182,7 +182,7 @@ def camera_sees(size: tuple[int, int]) -> Pixels:
 
 def camera_into_bin(size: tuple[int, int]) -> Pixels:
     """The first motion of the example of the same name, among the points that the plan knew."""
-    example = _example_of_the_bin()
+    example = _example("13_camera_into_bin.py")
     motion, robot = example["motions"][0], example["robot"]
     q = motion.at(np.linspace(0, motion.duration, 100)).q
     scene = Scene(robot, (1.5, -1.1, 1.0), (0.4, 0.0, 0.25), size)
@@ -193,7 +193,7 @@ def camera_into_bin(size: tuple[int, int]) -> Pixels:
 
 def camera_into_bin_film(size: tuple[int, int], rate: int = 10) -> Film:
     """The motions of the same example at half their speed, each among the points of the image that it was planned in."""
-    example = _example_of_the_bin()
+    example = _example("13_camera_into_bin.py")
     robot, motions, pictures = example["robot"], example["motions"], []
     camera = Camera((1.65, -1.25, 1.15), (0.38, 0.0, 0.33), fov=0.6)
     for cloud, motion in zip(example["clouds"], motions, strict=True):
@@ -204,8 +204,24 @@ def camera_into_bin_film(size: tuple[int, int], rate: int = 10) -> Film:
     return Film(Model(robot), [*pictures, *rest], size, rate, Ground((0.4, 0.0, 0.25), 1.6), samples=3)
 
 
-def _example_of_the_bin() -> dict:
-    return runpy.run_path(str(Path(__file__).parents[2] / "examples" / "13_camera_into_bin.py"))
+def _example(name: str) -> dict:
+    return runpy.run_path(str(Path(__file__).parents[2] / "examples" / name))
+
+
+def tray(size: tuple[int, int]) -> Pixels:
+    """Two arms carry a tray over a wall, as in the example of the same name; the lines are the ways of the hands."""
+    example = _example("14_tray.py")
+    robot, q = example["loaded"], example["samples"]
+    scene = Scene(robot, (2.0, -1.3, 1.1), (0.35, 0.0, 0.3), size)
+    for name, shape, T in example["world"].items():
+        if name == "wall":
+            scene.put(shape, T, MOVABLE, 0.6)
+    for held in robot.attached:
+        scene.solids.append(Solid(held.name, held.link, held.T_link_object, held.shape, SHADE if held.name == "tray" else RED))
+    for hand in ("left_ee", "right_ee"):
+        for a, b in pairwise(robot.forward_kinematics(q[::25], link=hand)[:, :3, 3]):
+            scene.put_line(a, b, GREEN)
+    return scene.paint(q[np.argmax(robot.forward_kinematics(q, link="left_ee")[:, 2, 3])])
 
 
 SHADE = 150, 155, 165
@@ -229,6 +245,7 @@ PICTURES: dict[str, Callable[[tuple[int, int]], Pixels]] = {
     "inverse_kinematics": inverse_kinematics,
     "camera_sees": camera_sees,
     "camera_into_bin": camera_into_bin,
+    "tray": tray,
 }
 
 FILMS: dict[str, Callable[[tuple[int, int]], Film]] = {"camera_into_bin_film": camera_into_bin_film}
