@@ -237,5 +237,30 @@ def test_an_unknown_link_is_refused_with_what_it_may_have_meant(panda):
         panda.plan(panda.home, panda.home, keep=ulna.Keep.upright(link="panda_hnd"))
 
 
+@pytest.mark.parametrize("name", ["axis", "line", "plane", "inside", "all", "pointing"])
+def test_a_configuration_that_keeps_a_constraint_is_found_by_inverse_kinematics(panda, name):
+    keep = constraints(panda.forward_kinematics(panda.home + 0.1))[name]
+    for q_seed in panda.home + np.random.default_rng(4).normal(scale=0.5, size=(8, 7)):
+        found = panda.inverse_kinematics(keep, q_seed)
+        assert found.success
+        assert panda.edge_keeps(found.q, found.q, keep).kept
+
+
+@pytest.mark.parametrize(
+    ("keep", "options", "argument"),
+    [
+        (ulna.Keep.upright(), {}, "T"),
+        (ulna.Keep.looking_at((0, 0, 1)), {}, "T"),
+        (ulna.Keep.together("panda_link1", "panda_ee", T=np.eye(4)), {}, "T"),
+        (ulna.Keep.in_plane(np.eye(4)), {"task": "position"}, "task"),
+        (ulna.Keep.in_plane(np.eye(4), link="panda_ee"), {"link": "panda_link5"}, "link"),
+    ],
+)
+def test_a_constraint_that_is_no_target_is_refused_by_name(panda, keep, options, argument):
+    with pytest.raises(ulna.InputError) as refused:
+        panda.inverse_kinematics(keep, **options)
+    assert refused.value.argument == argument
+
+
 def test_a_slack_of_0_becomes_the_default_tolerance():
     assert ulna.Keep(ulna.Task.pose()).task.slack == pytest.approx((1e-4,) * 3 + (np.radians(0.1),) * 3)

@@ -15,6 +15,7 @@ from ulna.ik.task import Task, as_task
 Array = NDArray[np.float64]
 AWAY, TURN = 1e-4, float(np.radians(0.1))  # [m], [rad]: the tolerances where a task has none
 _LEAST = 1e-6  # [m or rad]
+AIM = 0.5  # of a tolerance: where a projection, or a search for a pose, leads to
 _FREE = float("inf")
 _UP = (0.0, 0.0, 1.0)
 
@@ -211,6 +212,25 @@ class Keep:
         """The same of a motion that begins with the link at T, shape (4, 4), as seen from ``relative_to``: all of it is known."""
         task = self.task if self.along is None else replace(self.task, axis=tuple((T[:3, :3].T @ self.along).tolist()))
         return replace(self, task=task, T=T if self.T is None else self.T, link=link, along=None)
+
+    def target(self, link: str | None) -> tuple[Array, str | None, Task]:
+        """What inverse kinematics searches for: a pose, shape (4, 4), the link, and a task in the middle of the tolerances.
+
+        link: that of a constraint which names none.
+
+        Raises:
+            InputError: It has no pose, or is no task of one link seen from the base; or it is about another link.
+        """
+        if self.T is None:
+            raise InputError("T", "a constraint without a pose is about the start of a motion; give it a pose, or an axis")
+        if self.towards or self.relative_to is not None:
+            raise InputError(
+                "T", "inverse kinematics brings one link to a pose of the base; this constraint is of another kind"
+            )
+        if link is not None and self.link not in {None, link}:
+            raise InputError("link", f"{link!r}, but the constraint is about {self.link!r}")
+        slack = tuple((AIM * np.array(self.task.slack)).tolist())
+        return self.T, link if self.link is None else self.link, Task(slack, self.task.axis)
 
     @property
     def pose(self) -> Array:

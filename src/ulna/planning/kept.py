@@ -21,10 +21,9 @@ from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.positions import as_positions, for_kernel, refuse_out_of_range, rows_of_both
 from ulna.kinematics.tree import Tree
-from ulna.planning.keep import Keep
+from ulna.planning.keep import AIM, Keep
 
 Array = NDArray[np.float64]
-_AIM = 0.5  # of the tolerance: where a projection leads to
 _BENT = 2.5  # [rad^2/m or rad]: the square of an edge that leaves a curve by a tolerance, by that; longer ones seldom keep it
 _PRECISION = 1e-3  # of a tolerance
 _PARALLEL = 1e-9  # a cosine: what is nearer to a plane is in it
@@ -164,7 +163,7 @@ def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Array | None:
         frame[layout.LEVER] = np.linalg.norm(row[[3, 7, 11]])
         other = tree.frame_row(tree.root if keep.relative_to is None else keep.relative_to, keep.pose @ keep.task.frame)
         reference[: len(other)], reference[layout.SHARED] = other, _joints_of_both(tree, str(keep.link), keep.relative_to)[0]
-        projection[TASK], projection[SLACK : SLACK + 6] = keep.task.kind, _AIM * slack
+        projection[TASK], projection[SLACK : SLACK + 6] = keep.task.kind, AIM * slack
     return _frozen(table)
 
 

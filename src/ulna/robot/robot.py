@@ -515,7 +515,7 @@ class Robot(Quick):
 
     def inverse_kinematics(
         self,
-        T: ArrayLike,
+        T: ArrayLike | Keep,
         q_seed: ArrayLike | None = None,
         *,
         link: str | None = None,
@@ -541,7 +541,8 @@ class Robot(Quick):
         with ``posture``, ``held`` or ``max_step``, there is a search.
 
         Args:
-            T: The poses to reach, T_base_link, shape (..., 4, 4).
+            T: The poses to reach, T_base_link, shape (..., 4, 4). Or a ``Keep`` with a pose: then its link and its task are
+                taken, and what is found keeps it.
             q_seed: Where to start [rad or m], shape (..., n_dof), broadcast with T: several seeds may be of one target. If given,
                 the search from it comes first; if that fails, random starts follow, and the solution nearest to the seed is
                 returned. Otherwise the search starts from ``home`` and random configurations.
@@ -584,6 +585,10 @@ class Robot(Quick):
             >>> print(panda.inverse_kinematics(panda.forward_kinematics(panda.home) + 0.0).status)
             solved
         """
+        if isinstance(T, Keep):
+            if task != "pose":
+                raise InputError("task", "a constraint has a task of its own; none is given beside it")
+            T, link, task = T.target(link)
         options = Options(  # in their order: by name they would take 0.3 us more
             seed, task, rank, position_tolerance, rotation_tolerance, threads, method, max_step, max_iterations, time_limit, trace
         )
