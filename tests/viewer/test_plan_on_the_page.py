@@ -92,3 +92,19 @@ def test_the_curves_of_a_plan_are_plotted_against_their_limits(view, page, panda
     wait_to_see(page, lambda: len(page.evaluate(DRAWN)) == 3, "no chart of the jerk")
     page.get_by_label("Plan a motion").click()
     wait_to_see(page, lambda: page.evaluate(DRAWN) == [], "no chart")
+
+
+def test_what_is_kept_is_chosen_and_drawn(view, page):
+    bands = view.plans.bands
+    page.get_by_label("Keep upright").click()
+    wait_to_see(page, lambda: bands.cone.visible, "the cone")
+    assert not bands.bar.visible
+    page.get_by_label("Keep on the line").click()
+    type_goal(view, page, "0.4", "-0.3")
+    wait_to_see(page, lambda: "of the tolerance used at most" in page.inner_text("body"), "a plan that keeps both")
+    wait_to_see(page, lambda: bands.bar.visible, "the bar")
+    a, b = view.plans.planning.shown.kept_line
+    np.testing.assert_allclose(bands.bar.position, (a + b) / 2)
+    assert bands.bar.dimensions[2] == pytest.approx(np.linalg.norm(b - a))
+    page.get_by_label("Plan a motion").click()
+    wait_to_see(page, lambda: not bands.bar.visible and not bands.cone.visible, "nothing that is kept")

@@ -224,9 +224,7 @@ class Keep:
         if self.T is None:
             raise InputError("T", "a constraint without a pose is about the start of a motion; give it a pose, or an axis")
         if self.towards or self.relative_to is not None:
-            raise InputError(
-                "T", "inverse kinematics brings one link to a pose of the base; this constraint is of another kind"
-            )
+            raise InputError("T", "inverse kinematics brings one link to a pose of the base; this constraint is of another kind")
         if link is not None and self.link not in {None, link}:
             raise InputError("link", f"{link!r}, but the constraint is about {self.link!r}")
         slack = tuple((AIM * np.array(self.task.slack)).tolist())

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from ulna.description.pose import quaternion_from_matrix
 from ulna.viewer.arm import Arm
+from ulna.viewer.bands import Bands
 from ulna.viewer.html import marked, small_text
 from ulna.viewer.nodes import Handles, add_triangles
 from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN, Color
 from ulna.viewer.plots import Plots
 from ulna.viewer.session.beginning import configurations_of
 from ulna.viewer.session.curves import Curve
-from ulna.viewer.session.planned_motion import JERK, Planning
+from ulna.viewer.session.planned_motion import ASIDE, JERK, TILT, Planning
 from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import HandPose
 
@@ -75,11 +76,20 @@ class PlanPanel:
         self.smooth = gui.add_checkbox(
             "Limit the jerk", initial_value=False, hint=f"To {JERK:g} rad/s³ or m/s³ in every joint", visible=False
         )
+        self.upright = gui.add_checkbox(
+            "Keep upright", initial_value=False, hint=f"What points up stays within {np.degrees(TILT):.0f}° of up", visible=False
+        )
+        self.on_line = gui.add_checkbox(
+            "Keep on the line", initial_value=False, hint=f"The hand stays within {ASIDE * 1e3:g} mm of the line", visible=False
+        )
+        self.bands = Bands(server.scene, size)
         self.plots = Plots(gui, session.robot, lambda: self._do(lambda: None))
         self._last, self._acted = time.perf_counter(), False
         self.on.on_update(lambda _: self._do(lambda: self.planning.turn(on=self.on.value)))
         self.known.on_click(lambda event: self._do(lambda: self.planning.send_to(self._known[event.target.value])))
         self.smooth.on_update(lambda _: self._do(self._limit_jerk))
+        self.upright.on_update(lambda _: self._do(self._keep))
+        self.on_line.on_update(lambda _: self._do(self._keep))
         self.play.on_click(lambda _: self._do(self.planning.play))
         self.here.on_click(lambda _: self._do(self.planning.start_here))
         self.along.on_update(self._scrub)
@@ -105,7 +115,17 @@ class PlanPanel:
     def show(self) -> None:
         """Show the goal, the line, the sentence, and how far the arm is."""
         planning, shown = self.planning, self.planning.shown
-        fields = (self.known, self.pose.xyz, self.pose.rpy, self.play, self.along, self.here, self.smooth)
+        fields = (
+            self.known,
+            self.pose.xyz,
+            self.pose.rpy,
+            self.play,
+            self.along,
+            self.here,
+            self.smooth,
+            self.upright,
+            self.on_line,
+        )
         for element in (*fields, self.mark):
             element.visible = planning.on
         self.handles.show(visible=planning.on)
@@ -126,6 +146,13 @@ class PlanPanel:
         self.line.visible = motion is not None
         if shown is not None and motion is not None:
             self.line.points = np.stack([shown.line[:-1], shown.line[1:]], axis=1).astype(np.float32)
+
+        kept = shown.kept_line if shown is not None and planning.on else None
+        self.bands.show_line(kept, GREEN if motion is not None else RED)
+        self.bands.show_tilt(self._session.hand_pose[:3, 3] if planning.on and planning.upright else None)
+
+    def _keep(self) -> None:
+        self.planning.upright, self.planning.on_line = self.upright.value, self.on_line.value
 
     def _limit_jerk(self) -> None:
         self.planning.jerk = JERK if self.smooth.value else None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.viewer.session.planned_motion import Planning
+from ulna.viewer.session.planned_motion import ASIDE, TILT, Planning
 from ulna.viewer.session.session import Session
 
 TICK = 0.05  # s
@@ -189,3 +189,34 @@ def test_a_start_that_touches_itself_says_what_to_do_and_is_left_once_the_pairs_
     session.frame()
     assert planning.frame(TICK)
     assert planning.sentence.startswith("solved: ")
+
+
+def test_the_hand_is_kept_upright_and_on_the_line_to_the_goal(planning, session, panda):
+    T = planning.hand_pose
+    a, b = T[:3, 3].copy(), T[:3, 3] + (0.1, -0.25, 0.05)
+    T[:3, 3] = b
+    planning.send(T)
+    planning.frame(TICK)
+    assert planning.shown.kept_line is None
+    off = beyond_a_line(panda, planning.shown.motion, a, b)
+    planning.on_line = planning.upright = True
+    assert planning.frame(TICK)
+    kept = planning.shown
+    assert "% of the tolerance used at most" in planning.sentence
+    np.testing.assert_allclose(kept.kept_line, [a, b], atol=1e-12)
+    assert beyond_a_line(panda, kept.motion, a, b) <= ASIDE < off
+    q = kept.motion.at(np.linspace(0, kept.motion.duration, 2001)).q
+    R = panda.forward_kinematics(q)[:, :3, :3]
+    assert (R[:, 2] @ R[0, 2] >= np.cos(TILT)).all()
+    T[:3, :3] = T[:3, :3] @ ulna.pose(rpy=(0.5, 0, 0))[:3, :3]
+    planning.send(T)
+    planning.frame(TICK)
+    assert planning.shown.motion is None
+    assert planning.sentence.startswith("goal outside")
+
+
+def beyond_a_line(panda, motion, a, b):
+    """How far the hand gets from the line through two points [m]."""
+    p = panda.forward_kinematics(motion.at(np.linspace(0, motion.duration, 2001)).q)[:, :3, 3] - a
+    along = (b - a) / np.linalg.norm(b - a)
+    return np.linalg.norm(p - (p @ along)[:, None] * along, axis=1).max()

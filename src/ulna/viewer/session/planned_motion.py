@@ -12,6 +12,7 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
 from ulna.ik.result import IKResult
+from ulna.planning.keep import Keep
 from ulna.planning.plan import Plan, PlanStatus
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
@@ -23,6 +24,8 @@ _LONGEST_SEARCH = 0.5  # [s] a page that is dragged cannot wait longer
 _ACCELERATION = 3.0  # [rad/s^2 or m/s^2] of every joint
 JERK = 30.0  # [rad/s^3 or m/s^3] of every joint, where it is limited
 _VELOCITY = 1.0  # [rad/s or m/s] of joints whose description gives none
+TILT = float(np.radians(5.0))  # [rad] how far what points up may tilt, where that is kept
+ASIDE = 0.005  # [m] how far the hand may be from the line, where that is kept
 _POINTS = 200  # of the line that is drawn
 Array = NDArray[np.float64]
 
@@ -38,6 +41,7 @@ class Planned:
         end: The last configuration of the path, shape (n_dof,). Without a path it is the goal, or a configuration as near to the
             goal's pose as inverse kinematics without a world comes.
         curves: What is plotted of the motion; empty without one.
+        kept_line: The ends of the line that is kept [m], shape (2, 3); None if none is.
     """
 
     plan: Plan
@@ -45,25 +49,44 @@ class Planned:
     line: Array
     end: Array
     curves: dict[str, Curve] = field(default_factory=dict)
+    kept_line: Array | None = None
 
 
 def planned(
-    robot: Robot, start: Array, goal: Array, world: World, link: str, held: tuple[str, ...], jerk: float | None
+    robot: Robot,
+    start: Array,
+    goal: Array,
+    world: World,
+    link: str,
+    held: tuple[str, ...],
+    jerk: float | None,
+    keep: tuple[bool, bool] = (False, False),
 ) -> Planned:
-    """A motion from a configuration to a pose of a link, shape (4, 4), or to a configuration, shape (n_dof,)."""
-    plan = robot.plan(start, goal, world, link=link if goal.ndim == 2 else None, held=held, time_limit=_LONGEST_SEARCH)
+    """A motion from a configuration to a pose of a link, shape (4, 4), or to a configuration, shape (n_dof,).
+
+    keep: whether what of the link points up at the start is kept upright, and whether its origin is kept on the line to the goal.
+    """
+    end = goal if goal.ndim == 2 else robot.forward_kinematics(goal, link=link)
+    line = np.stack([robot.forward_kinematics(start, link=link)[:3, 3], end[:3, 3]])
+    keeps = [Keep.upright(TILT, link=link)] if keep[0] else []
+    if not keep[1] or np.linalg.norm(line[1] - line[0]) < ASIDE:
+        line = None
+    else:
+        keeps.append(Keep.on_line(*line, within=ASIDE, link=link))
+    of_goal = link if goal.ndim == 2 else None
+    plan = robot.plan(start, goal, world, link=of_goal, held=held, keep=keeps, time_limit=_LONGEST_SEARCH)
     if not plan:
         if goal.ndim == 1:
-            return Planned(plan, None, np.empty((0, 3)), goal)
+            return Planned(plan, None, np.empty((0, 3)), goal, kept_line=line)
         of = plan.reason.data  # where the goal is out of reach, what is nearest to it: the sentence says how near
         near = of if isinstance(of, IKResult) else robot.inverse_kinematics(goal, start, link=link, held=held)
-        return Planned(plan, None, np.empty((0, 3)), near.q)
+        return Planned(plan, None, np.empty((0, 3)), near.q, kept_line=line)
     most = robot.velocity_limits
     velocity = np.where((most > 0) & (most < np.inf), most, _VELOCITY)
     motion = plan.trajectory(velocity=velocity, acceleration=_ACCELERATION, jerk=jerk)
     q = motion.at(np.linspace(0.0, motion.duration, _POINTS)).q
-    line = robot.forward_kinematics(q, link=link)[:, :3, 3]
-    return Planned(plan, motion, line, motion.q[-1], curves_of(robot, motion, velocity, _ACCELERATION, jerk))
+    way = robot.forward_kinematics(q, link=link)[:, :3, 3]
+    return Planned(plan, motion, way, motion.q[-1], curves_of(robot, motion, velocity, _ACCELERATION, jerk), line)
 
 
 class Planning:
@@ -74,6 +97,8 @@ class Planning:
     Attributes:
         on: Whether it plans.
         jerk: The greatest jerk of the motion [rad/s^3 or m/s^3]; None for no limit.
+        upright: Whether what of the hand points up at the start is kept upright.
+        on_line: Whether the hand is kept on the line to the goal.
         shown: The plan; None without a goal, and while its kernels are compiled.
         waiting: Whether its kernels are being compiled.
         share: How much of the motion's time has passed, 0 to 1.
@@ -85,6 +110,7 @@ class Planning:
         self.on = self.playing = self.waiting = False
         self.share = 0.0
         self.jerk: float | None = None
+        self.upright = self.on_line = False
         self.shown: Planned | None = None
         self._goal: Array | None = None
         self._start, self._placed = session.q, session.q
@@ -167,6 +193,8 @@ class Planning:
             of = plan.reason.data
             return f"{plan.status}: {_short_of(of)}" if isinstance(of, IKResult) else str(plan)
         how = "certified free" if motion.certified else "not certified"
+        if self.upright or self.on_line:
+            how += f", {plan.worst_violation:.0%} of the tolerance used at most"
         return f"{plan.status}: {motion.duration:.2f} s, {how}, {plan.checks} edges checked"
 
     def start_here(self) -> None:
@@ -179,13 +207,14 @@ class Planning:
         if self._goal is None:
             return False
         session = self._session
-        asked = (self._goal.tobytes(), session.world.objects(), self.jerk, session.robot)
+        keep = self.upright, self.on_line
+        asked = (self._goal.tobytes(), session.world.objects(), self.jerk, keep, session.robot)
         if asked == self._asked:
             return False
         if self.playing:
             self._start, self.share = session.q, 0.0
         found = session.ask(
-            NAME, planned, session.robot, self._start, self._goal, session.world, session.link, session.held, self.jerk
+            NAME, planned, session.robot, self._start, self._goal, session.world, session.link, session.held, self.jerk, keep
         )
         self.waiting = found is None
         self.shown, self._asked = found, None if found is None else asked
