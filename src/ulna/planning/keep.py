@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -210,8 +211,14 @@ class Keep:
 
     def at_start(self, T: Array, link: str) -> Keep:
         """The same of a motion that begins with the link at T, shape (4, 4), as seen from ``relative_to``: all of it is known."""
-        task = self.task if self.along is None else replace(self.task, axis=tuple((T[:3, :3].T @ self.along).tolist()))
-        return replace(self, task=task, T=T if self.T is None else self.T, link=link, along=None)
+        task, T = self.task, (T.copy() if self.T is None else self.T)
+        if self.along is not None:
+            task = copy(task)
+            task.__dict__["axis"] = tuple((T[:3, :3].T @ self.along).tolist())
+        T.setflags(write=False)
+        whole = copy(self)
+        whole.__dict__.update(task=task, T=T, link=link, along=None)  # all of it was checked
+        return whole
 
     def target(self, link: str | None) -> tuple[Array, str | None, Task]:
         """What inverse kinematics searches for: a pose, shape (4, 4), the link, and a task in the middle of the tolerances.

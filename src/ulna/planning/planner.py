@@ -101,7 +101,8 @@ def plan_motion(
         raise InputError("escape", "the way out of a contact keeps no constraint; it does not go with keep=")
     request = Request(checker, inverse_kinematics, world, options.clearance, start, names, task, options.seed)
     fixed = columns_of_joints(tree, names) | fixed_for(targets, tree)
-    if not within or (table is not None and not are_kept(narrower(table), tree, start[None], start[None])[0]):
+    narrow = narrower(table)
+    if not within or (narrow is not None and not are_kept(narrow, tree, start[None], start[None])[0]):
         return _no_start(tree, start, keeps, within=within)
     depth, first = 0.0, start
     given = np.concatenate([start[None], targets]) if isinstance(targets, np.ndarray) else start[None]
@@ -112,7 +113,7 @@ def plan_motion(
             return no_plan(tree, PlanStatus.START_IN_COLLISION, request.collision(start))
         first, depth = left
         request = request._replace(start=first)
-    goals = _kept(find_goals(request, targets, fixed, free[1:]), keeps, table, tree)
+    goals = _kept(find_goals(request, targets, fixed, free[1:]), keeps, narrow, tree)
     if isinstance(goals, Plan):
         return goals
     plan = _search(request, goals, fixed, table, options)
@@ -128,11 +129,11 @@ def _no_start(tree: Tree, start: Array, keeps: tuple[Keep, ...], *, within: bool
     return no_plan(tree, PlanStatus.START_OUTSIDE, violations(keeps, tree, start))
 
 
-def _kept(goals: Goals | Plan, keeps: tuple[Keep, ...], table: Array | None, tree: Tree) -> Goals | Plan:
+def _kept(goals: Goals | Plan, keeps: tuple[Keep, ...], narrow: Array | None, tree: Tree) -> Goals | Plan:
     """Those of the goals that keep the constraints; or a plan without a path, if there are none."""
     if not keeps or isinstance(goals, Plan):
         return goals
-    kept = are_kept(narrower(table), tree, goals.q, goals.q)
+    kept = are_kept(narrow, tree, goals.q, goals.q)
     if not kept.any():
         return no_plan(tree, PlanStatus.GOAL_OUTSIDE, violations(keeps, tree, goals.q[0]))
     return Goals(goals.q[kept], goals.of[kept])

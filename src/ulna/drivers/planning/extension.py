@@ -116,26 +116,31 @@ def write_curve(context, q_a, q_b, state):
 @routine
 def clear_until(context, q_a, n, state):
     """How many of the n edges of a way from q_a are free of contacts, from the first on."""
-    curve, spread = context.keeping.curve, context.keeping.curve[WIDTH + 2]
-    if n > 1:
-        write_spread(curve, n, q_a, spread)
+    curve, spread, done, size = context.keeping.curve, context.keeping.curve[WIDTH + 2], 0, n
+    while done < n:
+        size = min(size, n - done)
+        before = curve[done - 1] if done > 0 else q_a
+        write_spread(curve, done, size, before, spread)
         state[layout.CHECKS] += 1
-        if is_clear(context, q_a, curve[n - 1], spread, np.inf):
-            return n
-    for i in range(n):
-        state[layout.CHECKS] += 1
-        if not is_clear(context, curve[i - 1] if i > 0 else q_a, curve[i], context.no_spread, context.settings[layout.RESOLUTION]):
-            return i
+        if is_clear(context, before, curve[done + size - 1], spread, np.inf if size > 1 else context.settings[layout.RESOLUTION]):
+            done += size
+        elif size == 1:
+            return done
+        else:
+            size //= 2
     return n
 
 
 @routine
-def write_spread(curve, n, q_a, spread):
-    """Write how far from the chord of a way from q_a its corners are in each entry of q: no farther is any point of its edges."""
-    for k in range(q_a.shape[0]):
-        spread[k], chord = 0.0, curve[n - 1, k] - q_a[k]
+def write_spread(curve, first, n, before, spread):
+    """Write how far from their chord the corners of n edges are in each entry of q: no farther is any point of these edges.
+
+    before: where the edges begin, before the corner ``first``.
+    """
+    for k in range(before.shape[0]):
+        spread[k], chord = 0.0, curve[first + n - 1, k] - before[k]
         for i in range(n - 1):
-            spread[k] = max(spread[k], abs(curve[i, k] - q_a[k] - (i + 1) / n * chord))
+            spread[k] = max(spread[k], abs(curve[first + i, k] - before[k] - (i + 1) / n * chord))
         spread[k] *= 1.0 + 1e-9  # of what it was rounded by
 
 

@@ -7,6 +7,7 @@ from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.space import distance, write_step
 
 N_ATTEMPTS = 48  # of pass 2
+N_FAILURES = 8  # in a row end it, with constraints
 LEAVE_OUT = 4  # the pass
 N_HALVINGS = 3  # how near to a corner its cut may be: at 1/2, 1/4, 1/8 of its edges
 WORTH_A_CUT = 1e-3  # of the length of a path: what gains less is not tried
@@ -135,16 +136,20 @@ def short_cut_by(keeping, context, path, edges, ends, most, state):
 
 @routine
 def short_cut_along(context, path, i, j, ends, most, state):
-    """The same between two places on edges i and j, along the constraints, if that is not longer than ``most``."""
+    """The same between two places on edges i and j, along the constraints, if that is not longer than ``most``.
+
+    The pass ends after N_FAILURES in a row: one that leads along constraints takes as many edges as a part of the path has.
+    """
     points, last = path.waypoints, path.waypoints.shape[0] - 1
     n = write_detour(context, path, ends, most, state)
+    state[layout.OTHER] = 0 if n > 0 else state[layout.OTHER] + 1
     if n > 0:
         replace_points(path, state, i + 1, j + 1, n + 1)
         write_point(points, i + 1, ends[0])
         for m in range(n):
             write_point(points, i + 2 + m, points[last - m])
             path.known[i + 1 + m] = 1
-    return True
+    return state[layout.OTHER] < N_FAILURES
 
 
 @routine
