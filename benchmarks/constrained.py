@@ -4,8 +4,8 @@ The folder is one of ``resources`` of the source distribution of ``vamp-planner`
 problems are drawn by a published seed (``constrained_problems``): five kinds of constraint, 100 of each. Ulna's time is the
 thread's for the whole call, the least of several. With ``--ompl`` OMPL's three constrained spaces solve them too, once each.
 
-A path is judged at 64 times 32 samples a radian: the constraint by Pinocchio, contacts by the overlap test, and with ``--coal`` by
-Coal where the path comes nearest to an object. "of any" is the share of those problems that were solved by anyone here.
+A path is judged at 64 times 32 samples a radian: the constraint by Pinocchio, contacts by the overlap test, and with ``--coal``
+by Coal where the path comes nearest to an object. "of any" is the share of those problems that were solved by anyone here.
 """
 
 import argparse
@@ -68,7 +68,8 @@ def summary(rows: list[dict]) -> list[dict]:
                 "of_any": f"{100 * len(solved) / max(1, len(solvable)):.1f} %", "median_ms": float(np.median(ms)),
                 "95_%_ms": float(np.quantile(ms, 0.95)), "checks": float(np.median([row["checks"] for row in own])),
                 "beyond": f"{sum(row['used'] > 1.0 for row in judged)} of {len(judged)}",
-                "touching": sum(row["touches"] for row in judged), "most_used": max([row["used"] for row in judged], default=np.nan),
+                "touching": sum(row["touches"] for row in judged),
+                "most_used": max([row["used"] for row in judged], default=np.nan),
             })  # fmt: skip
     return result
 

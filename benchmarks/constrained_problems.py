@@ -95,7 +95,8 @@ def _drawn(
     p_a, p_b = (robot.forward_kinematics(q, link=link)[:3, 3] for q in (q_a, q_b))
     if kind in {"upright", "orientation"}:
         turns = rng.uniform(-np.pi, np.pi, 2) if kind == "upright" else np.full(2, rng.uniform(-np.pi, np.pi))
-        ends = [_at(robot, link, ulna.pose(p, rpy=(np.pi, 0, turn)), q, "pose") for p, turn, q in zip((p_a, p_b), turns, (q_a, q_b))]
+        poses = [ulna.pose(p, rpy=(np.pi, 0, turn)) for p, turn in zip((p_a, p_b), turns, strict=True)]
+        ends = [_at(robot, link, pose, q, "pose") for pose, q in zip(poses, (q_a, q_b), strict=True)]
         T = ulna.pose(rpy=(np.pi, 0, turns[0]))
         keep = ulna.Keep.orientation(TURN, T=T, link=link) if kind == "orientation" else ulna.Keep.upright(
             TILT, axis=(0, 0, 1), along=(0, 0, -1), link=link)  # fmt: skip
@@ -107,8 +108,8 @@ def _drawn(
     axes *= np.sign(np.linalg.det(axes))
     if kind == "line":
         axes = ulna.Task.pointing(p_b - p_a).frame[:3, :3]
-        side = LINE / np.sqrt(2)
-        return _problem(kind, scene, [q_a, q_b], link, _pose(p_a, axes), (side, side, inf), ulna.Keep.on_line(p_a, p_b, LINE, link=link))
+        side, keep = LINE / np.sqrt(2), ulna.Keep.on_line(p_a, p_b, LINE, link=link)
+        return _problem(kind, scene, [q_a, q_b], link, _pose(p_a, axes), (side, side, inf), keep)
     T = _pose(p_a, axes)
     q_b = _at(robot, link, ulna.pose(p_b - axes[:, 2] * (axes[:, 2] @ (p_b - p_a))), q_b, "position")
     return _problem(kind, scene, [q_a, q_b], link, T, (inf, inf, PLANE), ulna.Keep.in_plane(T, PLANE, link=link))

@@ -1,7 +1,8 @@
 """OMPL's constrained spaces: RRT-Connect in C++ with a constraint and Ulna's checker called from Python, each call counted.
 
 Source: Kingston, Moll and Kavraki, Exploring implicit spaces for constrained sampling-based planning (IJRR 2019). A constraint is
-a function that is to be 0, within a tolerance; one that is kept within limits is the excess over them. Edges are tested at samples.
+a function that is to be 0, within a tolerance; of one that is kept within limits, the excess over them. Edges are tested at
+samples.
 """
 
 import time
@@ -95,7 +96,10 @@ def solve(name: str, robot: ulna.Robot, problem: ConstrainedProblem, world: ulna
         state = space.allocState()
         state.copy(np.array(given))
         if SPACES[name] != "Projected":
-            space.anchorChart(state)
+            try:
+                space.anchorChart(state)
+            except RuntimeError:  # what is kept within limits is no manifold where it is within them
+                return Solved(None, np.nan, 0, constraint.calls)
         ends.append(state)
     setup.setStartAndGoalStates(*ends)
     setup.setPlanner(geometric.RRTConnect(setup.getSpaceInformation()))

@@ -60,6 +60,7 @@ class Request(NamedTuple):
         held: The joints that keep their positions.
         task: The components of a pose that count.
         seed: Chooses the starts of the search for a pose.
+        spread: How many configurations of a pose are looked for.
     """
 
     checker: Checker
@@ -70,6 +71,7 @@ class Request(NamedTuple):
     held: tuple[str, ...]
     task: Task | str
     seed: int
+    spread: int = SPREAD
 
     @property
     def tree(self) -> Tree:
@@ -204,7 +206,7 @@ def _solutions_of(request: Request, link: str, T: Array, fixed: NDArray[np.bool_
         result = _solve(request, link, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds)
         return np.unique(result.q[result.success].reshape(-1, n), axis=0)
     found = request.inverse_kinematics.all_solutions(
-        T, request.start, None, link, Options(seed=request.seed, task=request.task, threads=1), n_samples=SPREAD
+        T, request.start, None, link, Options(seed=request.seed, task=request.task, threads=1), n_samples=request.spread
     )
     return found.q[found.valid]
 

@@ -274,7 +274,10 @@ class Plan:
             bound = length * (1.0 - _WORTH)
             if bound <= straight or limit.is_over():
                 break
-            search = Search(edges, start, goals, (seed, n_searches), bound)
+            if motion.keeps is None:
+                search = Search(edges, start, goals, (seed, n_searches), bound)
+            else:  # the edges of AORRTC are straight, and lead along no constraint
+                search = Search(edges.below(bound, start, goals), start, goals, (seed, n_searches), by_samples=True)
             found, n_searches = search.finish(min(budget, most - effort.checks), limit, shorten=True), n_searches + 1
             effort = effort.plus(search.effort)
             if found is None:

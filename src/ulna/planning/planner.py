@@ -21,9 +21,10 @@ from ulna.ik.task import Task, as_task
 from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
-from ulna.planning.goals import Goals, Request, find_goals
+from ulna.planning.goals import Goals, Request
 from ulna.planning.keep import Keep
 from ulna.planning.kept import are_kept, as_keeps, narrower, table_of, violations
+from ulna.planning.kept_goals import find_kept_goals
 from ulna.planning.motion import Motion
 from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
 from ulna.planning.search import Search
@@ -113,7 +114,7 @@ def plan_motion(
             return no_plan(tree, PlanStatus.START_IN_COLLISION, request.collision(start))
         first, depth = left
         request = request._replace(start=first)
-    goals = _kept(find_goals(request, targets, fixed, free[1:]), keeps, narrow, tree)
+    goals = find_kept_goals(request, targets, fixed, free[1:], keeps, narrow)
     if isinstance(goals, Plan):
         return goals
     plan = _search(request, goals, fixed, table, options)
@@ -127,16 +128,6 @@ def _no_start(tree: Tree, start: Array, keeps: tuple[Keep, ...], *, within: bool
     if not within:
         return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(tree, start))
     return no_plan(tree, PlanStatus.START_OUTSIDE, violations(keeps, tree, start))
-
-
-def _kept(goals: Goals | Plan, keeps: tuple[Keep, ...], narrow: Array | None, tree: Tree) -> Goals | Plan:
-    """Those of the goals that keep the constraints; or a plan without a path, if there are none."""
-    if not keeps or isinstance(goals, Plan):
-        return goals
-    kept = are_kept(narrow, tree, goals.q, goals.q)
-    if not kept.any():
-        return no_plan(tree, PlanStatus.GOAL_OUTSIDE, violations(keeps, tree, goals.q[0]))
-    return Goals(goals.q[kept], goals.of[kept])
 
 
 def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], keeps: Array | None, options: PlanOptions) -> Plan:

@@ -67,6 +67,7 @@ class Search:
         goals: Shape (n, n_dof), at least one.
         stream: Chooses the samples: the seed, and the number of the search.
         bound: The length that the path is to stay below; if finite, the algorithm is AORRTC, else RRT-Connect.
+        by_samples: Whether the straight ways from the start to the goals are left out: they were tried.
         progress: Called after each slice with the number of edges checked so far, and of all that may be.
         state: Of the search and of the shortening (``planning_layout``), shape (2, N_STATE).
         trees: The trees.
@@ -77,6 +78,7 @@ class Search:
     goals: Array
     stream: tuple[int, ...]
     bound: float = np.inf
+    by_samples: bool = False
     progress: Callable[[int, int], object] | None = None
     state: NDArray[np.int64] = field(init=False)
     trees: Trees = field(init=False)
@@ -91,9 +93,10 @@ class Search:
         costs = no_rows((2, 0, WIDTH))
         _write_roots(self.start[None], rows[0])
         _write_roots(self.goals, rows[1])
+        if self.by_samples or self.bound < np.inf:
+            self.state[0, layout.DIRECT] = _NONE
         if self.bound < np.inf:
             self.state[0, layout.ALGORITHM] = layout.AORRTC
-            self.state[0, layout.DIRECT] = _NONE  # no straight edges: they were tried
             costs = np.full((2, capacity // WIDTH, WIDTH), np.inf)
             costs[0, 0, 0] = 0.0
             costs[1].reshape(-1)[:n_goals] = 0.0

@@ -55,7 +55,9 @@ def is_free(context, q_a, q_b, spread):
 
     And whether it keeps the constraints, for certain in any case: that is known first, since it takes less time.
     """
-    return keeps_all(context.scene.joints, context.keeping, context.work, q_a, q_b, spread) and is_clear(context, q_a, q_b, spread, context.settings[layout.RESOLUTION])
+    if not keeps_all(context.scene.joints, context.keeping, context.work, q_a, q_b, spread):
+        return False
+    return is_clear(context, q_a, q_b, spread, context.settings[layout.RESOLUTION])
 
 
 @routine

@@ -1,10 +1,10 @@
 """Extends a tree by a step: by one edge, or with constraints along them, by as many edges as they need.
 
-With constraints a step is made of strides, so long that eight edges suffice for one, each towards the end of the step. A stride is
-tried as it is. Else it is divided into eight, and the eight configurations are projected at once (CBiRRT: Berenson, Srinivasa,
-Ferguson and Kuffner, ICRA 2009). From where it is, the tree goes straight to the last of them; if that edge does not keep the
-constraints, half as far, and so on. So a loose constraint takes one edge, and a tight one up to eight for a stride. These are
-near to their chord, so that one certificate of it with a spread (``edge``) mostly shows that nothing touches on any of them.
+With constraints a step is made of strides towards its end, so long that eight edges suffice for each. A stride is tried as it is.
+Else it is divided into eight, and the eight configurations are projected at once (CBiRRT: Berenson, Srinivasa, Ferguson and
+Kuffner, ICRA 2009). From where it is, the tree goes straight to the last of them; if that edge does not keep the constraints,
+half as far, and so on. So a loose constraint takes one edge, and a tight one up to eight for a stride. These are near to their
+chord, so that one certificate of it with a spread (``edge``), or two, mostly show that nothing touches on any of them.
 """
 
 import numpy as np
@@ -67,7 +67,7 @@ def extend_along(context, trees, tree, near, at, new, radius, state):
 
 @kernel
 def gains_little(at, goal, before, share, space):
-    """Whether a stride of a share of the way, along constraints, brings ``at`` so little nearer to the goal that it leads nowhere."""
+    """Whether a stride of a share of the way brought ``at`` so little nearer to a goal that it leads nowhere."""
     return distance(at, goal, space) > before * (1.0 - LEAST_PROGRESS * share)
 
 
