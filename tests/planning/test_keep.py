@@ -9,6 +9,7 @@ import ulna
 from ulna.drivers.planning import keeping
 from ulna.kernels.planning import planning_layout as layout
 from ulna.planning.kept import as_keeps, table_of
+from ulna.planning.kept_goals import shortest_turn
 
 STACK = """<robot name="stack"><link name="base"/><link name="cart"/><link name="arm"/><link name="wheel"/><link name="hand"/>
   <joint name="slide" type="prismatic"><parent link="base"/><child link="cart"/><origin xyz="0.1 0 0.2" rpy="0.3 0.2 0"/>
@@ -264,3 +265,50 @@ def test_a_constraint_that_is_no_target_is_refused_by_name(panda, keep, options,
 
 def test_a_slack_of_0_becomes_the_default_tolerance():
     assert ulna.Keep(ulna.Task.pose()).task.slack == pytest.approx((1e-4,) * 3 + (np.radians(0.1),) * 3)
+
+
+def test_the_shortest_turn_brings_one_direction_to_the_other_about_what_is_normal_to_both():
+    rng = np.random.default_rng(0)
+    pairs = [(a / np.linalg.norm(a), b / np.linalg.norm(b)) for a, b in rng.normal(size=(50, 2, 3))]
+    pairs += [(a, s * a) for a, _ in pairs[:10] for s in (1, -1)]
+    for a, b in pairs:
+        R = shortest_turn(a, b)
+        np.testing.assert_allclose(R @ a, b, atol=1e-12)
+        np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(R) == pytest.approx(1)
+        assert np.trace(R) == pytest.approx(1 + 2 * (a @ b))
+
+
+@pytest.mark.parametrize(
+    ("task", "keep"),
+    [
+        ("position", ulna.Keep.upright(within=0.05)),
+        ("position", ulna.Keep.orientation(0.02)),
+        ("pointing", ulna.Keep.orientation(0.02)),
+    ],
+)
+def test_what_a_goal_leaves_free_is_turned_onto_the_constraint(panda, task, keep):
+    start, T = panda.home, ulna.pose((0.3, 0.4, 0.4), rpy=(np.pi, 0, 1.3) if task == "pointing" else (2.0, 0.5, 0.3))
+    plan = panda.plan(start, T, task=task, keep=keep)
+    assert plan
+    reached = panda.forward_kinematics(plan.path[-1])
+    np.testing.assert_allclose(reached[:3, 3], T[:3, 3], atol=1e-6)
+    if task == "pointing":
+        np.testing.assert_allclose(reached[:3, 2], T[:3, 2], atol=1e-6)
+    path = panda.forward_kinematics(plan.at(np.linspace(0, 1, 5001)))
+    assert shares(keep, panda.forward_kinematics(start), path).max() <= 1
+
+
+def test_a_goal_that_another_link_has_to_keep_is_looked_for_among_more_configurations(panda):
+    start = panda.home
+    T, elbow = panda.forward_kinematics(start), panda.forward_kinematics(start, link="panda_link4")
+    turned = start + 0.0
+    turned[6] -= 0.5
+    goal = panda.forward_kinematics(turned)
+    keep = ulna.Keep.inside((0.02, 0.02, 0.02), elbow, link="panda_link4")
+    plan = panda.plan(start, goal, keep=keep)
+    assert plan
+    np.testing.assert_allclose(panda.forward_kinematics(plan.path[-1]), goal, atol=1e-6)
+    off = panda.forward_kinematics(plan.at(np.linspace(0, 1, 5001)), link="panda_link4")[:, :3, 3] - elbow[:3, 3]
+    assert np.abs(off @ elbow[:3, :3]).max() <= 0.01
+    assert not np.allclose(goal, T)

@@ -90,10 +90,10 @@ def turned_onto(keep: Keep, T: Array, task: Task) -> tuple[Array, Task] | None:
 
 def shortest_turn(a: Array, b: Array) -> Array:
     """The rotation by the least angle that brings a direction to another, shape (3, 3); Rodrigues' formula without the angle."""
-    v, c = np.cross(a, b), float(a @ b)
+    v, c = np.cross(a, b).astype(np.float64), float(a @ b)
     if 1.0 + c < _OPPOSITE:
         n = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
-        return np.outer(n, n) * (2.0 / float(n @ n)) - np.eye(3)
+        return 2.0 * np.outer(n, n).astype(np.float64) / float(n @ n) - np.eye(3)
     K = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
     return np.eye(3) + K + K @ K / (1.0 + c)
 
