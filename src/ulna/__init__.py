@@ -114,7 +114,7 @@ __all__ = [
     "view",
 ]
 
-# Where each public name is, but for the errors.
+# Where each public name is.
 _HOMES = {
     "ulna.collision.report": ("Pair", "Report"),
     "ulna.collision.scene_file": ("load_world", "save_world"),
@@ -124,6 +124,24 @@ _HOMES = {
     "ulna.description.pose": ("pose",),
     "ulna.description.shapes": ("Box", "Capsule", "ConvexMesh", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
     "ulna.dh.table": ("DHTable",),
+    "ulna.errors": (
+        "ArmConnectionError",
+        "ArmError",
+        "ClusterError",
+        "CompilerWarning",
+        "DescriptionError",
+        "DescriptionWarning",
+        "DeviceError",
+        "FileError",
+        "GeometryError",
+        "InputError",
+        "MissingExtraError",
+        "MissingROSError",
+        "SingularityError",
+        "TruthError",
+        "UlnaError",
+        "UnknownNameError",
+    ),
     "ulna.ik.solutions": ("IKSolutions",),
     "ulna.ik.followed_path": ("Ending", "FollowedPath", "PathStatus"),
     "ulna.ik.reason": ("Reason",),
@@ -143,7 +161,7 @@ _HOMES = {
     "ulna.viewer.open_page": ("view",),
 }
 
-_HOME = dict.fromkeys(__all__, "ulna.errors") | {name: module for module, names in _HOMES.items() for name in names}
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
