@@ -160,8 +160,8 @@ TYPES = {
     "ik.polish": {**_each("most inverse_reach", NUMBER), "steps": WHOLE},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "servo": {
-        **_each("limits state points", MATRIX), **_each("counters active_rows", INDICES), "goal": NUMBERS, "rows": NUMBERS,
-        **_each("n m mode ticks worst", WHOLE), **_each("tick below", NUMBER),
+        **_each("limits state points", MATRIX), **_each("counters active_rows", INDICES), **_each("goal hand rows", NUMBERS),
+        **_each("n m mode ticks worst", WHOLE), **_each("tick below", NUMBER), "chains": TABLE, "w": TWIST,
     },
     "servo.braking.is_box": {"widened": TRUTH},
     "servo.desired_motion.write_objective": {"arrays": types.UniTuple(NUMBERS, 5)},

@@ -39,18 +39,18 @@ _SHARE = 0.7  # of the acceleration, with which a position is approached
 
 
 @kernel
-def write_objective(mode, chains, goal, limits, settings, q_rows, arrays):
+def write_objective(mode, chains, goal_rows, limits, settings, q_rows, arrays):
     """Write H and f of the quadratic program, as x' H x / 2 - f' x.
 
-    goal: n_dof velocities or positions, or HAND_WIDTH numbers a hand; q_rows: where the arm is; chains: those of all hands, one
-    after the other. arrays: H, f, J of each hand, the desired velocities or the twists of the hands, room for the damped system
-    (``damped_system``).
+    goal_rows: n_dof velocities or positions, or HAND_WIDTH numbers a hand; q_rows: where the arm is; chains: those of all hands,
+    one after the other. arrays: H, f, J of each hand, the desired velocities or the twists of the hands, room for the damped
+    system (``damped_system``).
     """
     h_rows, f_rows, jacobian_rows, desired_rows, system_rows = arrays
     n = f_rows.shape[0]
     if mode != HANDS:
         for j in range(n):
-            x = goal[j] if mode == VELOCITY else approach(goal[j] - q_rows[j], limits, settings, j)
+            x = goal_rows[j] if mode == VELOCITY else approach(goal_rows[j] - q_rows[j], limits, settings, j)
             desired_rows[j] = min(max(x, -limits[SPEED, j]), limits[SPEED, j])
             f_rows[j] = desired_rows[j]
             for k in range(n):
@@ -60,8 +60,8 @@ def write_objective(mode, chains, goal, limits, settings, q_rows, arrays):
         f_rows[j] = 0.0
         for k in range(n):
             h_rows[n * j + k] = settings[DAMPING] if j == k else 0.0
-    for i in range(goal.shape[0] // HAND_WIDTH):
-        hand, columns = goal[HAND_WIDTH * i : HAND_WIDTH * (i + 1)], jacobian_rows[6 * n * i : 6 * n * (i + 1)]
+    for i in range(goal_rows.shape[0] // HAND_WIDTH):
+        hand, columns = goal_rows[HAND_WIDTH * i : HAND_WIDTH * (i + 1)], jacobian_rows[6 * n * i : 6 * n * (i + 1)]
         w = write_jacobian(hand, chains, limits, settings, q_rows, columns, system_rows)
         add_squares(columns, w, h_rows, f_rows)
         store_six(desired_rows, 6 * i, w)
@@ -123,16 +123,16 @@ def approach_rate(e, limits, settings, jacobian_rows, system_rows, n):
 
 
 @kernel
-def missed(mode, goal, jacobian_rows, desired_rows, x_rows):
+def missed(mode, goal_rows, jacobian_rows, desired_rows, x_rows):
     """How much of what is desired a velocity misses, as a share of the greatest: of all twists, or of the velocities."""
     n, miss, size = x_rows.shape[0], 0.0, SMALL
     if mode != HANDS:
         for j in range(n):
             miss, size = max(miss, abs(x_rows[j] - desired_rows[j])), max(size, abs(desired_rows[j]))
         return miss / size
-    for hand in range(goal.shape[0] // HAND_WIDTH):
+    for hand in range(goal_rows.shape[0] // HAND_WIDTH):
         w, columns = load_six(desired_rows, 6 * hand), jacobian_rows[6 * n * hand : 6 * n * (hand + 1)]
-        e, root = (-w[0], -w[1], -w[2], -w[3], -w[4], -w[5]), sqrt(goal[HAND_WIDTH * hand + WEIGHT])
+        e, root = (-w[0], -w[1], -w[2], -w[3], -w[4], -w[5]), sqrt(goal_rows[HAND_WIDTH * hand + WEIGHT])
         for j in range(n):
             e = add_column(e, columns, j, x_rows[j])
         for i in range(6):
