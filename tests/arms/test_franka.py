@@ -181,3 +181,42 @@ def client(name):
     import pylibfranka
 
     return getattr(pylibfranka, name)
+
+
+def test_a_servo_is_followed_each_millisecond_and_what_was_late_is_caught_up(controller, fr3):
+    controller.skip_at = 50
+    goal = fr3.home + TURN
+    with Franka(robot=fr3) as arm:
+        servo = fr3.servo(acceleration=2.5, velocity=1.0)
+        record = arm.follow(servo, lambda t, _: {"q": goal} if t < 2.0 else None)
+        assert np.allclose(arm.q, goal, atol=1e-3)
+    sent = np.array([command.q for command in controller.commands])
+    assert np.array_equal(sent, record.commanded)
+    assert np.array_equal(sent[0], fr3.home)
+    assert [command.motion_finished for command in controller.commands] == [False] * (len(sent) - 1) + [True]
+    assert record.lost == 3
+    assert np.abs(sent[50] - sent[49]).max() > 3.5 * np.abs(sent[49] - sent[48]).max()  # four ticks at once
+    others = np.delete(np.diff(sent, axis=0), slice(45, 55), axis=0) / 1e-3
+    assert np.abs(others).max() <= 1.0
+    assert np.array_equal(sent[-100], sent[-1])
+
+
+def test_a_goal_that_fails_stops_the_arm_and_a_wrong_servo_moves_nothing(controller, fr3):
+    arm = Franka(robot=fr3)
+
+    def goal(t, _):
+        if t > 0.1:
+            raise KeyError("lost")
+        return {"twist": [0.1, 0, 0, 0, 0, 0]}
+
+    with pytest.raises(KeyError, match="lost"):
+        arm.follow(fr3.servo(acceleration=2.5, velocity=1.0), goal)
+    assert controller.calls[-1] == "stop"
+    n = len(controller.commands)
+    assert n > 50
+    with pytest.raises(ulna.InputError, match="servo: its joints are"):
+        arm.follow(ulna.load("panda").servo(acceleration=2.5, velocity=1.0), goal)
+    controller.mode = controller.Reflex
+    with pytest.raises(ulna.ArmError, match="cannot move"):
+        arm.follow(fr3.servo(acceleration=2.5, velocity=1.0), goal)
+    assert len(controller.commands) == n

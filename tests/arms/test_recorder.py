@@ -139,3 +139,60 @@ def test_a_plan_that_does_not_move_is_one_command(arm, fr3):
 def test_a_tolerance_over_which_the_approach_would_be_too_fast_is_refused(fr3, tolerance):
     with pytest.raises(ulna.InputError, match="start_tolerance"):
         Recorder(fr3.home, start_tolerance=tolerance)
+
+
+@pytest.fixture
+def servo(fr3):
+    return fr3.servo(acceleration=2.5, velocity=1.0, tracking_error=0.001)
+
+
+def test_a_servo_is_followed_within_the_limits_to_its_goal_and_then_to_rest(arm, fr3, servo):
+    goal = fr3.forward_kinematics(fr3.home)
+    goal[:3, 3] += [0.0, 0.15, -0.1]
+    record = arm.follow(servo, lambda t, _: {"pose": goal} if t < 3.0 else None)
+    assert np.allclose(fr3.forward_kinematics(arm.q), goal, atol=1e-3)
+    assert record.commanded.shape == record.measured.shape
+    assert record.duration > 2.9
+    kept = np.concatenate([np.repeat(fr3.home[None], 3, axis=0), record.commanded, np.repeat(arm.q[None], 3, axis=0)])
+    for order, most in ((1, 1.0), (2, 2.5), (3, 5000.0)):
+        assert np.abs(np.diff(kept, n=order, axis=0)).max() / 1e-3**order <= most * (1 + 1e-6)
+    assert arm.records == [record]
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_servo_that_goes_to_the_end_of_every_joint_keeps_the_velocities_that_are_allowed_there(fr3, sign):
+    rows = [(0.301, 12.0), (0.201, 5.17), (0.201, 7.0), (0.301, 8.0), (0.351, 34.0), (0.351, 11.0), (0.351, 34.0)]
+    upper = [2.7501, 1.7918, 2.9065, -0.1458, 2.8101, 4.5205, 3.0196]  # libfranka, rate_limiting.h
+    lower = [-2.7501, -1.7918, -2.9065, -3.0481, -2.8101, 0.54092, -3.0196]
+    for j in range(7):
+        arm, velocity = Recorder(fr3.home), sign * np.eye(7)[j] * 2.0
+        servo = fr3.servo(acceleration=2.5, velocity=2.6)
+        record = arm.follow(
+            servo, lambda t, _q, velocity=velocity: {"velocity": velocity if t < 4 else -velocity} if t < 5 else None
+        )
+        q = np.concatenate([fr3.home[None], record.commanded])
+        rates, (offset, rate) = np.diff(q[:, j]) / 1e-3, rows[j]
+        left = upper[j] - q[1:, j] if sign > 0 else q[1:, j] - lower[j]
+        allowed = np.sqrt(rate * np.maximum(left, 0.0)) - offset
+        moving = sign * rates > 1e-9
+        assert (sign * rates[moving] <= np.maximum(allowed[moving], 0.0) + 1e-9).all()
+        farthest = np.max(sign * q[:, j])
+        assert farthest - sign * q[0, j] > 0.2
+        assert farthest - sign * q[-1, j] > 0.1  # it leaves the end again
+
+
+def test_a_servo_that_the_arm_would_not_take_is_refused(arm, fr3):
+    for options, match in (
+        ({"acceleration": 2.5, "velocity": 2.0, "rate": 500}, "500 ticks a second"),
+        ({"acceleration": 2.6, "velocity": 2.0}, r"acceleration of fr3_joint1 is 2.6, and at most 2.5 .* limit of jerk"),
+        ({"acceleration": 2.5}, r"velocity of fr3_joint1 is 2.62, and at most 2.619 is allowed"),
+    ):
+        with pytest.raises(ulna.InputError, match=match):
+            arm.follow(fr3.servo(**options), lambda *_: None)
+    with pytest.raises(ulna.InputError, match="servo: Robot"):
+        arm.follow(fr3, lambda *_: None)
+    world = ulna.World()
+    world.add("here", ulna.Sphere(0.1), fr3.forward_kinematics(fr3.home))
+    with pytest.raises(ulna.InputError, match="not certainly free"):
+        arm.follow(fr3.servo(world, acceleration=2.5, velocity=2.0), lambda *_: {})
+    assert arm.records == []

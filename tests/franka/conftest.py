@@ -1,10 +1,18 @@
 """An arm for each simulator, what is around it, and its description."""
 
+import os
+from pathlib import Path
+
+import numpy as np
 import pytest
+from benchmarks.vamp_problems import read_problems
 
 import ulna
 from simulators import ADDRESS, simulator
 from ulna.arms import Franka
+
+VAMP = os.environ.get("FRANKA_SCENES")  # the folder resources/panda of VAMP; boxes of our own without it
+EVERY = 4  # of VAMP's problems, so that a hundred are of every kind
 
 
 @pytest.fixture(scope="session")
@@ -20,6 +28,31 @@ def world():
         world.add(f"box {k}", ulna.Box((0.15, 0.15, 0.5 if k < 4 else 0.2)), ulna.pose((x, y, z)))
     world.add("table", ulna.Box((2.0, 2.0, 0.02)), ulna.pose((0.0, 0.0, -0.02)))
     return world
+
+
+@pytest.fixture(scope="session")
+def problems(fr3, world):
+    """A function of problems without end: a start, or None for where the arm is, a goal, and a world in which both are free."""
+
+    def among_boxes():
+        rng = np.random.default_rng(36)
+        while True:
+            goal = rng.uniform(fr3.lower, fr3.upper) * 0.9 + fr3.home * 0.1
+            if not fr3.in_collision(goal, world):
+                yield None, goal, world
+
+    def of_vamp():
+        given = read_problems(Path(VAMP), tuple(f"panda_joint{k}" for k in range(1, 8)))
+        for each in [each for first in range(EVERY) for each in given[first::EVERY]]:
+            ends, scene = np.stack([each.start, each.goal]), each.world()
+            pairs = [pair for q in ends for pair in fr3.check_collision(q, scene).pairs]
+            for name in {pair.name_b for pair in pairs if pair.name_a == "fingers"}:
+                scene.remove(name)  # what the hand takes: the box of the FR3's fingers holds them at every opening
+            inside = (ends > fr3.lower + 0.01).all() and (ends < fr3.upper - 0.01).all()
+            if inside and not fr3.in_collision(ends, scene).any():
+                yield each.start, each.goal, scene
+
+    return of_vamp if VAMP else among_boxes
 
 
 @pytest.fixture(scope="module", params=["franka-sim", "franky-sim"])

@@ -25,21 +25,22 @@ def violation(commands):
     return None
 
 
-def motions(fr3, world, **limits):
-    """Motions of certified plans among boxes, one after another."""
-    rng, q, made = np.random.default_rng(36), fr3.home, 0
-    while made < PLANS:
-        goal = rng.uniform(fr3.lower, fr3.upper) * 0.9 + fr3.home * 0.1
-        plan = None if fr3.in_collision(goal, world) else fr3.plan(q, goal, world)
+def motions(fr3, problems, **limits):
+    """Motions of certified plans, among boxes one after another."""
+    q, made = fr3.home, 0
+    for start, goal, world in problems():
+        plan = fr3.plan(q if start is None else start, goal, world, clearance=0.0 if start is None else 0.002)
         if plan:
             assert plan.certified
             yield plan.trajectory(**limits)
             made, q = made + 1, goal
+        if made == PLANS:
+            return
 
 
-def test_every_command_of_a_hundred_plans_is_accepted(fr3, world):
+def test_every_command_of_a_hundred_plans_is_accepted(fr3, problems):
     speeds = []
-    for motion in motions(fr3, world, limits="fr3", velocity=2.0, acceleration=9.0):
+    for motion in motions(fr3, problems, limits="fr3", velocity=2.0, acceleration=9.0):
         record, speed = None, 0.0
         for speed in (1.0, 0.7, 0.5, 0.3, 0.2):  # an end near a limit of position is passed more slowly
             try:
@@ -54,10 +55,10 @@ def test_every_command_of_a_hundred_plans_is_accepted(fr3, world):
     assert np.mean(np.array(speeds) == 1.0) > 0.5
 
 
-def test_motions_without_limits_of_jerk_are_refused_and_most_are_aborted(fr3, world):
+def test_motions_without_limits_of_jerk_are_refused_and_most_are_aborted(fr3, problems):
     """A jump between two samples is shared by both, so not every one exceeds the limit by differences."""
     reasons = []
-    for k, motion in enumerate(motions(fr3, world, velocity=2.0, acceleration=10.0)):
+    for k, motion in enumerate(motions(fr3, problems, velocity=2.0, acceleration=10.0)):
         if k == 20:
             break
         reasons.append(violation(motion.sampled(0.001).q))

@@ -76,6 +76,21 @@ def test_a_motion_that_stops_at_its_corners_is_replaced_on_each_of_its_lines(pan
         assert pickle.loads(pickle.dumps(again)).duration == again.duration  # noqa: S301
 
 
+@pytest.mark.parametrize("options", [FRANKA, SLOW, SUDDEN])
+def test_an_arm_at_rest_is_moved_within_the_limits_and_one_that_moves_comes_back(panda, options):
+    left, right = ends(panda)
+    resting = panda.plan(left, left).trajectory(**options)
+    judge(resting, resting.replace(panda.plan(left, right), at=0.0), 0.0)
+    old = panda.plan(left, right).trajectory(**options)
+    t = 0.4 * old.duration
+    here = old.at(t).q
+    plan = panda.plan(here, here)
+    assert len(plan.path) == 1
+    new = old.replace(plan, at=t)
+    judge(old, new, t)
+    assert np.allclose(new.q[-1], here, atol=1e-9)
+
+
 def test_a_replaced_motion_can_be_replaced_and_slowed(panda):
     left, right = ends(panda)
     first = panda.plan(left, right).trajectory(**FRANKA)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from ulna.description.arrays import as_floats
 from ulna.description.file_bytes import write_table
 from ulna.errors import InputError
 from ulna.planning.trajectory import Trajectory
+from ulna.servo.servo import Servo
 
 Array = NDArray[np.float64]
 
@@ -113,7 +115,7 @@ class Record:
 class Arm(Protocol):
     """An arm that follows motions. A driver of another arm has these members, and needs no base class.
 
-    Nothing but ``run`` moves the arm.
+    Nothing but ``run`` and ``follow`` moves the arm.
     """
 
     @property
@@ -142,6 +144,24 @@ class Arm(Protocol):
 
         Raises:
             InputError: The motion or the speed is refused. The arm has not moved.
+            ArmConnectionError: The connection was lost.
+            ArmError: The arm has stopped by itself.
+        """
+        ...
+
+    def follow(self, servo: Servo, goal: Callable[[float, NDArray[np.float64]], Mapping[str, Any] | None]) -> Record:
+        """Steer the arm by a servo from where it is, and return when it is at rest after the goal's end or ``stop`` was called.
+
+        Args:
+            servo: As ``robot.servo(acceleration=...)`` makes it, with the controller's rate.
+            goal: A function of the time [s] and of the measured q, shape (n_dof,), called once a period: what ``Servo.step`` is
+                given, as {"pose": T} or {"twist": v}; None once the arm is to come to rest, which ends the run.
+
+        Returns:
+            The commands and the measured positions.
+
+        Raises:
+            InputError: The servo is refused, or not certified free where the arm is. The arm has not moved.
             ArmConnectionError: The connection was lost.
             ArmError: The arm has stopped by itself.
         """

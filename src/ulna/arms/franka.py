@@ -10,14 +10,16 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ulna.arms.arm import FR3, ArmModel, Record
 from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, as_tolerance, commands_of, refuse_another_robot
+from ulna.arms.steering import Goal, Steering
 from ulna.description.pose import inverse
 from ulna.errors import ArmConnectionError, ArmError, InputError, needs_extra
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
+from ulna.servo.servo import Servo
 
 Array = NDArray[np.float64]
 _HOLD = 0.1  # [s], for which the end of a motion is commanded: the arm follows a little behind
@@ -27,8 +29,8 @@ _Sent = list[tuple[int, list[float], list[float]]]  # the tick, the command, and
 class Franka:
     """A Franka Research 3 at an address, which follows motions; an ``Arm``.
 
-    Connecting does not move it, nor does anything but ``run``. While a motion runs, the process is to do nothing else: the
-    controller expects a command each millisecond, and stops the arm when several are missing.
+    Connecting does not move it, nor does anything but ``run`` and ``follow``. While one of them runs, the process is to do
+    nothing else: the controller expects a command each millisecond, and stops the arm when several are missing.
 
     Attributes:
         model: ``FR3``: what a motion is checked against.
@@ -98,18 +100,53 @@ class Franka:
             ArmConnectionError: The connection was lost; the controller stops the arm then.
             ArmError: The controller has stopped the arm, or does not let it move. Its words and where the arm is are in it.
         """
-        if self._measured is not None:
-            raise ArmError("a motion runs already")
         self._stop.clear()
         if self.joint_names is not None and isinstance(motion, Trajectory) and motion.joint_names != self.joint_names:
             raise InputError("motion", f"its joints are {motion.joint_names}, and the robot's are {self.joint_names}")
-        with self._named_errors("the arm's state cannot be read"):
-            state = self._robot.read_once()
+        state = self._idle_state()
         body = commands_of(motion, self.model, np.array(state.q), speed=speed, tolerance=self._tolerance)
+        self._refuse_unless_idle(state)
+        return self._follow(body, motion.joint_names)
+
+    def follow(self, servo: Servo, goal: Goal) -> Record:
+        """Steer the arm by a servo at 1 kHz; see ``Arm.follow``.
+
+        It begins where the controller commands the arm to be. For a period that was missed a tick is taken too, so that the arm
+        goes on as fast as certified.
+
+        Args:
+            servo: With a rate of 1000 and at most 2.5 rad/s^2, since a tick has a constant acceleration: the limit of jerk.
+            goal: A function of the time [s] and of the measured q, shape (7,): what ``Servo.step`` is given, as {"pose": T}; None
+                once the arm is to come to rest, which ends the run. It is called each millisecond, and has a part of it.
+
+        Returns:
+            The commands and the measured positions.
+
+        Raises:
+            InputError: The servo is refused, or not certified free where the arm is. The arm has not moved.
+            ArmConnectionError: The connection was lost; the controller stops the arm then.
+            ArmError: The controller has stopped the arm, or does not let it move.
+        """
+        self._stop.clear()
+        steering, state = Steering(servo, self.model, goal), self._idle_state()
+        if self.joint_names is not None and servo.joint_names != self.joint_names:
+            raise InputError("servo", f"its joints are {servo.joint_names}, and the robot's are {self.joint_names}")
+        steering.begin(np.array(state.q_d))
+        servo.warm_up()
+        self._refuse_unless_idle(state)
+        return self._follow(np.array(state.q_d)[None], servo.joint_names, steering)
+
+    def _idle_state(self) -> Any:
+        """The controller's state, unless a motion runs."""
+        if self._measured is not None:
+            raise ArmError("a motion runs already")
+        with self._named_errors("the arm's state cannot be read"):
+            return self._robot.read_once()
+
+    def _refuse_unless_idle(self, state: Any) -> None:
         if state.robot_mode != self._client.RobotMode.Idle:
             words = f"{state.robot_mode.name} {state.current_errors}".strip()
             raise ArmError("the arm cannot move; free it, or call arm.recover() after a reflex", words, state.q)
-        return self._follow(body, motion.joint_names)
 
     def stop(self) -> None:
         """Stop a motion that runs in another thread, as the controller does it: off the motion's path by a little."""
@@ -138,8 +175,8 @@ class Franka:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
 
-    def _follow(self, body: Array, names: tuple[str, ...]) -> Record:
-        """Send a command for each state, until the last of ``body``, shape (n, 7)."""
+    def _follow(self, body: Array, names: tuple[str, ...], steering: Steering | None = None) -> Record:
+        """Send a command for each state, until the last of ``body``, shape (n, 7), or of a servo that begins where it does."""
         sent: _Sent = []
         collecting = gc.isenabled()
         gc.disable()  # a collection may take longer than a period
@@ -147,7 +184,7 @@ class Franka:
             with self._named_errors("the arm has stopped by itself", sent, names):
                 self._measured = body[0]
                 self._control = self._robot.start_joint_position_control(self._client.ControllerMode.JointImpedance)
-                stopped = self._send(body, sent)
+                stopped = self._send(body, sent, steering)
         except BaseException as error:
             if not isinstance(error, ArmError):  # Ctrl-C, above all: the arm must not go on
                 self._robot.stop()
@@ -160,8 +197,8 @@ class Franka:
                 gc.enable()
         return _record(sent, names, stopped=stopped)
 
-    def _send(self, body: Array, sent: _Sent) -> bool:
-        """Send ``body`` in time; whether it was stopped. Each command is added to ``sent``."""
+    def _send(self, body: Array, sent: _Sent, steering: Steering | None) -> bool:
+        """Send ``body``, or what is steered, in time; whether it was stopped. Each command is added to ``sent``."""
         client, tick, commands = self._client, 0, []
         while True:
             state, passed = self._control.readOnce()
@@ -171,16 +208,23 @@ class Franka:
                 if not np.abs(q - body[0]).max() <= 2 * self._tolerance:
                     self._robot.stop()
                     raise ArmError("the controller commands another position than it measures; nothing was sent", "", state.q)
-                hold = np.repeat(body[-1:], round(_HOLD / PERIOD), axis=0)
-                commands = np.concatenate([approach(q, body[0]), body, hold]).tolist()
+                if steering is not None:
+                    steering.begin(q)
+                    commands = [q.tolist()]
+                else:
+                    commands = np.concatenate([approach(q, body[0]), body, _held(body[-1])]).tolist()
             self._measured = np.array(state.q)
             if self._stop.is_set():
                 self._robot.stop()
                 return True
+            while steering is not None and len(commands) <= tick and not steering.ended:
+                commands.append(steering.step(self._measured).tolist())
+                if steering.ended:
+                    commands += _held(commands[-1]).tolist()
             k = min(tick, len(commands) - 1)
             sent.append((tick, commands[k], state.q))
             command = client.JointPositions(commands[k])
-            command.motion_finished = k == len(commands) - 1
+            command.motion_finished = k == len(commands) - 1 and (steering is None or steering.ended)
             self._control.writeOnce(command)
             if command.motion_finished:
                 return False
@@ -214,6 +258,11 @@ class Franka:
             return self._robot.read_once().q
         except Exception:  # noqa: BLE001 - another error is being raised: whatever fails here, the last position is what is left
             return sent[-1][2] if sent else []
+
+
+def _held(q: ArrayLike) -> Array:
+    """The last command again and again, shape (n, 7)."""
+    return np.repeat(np.array(q)[None], round(_HOLD / PERIOD), axis=0)
 
 
 def _record(sent: _Sent, names: tuple[str, ...], *, stopped: bool = False) -> Record:

@@ -7,9 +7,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.arms.arm import FR3, ArmModel, Record
 from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, as_tolerance, commands_of
+from ulna.arms.steering import Goal, Steering
 from ulna.description.arrays import as_floats
 from ulna.errors import InputError
 from ulna.planning.trajectory import Trajectory
+from ulna.servo.servo import Servo
 
 Array = NDArray[np.float64]
 
@@ -57,6 +59,23 @@ class Recorder:
         record = Record(PERIOD * np.arange(len(commands), dtype=np.float64), commands, measured, motion.joint_names)
         self.records.append(record)
         self._q = commands[-1].copy()
+        return record
+
+    def follow(self, servo: Servo, goal: Goal) -> Record:
+        """Record the commands of a servo, in no time; see ``Arm.follow``.
+
+        Raises:
+            InputError: The servo is refused, or cannot start where the arm is.
+        """
+        steering, commands = Steering(servo, self.model, goal), [self._q]
+        steering.begin(self._q)
+        while not steering.ended:
+            commands.append(steering.step(commands[-1]))
+        commanded = np.array(commands[1:])
+        times = PERIOD * np.arange(len(commanded), dtype=np.float64)
+        record = Record(times, commanded, np.array(commands[:-1]), servo.joint_names)
+        self.records.append(record)
+        self._q = commanded[-1].copy()
         return record
 
     def stop(self) -> None:

@@ -39,7 +39,12 @@ def least_window(times, lows, highs, jerk_limits, rests, window):
 @entry((NUMBERS, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS, MATRIX, MATRIX))
 def bounds_of_acceleration(times, slopes, bends, steps, speeds, rates, lows, highs):
     """Write the least and the greatest acceleration in each interval, shape (N, n_dof); always True."""
-    moving_average.write_bounds_of_acceleration(times, slopes, bends, steps, speeds, rates, lows, highs)
+    for i in range(steps.shape[0]):
+        step, early, rate = steps[i], speeds[i], rates[i]
+        late = early + rate * (times[i + 1] - times[i])
+        for j in range(slopes.shape[1]):
+            slope, bend = slopes[i, j], bends[i, j]
+            lows[i, j], highs[i, j] = moving_average.bounds_of_acceleration(slope, bend, step, early, late, rate)
     return True
 
 

@@ -13,7 +13,7 @@ from ulna.planning.arm_limits import ArmLimits
 
 Array = NDArray[np.float64]
 _QUANTITIES = "velocity", "acceleration", "jerk"
-_ROUNDING = 16 * np.finfo(float).eps  # of a position, by its size: the few operations behind it
+_ROUNDING = 16 * np.finfo(float).eps  # of a position, by its size: the few operations behind it; and of the time, by the velocity
 
 
 class Samples(NamedTuple):
@@ -70,6 +70,7 @@ def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence
     """The check of samples; before the first and after the last the arm has the velocities ``ends``, shape (2, n_dof)."""
     steps = period * np.arange(1.0, 4.0)[:, None]
     q = np.concatenate([samples.q[0] - steps[::-1] * ends[0], samples.q, samples.q[-1] + steps * ends[1]])
+    size = max(1.0, float(np.abs(q).max()), float(samples.t[-1] * np.abs(np.diff(q, axis=0)).max() / period))
     within, worst = True, (-1.0, "", "", 0.0, 0.0, 0.0)
     differences = q
     for order, quantity in enumerate(_QUANTITIES, start=1):
@@ -78,7 +79,7 @@ def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence
         if most is None:
             continue
         values = np.abs(differences)
-        rounding = _ROUNDING * (2.0 / period) ** order * max(1.0, float(np.abs(q).max()))
+        rounding = _ROUNDING * (2.0 / period) ** order * size
         within &= bool((values <= most + rounding).all())
         with np.errstate(divide="ignore", invalid="ignore"):
             shares = np.where(values > rounding, values / most, 0.0)

@@ -84,7 +84,7 @@ def replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFr
     Raises:
         InputError: No way into the path is free.
     """
-    found = _replaced(timed, path, at, limits, is_free)
+    found = _replaced(timed, path if len(path) > 1 else np.repeat(path, 2, axis=0), at, limits, is_free)
     if found is None:
         raise InputError(
             "plan",
@@ -101,10 +101,11 @@ def _replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsF
             return _replaced(timed.first, path, at, limits, is_free)
         then = _replaced(timed.then, path, at - timed.first.duration, limits, is_free)
         return None if then is None else Continued(timed.first, then)
-    if isinstance(timed, Averaged) or not timed.limits_jerk:
+    if isinstance(timed, Averaged) or limits.jerk is None:
         return _turned(timed, path, at, limits, is_free)
     k = int(np.searchsorted(timed.rests, at + _AT_STOP, side="right")) - 1
-    before, begin = _from_rest_to_rest(timed, 0, k) if k else None, float(timed.rests[k])
+    begin = float(timed.rests[k])
+    before = _from_rest_to_rest(timed, 0, k) if begin else None
     if at <= begin + _AT_STOP:
         then = _from_rest(timed.at(np.array(begin)).q, path, limits, is_free)
     else:

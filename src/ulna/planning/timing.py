@@ -14,7 +14,7 @@ from ulna.planning.blend import CHORDS, Grid
 Array = NDArray[np.float64]
 INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
 LEAST_INTERVALS = 8
-MANY_PIECES = 200  # of so many each has fewer intervals
+_MOST_INTERVALS = 4000  # with more pieces than an eighth of these, each has fewer of its own
 N_PHASES = 7  # of constant jerk, of a line from rest to rest
 _NO_LIMIT = 1e300
 _ROUNDED = 1 + 1e-8  # of (ds/dt)^2 at the ends, which is measured
@@ -124,7 +124,8 @@ def grid_of(pieces: Grid) -> Grid:
     """Lines and parabolas divided into shorter intervals."""
     n, lengths = len(pieces.steps), pieces.steps
     few = np.where(pieces.bends.any(axis=1), CHORDS, 1)  # those of a parabola are the chords along which it was certified
-    counts = np.maximum(LEAST_INTERVALS if n <= MANY_PIECES else few, np.ceil(INTERVALS * lengths / lengths.sum()))
+    least = np.maximum(few, min(LEAST_INTERVALS, _MOST_INTERVALS // n))
+    counts = np.maximum(least, np.ceil(INTERVALS * lengths / lengths.sum()))
     counts = counts.astype(np.int64)
     first = np.concatenate([[0], np.cumsum(counts)])
     steps = np.repeat(lengths / counts, counts)

@@ -23,6 +23,7 @@ from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.motion_limits import LARGEST, as_limits
+from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
 
 Array = NDArray[np.float64]
@@ -105,6 +106,7 @@ class Servo:
         self._wider, self._moving = np.zeros(2), np.empty((0, layout.MOVING_WIDTH))
         self._too_fast: str | None = None
         self._ticks, self._worst = 0, 0.0
+        self._before: tuple[Array, NDArray[np.int64], Array] | None = None  # of the last step
 
     @property
     def q(self) -> Array:
@@ -115,6 +117,26 @@ class Servo:
     def qd(self) -> Array:
         """The joint velocities of the last command [rad/s or m/s], shape (n_dof,)."""
         return self._state[layout.QD].copy()
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Those of the entries of q."""
+        return tuple(self._names)
+
+    @property
+    def rate(self) -> float:
+        """Ticks a second [Hz]."""
+        return float(1.0 / self._settings[0])
+
+    @property
+    def limits(self) -> Limits:
+        """The greatest velocity and acceleration of each joint; none of jerk."""
+        return Limits(self._limits[layout.SPEED].copy(), self._limits[layout.ACCELERATION].copy())
+
+    @property
+    def tracking_error(self) -> Array:
+        """How far each joint may be from its command [rad or m], shape (n_dof,)."""
+        return self._limits[layout.ASIDE].copy()
 
     @property
     def ticks(self) -> int:
@@ -209,6 +231,7 @@ class Servo:
             mode, goal[:] = layout.POSITION, as_configuration(q, self._tree, "q")
         elif velocity is not None:
             mode, goal[:] = layout.VELOCITY, as_configuration(velocity, self._tree, "velocity")
+        self._before = self._state.copy(), self._counters.copy(), self._moving.copy()
         self._run(mode if off < 0 else layout.REST, goal)
         if off >= 0:
             self._report[layout.STATUS], self._report[layout.ENTRY] = layout.OFF_COMMAND, off
@@ -216,6 +239,14 @@ class Servo:
         command = self._command()
         self._ticks, self._worst = self._ticks + 1, max(self._worst, perf_counter() - began)
         return command
+
+    def undo(self) -> None:
+        """Take back the last step, once: the state is as it was, and ``step()`` brakes from there."""
+        if self._before is not None:
+            (self._state[:], self._counters[:], moving), self._before = self._before, None
+            self._ticks -= 1
+            if moving.shape == self._moving.shape:
+                self._moving[:] = moving
 
     def _entry_off(self, measured: ArrayLike) -> int:
         """The entry of q that was measured farthest off the last command, beyond what is certified; -1 if none was."""

@@ -61,18 +61,13 @@ def change_from(times, lows, highs, j, first, last, i, window):
 
 
 @kernel
-def write_bounds_of_acceleration(times, slopes, bends, steps, speeds, rates, lows, highs):
-    """Write the least and the greatest of q'' = q_s u + q_ss v^2 in each interval: between its ends it is linear in s.
+def bounds_of_acceleration(slope, bend, step, early, late, rate):
+    """The least and the greatest of q'' = q_s u + q_ss v^2 in an interval: between its ends it is linear in s.
 
-    slopes: q_s at the start of each interval, bends: q_ss, shape (N, n_dof); steps: ds; speeds: v at the start, rates: u, (N,).
+    slope: q_s at its start; bend: q_ss; step: ds; early, late: v at its ends; rate: u.
     """
-    for i in range(steps.shape[0]):
-        rate, early = rates[i], speeds[i]
-        late = early + rate * (times[i + 1] - times[i])
-        for j in range(slopes.shape[1]):
-            slope, bend = slopes[i, j], bends[i, j]
-            first, last = slope * rate + bend * early * early, (slope + steps[i] * bend) * rate + bend * late * late
-            lows[i, j], highs[i, j] = min(first, last), max(first, last)
+    first, last = slope * rate + bend * early * early, (slope + step * bend) * rate + bend * late * late
+    return min(first, last), max(first, last)
 
 
 @kernel

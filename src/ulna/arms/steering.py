@@ -1,0 +1,91 @@
+"""Steers an arm by a servo: what is refused, and the command of each period."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.arms.arm import ArmModel
+from ulna.arms.commands import PERIOD
+from ulna.errors import InputError
+from ulna.planning.motion_limits import limits_of
+from ulna.servo.servo import Servo
+
+Array = NDArray[np.float64]
+Goal = Callable[[float, Array], Mapping[str, Any] | None]
+"""Of the time [s] and the measured q, shape (n_dof,): what ``Servo.step`` is given, as {"pose": T}; None to come to rest."""
+
+
+class Steering:
+    """A servo at the controller's rate, within the limits of an arm.
+
+    A tick has a constant acceleration, so that its jerk by differences is at most twice the acceleration by the period. The
+    velocity that an arm allows may depend on its position. A tick for the goal is taken only if the arm can come to rest within
+    that after it; else the servo brakes.
+
+    Attributes:
+        ended: Whether it came to rest after the goal's end.
+    """
+
+    def __init__(self, servo: Servo, model: ArmModel, goal: Goal) -> None:
+        """Refuse a servo whose commands the arm would not take.
+
+        Raises:
+            InputError: It is none, or of other joints, or has another rate, or its velocities or accelerations are too high.
+        """
+        if not isinstance(servo, Servo):
+            raise InputError("servo", f"{type(servo).__name__}; one that robot.servo(acceleration=...) returns is expected")
+        if len(servo.joint_names) != model.n_dof:
+            raise InputError("servo", f"it moves {len(servo.joint_names)} joints, and the {model.name} has {model.n_dof}")
+        if abs(servo.rate * PERIOD - 1.0) > 1e-9:
+            raise InputError("servo", f"it has {servo.rate:g} ticks a second, and the {model.name} takes {1 / PERIOD:g}")
+        arm, (velocity, acceleration, _) = limits_of(model.limits, servo.joint_names), servo.limits
+        most = np.inf if arm.acceleration is None else arm.acceleration
+        most = np.minimum(most, np.inf if arm.jerk is None else 0.5 * PERIOD * arm.jerk)
+        for name, values, allowed in (("velocity", velocity, arm.velocity), ("acceleration", acceleration, most)):
+            over = np.flatnonzero(values > allowed)
+            if len(over):
+                j, why = int(over[0]), " by the limit of jerk" * (name == "acceleration")
+                raise InputError(
+                    "servo", f"its {name} of {servo.joint_names[j]} is {values[j]:.4g}, and at most "
+                    f"{np.broadcast_to(allowed, values.shape)[j]:.4g} is allowed{why}; give robot.servo {name}=",
+                )  # fmt: skip
+        self._servo, self._goal, self._ends, self._model = servo, goal, arm.near_ends, model
+        self._tracked, self._ticks, self._leaving, self.ended = bool(servo.tracking_error.any()), 0, False, False
+
+    def begin(self, q: Array) -> None:
+        """Begin at rest at q.
+
+        Raises:
+            InputError: The servo cannot start there.
+        """
+        self._servo.start(q)
+
+    def step(self, measured: Array) -> Array:
+        """The next command, shape (n_dof,). A goal that raises brings nothing to rest: the driver does."""
+        given = None if self._leaving else self._goal(self._ticks * PERIOD, measured)
+        self._leaving = given is None
+        where = measured if self._tracked else None
+        command = self._servo.step(**(given or {}), measured=where)
+        if given and not self._can_stop(command.q, command.qd):
+            self._servo.undo()
+            command = self._servo.step(measured=where)
+        self._ticks += 1
+        self.ended = self._leaving and not command.qd.any()
+        return command.q
+
+    def _can_stop(self, q: Array, qd: Array) -> bool:
+        """Whether the stop from there is within the arm's limits of position, and of velocity near these."""
+        stop = (np.abs(qd) / self._servo.limits.acceleration).max() + 2 * PERIOD  # all joints come to rest together
+        speeds = np.abs(qd)
+        ends = q + 0.5 * stop * qd
+        if ((ends > self._model.upper) | (ends < self._model.lower)).any():
+            return False
+        if self._ends is None:
+            return True
+        offset, rate, lower, upper = self._ends.T
+        left = np.maximum(np.where(qd > 0.0, upper - ends, ends - lower), 0.0)
+        return not ((speeds > 0.0) & ((speeds + offset) ** 2 > rate * left)).any()
