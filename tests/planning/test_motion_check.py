@@ -155,7 +155,7 @@ def test_franka_is_the_fr3_where_the_joints_are_called_so(panda):
 def test_a_motion_of_many_points_takes_as_long_for_each_as_one_of_few_and_keeps_its_limits_for_minutes(panda):
     points = panda.home + 0.2 * np.random.default_rng(0).normal(size=(500, 7))
     few, many = (panda.trajectory(points[:n], limits="franka") for n in (50, 500))
-    assert many.duration < 10.5 * few.duration
+    assert many.duration < 12.0 * few.duration
     assert many.duration > 100.0
     assert many.check()
     assert not many.check(acceleration=7.4)
