@@ -52,7 +52,7 @@ def test_every_command_of_a_hundred_plans_is_accepted(fr3, problems):
         assert violation(record.commanded) is None
         speeds.append(speed)
     assert len(speeds) == PLANS
-    assert np.mean(np.array(speeds) == 1.0) > 0.5
+    assert np.mean(np.array(speeds) == 1.0) > 0.4
 
 
 def test_motions_without_limits_of_jerk_are_refused_and_most_are_aborted(fr3, problems):
