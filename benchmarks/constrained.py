@@ -6,6 +6,8 @@ thread's for the whole call, the least of several. With ``--ompl`` OMPL's three 
 
 A path is judged at 64 times 32 samples a radian: the constraint by Pinocchio, contacts by the overlap test, and with ``--coal``
 by Coal where the path comes nearest to an object. "of any" is the share of those problems that were solved by anyone here.
+Ulna's checks are edges; OMPL's are configurations, and functions are how often it computed the constraint or its Jacobian. Its
+limit is one of wall time.
 """
 
 import argparse
@@ -67,6 +69,7 @@ def summary(rows: list[dict]) -> list[dict]:
                 "constraint": kind, "who": who, "problems": len(own), "solved": len(solved),
                 "of_any": f"{100 * len(solved) / max(1, len(solvable)):.1f} %", "median_ms": float(np.median(ms)),
                 "95_%_ms": float(np.quantile(ms, 0.95)), "checks": float(np.median([row["checks"] for row in own])),
+                "functions": float(np.median([row.get("functions", 0) for row in own])),
                 "beyond": f"{sum(row['used'] > 1.0 for row in judged)} of {len(judged)}",
                 "touching": sum(row["touches"] for row in judged),
                 "most_used": max([row["used"] for row in judged], default=np.nan),

@@ -50,7 +50,7 @@ def _of_more(
     link, T = next(iter(targets.items()))
     ways = [(targets, request)]
     if T.ndim == 3:
-        for keep in (keep for keep in keeps if keep.link == link):
+        for keep in (each for each in keeps if each.link == link and each.relative_to is None and not each.towards):
             found = [turned_onto(keep, pose, as_task(request.task)) for pose in T]
             if all(each is not None for each in found):
                 poses, tasks = zip(*found, strict=True)

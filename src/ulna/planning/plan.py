@@ -235,7 +235,8 @@ class Plan:
         """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).
 
         AORRTC: Wilson, Thomason, Kingston and Gammell (RA-L 2025). Each search has new trees and other samples; what it finds is
-        shortened, and its length bounds the next search.
+        shortened, and its length bounds the next search. With constraints each is a search as of the plan, along them, where a
+        shorter path may pass.
 
         The length goes towards the least one as ``max_checks`` grows. The same calls give the same bits.
 
