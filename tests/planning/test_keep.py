@@ -312,3 +312,14 @@ def test_a_goal_that_another_link_has_to_keep_is_looked_for_among_more_configura
     off = panda.forward_kinematics(plan.at(np.linspace(0, 1, 5001)), link="panda_link4")[:, :3, 3] - elbow[:3, 3]
     assert np.abs(off @ elbow[:3, :3]).max() <= 0.01
     assert not np.allclose(goal, T)
+
+
+def test_a_plan_is_improved_along_a_tight_constraint(panda, world):
+    left, right, _ = plans(panda)
+    keep = ulna.Keep.upright(within=np.radians(0.5))
+    plan = panda.plan(left, right, world, keep=keep, seed=3)
+    shorter = plan.improve(20_000)
+    assert shorter.length < 0.9 * plan.length
+    assert shorter.certified
+    path = panda.forward_kinematics(shorter.at(np.linspace(0, 1, 20001)))
+    assert shares(keep, panda.forward_kinematics(left), path).max() <= 1

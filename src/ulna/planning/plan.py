@@ -270,6 +270,8 @@ class Plan:
         space, edges = motion.space, motion.edges(certify=certify)
         straight = space.lengths(space.shortest_way(goals - start)).min()
         most, budget = effort.checks + max_checks, _FIRST_CHECKS
+        if motion.keeps is not None:
+            budget = max(budget, effort.checks)  # along constraints there are many edges to a path
         while effort.checks < most:
             length = space.lengths(np.diff(path, axis=0)).sum()
             bound = length * (1.0 - _WORTH)
