@@ -1,6 +1,8 @@
 """Motions that keep a constraint: what is certified holds at all times, judged by dense samples and a slow twin."""
 
+import _thread
 import pickle
+import threading
 
 import numpy as np
 import pytest
@@ -323,3 +325,15 @@ def test_a_plan_is_improved_along_a_tight_constraint(panda, world):
     assert shorter.certified
     path = panda.forward_kinematics(shorter.at(np.linspace(0, 1, 20001)))
     assert shares(keep, panda.forward_kinematics(left), path).max() <= 1
+
+
+def test_a_long_search_along_a_constraint_is_ended_by_an_interrupt(panda):
+    left, right = turned_about_the_base(panda)
+    walls = ulna.World()
+    for name, x in (("in front", 2.2), ("behind", -2.2)):
+        walls.add(name, ulna.Box((4, 0.02, 4)), ulna.pose((x, 0, 0)))
+    timer = threading.Timer(0.5, _thread.interrupt_main)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        panda.plan(left, right, walls, keep=ulna.Keep.upright(0.1), max_checks=10**15, time_limit=60)
+    timer.join()
