@@ -32,6 +32,7 @@ GAIN = RATE / 4  # [1/s]: of the loop around ``differential_ik``, that of the se
 FASTEST = 1.0  # [m/s and rad/s], on the direct way
 PATIENCE = 5_000  # ticks, to a target
 NEAR_ENOUGH = 1e-3, 1e-2  # [m], [rad]
+STRAIGHT = 5e-3, 2e-2  # [m], [rad]: how far from the straight way the hand is that went it
 REST = 2_000  # ticks that may pass until the arm rests
 ESCAPE, MOVED = 100, 1e-3  # ticks away from a rest, and how far an entry of q has to have moved then [rad]
 TWO_ARMS_APART = 0.6  # [m]
@@ -229,41 +230,62 @@ def by_poses(robot: ulna.Robot, q: Array, targets: Array) -> Array:
 
 
 def reaching_row(name: str, targets: int) -> dict:
-    """Of targets that a straight way of the hand reaches, 20 mm from everything, how many a servo reaches among the objects."""
-    robot, reached, ticks, tried, seed = arm(name), 0, [], 0, 0
+    """Of targets that the direct way reaches, 20 mm from everything, how many a servo reaches among the objects.
+
+    And of those to which the hand went straight: where joints are at their limits it does not.
+    """
+    robot, ticks, tried, straight, straight_reached, seed = arm(name), [], 0, 0, 0, 0
     while tried < targets:
         world = scene(robot, OBJECTS, seed)
-        for start, goal in islice(direct(robot, world, max(20, targets // 5), seed), targets - tried):
+        for start, goal, is_straight in islice(direct(robot, world, max(20, targets // 5), seed), targets - tried):
             servo, T = robot.servo(world, acceleration=ACCELERATION, clearance=CLEARANCE), robot.forward_kinematics(goal)
             servo.start(start)
-            tried += 1
+            tried, straight = tried + 1, straight + is_straight
             for k in range(PATIENCE):
                 if is_reached(robot.forward_kinematics(servo.step(pose=T).q), T):
-                    reached += 1
+                    straight_reached += is_straight
                     ticks.append(k + 1)
                     break
         seed += 1
-    seconds = float(np.median(ticks)) / RATE
-    return {"arm": name, "scenes": seed, "targets": tried, "reached_percent": 100 * reached / tried, "seconds_median": seconds}
+    shares = {
+        "reached_percent": 100 * len(ticks) / tried,
+        "straight": straight,
+        "of_straight_percent": 100 * straight_reached / straight,
+    }
+    return {"arm": name, "scenes": seed, "targets": tried} | shares | {"seconds_median": float(np.median(ticks)) / RATE}
 
 
-def direct(robot: ulna.Robot, world: ulna.World, n: int, seed: int) -> Iterator[tuple[Array, Array]]:
-    """Starts and goals of n between which the straight way of the hand, by ``differential_ik``, is free, with 20 mm to spare."""
+def direct(robot: ulna.Robot, world: ulna.World, n: int, seed: int) -> Iterator[tuple[Array, Array, bool]]:
+    """Starts and goals of n between which the direct way of the hand, by ``differential_ik``, is free, with 20 mm to spare.
+
+    And whether the hand goes straight on it.
+    """
     q = robot.random(20 * n, seed=seed)
     q = q[robot.signed_distance(q, world) > SPARE][: 2 * n]
     starts, goals = np.split(q[: len(q) // 2 * 2], 2)
     targets, q, path = robot.forward_kinematics(goals), starts, [starts]
+    first, off = towards(robot.forward_kinematics(q), targets, 1.0), np.zeros((len(starts), 2))
     for k in range(PATIENCE):
-        twist = towards(robot.forward_kinematics(q), targets, GAIN, FASTEST)
+        T = robot.forward_kinematics(q)
+        off = np.maximum(off, beside(towards(T, targets, 1.0), first))
+        twist = towards(T, targets, GAIN, FASTEST)
         q = q + robot.differential_ik(q, twist, 1 / RATE, threads=1) / RATE
         if k % 2 == 0:
             path.append(q)
     there = np.array([is_reached(T, target) for T, target in zip(robot.forward_kinematics(q), targets, strict=True)])
     ways = np.moveaxis(np.array(path), 0, 1)
-    for start, goal, way in zip(starts[there], goals[there], ways[there], strict=True):
+    straight = (off < STRAIGHT).all(axis=1)
+    for start, goal, way, is_straight in zip(starts[there], goals[there], ways[there], straight[there], strict=True):
         moves = np.flatnonzero(np.abs(np.diff(way, axis=0)).max(axis=1) > 1e-9)
         if robot.signed_distance(way[: moves.max(initial=0) + 2], world, threads=1).min() > SPARE:
-            yield start, goal
+            yield start, goal, bool(is_straight)
+
+
+def beside(twist: Array, first: Array) -> Array:
+    """How far what is left of a way is beside what was left at first: displacement [m] and turn [rad], shape (n, 2)."""
+    parts, wholes = twist.reshape(-1, 2, 3), first.reshape(-1, 2, 3)
+    along = wholes / np.maximum(np.linalg.norm(wholes, axis=-1, keepdims=True), 1e-300)
+    return np.linalg.norm(np.cross(parts, along), axis=-1)
 
 
 def is_reached(T: Array, target: Array) -> bool:

@@ -9,6 +9,7 @@ import pytest
 
 import ulna
 from servo_judge import boxes, hostile, judge, mixed
+from ulna.drivers import servo as driver
 
 ACCELERATION = 10.0
 WORLDS = {"boxes": lambda: boxes(10, 1), "other boxes": lambda: boxes(10, 2), "mixed": mixed, "none": lambda: None}
@@ -378,3 +379,33 @@ def test_a_joint_whose_description_allows_no_velocity_is_named():
     slide = f'<joint name="lift" type="prismatic"><parent link="base"/><child link="cube"/><axis xyz="0 0 1"/>{limit}</joint>'
     with pytest.raises(ulna.InputError, match="robot: its description allows lift a velocity of 0"):
         ulna.load(f'<robot name="lift">{solid}{slide}</robot>').servo(acceleration=1.0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_hull_comes_as_near_as_any_shape(seed):
+    """A search for a lower bound that ends early may find a bound far below the distance: the arm would rest far away."""
+    rng, least = np.random.default_rng(seed), 0.012
+    limit = '<limit lower="-2" upper="2" velocity="1" effort="1"/>'
+    slide = f'<joint name="slide" type="prismatic"><parent link="base"/><child link="cart"/><axis xyz="1 0 0"/>{limit}</joint>'
+    ball = '<link name="base"/><link name="cart"><collision><geometry><sphere radius="0.01"/></geometry></collision></link>'
+    robot = ulna.load(f'<robot name="slider">{ball}{slide}</robot>')
+    robot = robot.with_attached("hull", ulna.ConvexMesh(0.2 * rng.normal(size=(12, 3))), np.eye(4), link="cart")
+    world = ulna.World()
+    world.add("wall", ulna.Box((0.3, 1.0, 1.0)), ulna.pose((1.2, 0.1, 0.0), rng.uniform(-3, 3, 3)))
+    servo = robot.servo(world, acceleration=ACCELERATION)
+    servo.start([-1.0])
+    command = run(servo, 4000, velocity=[0.6])
+    assert least - 1e-6 <= robot.signed_distance(command.q, world) < least + 1e-3
+
+
+def test_a_tick_tries_few_shares_and_the_next_one_the_others():
+    """Whichever share is the only free one, it is found within three ticks; and a greater one is tried after each success."""
+    for only in range(len(driver.SHARES)):
+        for begin in range(len(driver.SHARES) - driver.TRIES + 1):
+            first, ticks = begin, 1
+            while only not in range(first, first + driver.TRIES):
+                first, ticks = driver.next_share(first, -1), ticks + 1
+            assert ticks <= 3
+            first = driver.next_share(first, only)
+            assert max(only - 1, 0) in range(first, first + driver.TRIES)
+            assert only in range(first, first + driver.TRIES)

@@ -8,7 +8,7 @@ The state is a position q, a velocity, and a certified stop: a straight line fro
    nearer than the clearance and RESERVE, nor much nearer in one tick. No row excludes a velocity that is known to be in the
    box, so that there is always a solution;
 3. certifies the curve of the tick and the stop after it, both with ROOM beside them, for x, and then for smaller shares of the
-   way from the certified stop's velocity to x;
+   way from the certified stop's velocity to x: TRIES of them, and the others in the next tick, so that no tick takes long;
 4. tries, if none of them is free, without that room and with half the clearance, and takes what leads by a short way, HOP, to a
    place that is farther from everything;
 5. goes on with the certified stop otherwise.
@@ -36,7 +36,7 @@ from ulna.drivers.contacts import near_of
 from ulna.drivers.continuous import edge_is_free, interval_work
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TABLE, WHOLE
-from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding
+from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding, write_motion
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
@@ -62,6 +62,7 @@ RESERVE = 2e-3  # [m]: how much farther than the clearance the quadratic program
 WITHIN = 0.05  # [m]: beyond the clearance; pairs farther away have no row
 EASE = 0.05  # [s]: the time constant of the approach to the reserve
 SHARES = (1.0, 0.5, 0.25, 0.125)
+TRIES = 2  # of these in a tick
 NARROW_SHARES = (1.0, 0.125)
 SMALLEST_SHARES = (1.0 / 64, 1.0 / 512)  # tried too where nothing is certified: very near an object only short ways are free
 GRAZE = 1e-6  # [m]: what is no farther apart is in contact
@@ -366,12 +367,14 @@ def keep_reserve(tick, count, ticks, h_rows, f_rows):
 @kernel
 def certified_share(tick, certified, least, time):
     """Steps 3 and 4: accept the largest share that is certified, and return it; 0 if no share is."""
-    clearance = tick.settings[layout.CLEARANCE]
+    clearance, first = tick.settings[layout.CLEARANCE], tick.counters[layout.NEXT_SHARE]
     if certified:
-        for share in SHARES:
-            if is_candidate(tick, share, 1.0, clearance):
+        for i in range(first, first + TRIES):
+            if is_candidate(tick, SHARES[i], 1.0, clearance):
+                tick.counters[layout.NEXT_SHARE] = next_share(first, i)
                 accept(tick)
-                return share
+                return SHARES[i]
+        tick.counters[layout.NEXT_SHARE] = next_share(first, -1)
     for share in NARROW_SHARES:
         if is_outward(tick, share, _LEAVING * clearance if certified else 0.0, least, time):
             accept(tick)
@@ -382,6 +385,14 @@ def certified_share(tick, certified, least, time):
                 accept(tick)
                 return share
     return 0.0
+
+
+@kernel
+def next_share(first, found):
+    """Which of SHARES the next tick tries first: the one above that which was found; after none the others, then all again."""
+    if found < 0:
+        return TRIES if first == 0 else 0
+    return min(max(found - 1, 0), len(SHARES) - TRIES)
 
 
 @routine
@@ -409,14 +420,18 @@ def is_candidate(tick, share, room, margin):
         points[4, j] = limits[layout.ASIDE, j] + room * limits[layout.ROOM, j]
         aside = 0.125 * h * abs(tick.tried[j] - state[layout.QD, j]) * (1.0 + 1e-9)  # a parabola beside its chord
         points[3, j] = points[4, j] + aside
+    if room == 0.0 and longest_way(tick, points[0], points[1]) + longest_way(tick, points[1], points[2]) > HOP:
+        return False
     if not is_free(tick, points[0], points[1], points[3], margin, h):
         return False
-    way = fastest_ball(tick.scene.joints, tick.carried)
-    if ticks > 0:
-        if not is_free(tick, points[1], points[2], points[4], margin, (1 + ticks) * h):
-            return False
-        way += fastest_ball(tick.scene.joints, tick.carried)
-    return room > 0.0 or way <= HOP
+    return ticks == 0 or is_free(tick, points[1], points[2], points[4], margin, (1 + ticks) * h)
+
+
+@kernel
+def longest_way(tick, q_a, q_b):
+    """A bound on the way of any point of the robot along a line [m]."""
+    write_motion(tick.scene.joints, q_a, q_b, tick.points[4], tick.carried)
+    return fastest_ball(tick.scene.joints, tick.carried)
 
 
 @kernel

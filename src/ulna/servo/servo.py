@@ -173,6 +173,7 @@ class Servo:
         if (np.abs(goal[n:]) > self._limits[layout.SPEED]).any():
             raise InputError("qd", "faster than the limits of velocity")
         before, counters = self._state.copy(), self._counters.copy()
+        self._counters[layout.NEXT_SHARE] = 0
         self._run(layout.START, goal)
         status = int(self._report[layout.STATUS])
         if status == layout.REFUSED and lead_out:

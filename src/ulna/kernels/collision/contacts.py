@@ -26,6 +26,7 @@ from ulna.kernels.collision.collision_layout import (
 from ulna.kernels.collision.posed_pair import (
     BALLS,
     ball_distance,
+    gap_is_searched,
     half_extents,
     may_touch,
     rows_contact,
@@ -89,7 +90,8 @@ def find_near_pairs(scene, clearance, apart, within, near, excess):
 
     within: how much farther apart they are at most [m] than they have to be: objects by the clearance, links not at all. excess:
     None; or shape (room + 1,), and then only the nearest pairs are kept: by how much each is farther apart than it has to be, by
-    the lower bound of its distance that certificates compute, and last the least of all pairs, by their distance.
+    the lower bound of its distance that certificates compute, where these need it, and last the least of all pairs, by their
+    distance.
     """
     bodies, count = scene.bodies, 0
     for k in range(bodies.shape[0]):
@@ -160,7 +162,9 @@ def add_nearest_pair(scene, i, j, clearance, apart, within, near, excess, count)
     write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, room)
     distance = near.contact_rows[room, DISTANCE]
     excess[room] = min(excess[room], distance - clearance)
-    of_pair = (min(gap, distance) if distance > 0.0 else distance) - clearance
+    if distance <= 0.0 or gap_is_searched(bodies, scene.vertices, i, others, points, row):
+        gap = distance
+    of_pair = min(gap, distance) - clearance
     if distance - clearance >= within or of_pair >= farthest:
         return count
     write_pair(i, j, number, near, slot)

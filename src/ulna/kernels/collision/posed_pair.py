@@ -10,7 +10,7 @@ from ulna.kernels.chain.poses import frame_pose, tree_poses
 from ulna.kernels.collision.collision_layout import BALL_ROW, CHILD, FIRST_BALL, NODE_ROWS, PAIR_BODY, PAIR_OBJECT
 from ulna.kernels.distance.box_distance import box_pair
 from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
-from ulna.kernels.distance.pairs import body_of, pair_distance, pair_gap, pair_overlap
+from ulna.kernels.distance.pairs import body_of, is_searched, pair_distance, pair_gap, pair_overlap
 from ulna.kernels.layout import BOX, CONTACT, HALF_EXTENTS, OBJECT, REACH, SHAPE, TOUCH_SET
 from ulna.kernels.spatial.se3 import constant_pose, store_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin
@@ -62,6 +62,15 @@ def rows_gap(bodies, vertices, i, a, others, points, j, b, reach, rounding):
     if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
         return certain_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]), rounding)
     return pair_gap(body_of(bodies, vertices, i, a), body_of(others, points, j, b), reach, rounding)
+
+
+@kernel
+def gap_is_searched(bodies, vertices, i, others, points, j):
+    """Whether ``rows_gap`` is a search, which finds the distance itself if reach is less than that; else it may be below it."""
+    if vertices is None or points is None:
+        return False
+    kind, other = int(bodies[i, SHAPE]), int(others[j, SHAPE])
+    return is_searched(min(kind, other), max(kind, other))
 
 
 @kernel

@@ -18,10 +18,10 @@ TICK, CLEARANCE, DAMPING, PULL = 0, 1, 2, 3
 # position where it begins, and where it ends.
 Q, QD, QDD, RATE, FROM, TO = 0, 1, 2, 3, 4, 5
 N_STATE = 6
-# Whole numbers of the state: how many ticks the stop takes, how many of these are over, whether it is certified now, and how many
-# pairs are in contact, which is only counted where it is not.
-TICKS, DONE, CERTIFIED, TOUCHING = 0, 1, 2, 3
-N_COUNTERS = 4
+# Whole numbers of the state: how many ticks the stop takes, how many of these are over, whether it is certified now, how many
+# pairs are in contact, which is only counted where it is not, and which share of a motion is tried first.
+TICKS, DONE, CERTIFIED, TOUCHING, NEXT_SHARE = 0, 1, 2, 3, 4
+N_COUNTERS = 5
 # An object that may move by itself: its number, its greatest speed [m/s], how long ago it was said where it is [s], and 1 if it
 # is in the BVH.
 NUMBER, FASTEST, AGO, IN_TREE = 0, 1, 2, 3
