@@ -274,7 +274,7 @@ def direct(robot: ulna.Robot, world: ulna.World, n: int, seed: int) -> Iterator[
             path.append(q)
     there = np.array([is_reached(T, target) for T, target in zip(robot.forward_kinematics(q), targets, strict=True)])
     ways = np.moveaxis(np.array(path), 0, 1)
-    straight = (off < STRAIGHT).all(axis=1)
+    straight = np.all(off < np.array(STRAIGHT), axis=1)
     for start, goal, way, is_straight in zip(starts[there], goals[there], ways[there], straight[there], strict=True):
         moves = np.flatnonzero(np.abs(np.diff(way, axis=0)).max(axis=1) > 1e-9)
         if robot.signed_distance(way[: moves.max(initial=0) + 2], world, threads=1).min() > SPARE:
