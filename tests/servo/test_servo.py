@@ -3,6 +3,7 @@
 import gc
 import pickle
 import tracemalloc
+from itertools import product
 
 import numpy as np
 import pytest
@@ -108,6 +109,28 @@ def test_it_reaches_a_pose_without_overshoot(panda):
     errors = [np.abs(panda.forward_kinematics(servo.step(pose=target).q) - target).max() for _ in range(3000)]
     assert errors[-1] < 1e-6
     assert max(np.diff(errors)) < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_it_comes_to_rest_as_near_as_it_can_to_a_pose_out_of_reach(panda, seed):
+    """Near the singularity of a stretched arm a step of the pseudoinverse leads to and fro. At rest no joint leads nearer."""
+    rng, servo = np.random.default_rng(seed), panda.servo(acceleration=10.0)
+    direction = np.abs(rng.normal(size=3))
+    T = ulna.pose(1.5 * direction / np.linalg.norm(direction), rpy=rng.uniform(-3, 3, 3))
+    servo.start(panda.home)
+    run(servo, 30_000, pose=T)
+    command = run(servo, 500, pose=T)
+    assert np.abs(command.qd).max() < 1e-3
+
+    def squares(q):
+        end = panda.forward_kinematics(q)
+        angle = np.arccos((np.trace(end[:3, :3].T @ T[:3, :3]) - 1) / 2)
+        return ((end[:3, 3] - T[:3, 3]) ** 2).sum() + angle**2
+
+    at = squares(command.q)
+    for j, step in product(range(7), (1e-3, -1e-3)):
+        q = command.q + step * np.eye(7)[j]
+        assert squares(q) > at - 1e-5 or not panda.lower[j] < q[j] < panda.upper[j]
 
 
 def test_a_twist_moves_the_hand_along_it(panda):

@@ -6,7 +6,8 @@ The state is a position q, a velocity, and a certified stop: a straight line fro
 2. finds the velocity x at the end of the tick that is nearest to what is desired, by a quadratic program (``kernels.servo``).
    Its rows are the box of ``braking`` and one row a near pair: the place where the arm would rest after this tick comes no
    nearer than the clearance and RESERVE, nor much nearer in one tick. No row excludes a velocity that is known to be in the
-   box, so that there is always a solution;
+   box, so that there is always a solution. Of the way from the certified stop's velocity to x it keeps the share after which
+   the arm would not rest farther from the poses it is sent to than after the certified stop;
 3. certifies the curve of the tick and the stop after it, both with ROOM beside them, for x, and then for smaller shares of the
    way from the certified stop's velocity to x: TRIES of them, and the others in the next tick, so that no tick takes long;
 4. tries, if none of them is free, without that room and with half the clearance, and takes what leads by a short way, HOP, to a
@@ -52,7 +53,7 @@ from ulna.kernels.servo.braking import (
     write_velocity_box,
     write_way,
 )
-from ulna.kernels.servo.desired_motion import SMALL, missed, write_objective
+from ulna.kernels.servo.desired_motion import SMALL, missed, pose_squares, write_objective
 from ulna.kernels.servo.quadratic_program import minimise
 from ulna.kernels.spatial.elementary import all_in_range
 
@@ -62,6 +63,7 @@ RESERVE = 2e-3  # [m]: how much farther than the clearance the quadratic program
 WITHIN = 0.05  # [m]: beyond the clearance; pairs farther away have no row
 EASE = 0.05  # [s]: the time constant of the approach to the reserve
 SHARES = (1.0, 0.5, 0.25, 0.125)
+NEARBY = 1e-8  # [m2, rad2]: where the squares of the pose errors are below it, they may grow
 TRIES = 2  # of these in a tick
 NARROW_SHARES = (1.0, 0.125)
 SMALLEST_SHARES = (1.0 / 64, 1.0 / 512)  # tried too where nothing is certified: very near an object only short ways are free
@@ -258,10 +260,11 @@ def advance(tick, mode, chains, goal, work, report):
     k = minimise(objective[0], objective[1], normal_rows, bound_rows, m, tick.x, active_rows, multiplier_rows, work_rows)
     for j in range(n):
         tick.x[j] = min(max(tick.x[j], box_rows[j]), box_rows[n + j])
+    nearer = come_nearer(tick, mode, chains, goal, least)
     miss = missed(mode, goal, objective[2], objective[3], tick.x)
     status = layout.IN_COLLISION
     if counters[layout.TOUCHING] == 0:
-        status = status_of_rows(tick, miss, k, active_rows, multiplier_rows, box_rows, report)
+        status = status_of_rows(tick, nearer, miss, k, active_rows, multiplier_rows, box_rows, report)
     share = certified_share(tick, certified, least, time)
     report[layout.SHARE] = share
     if share == 0.0:
@@ -365,6 +368,33 @@ def keep_reserve(tick, count, ticks, h_rows, f_rows):
 
 
 @kernel
+def come_nearer(tick, mode, chains, goal, least):
+    """Keep the share of the way from the certified stop's velocity to x that leads to rest no farther from poses; return it."""
+    if mode != layout.HANDS or tick.counters[layout.TOUCHING] > 0 or least < RESERVE:
+        return 1.0
+    most, kept = max(pose_squares(chains, goal, tick.state[layout.TO]), NEARBY), 0.0
+    for share in SHARES:
+        if kept == 0.0:
+            try_share(tick, share)
+            ticks = ticks_to_stop(tick.tried, tick.limits, tick.settings[layout.TICK])
+            write_way(tick.tried, tick.state, tick.limits, tick.settings[layout.TICK], ticks, tick.points)
+            if pose_squares(chains, goal, tick.points[2]) <= most:
+                kept = share
+    try_share(tick, kept)
+    for j in range(tick.x.shape[0]):
+        tick.x[j] = tick.tried[j]
+    return kept
+
+
+@kernel
+def try_share(tick, share):
+    """Write the velocity to try: a share of the way from the certified stop's to x."""
+    for j in range(tick.x.shape[0]):
+        stop = stop_velocity(tick.state, tick.counters, j)
+        tick.tried[j] = tick.x[j] if share == 1.0 else stop + share * (tick.x[j] - stop)
+
+
+@kernel
 def certified_share(tick, certified, least, time):
     """Steps 3 and 4: accept the largest share that is certified, and return it; 0 if no share is."""
     clearance, first = tick.settings[layout.CLEARANCE], tick.counters[layout.NEXT_SHARE]
@@ -406,9 +436,8 @@ def is_candidate(tick, share, room, margin):
     """Whether a share of the way from the certified stop's velocity to x is within all limits and certified."""
     state, limits, settings, points = tick.state, tick.limits, tick.settings, tick.points
     n, h, still = tick.x.shape[0], settings[layout.TICK], True
+    try_share(tick, share)
     for j in range(n):
-        stop = stop_velocity(state, tick.counters, j)
-        tick.tried[j] = tick.x[j] if share == 1.0 else stop + share * (tick.x[j] - stop)
         change = limits[layout.ACCELERATION, j] * h
         still = still and abs(tick.tried[j]) <= _STILL * change and abs(state[layout.QD, j]) <= change
     if still:
@@ -445,7 +474,7 @@ def accept(tick):
 
 
 @kernel
-def status_of_rows(tick, miss, k, active_rows, multiplier_rows, box_rows, report):
+def status_of_rows(tick, nearer, miss, k, active_rows, multiplier_rows, box_rows, report):
     """What limits the velocity found: the active row of the greatest multiplier, which goes to the report."""
     if miss <= _SAME:
         return layout.FOLLOWING
@@ -453,7 +482,7 @@ def status_of_rows(tick, miss, k, active_rows, multiplier_rows, box_rows, report
     for a in range(k):
         if multiplier_rows[a] > most:
             most, row = multiplier_rows[a], active_rows[a]
-    if row < 0:
+    if row < 0 or nearer < 1.0:
         return layout.NEAR_SINGULARITY
     if row >= 2 * n:
         write_pair(tick, row - 2 * n, report)

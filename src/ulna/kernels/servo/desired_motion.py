@@ -6,12 +6,17 @@ and near a singularity the damping keeps x short without hiding a way out of it.
 
 A position is approached at the velocity v with v^2 / (2 a) + 4 h v = e, e being what is left and h the tick: far away that is the
 greatest velocity from which a deceleration a stops in time, and near it an exponential approach without overshoot.
+
+J is that of where the arm is, so near a singularity x may lead past the place that is nearest to a pose, and back, without end.
+Therefore no velocity is taken after which the arm would rest farther from the poses than after the certified stop
+(``pose_squares``). From rest a tick moves so little that x always leads nearer, unless there is nothing nearer.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import sqrt
 from ulna.kernels.chain.jacobian import chain_jacobian
-from ulna.kernels.ik.damped_system import add_column, column_dot, load_six, pose_error, solve_damped, store_six
+from ulna.kernels.chain.poses import chain_pose
+from ulna.kernels.ik.damped_system import add_column, column_dot, error_squares, load_six, pose_error, solve_damped, store_six
 from ulna.kernels.layout import IN_BASE
 from ulna.kernels.servo.servo_layout import (
     ACCELERATION,
@@ -120,6 +125,19 @@ def approach_rate(e, limits, settings, jacobian_rows, system_rows, n):
         if abs(way) > 1e-12:
             rate = min(rate, approach(abs(way), limits, settings, j) / abs(way))
     return rate
+
+
+@kernel
+def pose_squares(chains, goal_rows, q_rows):
+    """The sum of c |e|^2 of all hands that are sent to a pose, e being the pose error where the arm is at q."""
+    total = 0.0
+    for i in range(goal_rows.shape[0] // HAND_WIDTH):
+        hand = goal_rows[HAND_WIDTH * i : HAND_WIDTH * (i + 1)]
+        if hand[GIVEN] == POSE:
+            end = chain_pose(chains[int(hand[FIRST]) : int(hand[END])], q_rows)
+            linear, angular = error_squares(pose_error(end, load_pose(hand[GOAL:], 0)))
+            total += hand[WEIGHT] * (linear + angular)
+    return total
 
 
 @kernel
