@@ -6,7 +6,7 @@ from importlib.util import find_spec
 import pytest
 
 # They import ROS, of which no environment has both: tests/demo/ros runs them where it is.
-collect_ignore_glob = [f"src/ulna/demo/ros/{name}.py" for name in ("messages", "ros[12]*", "rviz_video", "screencast")]
+collect_ignore_glob = [f"src/ulna/demo/ros/{name}.py" for name in ("messages", "ros[12]*", "rviz_video", "servo_node")]
 
 
 @pytest.hookimpl(hookwrapper=True)

@@ -328,12 +328,14 @@ def test_a_plan_is_improved_along_a_tight_constraint(panda, world):
 
 
 def test_a_long_search_along_a_constraint_is_ended_by_an_interrupt(panda):
+    """The hand has to stay in front of the arm, where a wall is in its way at all heights."""
     left, right = turned_about_the_base(panda)
-    walls = ulna.World()
-    for name, x in (("in front", 2.2), ("behind", -2.2)):
-        walls.add(name, ulna.Box((4, 0.02, 4)), ulna.pose((x, 0, 0)))
+    wall, middle = ulna.World(), ulna.pose((2.15, 0, 0))
+    wall.add("in front", ulna.Box((4, 0.02, 4)), middle)
+    keep = [ulna.Keep.upright(0.1), ulna.Keep.inside((4, 4, 4), middle)]
+    assert panda.plan(left, right, wall, keep=keep, max_checks=300).status == "budget spent"
     timer = threading.Timer(0.5, _thread.interrupt_main)
     timer.start()
     with pytest.raises(KeyboardInterrupt):
-        panda.plan(left, right, walls, keep=ulna.Keep.upright(0.1), max_checks=10**15, time_limit=60)
+        panda.plan(left, right, wall, keep=keep, max_checks=10**15, time_limit=60)
     timer.join()

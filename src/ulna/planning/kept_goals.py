@@ -24,18 +24,16 @@ _FREE = float("inf")
 _OPPOSITE = 1e-12  # of 1 + cos: directions between which the shortest turn may be about any axis
 
 
-def find_kept_goals(
+def keep_goals(
+    first: Goals,
     request: Request,
     targets: Targets,
     fixed: NDArray[np.bool_],
     free: NDArray[np.bool_],
     keeps: tuple[Keep, ...],
-    table: Array | None,
+    table: Array,
 ) -> Goals | Plan:
-    """As ``find_goals``, those that keep the constraints; or why there are none. table: of the constraints, or None."""
-    first = find_goals(request, targets, fixed, free)
-    if table is None or isinstance(first, Plan):
-        return first
+    """Of the goals that ``find_goals`` found, or of more, those that keep the constraints of a table; or why there are none."""
     goals = _kept(first, table, request)
     if goals is None and isinstance(targets, dict):
         goals = next(_of_more(request, targets, fixed, free, keeps, table), None)

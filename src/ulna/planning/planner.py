@@ -21,10 +21,10 @@ from ulna.ik.task import Task, as_task
 from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
-from ulna.planning.goals import Goals, Request
+from ulna.planning.goals import Goals, Request, find_goals
 from ulna.planning.keep import Keep
 from ulna.planning.kept import are_kept, as_keeps, narrower, table_of, violations
-from ulna.planning.kept_goals import find_kept_goals
+from ulna.planning.kept_goals import keep_goals
 from ulna.planning.motion import Motion
 from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
 from ulna.planning.search import Search
@@ -114,7 +114,9 @@ def plan_motion(
             return no_plan(tree, PlanStatus.START_IN_COLLISION, request.collision(start))
         first, depth = left
         request = request._replace(start=first)
-    goals = find_kept_goals(request, targets, fixed, free[1:], keeps, narrow)
+    goals = find_goals(request, targets, fixed, free[1:])
+    if narrow is not None and isinstance(goals, Goals):
+        goals = keep_goals(goals, request, targets, fixed, free[1:], keeps, narrow)
     if isinstance(goals, Plan):
         return goals
     plan = _search(request, goals, fixed, table, options)
