@@ -315,7 +315,20 @@ def test_a_figure_shows_positions_velocities_and_accelerations(plan):
     for options, n_axes in (({}, 3), ({"jerk": 100.0}, 4)):
         figure = plan.trajectory(acceleration=5.0, **options).plot()
         assert len(figure.axes) == n_axes
-        assert all(len(axes.lines) == 7 for axes in figure.axes)
+        for axes, limit in zip(figure.axes[2:], (5.0, 100.0), strict=False):
+            curves, ends = axes.lines[:7], axes.lines[7:]
+            assert {end.get_linestyle() for end in ends} == {"--"}
+            assert {abs(end.get_ydata()[0]) for end in ends} == {limit}
+            assert max(np.abs(curve.get_ydata()).max() for curve in curves) <= limit * (1 + 1e-9)
+
+
+def test_a_figure_has_the_limits_of_positions_that_are_near(plan):
+    motion = plan.trajectory(acceleration=5.0)
+    figure = motion.plot()
+    tree, drawn = motion._motion.checker.tree, {end.get_ydata()[0] for end in figure.axes[0].lines[7:]}
+    reach = 1.5 * np.abs(motion.at(np.linspace(0, motion.duration, 1000)).q).max()
+    assert drawn == {end for end in (*tree.lower, *tree.upper) if abs(end) <= reach}
+    assert drawn
 
 
 def test_a_trajectory_survives_pickling(plan):

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _MOST_SAMPLES = 10_000_000
+_IN_PICTURE = 1.5  # of the greatest value of a plot: limits beyond it are not drawn
 _NEAR = 1e-6  # [rad or m]: of a plan's start to the motion that it replaces
 
 
@@ -333,6 +334,8 @@ class Trajectory:
     def plot(self):
         """A Matplotlib figure of positions, velocities and accelerations over time; of jerks too if they are limited.
 
+        The limits that are known and near enough to be in the picture are dashed lines, in the colour of the joint.
+
         Raises:
             MissingExtraError: Matplotlib is not installed.
         """
@@ -343,12 +346,25 @@ class Trajectory:
         ]
         figure = Figure(figsize=(8, 2.6 * len(labels)), layout="constrained")
         t = np.linspace(0.0, self.duration, 1000)
-        for axes, values, label in zip(figure.subplots(len(labels), sharex=True), self.at(t), labels, strict=False):
-            axes.plot(t, values, label=self.joint_names)
+        ends = self._ends_of_quantities()
+        for axes, values, label, most in zip(figure.subplots(len(labels), sharex=True), self.at(t), labels, ends, strict=False):
+            lines = axes.plot(t, values, label=self.joint_names)
             axes.set_ylabel(label)
+            reach = _IN_PICTURE * np.abs(values).max()
+            for low_high in most:
+                for line, end in zip(lines, np.broadcast_to(low_high, len(lines)), strict=True):
+                    if abs(end) <= reach:
+                        axes.axhline(end, color=line.get_color(), linestyle="dashed", linewidth=0.8)
         figure.axes[0].legend(fontsize="small", ncols=2)
         figure.axes[-1].set_xlabel("time [s]")
         return figure
+
+    def _ends_of_quantities(self) -> list[tuple]:
+        """The lower and the upper limits of position, velocity, acceleration and jerk; none of what is not known."""
+        tree = None if self._motion is None else self._motion.checker.tree
+        positions = () if tree is None else (tree.lower, tree.upper)
+        most = (None,) * 3 if self._limits is None else self._limits
+        return [positions, *(() if each is None else (-np.asarray(each), np.asarray(each)) for each in most)]
 
     def __getstate__(self) -> dict:
         return {name: value for name, value in self.__dict__.items() if name not in {"times", "_at_times"}}
