@@ -69,6 +69,16 @@ def test_where_none_leads_on_the_status_is_one_and_the_rows_end(line, tmp_path, 
     assert len((tmp_path / "q.csv").read_text().splitlines()) == 31
 
 
+def test_the_turn_about_the_tool_may_be_free(line, ask, panda):
+    T, path = line
+    data = ask("follow", "panda", "--path", str(path), "--task", "pointing")
+    assert data.success
+    assert data.task == "pointing"
+    hand = panda.forward_kinematics(np.array(data.q))
+    assert np.abs(hand[:, :3, 2:] - T[:, :3, 2:]).max() < 3e-5
+    assert np.abs(hand - T).max() > 1e-3
+
+
 def test_the_joints_are_drawn(line, tmp_path, run):
     pytest.importorskip("matplotlib")
     _, path = line

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from ulna.cli.cell import Meshes, Obstacles, checked_robot
 from ulna.cli.depends import Json, as_options, command, defaults_of
-from ulna.cli.options import AnyRobot, Link
+from ulna.cli.options import AnyRobot, Link, TaskName
 from ulna.cli.output import Output, PlotFile, attributes, joint_columns, limit, make_table, number, write_figure
 from ulna.cli.rows import read_poses
 from ulna.cli.targets import StartQ
@@ -36,7 +36,7 @@ Rank = Annotated[
 ]
 
 FOLLOW_KEYS = (
-    "robot; base; link; poses: how many; status; success; reason; sentence; proof: complete or searched; max_step; "
+    "robot; base; link; task; poses: how many; status; success; reason; sentence; proof: complete or searched; max_step; "
     "largest_step; ends_at: the first pose that is not reached, from 0, or null; joints; units; lower; upper; q: rows, null from "
     "there on; alive, smallest_step, manipulability, least_singular_value, limit_excess, collisions: why it ends, or null."
 )
@@ -54,6 +54,7 @@ def follow(
     world: Obstacles,
     csv: Out = None,
     plot: PlotFile = None,
+    task: TaskName = _DEFAULTS["task"],
     max_step: MaxStep = _DEFAULTS["max_step"],
     rank: Rank = None,
     meshes: Meshes = None,
@@ -68,7 +69,7 @@ def follow(
     if world is not None:
         robot = checked_robot(robot, meshes=meshes, as_json=as_json)
     with as_options({"q_start": "--from"}):
-        found = robot.follow(read_poses(T_path), start, link=link, max_step=max_step, world=world, rank=rank)
+        found = robot.follow(read_poses(T_path), start, link=link, task=task, max_step=max_step, world=world, rank=rank)
     if csv is not None:
         write_table(csv, found.joint_names, found.q[: found.ends_at])  # the rows that are reached
     if plot is not None:
@@ -77,6 +78,7 @@ def follow(
         "robot": robot.name,
         "base": robot.base,
         "link": link,
+        "task": task,
         "poses": len(found.q),
         **attributes(found, "status", "success"),
         "reason": str(found.reason),

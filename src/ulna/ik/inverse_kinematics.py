@@ -119,7 +119,7 @@ class InverseKinematics:
         """The joint path through poses; see ``Robot.follow``."""
 
         def solve(T: Array, seed: Array) -> IKResult:
-            return self.inverse_kinematics(T, seed, None, (), world, link)
+            return self.inverse_kinematics(T, seed, None, (), world, link, Options(task=options.task))
 
         return follow(self._query(link, options), T_path, q_start, max_step, world, solve)
 

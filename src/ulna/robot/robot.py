@@ -680,6 +680,7 @@ class Robot(Quick):
         q_start: ArrayLike | None = None,
         *,
         link: str | None = None,
+        task: Task | str = "pose",
         max_step: float = 0.1,
         world: World | None = None,
         rank: str | None = None,
@@ -691,13 +692,16 @@ class Robot(Quick):
         Of all joint paths with no step longer than ``max_step`` the one with the least sum of squared joint steps is returned,
         the step from ``q_start`` to the first pose among them; without one that from ``home``, which may be of any length.
         Where the link has an exact closed form of six joints, all branches of all poses are compared. Other arms are searched;
-        for seven joints and more a graph of samples of the redundancy is searched, and its best path is smoothed.
+        for seven joints and more, or a task that leaves some of a pose free, a graph of samples of the redundancy is searched,
+        and its best path is smoothed.
 
         Args:
             T_path: The poses in their order, T_base_link, shape (n, 4, 4).
             q_start: Where the arm is before the first pose [rad or m], shape (n_dof,): the path begins at most ``max_step`` from
                 it. Unless given, it may begin anywhere, and begins as near to ``home`` as that sum allows.
             link: The link's name; the tip unless given.
+            task: What of each pose must be reached, as for ``inverse_kinematics``: ``"pointing"`` leaves the turn about the tool
+                free (welding, milling); a ``Task`` may leave a band, within which the path chooses.
             max_step: The largest step of any joint from one pose to the next [rad or m]. Another branch is rarely within 0.1 rad;
                 poses that are further apart than that need a larger step, or poses in between.
             world: Configurations that collide with it, or with the robot itself, are left out, and the straight lines between
@@ -724,7 +728,7 @@ class Robot(Quick):
             >>> str(path.status), bool(path.steps.max() < 0.1)
             ('followed', True)
         """
-        options = Options(rank=rank, seed=seed, threads=threads)
+        options = Options(task=task, rank=rank, seed=seed, threads=threads)
         return self._inverse_kinematics.follow(T_path, q_start, link, options, max_step, world)
 
     def differential_ik(

@@ -68,8 +68,13 @@ class Course:
 
     @cached_property
     def form(self) -> ClosedForm | None:
-        """The closed form of the link; None if it has none."""
-        return closed_form_of(self.query.tree, self.query.link)
+        """The closed form of the link; None if it has none, or if not the whole pose is to be reached."""
+        return closed_form_of(self.query.tree, self.query.link) if self.is_whole else None
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the whole of each pose is to be reached."""
+        return self.query.options.task.kind == layout.WHOLE_POSE
 
     @cached_property
     def collisions(self) -> CollisionFilter | None:
@@ -78,8 +83,8 @@ class Course:
 
     @cached_property
     def is_redundant(self) -> bool:
-        """Whether more joints move the link than a pose has components."""
-        return len(self.query.tree.moving_columns(self.query.link)) > 6
+        """Whether more joints move the link than a pose has components to reach; one with slack is none of them."""
+        return len(self.query.tree.moving_columns(self.query.link)) > self.query.options.task.slack.count(0.0)
 
     @property
     def weight(self) -> float:

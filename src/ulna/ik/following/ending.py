@@ -183,7 +183,12 @@ def _excess_in_words(course: Course, excess: Array) -> str:
 
 
 def _singularity(facts: _Facts) -> Reason | None:
-    """Whether only the part of the step along the arm's weakest direction makes it too long, and that direction is weak."""
+    """Whether only the part of the step along the arm's weakest direction makes it too long, and that direction is weak.
+
+    That is known of whole poses alone.
+    """
+    if not facts.course.is_whole:
+        return None
     longest = facts.course.max_step
     for i in range(len(facts.ends)):
         _, values, Vt = np.linalg.svd(facts.jacobian(i), full_matrices=False)

@@ -14,8 +14,8 @@ between them (``graph``). A jump to another branch is a step longer than ``max_s
    second index of the graph: otherwise six joints of three turns each make 729 of it.
 3. ``layers``: six joints or fewer. The closed form gives every node of a layer, so the best chain is the best path. If no chain
    goes through all layers, no path exists (``complete``). Without a closed form nodes are searched for, and nothing is proved.
-4. ``self_motions``: more joints have infinitely many solutions for a pose. Layers are some of the poses, nodes are samples; edges
-   of the best chain are filled in by the search, and the path is smoothed.
+4. ``self_motions``: more joints than a task has components have infinitely many solutions for a pose. Layers are some of the
+   poses, nodes are samples; edges of the best chain are filled in by the search, and the path is smoothed.
 5. ``ending``: where no chain leads on, why.
 """
 

@@ -1,4 +1,4 @@
-"""Finds the joint path of an arm with more joints than a pose needs: a graph of some poses, filled in.
+"""Finds the joint path of an arm with more joints than a pose, or a task, needs: a graph of some poses, filled in.
 
 1. *Knots* are poses spread evenly over the path's length. The nodes of a knot are its solutions at samples of the redundancy:
    what the search finds from random starts, and all branches at places of the joint that the closed form holds, if there is one.
