@@ -1,6 +1,7 @@
 """Defines what of a pose a search must reach: all, position, direction, or within tolerances."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -80,22 +81,26 @@ class Task:
             return WHOLE_POSE
         return POINTING if np.isinf(self.slack[3:]).tolist() == [False, False, True] else WITH_SLACK
 
-    @property
+    @cached_property
     def turn(self) -> NDArray[np.float64] | None:
         """The rotation (3, 3) that brings z onto ``axis``; None where they are the same."""
         if self.axis == (0.0, 0.0, 1.0):
             return None
-        helper = np.eye(3)[np.argmin(np.abs(self.axis))]
-        x = np.cross(helper, self.axis)
+        a, b, c = self.axis
+        x = np.array(((0.0, -c, b), (c, 0.0, -a), (-b, a, 0.0))[int(np.argmin(np.abs(self.axis)))])  # normal to the axis
         x /= np.linalg.norm(x)
-        return np.column_stack([x, np.cross(self.axis, x), self.axis])
+        y = b * x[2] - c * x[1], c * x[0] - a * x[2], a * x[1] - b * x[0]
+        turn = np.column_stack([x, y, self.axis])
+        turn.flags.writeable = False
+        return turn
 
-    @property
+    @cached_property
     def frame(self) -> NDArray[np.float64]:
         """The pose (4, 4) of the task's frame in the link: that of the link, turned."""
         T = np.eye(4)
         if self.turn is not None:
             T[:3, :3] = self.turn
+        T.flags.writeable = False
         return T
 
 

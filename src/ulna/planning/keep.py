@@ -133,7 +133,7 @@ class Keep:
         if not np.linalg.norm(b - a) > 1e-9:
             raise InputError("b", "a point other than the first is expected")
         side = _tolerance("within", within) / np.sqrt(2.0)
-        T = Task.pointing(_direction("b", b - a)).frame
+        T = Task.pointing(_direction("b", b - a)).frame.copy()
         T[:3, 3] = a
         return cls(Task((side, side, _FREE, _FREE, _FREE, _FREE)), T, link)
 
@@ -213,8 +213,8 @@ class Keep:
         """The same of a motion that begins with the link at T, shape (4, 4), as seen from ``relative_to``: all of it is known."""
         task, T = self.task, (T.copy() if self.T is None else self.T)
         if self.along is not None:
-            task = copy(task)
-            task.__dict__["axis"] = tuple((T[:3, :3].T @ self.along).tolist())
+            task = object.__new__(Task)
+            task.__dict__.update(slack=self.task.slack, axis=tuple((T[:3, :3].T @ self.along).tolist()))
         T.setflags(write=False)
         whole = copy(self)
         whole.__dict__.update(task=task, T=T, link=link, along=None)  # all of it was checked
