@@ -12,6 +12,7 @@ from simulators import ADDRESS, simulator
 from ulna.arms import Franka
 
 VAMP = os.environ.get("FRANKA_SCENES")  # the folder resources/panda of VAMP; boxes of our own without it
+OFF = 0.05  # [rad]: within this of a limit the arm, which rests beside its command, may be beyond it
 EVERY = 4  # of VAMP's problems, so that a hundred are of every kind
 
 
@@ -48,7 +49,7 @@ def problems(fr3, world):
             pairs = [pair for q in ends for pair in fr3.check_collision(q, scene).pairs]
             for name in {pair.name_b for pair in pairs if pair.name_a == "fingers"}:
                 scene.remove(name)  # what the hand takes: the box of the FR3's fingers holds them at every opening
-            inside = (ends > fr3.lower + 0.01).all() and (ends < fr3.upper - 0.01).all()
+            inside = (ends > fr3.lower + OFF).all() and (ends < fr3.upper - OFF).all()
             if inside and not fr3.in_collision(ends, scene).any():
                 yield each.start, each.goal, scene
 
