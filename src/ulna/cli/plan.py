@@ -222,6 +222,6 @@ def plan_table(data) -> Iterator[RenderableType]:
             yield table
     yield data["reason"]
     if data["worst_violation"]:
-        yield f"at all times at most {data['worst_violation']:.1%} of a tolerance of what is kept are used"
+        yield f"of the tolerance of what is kept, at most {data['worst_violation']:.1%} is used at any time"
     if data["duration"] is not None:
         yield f"{data['duration']:.3f} s, {data['check']}"
