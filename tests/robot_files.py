@@ -2,7 +2,10 @@
 
 import importlib.util
 import sys
+import warnings
 from pathlib import Path
+
+import ulna
 
 SHARE = Path("cmeel.prefix") / "share" / "example-robot-data" / "robots"
 EXAMPLES = next(Path(entry) / SHARE for entry in sys.path if (Path(entry) / SHARE).is_dir())
@@ -20,6 +23,14 @@ def example_urdfs() -> list[Path]:
 
 def example_srdfs() -> list[Path]:
     return sorted(EXAMPLES.rglob("*.srdf"))
+
+
+def load_baxter() -> ulna.Robot:
+    """Baxter with the convex hulls of its meshes and the pairs of its SRDF, which names links that it has not."""
+    (srdf,) = (file for file in example_srdfs() if file.stem == "baxter_manipulation")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ulna.DescriptionWarning)
+        return ulna.load("baxter", srdf=srdf).with_convex_hulls()
 
 
 def rtb_xacros() -> list[Path]:

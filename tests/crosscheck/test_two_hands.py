@@ -1,14 +1,12 @@
 """Baxter carries a tray with both hands: judged by Pinocchio at 64 times as many samples as a planner would test."""
 
-import warnings
-
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import ulna
 from pinocchio_peer import Peer
-from robot_files import example_srdfs
+from robot_files import load_baxter
 
 HANDS = "left_gripper_base_link", "right_gripper_base_link"
 _APART = 1 / 32 / 64  # [rad]
@@ -16,10 +14,7 @@ _APART = 1 / 32 / 64  # [rad]
 
 @pytest.fixture(scope="module")
 def baxter():
-    (srdf,) = (file for file in example_srdfs() if file.stem == "baxter_manipulation")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ulna.DescriptionWarning)
-        return ulna.load("baxter", srdf=srdf).with_convex_hulls()
+    return load_baxter()
 
 
 def hands(x, y, z, yaw=0.0):

@@ -1,23 +1,17 @@
 """Both arms of a real robot, planned together: Baxter, with the convex hulls of its meshes and the pairs of its SRDF."""
 
-import warnings
-
 import numpy as np
 import pytest
 
 import two_arms
-import ulna
-from robot_files import example_srdfs
+from robot_files import load_baxter
 
 HANDS = "left_gripper_base_link", "right_gripper_base_link"
 
 
 @pytest.fixture(scope="module")
 def baxter():
-    (srdf,) = (file for file in example_srdfs() if file.stem == "baxter_manipulation")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ulna.DescriptionWarning)
-        return ulna.load("baxter", srdf=srdf).with_convex_hulls()
+    return load_baxter()
 
 
 @pytest.fixture(scope="module")

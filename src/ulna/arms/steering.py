@@ -34,7 +34,8 @@ class Steering:
         """Refuse a servo whose commands the arm would not take.
 
         Raises:
-            InputError: It is none, or of other joints, or has another rate, or its velocities or accelerations are too high.
+            InputError: ``servo`` is not an ``ulna.Servo``, moves other joints than the arm, has another rate than the arm's
+                controller, or allows higher velocities or accelerations than the arm.
         """
         if not isinstance(servo, Servo):
             raise InputError("servo", f"{type(servo).__name__}; one that robot.servo(acceleration=...) returns is expected")
@@ -69,9 +70,10 @@ class Steering:
         given = None if self._leaving else self._goal(self._ticks * PERIOD, measured)
         self._leaving = given is None
         where = measured if self._tracked else None
+        before = self._servo.saved()
         command = self._servo.step(**(given or {}), measured=where)
         if given and not self._can_stop(command.q, command.qd):
-            self._servo.undo()
+            self._servo.restore(before)
             command = self._servo.step(measured=where)
         self._ticks += 1
         self.ended = self._leaving and not command.qd.any()

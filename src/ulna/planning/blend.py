@@ -85,14 +85,17 @@ def free_cuts(edges: Edges, blend: float, is_free: IsFree, within: float = np.in
     while now < len(corners):
         until = min(now + _AT_ONCE, len(corners))
         n_free = is_free(points[now:until], spreads[now:until])
-        now, halvings = now + n_free, halvings * (not n_free)
-        if now < until:
+        if n_free > 0:
+            now, halvings = now + n_free, 0
+        if now == until:
+            continue
+        if halvings == _HALVINGS:
+            most[now] = 0.0
+            now, halvings = now + 1, 0
+        else:
+            most[now] *= 0.5
             halvings += 1
-            most[now] *= 0.5 * (halvings <= _HALVINGS)
-            if halvings > _HALVINGS:
-                now, halvings = now + 1, 0
-            else:
-                points[now : now + 1], spreads[now : now + 1] = _chords(edges, corners[[now]], most[[now]], beside)
+            points[now : now + 1], spreads[now : now + 1] = _chords(edges, corners[[now]], most[[now]], beside)
     cuts[corners] = most
     return cuts
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -211,14 +210,8 @@ class Keep:
 
     def at_start(self, T: Array, link: str) -> Keep:
         """The same of a motion that begins with the link at T, shape (4, 4), as seen from ``relative_to``: all of it is known."""
-        task, T = self.task, (T.copy() if self.T is None else self.T)
-        if self.along is not None:
-            task = object.__new__(Task)
-            task.__dict__.update(slack=self.task.slack, axis=tuple((T[:3, :3].T @ self.along).tolist()))
-        T.setflags(write=False)
-        whole = copy(self)
-        whole.__dict__.update(task=task, T=T, link=link, along=None)  # all of it was checked
-        return whole
+        task = self.task if self.along is None else replace(self.task, axis=tuple((T[:3, :3].T @ self.along).tolist()))
+        return replace(self, task=task, T=T if self.T is None else self.T, link=link, along=None)
 
     def target(self, link: str | None) -> tuple[Array, str | None, Task]:
         """What inverse kinematics searches for: a pose, shape (4, 4), the link, and a task in the middle of the tolerances.

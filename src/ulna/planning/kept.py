@@ -132,7 +132,7 @@ def _joints_of_both(tree: Tree, link: str, relative_to: str | None) -> tuple[int
 
 
 def _refuse_contradiction(a: Keep, b: Keep) -> None:
-    """Whether no pose keeps two constraints of one link: by planes of the one's box or the other's, or by an angle."""
+    """Refuse two constraints of one link that no pose keeps: a plane is between their boxes, or their angles are too far off."""
     (R_a, r_a), (R_b, r_b) = ((keep.pose[:3, :3] @ keep.task.frame[:3, :3], np.array(keep.task.slack)) for keep in (a, b))
     between, cosines = b.pose[:3, 3] - a.pose[:3, 3], np.abs(R_a.T @ R_b)
     cosines[cosines < _PARALLEL] = 0.0

@@ -16,6 +16,7 @@ from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.search_arrays import Path, Trees
+from ulna.planning.blend import is_path_free
 from ulna.planning.kept import narrower, step_of
 from ulna.planning.slices import Pace, Slices, TimeLimit
 from ulna.planning.space import Space
@@ -115,7 +116,7 @@ class Motion(NamedTuple):
 
         And keeps the constraints.
         """
-        return self.n_free(points[None], spreads[None]) == 1
+        return is_path_free(self.n_free, points, spreads)
 
     def n_free(self, paths: Array, spreads: Array) -> int:
         """How many of some paths are so from the first on (``blend.IsFree``)."""

@@ -106,7 +106,6 @@ class Servo:
         self._wider, self._moving = np.zeros(2), np.empty((0, layout.MOVING_WIDTH))
         self._too_fast: str | None = None
         self._ticks, self._worst = 0, 0.0
-        self._before: tuple[Array, NDArray[np.int64], Array] | None = None  # of the last step
 
     @property
     def q(self) -> Array:
@@ -216,7 +215,7 @@ class Servo:
         Raises:
             InputError: Nothing was started, there are several goals, or one has another shape or an entry out of range. The state
                 is as it was: ``step()`` brings the arm to rest.
-            UnknownNameError: A goal is of a link that is none of the servo's.
+            UnknownNameError: A goal names a link that is not one of the servo's.
         """
         if not self._started:
             raise InputError("step", "start(q) comes first")
@@ -232,7 +231,6 @@ class Servo:
             mode, goal[:] = layout.POSITION, as_configuration(q, self._tree, "q")
         elif velocity is not None:
             mode, goal[:] = layout.VELOCITY, as_configuration(velocity, self._tree, "velocity")
-        self._before = self._state.copy(), self._counters.copy(), self._moving.copy()
         self._run(mode if off < 0 else layout.REST, goal)
         if off >= 0:
             self._report[layout.STATUS], self._report[layout.ENTRY] = layout.OFF_COMMAND, off
@@ -241,13 +239,15 @@ class Servo:
         self._ticks, self._worst = self._ticks + 1, max(self._worst, perf_counter() - began)
         return command
 
-    def undo(self) -> None:
-        """Take back the last step, once: the state is as it was, and ``step()`` brakes from there."""
-        if self._before is not None:
-            (self._state[:], self._counters[:], moving), self._before = self._before, None
-            self._ticks -= 1
-            if moving.shape == self._moving.shape:
-                self._moving[:] = moving
+    def saved(self) -> tuple[Array, NDArray[np.int64], Array, int]:
+        """The state, for ``restore``: of what moves, and how many ticks there were."""
+        return self._state.copy(), self._counters.copy(), self._moving.copy(), self._ticks
+
+    def restore(self, saved: tuple[Array, NDArray[np.int64], Array, int]) -> None:
+        """Take back the steps since a state was ``saved``: ``step()`` brakes from there."""
+        self._state[:], self._counters[:], moving, self._ticks = saved
+        if moving.shape == self._moving.shape:
+            self._moving[:] = moving
 
     def _entry_off(self, measured: ArrayLike) -> int:
         """The entry of q that was measured farthest off the last command, beyond what is certified; -1 if none was."""

@@ -28,7 +28,7 @@ _MOST_CRASHES = 3  # after so many, another start will not help
 
 
 def run(ask: Callable[..., Any], *, rviz: bool = True) -> None:
-    """Run a master if there is none, robot_state_publisher, the nodes and RViz, until Ctrl-C; ``ask`` is ``Compiler.ask``."""
+    """Run robot_state_publisher, the nodes and RViz until Ctrl-C, and a master unless one runs; ``ask`` is ``Compiler.ask``."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # however this process is ended, it ends its children
     demo = Demo()
     with ExitStack() as stack:

@@ -113,13 +113,13 @@ class ServoNode(Node):
         try:
             self._goal, self._until = goal_of(message), time.monotonic() + _TIMEOUT
         except InputError as error:
-            self._warn(f"not a command, passed over: {error}")
+            self._warn(f"this is not a command, it is ignored: {error}")
 
     def _measure(self, message: JointState) -> None:
         try:
             self._q = self._robot.q_of_joints(message.name, message.position, self._q)
         except InputError as error:
-            self._warn(f"not the arm's joints, passed over: {error}")
+            self._warn(f"these are not the arm's joints, they are ignored: {error}")
 
     def _warn(self, text: str) -> None:
         self.get_logger().warning(text, throttle_duration_sec=_SECONDS)
@@ -151,7 +151,7 @@ class ServoNode(Node):
         try:
             return servo.step(**goal, measured=measured)
         except InputError as error:
-            self._warn(f"not a command, passed over: {error}")
+            self._warn(f"this is not a command, it is ignored: {error}")
             self._goal = {}
             return servo.step(measured=measured)
 

@@ -42,7 +42,7 @@ def extend_by(keeping, context, trees, tree, near, step, radius, state):
 
 @routine
 def extend_along(context, trees, tree, near, at, new, radius, state):
-    """The same with constraints; ``at`` goes along."""
+    """The same with constraints; ``at`` is moved to the last node."""
     curve, settings, space, node, end = context.keeping.curve, context.settings, context.space, near, layout.BESIDE
     aim = curve[WIDTH + 1]
     for _ in range(int(settings[layout.STRIDES])):
@@ -53,7 +53,7 @@ def extend_along(context, trees, tree, near, at, new, radius, state):
         for i in range(n):
             node = add_node(trees, tree, state, curve[i], node, radius)
         if n > 0:
-            write_point(curve[n - 1], at)
+            copy_point(curve[n - 1], at)
         if end == layout.STOPPED:
             keep(at, curve[WIDTH], trees.refused, state)
         if end == layout.STOPPED or share == 1.0:
@@ -61,7 +61,7 @@ def extend_along(context, trees, tree, near, at, new, radius, state):
         end = layout.BESIDE
         if gains_little(at, new, left, share, space) or state[layout.CHECKS] >= state[layout.MOST]:
             break
-    write_point(at, new)
+    copy_point(at, new)
     return (node if node != near else -1), end
 
 
@@ -72,8 +72,8 @@ def gains_little(at, goal, before, share, space):
 
 
 @routine
-def write_point(q, out):
-    """Write a configuration to another one's place."""
+def copy_point(q, out):
+    """Write a configuration to the place of another one."""
     for k in range(q.shape[0]):
         out[k] = q[k]
 
@@ -103,13 +103,13 @@ def write_curve(context, q_a, q_b, state):
         state[layout.CHECKS] += 1
         before = curve[n - 1] if n > 0 else q_a
         if keeps_all(context.scene.joints, context.keeping, context.work, before, curve[WIDTH], context.no_spread):
-            write_point(curve[WIDTH], curve[n])
+            copy_point(curve[WIDTH], curve[n])
             n, done = n + 1, done + size
         else:
             size //= 2
     clear = clear_until(context, q_a, n, state)
     if clear < n:
-        write_point(curve[clear], curve[WIDTH])
+        copy_point(curve[clear], curve[WIDTH])
     return clear, end if clear == n and done == WIDTH else layout.STOPPED
 
 

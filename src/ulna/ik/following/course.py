@@ -83,7 +83,7 @@ class Course:
 
     @cached_property
     def is_redundant(self) -> bool:
-        """Whether more joints move the link than a pose has components to reach; one with slack is none of them."""
+        """Whether more joints move the link than the task fixes components of a pose; one that has slack is not fixed."""
         return len(self.query.tree.moving_columns(self.query.link)) > self.query.options.task.slack.count(0.0)
 
     @property

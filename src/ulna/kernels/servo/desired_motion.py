@@ -1,8 +1,8 @@
 """Writes the objective of a tick: which joint velocities are desired, and how far others are from that.
 
 It is |x - v|^2 for a command in joint space. For hands with twists w it is the sum of c |J x - w|^2, with c the weight of a
-hand, and lambda |x - p|^2, with p the pull towards a posture: so p acts in the null space of all hands,
-and near a singularity the damping keeps x short without hiding a way out of it.
+hand, and lambda |x - p|^2, with p the pull towards a posture: so p acts in the null space of all hands, and near a singularity
+the damping keeps x short without hiding a way out of it.
 
 A position is approached at the velocity v with v^2 / (2 a) + 4 h v = e, e being what is left and h the tick: far away that is the
 greatest velocity from which a deceleration a stops in time, and near it an exponential approach without overshoot.

@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import numpy as np
@@ -110,6 +111,18 @@ class User:
         return self.robot.forward_kinematics(self.q)
 
 
+@contextmanager
+def node_of(panda, world=None, tracking_error=0.0):
+    """A node that has measured the arm at home, and compiles at once."""
+    settings = Settings(panda.tip, 100, 5.0, 0.01, tracking_error, Output.POSITIONS, None)
+    node = ServoNode(panda, world, settings, lambda _, do, *of: do(*of))
+    try:
+        node._measure(JointState(name=list(panda.joint_names), position=list(panda.home)))
+        yield node
+    finally:
+        node.destroy_node()
+
+
 def test_twists_and_poses_move_the_hand_and_it_stops_before_the_wall(user, panda):
     world = ulna.World()
     world.add("wall", ulna.Box((0.1, 2, 2)), ulna.pose((0.65, 0, 0.5)))
@@ -130,7 +143,7 @@ def test_twists_and_poses_move_the_hand_and_it_stops_before_the_wall(user, panda
     assert panda.signed_distance(user.commands, world, self_collision=False).min() >= 0.009
 
 
-def test_what_is_no_command_is_passed_over(user, panda):
+def test_what_is_no_command_is_ignored(user, panda):
     user.until(lambda: user.status == "at rest", "a node that has started")
 
     def send():
@@ -148,23 +161,17 @@ def test_what_is_no_command_is_passed_over(user, panda):
 def test_an_arm_that_begins_in_a_wall_is_said_to(machine, panda):
     world = ulna.World()
     world.add("wall", ulna.Box((0.3, 2, 2)), ulna.pose((0.5, 0, 0.5)))
-    node = ServoNode(panda, world, Settings(panda.tip, 100, 5.0, 0.01, 0.0, Output.POSITIONS, None), lambda _, do, *of: do(*of))
-    try:
-        node._measure(JointState(name=list(panda.joint_names), position=list(panda.home)))
+    with node_of(panda, world) as node:
         node._beat()
         assert node._said.startswith("cannot start: q: not certainly free")
         world.remove("wall")
         node._beat()
         node._beat()
         assert node._said == "at rest"
-    finally:
-        node.destroy_node()
 
 
 def test_an_arm_off_its_command_begins_again_from_where_it_is(machine, panda):
-    node = ServoNode(panda, None, Settings(panda.tip, 100, 5.0, 0.01, 0.002, Output.POSITIONS, None), lambda _, do, *of: do(*of))
-    try:
-        node._measure(JointState(name=list(panda.joint_names), position=list(panda.home)))
+    with node_of(panda, tracking_error=0.002) as node:
         node._beat()
         node._beat()
         node._measure(JointState(name=["panda_joint1"], position=[0.3]))  # the others are where they were
@@ -174,15 +181,11 @@ def test_an_arm_off_its_command_begins_again_from_where_it_is(machine, panda):
             node._beat()
         assert node._said == "at rest"
         np.testing.assert_allclose(node._servo.q, [0.3, *panda.home[1:]])
-    finally:
-        node.destroy_node()
 
 
 def test_a_jog_moves_the_joints_that_it_names(machine, panda):
     """The message as ``control_msgs/JointJog`` has it, whose package is not on the package index."""
-    node = ServoNode(panda, None, Settings(panda.tip, 100, 5.0, 0.01, 0.0, Output.POSITIONS, None), lambda _, do, *of: do(*of))
-    try:
-        node._measure(JointState(name=list(panda.joint_names), position=list(panda.home)))
+    with node_of(panda) as node:
         node._beat()
         for _ in range(50):
             node._take(node.jog, SimpleNamespace(joint_names=["panda_joint3"], velocities=[0.2]))
@@ -190,5 +193,3 @@ def test_a_jog_moves_the_joints_that_it_names(machine, panda):
         moved = node._servo.q - panda.home
         assert moved[2] == pytest.approx(0.2 * 0.48, abs=1e-2)
         np.testing.assert_allclose(np.delete(moved, 2), 0.0, atol=1e-9)
-    finally:
-        node.destroy_node()
