@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from browser import wait_to_see
+from browser import camera_of, wait_to_see
 
 pytestmark = pytest.mark.slow
 
@@ -45,7 +45,7 @@ def test_it_moves_while_a_button_is_held(view, page, panda):
 
 
 def test_it_moves_while_a_key_is_held_and_stops_at_a_wall(view, page, panda):
-    camera = next(iter(view.page.server.get_clients().values())).camera
+    camera = camera_of(page, view.page.server)
     before = camera.position
     page.keyboard.down("ArrowUp")
     wait_to_see(page, lambda: "limited by clearance: " in page.inner_text("body"), "what limits the hand")
