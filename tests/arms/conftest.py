@@ -25,6 +25,7 @@ class Controller:
         self.q, self.q_d, self.mode, self.commands, self.calls = *ulna.load("fr3").home[None].repeat(2, 0), self.Idle, [], []
         self.moved = np.eye(4)  # the flange, from where the description has it
         self.fail_at = self.failure = self.skip_at = self.at_tick = None
+        self.held = False  # whether something keeps the arm where it is
 
     def state(self):
         flange = ulna.load("fr3").forward_kinematics(self.q, link="fr3_link8") @ self.moved
@@ -56,7 +57,9 @@ class Control:
 
     def writeOnce(self, command):  # noqa: N802 - the client's name
         self.controller.commands.append(command)
-        self.controller.q = self.controller.q_d = np.array(command.q)
+        self.controller.q_d = np.array(command.q)
+        if not self.controller.held:
+            self.controller.q = self.controller.q_d
 
 
 class JointPositions:

@@ -14,6 +14,7 @@ from ulna.arms import Franka
 VAMP = os.environ.get("FRANKA_SCENES")  # the folder resources/panda of VAMP; boxes of our own without it
 OFF = 0.05  # [rad]: within this of a limit the arm, which rests beside its command, may be beyond it
 EVERY = 4  # of VAMP's problems, so that a hundred are of every kind
+FLOOR = ulna.Box((4.0, 4.0, 0.02)), ulna.pose((0.0, 0.0, -0.01))  # franka-sim has one, which holds an arm that is sent through it
 
 
 @pytest.fixture(scope="session")
@@ -27,7 +28,18 @@ def world():
     world = ulna.World()
     for k, (x, y, z) in enumerate(((0.6, 0.35, 0.3), (0.6, -0.4, 0.5), (-0.3, 0.5, 0.4), (0.0, -0.6, 0.3), (0.75, 0.0, 0.1))):
         world.add(f"box {k}", ulna.Box((0.15, 0.15, 0.5 if k < 4 else 0.2)), ulna.pose((x, y, z)))
-    world.add("table", ulna.Box((2.0, 2.0, 0.02)), ulna.pose((0.0, 0.0, -0.02)))
+    return with_floor(world)
+
+
+@pytest.fixture(scope="session")
+def floor():
+    """The floor alone."""
+    return with_floor(ulna.World())
+
+
+def with_floor(world):
+    """The world, with the floor on which the base stands."""
+    world.add("floor", *FLOOR, touch_links=("fr3_link0",))
     return world
 
 
@@ -49,6 +61,7 @@ def problems(fr3, world):
             pairs = [pair for q in ends for pair in fr3.check_collision(q, scene).pairs]
             for name in {pair.name_b for pair in pairs if pair.name_a == "fingers"}:
                 scene.remove(name)  # what the hand takes: the box of the FR3's fingers holds them at every opening
+            with_floor(scene)
             inside = (ends > fr3.lower + OFF).all() and (ends < fr3.upper - OFF).all()
             if inside and not fr3.in_collision(ends, scene).any():
                 yield each.start, each.goal, scene

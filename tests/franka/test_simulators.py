@@ -32,7 +32,7 @@ def run(arm, fr3, goal, world, late):
     raise AssertionError(late)
 
 
-def test_certified_plans_are_run_to_their_goals(arm, fr3, problems):
+def test_certified_plans_are_run_to_their_goals(arm, fr3, problems, floor):
     """A busy machine sends late, which aborts a motion as on a real arm: then it is planned again from where the arm stopped."""
     errors, ends, late, moved = [], [], [], 0.0  # late: the controller's words
     for start, goal, world in problems():
@@ -40,8 +40,8 @@ def test_certified_plans_are_run_to_their_goals(arm, fr3, problems):
             break
         if start is not None and not fr3.plan(start, goal, world, clearance=NEAR):
             continue
-        if start is not None:  # there is nothing around a simulated arm
-            run(arm, fr3, start, None, late)
+        if start is not None:  # there is nothing but the floor around a simulated arm
+            run(arm, fr3, start, floor, late)
         if not fr3.plan(arm.q, goal, world, clearance=NEAR):
             continue
         record = run(arm, fr3, goal, world, late)
@@ -57,10 +57,10 @@ def test_certified_plans_are_run_to_their_goals(arm, fr3, problems):
     assert max(ends) < 0.03
 
 
-def test_a_motion_without_limits_of_jerk_is_aborted_by_the_judge(arm, fr3):
+def test_a_motion_without_limits_of_jerk_is_aborted_by_the_judge(arm, fr3, floor):
     if arm.simulator != JUDGE:
         pytest.skip("it takes any command")
-    plan = fr3.plan(arm.q, fr3.home, None)
+    plan = fr3.plan(arm.q, fr3.home, floor)
     motion = plan.trajectory(velocity=1.0, acceleration=9.0)
     with pytest.raises(ulna.InputError, match="jerk="):
         arm.run(motion)
@@ -70,16 +70,16 @@ def test_a_motion_without_limits_of_jerk_is_aborted_by_the_judge(arm, fr3):
     assert "joint_motion_generator" in error.words
     assert np.abs(error.record.commanded[-1] - fr3.home).max() > 0.0  # the end was not commanded
     with pytest.raises(ulna.ArmError, match=r"arm.recover"):
-        arm.run(fr3.plan(arm.q, fr3.home, None).trajectory(limits="fr3", velocity=1.0, acceleration=8.0))
+        arm.run(fr3.plan(arm.q, fr3.home, floor).trajectory(limits="fr3", velocity=1.0, acceleration=8.0))
     arm.recover()
     assert np.abs(arm.q - error.q).max() < 0.03
-    arm.run(fr3.plan(arm.q, fr3.home, None).trajectory(limits="fr3", velocity=1.0, acceleration=8.0))
+    arm.run(fr3.plan(arm.q, fr3.home, floor).trajectory(limits="fr3", velocity=1.0, acceleration=8.0))
     assert np.abs(arm.q - fr3.home).max() < 0.03
 
 
-def test_a_motion_is_stopped_and_another_begins_where_it_stopped(arm, fr3):
+def test_a_motion_is_stopped_and_another_begins_where_it_stopped(arm, fr3, floor):
     goal = fr3.home + np.eye(7)[0] * (1.0 if arm.q[0] < 0.5 else -1.0)
-    motion = fr3.plan(arm.q, goal, None).trajectory(limits="fr3", velocity=0.5, acceleration=5.0)
+    motion = fr3.plan(arm.q, goal, floor).trajectory(limits="fr3", velocity=0.5, acceleration=5.0)
     timer = threading.Timer(1.0, arm.stop)
     timer.start()
     record = arm.run(motion)
@@ -88,14 +88,14 @@ def test_a_motion_is_stopped_and_another_begins_where_it_stopped(arm, fr3):
     assert record.duration < motion.duration
     time.sleep(1.0)  # to rest
     assert np.abs(arm.q - record.measured[-1]).max() < 0.1
-    arm.run(fr3.plan(arm.q, fr3.home, None).trajectory(limits="fr3", velocity=0.5, acceleration=5.0), speed=0.8)
+    arm.run(fr3.plan(arm.q, fr3.home, floor).trajectory(limits="fr3", velocity=0.5, acceleration=5.0), speed=0.8)
     assert np.abs(arm.q - fr3.home).max() < 0.03
 
 
-def test_a_servo_is_followed_to_a_pose(arm, fr3):
+def test_a_servo_is_followed_to_a_pose(arm, fr3, floor):
     goal = fr3.forward_kinematics(arm.q)
     goal[:3, 3] += [0.05, 0.1, 0.05]
-    servo = fr3.servo(acceleration=2.5, velocity=0.5)
+    servo = fr3.servo(floor, acceleration=2.5, velocity=0.5)
     record = arm.follow(servo, lambda t, _: {"pose": goal} if t < 4.0 else None)
     print(f"{arm.simulator}: {record}, longest tick {servo.worst * 1e3:.2f} ms")  # noqa: T201 - what the run says
     assert np.abs(fr3.forward_kinematics(record.commanded[-1]) - goal).max() < 1e-3

@@ -22,6 +22,7 @@ from ulna.robot import Robot
 from ulna.servo.servo import Servo
 
 Array = NDArray[np.float64]
+_BEHIND = 0.5  # [rad]: an arm so far from its last command is held by something; a fast joint is some 0.25 behind
 _HOLD = 0.1  # [s], for which the end of a motion is commanded: the arm follows a little behind
 _Sent = list[tuple[int, list[float], list[float]]]  # the tick, the command, and what was measured before it
 
@@ -98,7 +99,8 @@ class Franka:
         Raises:
             InputError: The motion or the speed is refused. The arm has not moved.
             ArmConnectionError: The connection was lost; the controller stops the arm then.
-            ArmError: The controller has stopped the arm, or does not let it move. Its words and where the arm is are in it.
+            ArmError: The controller has stopped the arm, or does not let it move, or it was stopped since it was more than
+                0.5 rad behind its commands. The controller's words and where the arm is are in it.
         """
         self._stop.clear()
         if self.joint_names is not None and isinstance(motion, Trajectory) and motion.joint_names != self.joint_names:
@@ -184,7 +186,7 @@ class Franka:
             with self._named_errors("the arm has stopped by itself", sent, names):
                 self._measured = body[0]
                 self._control = self._robot.start_joint_position_control(self._client.ControllerMode.JointImpedance)
-                stopped = self._send(body, sent, steering)
+                stopped = self._send(body, sent, names, steering)
         except BaseException as error:
             if not isinstance(error, ArmError):  # Ctrl-C, above all: the arm must not go on
                 self._robot.stop()
@@ -197,7 +199,7 @@ class Franka:
                 gc.enable()
         return _record(sent, names, stopped=stopped)
 
-    def _send(self, body: Array, sent: _Sent, steering: Steering | None) -> bool:
+    def _send(self, body: Array, sent: _Sent, names: tuple[str, ...], steering: Steering | None) -> bool:
         """Send ``body``, or what is steered, in time; whether it was stopped. Each command is added to ``sent``."""
         client, tick, commands = self._client, 0, []
         while True:
@@ -214,6 +216,10 @@ class Franka:
                 else:
                     commands = np.concatenate([approach(q, body[0]), body, _held(body[-1])]).tolist()
             self._measured = np.array(state.q)
+            off = float(np.abs(self._measured - sent[-1][1]).max()) if sent else 0.0
+            if not off <= _BEHIND:
+                self._robot.stop()
+                raise ArmError(f"the arm is {off:.2g} rad behind its commands: it was stopped", "", state.q, _record(sent, names))
             if self._stop.is_set():
                 self._robot.stop()
                 return True
