@@ -54,7 +54,7 @@ def test_nothing_is_sent_where_commanded_and_measured_positions_differ(controlle
 
 def test_an_arm_that_something_holds_is_stopped(controller, motion_to):
     controller.held = True
-    with pytest.raises(ulna.ArmError, match="0.5 rad behind its commands: it was stopped") as caught:
+    with pytest.raises(ulna.ArmError, match=r"0\.5 rad behind its commands: it was stopped") as caught:
         Franka().run(motion_to(controller.q, 3 * TURN))
     assert np.abs(caught.value.record.commanded[-1] - controller.q).max() == pytest.approx(0.5, abs=0.003)
     assert controller.calls[-1] == "stop"
