@@ -136,6 +136,17 @@ def test_ctrl_c_stops_the_arm(controller, motion_to):
     assert controller.calls[-1] == "stop"
 
 
+def test_an_error_of_the_clients_network_library_is_named(controller, monkeypatch):
+    arm = Franka()
+
+    def fails():
+        raise RuntimeError("Net Exception")
+
+    monkeypatch.setattr(controller, "state", fails)
+    with pytest.raises(ulna.ArmConnectionError, match="cannot be read: Net Exception"):
+        _ = arm.q
+
+
 def test_no_controller_and_a_closed_connection_are_named(controller):
     with pytest.raises(ulna.ArmConnectionError, match=r"no connection to a Franka at 10.0.0.9: libfranka: Connection timeout"):
         Franka("10.0.0.9")

@@ -257,6 +257,10 @@ class Franka:
             record = _record(sent, names) if sent else None
             self._control = None
             raise ArmError(message, str(error), self._where(sent), record) from error
+        except RuntimeError as error:  # the client lets some of its network library's pass
+            if sent is not None or isinstance(error, ArmError):
+                raise
+            raise ArmConnectionError(message, str(error)) from error
 
     def _where(self, sent: _Sent | None) -> list[float]:
         """Where the arm is measured now, or was last."""
