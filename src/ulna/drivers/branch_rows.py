@@ -24,8 +24,7 @@ from ulna.kernels.chain.closed_form_layout import (
 from ulna.kernels.chain.closed_form_rows import proof_of
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
-from ulna.kernels.ik.nearest_branch import hardly_beyond, put_inside
-from ulna.kernels.ik.polish import polish
+from ulna.kernels.ik.nearest_branch import hardly_beyond, polish, put_inside
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.spatial.elementary import maximum, sincos
 from ulna.kernels.spatial.se3 import load_pose

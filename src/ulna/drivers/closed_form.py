@@ -28,8 +28,7 @@ from ulna.kernels.chain.closed_form_rows import known_in_one, proof_of, proof_of
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
 from ulna.kernels.ik.levenberg_marquardt import HAS_FAILED, HAS_SOLVED, N_STATE
-from ulna.kernels.ik.nearest_branch import is_any_hardly_beyond, nearest_branch, turn_within
-from ulna.kernels.ik.polish import polish
+from ulna.kernels.ik.nearest_branch import is_any_hardly_beyond, nearest_branch, polish, turn_within
 from ulna.kernels.ik.search_layout import NOT_A_POSE, SOLVED, STATUS
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range

@@ -15,7 +15,7 @@ from ulna.drivers.planning import search as driver
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
-from ulna.kernels.planning.search_arrays import Path, Trees
+from ulna.kernels.planning.planning_layout import Path, Trees
 from ulna.planning.blend import is_path_free
 from ulna.planning.kept import narrower, step_of
 from ulna.planning.slices import Pace, Slices, TimeLimit

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.planning.arm_limits import ArmLimits
+from ulna.planning.timing import QUANTITIES
 
 Array = NDArray[np.float64]
-_QUANTITIES = "velocity", "acceleration", "jerk"
 _ROUNDING = 16 * np.finfo(float).eps  # of a position, by its size: the few operations behind it; and of the time, by the velocity
 
 
@@ -73,7 +73,7 @@ def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence
     size = max(1.0, float(np.abs(q).max()), float(samples.t[-1] * np.abs(np.diff(q, axis=0)).max() / period))
     within, worst = True, (-1.0, "", "", 0.0, 0.0, 0.0)
     differences = q
-    for order, quantity in enumerate(_QUANTITIES, start=1):
+    for order, quantity in enumerate(QUANTITIES[1:], start=1):
         differences = np.diff(differences, axis=0) / period
         most = _allowed(quantity, limits, q[order:], differences)
         if most is None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ulna.drivers.planning import search as driver
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.planning import planning_layout as layout
-from ulna.kernels.planning.search_arrays import Trees
+from ulna.kernels.planning.planning_layout import Trees
 from ulna.planning.motion import EdgeChecker, new_path, no_rows
 from ulna.planning.slices import Slices, TimeLimit
 

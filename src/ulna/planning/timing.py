@@ -19,6 +19,7 @@ N_PHASES = 7  # of constant jerk, of a line from rest to rest
 _NO_LIMIT = 1e300
 _ROUNDED = 1 + 1e-8  # of (ds/dt)^2 at the ends, which is measured
 _WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
+QUANTITIES = "position", "velocity", "acceleration", "jerk"  # of a Moment, in its order
 
 
 class Moment(NamedTuple):

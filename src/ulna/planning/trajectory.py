@@ -25,13 +25,14 @@ from ulna.planning.motion_limits import as_limits, limits_of, velocities_of
 from ulna.planning.moving_ends import Ends
 from ulna.planning.replaced import Timed, replaced
 from ulna.planning.ros_message import joint_trajectory
-from ulna.planning.timing import Limits, Moment, Profile, TimedPath
+from ulna.planning.timing import QUANTITIES, Limits, Moment, Profile, TimedPath
 
 if TYPE_CHECKING:
     from ulna.planning.plan import Plan
 
 Array = NDArray[np.float64]
 _MOST_SAMPLES = 10_000_000
+_UNITS = "rad or m", "1/s", "1/s²", "1/s³"  # of a plot
 _IN_PICTURE = 1.5  # of the greatest value of a plot: limits beyond it are not drawn
 _NEAR = 1e-6  # [rad or m]: of a plan's start to the motion that it replaces
 
@@ -108,6 +109,14 @@ class Trajectory:
     def limits_jerk(self) -> bool:
         """Whether the acceleration goes on without jumps, as of a motion made with ``jerk=``."""
         return self._timed.limits_jerk
+
+    @property
+    def limits(self) -> dict[str, tuple[Array, Array]]:
+        """The lower and upper limits that are known of "position", "velocity", "acceleration", "jerk", shape (n_dof,) each."""
+        tree = None if self._motion is None else self._motion.checker.tree
+        known = {} if tree is None else {"position": (tree.lower, tree.upper)}
+        most = zip(QUANTITIES[1:], self._limits or (), strict=False)
+        return known | {name: (-each, each) for name, each in most if each is not None}
 
     def at(self, t: ArrayLike) -> Moment:
         """Positions, velocities and accelerations at times.
@@ -341,30 +350,20 @@ class Trajectory:
         """
         with needs_extra("a plot", "reach", "matplotlib"):
             from matplotlib.figure import Figure  # noqa: PLC0415 - it is optional
-        labels = ["position [rad or m]", "velocity [1/s]", "acceleration [1/s²]", "jerk [1/s³]"][
-            : 4 if self._timed.limits_jerk else 3
-        ]
-        figure = Figure(figsize=(8, 2.6 * len(labels)), layout="constrained")
-        t = np.linspace(0.0, self.duration, 1000)
-        ends = self._ends_of_quantities()
-        for axes, values, label, most in zip(figure.subplots(len(labels), sharex=True), self.at(t), labels, ends, strict=False):
+        shown = list(zip(QUANTITIES, _UNITS, strict=True))[: 4 if self.limits_jerk else 3]
+        figure = Figure(figsize=(8, 2.6 * len(shown)), layout="constrained")
+        t, limits = np.linspace(0.0, self.duration, 1000), self.limits
+        for axes, values, (name, unit) in zip(figure.subplots(len(shown), sharex=True), self.at(t), shown, strict=False):
             lines = axes.plot(t, values, label=self.joint_names)
-            axes.set_ylabel(label)
+            axes.set_ylabel(f"{name} [{unit}]")
             reach = _IN_PICTURE * np.abs(values).max()
-            for low_high in most:
-                for line, end in zip(lines, np.broadcast_to(low_high, len(lines)), strict=True):
+            for ends in limits.get(name, ()):
+                for line, end in zip(lines, ends, strict=True):
                     if abs(end) <= reach:
                         axes.axhline(end, color=line.get_color(), linestyle="dashed", linewidth=0.8)
         figure.axes[0].legend(fontsize="small", ncols=2)
         figure.axes[-1].set_xlabel("time [s]")
         return figure
-
-    def _ends_of_quantities(self) -> list[tuple]:
-        """The lower and the upper limits of position, velocity, acceleration and jerk; none of what is not known."""
-        tree = None if self._motion is None else self._motion.checker.tree
-        positions = () if tree is None else (tree.lower, tree.upper)
-        most = (None,) * 3 if self._limits is None else self._limits
-        return [positions, *(() if each is None else (-np.asarray(each), np.asarray(each)) for each in most)]
 
     def __getstate__(self) -> dict:
         return {name: value for name, value in self.__dict__.items() if name not in {"times", "_at_times"}}

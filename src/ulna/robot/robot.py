@@ -248,7 +248,7 @@ class Robot(Quick):
         """
         return MappingProxyType({state.key: configuration(state, self.tree, self.home) for state in self.srdf.states})
 
-    def q_of_joints(self, names: Sequence[str], positions: ArrayLike, others: ArrayLike | None = None) -> Array:
+    def q_of_joints(self, names: Sequence[str], positions: ArrayLike, *, others: ArrayLike | None = None) -> Array:
         """q, shape (n_dof,), of joints by name: of a ``JointState`` of ROS, its ``name`` and its ``position``.
 
         Args:

@@ -36,7 +36,6 @@ def view(
         port: The TCP port; a free one unless given.
         open_browser: Open a page on this machine, if it has a browser.
         origins: Addresses of other pages that may connect to it, such as ``"https://hub.example.org"`` of a proxy.
-
         steer: Begin with the tab in which the hand is steered, by buttons and keys, with a servo that touches nothing.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Shows a plan: handles of the goal, the arm at its end, the way of the hand as a line, the reason if there is none; plays it."""
+"""Shows a plan: handles of the goal, the arm at its end, the way of the hand, what it keeps, or why there is none; plays it."""
 
 import time
 from collections.abc import Callable
@@ -9,15 +9,14 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.description.pose import quaternion_from_matrix
+from ulna.ik.task import Task
 from ulna.viewer.arm import Arm
-from ulna.viewer.bands import Bands
 from ulna.viewer.html import marked, small_text
 from ulna.viewer.nodes import Handles, add_triangles
 from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN, Color
 from ulna.viewer.plots import Plots
 from ulna.viewer.session.beginning import configurations_of
-from ulna.viewer.session.curves import Curve
-from ulna.viewer.session.planned_motion import ASIDE, JERK, TILT, Planning
+from ulna.viewer.session.planned_motion import ASIDE, JERK, TILT, Curve, Planning
 from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import HandPose
 
@@ -25,6 +24,8 @@ _HINT = "Drag the goal of the hand: a motion to it is planned that touches nothi
 _PLAY, _PAUSE = "Play", "Pause"
 _NO_CURVES: dict[str, Curve] = {}
 _GHOST_OPACITY = 0.3
+_BAND_OPACITY = 0.35
+_CORNERS = 32  # of a cone
 _LONGEST_FRAME = 0.1  # [s] after a pause the arm does not jump
 
 
@@ -50,6 +51,39 @@ class Ghost:
                 node.position, node.wxyz, node.color = poses[link][:3, 3], quaternion_from_matrix(poses[link]), color
         for node in self._nodes.values():
             node.visible = q is not None
+
+
+class Bands:
+    """What a motion keeps: the bar about a line, and the cones in which an axis stays. size: the robot's [m]."""
+
+    def __init__(self, scene: viser.SceneApi, size: float) -> None:
+        look = {"opacity": _BAND_OPACITY, "visible": False, "cast_shadow": False, "receive_shadow": False}
+        side = np.sqrt(2.0) * ASIDE  # a square whose corners are as far away as is allowed
+        self.bar = scene.add_box("/plan/bar", TRAIL, (side, side, 1.0), **look)
+        angle, height = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False), 0.3 * size
+        rim = height * np.stack([np.cos(angle) * np.tan(TILT), np.sin(angle) * np.tan(TILT), np.ones(_CORNERS)], axis=1)
+        vertices = np.concatenate([rim, -rim, np.zeros((1, 3))])  # below the hand, where the arm does not hide it, and above
+        k = np.arange(_CORNERS)
+        upper = np.stack([np.full(_CORNERS, 2 * _CORNERS), k, (k + 1) % _CORNERS], axis=1)
+        faces = np.concatenate([upper, upper + np.array([0, _CORNERS, _CORNERS])])
+        self.cone = scene.add_mesh_simple("/plan/cone", vertices, faces, color=TRAIL, side="double", **look)
+
+    def show_line(self, ends: NDArray[np.float64] | None, color: Color) -> None:
+        """Show the bar about the line between two points [m], shape (2, 3), in a colour; hide it for None."""
+        self.bar.visible = ends is not None
+        if ends is not None:
+            along = ends[1] - ends[0]
+            length = float(np.linalg.norm(along))
+            side = self.bar.dimensions[0]
+            self.bar.dimensions, self.bar.color = (side, side, length), color
+            self.bar.position = ends.mean(axis=0)
+            self.bar.wxyz = quaternion_from_matrix(Task.pointing(along / length).frame)
+
+    def show_tilt(self, point: NDArray[np.float64] | None) -> None:
+        """Show the cones above and below a point [m], shape (3,); hide it for None."""
+        self.cone.visible = point is not None
+        if point is not None:
+            self.cone.position = point
 
 
 class PlanPanel:

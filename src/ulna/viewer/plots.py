@@ -7,11 +7,12 @@ from itertools import cycle, islice
 import numpy as np
 import viser
 
+from ulna.planning.timing import QUANTITIES
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 from ulna.viewer.html import STYLE
 from ulna.viewer.palette import CURVES, RED, SLATE
-from ulna.viewer.session.curves import QUANTITIES, Curve
+from ulna.viewer.session.planned_motion import Curve
 
 _ALL = "all, as shares of their limits"
 _PER = ("", "/s", "/s²", "/s³")

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.viewer.session.curves import Curve
-from ulna.viewer.session.planned_motion import JERK, Planning
+from ulna.viewer.session.planned_motion import JERK, Curve, Planning
 from ulna.viewer.session.session import Session
 
 HEIGHT = 0.35

@@ -107,7 +107,7 @@ class ServoNode(Node):
             InputError: There are more or fewer velocities than names.
         """
         still = np.zeros(self._robot.n_dof)
-        return {"velocity": self._robot.q_of_joints(message.joint_names, message.velocities, still)}
+        return {"velocity": self._robot.q_of_joints(message.joint_names, message.velocities, others=still)}
 
     def _take(self, goal_of: Callable[[Any], dict[str, Any]], message: Any) -> None:
         try:
@@ -117,7 +117,7 @@ class ServoNode(Node):
 
     def _measure(self, message: JointState) -> None:
         try:
-            self._q = self._robot.q_of_joints(message.name, message.position, self._q)
+            self._q = self._robot.q_of_joints(message.name, message.position, others=self._q)
         except InputError as error:
             self._warn(f"these are not the arm's joints, they are ignored: {error}")
 

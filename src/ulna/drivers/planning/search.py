@@ -15,7 +15,7 @@ from ulna.engine.decorators import entry, kernel
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, NUMBERS, SCENES, TABLE
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
-from ulna.kernels.planning.search_arrays import Path, Trees
+from ulna.kernels.planning.planning_layout import Path, Trees
 
 _TREES = MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES  # the types of ``Trees``
 _PATH = MATRIX, INDICES, MATRIX  # and of a ``Path``

@@ -1,7 +1,7 @@
 """Solves two links about parallel axes 2 and 3, in the frame of these; and with a spherical wrist the whole arm.
 
-In the frame F of axis 2 (``frames``) v = F' R_1' p - F' P_1 is a plane vector, but for its part along the axis, which is known.
-Two is P_2 and three is P_3 there: v = R_2 (two + R_3 three).
+In the frame F of axis 2 (``closed_form_rows``) v = F' R_1' p - F' P_1 is a plane vector, but for its part along the axis, which
+is known. Two is P_2 and three is P_3 there: v = R_2 (two + R_3 three).
 
 With a wrist (``parallel_wrist``), as industrial arms have, it is the first family of ``spherical_wrist``, with its
 steps and sources.
@@ -9,10 +9,23 @@ steps and sources.
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind, worse
 from ulna.kernels.chain.closed_form_layout import AXES, NORMALS, OF_2, OF_4, POINTS
-from ulna.kernels.chain.closed_form_rows import free_angle, put, put_known, tabled
-from ulna.kernels.chain.frames import by_columns, end_frame, in_frame, turned
+from ulna.kernels.chain.closed_form_rows import (
+    DOUBLE,
+    accuracy,
+    by_columns,
+    end_frame,
+    free_angle,
+    in_frame,
+    near_base,
+    near_behind,
+    put,
+    put_known,
+    sure_behind,
+    tabled,
+    turned,
+    worse,
+)
 from ulna.kernels.chain.spherical_wrist import outer_angles, wrist
 from ulna.kernels.chain.subproblems import angle_onto_in_frame, angles_to_sphere_in_frame, one_of_two, turn, wrapped
 from ulna.kernels.spatial.elementary import full_circle_angle, minimum

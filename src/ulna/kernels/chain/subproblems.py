@@ -85,7 +85,7 @@ def angle_onto(p, q, k, free):
 
 @kernel
 def angle_onto_in_frame(p, q, free):
-    """``angle_onto`` for p and q in the frame of the axis (``frames``)."""
+    """``angle_onto`` for p and q in the frame of the axis (``closed_form_rows``)."""
     return unit_angle(p[0] * q[1] - p[1] * q[0], p[0] * q[0] + p[1] * q[1], free)
 
 
@@ -126,7 +126,7 @@ def angles_to_sphere(p, q, k, square, free):
 
 @kernel
 def angles_to_sphere_in_frame(p, q, square, free):
-    """``angles_to_sphere`` in the frame of the axis (``frames``), of the parts of p and q across it."""
+    """``angles_to_sphere`` in the frame of the axis (``closed_form_rows``), of the parts of p and q across it."""
     a_s, a_c = q[1] * p[0] - q[0] * p[1], q[0] * p[0] + q[1] * p[1]
     b = 0.5 * (p[0] * p[0] + p[1] * p[1] + q[0] * q[0] + q[1] * q[1] - square)
     return angles_of_two(a_s, a_c, b, a_s * a_s + a_c * a_c - b * b, free)
@@ -134,7 +134,7 @@ def angles_to_sphere_in_frame(p, q, square, free):
 
 @kernel
 def angles_to_direction(h, p, k, v, bends, free):
-    """Subproblem 4 for unit vectors with d = h . v, v in the frame of h (``frames``); returns as ``angles_to_plane``.
+    """Subproblem 4 for unit vectors with d = h . v, v in the frame of h (``closed_form_rows``); returns as ``angles_to_plane``.
 
     b as a cosine loses half its digits where h and v are nearly parallel, as at the singularity of a wrist. So the discriminant
     is (1 - h.v - bends[0]) (1 + h.v - bends[1]), with 1 - h.v = |h - v|^2 / 2 and 1 + h.v = |h + v|^2 / 2, and of the angles a

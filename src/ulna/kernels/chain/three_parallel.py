@@ -9,21 +9,26 @@ Source: Elias and Wen, IK-Geo (2022), section 5; Ostermeier, Kuelz and Althoff, 
    unless the two links do not reach then; if so ``bend`` is the nearest for which they are just stretched or folded.
 4. R_1' p - P_1 - rot(h_2, bend) P_4 = R_2 (P_2 + R_3 P_3): its length gives q_3, two of them, its direction q_2.
 
-All but step 1 is in the frames F_2 and F_6 of axes 2 and 6 (``frames``, ``parallel_links``): W = F_2' R_1' R F_6 is a matrix,
-for each q_1.
+All but step 1 is in the frames F_2 and F_6 of axes 2 and 6 (``closed_form_rows``, ``parallel_links``): W = F_2' R_1' R F_6 is a
+matrix, for each q_1.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, load, sqrt
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import AXES, BENDS, OF_2, POINTS
-from ulna.kernels.chain.closed_form_rows import free_angle, tabled
-from ulna.kernels.chain.frames import (
+from ulna.kernels.chain.closed_form_rows import (
+    DOUBLE,
+    accuracy,
     column,
     end_frame,
     fifth_row,
     fifth_turn,
+    free_angle,
     in_frame,
+    near_base,
+    near_behind,
+    sure_behind,
+    tabled,
     turned,
     turned_back,
 )

@@ -1,4 +1,4 @@
-"""Plans the motion of a view's arm to a goal, and moves the arm along it."""
+"""Plans the motion of a view's arm to a goal, samples it as curves to plot, and moves the arm along it."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ulna.description.pose import as_one_pose
 from ulna.ik.result import IKResult
 from ulna.planning.keep import Keep
 from ulna.planning.plan import Plan, PlanStatus
+from ulna.planning.timing import QUANTITIES
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
-from ulna.viewer.session.curves import Curve, curves_of
 from ulna.viewer.session.session import Session
 
 NAME = "planning a motion"
@@ -27,7 +27,31 @@ _VELOCITY = 1.0  # [rad/s or m/s] of joints whose description gives none
 TILT = float(np.radians(5.0))  # [rad] how far what points up may tilt, where that is kept
 ASIDE = 0.005  # [m] how far the hand may be from the line, where that is kept
 _POINTS = 200  # of the line that is drawn
+_SAMPLES = 400  # of a curve
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """One quantity of a motion over time.
+
+    Attributes:
+        t: Times [s], shape (n,).
+        values: The quantity of each entry of q, in radians or metres and seconds, shape (n, n_dof).
+        low, high: Its limits, shape (n_dof,) each; infinite where there are none.
+    """
+
+    t: Array
+    values: Array
+    low: Array
+    high: Array
+
+    @property
+    def shares(self) -> Array:
+        """The values from -1 at the lower limit to 1 at the upper one, shape (n, n_dof); NaN where there are no limits."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            middle, half = (self.low + self.high) / 2, (self.high - self.low) / 2
+            return np.where(np.isfinite(half) & (half > 0.0), (self.values - middle) / half, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +110,14 @@ def planned(
     motion = plan.trajectory(velocity=velocity, acceleration=_ACCELERATION, jerk=jerk)
     q = motion.at(np.linspace(0.0, motion.duration, _POINTS)).q
     way = robot.forward_kinematics(q, link=link)[:, :3, 3]
-    return Planned(plan, motion, way, motion.q[-1], curves_of(robot, motion, velocity, _ACCELERATION, jerk), line)
+    return Planned(plan, motion, way, motion.q[-1], curves_of(motion), line)
+
+
+def curves_of(motion: Trajectory) -> dict[str, Curve]:
+    """The curves of a motion by quantity; no jerk if it is not limited: then the acceleration has jumps."""
+    t = np.linspace(0.0, motion.duration, _SAMPLES)
+    values: dict[str, Array] = dict(zip(QUANTITIES, motion.at(t), strict=True))
+    return {name: Curve(t, values[name], *ends) for name, ends in motion.limits.items()}
 
 
 class Planning:
