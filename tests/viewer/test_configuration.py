@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.viewer.configuration import as_text, first_row
+from ulna.viewer.move_panel import as_text, first_row
 from ulna.viewer.stage import floor_height
 
 

@@ -6,8 +6,8 @@ import pytest
 import ulna
 from processes import wait_for
 from robot_files import example_urdfs, rtb_package_dirs, rtb_xacros
-from ulna.viewer.hand_panel import HandPanel
 from ulna.viewer.joint_sliders import JointSliders
+from ulna.viewer.move_panel import HandPanel
 from ulna.viewer.page import Page
 from ulna.viewer.readings import EllipsoidPanel
 from ulna.viewer.session.session import Session

@@ -7,7 +7,7 @@ import pytest
 
 import ulna
 from coroutines import run_coroutine
-from ulna.viewer.hand_panel import HandPanel
+from ulna.viewer.move_panel import HandPanel
 from ulna.viewer.nodes import Handles
 from ulna.viewer.page import Page
 from ulna.viewer.session.session import Session

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.viewer.hand_panel import HandPanel
+from ulna.viewer.move_panel import HandPanel
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import Page
 from ulna.viewer.session.clearance import ShapeNames

@@ -9,7 +9,7 @@ import ulna
 from browser import around, arrow, camera_of, drag, pixels, project, wait_to_see
 from colors import count
 from processes import wait_for
-from ulna.viewer.configuration import as_text
+from ulna.viewer.move_panel import as_text
 from ulna.viewer.palette import FLOOR_CELLS
 from ulna.viewer.readings import COLOR
 

@@ -95,7 +95,7 @@ def replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFr
 
 
 def _replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed | None:
-    """The same; None if no way into the path is free."""
+    """``replaced``; None if no way into the path is free."""
     if isinstance(timed, Continued):
         if at < timed.first.duration:
             return _replaced(timed.first, path, at, limits, is_free)

@@ -14,11 +14,10 @@ from ulna.description.meshes.hulls import in_place_of_meshes
 from ulna.robot import Robot
 from ulna.viewer.arm import Arm, VisibilityPanel
 from ulna.viewer.compiler import Compiler, rehearsals
-from ulna.viewer.configuration import ConfigurationPanel
-from ulna.viewer.hand_panel import HandPanel
 from ulna.viewer.html import copyable, small_text
 from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
+from ulna.viewer.move_panel import ConfigurationPanel, HandPanel
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.plan_panel import PlanPanel
