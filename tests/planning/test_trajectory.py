@@ -325,10 +325,18 @@ def test_a_figure_shows_positions_velocities_and_accelerations(plan):
 def test_a_figure_has_the_limits_of_positions_that_are_near(plan):
     motion = plan.trajectory(acceleration=5.0)
     figure = motion.plot()
-    tree, drawn = motion._motion.checker.tree, {end.get_ydata()[0] for end in figure.axes[0].lines[7:]}
+    drawn = {end.get_ydata()[0] for end in figure.axes[0].lines[7:]}
     reach = 1.5 * np.abs(motion.at(np.linspace(0, motion.duration, 1000)).q).max()
-    assert drawn == {end for end in (*tree.lower, *tree.upper) if abs(end) <= reach}
+    assert drawn == {end for end in np.ravel(motion.limits["position"]) if abs(end) <= reach}
     assert drawn
+
+
+def test_a_motion_says_the_limits_with_which_it_was_made(panda, plan):
+    limits = plan.trajectory(acceleration=5.0, velocity=np.arange(1.0, 8.0)).limits
+    assert list(limits) == ["position", "velocity", "acceleration"]
+    assert np.array_equal(limits["position"], [panda.lower, panda.upper])
+    assert np.array_equal(limits["velocity"], [-np.arange(1.0, 8.0), np.arange(1.0, 8.0)])
+    assert np.array_equal(plan.trajectory(acceleration=5.0, jerk=100.0).limits["jerk"], [[-100.0] * 7, [100.0] * 7])
 
 
 def test_a_trajectory_survives_pickling(plan):
