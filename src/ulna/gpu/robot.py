@@ -16,7 +16,7 @@ from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, ove
 from ulna.gpu.device_array import as_own
 from ulna.gpu.forward import frames_of, jacobians, poses
 from ulna.gpu.rows import as_float64
-from ulna.gpu.search import DeviceResult, OnHost, Search
+from ulna.gpu.search import DeviceResult, DeviceSearch, OnHost
 from ulna.gpu.single import in_single
 from ulna.gpu.solutions import DeviceSolutions, all_solutions
 from ulna.ik.options import Options
@@ -158,7 +158,7 @@ class GpuRobot:
         targets = self._wide_rows("T", own, (4, 4)) if stays else np.ascontiguousarray(own).reshape(-1, 4, 4)
         if world is not None:
             self._scenes.of(world, True, np.float64)
-        search = Search(
+        search = DeviceSearch(
             self.robot._inverse_kinematics,  # noqa: SLF001 - a part of it
             query,
             self._seeds(q_seed, batch),

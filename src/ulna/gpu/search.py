@@ -52,7 +52,7 @@ class OnHost(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class DeviceSearch:
     """A search of several targets.
 
     Attributes:

@@ -19,7 +19,7 @@ from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.search.numeric import NumericSolver, bound_to_one_target, nearest_poses, result_of, searched, trace_of
 from ulna.ik.search.ranking import CollisionFilter, Cost, collisions_of, cost_of, refuse_clearance_of_nothing
-from ulna.ik.search.restarts import Search, run_from_each
+from ulna.ik.search.restarts import PoseSearch, run_from_each
 from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.turns import turned_towards, turning_columns
@@ -116,7 +116,7 @@ class ClosedFormSolver:
         """The result for q (n, n_dof) and info (n, N_INFO), of which some are solved."""
         if (info[:, layout.STATUS] == layout.NOT_A_POSE).any():
             refuse_no_pose(problem.targets.reshape(*problem.batch, 4, 4))
-        search, rest = Search(problem, None, q, info, ~solved, np.zeros(len(q), dtype=bool)), np.flatnonzero(~solved)
+        search, rest = PoseSearch(problem, None, q, info, ~solved, np.zeros(len(q), dtype=bool)), np.flatnonzero(~solved)
         if len(rest):
             proved, excess = self._proved(problem.some(rest))
             proved &= not self._trace  # a trace is one of the search

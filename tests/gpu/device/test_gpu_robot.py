@@ -15,7 +15,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 from numba import cuda
 
 import ulna
-from ulna.gpu.search import Search
+from ulna.gpu.search import DeviceSearch
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
 N = 7 if SIMULATED else 20_000
@@ -133,8 +133,8 @@ def test_an_axis_of_the_link_points_as_the_targets_axis(panda, on_gpu):
 
 
 def test_solutions_are_clear_of_a_world(panda, on_gpu, monkeypatch):
-    left, by_cpu = [], Search._by_cpu
-    monkeypatch.setattr(Search, "_by_cpu", lambda *given: left.append(len(given[2])) or by_cpu(*given))
+    left, by_cpu = [], DeviceSearch._by_cpu
+    monkeypatch.setattr(DeviceSearch, "_by_cpu", lambda *given: left.append(len(given[2])) or by_cpu(*given))
     world = shelf()
     T = panda.forward_kinematics(clear_configurations(panda, world, N))
     colliding = panda.in_collision(on_gpu.inverse_kinematics(T).q, world)

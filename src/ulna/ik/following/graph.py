@@ -23,7 +23,7 @@ Key = tuple[int, int, int]  # tells edges apart: the layer, and the nodes at bot
 
 
 @dataclass(frozen=True, eq=False)
-class Edges:
+class LayerEdges:
     """Edges from one layer to the next, in the order of where they end.
 
     Attributes:
@@ -40,18 +40,18 @@ class Edges:
     shift: Counts
     sources: Counts
 
-    def without(self, begin: int, end: int) -> Edges:
+    def without(self, begin: int, end: int) -> LayerEdges:
         """These edges less one."""
         kept = (self.begin != begin) | (self.end != end)
-        return Edges(self.begin[kept], self.end[kept], self.cost[kept], self.shift[kept], self.sources)
+        return LayerEdges(self.begin[kept], self.end[kept], self.cost[kept], self.shift[kept], self.sources)
 
 
-def edges_between(lifts: Lifts, a: Array, b: Array, longest: float, weight: float) -> Edges:
+def edges_between(lifts: Lifts, a: Array, b: Array, longest: float, weight: float) -> LayerEdges:
     """The edges between nodes a (m, n_dof) and b (k, n_dof) whose largest joint step is at most ``longest``."""
     begin, end, steps, turns = _short_steps(lifts, a, b, longest) if longest < TURN / 2 else _all_steps(lifts, a, b, longest)
     codes, shift = np.unique(lifts.code(turns), return_inverse=True)
     sources = np.array([lifts.sources(int(code)) for code in codes], dtype=np.int64).reshape(len(codes), len(lifts.table))
-    return Edges(begin, end, weight * (steps**2).sum(axis=-1), shift, sources)
+    return LayerEdges(begin, end, weight * (steps**2).sum(axis=-1), shift, sources)
 
 
 def _short_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Counts, Counts, Array, Counts]:
@@ -108,7 +108,7 @@ class Sweep:
         return Sweep(self.costs[:n_layers], self.before[: n_layers - 1])
 
 
-def _advanced(cost: Array, edges: Edges, n_nodes: int) -> tuple[Array, Counts]:
+def _advanced(cost: Array, edges: LayerEdges, n_nodes: int) -> tuple[Array, Counts]:
     """The cheapest sums over edges at each lift of the nodes of the next layer, and where they come from."""
     reached, before = np.full((n_nodes, cost.shape[1]), np.inf), np.full((n_nodes, cost.shape[1]), -1)
     if len(edges.end):
@@ -121,7 +121,7 @@ def _advanced(cost: Array, edges: Edges, n_nodes: int) -> tuple[Array, Counts]:
     return reached, before
 
 
-def _through(cost: Array, edges: Edges) -> tuple[Array, Counts]:
+def _through(cost: Array, edges: LayerEdges) -> tuple[Array, Counts]:
     """The costs of chains through each edge to each lift, and the node and the lift that they come from, (m, n_lifts)."""
     come_from = edges.sources[edges.shift]
     come = cost[edges.begin[:, None], come_from] + edges.cost[:, None]
@@ -141,11 +141,11 @@ class Graph:
 
     def __init__(self, course: Course, nodes: list[Array], costs: list[Array], longest: Array, weights: Array) -> None:
         self.course, self.nodes, self._costs, self._longest, self._weights = course, nodes, costs, longest, weights
-        self._edges: dict[int, Edges] = {}
+        self._edges: dict[int, LayerEdges] = {}
         self.removed: set[Key] = set()
         self.done = Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
 
-    def edges(self, k: int) -> Edges:
+    def edges(self, k: int) -> LayerEdges:
         """Those from layer k to the next, made when they are first needed, less those found wrong."""
         if k not in self._edges:
             nodes, following = self.nodes[k], self.nodes[k + 1]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ulna.ik.options import DEFAULT_BUDGET
 from ulna.ik.problem import STEPS, Problem, excess_of, rows_for
 from ulna.ik.result import CODES, Status
-from ulna.ik.search.restarts import Restart, Search, run_starts
+from ulna.ik.search.restarts import PoseSearch, Restart, run_starts
 from ulna.ik.search.starts import limit_starts
 from ulna.ik.search.units import jacobian_in_unit
 from ulna.kernels.ik import search_layout as layout
@@ -23,7 +23,7 @@ _SETTLED, _SETTLING_STEPS = 16, 100  # starts that converge to the nearest pose 
 _SINGULAR = 1e-3  # of the largest singular value times the error's size
 
 
-def close_unreachable(search: Search) -> None:
+def close_unreachable(search: PoseSearch) -> None:
     """Mark the targets that are provably out of reach."""
     problem, options, reach = search.problem, search.problem.query.options, search.problem.query.reach
     slack = np.linalg.norm(options.task.slack[:3])
@@ -57,7 +57,7 @@ def _link_targets(problem: Problem, order: NDArray[np.int64] | list[int]) -> Arr
     return targets
 
 
-def explain_open(search: Search, *, out_of_time: bool) -> None:
+def explain_open(search: PoseSearch, *, out_of_time: bool) -> None:
     """Set the status of every unsolved target, or the solution that the search for a reason finds."""
     problem, options = search.problem, search.problem.query.options
     close_unreachable(search)
@@ -75,7 +75,7 @@ def explain_open(search: Search, *, out_of_time: bool) -> None:
             _set(search, np.array([i]), Status.SINGULAR)
 
 
-def _close_collided(search: Search) -> NDArray[np.int64]:
+def _close_collided(search: PoseSearch) -> NDArray[np.int64]:
     """Close the targets whose solutions all collide. Returns the indices of the others."""
     open_ = np.flatnonzero(search.open)
     collided = np.isin(open_, list(search.rejected))
@@ -86,11 +86,11 @@ def _close_collided(search: Search) -> NDArray[np.int64]:
     return open_[~collided]
 
 
-def _set(search: Search, targets: NDArray[np.int64], status: Status) -> None:
+def _set(search: PoseSearch, targets: NDArray[np.int64], status: Status) -> None:
     search.info[targets, layout.STATUS] = CODES[status]
 
 
-def _search_beyond(search: Search, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.int64]:
+def _search_beyond(search: PoseSearch, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.int64]:
     """Search within wider bounds; if that solves, record the least excess over the problem's own bounds.
 
     A result may be within the problem's own bounds, or close to a solution that is, so the search first continues within them
@@ -117,7 +117,7 @@ def _search_beyond(search: Search, order: NDArray[np.int64], bounds: Array, stat
     return order[search.open[order]]
 
 
-def _search_at_limits(search: Search, order: NDArray[np.int64]) -> None:
+def _search_at_limits(search: PoseSearch, order: NDArray[np.int64]) -> None:
     """Search on from configurations with joints at their limits: solutions with such joints are the ones most often missed."""
     for part in (order[begin : begin + _AT_ONCE] for begin in range(0, len(order), _AT_ONCE)):
         search.run_from(part, limit_starts(search.problem, part, _AT_LIMITS), STEPS)
@@ -137,7 +137,7 @@ def _without_limits(problem: Problem) -> Array:
     return bounds
 
 
-def settle_open(search: Search, *, out_of_time: bool) -> None:
+def settle_open(search: PoseSearch, *, out_of_time: bool) -> None:
     """Let the best configurations of unsolved targets converge to the nearest pose that can be reached from there."""
     problem = search.problem
     rest = np.flatnonzero((search.info[:, layout.STATUS] != layout.SOLVED) & (search.info[:, layout.STATUS] != layout.NOT_A_POSE))

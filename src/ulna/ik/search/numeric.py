@@ -30,7 +30,7 @@ from ulna.ik.reason import Explanation
 from ulna.ik.result import CODES, IKResult, Status
 from ulna.ik.search.diagnosis import close_unreachable, explain_open, reach_in_words, settle_open
 from ulna.ik.search.ranking import CollisionFilter, collisions_of, cost_of, refuse_clearance_of_nothing
-from ulna.ik.search.restarts import Restart, Search, run_from_each, search_with_restarts
+from ulna.ik.search.restarts import PoseSearch, Restart, run_from_each, search_with_restarts
 from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.tree import entry_names
@@ -135,20 +135,20 @@ def _is_usual(query: Query) -> bool:
     )
 
 
-def nearest_poses(problem: Problem) -> Search:
+def nearest_poses(problem: Problem) -> PoseSearch:
     """The nearest configurations to targets without a solution within the limits; and which of them are out of reach."""
-    search = Search.of(problem, None)
+    search = PoseSearch.of(problem, None)
     search.run(Restart(0, _MOST, STEPS, from_seed=True))
     close_unreachable(search)
     settle_open(search, out_of_time=False)
     return search
 
 
-def searched(problem: Problem, collisions: CollisionFilter | None) -> Search:
+def searched(problem: Problem, collisions: CollisionFilter | None) -> PoseSearch:
     """Restarts; then, for unsolved targets, the best pose that can be reached and the reason."""
     rank = problem.query.options.rank
     cost, count = cost_of(problem, collisions), _FEW if rank is None and collisions is None else _MANY
-    search = Search.of(problem, cost)
+    search = PoseSearch.of(problem, cost)
     out_of_time = search_with_restarts(search, count, close_unreachable, seed_alone=rank is None)
     if not (search.info[:, layout.STATUS] == layout.SOLVED).all():
         settle_open(search, out_of_time=out_of_time)
@@ -156,7 +156,7 @@ def searched(problem: Problem, collisions: CollisionFilter | None) -> Search:
     return search
 
 
-def result_of(search: Search, collisions: CollisionFilter | None, trace: Array | None, no_solution: str = "") -> IKResult:
+def result_of(search: PoseSearch, collisions: CollisionFilter | None, trace: Array | None, no_solution: str = "") -> IKResult:
     """What a search found, and why it found no more. no_solution: why a target that is within reach has none."""
     problem, query = search.problem, search.problem.query
     hit = np.flatnonzero(search.info[:, layout.STATUS] == CODES[Status.IN_COLLISION])
@@ -173,7 +173,7 @@ def result_of(search: Search, collisions: CollisionFilter | None, trace: Array |
     return IKResult(q, search.info, problem.batch, query.options.tolerances, explanation)
 
 
-def trace_of(search: Search) -> Array | None:
+def trace_of(search: PoseSearch) -> Array | None:
     """The trace of the result for one target; None unless the options ask for it."""
     if not search.problem.query.options.trace:
         return None

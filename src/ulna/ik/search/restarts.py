@@ -60,7 +60,7 @@ def restarts_of(problem: Problem, n_first: int, *, seed_alone: bool) -> Iterator
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class PoseSearch:
     """The best results so far, and what is known about the targets without one; a target's number is its row.
 
     Attributes:
@@ -88,7 +88,7 @@ class Search:
     limit_excess: dict[int, Array] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, problem: Problem, cost: Cost | None) -> "Search":
+    def of(cls, problem: Problem, cost: Cost | None) -> "PoseSearch":
         """A search that has not begun."""
         n, n_dof = len(problem.targets), problem.query.tree.n_dof
         info = np.zeros((n, layout.N_INFO))
@@ -136,7 +136,7 @@ class Search:
         self.open[order[accepted | (info[:, layout.STATUS] == layout.NOT_A_POSE)]] = False
         return accepted
 
-    def put(self, order: NDArray[np.int64], other: "Search") -> None:
+    def put(self, order: NDArray[np.int64], other: "PoseSearch") -> None:
         """Write the results of another search, for some of the targets (m,)."""
         self.q[order], self.info[order], self.with_posture[order] = other.q, other.info, other.with_posture
         for name in ("origins", "reach_excess", "limit_excess"):
@@ -155,7 +155,7 @@ class Search:
             self.rejected.setdefault(int(order[row]), (q[row, k].copy(), info[row, k].copy()))
 
 
-def run_from_branches(search: Search) -> None:
+def run_from_branches(search: PoseSearch) -> None:
     """Start from branches of a closed form: for open targets, and for all where the best is wanted."""
     ranked = search.problem.query.options.rank is not None
     wanted = search.info[:, layout.STATUS] != layout.NOT_A_POSE if ranked else search.open
@@ -166,7 +166,7 @@ def run_from_branches(search: Search) -> None:
         search.run_from(order, starts, steps=0)
 
 
-def search_with_restarts(search: Search, n_first: int, give_up: Callable[[Search], None], *, seed_alone: bool) -> bool:
+def search_with_restarts(search: PoseSearch, n_first: int, give_up: Callable[[PoseSearch], None], *, seed_alone: bool) -> bool:
     """All rounds until no target is open, the budget is spent or time is up; True if time was up.
 
     The first random round has ``n_first`` starts for every target; after it ``give_up`` closes targets that are out of reach. A
