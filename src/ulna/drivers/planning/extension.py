@@ -42,7 +42,7 @@ def extend_by(keeping, context, trees, tree, near, step, radius, state):
 
 @routine
 def extend_along(context, trees, tree, near, at, new, radius, state):
-    """The same with constraints; ``at`` is moved to the last node."""
+    """``extend`` along the constraints; ``at`` is moved to the last node."""
     curve, settings, space, node, end = context.keeping.curve, context.settings, context.space, near, layout.BESIDE
     aim = curve[WIDTH + 1]
     for _ in range(int(settings[layout.STRIDES])):

@@ -136,7 +136,7 @@ def short_cut_by(keeping, context, path, edges, ends, most, state):
 
 @routine
 def short_cut_along(context, path, i, j, ends, most, state):
-    """The same between two places on edges i and j, along the constraints, if that is not longer than ``most``.
+    """Make a short cut between two places on edges i and j, along the constraints, if it is not longer than ``most``.
 
     The pass ends after N_FAILURES in a row: one that leads along constraints takes as many edges as a part of the path has.
     """

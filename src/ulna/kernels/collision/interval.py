@@ -95,7 +95,7 @@ def spare(scene, apart, row):
 
 @kernel
 def tree_spare(apart):
-    """The same for all objects in the BVH."""
+    """How much less than the widest margin all objects in the BVH need [m]."""
     return widest(apart, 1) - widest(apart, 2)
 
 
