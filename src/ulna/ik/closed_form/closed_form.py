@@ -20,7 +20,7 @@ The proof. The equations follow from the pose, so a pose has no solution but tho
 hides one. Each branch carries how well its worst angle is determined. Where a cos q + b sin q = c has an amplitude
 (a^2 + b^2)^(1/2) of nothing but rounding, any q solves it: the solutions are a continuum where there is one, and else
 nothing is proved. Where its two roots are one to rounding, they are ``coinciding``. Where it has no root, but rounding alone may
-have taken it, nothing is proved (``kernels/chain/closed_form_rows``).
+have taken it, nothing is proved (``kernels/chain/accuracy``).
 """
 
 from dataclasses import dataclass, field

@@ -9,23 +9,9 @@ steps and sources.
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind, worse
 from ulna.kernels.chain.closed_form_layout import AXES, NORMALS, OF_2, OF_4, POINTS
-from ulna.kernels.chain.closed_form_rows import (
-    DOUBLE,
-    accuracy,
-    by_columns,
-    end_frame,
-    free_angle,
-    in_frame,
-    near_base,
-    near_behind,
-    put,
-    put_known,
-    sure_behind,
-    tabled,
-    turned,
-    worse,
-)
+from ulna.kernels.chain.closed_form_rows import by_columns, end_frame, free_angle, in_frame, put, put_known, tabled, turned
 from ulna.kernels.chain.spherical_wrist import outer_angles, wrist
 from ulna.kernels.chain.subproblems import angle_onto_in_frame, angles_to_sphere_in_frame, one_of_two, turn, wrapped
 from ulna.kernels.spatial.elementary import full_circle_angle, minimum

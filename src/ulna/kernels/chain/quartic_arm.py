@@ -11,19 +11,9 @@ and cosines of q_1 and of one other angle, and so is a pair of circles (``two_ci
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, where
+from ulna.kernels.chain.accuracy import DOUBLE_OF_QUARTIC, accuracy, near_base, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import AXES, HARDLY_DETERMINED, OF_2, POINTS
-from ulna.kernels.chain.closed_form_rows import (
-    DOUBLE_OF_QUARTIC,
-    accuracy,
-    end_frame,
-    free_angle,
-    in_frame,
-    near_base,
-    near_behind,
-    sure_behind,
-    tabled,
-    turned,
-)
+from ulna.kernels.chain.closed_form_rows import end_frame, free_angle, in_frame, tabled, turned
 from ulna.kernels.chain.parallel_links import behind_first, four_angles, links, two_links
 from ulna.kernels.chain.spherical_wrist import behind_arm, position_square, wrist
 from ulna.kernels.chain.subproblems import angle_onto, reversed_vector, turn, turn_back

@@ -14,6 +14,7 @@ Where an equation is linear the sign that chooses among its solutions has to be 
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, where
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import (
     AXES,
     FAMILY,
@@ -30,16 +31,7 @@ from ulna.kernels.chain.closed_form_layout import (
     SLIDES_TURN,
     TURN_SLIDES,
 )
-from ulna.kernels.chain.closed_form_rows import (
-    DOUBLE,
-    accuracy,
-    end_frame,
-    free_angle,
-    near_base,
-    near_behind,
-    sure_behind,
-    tabled,
-)
+from ulna.kernels.chain.closed_form_rows import end_frame, free_angle, tabled
 from ulna.kernels.chain.spherical_wrist import behind_arm, inner_angles, other_angle, wrist
 from ulna.kernels.chain.subproblems import angles_to_plane, one_of_two, reversed_vector, turn, turn_back
 from ulna.kernels.spatial.elementary import full_circle_angle, maximum, minimum

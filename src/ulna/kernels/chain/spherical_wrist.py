@@ -15,6 +15,7 @@ Where axes 2 and 3 are parallel behind a first one that turns, steps 1 and 2 are
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind, worse
 from ulna.kernels.chain.closed_form_layout import (
     AXES,
     BENDS,
@@ -29,22 +30,16 @@ from ulna.kernels.chain.closed_form_layout import (
     POINTS,
 )
 from ulna.kernels.chain.closed_form_rows import (
-    DOUBLE,
-    accuracy,
     by_columns,
     column,
     end_frame,
     fifth_turn,
     free_angle,
-    near_base,
-    near_behind,
     put,
     put_known,
-    sure_behind,
     tabled,
     turned,
     turned_back,
-    worse,
 )
 from ulna.kernels.chain.subproblems import (
     angle_onto,

@@ -15,19 +15,15 @@ matrix, for each q_1.
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, load, sqrt
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind
 from ulna.kernels.chain.closed_form_layout import AXES, BENDS, OF_2, POINTS
 from ulna.kernels.chain.closed_form_rows import (
-    DOUBLE,
-    accuracy,
     column,
     end_frame,
     fifth_row,
     fifth_turn,
     free_angle,
     in_frame,
-    near_base,
-    near_behind,
-    sure_behind,
     tabled,
     turned,
     turned_back,
