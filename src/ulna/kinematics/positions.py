@@ -109,9 +109,7 @@ def q_of_joints(names: Sequence[str], positions: ArrayLike, others: ArrayLike | 
     return q
 
 
-def as_out(
-    out: NDArray[Any] | None, shape: tuple[int, ...], *inputs: NDArray[Any], dtype: type = np.float64, name: str = "out"
-) -> NDArray[Any]:
+def as_out(out: NDArray[Any] | None, shape: tuple[int, ...], *inputs: NDArray[Any], dtype: type = np.float64) -> NDArray[Any]:
     """The array to write a result to: ``out`` if it is given and fits, else a new one.
 
     Args:
@@ -119,7 +117,6 @@ def as_out(
         shape: The shape of the result.
         inputs: The arrays from which the result is computed; they must not share memory with ``out``.
         dtype: The type of the result.
-        name: The argument's name.
 
     Example:
         >>> as_out(None, (2, 3)).shape
@@ -128,13 +125,13 @@ def as_out(
     if out is None:
         return np.empty(shape, dtype)
     if type(out) is not np.ndarray:
-        raise InputError(name, f"{type(out).__name__}; a NumPy array is expected")
+        raise InputError("out", f"{type(out).__name__}; a NumPy array is expected")
     if out.shape != shape or out.dtype != dtype or not out.dtype.isnative:
-        raise InputError(name, f"{out.dtype} of shape {out.shape}; {np.dtype(dtype)} of shape {shape} is expected")
+        raise InputError("out", f"{out.dtype} of shape {out.shape}; {np.dtype(dtype)} of shape {shape} is expected")
     if not out.flags.carray:
-        raise InputError(name, "a writable, aligned, C-contiguous array is expected; numpy.empty(shape) makes one")
+        raise InputError("out", "a writable, aligned, C-contiguous array is expected; numpy.empty(shape) makes one")
     if any(_share(out, given) for given in inputs):
-        raise InputError(name, "shares memory with what the result is computed from; give another array")
+        raise InputError("out", "shares memory with what the result is computed from; give another array")
     return out
 
 
