@@ -106,11 +106,12 @@ def edges_at(robot: ulna.Robot, world: ulna.World, clearances: Sequence[float]) 
     for seed in range(10):
         a = free(robot, world, CONFIGURATIONS, seed)
         b = np.clip(a + 0.2 * rng.normal(size=a.shape), robot.lower, robot.upper)
+        clear = ~robot.edge_in_collision(a, b, world).in_collision  # a depth among millions of balls would take milliseconds
+        a, b = a[clear], b[clear]
         along = a[:, None] + shares * (b - a)[:, None]
         least = robot.signed_distance(along, world, self_collision=False).min(axis=1)
-        touching = robot.edge_in_collision(a, b, world).in_collision
         for clearance, edges in found.items():
-            near = ~touching & (np.abs(least - clearance) < clearance / 5)
+            near = np.abs(least - clearance) < clearance / 5
             edges += list(zip(a[near], b[near], strict=True))
         if all(len(edges) >= EDGES for edges in found.values()):
             break

@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 EYE, LOOKS_AT = np.array([1.25, 0.45, 1.05]), np.array([0.5, 0.0, 0.0])  # [m]
 NOISE = 0.001  # [m], standard deviation of a depth
 OPENING = 0.9  # focal length in image widths
+BAND = 1 << 17  # pixels whose rays are looked at together
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,15 @@ class Camera:
 
         boxes: half the extents and T_base_box of each; rng: of the noise, none unless given.
         """
+        boxes, bands = [*boxes], np.array_split(np.arange(self.height), -(-self.width * self.height // BAND))
+        depth = np.concatenate([self._enters(rows, boxes) for rows in bands])
+        noise = 0.0 if rng is None else NOISE * rng.normal(size=depth.shape)
+        return np.where(np.isfinite(depth), depth + noise, 0).astype(np.float32)
+
+    def _enters(self, rows: NDArray[np.intp], boxes: Iterable[tuple[Array, Array]]) -> Array:
+        """The depth at which the rays of some rows of pixels enter a box, infinite where there is no box."""
         fx, fy, cx, cy = self.intrinsics
-        u, v = np.meshgrid((np.arange(self.width) - cx) / fx, (np.arange(self.height) - cy) / fy)
+        u, v = np.meshgrid((np.arange(self.width) - cx) / fx, (rows - cy) / fy)
         rays, depth = np.stack([u, v, np.ones_like(u)], axis=-1), np.full(u.shape, np.inf)  # of depth 1
         for half, T in boxes:
             T_box_camera = np.linalg.inv(T) @ self.pose
@@ -51,8 +59,7 @@ class Camera:
                 first, second = (-half - eye) / ray, (half - eye) / ray
             enters, leaves = np.minimum(first, second).max(axis=-1), np.maximum(first, second).min(axis=-1)
             depth = np.where((enters <= leaves) & (enters > 0), np.minimum(depth, enters), depth)
-        noise = 0.0 if rng is None else NOISE * rng.normal(size=depth.shape)
-        return np.where(np.isfinite(depth), depth + noise, 0).astype(np.float32)
+        return depth
 
     def cloud(self, image: NDArray[np.float32], radius: float) -> ulna.PointCloud:
         """The balls around what the image shows."""

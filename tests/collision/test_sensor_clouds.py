@@ -181,6 +181,20 @@ def test_a_thinned_cloud_holds_every_ball_within_one_of_its_own(rng, n, voxel, k
     assert set(map(tuple, thin.points.tolist())) <= set(map(tuple, points.tolist())), "points that were measured are kept"
 
 
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_of_each_voxel_the_point_nearest_to_its_middle_is_kept(rng, kind):
+    voxel, cells = 0.125, rng.integers(0, 24, (20_000, 3))
+    cells[0] = 0
+    points = (voxel * (cells + rng.uniform(0.1, 0.9, cells.shape))).astype(kind)
+    points[0] = 0.0  # where the grid begins
+    beside = np.linalg.norm(points - voxel * (cells + 0.5), axis=1)
+    order = np.lexsort((beside, *cells.T))
+    expected = order[np.unique(cells[order], axis=0, return_index=True)[1]]
+    thin = ulna.PointCloud(points, 0.01).thinned(voxel)
+    assert len(thin.points) == len(expected) < len(points)
+    assert set(map(tuple, thin.points.tolist())) == set(map(tuple, points[expected].tolist()))
+
+
 @pytest.mark.parametrize("kind", ["fill_slots", "compare_with_kept"])
 def test_thinning_ends_at_ctrl_c_between_two_slices(rng, monkeypatch, kind):
     slices, run, cloud = [], getattr(thinning, kind), ulna.PointCloud(rng.uniform(-1, 1, (40_000, 3)), 0.01)

@@ -14,6 +14,7 @@ from ulna.kernels.layout import CONTACT
 Points = NDArray[np.floating]
 MILLIMETRE = 0.001  # a unit of whole numbers, unless given
 _MOST_VOXELS = 1 << 21  # along an axis (``drivers.thinning``)
+_ABREAST = 64
 
 
 def points_of_depth(
@@ -88,47 +89,50 @@ def in_box(points: Points, box: Box, T: NDArray[np.float64]) -> NDArray[np.bool_
     return inside
 
 
-def one_per_voxel(points: Points, voxel: float) -> tuple[NDArray[np.bool_], float]:
+def one_per_voxel(points: Points, voxel: float) -> tuple[NDArray[np.int64], float]:
     """Which points to keep, one in each voxel that has any; how far any is at most from the one kept in its voxel [m]."""
     edge = as_floats("voxel", voxel)
     if edge.shape or not 0 < edge < np.inf:
         raise InputError("voxel", f"{voxel!r}; a length above 0 [m] is expected")
-    kept = np.ones(len(points), dtype=bool)
     if not len(points):
-        return kept, 0.0
-    columns = [points[:, axis] for axis in range(3)]  # a minimum along the first axis would take several times as long
-    low = np.array([column.min() for column in columns], dtype=np.float64)
-    widest = max(float(column.max()) - low[axis] for axis, column in enumerate(columns))
+        return np.empty(0, np.int64), 0.0
+    low, high = _bounds(points)
+    widest = float((high - low).max())
     if widest >= (_MOST_VOXELS - 1) * float(edge):
         raise InputError("voxel", f"{edge:g} m is too small for points {widest:g} m apart: crop the cloud first")
-    found, table = np.array([*low, 0.0]), _table_of(points, float(edge), low)
+    (kept, own), farthest = _voxels_of(points, float(edge), low), np.zeros(1)
 
     def compare(rows: slice) -> bool:
-        thinning.compare_with_kept(points, float(edge), found, *table, np.array([rows.start, rows.stop]), kept)
+        thinning.compare_with_kept(points, kept, own, np.array([rows.start, rows.stop]), farthest)
         return True
 
     in_parts(compare, len(points), LEAST_POSES, threads=1)
-    return kept, float(found[3]) * (1.0 + 4.0 * CONTACT)
+    return kept, float(farthest[0]) * (1.0 + 4.0 * CONTACT)
 
 
-def _table_of(points: Points, edge: float, low: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The hash table of the voxels that have points, and of the point nearest to the middle of each (``drivers.thinning``)."""
+def _bounds(points: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The least and greatest x, y, z."""
+    even = len(points) // _ABREAST * _ABREAST
+    if even:  # a minimum over rows of three numbers would take many times as long
+        wide = points[:even].reshape(-1, 3 * _ABREAST)
+        points = np.concatenate([wide.min(axis=0).reshape(-1, 3), wide.max(axis=0).reshape(-1, 3), points[even:]])
+    return points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
 
-    def empty(size: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        return np.full(size, thinning.FREE_SLOT), np.empty(size, np.int64)
 
-    table, progress = empty(thinning.FIRST_SIZE), np.zeros(3, np.int64)
+def _voxels_of(points: Points, edge: float, low: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The point nearest to the middle of each voxel that has any, and which voxel each point has (``drivers.thinning``)."""
+    n, slots, progress = len(points), np.zeros(thinning.FIRST_SIZE, np.int64), np.zeros(3, np.int64)
+    voxels, nearest, own, squares = *(np.empty(n, np.int64) for _ in range(3)), np.empty(n)
 
     def put(rows: slice) -> bool:
-        nonlocal table
+        nonlocal slots
         progress[1] = rows.stop
-        thinning.fill_slots(points, edge, low, *table, progress)
-        while progress[0] < rows.stop:
-            larger = empty(4 * len(table[0]))
-            thinning.move_slots(*table, *larger)
-            table = larger
-            thinning.fill_slots(points, edge, low, *table, progress)
-        return True
+        while True:
+            thinning.fill_slots(points, edge, low, slots, voxels, nearest, squares, own, progress)
+            if progress[0] == rows.stop:
+                return True
+            slots = np.zeros(4 * len(slots), np.int64)
+            thinning.move_slots(voxels[: progress[2]], slots)
 
-    in_parts(put, len(points), LEAST_POSES, threads=1)
-    return table
+    in_parts(put, n, LEAST_POSES, threads=1)
+    return nearest[: progress[2]], own

@@ -156,7 +156,7 @@ class PointCloud:
             InputError: It is not a length above 0, or less than 5e-7 of the extent of the points.
         """
         kept, farthest = one_per_voxel(self.points, voxel)
-        return self._with(self.points[kept], self.radius + farthest)
+        return self._with(self.points.take(kept, axis=0), self.radius + farthest)
 
     def without(self, robot: HasLinks, q: ArrayLike, *, padding: float = 0.01, pose: ArrayLike | None = None) -> PointCloud:
         """The points that are not of the robot itself, or of what is attached to it; ``n_removed`` counts the others.
