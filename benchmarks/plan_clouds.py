@@ -5,7 +5,8 @@ The protocol is that of VAMP's ``scripts/evaluate_mbm.py --pointcloud``: 10,000 
 leaves out what is out of reach, indexes all others and plans with certified edges; its time is the thread's own, for all of it.
 A problem whose start or goal touches a ball is left out, and counted.
 
-Paths are judged 64 times finer than VAMP samples its edges, by Ulna's overlap test with the balls that the planner had.
+Paths are judged 64 times finer than VAMP samples its edges, by Ulna's overlap test with the balls that the planner had; with
+``--tree`` by SciPy's k-d tree too: the robot is spheres, so one touches where its centre is as near to a point as both radii.
 """
 
 import argparse
@@ -16,10 +17,11 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 import ulna
 from benchmarks.markdown import table
-from benchmarks.plan_judges import overlaps
+from benchmarks.plan_judges import overlaps, samples_of
 from benchmarks.plans import FINER, within_limits
 from benchmarks.processors import one_processor
 from benchmarks.vamp_problems import PlanningProblem, read_problems, spheres
@@ -34,6 +36,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.plan_clouds", description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--every", type=int, default=1, help="one problem of so many")
+    parser.add_argument("--tree", action="store_true", help="judge by SciPy's k-d tree too, which takes some seconds a path")
     options = parser.parse_args()
     try:
         from benchmarks.peers.vamp import Vamp  # noqa: PLC0415 -- it may be absent
@@ -48,13 +51,13 @@ def main() -> None:
         for k, given in enumerate(read_problems(options.folder, robot.joint_names)[:: options.every]):
             problem = within_limits(robot, given)
             points = None if problem is None else surface(problem, np.random.default_rng(k))
-            ours = None if problem is None else of_ulna(robot, problem, points)
+            ours = None if problem is None else of_ulna(robot, problem, points, by_tree=options.tree)
             if ours is None:
                 left_out += 1
                 continue
             rows["Ulna, certified"].append(ours)
             if peer:
-                rows["VAMP"].append(of_vamp(robot, peer, problem, points))
+                rows["VAMP"].append(of_vamp(robot, peer, problem, points, by_tree=options.tree))
     print(f"load {os.getloadavg()[0]:.1f}; {left_out} problems left out, start or goal touches a ball or is beyond the limits")
     print(table([summary(name, found) for name, found in rows.items() if found]))
     if peer:
@@ -86,7 +89,7 @@ def surface(problem: PlanningProblem, rng: np.random.Generator) -> Array:
     return np.concatenate(clouds)
 
 
-def of_ulna(robot: ulna.Robot, problem: PlanningProblem, points: Array) -> dict | None:
+def of_ulna(robot: ulna.Robot, problem: PlanningProblem, points: Array, *, by_tree: bool) -> dict | None:
     """A row; None if start or goal touches."""
     began = time.thread_time()
     world = ulna.World()
@@ -97,24 +100,38 @@ def of_ulna(robot: ulna.Robot, problem: PlanningProblem, points: Array) -> dict 
     done = time.thread_time()
     if not plan and robot.in_collision([problem.start, problem.goal], world).any():
         return None
-    touches = bool(plan) and overlaps(robot, world, plan.path, FINER)
+    touches = judged(robot, world, points, plan.path if plan else None, by_tree=by_tree)
     return _row(bool(plan), len(points), built - began, done - built, touches)
 
 
-def of_vamp(robot: ulna.Robot, peer, problem: PlanningProblem, points: Array) -> dict:
+def of_vamp(robot: ulna.Robot, peer, problem: PlanningProblem, points: Array, *, by_tree: bool) -> dict:
     """A row, by VAMP's own clock."""
     environment, kept, seconds = peer.cloud(points)
     found = peer.solve(problem, environment)
     world = ulna.World()
     world.add("cloud", ulna.PointCloud(kept, RADIUS))
-    touches = found.path is not None and overlaps(robot, world, found.path, FINER)
+    touches = judged(robot, world, kept, found.path, by_tree=by_tree)
     return _row(found.path is not None, len(kept), seconds, found.whole_s, touches)
 
 
-def _row(solved: bool, points: int, built: float, planned: float, touches: bool) -> dict:  # noqa: FBT001
+def judged(robot: ulna.Robot, world: ulna.World, points: Array, path: Array | None, *, by_tree: bool) -> dict[str, bool]:
+    """Whether a path touches a ball, or the robot itself; and by the tree, a ball of the cloud."""
+    if path is None:
+        return {}
+    found = {"touches": overlaps(robot, world, path, FINER)}
+    if by_tree:
+        shapes = [one.shape for link in robot.description.links for one in link.collisions]
+        reach = np.array([shape.radius for shape in shapes]) + RADIUS
+        centres = robot.collision_poses(samples_of(path, FINER))[..., :3, 3]
+        distances, _ = KDTree(points).query(centres, distance_upper_bound=reach.max() + RADIUS)
+        found["touches_by_tree"] = bool((distances < reach).any())
+    return found
+
+
+def _row(solved: bool, points: int, built: float, planned: float, touches: dict[str, bool]) -> dict:  # noqa: FBT001
     return {
         "solved": solved, "points": points, "built_ms": 1e3 * built, "plan_ms": 1e3 * planned,
-        "all_ms": 1e3 * (built + planned), "touches": touches,
+        "all_ms": 1e3 * (built + planned), **touches,
     }  # fmt: skip
 
 
@@ -124,7 +141,8 @@ def summary(name: str, rows: list[dict]) -> dict:
     medians = {key: float(np.median([row[key] for row in done])) for key in ("points", "built_ms", "plan_ms", "all_ms")}
     return {
         "planner": name, "problems": len(rows), "solved": len(done), **medians,
-        "all_95_ms": float(np.percentile([row["all_ms"] for row in done], 95)), "touching": sum(row["touches"] for row in done),
+        "all_95_ms": float(np.percentile([row["all_ms"] for row in done], 95)),
+        **{key: sum(row[key] for row in done) for key in done[0] if key.startswith("touches")},
     }  # fmt: skip
 
 
