@@ -1,8 +1,10 @@
 """Plans motions that keep a constraint, judges them, and asks OMPL beside: ``python -m benchmarks.constrained RESOURCES/panda``.
 
-The folder is one of ``resources`` of the source distribution of ``vamp-planner``: panda or ur5, in VAMP's spheres and scenes. The
-problems are drawn by a published seed (``constrained_problems``): five kinds of constraint, 100 of each. Ulna's time is the
-thread's for the whole call, the least of several. With ``--ompl`` OMPL's three constrained spaces solve them too, once each.
+The folder is one of ``resources`` of the source distribution of ``vamp-planner``: panda or ur5, in VAMP's spheres and scenes;
+or baxter, of its repository, which carries a tray with both hands. The problems are drawn by a published seed
+(``constrained_problems``): five kinds of constraint, 100 of each, or 100 trays. Ulna's time is the thread's for the whole call,
+the least of several; stops and s are of the motion along the path, which takes s seconds with 4 rad/s^2. With ``--ompl`` OMPL's
+three constrained spaces solve them too, once each.
 
 A path is judged at 64 times 32 samples a radian: the constraint by Pinocchio, contacts by the overlap test, and with ``--coal``
 by Coal where the path comes nearest to an object. "of any" is the share of those problems that were solved by anyone here.
@@ -21,12 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import ulna
-from benchmarks.constrained_problems import HANDS, KINDS, ConstrainedProblem, excess, make_problem
+from benchmarks.constrained_problems import HANDS, KINDS, TRAY, ConstrainedProblem, excess, kinds_of, make_problem
 from benchmarks.markdown import table
 from benchmarks.plan_judges import coal_touches, overlaps
 from benchmarks.vamp_problems import read_problems, spheres
 
 FINER = 64 * 32  # samples a radian
+ACCELERATION = 4.0  # [rad/s^2]: of the motions
 ULNA = "Ulna"
 
 
@@ -36,9 +39,9 @@ def main() -> None:
     robot, link = spheres(options.folder), HANDS[options.folder.name]
     scenes, rows = read_problems(options.folder, robot.joint_names), []
     print(f"{robot.name}, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors, {options.problems} problems a kind")
-    _warm(robot, link, scenes)
-    for kind in options.kinds:
-        for index in range(options.problems):
+    _warm(options.folder.name, robot, link, scenes)
+    for kind in options.kinds or kinds_of(options.folder.name):
+        for index in range(options.problems) if options.only is None else options.only:
             problem = make_problem(robot, link, scenes, kind, index)
             world = problem.scene.world()
             found = [_ulna(robot, problem, world, options.repeats)]
@@ -46,7 +49,7 @@ def main() -> None:
                 found += _ompl(robot, problem, world, options.limit)
             for row, path in found:
                 row |= {"kind": kind, "index": index, "solved": path is not None}
-                if path is not None and (row["who"] == ULNA or options.judge_all):
+                if path is not None and (row["who"] == ULNA or options.judge_all) and index % options.judge_every == 0:
                     row |= {"used": excess(problem, robot, path, FINER), "touches": _touches(robot, world, path, options)}
                 rows.append(row)
         print(f"{kind} done", file=sys.stderr)
@@ -70,6 +73,7 @@ def summary(rows: list[dict]) -> list[dict]:
                 "of_any": f"{100 * len(solved) / max(1, len(solvable)):.1f} %", "median_ms": float(np.median(ms)),
                 "95_%_ms": float(np.quantile(ms, 0.95)), "checks": float(np.median([row["checks"] for row in own])),
                 "functions": float(np.median([row.get("functions", 0) for row in own])),
+                "points": _median_of(solved, "points"), "stops": _median_of(solved, "stops"), "s": _median_of(solved, "duration"),
                 "beyond": f"{sum(row['used'] > 1.0 for row in judged)} of {len(judged)}",
                 "touching": sum(row["touches"] for row in judged),
                 "most_used": max([row["used"] for row in judged], default=np.nan),
@@ -77,16 +81,24 @@ def summary(rows: list[dict]) -> list[dict]:
     return result
 
 
+def _median_of(rows: list[dict], name: str) -> float:
+    return float(np.median([row[name] for row in rows if name in row] or [np.nan]))
+
+
 def _ulna(robot: ulna.Robot, problem: ConstrainedProblem, world: ulna.World, repeats: int) -> tuple[dict, NDArray | None]:
     seconds, plan = np.inf, None
     for _ in range(repeats):
         began = time.thread_time()
-        plan = robot.plan(problem.start, problem.goal, world, keep=problem.keep)
+        plan = robot.plan(problem.start, problem.goal, world, keep=problem.keep, link=problem.goal_link)
         seconds = min(seconds, time.thread_time() - began)
+        if not plan:
+            break  # its time is no figure, and long
     assert plan is not None  # noqa: S101 - there is at least one repeat
     row = {"who": ULNA, "seconds": seconds, "checks": plan.checks, "status": plan.status.value}
     if plan:
+        motion = plan.trajectory(acceleration=ACCELERATION)
         row |= {"length": plan.length, "points": len(plan.path), "certified": plan.worst_violation}
+        row |= {"stops": motion.stops, "duration": motion.duration}
     return row, plan.path if plan else None
 
 
@@ -104,22 +116,27 @@ def _touches(robot: ulna.Robot, world: ulna.World, path: NDArray, options: argpa
     return overlaps(robot, world, path, FINER) or (options.coal and coal_touches(robot, world, path, FINER))
 
 
-def _warm(robot: ulna.Robot, link: str, scenes: list) -> None:
+def _warm(robot_name: str, robot: ulna.Robot, link: str, scenes: list) -> None:
     """Compile what is used."""
-    for kind in KINDS:
+    for kind in kinds_of(robot_name):
         problem = make_problem(robot, link, scenes, kind, 10**6)
-        robot.plan(problem.start, problem.goal, problem.scene.world(), keep=problem.keep, max_checks=2000)
+        goal = {"goal": problem.goal, "link": problem.goal_link}
+        plan = robot.plan(problem.start, world=problem.scene.world(), keep=problem.keep, max_checks=2000, **goal)
+        if plan:
+            plan.trajectory(acceleration=ACCELERATION)
 
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.constrained", description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--problems", type=int, default=100, help="of each kind")
-    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS)
+    parser.add_argument("--kinds", nargs="+", choices=(*KINDS, TRAY), help="all of the robot's unless given")
     parser.add_argument("--repeats", type=int, default=3, help="how many times Ulna solves each")
     parser.add_argument("--ompl", action="store_true", help="OMPL's three constrained spaces beside, with Ulna's checker")
     parser.add_argument("--limit", type=float, default=60.0, help="of OMPL for one problem [s]")
     parser.add_argument("--coal", action="store_true", help="let Coal judge the paths too")
+    parser.add_argument("--only", type=int, nargs="+", help="the numbers of the problems, instead of all")
+    parser.add_argument("--judge-every", type=int, default=1, help="let the judges look at every so manyth problem")
     parser.add_argument("--judge-all", action="store_true", help="judge the paths of OMPL too")
     parser.add_argument("--brief", action="store_true", help="eight problems of each kind, once, and 5 s for OMPL")
     parser.add_argument("--out", type=Path, help="write a row for each problem and planner to this .json file")

@@ -18,8 +18,13 @@ from benchmarks.vamp_problems import PlanningProblem
 Array = NDArray[np.float64]
 SEED = 20261126
 KINDS = ("upright", "orientation", "plane", "line", "box")
-HANDS = {"panda": "panda_hand", "ur5": "tool0"}
+TRAY = "tray"  # the kind of a robot with two hands
+HANDS = {"panda": "panda_hand", "ur5": "tool0", "baxter": "left_gripper"}
+OTHER_HAND = "right_gripper"
 TILT, TURN, PLANE, LINE, BESIDE = float(np.radians(15)), float(np.radians(0.1)), 1e-4, 1e-3, 0.1  # [rad], [rad], [m], [m], [m]
+TOGETHER = 1e-4, 1e-3  # [m], [rad]
+NEAREST, FARTHEST, HALF_A_TRAY = (0.4, -0.25, -0.1, -0.4), (0.85, 0.25, 0.6, 0.4), 0.2  # x, y, z [m] and yaw of a tray; [m]
+UP_OF_A_HAND = (0.0, 1.0, 0.0)  # in its own axes, of the first one at a tray
 _DRAWS = 400  # of a start and a goal, until another scene is drawn
 
 
@@ -28,13 +33,14 @@ class ConstrainedProblem:
     """A start, a goal, a scene, and what the motion keeps.
 
     Attributes:
-        kind: One of KINDS.
+        kind: One of KINDS, or TRAY.
         scene: Whose objects.
-        start, goal: Shape (n_dof,).
+        start, goal: Shape (n_dof,); the goal of a tray is the pose of one hand, shape (4, 4).
         link: The hand.
         T: The pose that the hand is compared with, shape (4, 4).
         away: The greatest displacement along its axes [m], shape (3,); infinite where it is free.
         keep: The same for Ulna.
+        held: The pose T_hand_other, shape (4, 4), of OTHER_HAND that is kept too.
     """
 
     kind: str
@@ -44,25 +50,36 @@ class ConstrainedProblem:
     link: str
     T: Array
     away: tuple[float, float, float]
-    keep: ulna.Keep
+    keep: ulna.Keep | tuple[ulna.Keep, ...]
+    held: Array | None = None
+
+    @property
+    def goal_link(self) -> str | None:
+        """The link of a goal that is a pose."""
+        return None if self.held is None else self.link
+
+
+def kinds_of(name: str) -> tuple[str, ...]:
+    """Those of a robot."""
+    return (TRAY,) if name == "baxter" else KINDS
 
 
 def make_problem(robot: ulna.Robot, link: str, scenes: list[PlanningProblem], kind: str, index: int) -> ConstrainedProblem:
     """Problem ``index`` of a kind."""
-    rng = np.random.default_rng([SEED, KINDS.index(kind), index])
+    rng = np.random.default_rng([SEED, (*KINDS, TRAY).index(kind), index])
     while True:
         scene = scenes[int(rng.integers(len(scenes)))]
         world = scene.world()
         for _ in range(_DRAWS):
-            problem = _drawn(robot, link, scene, kind, rng)
-            if problem is not None and not robot.in_collision([problem.start, problem.goal], world).any():
-                return problem
+            drawn = _tray(robot, link, scene, rng) if kind == TRAY else _drawn(robot, link, scene, kind, rng)
+            if drawn is not None and not robot.in_collision(drawn[1], world).any():
+                return drawn[0]
 
 
 def excess(problem: ConstrainedProblem, robot: ulna.Robot, path: Array, finer: float) -> float:
     """The greatest share of a tolerance that the path uses at samples, so many a radian, by Pinocchio's kinematics."""
     model = pin.buildModelFromXML(bare_urdf(robot))
-    data, frame = model.createData(), model.getFrameId(problem.link)
+    data, frame, other = model.createData(), model.getFrameId(problem.link), model.getFrameId(OTHER_HAND)
     columns = [(joint.idx_q, robot.joint_slices[robot.joint_names.index(name)].start, joint.nq)
                for joint, name in zip(list(model.joints)[1:], model.names[1:], strict=True)]  # fmt: skip
     own, worst = np.empty(model.nq), 0.0
@@ -71,24 +88,56 @@ def excess(problem: ConstrainedProblem, robot: ulna.Robot, path: Array, finer: f
             own[at : at + width] = (np.cos(q[k]), np.sin(q[k])) if width == 2 else q[k]
         pin.framesForwardKinematics(model, data, own)
         worst = max(worst, share_of(problem, data.oMf[frame].homogeneous))
+        if problem.held is not None:
+            worst = max(worst, share_of_hands(problem.held, data.oMf[frame].homogeneous, data.oMf[other].homogeneous))
     return worst
+
+
+def share_of_hands(held: Array, T: Array, T_other: Array) -> float:
+    """The share of TOGETHER that the poses of two hands use."""
+    off = np.linalg.inv(held) @ np.linalg.inv(T) @ T_other
+    return float(max(np.abs(off[:3, 3]).max() / TOGETHER[0], np.linalg.norm(pin.log3(off[:3, :3])) / TOGETHER[1]))
 
 
 def share_of(problem: ConstrainedProblem, T: Array) -> float:
     """The share of the tolerance that a pose of the hand uses."""
     R = problem.T[:3, :3]
     share = float((np.abs(R.T @ (T[:3, 3] - problem.T[:3, 3])) / problem.away).max())
-    if problem.kind == "upright":
-        return max(share, float(np.arctan2(np.hypot(*(R.T @ T[:3, 2])[:2]), R[:, 2] @ T[:3, 2])) / TILT)
+    if problem.kind in {"upright", TRAY}:
+        up = T[:3, 2] if problem.held is None else T[:3, :3] @ UP_OF_A_HAND
+        return max(share, float(np.arctan2(np.linalg.norm(np.cross(R[:, 2], up)), R[:, 2] @ up)) / TILT)
     if problem.kind == "orientation":
         return max(share, float(np.linalg.norm(pin.log3(R.T @ T[:3, :3]))) / TURN)
     return share
 
 
+def _tray(
+    robot: ulna.Robot, link: str, scene: PlanningProblem, rng: np.random.Generator
+) -> tuple[ConstrainedProblem, list[Array]] | None:
+    """A problem of two hands at the ends of a tray, fingers towards each other, and its ends; None out of reach."""
+    ends = []
+    for x, y, z, yaw in rng.uniform(NEAREST, FARTHEST, (2, 4)):
+        hands = [ulna.pose((x, y, z), rpy=(0, 0, yaw)) @ ulna.pose((0, side * HALF_A_TRAY, 0), rpy=(side * np.pi / 2, 0, 0))
+                 for side in (1, -1)]  # fmt: skip
+        q = rng.uniform(robot.lower, robot.upper)
+        for T, hand in zip(hands, (link, OTHER_HAND), strict=True):
+            if q is not None:
+                q = _at(robot, hand, T, q, "pose")
+        if q is None:
+            return None
+        ends.append((q, hands))
+    (start, hands), (goal, hands_there) = ends
+    held = np.linalg.inv(hands[0]) @ hands[1]
+    keeps = (ulna.Keep.together(link, OTHER_HAND, T=held, within=TOGETHER),
+             ulna.Keep.upright(TILT, axis=UP_OF_A_HAND, link=link))  # fmt: skip
+    problem = ConstrainedProblem(TRAY, scene, start, hands_there[0], link, np.eye(4), (np.inf,) * 3, keeps, held)
+    return problem, [start, goal]
+
+
 def _drawn(
     robot: ulna.Robot, link: str, scene: PlanningProblem, kind: str, rng: np.random.Generator
-) -> ConstrainedProblem | None:
-    """A problem; None where the hand is not got onto the constraint."""
+) -> tuple[ConstrainedProblem, list[Array]] | None:
+    """A problem, and its ends; None where the hand is not got onto the constraint."""
     free, inf = (np.inf,) * 3, np.inf
     low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
     q_a, q_b = rng.uniform(low, high, (2, robot.n_dof))
@@ -115,8 +164,8 @@ def _drawn(
     return _problem(kind, scene, [q_a, q_b], link, T, (inf, inf, PLANE), ulna.Keep.in_plane(T, PLANE, link=link))
 
 
-def _problem(kind, scene, ends, link, T, away, keep) -> ConstrainedProblem | None:
-    return None if any(q is None for q in ends) else ConstrainedProblem(kind, scene, *ends, link, T, away, keep)
+def _problem(kind, scene, ends, link, T, away, keep) -> tuple[ConstrainedProblem, list[Array]] | None:
+    return None if any(q is None for q in ends) else (ConstrainedProblem(kind, scene, *ends, link, T, away, keep), ends)
 
 
 def _at(robot: ulna.Robot, link: str, T: Array, near: Array, task: str) -> Array | None:

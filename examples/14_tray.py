@@ -41,9 +41,9 @@ world = ulna.World()
 world.add("table top", ulna.HalfSpace(), touch_links=["left_link1", "right_link1"])
 world.add("wall", ulna.Box((0.03, 0.6, 0.3)), ulna.pose((0.5, 0, 0.15)))
 
-goal = hands(0.65, 0.0, 0.25)  # on the other side of the wall
+goal = hands(0.65, 0.0, 0.25)["left_ee"]  # on the other side of the wall; where the right hand is follows
 together, upright = ulna.Keep.together("left_ee", "right_ee"), ulna.Keep.upright(np.radians(5), link="left_ee")
-plan = loaded.plan(start, goal, world, keep=(together, upright))
+plan = loaded.plan(start, goal, world, link="left_ee", keep=(together, upright))
 assert plan, plan
 assert plan.certified
 print(f"planned: {plan}; at most {plan.worst_violation:.1%} of a tolerance are used")
@@ -65,7 +65,7 @@ print(
 assert motion.certified
 assert apart(samples).max() <= 0.1 * np.sqrt(3)  # 0.1 mm along each axis
 assert tilt.max() <= 5
-free = loaded.plan(start, goal, world)
+free = loaded.plan(start, plan.path[-1], world)
 print(f"without constraints the hands would be off by {apart(free.at(np.linspace(0, 1, 2000))).max():.0f} mm: {free}")
 
 if "--view" in sys.argv:

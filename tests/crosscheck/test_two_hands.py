@@ -33,10 +33,18 @@ def test_the_hands_never_leave_the_tray_by_more_than_the_tolerance(baxter):
     keep = (ulna.Keep.together(*HANDS), ulna.Keep.upright(np.radians(15), link=HANDS[0]))
     T_0 = baxter.forward_kinematics(start, link=HANDS[0])
     held = np.linalg.inv(T_0) @ baxter.forward_kinematics(start, link=HANDS[1])
-    for goal in (hands(0.7, 0, 0.3), hands(0.6, 0.1, 0.4), hands(0.65, -0.1, 0.3, 0.2)):
-        plan = baxter.plan(start, goal, world, keep=keep)
+    both = hands(0.65, -0.1, 0.3, 0.2)
+    for goal, link in (
+        (hands(0.7, 0, 0.3), None),
+        (hands(0.6, 0.1, 0.4), None),
+        (both[HANDS[0]], HANDS[0]),
+        (both[HANDS[1]], HANDS[1]),
+    ):
+        plan = baxter.plan(start, goal, world, link=link, keep=keep)
         assert plan, str(plan)
         assert plan.certified
+        if link is not None:
+            assert all(np.allclose(baxter.forward_kinematics(plan.path[-1], link=hand), T, atol=2e-4) for hand, T in both.items())
         assert not baxter.in_collision(plan.at(np.linspace(0, 1, 5001)), world).any()
         for a, b in zip(plan.path[:-1], plan.path[1:], strict=True):
             n = int(np.ceil(np.abs(b - a).max() / _APART)) + 1

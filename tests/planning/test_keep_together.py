@@ -10,6 +10,7 @@ import ulna
 from ulna.drivers.planning import keeping
 from ulna.kernels.planning import planning_layout as layout
 from ulna.planning.kept import as_keeps, table_of
+from ulna.planning.kept_goals import poses_beside
 
 HANDS = "left_hand", "right_hand"
 AXIS = np.array([1.0, 0.2, 0.0])
@@ -183,6 +184,55 @@ def test_the_same_call_gives_the_same_bits_and_a_pickled_plan_goes_on(tray):
     again = pickle.loads(pickle.dumps(plan))  # noqa: S301 - our own
     assert again.worst_violation == plan.worst_violation
     np.testing.assert_array_equal(again.improve(30).path, plan.improve(30).path)
+
+
+@pytest.mark.parametrize(("given", "fixed_to"), [("left_ee", "left_ee"), ("right_ee", "right_ee"), ("left_ee", "left_link8")])
+def test_a_pose_of_one_hand_is_a_goal_of_both(tray, given, fixed_to):
+    robot, world, start, goal = tray
+    T = goal[given] @ seen(robot, start, fixed_to, given)
+    plan = robot.plan(start, T, world, link=fixed_to, keep=ulna.Keep.together("left_ee", "right_ee"))
+    two_arms.assert_arrives(robot, plan, goal)
+    held = seen(robot, start, "right_ee", "left_ee")
+    used = shares(
+        ulna.Keep.together("left_ee", "right_ee", T=held), seen(robot, plan.at(np.linspace(0, 1, 2001)), "right_ee", "left_ee")
+    )
+    assert used.max() <= 1
+    by_name = robot.plan(start, {fixed_to: T}, world, keep=ulna.Keep.together("left_ee", "right_ee"))
+    np.testing.assert_allclose(by_name.path[-1], plan.path[-1], atol=1e-9)
+
+
+def test_of_several_poses_of_one_hand_one_is_reached_with_both(tray):
+    robot, world, start, goal = tray
+    far = ulna.pose((0, 0.5, 0)) @ goal["left_ee"]  # where the right arm does not reach its end of the tray
+    keep = ulna.Keep.together("left_ee", "right_ee")
+    plan = robot.plan(start, np.stack([far, goal["left_ee"]]), world, link="left_ee", keep=keep)
+    assert plan.goal == 1
+    two_arms.assert_arrives(robot, plan, goal)
+    alone = robot.plan(start, far, world, link="left_ee", keep=keep)
+    assert alone.status == ulna.PlanStatus.GOAL_UNREACHABLE
+    assert str(alone.reason).startswith("right_ee: ")
+
+
+def test_what_the_goal_of_one_hand_leaves_free_is_the_same_for_both(tray):
+    robot, world, start, goal = tray
+    keeps = ulna.Keep.together("left_ee", "right_ee"), ulna.Keep.upright(0.1, link="left_ee")
+    T = goal["left_ee"] @ ulna.pose(rpy=(0.4, 0.3, 0.2))
+    plan = robot.plan(start, [T, T], world, link="left_ee", task="position", keep=keeps)
+    assert plan, str(plan)
+    assert plan.certified
+    assert plan.goal in {0, 1}
+    end = robot.forward_kinematics(plan.path[-1], link="left_ee")
+    np.testing.assert_allclose(end[:3, 3], T[:3, 3], atol=2e-5)
+    assert end[2, 2] < -np.cos(0.1)
+    held = seen(robot, start, "right_ee", "left_ee")
+    np.testing.assert_allclose(seen(robot, plan.path[-1], "right_ee", "left_ee"), held, atol=5e-5)
+
+
+def test_links_of_one_chain_have_no_goals_of_their_own(panda):
+    T = panda.forward_kinematics(panda.home)
+    keeps = as_keeps(ulna.Keep.together("panda_link5", "panda_ee"), panda.tree, panda.home)
+    assert poses_beside({"panda_ee": T}, keeps, panda.tree) == {}
+    assert poses_beside({"panda_link5": T}, keeps, panda.tree) == {}
 
 
 def test_a_goal_where_the_hands_are_farther_apart_says_so(tray):

@@ -23,6 +23,7 @@ from ulna.ik.options import Options
 from ulna.ik.reason import Reason
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
+from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
 from ulna.planning.plan import Plan, PlanStatus, no_plan
@@ -124,7 +125,9 @@ def find_goals(request: Request, targets: Targets, fixed: NDArray[np.bool_], fre
     if isinstance(targets, np.ndarray):
         return _of_configurations(request, targets, fixed, free)
     link, T = next(iter(targets.items()))
-    return _of_poses(request, link, T, fixed) if T.ndim == 3 else _of_links(request, targets, fixed)
+    if T.ndim == 2:
+        return _of_links(request, targets, fixed)
+    return _of_poses(request, link, T, fixed) if len(targets) == 1 else _of_several(request, targets, fixed)
 
 
 def _of_configurations(request: Request, q: Array, fixed: NDArray[np.bool_], free: NDArray[np.bool_]) -> Goals | Plan:
@@ -162,9 +165,7 @@ def _of_poses(request: Request, link: str, poses: Array, fixed: NDArray[np.bool_
 def _of_links(request: Request, poses: Mapping[str, Array], fixed: NDArray[np.bool_]) -> Goals | Plan:
     """The free configurations in which each link is at its pose (4, 4), nearest to the start first."""
     tree = request.tree
-    slices = zip(tree.joint_names, tree.joint_slices, strict=True)
-    alone = request._replace(world=None, held=tuple(name for name, part in slices if fixed[part].any()))
-    own, each = own_columns(poses, tree), {}
+    alone, own, each = _of_one_link(request, fixed), own_columns(poses, tree), {}
     for link, T in poses.items():
         found = _solutions_of(alone, link, T, fixed | ~own[link])
         if not len(found):
@@ -181,6 +182,28 @@ def _of_links(request: Request, poses: Mapping[str, Array], fixed: NDArray[np.bo
             free = _nearest_first(free, request.start, ~fixed)[:_MOST_GOALS]
             return Goals(free, np.zeros(len(free), dtype=np.int64))
     return no_plan(tree, PlanStatus.GOAL_IN_COLLISION, request.collision(q[0]))
+
+
+def _of_several(request: Request, targets: Mapping[str, Array], fixed: NDArray[np.bool_]) -> Goals | Plan:
+    """The free configurations in which each link is at its pose of one of several, shape (n, 4, 4) each."""
+    found = [_of_links(request, dict(zip(targets, poses, strict=True)), fixed) for poses in zip(*targets.values(), strict=True)]
+    goals = {i: each.q for i, each in enumerate(found) if isinstance(each, Goals)}
+    if not goals:
+        return found[0]
+    return Goals(np.concatenate(list(goals.values())), np.repeat(list(goals), [len(q) for q in goals.values()]))
+
+
+def poses_reached(request: Request, poses: Mapping[str, Array], link: str, fixed: NDArray[np.bool_], most: int) -> Array:
+    """The poses of one of several links, shape (n, 4, 4), in the solutions for its task that are nearest to the start."""
+    own = own_columns(poses, request.tree)[link]
+    found = _solutions_of(_of_one_link(request, fixed), link, poses[link], fixed | ~own)
+    return forward_kinematics(request.tree, _nearest_first(found, request.start, own)[:most], link)
+
+
+def _of_one_link(request: Request, fixed: NDArray[np.bool_]) -> Request:
+    """The request for one of several links, which holds the joints of the ``fixed`` entries of q, and touches nothing."""
+    slices = zip(request.tree.joint_names, request.tree.joint_slices, strict=True)
+    return request._replace(world=None, held=tuple(name for name, part in slices if fixed[part].any()))
 
 
 def _choices(each: Mapping[str, Array], own: Mapping[str, NDArray[np.bool_]], start: Array, n_each: int) -> Array:

@@ -2,6 +2,9 @@
 
 What a goal leaves free of a link's orientation, and a constraint of the same link does not, is chosen by the shortest turn. What
 the joints leave free, as those of a redundant arm do, is searched: more configurations of the same poses are tried.
+
+A link that is kept at a pose seen from the goal's link, as one hand of two that hold one object, has a pose at the goal too: the
+inverse kinematics of each is a problem of its own, and what is free together is a goal (``goals``).
 """
 
 from __future__ import annotations
@@ -11,38 +14,87 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.pose import inverse
 from ulna.ik.task import Task, as_task
-from ulna.planning.goals import SPREAD, Goals, Request, find_goals
+from ulna.kernels.layout import BASE
+from ulna.kinematics.tree import Tree
+from ulna.planning.goals import SPREAD, Goals, Request, find_goals, poses_reached
 from ulna.planning.keep import Keep
 from ulna.planning.kept import are_kept, violations
 from ulna.planning.plan import Plan, PlanStatus, no_plan
-from ulna.planning.targets import Targets
+from ulna.planning.targets import Targets, own_columns
 
 Array = NDArray[np.float64]
 _MORE = 16  # times as many configurations of a pose
+_MOST_POSES = 16  # of a goal that leaves something free, with each of which another link has a pose
 _FREE = float("inf")
 _OPPOSITE = 1e-12  # of 1 + cos: directions between which the shortest turn may be about any axis
 
 
-def keep_goals(
-    first: Goals,
+def poses_beside(targets: Targets, keeps: tuple[Keep, ...], tree: Tree) -> dict[str, Array]:
+    """By link: its pose T_goal_link, shape (4, 4), seen from the one link of a goal, of all that are kept at one; mostly none.
+
+    Each has joints of its own, and so has the goal's link beside them. It may be fixed to a link that a constraint names.
+    """
+    if not isinstance(targets, dict) or len(targets) > 1 or all(keep.relative_to is None for keep in keeps):
+        return {}
+    link = next(iter(targets))
+    seen, found = {tree.link_row[link]: inverse(tree.link_offset[link])}, {}  # frames of joints, seen from the goal's link
+    for keep in keeps * len(keeps):  # of three hands the third may be kept relative to the second
+        if keep.relative_to is None or keep.towards:
+            continue
+        for a, b, T_a_b in (
+            (keep.relative_to, str(keep.link), keep.pose),
+            (str(keep.link), keep.relative_to, inverse(keep.pose)),
+        ):
+            if tree.link_row[a] in seen and tree.link_row[b] not in {*seen, BASE}:
+                found[b] = seen[tree.link_row[a]] @ tree.link_offset[a] @ T_a_b
+                seen[tree.link_row[b]] = found[b] @ inverse(tree.link_offset[b])
+    return found if all(columns.any() for columns in own_columns({link: None, **found}, tree).values()) else {}
+
+
+def find_kept_goals(
     request: Request,
     targets: Targets,
+    beside: dict[str, Array],
     fixed: NDArray[np.bool_],
     free: NDArray[np.bool_],
     keeps: tuple[Keep, ...],
     table: Array,
 ) -> Goals | Plan:
-    """Of the goals that ``find_goals`` found, or of more, those that keep the constraints of a table; or why there are none."""
+    """The goals of ``find_goals``, or more, that keep the constraints of a table; or why there are none.
+
+    beside: of ``poses_beside``.
+    """
+    first = _goals_with(request, targets, beside, fixed, free)
+    if isinstance(first, Plan):
+        return first
     goals = _kept(first, table, request)
     if goals is None and isinstance(targets, dict):
-        goals = next(_of_more(request, targets, fixed, free, keeps, table), None)
+        goals = next(_of_more(request, targets, beside, fixed, free, keeps, table), None)
     return no_plan(request.tree, PlanStatus.GOAL_OUTSIDE, violations(keeps, request.tree, first.q[0])) if goals is None else goals
 
 
+def _goals_with(
+    request: Request, targets: Targets, beside: dict[str, Array], fixed: NDArray[np.bool_], free: NDArray[np.bool_]
+) -> Goals | Plan:
+    """``find_goals`` with a pose for each link beside the goal's. What the task leaves free is as some solutions have it."""
+    if not beside or not isinstance(targets, dict):
+        return find_goals(request, targets, fixed, free)
+    link, poses = next((link, T.reshape(-1, 4, 4)) for link, T in targets.items())
+    of = np.arange(len(poses))
+    if any(as_task(request.task).slack):
+        reached = [poses_reached(request, {**beside, link: T}, link, fixed, _MOST_POSES) for T in poses]
+        if any(map(len, reached)):  # else the task's own inverse kinematics says why
+            of, poses = np.repeat(of, [len(T) for T in reached]), np.concatenate(reached)
+            request = request._replace(task="pose")
+    goals = find_goals(request, {link: poses, **{name: poses @ T for name, T in beside.items()}}, fixed, free)
+    return goals._replace(of=of[goals.of]) if isinstance(goals, Goals) else goals
+
+
 def _of_more(
-    request: Request, targets: dict[str, Array], fixed: NDArray[np.bool_], free: NDArray[np.bool_], keeps: tuple[Keep, ...],
-    table: Array,
+    request: Request, targets: dict[str, Array], beside: dict[str, Array], fixed: NDArray[np.bool_], free: NDArray[np.bool_],
+    keeps: tuple[Keep, ...], table: Array,
 ) -> Iterator[Goals]:  # fmt: skip
     """The goals that keep the constraints, with free turns chosen so, and of more configurations."""
     link, T = next(iter(targets.items()))
@@ -54,7 +106,7 @@ def _of_more(
                 poses, tasks = zip(*found, strict=True)
                 ways.insert(0, ({link: np.array(poses)}, request._replace(task=tasks[0])))
     for each, asked in ways:
-        more = find_goals(asked._replace(spread=_MORE * SPREAD), each, fixed, free)
+        more = _goals_with(asked._replace(spread=_MORE * SPREAD), each, beside, fixed, free)
         goals = None if isinstance(more, Plan) else _kept(more, table, request)
         if goals is not None:
             yield goals

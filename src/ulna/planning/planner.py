@@ -24,7 +24,7 @@ from ulna.kinematics.tree import Tree
 from ulna.planning.goals import Goals, Request, find_goals
 from ulna.planning.keep import Keep
 from ulna.planning.kept import are_kept, as_keeps, narrower, table_of, violations
-from ulna.planning.kept_goals import keep_goals
+from ulna.planning.kept_goals import find_kept_goals, poses_beside
 from ulna.planning.motion import Motion
 from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
 from ulna.planning.search import Search
@@ -101,7 +101,8 @@ def plan_motion(
     if keeps and options.escape:
         raise InputError("escape", "the way out of a contact keeps no constraint; it does not go with keep=")
     request = Request(checker, inverse_kinematics, world, options.clearance, start, names, task, options.seed)
-    fixed = columns_of_joints(tree, names) | fixed_for(targets, tree)
+    beside = poses_beside(targets, keeps, tree)
+    fixed = columns_of_joints(tree, names) | fixed_for({**targets, **beside} if isinstance(targets, dict) else targets, tree)
     narrow = narrower(table)
     if not within or (narrow is not None and not are_kept(narrow, tree, start[None], start[None])[0]):
         return _no_start(tree, start, keeps, within=within)
@@ -114,9 +115,10 @@ def plan_motion(
             return no_plan(tree, PlanStatus.START_IN_COLLISION, request.collision(start))
         first, depth = left
         request = request._replace(start=first)
-    goals = find_goals(request, targets, fixed, free[1:])
-    if narrow is not None and isinstance(goals, Goals):
-        goals = keep_goals(goals, request, targets, fixed, free[1:], keeps, narrow)
+    if narrow is None:
+        goals = find_goals(request, targets, fixed, free[1:])
+    else:
+        goals = find_kept_goals(request, targets, beside, fixed, free[1:], keeps, narrow)
     if isinstance(goals, Plan):
         return goals
     plan = _search(request, goals, fixed, table, options)

@@ -19,8 +19,8 @@ from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 Targets = Array | dict[str, Array]
-"""Configurations, shape (n, n_dof), any of which will do; or by link: poses of one, shape (n, 4, 4), any of which will do, or
-a pose of each, shape (4, 4), all of which are needed."""
+"""Configurations, shape (n, n_dof), any of which will do; or by link: poses, shape (n, 4, 4) each, any of which will do, those of
+one row together; or a pose of each, shape (4, 4), all of which are needed."""
 
 
 def as_targets(

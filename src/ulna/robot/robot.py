@@ -1052,7 +1052,8 @@ class Robot(Quick):
             held: Names of joints that keep their positions.
             group: A group of the SRDF (``robot.groups``): the joints outside keep their positions. A configuration may then have
                 the joints of the group alone, shape (k,) or (n, k), and a state be named without its group.
-            keep: What the motion keeps at all times, one ``Keep`` or several (docs/planning.md).
+            keep: What the motion keeps at all times, one ``Keep`` or several (docs/planning.md). Where it keeps another link at a
+                pose that the goal's link sees, as the other hand at an object, the goal is one of both.
             certify: Whether each edge is certified, as by ``edge_in_collision``: free at all its configurations. Otherwise at
                 samples 1/32 rad apart, between which it may touch something.
             clearance: No object of the world is nearer than this [m]; it does not count between links of the robot.
