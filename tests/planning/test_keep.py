@@ -164,6 +164,19 @@ def test_a_plan_its_motion_and_a_shorter_plan_keep_it_at_all_times(panda, world,
     assert greatest <= plan.worst_violation <= min(1, greatest + 0.0011)
 
 
+@pytest.mark.parametrize("seed", [0, 2, 4])
+def test_a_motion_flows_through_the_corners_of_a_tight_constraint(panda, world, seed):
+    left, right = turned_about_the_base(panda)
+    T = panda.forward_kinematics(left)
+    keep = ulna.Keep.in_plane(ulna.pose(T[:3, 3]), 1e-4)
+    motion = panda.plan(left, right, world, keep=keep, seed=seed).trajectory(acceleration=5.0)
+    assert motion.stops == 0
+    assert motion.certified
+    assert motion.is_free(world, keep=keep)
+    q = motion.at(np.linspace(0, motion.duration, 20001)).q
+    assert shares(keep, T, panda.forward_kinematics(q)).max() <= 1
+
+
 def test_without_the_constraint_the_plan_would_not_keep_it(panda, world):
     left, right, each = plans(panda)
     path = panda.plan(left, right, world).path

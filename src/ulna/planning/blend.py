@@ -6,6 +6,7 @@ edge into the next; its second derivative is (e - d) / 2b.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -13,8 +14,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 CHORDS = 4  # along which a parabola is certified
-_T = np.linspace(0.0, 1.0, CHORDS + 1)
-_BERNSTEIN = np.stack([(1 - _T) ** 2, 2 * _T * (1 - _T), _T**2], axis=1)  # at the ends of the chords
+CHORDS_ALONG = 16  # with constraints: of a tight tolerance, what may lie beside a chord takes much; it falls with the square
 _HALVINGS = 3  # how often a rounding that is not free is halved; then the motion stops at the corner
 _MOST = 0.49995  # of an edge: what is left between two roundings is not so short that rounding errors matter in its times
 _STRAIGHT = 1e-12  # of the directions of two edges: no corner
@@ -36,6 +36,8 @@ class Grid(NamedTuple):
     """The lengths of the intervals, shape (n,)."""
     borders: NDArray[np.int64]
     """The ends of intervals at which the motion rests, counted from 0, the start of the path, on."""
+    chords: int = CHORDS
+    """As of ``Edges``."""
 
 
 class Beside(NamedTuple):
@@ -61,13 +63,15 @@ class Edges(NamedTuple):
     """Shape (n - 1, n_dof)."""
     turns: Array
     """How much an entry of the directions changes at most at each point, shape (n,): 0 where it goes straight on."""
+    chords: int = CHORDS
+    """Along how many a rounding is certified."""
 
 
-def edges_of(path: Array, lengths: Array) -> Edges:
+def edges_of(path: Array, lengths: Array, chords: int = CHORDS) -> Edges:
     """The edges of a path, shape (n, n_dof), which are so long."""
     directions, turns = np.diff(path, axis=0) / lengths[:, None], np.zeros(len(path))
     turns[1:-1] = np.abs(np.diff(directions, axis=0)).max(axis=1)
-    return Edges(path, lengths, directions, np.where(turns > _STRAIGHT, turns, 0.0))
+    return Edges(path, lengths, directions, np.where(turns > _STRAIGHT, turns, 0.0), chords)
 
 
 def free_cuts(edges: Edges, blend: float, is_free: IsFree, within: float = np.inf, beside: Beside = ON_PATH) -> Array:
@@ -102,7 +106,7 @@ def free_cuts(edges: Edges, blend: float, is_free: IsFree, within: float = np.in
 
 def rounded(edges: Edges, cuts: Array) -> Grid:
     """The lines and parabolas of a path with rounded corners; at a corner whose cut is 0 the motion stops."""
-    path, lengths, directions, turns = edges
+    path, lengths, directions, turns, chords = edges
     inner, n = cuts[1:-1], 2 * len(lengths) - 1
     starts, slopes, bends, steps = (np.zeros((n, *each.shape[1:])) for each in (path, path, path, lengths))
     is_cut, stops = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
@@ -113,7 +117,7 @@ def rounded(edges: Edges, cuts: Array) -> Grid:
     steps[::2], steps[1::2] = lengths - cuts[:-1] - cuts[1:], 2 * inner
     stops[:-1:2], stops[-1] = (turns[1:-1] > 0.0) & (inner == 0.0), True
     borders = np.concatenate([[0], np.flatnonzero(stops[is_cut]) + 1])
-    return Grid(starts[is_cut], slopes[is_cut], bends[is_cut], steps[is_cut], borders)
+    return Grid(starts[is_cut], slopes[is_cut], bends[is_cut], steps[is_cut], borders, chords)
 
 
 def is_path_free(is_free: IsFree, points: Array, spreads: Array) -> bool:
@@ -133,11 +137,18 @@ def _chords(edges: Edges, corners: NDArray[np.int64], cuts: Array, beside: Besid
     """
     corner, b = edges.path[corners, None], cuts[:, None, None]
     before, behind = edges.directions[corners - 1, None], edges.directions[corners, None]
-    points = _BERNSTEIN @ np.concatenate([corner - b * before, corner, corner + b * behind], axis=1)
-    spread = np.abs(b * (behind - before)) / (4 * CHORDS**2)  # h^2 / 4 of the second difference of the control points
-    spreads = np.repeat(spread * (1 + 1e-9), CHORDS, axis=1)
+    points = _bernstein(edges.chords) @ np.concatenate([corner - b * before, corner, corner + b * behind], axis=1)
+    spread = np.abs(b * (behind - before)) / (4 * edges.chords**2)  # h^2 / 4 of the second difference of the control points
+    spreads = np.repeat(spread * (1 + 1e-9), edges.chords, axis=1)
     if beside.reach:
         first, last = (np.minimum(cuts + beside.reach, edges.lengths[k])[:, None, None] for k in (corners - 1, corners))
         points = np.concatenate([corner - first * before, points, corner + last * behind], axis=1)
         spreads = np.concatenate([np.zeros_like(spread), spreads, np.zeros_like(spread)], axis=1) + beside.by
     return points, spreads
+
+
+@lru_cache(maxsize=4)
+def _bernstein(chords: int) -> Array:
+    """The weights of the control points at the ends of the chords, shape (chords + 1, 3)."""
+    t = np.linspace(0.0, 1.0, chords + 1)
+    return np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2], axis=1)

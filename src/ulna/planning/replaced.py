@@ -222,7 +222,7 @@ def _stops(
 
 def _left_of(motion: TimedPath, time: float) -> tuple[Grid, float]:
     """What is left of the path from a time to where the motion rests next, and how fast it is passed then, ds/dt."""
-    (starts, slopes, bends, steps, borders), i = motion.grid, int(motion.interval_at(np.array(time)))
+    (starts, slopes, bends, steps, borders, _), i = motion.grid, int(motion.interval_at(np.array(time)))
     profile, after = motion.profile, time - motion.times[i]
     s = (0.5 * profile.accelerations[i] * after + profile.speeds[i]) * after
     k = int(borders[borders > i][0])
@@ -247,7 +247,7 @@ def _up_to(path: Grid, length: float) -> Grid:
 
 def _backwards(path: Grid) -> Grid:
     """The path from its end to its start."""
-    starts, slopes, bends, steps, borders = path
+    starts, slopes, bends, steps, borders, _ = path
     s = steps[:, None]
     ends = starts + s * (slopes + 0.5 * s * bends), -(slopes + s * bends)
     starts, slopes, bends, steps = (np.ascontiguousarray(each[::-1]) for each in (*ends, bends, steps))
@@ -299,7 +299,7 @@ def _going_on(base: TimedPath, window: float, at: float, way: _Way, share: float
 
 def _with_later_pauses(motion: TimedPath, pause: float) -> TimedPath:
     """The motion with a rest of so long [s] at each stop and at its end, but none at its start."""
-    (starts, slopes, bends, steps, borders), profile = with_pauses(motion, pause)
+    (starts, slopes, bends, steps, borders, *_), profile = with_pauses(motion, pause)
     path = Grid(starts[1:], slopes[1:], bends[1:], steps[1:], np.concatenate([[0], borders[1:] - 1]))
     return TimedPath(path, Profile(profile.times[1:] - pause, *(rows[1:] for rows in profile[1:])))
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
-from ulna.planning.blend import CHORDS, Grid
+from ulna.planning.blend import Grid
 
 Array = NDArray[np.float64]
 INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
@@ -124,7 +124,7 @@ class TimedPath(NamedTuple):
 def grid_of(pieces: Grid) -> Grid:
     """Lines and parabolas divided into shorter intervals."""
     n, lengths = len(pieces.steps), pieces.steps
-    few = np.where(pieces.bends.any(axis=1), CHORDS, 1)  # those of a parabola are the chords along which it was certified
+    few = np.where(pieces.bends.any(axis=1), pieces.chords, 1)  # those of a parabola are the chords along which it was certified
     least = np.maximum(few, min(LEAST_INTERVALS, _MOST_INTERVALS // n))
     counts = np.maximum(least, np.ceil(INTERVALS * lengths / lengths.sum()))
     counts = counts.astype(np.int64)
