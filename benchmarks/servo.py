@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from itertools import islice
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,22 @@ from benchmarks.markdown import table
 from benchmarks.peer import NotForThisArm
 from benchmarks.processors import one_processor
 from benchmarks.servo_judges import chatter, contacts, curve, off_path, overlaps, shares_of_limits
-from benchmarks.servo_scenes import ACCELERATION, CLEARANCE, POSES, RATE, SPARE, arm, hostile, paced, scene, start_of
+from benchmarks.servo_scenes import (
+    ACCELERATION,
+    CLEARANCE,
+    KINDS_OF_SCENES,
+    POSES,
+    RATE,
+    SPARE,
+    Chaser,
+    arm,
+    hand_of,
+    hostile,
+    paced,
+    scene,
+    start_of,
+    two_arms,
+)
 
 Array = NDArray[np.float64]
 ARMS = ("panda", "ur5", "xarm7", "iiwa14")
@@ -35,7 +51,6 @@ NEAR_ENOUGH = 1e-3, 1e-2  # [m], [rad]
 STRAIGHT = 5e-3, 2e-2  # [m], [rad]: how far from the straight way the hand is that went it
 REST = 2_000  # ticks that may pass until the arm rests
 ESCAPE, MOVED = 100, 1e-3  # ticks away from a rest, and how far an entry of q has to have moved then [rad]
-TWO_ARMS_APART = 0.6  # [m]
 
 
 def main() -> None:
@@ -44,7 +59,9 @@ def main() -> None:
     arms = options.arm or ARMS
     tables: dict[str, Callable[[], list[dict]]] = {
         "ticks": lambda: tick_rows(options.ticks),
-        "safety": lambda: [safety_row(name, options.scenes, options.ticks) for name in arms],
+        "safety": lambda: [
+            safety_row(name, kind, options.scenes, options.ticks) for name in arms for kind in options.kind or KINDS_OF_SCENES[:1]
+        ],
         "free": lambda: [row for name in options.arm or ARMS for row in free_rows(name, options.ticks)],
         "reaching": lambda: [reaching_row(name, options.targets) for name in arms],
         "peers": lambda: [
@@ -77,20 +94,9 @@ def tick_rows(ticks: int) -> list[dict]:
     return [{"scene": name, "joints": robot.n_dof, **tick_times(robot, world, ticks)} for name, (robot, world) in cases.items()]
 
 
-def two_arms() -> ulna.Robot:
-    """Two Pandas beside each other as one robot of 14 joints; the left hand is its tip."""
-    text = ulna.load("panda").to_urdf()
-    text = text[text.index("<link") : text.index("</robot>")]
-    parts = '<robot name="two arms"><link name="table"/>'
-    for side, y in (("left", TWO_ARMS_APART / 2), ("right", -TWO_ARMS_APART / 2)):
-        mount = f'<parent link="table"/><child link="{side}_link0"/><origin xyz="0 {y} 0"/>'
-        parts += text.replace('"panda_', f'"{side}_') + f'<joint name="{side}_mount" type="fixed">{mount}</joint>'
-    return ulna.load(parts + "</robot>")
-
-
 def tick_times(robot: ulna.Robot, world: ulna.World, ticks: int) -> dict[str, float]:
     """The time of a tick, with that of moving the crate if there is one; how near every 20th command comes to an object."""
-    link = robot.link_names[-1] if robot.tip is None else robot.tip
+    link = hand_of(robot)
     q = robot.random(1000, seed=4)
     start, *there = q[robot.signed_distance(q, world) > SPARE][:21]
     servo = robot.servo(world, acceleration=ACCELERATION, link=link)
@@ -118,54 +124,78 @@ def percentiles(times: Array) -> dict[str, float]:
 # ---- safety -------------------------------------------------------------------------------------------------------------
 
 
-def safety_row(name: str, scenes: int, ticks: int) -> dict:
+class Run:
+    """A servo in a scene, its commands, how long they took [s], and what moves beside it."""
+
+    def __init__(self, robot: ulna.Robot, kind: str, seed: int) -> None:
+        self.robot, self.world = robot, scene(robot, OBJECTS, seed, kind)
+        self.servo = robot.servo(self.world, acceleration=ACCELERATION, clearance=CLEARANCE, link=hand_of(robot))
+        self.commands, self.times = [self.servo.start(start_of(robot, self.world))], []
+        self.ball = Chaser(robot, self.world, seed) if kind == "moving" else None
+
+    def step(self, **goal: Any) -> ulna.Command:
+        """The next command, and the motion of what moves in its tick."""
+        before, began = self.commands[-1], time.thread_time()
+        self.commands.append(self.servo.step(**goal))
+        self.times.append(time.thread_time() - began)
+        if self.ball is not None:
+            self.ball.move(self.commands[-1].q, rests=not (before.qd.any() or self.commands[-1].qd.any()))
+        return self.commands[-1]
+
+    def judged(self) -> dict:
+        """What the judges find."""
+        q, qd = np.array([c.q for c in self.commands]), np.array([c.qd for c in self.commands])
+        return judged(self.robot, self.world, q, qd, None if self.ball is None else np.array(self.ball.places))
+
+
+def safety_row(name: str, kind: str, scenes: int, ticks: int) -> dict:
     """Hostile goals in random scenes, with a rest after each second and a way out of it; contacts and limits of all that."""
     robot, found, times = arm(name), [], []
     for seed in range(scenes):
-        world = scene(robot, OBJECTS, seed)
-        servo = robot.servo(world, acceleration=ACCELERATION, clearance=CLEARANCE)
-        commands, rests = [servo.start(start_of(robot, world))], {"rests": 0, "dead_ends": 0}
-        goals = hostile(robot, ticks, seed)
+        run, rests, goals = Run(robot, kind, seed), {"rests": 0, "dead_ends": 0}, hostile(robot, ticks, seed)
         while batch := list(islice(goals, RATE)):
             for goal in batch:
-                began = time.thread_time()
-                commands.append(servo.step(**goal))
-                times.append(time.thread_time() - began)
-            leave(robot, servo, world, commands, rests)
-        found.append(rests | judged(robot, world, np.array([c.q for c in commands]), np.array([c.qd for c in commands])))
+                run.step(**goal)
+                times.append(run.times[-1])
+            leave(run, rests)
+        found.append(rests | run.judged())
     totals = {
         key: sum(row[key] for row in found)
         for key in ("ticks", "contacts_Coal", "contacts_Ulna", "violations", "rests", "dead_ends")
     }
     worst = {key: max(row[key] for row in found) for key in ("velocity", "acceleration", "beyond_rad")}
-    return {"arm": name, "scenes": scenes} | totals | worst | percentiles(np.array(times))
+    return {"arm": name, "kind": kind, "scenes": scenes} | totals | worst | percentiles(np.array(times))
 
 
-def leave(robot: ulna.Robot, servo: ulna.Servo, world: ulna.World, commands: list, rests: dict) -> None:
+def leave(run: Run, rests: dict) -> None:
     """Come to rest, and go away from what is near; a place that none of many directions leads out of is a dead end."""
+    robot = run.robot
     for _ in range(REST):
-        commands.append(servo.step())
-        if commands[-1].status == "at rest":
+        if run.step().status == "at rest":
             break
-    q = commands[-1].q
-    away = robot.distance_gradient(q, world)
+    q = run.servo.q
+    away = robot.distance_gradient(q, run.world)
     directions = [away / max(np.abs(away).max(), 1e-9), *np.random.default_rng(0).choice([-1.0, 1.0], (10, robot.n_dof))]
     rests["rests"] += 1
     for direction in directions:
-        commands.extend(servo.step(velocity=0.5 * direction) for _ in range(ESCAPE))
-        if np.abs(commands[-1].q - q).max() > MOVED:
+        for _ in range(ESCAPE):
+            run.step(velocity=0.5 * direction)
+        if np.abs(run.servo.q - q).max() > MOVED:
             return
     rests["dead_ends"] += 1
 
 
-def judged(robot: ulna.Robot, world: ulna.World, q: Array, qd: Array | None = None) -> dict:
-    """What the judges find: ticks with contacts, the greatest depth, shares of limits."""
+def judged(robot: ulna.Robot, world: ulna.World, q: Array, qd: Array | None = None, ball: Array | None = None) -> dict:
+    """What the judges find: ticks with contacts, the greatest depth, shares of limits. What moves is judged by Coal alone."""
     fine = curve(q, qd)
-    touched, depth = contacts(robot, world, fine)
+    touched, depth = contacts(robot, world, fine, ball)
+    still = world.copy()
+    if ball is not None:
+        still.remove("ball")
     return {
         "ticks": len(q) - 1,
         "contacts_Coal": touched,
-        "contacts_Ulna": overlaps(robot, world, fine),
+        "contacts_Ulna": overlaps(robot, still, fine),
         "depth_mm": 1e3 * depth,
         **shares_of_limits(robot, q, ACCELERATION),
     }
@@ -360,6 +390,7 @@ def _options() -> argparse.Namespace:
     names = ("ticks", "safety", "free", "reaching", "peers")
     parser.add_argument("--only", action="append", choices=names, help="a table; repeatable; all of them unless given")
     parser.add_argument("--arm", action="append", help=f"repeatable; {', '.join(ARMS)} unless given")
+    parser.add_argument("--kind", action="append", choices=KINDS_OF_SCENES, help="of scenes, for safety; shapes unless given")
     parser.add_argument("--ticks", type=int, default=10_000, help="of each scene and path")
     parser.add_argument("--scenes", type=int, default=4, help="of each arm, for safety; 25 are a hundred")
     parser.add_argument("--targets", type=int, default=25, help="of each arm, to be reached; 250 are a thousand")

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 import ulna
 from benchmarks.peers.coal import Scene
-from benchmarks.servo_scenes import RATE
+from benchmarks.servo_scenes import RATE, hand_of
 from ulna.bench.arms import longest_reach
 
 Array = NDArray[np.float64]
@@ -23,21 +23,30 @@ def curve(q: Array, qd: Array | None = None) -> Array:
     return q[:-1, None] + t * first[:, None] + 0.5 * t * t * second[:, None]
 
 
-def contacts(robot: ulna.Robot, world: ulna.World, fine: Array) -> tuple[int, float]:
-    """In how many ticks Coal finds a contact, and the greatest depth [m].
+def contacts(robot: ulna.Robot, world: ulna.World, fine: Array, ball: Array | None = None) -> tuple[int, float]:
+    """In how many ticks Coal finds a contact, and the greatest depth [m]. ball: the places, shape (n, 3), of one that moves.
 
-    A tick at whose begin all pairs are farther apart than the arm moves in a tick, as differences of q say, is free.
+    A tick at whose begin all pairs are farther apart than the arm and the ball move in a tick, as differences say, is free.
     """
     judge, wide = Scene(robot, world, itself=True), Scene(robot, world, itself=True)
-    arm, touched, deepest = longest_reach(robot) + _BODY, 0, 0.0
-    for tick, moved in zip(fine, np.abs(np.diff(fine, axis=1)).sum(axis=(1, 2)) * FINER / (FINER - 1), strict=True):
+    arm, touched, deepest = longest_reach(robot, hand_of(robot)) + _BODY, 0, 0.0
+    ways = 2 * arm * np.abs(np.diff(fine, axis=1)).sum(axis=(1, 2)) * FINER / (FINER - 1)
+    if ball is not None:
+        ways += np.linalg.norm(np.diff(ball, axis=0), axis=1)
+    for k, (tick, way) in enumerate(zip(fine, ways, strict=True)):
         for request in wide.answers.collisionRequests:
-            request.security_margin = 2 * arm * float(moved)
+            request.security_margin = float(way)
+        if ball is not None:
+            wide.move("ball", ulna.pose(ball[k]))
         if not wide.collides(tick[0]):
             continue
-        hits = [q for q in tick if judge.collides(q)]
-        touched += bool(hits)
-        deepest = max([deepest, *(-judge.least_distance(q) for q in hits)])
+        hit = False
+        for i, q in enumerate(tick):
+            if ball is not None:
+                judge.move("ball", ulna.pose(ball[k] + i / FINER * (ball[k + 1] - ball[k])))
+            if judge.collides(q):
+                hit, deepest = True, max(deepest, -judge.least_distance(q))
+        touched += hit
     return touched, deepest
 
 

@@ -14,12 +14,17 @@ Array = NDArray[np.float64]
 RATE = 1000  # [1/s]
 ACCELERATION = 10.0  # [rad/s^2], of every joint
 CLEARANCE = 0.01  # [m]
+AIMS_FOR, STATED_EVERY = 50, 33  # ticks
+SPEED = 0.3  # [m/s]: of what moves
 SPARE = 0.02  # [m]: how far from everything an arm starts
 HELD_FOR = (13, 97, 997)  # ticks that a goal is held for
 KINDS = ("jump", "through", "spin", "noise", "inside", "q", "velocity", "twist", "rest")
 POSES = KINDS[:5]
+KINDS_OF_SCENES = "shapes", "cloud", "moving"
 _EASE = 0.5  # [s], until a path of ``paced`` has its speed
 _SWING = 0.4  # [rad], of it, to each side
+TWO_ARMS_APART = 0.6  # [m]
+CLOUD, BALL = (300, 0.015), 0.06  # points and their radius [m]; the radius of what moves [m]
 _SIGMA = 0.1  # [m]: the least singular value of the Jacobian along it
 
 
@@ -27,6 +32,8 @@ def arm(name: str) -> ulna.Robot:
     """An arm with the shapes of its description: boxes of the Panda, of the others the convex hulls of their meshes."""
     if name == "panda":
         return ulna.load(name)
+    if name == "two_pandas":
+        return two_arms()
     if name != "iiwa14":
         return load_arm(name).with_convex_hulls()
     _, base, tip = ARMS[name]  # its meshes are in a package of another name than its text says
@@ -36,6 +43,22 @@ def arm(name: str) -> ulna.Robot:
     return ulna.load(text, base=base, tip=tip, package_dirs=[folder]).with_convex_hulls()
 
 
+def two_arms() -> ulna.Robot:
+    """Two Pandas beside each other as one robot of 14 joints."""
+    text = ulna.load("panda").to_urdf()
+    text = text[text.index("<link") : text.index("</robot>")]
+    parts = '<robot name="two arms"><link name="table"/>'
+    for side, y in (("left", TWO_ARMS_APART / 2), ("right", -TWO_ARMS_APART / 2)):
+        mount = f'<parent link="table"/><child link="{side}_link0"/><origin xyz="0 {y} 0"/>'
+        parts += text.replace('"panda_', f'"{side}_') + f'<joint name="{side}_mount" type="fixed">{mount}</joint>'
+    return ulna.load(parts + "</robot>")
+
+
+def hand_of(robot: ulna.Robot) -> str:
+    """The link that is steered: the tip, or the last one of a robot of several arms."""
+    return robot.tip or robot.link_names[-1]
+
+
 def start_of(robot: ulna.Robot, world: ulna.World | None = None) -> Array:
     """Where the arm starts: at home, or where it is far enough from itself and from the world, shape (n_dof,)."""
     candidates = np.concatenate([[robot.home], robot.random(1000, seed=0)])
@@ -43,9 +66,13 @@ def start_of(robot: ulna.Robot, world: ulna.World | None = None) -> Array:
     return candidates[np.argmax(far)]
 
 
-def scene(robot: ulna.Robot, n: int, seed: int) -> ulna.World:
-    """Boxes, balls and cylinders about an arm, a third each, none nearer to its start than SPARE."""
-    world, rng, start, reach = ulna.World(), np.random.default_rng(seed), start_of(robot), 0.7 * longest_reach(robot)
+def scene(robot: ulna.Robot, n: int, seed: int, kind: str = "shapes") -> ulna.World:
+    """Boxes, balls and cylinders about an arm, a third each, none nearer to its start than SPARE.
+
+    Of the kind ``cloud`` there is a cloud, too, of points in five cubes of 0.3 m; of the kind ``moving`` a ball of a stated speed.
+    """
+    rng, start, reach = np.random.default_rng(seed), start_of(robot), 0.7 * longest_reach(robot, hand_of(robot))
+    world = ulna.World()
     while len(world.names) < n:
         k = len(world.names)
         place = ulna.pose(rng.uniform((-reach, -reach, 0.0), reach), rng.uniform(-3, 3, 3))
@@ -54,7 +81,49 @@ def scene(robot: ulna.Robot, n: int, seed: int) -> ulna.World:
         world.add(f"{type(shape).__name__.lower()} {k}", shape, place)
         if robot.signed_distance(start, world) < SPARE:
             world.remove(world.names[-1])
+    if kind == "cloud":
+        middles = rng.uniform((-reach, -reach, 0.0), reach, (5, 1, 3))
+        points = (middles + 0.15 * rng.uniform(-1, 1, (5, CLOUD[0] // 5, 3))).reshape(-1, 3)
+        points = [p for p in points if _is_far(robot, start, ulna.Sphere(CLOUD[1]), p)]
+        world.add("cloud", ulna.PointCloud(points, CLOUD[1]))
+    if kind == "moving":
+        place = np.array([reach, 0.0, 0.6])
+        while not _is_far(robot, start, ulna.Sphere(BALL), place):
+            place[0] += 0.05
+        world.add("ball", ulna.Sphere(BALL), ulna.pose(place), speed=SPEED)
     return world
+
+
+def _is_far(robot: ulna.Robot, q: Array, shape: ulna.Sphere, place: Array) -> bool:
+    alone = ulna.World()
+    alone.add("one", shape, ulna.pose(place))
+    return robot.signed_distance(q, alone, self_collision=False) > SPARE
+
+
+class Chaser:
+    """The ball of a scene of the kind ``moving``: it runs after the arm at its speed, and into it, but not where the arm rests.
+
+    Now and then the world is said where it is. ``places`` are those at the ends of ticks, from the start on.
+    """
+
+    def __init__(self, robot: ulna.Robot, world: ulna.World, seed: int) -> None:
+        self._robot, self._world, self._rng = robot, world, np.random.default_rng(seed)
+        self.places, self._towards = [world.pose("ball")[:3, 3]], np.zeros(3)
+
+    def move(self, q: Array, *, rests: bool) -> None:
+        """Move for one tick, beside an arm at q."""
+        k, at = len(self.places), self.places[-1]
+        if k % AIMS_FOR == 1:
+            aim = self._rng.normal(size=3)
+            if self._rng.random() < 0.7:
+                aim = self._robot.forward_kinematics(q, link=str(self._rng.choice(self._robot.link_names[3:])))[:3, 3] - at
+            self._towards = SPEED * aim / max(np.linalg.norm(aim), 1e-9)
+        there = at + self._towards / RATE
+        if rests and not _is_far(self._robot, q, ulna.Sphere(BALL), there):
+            there, self._towards = at, np.zeros(3)
+        self.places.append(there)
+        if k % STATED_EVERY == 0:
+            self._world.move("ball", ulna.pose(there))
 
 
 def hostile(robot: ulna.Robot, n: int, seed: int, kinds: tuple[str, ...] = KINDS) -> Iterator[dict]:
@@ -72,7 +141,7 @@ def hostile(robot: ulna.Robot, n: int, seed: int, kinds: tuple[str, ...] = KINDS
 
 
 def _held(robot: ulna.Robot, rng: np.random.Generator, kind: str, far: Array, ticks: int) -> Iterator[dict]:
-    T_a, T_b = robot.forward_kinematics(far)
+    T_a, T_b = robot.forward_kinematics(far, link=hand_of(robot))
     inside = ulna.pose(rng.uniform((-0.15, -0.15, 0.0), (0.15, 0.15, 0.3)), rng.uniform(-3, 3, 3))
     way, axis = T_b[:3, 3] - T_a[:3, 3], rng.normal(size=3)
     velocity = rng.choice([-1.0, 1.0], robot.n_dof) * rng.choice([0.5, 100.0])

@@ -5,6 +5,7 @@ import numpy as np
 import pinocchio as pin
 
 from benchmarks.peer import NotForThisArm, bare_urdf
+from ulna.collision.clouds import PointCloud
 from ulna.collision.world import World
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Sphere
 from ulna.robot import Robot
@@ -32,6 +33,13 @@ def of_coal(shape):
     raise NotForThisArm(f"{type(shape).__name__} is not compared")
 
 
+def solids_of(shape) -> list:
+    """The convex shapes of an object, each with its place in it: of a cloud a ball around each point."""
+    if isinstance(shape, PointCloud):
+        return [(Sphere(shape.radius), pin.SE3(np.eye(3), np.array(point, dtype=float))) for point in shape.points]
+    return [(shape, pin.SE3.Identity())]
+
+
 class Scene:
     """A robot and a world as Pinocchio knows them; with itself, the pairs of the robot that Ulna checks, by number."""
 
@@ -44,10 +52,12 @@ class Scene:
             for body in link.collisions:
                 placement = frame.placement * pin.SE3(body.pose)
                 bodies.append(self._add(next(names), frame.parentJoint, placement, body.shape))
-        for name in world.names:
-            other = self._add(f"world {name}", 0, pin.SE3(world.pose(name)), world.shape(name))
-            for body in bodies:
-                self.geometry.addCollisionPair(pin.CollisionPair(body, other))
+        self.parts = {name: solids_of(world.shape(name)) for name in world.names}
+        for name, parts in self.parts.items():
+            for k, (shape, at) in enumerate(parts):
+                other = self._add(f"world {name} {k}", 0, pin.SE3(world.pose(name)) * at, shape)
+                for body in bodies:
+                    self.geometry.addCollisionPair(pin.CollisionPair(body, other))
         if itself:
             for i, j in robot._checker.pairs:  # noqa: SLF001 - the pairs by number, so that both check the same
                 self.geometry.addCollisionPair(pin.CollisionPair(bodies[i], bodies[j]))
@@ -55,6 +65,12 @@ class Scene:
 
     def _add(self, name: str, joint: int, placement, shape) -> int:
         return self.geometry.addGeometryObject(pin.GeometryObject(name, joint, placement, of_coal(shape)))
+
+    def move(self, name: str, T) -> None:
+        """Place an object of the world elsewhere."""
+        for k, (_, at) in enumerate(self.parts[name]):
+            number = self.geometry.getGeometryId(f"world {name} {k}")
+            self.geometry.geometryObjects[number].placement = pin.SE3(T) * at
 
     def collides(self, q) -> bool:
         """Whether any pair touches; it stops at the first."""

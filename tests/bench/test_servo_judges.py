@@ -72,7 +72,7 @@ def test_an_arm_starts_far_from_a_scene(panda):
 
 def test_a_servo_is_found_safe_and_a_follower_that_knows_no_world_is_not(panda, monkeypatch):
     monkeypatch.setattr(servo, "arm", lambda _: panda)
-    row = servo.safety_row("panda", 1, 1000)
+    row = servo.safety_row("panda", "shapes", 1, 1000)
     assert (row["contacts_Coal"], row["contacts_Ulna"], row["violations"], row["dead_ends"]) == (0, 0, 0, 0)
     assert max(row["velocity"], row["acceleration"]) <= 1.0
 

@@ -86,9 +86,9 @@ def path_positions(robot: Robot, n: int, seed: int) -> Array:
     return middle(robot) + _SWING * (upper - lower) * np.sin(2 * np.pi * waves * time + phases)
 
 
-def longest_reach(robot: Robot) -> float:
-    """An upper bound on the distance of the tip from the base [m]: the sum of the lengths of the chain."""
-    chain = robot.tree.chain(str(robot.tip))
+def longest_reach(robot: Robot, link: str | None = None) -> float:
+    """An upper bound on the distance of a link, the tip unless given, from the base [m]: the sum of the lengths of the chain."""
+    chain = robot.tree.chain(str(link or robot.tip))
     slides = chain[chain[:, KIND] == PRISMATIC]
     ends = robot.tree.limits[:, slides[:, COLUMN].astype(int)] * slides[:, RATIO] + slides[:, OFFSET]
     return float(np.linalg.norm(chain[:, (3, 7, 11)], axis=1).sum() + np.abs(ends).max(axis=0).sum())
