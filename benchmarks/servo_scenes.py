@@ -69,7 +69,7 @@ def start_of(robot: ulna.Robot, world: ulna.World | None = None) -> Array:
 def scene(robot: ulna.Robot, n: int, seed: int, kind: str = "shapes") -> ulna.World:
     """Boxes, balls and cylinders about an arm, a third each, none nearer to its start than SPARE.
 
-    Of the kind ``cloud`` there is a cloud, too, of points in five cubes of 0.3 m; of the kind ``moving`` a ball of a stated speed.
+    Of the kind ``cloud`` there is a cloud, of points in five cubes of 0.3 m; of the kind ``moving`` a ball of a stated speed.
     """
     rng, start, reach = np.random.default_rng(seed), start_of(robot), 0.7 * longest_reach(robot, hand_of(robot))
     world = ulna.World()

@@ -2,7 +2,7 @@
 
     .venv/bin/python docs/pictures/draw.py            # all; or the names of some
 
-It needs the extras ``viewer`` and ``meshes``. The scenes are those of the pages' first examples.
+It needs the extras ``viewer`` and ``meshes``, and Matplotlib (group ``docs``). The scenes are those of the pages' first examples.
 """
 
 import runpy
@@ -12,6 +12,10 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -20,6 +24,8 @@ import ulna
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from benchmarks.depth_camera import Camera as DepthCamera
 
+from ulna.drivers.servo import EASE, RESERVE
+from ulna.kernels.servo.braking import write_velocity_box
 from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.film import Film, write_film
 from ulna.viewer.film.painter import Ground, Painter, Picture
@@ -224,6 +230,111 @@ def tray(size: tuple[int, int]) -> Pixels:
     return scene.paint(q[np.argmax(robot.forward_kinematics(q, link="left_ee")[:, 2, 3])])
 
 
+class ServoMoment:
+    """One tick of a servo of two bars that move fast towards a post and a limit; of 50 ms, so that all rows are seen.
+
+    rows: what a velocity x has to keep, g x >= b: its name, g and b.
+    """
+
+    q, qd, desired = np.array([0.25, 0.62]), np.array([1.75, 0.55]), np.array([2.35, 1.3])
+    tick, acceleration, speed, clearance = 0.05, 10.0, 2.0, 0.02
+    lengths, width, post, upper = (0.6, 0.5), 0.04, (0.5, 1.02, 0.14), 0.84  # [m]; the post's place and side; [rad], of the elbow
+
+    def __init__(self) -> None:
+        links = joints = ""
+        for k, (parent, name) in enumerate((("base", "upper"), ("upper", "lower"))):
+            solid = f'<geometry><box size="{self.lengths[k]} {self.width} {self.width}"/></geometry>'
+            links += f'<link name="{name}"><collision><origin xyz="{self.lengths[k] / 2} 0 0"/>{solid}</collision></link>'
+            ends = f'<parent link="{parent}"/><child link="{name}"/><origin xyz="{k * self.lengths[0]} 0 0"/><axis xyz="0 0 1"/>'
+            limit = f'<limit lower="-3" upper="{(3.0, self.upper)[k]}" velocity="{self.speed}" effort="1"/>'
+            joints += f'<joint name="joint {k + 1}" type="revolute">{ends}{limit}</joint>'
+        self.robot, self.world = ulna.load(f'<robot name="bars"><link name="base"/>{links}{joints}</robot>'), ulna.World()
+        self.world.add("post", ulna.Box((self.post[2], self.post[2], 0.2)), ulna.pose((*self.post[:2], 0)))
+        servo = self.robot.servo(self.world, rate=1 / self.tick, acceleration=self.acceleration, clearance=self.clearance)
+        servo.start(self.q, self.qd)
+        box, change = np.empty(4), self.acceleration * self.tick
+        self.ticks = write_velocity_box(servo._state, servo._counters, servo._limits, self.tick, box)  # noqa: SLF001
+        self.stop = self.qd * (1 - change / np.abs(self.qd).max())
+        certified = self.q + self.qd * self.tick * np.ceil(np.abs(self.qd).max() / change) / 2
+        g = self.robot.distance_gradient(certified, self.world, self_collision=False)
+        excess = float(self.robot.signed_distance(certified, self.world, self_collision=False)) - self.clearance
+        nearer = -self.tick / (self.tick + EASE) * max(excess - RESERVE, 0.0)
+        one = np.eye(2)
+        rest = self.q + self.tick * self.qd / 2
+        self.rows = [("acceleration", -one[j], -self.qd[j] - change) for j in (0, 1)]
+        self.rows += [("acceleration", one[j], self.qd[j] - change) for j in (0, 1)]
+        self.rows += [("speed", -one[0], -self.speed), ("position", -one[1], (rest[1] - self.upper) / self.way)]
+        self.rows += [("post", g, (nearer + g @ (certified - rest)) / self.way)]
+        self.box, self.command = box, servo.step(velocity=self.desired)
+
+    @property
+    def way(self) -> float:
+        """How far a velocity at the end of the tick moves a joint until it rests [s]."""
+        return 0.5 * self.tick * (1 + self.ticks)
+
+    def rest(self, x: NDArray) -> NDArray:
+        """Where the arm rests after a tick that ends with x, shape (..., 2)."""
+        return self.q + self.tick * self.qd / 2 + self.way * x
+
+
+def servo_rows(size: tuple[int, int]) -> Pixels:
+    """What each row of a servo's quadratic program excludes in one tick of two bars, and the velocity that is left."""
+    moment, scale = ServoMoment(), size[0] / SIZE[0]
+    figure = Figure(figsize=(9.6, 5.4), dpi=100 * scale, layout="constrained")
+    canvas = FigureCanvasAgg(figure)
+    left, right = figure.subplots(1, 2, width_ratios=(0.8, 1.0))
+    _draw_bars(left, moment)
+    _draw_rows(right, moment)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def _draw_bars(axes: Axes, moment: ServoMoment) -> None:
+    """The bars now, and where they would rest."""
+    x, y, side = moment.post
+    axes.add_patch(Rectangle((x - side / 2, y - side / 2), side, side, color="0.6"))
+    allowed = np.clip(moment.desired, moment.qd - 0.5, np.minimum(moment.qd + 0.5, moment.speed))
+    for q, color, label in (
+        (moment.q, "black", "now"),
+        (moment.rest(allowed), "tab:red", "at rest after what is desired"),
+        (moment.rest(moment.command.qd), "tab:green", "at rest after x"),
+    ):
+        elbow = moment.lengths[0] * np.array([np.cos(q[0]), np.sin(q[0])])
+        hand = elbow + moment.lengths[1] * np.array([np.cos(q.sum()), np.sin(q.sum())])
+        axes.plot(*np.array([(0, 0), elbow, hand]).T, "-o", color=color, linewidth=4, markersize=4, alpha=0.8, label=label)
+    axes.set(aspect="equal", xlim=(-0.05, 1.1), ylim=(-0.05, 1.25), xlabel="x [m]", ylabel="y [m]", title="the arm and a post")
+    axes.legend(loc="lower right", fontsize=8)
+
+
+def _draw_rows(axes: Axes, moment: ServoMoment) -> None:
+    """The plane of the velocities at the end of the tick: what rows exclude, what is left, and the nearest to what is desired."""
+    low, high = (0.9, -0.1), (2.7, 1.6)
+    u, v = np.meshgrid(np.linspace(low[0], high[0], 361), np.linspace(low[1], high[1], 341))
+    plane = np.stack([u, v], axis=-1)
+    for name, g, b in moment.rows:
+        axes.contourf(u, v, plane @ g - b, levels=[-9, 0], colors=[ROWS[name][0]], alpha=0.28)
+        axes.contour(u, v, plane @ g - b, levels=[0], colors=[ROWS[name][0]], linewidths=1.5)
+    distance = moment.robot.signed_distance(moment.rest(plane), moment.world, self_collision=False)
+    axes.contour(u, v, distance, levels=[moment.clearance], colors=["0.25"], linewidths=1, linestyles="dotted")
+    for radius in np.linalg.norm(moment.command.qd - moment.desired) * np.array([0.5, 1.0]):
+        axes.add_patch(Circle(moment.desired, radius, fill=False, color="0.4", linewidth=0.8, linestyle="--"))
+    for name, (color, text) in ROWS.items():
+        axes.plot([], [], color=color, linewidth=6, alpha=0.5, label=text if name else "")
+    axes.plot([], [], color="0.25", linestyle="dotted", label="where it would rest nearer than the clearance")
+    axes.plot(*moment.desired, "x", color="tab:red", markersize=9, markeredgewidth=2, label="desired")
+    axes.plot(*moment.stop, "s", color="black", label="the certified stop goes on")
+    axes.plot(*moment.command.qd, "o", color="tab:green", markersize=9, label="x: the nearest that all rows allow")
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), title="velocities at the end of the tick")
+    axes.set(xlabel="joint 1 [rad/s]", ylabel="joint 2 [rad/s]")
+    axes.legend(loc="lower right", fontsize=7)
+
+
+ROWS = {  # of the quadratic program: the color, and what they say
+    "acceleration": ("tab:blue", "more than one tick changes a velocity by"),
+    "speed": ("tab:purple", "faster than joint 1 may be"),
+    "position": ("tab:orange", "joint 2 would rest beyond its limit"),
+    "post": ("tab:brown", "the arm would come to rest too near the post"),
+}
 SHADE = 150, 155, 165
 BIN = [  # extents and place [m]: the floor, the table, the bin's walls, two parts
     ((9, 9, 0.02), (0, 0, -0.04)),
@@ -246,6 +357,7 @@ PICTURES: dict[str, Callable[[tuple[int, int]], Pixels]] = {
     "camera_sees": camera_sees,
     "camera_into_bin": camera_into_bin,
     "tray": tray,
+    "servo_rows": servo_rows,
 }
 
 FILMS: dict[str, Callable[[tuple[int, int]], Film]] = {"camera_into_bin_film": camera_into_bin_film}

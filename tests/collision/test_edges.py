@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import ulna
+from ulna.drivers.continuous import BREADTH, split_next
+from ulna.engine.lanes import empty_rows
 from ulna.errors import InputError
 
 # A cube of 0.2 that slides along x and turns about z at the end of an arm of 0.5.
@@ -133,3 +135,13 @@ def test_batches_broadcast_and_each_row_is_that_of_one_edge(panda, rng):
 def test_edges_that_make_no_sense_are_refused(panda, arguments, options):
     with pytest.raises(InputError):
         panda.edge_in_collision(*arguments, **options)
+
+
+@pytest.mark.parametrize(("breadth", "parents", "left"), [(BREADTH, [0, 1, 2, 3], (4, 6)), (0, [2, 3, 4, 5], (0, 2))])
+def test_the_oldest_intervals_are_split_first_or_the_newest(breadth, parents, left):
+    """With the newest first an edge that passes near something for long is given up after a few looks at one place."""
+    waiting, rows = np.column_stack([(np.arange(6) + 0.5) / 6, np.full(6, 1 / 12)]), empty_rows(3)
+    n, oldest, newest = split_next(waiting, 0, 6, rows, breadth)
+    assert (n, (oldest, newest)) == (4, left)
+    np.testing.assert_allclose(np.reshape(rows[0], (4, 2)).mean(axis=1), waiting[parents, 0])
+    np.testing.assert_allclose(rows[1], 1 / 24)

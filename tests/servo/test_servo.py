@@ -324,11 +324,19 @@ def test_it_starts_in_motion_where_it_can_stop(panda):
         ({"acceleration": 0}, "acceleration"),
         ({"acceleration": np.nan}, "acceleration"),
         ({"rate": 0}, "rate"),
+        ({"acceleration": [1, 1, 1, 0, 1, 1, 1]}, "acceleration"),
+        ({"rate": np.nan}, "rate"),
+        ({"rate": -1}, "rate"),
         ({"rate": 1e9}, "rate"),
         ({"velocity": 0}, "velocity"),
+        ({"velocity": np.nan}, "velocity"),
         ({"clearance": -1}, "clearance"),
+        ({"clearance": np.nan}, "clearance"),
         ({"clearance": True}, "clearance"),
         ({"tracking_error": -1}, "tracking_error"),
+        ({"tracking_error": np.nan}, "tracking_error"),
+        ({"posture": np.full(7, np.nan)}, "posture[0]"),
+        ({"weights": 0}, "weights"),
         ({"posture": [1, 2]}, "posture"),
     ],
 )
@@ -345,7 +353,10 @@ def test_what_cannot_be_taken_is_named(panda, options, argument):
         ({"velocity": [1, 2]}, "velocity"),
         ({"twist": [1, 2, 3]}, "twist"),
         ({"twist": [np.inf, 0, 0, 0, 0, 0]}, "twist[0]"),
+        ({"velocity": np.full(7, np.inf)}, "velocity[0]"),
         ({"pose": np.zeros((4, 4))}, "pose"),
+        ({"pose": np.full((4, 4), np.nan)}, "pose"),
+        ({"measured": np.full(7, np.nan)}, "measured[0]"),
         ({"q": np.zeros(7), "velocity": np.zeros(7)}, "step"),
         ({"twist": np.zeros(6), "expressed_in": "tool"}, "expressed_in"),
     ],
@@ -367,6 +378,10 @@ def test_it_has_to_be_started_where_it_is_free(panda):
         servo.step()
     with pytest.raises(ulna.InputError, match="limits"):
         servo.start(panda.upper + 0.1)
+    with pytest.raises(ulna.InputError, match=r"q\[0\]"):
+        servo.start(np.full(7, np.nan))
+    with pytest.raises(ulna.InputError, match="faster than the limits"):
+        servo.start(panda.home, 1.1 * panda.velocity_limits)
     world.add("crate", ulna.Box((0.1, 0.1, 0.1)), panda.forward_kinematics(panda.home))
     with pytest.raises(ulna.InputError, match="free"):
         servo.start(panda.home)

@@ -54,7 +54,7 @@ def edges_each(
     for e in range(q_a.shape[0]):
         if not (all_in_range(q_a[e]) and all_in_range(q_b[e])):
             status[e], contact[e] = EDGE_OUT_OF_RANGE, 0.0
-        elif edge_is_free(scene, carried, work, q_a[e], q_b[e], no_spread, resolution, 0.0, None, of_world):
+        elif edge_is_free(scene, carried, work, q_a[e], q_b[e], no_spread, resolution, 0.0, None, of_world, BREADTH):
             status[e], contact[e] = EDGE_FREE, 1.0
         else:
             status[e] = EDGE_CONTACT
@@ -74,13 +74,14 @@ def interval_work(n_dof):
 
 
 @kernel
-def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, apart, of_world):
+def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, apart, of_world, breadth):
     """Whether the edge from q_a to q_b is certainly free, and nothing of the world is nearer than a margin [m].
 
     ``apart`` widens the margin (``scene.Apart``, or None).
 
     With a spread above 0, (n_dof,), that holds for all that lies so far beside the edge in each entry of q.
-    of_world: ``world_rounding(scene)``. q_a and q_b are in range.
+    of_world: ``world_rounding(scene)``. breadth: how many intervals are split the oldest first, at most BREADTH; with 0 an edge
+    that passes near something for long is given up after a few looks at one place. q_a and q_b are in range.
     """
     _, lane_rows, waiting, _ = work
     write_motion(scene.joints, q_a, q_b, spread, carried)
@@ -88,7 +89,7 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, apa
     waiting[0, 0], waiting[0, 1] = 0.5, 0.5
     oldest, newest = 0, 1
     while oldest < newest:
-        n, oldest, newest = split_next(waiting, oldest, newest, lane_rows)
+        n, oldest, newest = split_next(waiting, oldest, newest, lane_rows, breadth)
         if outcome_at(scene, carried, work, q_a, q_b, INSTANT, margin, apart, of_world, stop=True):
             return False
         for lane in range(WIDTH // n * n):
@@ -126,10 +127,10 @@ def free_until(scene, carried, work, q_a, q_b, resolution, of_world):
 
 
 @kernel
-def split_next(waiting, oldest, newest, lane_rows):
-    """``split`` the next intervals, the oldest first, from BREADTH on the newest: how many, and what waits now."""
+def split_next(waiting, oldest, newest, lane_rows, breadth):
+    """``split`` the next intervals, the oldest first, from ``breadth`` on the newest: how many, and what waits now."""
     n = min(newest - oldest, WIDTH // 2)
-    if newest < BREADTH:
+    if newest < breadth:
         split(waiting, oldest, n, lane_rows)
         return n, oldest + n, newest
     split(waiting, newest - n, n, lane_rows)

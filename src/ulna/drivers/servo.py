@@ -150,7 +150,7 @@ def work_of(n, n_hands):
     """Room for the quadratic program: H, f, J, what is desired, the damped system, rows, their bounds, the active ones, ..."""
     m = 2 * n + layout.MOST_PAIRS
     return (
-        (np.empty(n * n), np.empty(n), np.empty(6 * n * n_hands), np.empty(max(6 * n_hands, n)), np.empty(N_SYSTEM)),
+        (np.empty(n * n), np.empty(n), np.empty(6 * n * n_hands), np.empty(max(6 * n_hands, n)), np.empty(N_SYSTEM + 6 * n)),
         (np.zeros(m * n), np.empty(m), np.empty(n, np.int64), np.empty(n), np.empty(2 * n * (n + 1)), np.empty(2 * n)),
     )  # fmt: skip
 
@@ -235,7 +235,7 @@ def is_free(tick, q_a, q_b, spread, margin, time):
     """Whether all within ``spread`` of a line is certainly free, until a time from now [s]; pairs in contact aside."""
     widen(tick, time)
     apart = Apart(tick.wider, tick.touching[: tick.counters[layout.TOUCHING]])
-    return edge_is_free(tick.scene, tick.carried, tick.work, q_a, q_b, spread, RESOLUTION, margin, apart, tick.of_world)
+    return edge_is_free(tick.scene, tick.carried, tick.work, q_a, q_b, spread, RESOLUTION, margin, apart, tick.of_world, 0)
 
 
 @kernel

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers.carried import carried_by
-from ulna.drivers.continuous import edge_is_free, edge_is_free_at_samples, interval_work
+from ulna.drivers.continuous import BREADTH, edge_is_free, edge_is_free_at_samples, interval_work
 from ulna.drivers.planning.keeping import Keeping, keeping_of, keeps_all
 from ulna.engine.decorators import kernel, routine, workspace
 from ulna.engine.lanes import WIDTH
@@ -71,7 +71,7 @@ def is_clear(context, q_a, q_b, spread, resolution):
     if sampled > 0.0:
         n_blocks = max(1, int(np.ceil(distance(q_a, q_b, context.space) / (sampled * WIDTH))))
         return edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world)
-    return edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, None, of_world)
+    return edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, None, of_world, BREADTH)
 
 
 @kernel

@@ -17,6 +17,7 @@ from ulna.engine.lanes import sqrt
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import add_column, column_dot, error_squares, load_six, pose_error, solve_damped, store_six
+from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.layout import IN_BASE
 from ulna.kernels.servo.servo_layout import (
     ACCELERATION,
@@ -28,16 +29,21 @@ from ulna.kernels.servo.servo_layout import (
     GOAL,
     HAND_WIDTH,
     HANDS,
+    LOWER,
     POSE,
     POSTURE,
     PULL,
     SPEED,
     TICK,
+    UPPER,
     VELOCITY,
     WEIGHT,
 )
 from ulna.kernels.spatial.se3 import load_pose
 
+_LOOKS = 4  # for joints at their limits
+_AT_LIMIT = 0.01  # [rad or m]: a joint that is nearer to its limit is there
+_LOST = 0.02  # what a singular value of J below it asks of the joints makes the others little slower
 _APPROACH = 4.0  # ticks: the time constant near a position
 SMALL = 1e-6  # [m/s, rad/s]: a slower desired motion counts as rest
 _SHARE = 0.7  # of the acceleration, with which a position is approached
@@ -87,7 +93,7 @@ def write_jacobian(hand, chains, limits, settings, q_rows, jacobian_rows, system
     w, rate, root = load_six(hand, GOAL), 1.0, sqrt(hand[WEIGHT])
     if hand[GIVEN] == POSE:
         w = pose_error(end, load_pose(hand[GOAL:], 0))
-        rate = approach_rate(w, limits, settings, jacobian_rows, system_rows, q_rows.shape[0])
+        rate = approach_rate(w, limits, settings, jacobian_rows, system_rows, q_rows)
     for k in range(jacobian_rows.shape[0]):
         jacobian_rows[k] *= root
     rate *= root
@@ -116,12 +122,29 @@ def approach(e, limits, settings, j):
 
 
 @kernel
-def approach_rate(e, limits, settings, jacobian_rows, system_rows, n):
-    """The rate [1/s] at which a pose error is made smaller: the least of those of the joints that the error needs."""
-    y = solve_damped(jacobian_rows, n, settings[DAMPING], e, system_rows)
+def approach_rate(e, limits, settings, jacobian_rows, system_rows, q_rows):
+    """The rate [1/s] at which a pose error is made smaller: the least of those of the joints that the error needs.
+
+    A joint that would have to go beyond its limit is left out, and what the others need is computed without it: they would creep
+    after what none of them can do.
+    """
+    n, free_rows, left_out = q_rows.shape[0], system_rows[N_SYSTEM:], True
+    for k in range(6 * n):
+        free_rows[k] = jacobian_rows[k]
+    y = e
+    for _ in range(_LOOKS):
+        if left_out:
+            y, left_out = solve_damped(free_rows, n, _LOST * _LOST, e, system_rows), False
+            for j in range(n):
+                way = column_dot(free_rows, j, y)
+                left = limits[UPPER, j] - q_rows[j] if way > 0.0 else q_rows[j] - limits[LOWER, j]
+                if left < min(abs(way), _AT_LIMIT):
+                    left_out = True
+                    for k in range(6):
+                        free_rows[6 * j + k] = 0.0
     rate = 1.0 / (_APPROACH * settings[TICK])
     for j in range(n):
-        way = column_dot(jacobian_rows, j, y)
+        way = column_dot(free_rows, j, y)
         if abs(way) > 1e-12:
             rate = min(rate, approach(abs(way), limits, settings, j) / abs(way))
     return rate
