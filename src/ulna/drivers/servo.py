@@ -36,6 +36,7 @@ from ulna.drivers.carried import carried_by
 from ulna.drivers.contacts import near_of
 from ulna.drivers.continuous import edge_is_free, interval_work
 from ulna.engine.decorators import entry, kernel, routine, workspace
+from ulna.engine.lanes import sqrt
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TABLE, WHOLE
 from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding, write_motion
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
@@ -46,6 +47,7 @@ from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kernels.servo.braking import (
     go_on_stopping,
+    on_way_to_rest,
     stop_velocity,
     ticks_to_stop,
     way_to_rest,
@@ -55,6 +57,15 @@ from ulna.kernels.servo.braking import (
 )
 from ulna.kernels.servo.desired_motion import SMALL, missed, pose_squares, write_objective
 from ulna.kernels.servo.quadratic_program import minimise
+from ulna.kernels.servo.ramped_stop import (
+    acceleration_after,
+    bend_moment,
+    deceleration,
+    ramped_stop_keeps,
+    velocity_left,
+    write_ramped_stop,
+    write_ramped_tick,
+)
 from ulna.kernels.spatial.elementary import all_in_range
 
 RESOLUTION = 1e-3  # [m]: a motion is refused if something in it is not decided by intervals in which all moves by less
@@ -66,6 +77,7 @@ SHARES = (1.0, 0.5, 0.25, 0.125)
 NEARBY = 1e-8  # [m2, rad2]: where the squares of the pose errors are below it, they may grow
 TRIES = 2  # of these in a tick
 NARROW_SHARES = (1.0, 0.125)
+BESIDE = 2e-4  # [rad or m]: a bend with a limit of jerk is certified along chords from which no joint is farther
 SMALLEST_SHARES = (1.0 / 64, 1.0 / 512)  # tried too where nothing is certified: very near an object only short ways are free
 GRAZE = 1e-6  # [m]: what is no farther apart is in contact
 MOVED = 1e-9  # [m]: what rounding may add to how far an object has moved
@@ -103,6 +115,8 @@ class Tick(NamedTuple):
     """Those that are tried."""
     points: NDArray
     """Where the tick begins and ends and where the stop ends, and what is certified beside the two, shape (5, n_dof)."""
+    after: NDArray
+    """With a limit of jerk, the state after the tick that is tried, shape (N_STATE, n_dof)."""
 
 
 @entry(*((*scene, TABLE, WHOLE, MATRIX, NUMBERS, NUMBERS, MATRIX, INDICES, NUMBERS, NUMBERS, MATRIX) for scene in SCENES))
@@ -123,7 +137,7 @@ def servo_tick(
         scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, layout.MOST_PAIRS, 0),
         np.empty((layout.MOST_PAIRS, n)), np.empty(layout.MOST_PAIRS + 1), wider, moving,
         np.empty((layout.MOST_TOUCHING, PAIR_WIDTH), np.int64), limits, settings, state, counters,
-        np.empty(n), np.empty(n), np.empty((5, n)),
+        np.empty(n), np.empty(n), np.empty((5, n)), np.empty((layout.N_STATE, n)),
     )  # fmt: skip
     report[:] = -1.0
     report[layout.SHARE], report[layout.DISTANCE] = 0.0, np.inf
@@ -137,11 +151,11 @@ def servo_tick(
         else:
             find_contacts(tick, near_of(scene, layout.MOST_TOUCHING, wider.shape[0]), report)
     if mode == layout.REST:
-        go_on_stopping(state, counters, settings)
-        report[layout.STATUS] = status_of_stop(counters)
+        report[layout.STATUS] = go_on(tick)
         return True
     work = work_of(n, goal.shape[0] // layout.HAND_WIDTH if mode == layout.HANDS else 0)
-    report[layout.STATUS] = advance(tick, mode, chains, goal, work, report)
+    ticks = write_velocity_box(state, counters, limits, settings, work[1][5])
+    report[layout.STATUS] = go_on(tick) if ticks < 0 else advance(tick, mode, chains, goal, work, ticks, report)
     return True
 
 
@@ -177,14 +191,27 @@ def start(tick, goal):
     for j in range(n):
         state[layout.Q, j], state[layout.QD, j], state[layout.QDD, j] = goal[j], goal[n + j], 0.0
         tick.tried[j] = goal[n + j]
-    ticks = ticks_to_stop(tick.tried, tick.limits, tick.settings[layout.TICK])
-    write_stop(state, tick.counters, tick.settings, tick.tried, ticks)
+    if tick.settings[layout.RAMP] > 0.0:
+        ticks = write_ramped_stop(state, tick.limits, tick.settings)
+        tick.counters[layout.TICKS], tick.counters[layout.DONE] = ticks, 0
+        if not ramped_stop_keeps(state, tick.limits, tick.settings, ticks):
+            return layout.LIMITED_BY_POSITION
+    else:
+        ticks = ticks_to_stop(tick.tried, tick.limits, tick.settings[layout.TICK])
+        write_stop(state, tick.counters, tick.settings, tick.tried, ticks)
     for j in range(n):
         if not tick.limits[layout.LOWER, j] <= state[layout.TO, j] <= tick.limits[layout.UPPER, j]:
             return layout.LIMITED_BY_POSITION
     tick.counters[layout.CERTIFIED] = 1 if stop_is_free(tick) else 0
     if tick.counters[layout.CERTIFIED] == 0:
         return layout.REFUSED
+    return status_of_stop(tick.counters)
+
+
+@kernel
+def go_on(tick):
+    """Step 5; the status."""
+    go_on_stopping(tick.state, tick.counters, tick.settings)
     return status_of_stop(tick.counters)
 
 
@@ -227,6 +254,8 @@ def stop_is_free(tick):
     for j in range(tick.limits.shape[1]):
         tick.points[3, j] = tick.limits[layout.ASIDE, j]
     clearance, state = tick.settings[layout.CLEARANCE], tick.state
+    if tick.settings[layout.RAMP] > 0.0:
+        return ramped_is_free(tick, state, tick.counters[layout.TICKS], tick.counters[layout.DONE], 0.0, clearance)
     return is_free(tick, state[layout.Q], state[layout.TO], tick.points[3], clearance, time_left(tick))
 
 
@@ -239,13 +268,12 @@ def is_free(tick, q_a, q_b, spread, margin, time):
 
 
 @kernel
-def advance(tick, mode, chains, goal, work, report):
-    """Steps 1 to 5; the status."""
+def advance(tick, mode, chains, goal, work, ticks, report):
+    """Steps 1 to 5, with a stop of so many ticks after this one; the status."""
     state, counters, settings, limits = tick.state, tick.counters, tick.settings, tick.limits
     objective, rows = work
     normal_rows, bound_rows, active_rows, multiplier_rows, work_rows, box_rows = rows
     n, certified = limits.shape[1], counters[layout.CERTIFIED] == 1
-    ticks = write_velocity_box(state, counters, limits, settings[layout.TICK], box_rows)
     time = max((1 + ticks) * settings[layout.TICK], time_left(tick))
     count = measure_near(tick, state[layout.TO], tick.near, tick.excess, time)
     for c in range(count):
@@ -253,7 +281,7 @@ def advance(tick, mode, chains, goal, work, report):
         write_gradient(tick.scene, tick.near.joint_rows, pair[0], pair[1], tick.near.contact_rows, tick.gradients, c)
     least = tick.excess[layout.MOST_PAIRS]
     for j in range(n):
-        tick.x[j] = min(max(stop_velocity(state, counters, j), box_rows[j]), box_rows[n + j])
+        tick.x[j] = min(max(stop_velocity(state, counters, settings, j), box_rows[j]), box_rows[n + j])
     m = write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows)
     write_objective(mode, chains, goal, limits, settings, state[layout.Q], objective)
     keep_reserve(tick, count, ticks, objective[0], objective[1])
@@ -264,7 +292,7 @@ def advance(tick, mode, chains, goal, work, report):
     miss = missed(mode, goal, objective[2], objective[3], tick.x)
     status = layout.IN_COLLISION
     if counters[layout.TOUCHING] == 0:
-        status = status_of_rows(tick, nearer, miss, k, active_rows, multiplier_rows, box_rows, report)
+        status = status_of_rows(tick, nearer, miss, k, active_rows, multiplier_rows, box_rows, ticks, report)
     share = certified_share(tick, certified, least, time)
     report[layout.SHARE] = share
     if share == 0.0:
@@ -324,7 +352,7 @@ def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
     quadratic program starts.
     """
     n, state, h = tick.x.shape[0], tick.state, tick.settings[layout.TICK]
-    way, ease, deepest = way_to_rest(h, ticks), h / (h + EASE), tick.excess[nearest_of(tick, count)]
+    way, ease, deepest = way_to_rest(tick.settings, ticks), h / (h + EASE), tick.excess[nearest_of(tick, count)]
     for j in range(n):
         normal_rows[n * j + j], bound_rows[j] = 1.0, box_rows[j]
         normal_rows[n * (n + j) + j], bound_rows[n + j] = -1.0, -box_rows[n + j]
@@ -334,7 +362,7 @@ def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
         for j in range(n):
             g = tick.gradients[i, j]
             normal_rows[n * r + j] = g
-            at += g * (state[layout.TO, j] - state[layout.Q, j] - 0.5 * h * state[layout.QD, j])
+            at += g * on_way_to_rest(state, tick.settings, j)
             by += g * tick.x[j]
         bound_rows[r] = min(at / way, by)
     return 2 * n + count
@@ -357,7 +385,7 @@ def keep_reserve(tick, count, ticks, h_rows, f_rows):
             continue
         inside = RESERVE - tick.excess[i]
         if inside > 0.0:
-            out, square = inside * h / (h + EASE) / way_to_rest(h, ticks), 1e-300
+            out, square = inside * h / (h + EASE) / way_to_rest(tick.settings, ticks), 1e-300
             for j in range(n):
                 square += tick.gradients[i, j] * tick.gradients[i, j]
             for j in range(n):
@@ -376,8 +404,12 @@ def come_nearer(tick, mode, chains, goal, least):
     for share in SHARES:
         if kept == 0.0:
             try_share(tick, share)
-            ticks = ticks_to_stop(tick.tried, tick.limits, tick.settings[layout.TICK])
-            write_way(tick.tried, tick.state, tick.limits, tick.settings[layout.TICK], ticks, tick.points)
+            if tick.settings[layout.RAMP] > 0.0:
+                write_ramped_tick(tick.tried, tick.state, tick.limits, tick.settings, tick.after)
+                copy_row(tick.after, layout.TO, tick.points, 2)
+            else:
+                ticks = ticks_to_stop(tick.tried, tick.limits, tick.settings[layout.TICK])
+                write_way(tick.tried, tick.state, tick.limits, tick.settings[layout.TICK], ticks, tick.points)
             if pose_squares(chains, goal, tick.points[2]) <= most:
                 kept = share
     try_share(tick, kept)
@@ -390,7 +422,7 @@ def come_nearer(tick, mode, chains, goal, least):
 def try_share(tick, share):
     """Write the velocity to try: a share of the way from the certified stop's to x."""
     for j in range(tick.x.shape[0]):
-        stop = stop_velocity(tick.state, tick.counters, j)
+        stop = stop_velocity(tick.state, tick.counters, tick.settings, j)
         tick.tried[j] = tick.x[j] if share == 1.0 else stop + share * (tick.x[j] - stop)
 
 
@@ -398,6 +430,8 @@ def try_share(tick, share):
 def certified_share(tick, certified, least, time):
     """Steps 3 and 4: accept the largest share that is certified, and return it; 0 if no share is."""
     clearance, first = tick.settings[layout.CLEARANCE], tick.counters[layout.NEXT_SHARE]
+    if tick.settings[layout.RAMP] > 0.0 and certified and is_nearly_at_rest(tick):
+        return 0.0
     if certified:
         for i in range(first, first + TRIES):
             if is_candidate(tick, SHARES[i], 1.0, clearance):
@@ -437,6 +471,8 @@ def is_candidate(tick, share, room, margin):
     state, limits, settings, points = tick.state, tick.limits, tick.settings, tick.points
     n, h, still = tick.x.shape[0], settings[layout.TICK], True
     try_share(tick, share)
+    if settings[layout.RAMP] > 0.0:
+        return is_ramped_candidate(tick, room, margin)
     for j in range(n):
         change = limits[layout.ACCELERATION, j] * h
         still = still and abs(tick.tried[j]) <= _STILL * change and abs(state[layout.QD, j]) <= change
@@ -456,6 +492,70 @@ def is_candidate(tick, share, room, margin):
     return ticks == 0 or is_free(tick, points[1], points[2], points[4], margin, (1 + ticks) * h)
 
 
+@routine
+def is_ramped_candidate(tick, room, margin):
+    """``is_candidate`` with a limit of jerk."""
+    state, points, h = tick.state, tick.points, tick.settings[layout.TICK]
+    ticks = write_ramped_tick(tick.tried, state, tick.limits, tick.settings, tick.after)
+    if not ramped_stop_keeps(tick.after, tick.limits, tick.settings, ticks):
+        return False
+    copy_row(tick.after, layout.TO, points, 2)
+    if room == 0.0:
+        bend = 2.0 * tick.settings[layout.RAMP] * h
+        for j in range(tick.x.shape[0]):  # the way to and fro is at most the greatest speed in a part, times its time
+            v, before = tick.after[layout.QD, j], state[layout.QD, j]
+            most = max(abs(v), abs(velocity_left(tick.after, tick.settings, j)))
+            way = h * max(abs(v), abs(before), abs(before + 0.5 * h * state[layout.QDD, j])) + bend * most
+            points[0, j] = state[layout.Q, j]
+            points[1, j] = points[0, j] + way + 0.5 * (ticks * h - bend) * most
+            points[4, j] = tick.limits[layout.ASIDE, j]
+        if longest_way(tick, points[0], points[1]) > HOP:
+            return False
+    return ramped_is_free(tick, tick.after, ticks, -1, room, margin)
+
+
+@routine
+def ramped_is_free(tick, state, ticks, done, room, margin):
+    """Whether what is left of a stop of so many ticks, of which some are done, is certainly free; -1: with the tick before it.
+
+    Of the bend, chords of equal times t are certified: with accelerations of at most a, q is no farther than a t^2 / 8 from its
+    chord. Objects may move until the end of the bend and of the stop.
+    """
+    points, h, bend = tick.points, tick.settings[layout.TICK], 2 * int(tick.settings[layout.RAMP])
+    n, most, left = tick.x.shape[0], 0.0, bend - done if ticks > 0 else 0
+    for j in range(n):
+        points[4, j] = tick.limits[layout.ASIDE, j] + room * tick.limits[layout.ROOM, j]
+        points[1, j] = state[layout.Q, j]
+        if left > 0:
+            before = tick.state[layout.QDD, j]
+            most = max(most, abs(bend_moment(state, tick.settings, ticks, before, bend * h, j)[1]))
+            most = max(most, abs(bend_moment(state, tick.settings, ticks, before, done * h, j)[1]))
+            if done < 0:
+                most, points[1, j] = max(most, abs(state[layout.ONSET, j])), tick.state[layout.Q, j]
+    if left > 0:
+        chords = int(left * h * sqrt(most / (8.0 * BESIDE))) + 1
+        chord = left * h / chords
+        for i in range(chords):
+            write_chord(tick, state, ticks, done * h + i * chord, chord)
+            if not is_free(tick, points[0], points[1], points[3], margin, left * h):
+                return False
+    return is_free(tick, points[1], state[layout.TO], points[4], margin, max(ticks - done, 0) * h)
+
+
+@kernel
+def write_chord(tick, state, ticks, begin, length):
+    """Write the next chord of the bend, from where the last one ended, and how far all beside it is certified."""
+    points, end = tick.points, begin + length
+    for j in range(tick.x.shape[0]):
+        before, points[0, j] = tick.state[layout.QDD, j], points[1, j]
+        _, first = bend_moment(state, tick.settings, ticks, before, begin, j)
+        points[1, j], last = bend_moment(state, tick.settings, ticks, before, end, j)
+        most = max(abs(first), abs(last))
+        if begin < 0.0 < end:
+            most = max(most, abs(state[layout.ONSET, j]))
+        points[3, j] = points[4, j] + 0.125 * length * length * most * (1.0 + 1e-9)
+
+
 @kernel
 def longest_way(tick, q_a, q_b):
     """A bound on the way of any point of the robot along a line [m]."""
@@ -467,6 +567,12 @@ def longest_way(tick, q_a, q_b):
 def accept(tick):
     """Write the state after the tick that was tried."""
     state, h = tick.state, tick.settings[layout.TICK]
+    if tick.settings[layout.RAMP] > 0.0:
+        tick.counters[layout.TICKS] = write_ramped_tick(tick.tried, state, tick.limits, tick.settings, tick.after)
+        tick.counters[layout.DONE] = 0
+        for row in range(layout.N_STATE):
+            copy_row(tick.after, row, state, row)
+        return
     for j in range(tick.x.shape[0]):
         state[layout.QDD, j] = (tick.tried[j] - state[layout.QD, j]) / h
         state[layout.QD, j], state[layout.Q, j] = tick.tried[j], tick.points[1, j]
@@ -474,7 +580,7 @@ def accept(tick):
 
 
 @kernel
-def status_of_rows(tick, nearer, miss, k, active_rows, multiplier_rows, box_rows, report):
+def status_of_rows(tick, nearer, miss, k, active_rows, multiplier_rows, box_rows, ticks, report):
     """What limits the velocity found: the active row of the greatest multiplier, which goes to the report."""
     if miss <= _SAME:
         return layout.FOLLOWING
@@ -491,8 +597,33 @@ def status_of_rows(tick, nearer, miss, k, active_rows, multiplier_rows, box_rows
     report[layout.ENTRY] = j
     if x >= tick.limits[layout.SPEED, j] * (1.0 - 1e-9):
         return layout.LIMITED_BY_VELOCITY
+    if tick.settings[layout.RAMP] > 0.0:
+        return status_of_ramp(tick, box_rows[row], ticks, j)
     change = abs(box_rows[row] - tick.state[layout.QD, j]) / (tick.limits[layout.ACCELERATION, j] * tick.settings[layout.TICK])
     return layout.LIMITED_BY_ACCELERATION if change >= 1.0 - 1e-6 else layout.LIMITED_BY_POSITION
+
+
+@kernel
+def status_of_ramp(tick, x, ticks, j):
+    """What limits the velocity left of entry j, which is at a border of the box for a stop of so many ticks."""
+    h, most, before = tick.settings[layout.TICK], tick.limits[layout.ACCELERATION, j], tick.state[layout.QDD, j]
+    a = acceleration_after(x, tick.state, tick.settings, j)
+    if abs(tick.state[layout.QD, j] + 0.5 * h * (before + a)) >= tick.limits[layout.SPEED, j] * (1.0 - 1e-9):
+        return layout.LIMITED_BY_VELOCITY
+    if max(abs(a), abs(deceleration(x, tick.settings, ticks))) >= most * (1.0 - 1e-6):
+        return layout.LIMITED_BY_ACCELERATION
+    change = abs(a - before) / (tick.limits[layout.JERK, j] * h)
+    return layout.LIMITED_BY_JERK if change >= 1.0 - 1e-6 else layout.LIMITED_BY_POSITION
+
+
+@kernel
+def is_nearly_at_rest(tick):
+    """Whether no velocity is to be left, and little is now: then the certified stop goes on, which ends at rest."""
+    state, limits, h, nearly = tick.state, tick.limits, tick.settings[layout.TICK], not is_moved(tick)
+    for j in range(tick.x.shape[0]):
+        nearly = nearly and abs(state[layout.QD, j]) <= limits[layout.ACCELERATION, j] * h
+        nearly = nearly and abs(state[layout.QDD, j]) <= limits[layout.JERK, j] * h
+    return nearly
 
 
 @kernel

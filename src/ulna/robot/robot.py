@@ -1193,6 +1193,7 @@ class Robot(Quick):
         held: Iterable[str] = (),
         group: str | None = None,
         velocity: ArrayLike | None = None,
+        jerk: ArrayLike | None = None,
         clearance: float = 0.01,
         tracking_error: ArrayLike = 0.0,
         posture: ArrayLike | None = None,
@@ -1210,6 +1211,8 @@ class Robot(Quick):
             held: Names of joints that keep their positions.
             group: A group of the SRDF (``robot.groups``): the joints outside keep their positions.
             velocity: The greatest of each joint [rad/s or m/s], a number or shape (n_dof,), where it is below the description's.
+            jerk: The greatest of each joint [rad/s^3 or m/s^3], a number or shape (n_dof,); no limit unless given. With it no
+                acceleration is used that takes longer than 0.1 s to begin.
             clearance: No object is nearer than this [m]; it does not count between links of the robot.
             tracking_error: How far each joint may be from its command [rad or m]: the certificate holds for all of that.
             posture: A configuration that the null space goes towards [rad or m], shape (n_dof,); none unless given.
@@ -1231,8 +1234,8 @@ class Robot(Quick):
         """
         members = None if group is None else group_named(group, self.groups)
         return Servo(
-            self.tree, self._checker, world, rate, link, weights, held, members, velocity, acceleration, clearance,
-            tracking_error, posture,
+            self.tree, self._checker, world, rate, link, weights, held, members, velocity, acceleration, jerk,
+            clearance, tracking_error, posture,
         )  # fmt: skip
 
     @property

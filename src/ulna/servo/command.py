@@ -16,6 +16,7 @@ class CommandStatus(StrEnum):
     LIMITED_BY_POSITION = "limited by position"
     LIMITED_BY_VELOCITY = "limited by velocity"
     LIMITED_BY_ACCELERATION = "limited by acceleration"
+    LIMITED_BY_JERK = "limited by jerk"
     LIMITED_BY_CLEARANCE = "limited by clearance"
     NEAR_SINGULARITY = "near a singularity"
     BRAKING = "braking"
@@ -47,10 +48,12 @@ class Limiting(NamedTuple):
 class Command(NamedTuple):
     """What a tick of a servo commands: the state at the end of the tick, to be reached with constant acceleration.
 
+    Of a servo with a limit of jerk it is to be reached with constant jerk.
+
     Attributes:
         q: Joint positions [rad or m], shape (n_dof,).
         qd: Joint velocities [rad/s or m/s], shape (n_dof,).
-        qdd: Joint accelerations in the tick [rad/s^2 or m/s^2], shape (n_dof,).
+        qdd: Joint accelerations in the tick [rad/s^2 or m/s^2], shape (n_dof,); with a limit of jerk those at its end.
         status: What the tick was.
         limiting: What limits it.
     """

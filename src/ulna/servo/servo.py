@@ -28,6 +28,7 @@ from ulna.servo.command import STATUS_OF, Command, Limiting
 
 Array = NDArray[np.float64]
 WITHIN = 1 - 1e-6  # of the limits of velocity and acceleration, so that differences of commands keep them too
+_LONGEST_RAMP = 0.1  # [s]: no acceleration is used that the limit of jerk lets begin in no less, so that a full stop is not long
 _ROOM = 0.25  # of the way of one tick of acceleration: beside a motion, certified too, so that there is a way out of every rest
 _FASTEST = 1e5  # [1/s]: of more ticks a second the differences of commands are rounding
 _DAMPING = 0.01
@@ -56,6 +57,7 @@ class Servo:
         group: JointGroup | None,
         velocity: ArrayLike | None,
         acceleration: ArrayLike,
+        jerk: ArrayLike | None,
         clearance: float,
         tracking_error: ArrayLike,
         posture: ArrayLike | None,
@@ -79,8 +81,9 @@ class Servo:
             slow = ", ".join(name for name, most, is_held in names if not most and not is_held)
             raise InputError("robot", f"its description allows {slow} a velocity of 0, so a servo would never move")
         speeds = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, n, may_be_infinite=True)
-        accelerations = WITHIN * as_limits("acceleration", acceleration, n)
-        tick = 1.0 / float(rate)
+        accelerations, tick = WITHIN * as_limits("acceleration", acceleration, n), 1.0 / float(rate)
+        jerks = None if jerk is None else WITHIN * as_limits("jerk", jerk, n)
+        accelerations, ramp, least = _ramps(accelerations, jerks, tick)
         self._tree, self._checker, self._world = tree, checker, world
         link = tip_of(group) if link is None and group is not None else link
         self._links: tuple[str, ...] = (tree.link_or_tip(link),) if link is None or isinstance(link, str) else tuple(link)
@@ -89,9 +92,9 @@ class Servo:
         self._limits[layout.LOWER], self._limits[layout.UPPER] = tree.least, tree.most
         self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * tree.velocity_limits))
         self._limits[layout.ACCELERATION], self._limits[layout.ASIDE] = accelerations, aside
-        self._limits[layout.ROOM] = _ROOM * accelerations * tick * tick
+        self._limits[layout.JERK], self._limits[layout.ROOM] = 0.0 if jerks is None else jerks, _ROOM * least
         self._limits[layout.SPEED, still] = self._limits[layout.ROOM, still] = 0.0
-        self._settings = np.array([tick, clearance, _DAMPING**2, 0.0])
+        self._settings = np.array([tick, clearance, _DAMPING**2, 0.0, ramp, tick * (1 + ramp)])
         if posture is not None:
             self._limits[layout.POSTURE] = as_configuration(posture, tree, "posture")
             self._settings[layout.PULL] = _PULL
@@ -129,8 +132,9 @@ class Servo:
 
     @property
     def limits(self) -> Limits:
-        """The greatest velocity and acceleration of each joint; none of jerk."""
-        return Limits(self._limits[layout.SPEED].copy(), self._limits[layout.ACCELERATION].copy())
+        """The greatest velocity, acceleration and jerk of each joint."""
+        speed, acceleration, jerk = self._limits[[layout.SPEED, layout.ACCELERATION, layout.JERK]]
+        return Limits(speed, acceleration, jerk if jerk.any() else None)
 
     @property
     def tracking_error(self) -> Array:
@@ -370,6 +374,17 @@ def _tables(tree: Tree, links: Sequence[str], weights: ArrayLike | None) -> tupl
     table = np.concatenate(chains)
     table.setflags(write=False)
     return table, hands
+
+
+def _ramps(accelerations: Array, jerks: Array | None, tick: float) -> tuple[Array, int, Array]:
+    """The accelerations that are used, the ticks that they take to begin, and how far the arm moves that begins to and stops."""
+    if jerks is None:
+        return accelerations, 0, accelerations * tick * tick
+    accelerations = np.minimum(accelerations, jerks * max(_LONGEST_RAMP, tick))
+    ramp = max(1, int(np.ceil((accelerations / jerks).max() / tick - _ROUNDING)))
+    bend = 2 * ramp * tick
+    way = tick * tick / 6 + tick * bend / 2 + bend * bend / 3  # by the acceleration at the end of a tick
+    return accelerations, ramp, way * np.minimum(jerks * tick, accelerations)
 
 
 def _as_twist(twist: ArrayLike, name: str) -> Array:

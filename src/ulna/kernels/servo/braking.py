@@ -13,9 +13,12 @@ which is linear in v. So for each n the velocities v that keep the limits of pos
 the stop after it are a box. For the n that the certified stop has left after this tick, that stop's own velocity is in the box:
 the box is never empty. In the tick the joint stays between its limits too: where it turns back, it does so no later than in the
 certified stop, at the same or a greater deceleration.
+
+With a limit of jerk ticks and stops are those of ``ramped_stop``, and v is what it calls x.
 """
 
 from ulna.engine.decorators import kernel
+from ulna.kernels.servo.ramped_stop import go_on_with_ramp, left_after_one_more, ramped_way, rest_of_zero, write_ramped_box
 from ulna.kernels.servo.servo_layout import (
     ACCELERATION,
     DONE,
@@ -23,6 +26,7 @@ from ulna.kernels.servo.servo_layout import (
     LOWER,
     QD,
     QDD,
+    RAMP,
     RATE,
     SPEED,
     TICK,
@@ -57,8 +61,10 @@ def write_stop(state, counters, settings, rate_rows, ticks):
 
 
 @kernel
-def stop_velocity(state, counters, j):
+def stop_velocity(state, counters, settings, j):
     """The velocity of entry j of q after one more tick of the certified stop."""
+    if settings[RAMP] > 0.0:
+        return left_after_one_more(state, counters, settings, j)
     n, done = counters[TICKS], counters[DONE]
     return 0.0 if n - done <= 1 else (1.0 - (done + 1) / n) * state[RATE, j]
 
@@ -71,9 +77,13 @@ def go_on_stopping(state, counters, settings):
         for j in range(n_dof):
             state[QD, j], state[QDD, j] = 0.0, 0.0
         return
+    if settings[RAMP] > 0.0:
+        go_on_with_ramp(state, counters, settings)
+        counters[DONE] += 1
+        return
     x = (counters[DONE] + 1) / n
     for j in range(n_dof):
-        state[QD, j] = stop_velocity(state, counters, j)
+        state[QD, j] = stop_velocity(state, counters, settings, j)
         state[QDD, j] = -state[RATE, j] / (n * settings[TICK])
         moved = state[FROM, j] + x * (2.0 - x) * (state[TO, j] - state[FROM, j])
         state[Q, j] = state[TO, j] if counters[DONE] + 1 == n else moved
@@ -81,9 +91,17 @@ def go_on_stopping(state, counters, settings):
 
 
 @kernel
-def way_to_rest(tick, ticks):
+def way_to_rest(settings, ticks):
     """How far a velocity at the end of a tick moves a joint in the tick and in the stop after it [s]: the factor of v above."""
-    return 0.5 * tick * (1 + ticks)
+    return 0.5 * settings[TICK] * (1 + ticks) if settings[RAMP] == 0.0 else ramped_way(settings, ticks)
+
+
+@kernel
+def on_way_to_rest(state, settings, j):
+    """How far from where it rests after a tick with v = 0 entry j of q would rest by its certified stop [rad or m]."""
+    if settings[RAMP] > 0.0:
+        return state[TO, j] - rest_of_zero(state, settings, j)
+    return state[TO, j] - state[Q, j] - 0.5 * settings[TICK] * state[QD, j]
 
 
 @kernel
@@ -102,32 +120,35 @@ def write_way(rate_rows, state, limits, tick, ticks, points):
 
 
 @kernel
-def write_velocity_box(state, counters, limits, tick, box_rows):
+def write_velocity_box(state, counters, limits, settings, box_rows):
     """Write the lower and the upper bounds of the velocities at the end of the tick, 2 n_dof rows; return the ticks of the stop.
 
     One tick more than the certified stop has left is tried first, then as many, and last one fewer. In the last box is the
-    velocity of the certified stop.
+    velocity of the certified stop. With a limit of jerk there may be no velocity but that one: then -1 is returned.
     """
+    if settings[RAMP] > 0.0:
+        return write_ramped_box(state, counters, limits, settings, box_rows)
     left = counters[TICKS] - counters[DONE]
     for n in (left + 1, left):
-        if is_box(state, counters, limits, tick, n, box_rows, widened=False):
+        if is_box(state, counters, limits, settings, n, box_rows, widened=False):
             return n
     n = max(left - 1, 0)
-    is_box(state, counters, limits, tick, n, box_rows, widened=True)
+    is_box(state, counters, limits, settings, n, box_rows, widened=True)
     return n
 
 
 @kernel
-def is_box(state, counters, limits, tick, n, box_rows, widened):
+def is_box(state, counters, limits, settings, n, box_rows, widened):
     """Write the bounds for a stop of n ticks; whether there is a velocity between them. Widened: to the certified stop's."""
-    n_dof, good, way = box_rows.shape[0] // 2, True, way_to_rest(tick, n)
+    n_dof, good, tick = box_rows.shape[0] // 2, True, settings[TICK]
+    way = 0.5 * tick * (1 + n)
     for j in range(n_dof):
         most = min(limits[SPEED, j], limits[ACCELERATION, j] * tick * n)
         change, half = limits[ACCELERATION, j] * tick, 0.5 * tick * state[QD, j]
         low = max(state[QD, j] - change, -most, (limits[LOWER, j] - state[Q, j] - half) / way)
         high = min(state[QD, j] + change, most, (limits[UPPER, j] - state[Q, j] - half) / way)
         if widened:
-            known = stop_velocity(state, counters, j)
+            known = stop_velocity(state, counters, settings, j)
             low, high = min(low, known), max(high, known)
         box_rows[j], box_rows[n_dof + j] = low, high
         good = good and low <= high

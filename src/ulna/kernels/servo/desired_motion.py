@@ -5,7 +5,8 @@ hand, and lambda |x - p|^2, with p the pull towards a posture: so p acts in the 
 the damping keeps x short without hiding a way out of it.
 
 A position is approached at the velocity v with v^2 / (2 a) + 4 h v = e, e being what is left and h the tick: far away that is the
-greatest velocity from which a deceleration a stops in time, and near it an exponential approach without overshoot.
+greatest velocity from which a deceleration a stops in time, and near it an exponential approach without overshoot. With a limit
+of jerk, h is longer by the m ticks of ``ramped_stop``, after which a velocity is reached: v' = (x - v) / h is damped critically.
 
 J is that of where the arm is, so near a singularity x may lead past the place that is nearest to a pose, and back, without end.
 Therefore no velocity is taken after which the arm would rest farther from the poses than after the certified stop
@@ -29,12 +30,12 @@ from ulna.kernels.servo.servo_layout import (
     GOAL,
     HAND_WIDTH,
     HANDS,
+    LAG,
     LOWER,
     POSE,
     POSTURE,
     PULL,
     SPEED,
-    TICK,
     UPPER,
     VELOCITY,
     WEIGHT,
@@ -116,7 +117,7 @@ def add_squares(jacobian_rows, w, h_rows, f_rows):
 @kernel
 def approach(e, limits, settings, j):
     """The velocity at which entry j of q approaches a position that is e away."""
-    a, lag = _SHARE * limits[ACCELERATION, j], _APPROACH * settings[TICK]
+    a, lag = _SHARE * limits[ACCELERATION, j], _APPROACH * settings[LAG]
     v = min(a * (sqrt(lag * lag + 2.0 * abs(e) / a) - lag), limits[SPEED, j])
     return v if e >= 0.0 else -v
 
@@ -142,7 +143,7 @@ def approach_rate(e, limits, settings, jacobian_rows, system_rows, q_rows):
                     left_out = True
                     for k in range(6):
                         free_rows[6 * j + k] = 0.0
-    rate = 1.0 / (_APPROACH * settings[TICK])
+    rate = 1.0 / (_APPROACH * settings[LAG])
     for j in range(n):
         way = column_dot(free_rows, j, y)
         if abs(way) > 1e-12:

@@ -1,0 +1,253 @@
+"""Computes a tick of constant jerk and the full stop after it, in which the jerk is limited too.
+
+In a tick of length h the acceleration goes from a to a' linearly, so that with constant jerk
+
+    v' = v + h (a + a') / 2,    q' = q + h v + h^2 (2 a + a') / 6.
+
+The stop after it has three parts, and takes n ticks, the same for all joints. With m the ticks in which each joint's limit of
+jerk lets its greatest acceleration begin or end (RAMP), the acceleration
+
+1. bends: in 2 m ticks it goes from a' to -A linearly;
+2. is -A for n - 3 m ticks;
+3. ends: in m ticks it goes from -A to 0.
+
+Its sum is -v' for
+
+    A = x / (h (n - 1.5 m)),    x = v' + a' m h,
+
+where x is the velocity that is left if the acceleration ends in the bend, with A = 0. After the bend all joints have one profile
+of time, so q moves on a straight line: with r ticks left, r >= m, and then with r < m,
+
+    v = A h (r - m / 2),      to go: A h^2 ((r - m) r / 2 + m^2 / 6);
+    v = A h r^2 / (2 m),      to go: A h^2 r^3 / (6 m).
+
+The whole is linear in x, as a stop of constant deceleration is in v': q rests at ``rest_of_zero`` + ``ramped_way`` x. So for each
+n the x that keep all limits at all times are a box (``is_ramped_box``): an acceleration that is linear is between its ends; a
+velocity in the bend is between v', x and that at its end, and a position between q', q' + v' T / 3, q' + 2 v' T / 3 + a' T^2 / 6
+and that at its end, T = 2 m h, as a polynomial is between its Bernstein coefficients (Farin, Curves and Surfaces for CAGD, 5th
+ed., chapter 5). The jerk of the bend is at most 2 A_most / (2 m h), which is the limit.
+
+A state that keeps these limits keeps them in the next tick too, whatever x that has: the coefficients of a part of a polynomial
+are between those of the whole.
+"""
+
+from ulna.engine.decorators import kernel, routine
+from ulna.kernels.servo.servo_layout import (
+    ACCELERATION,
+    DONE,
+    FROM,
+    JERK,
+    LOWER,
+    ONSET,
+    QD,
+    QDD,
+    RAMP,
+    RATE,
+    SPEED,
+    TICK,
+    TICKS,
+    TO,
+    UPPER,
+    Q,
+)
+
+_ROUNDING = 1e-9  # of a number of ticks, and of limits: rounding may put so much beyond them
+_BEYOND = 1e-12  # [rad or m]: what rounding may put a position beyond a limit
+
+
+@kernel
+def velocity_left(state, settings, j):
+    """x of entry j of a state."""
+    return state[QD, j] + state[QDD, j] * settings[RAMP] * settings[TICK]
+
+
+@kernel
+def acceleration_after(x, state, settings, j):
+    """a' of entry j: the acceleration at the end of the tick after which x is left."""
+    h = settings[TICK]
+    return (x - state[QD, j] - 0.5 * h * state[QDD, j]) / (h * (0.5 + settings[RAMP]))
+
+
+@kernel
+def deceleration(x, settings, n):
+    """A of a stop of n ticks, n > 0."""
+    return x / (settings[TICK] * (n - 1.5 * settings[RAMP]))
+
+
+@routine
+def write_ramped_tick(x_rows, state, limits, settings, after):
+    """Write the state after a tick after which x is left, and the stop from there; how many ticks that takes.
+
+    after: (N_STATE, n_dof), as the state is.
+    """
+    h = settings[TICK]
+    for j in range(x_rows.shape[0]):
+        a, b = state[QDD, j], acceleration_after(x_rows[j], state, settings, j)
+        after[Q, j] = state[Q, j] + h * (state[QD, j] + h * (2.0 * a + b) / 6.0)
+        after[QD, j], after[QDD, j] = state[QD, j] + 0.5 * h * (a + b), b
+    return write_ramped_stop(after, limits, settings)
+
+
+@kernel
+def write_ramped_stop(state, limits, settings):
+    """Write the stop that begins at a state; how many ticks it takes."""
+    h, m, most, moves = settings[TICK], settings[RAMP], 0.0, False
+    for j in range(state.shape[1]):
+        moves = moves or state[QD, j] != 0.0 or state[QDD, j] != 0.0
+        most = max(most, abs(velocity_left(state, settings, j)) / (limits[ACCELERATION, j] * h))
+    steady = int(max(most - 1.5 * m, 0.0))
+    steady = steady if most - 1.5 * m <= steady + _ROUNDING * most else steady + 1
+    n = steady + 3 * int(m) if moves else 0
+    bend = 2.0 * m * h
+    for j in range(state.shape[1]):
+        v, a = state[QD, j], state[QDD, j]
+        state[RATE, j], state[FROM, j], state[ONSET, j], state[TO, j] = v, state[Q, j], a, state[Q, j]
+        if moves:
+            most = deceleration(velocity_left(state, settings, j), settings, n)
+            state[TO, j] += bend * (v + a * bend / 3.0) + way_by_deceleration(settings, n) * most
+    return n
+
+
+@routine
+def ramped_stop_keeps(state, limits, settings, n):
+    """Whether the stop of n ticks that a state begins, and the state itself, are within all limits."""
+    bend, good = 2.0 * settings[RAMP] * settings[TICK], True
+    for j in range(state.shape[1]):
+        q, v, a, x = state[FROM, j], state[RATE, j], state[ONSET, j], velocity_left(state, settings, j)
+        speed, most = limits[SPEED, j], limits[ACCELERATION, j]
+        good = good and abs(a) <= most * (1.0 + _ROUNDING) and max(abs(v), abs(x)) <= speed * (1.0 + _ROUNDING) + _BEYOND
+        low, high = min(q, state[TO, j]), max(q, state[TO, j])
+        if n > 0:
+            ahead, later = q + v * bend / 3.0, q + bend * (2.0 * v / 3.0 + a * bend / 6.0)
+            end = q + bend * (v + a * bend / 3.0) - deceleration(x, settings, n) * bend * bend / 6.0
+            low, high = min(low, ahead, later, end), max(high, ahead, later, end)
+        good = good and limits[LOWER, j] - _BEYOND <= low and high <= limits[UPPER, j] + _BEYOND
+    return good
+
+
+@kernel
+def ramped_moment(state, settings, n, k, j):
+    """Position, velocity and acceleration of entry j after k ticks of a stop of n, 0 <= k <= n, n > 0."""
+    h, m, left = settings[TICK], settings[RAMP], n - k
+    rate, onset = state[RATE, j], state[ONSET, j]
+    most = deceleration(rate + onset * m * h, settings, n)
+    if left == 0:
+        return state[TO, j], 0.0, 0.0
+    if k <= 2 * m:
+        t, a = k * h, onset - (onset + most) * k / (2.0 * m)
+        return state[FROM, j] + t * (rate + t * (2.0 * onset + a) / 6.0), rate + 0.5 * t * (onset + a), a
+    if left >= m:
+        to_go = most * h * h * (0.5 * (left - m) * left + m * m / 6.0)
+        return state[TO, j] - to_go, most * h * (left - 0.5 * m), -most
+    return state[TO, j] - most * h * h * left**3 / (6.0 * m), most * h * left * left / (2.0 * m), -most * left / m
+
+
+@kernel
+def bend_moment(state, settings, n, before, t, j):
+    """Position and acceleration of entry j at a time in the bend of a stop of n ticks, or, below 0, in the tick before it.
+
+    before: The acceleration where that tick begins.
+    """
+    h, m, onset = settings[TICK], settings[RAMP], state[ONSET, j]
+    most = deceleration(state[RATE, j] + onset * m * h, settings, n)
+    jerk = -(onset + most) / (2.0 * m * h) if t > 0.0 else (onset - before) / h
+    return state[FROM, j] + t * (state[RATE, j] + t * (0.5 * onset + t * jerk / 6.0)), onset + t * jerk
+
+
+@kernel
+def left_after_one_more(state, counters, settings, j):
+    """x of entry j after one more tick of the certified stop."""
+    n, k = counters[TICKS], counters[DONE] + 1
+    if k >= n:
+        return 0.0
+    _, v, a = ramped_moment(state, settings, n, k, j)
+    return v + a * settings[RAMP] * settings[TICK]
+
+
+@kernel
+def go_on_with_ramp(state, counters, settings):
+    """Write the state after one more tick of the certified stop, n > 0."""
+    n, k = counters[TICKS], counters[DONE] + 1
+    for j in range(state.shape[1]):
+        state[Q, j], state[QD, j], state[QDD, j] = ramped_moment(state, settings, n, k, j)
+
+
+@kernel
+def ways_by_acceleration(settings):
+    """By how much q', v' and the place of rest without A move with a'."""
+    h, bend = settings[TICK], 2.0 * settings[RAMP] * settings[TICK]
+    return h * h / 6.0, 0.5 * h, h * h / 6.0 + 0.5 * h * bend + bend * bend / 3.0
+
+
+@kernel
+def way_by_deceleration(settings, n):
+    """By how much the place of rest after a stop of n ticks moves with A."""
+    h, m = settings[TICK], settings[RAMP]
+    steady = n - 3.0 * m
+    return 0.5 * h * h * (steady * (steady + m) - m * m)
+
+
+@kernel
+def ramped_way(settings, n):
+    """By how much the place of rest after a tick and a stop of n ticks moves with x [s]."""
+    _, _, way = ways_by_acceleration(settings)
+    return way / (settings[TICK] * (0.5 + settings[RAMP])) + way_by_deceleration(settings, n) * deceleration(1.0, settings, n)
+
+
+@kernel
+def rest_of_zero(state, settings, j):
+    """Where entry j rests after a tick after which x = 0 is left."""
+    h, bend = settings[TICK], 2.0 * settings[RAMP] * settings[TICK]
+    _, _, way = ways_by_acceleration(settings)
+    v, a = state[QD, j], state[QDD, j]
+    aside = h * (v + h * a / 3.0) + bend * (v + 0.5 * h * a)
+    return state[Q, j] + aside + way * acceleration_after(0.0, state, settings, j)
+
+
+@routine
+def is_ramped_box(state, limits, settings, n, box_rows):
+    """Write the bounds of x for a stop of n ticks; whether there is an x between them for each joint.
+
+    Each limit is one of a': base + slope a' is between two numbers.
+    """
+    h, m, n_dof, good = settings[TICK], settings[RAMP], box_rows.shape[0] // 2, True
+    bend, kappa, way = 2.0 * m * h, deceleration(1.0, settings, n), way_by_deceleration(settings, n)
+    by_q, by_v, by_rest = ways_by_acceleration(settings)
+    by_x = by_v + m * h
+    for j in range(n_dof):
+        a, change, most, speed = state[QDD, j], limits[JERK, j] * h, limits[ACCELERATION, j], limits[SPEED, j]
+        v = state[QD, j] + 0.5 * h * a
+        q = state[Q, j] + h * (state[QD, j] + h * a / 3.0)
+        low, high = max(a - change, -most), min(a + change, most)
+        low, high = narrowed(low, high, v, by_v, -speed, speed)
+        fastest = min(speed, most / kappa)
+        low, high = narrowed(low, high, v, by_x, -fastest, fastest)
+        least, greatest = limits[LOWER, j], limits[UPPER, j]
+        low, high = narrowed(low, high, q, by_q, least, greatest)
+        low, high = narrowed(low, high, q + v * bend / 3.0, by_q + by_v * bend / 3.0, least, greatest)
+        by = by_q + bend * (2.0 * by_v / 3.0 + bend / 6.0)
+        low, high = narrowed(low, high, q + 2.0 * v * bend / 3.0, by, least, greatest)
+        for to in (-bend * bend / 6.0, way):  # the end of the bend, and of the stop
+            low, high = narrowed(low, high, q + v * (bend + kappa * to), by_rest + kappa * by_x * to, least, greatest)
+        box_rows[j], box_rows[n_dof + j] = v + by_x * low, v + by_x * high
+        good = good and low <= high
+    return good
+
+
+@kernel
+def narrowed(low, high, base, slope, least, greatest):
+    """The bounds within which base + slope a, slope > 0, is between two numbers too."""
+    return max(low, (least - base) / slope), min(high, (greatest - base) / slope)
+
+
+@kernel
+def write_ramped_box(state, counters, limits, settings, box_rows):
+    """Write the bounds of x, 2 n_dof rows; return the ticks of the stop, or -1 if only the certified stop is within the limits.
+
+    One tick more than that has left is tried first, then as many, and last one fewer.
+    """
+    left, least = counters[TICKS] - counters[DONE], 3 * int(settings[RAMP])
+    for n in (left + 1, left, left - 1):
+        if (n >= least or n == left + 1) and is_ramped_box(state, limits, settings, max(n, least), box_rows):
+            return max(n, least)
+    return -1
