@@ -77,8 +77,9 @@ SHARES = (1.0, 0.5, 0.25, 0.125)
 NEARBY = 1e-8  # [m2, rad2]: where the squares of the pose errors are below it, they may grow
 TRIES = 2  # of these in a tick
 NARROW_SHARES = (1.0, 0.125)
-BESIDE = 2e-4  # [rad or m]: a bend with a limit of jerk is certified along chords from which no joint is farther
-SMALLEST_SHARES = (1.0 / 64, 1.0 / 512)  # tried too where nothing is certified: very near an object only short ways are free
+BESIDE = 1e-4  # [rad or m]: a bend with a limit of jerk is certified along chords from which no joint is farther
+# Tried too where nothing is certified, since very near an object only short ways are free, and with a limit of jerk.
+SMALLEST_SHARES = (1.0 / 64, 1.0 / 512)
 GRAZE = 1e-6  # [m]: what is no farther apart is in contact
 MOVED = 1e-9  # [m]: what rounding may add to how far an object has moved
 _LEAVING = 0.5  # of the clearance: certified in step 4. The lower bounds of distances are at least 1 / sqrt(3) of them
@@ -443,9 +444,9 @@ def certified_share(tick, certified, least, time):
         if is_outward(tick, share, _LEAVING * clearance if certified else 0.0, least, time):
             accept(tick)
             return share
-    if not certified:
+    if not certified or tick.settings[layout.RAMP] > 0.0:
         for share in SMALLEST_SHARES:
-            if is_outward(tick, share, 0.0, least, time):
+            if is_outward(tick, share, _LEAVING * clearance if certified else 0.0, least, time):
                 accept(tick)
                 return share
     return 0.0

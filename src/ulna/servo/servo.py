@@ -377,14 +377,17 @@ def _tables(tree: Tree, links: Sequence[str], weights: ArrayLike | None) -> tupl
 
 
 def _ramps(accelerations: Array, jerks: Array | None, tick: float) -> tuple[Array, int, Array]:
-    """The accelerations that are used, the ticks that they take to begin, and how far the arm moves that begins to and stops."""
+    """The accelerations that are used, the ticks that they take to begin, and how far the arm moves that begins to and stops.
+
+    With limits of jerk the last is an eighth of that: shares of it are tried that are smaller by as much.
+    """
     if jerks is None:
         return accelerations, 0, accelerations * tick * tick
     accelerations = np.minimum(accelerations, jerks * max(_LONGEST_RAMP, tick))
     ramp = max(1, int(np.ceil((accelerations / jerks).max() / tick - _ROUNDING)))
     bend = 2 * ramp * tick
     way = tick * tick / 6 + tick * bend / 2 + bend * bend / 3  # by the acceleration at the end of a tick
-    return accelerations, ramp, way * np.minimum(jerks * tick, accelerations)
+    return accelerations, ramp, 0.125 * way * np.minimum(jerks * tick, accelerations)
 
 
 def _as_twist(twist: ArrayLike, name: str) -> Array:
