@@ -17,7 +17,7 @@ N, TICK = 4, 0.01
 
 def moving(rng):
     """Limits, and a state in which a stop within them is under way."""
-    limits, settings = np.zeros((layout.N_LIMITS, N)), np.array([TICK, 0.0, 1e-4, 0.0])
+    limits, settings = np.zeros((layout.N_LIMITS, N)), np.array([TICK, 0.0, 1e-4, 0.0, 0.0, TICK])
     limits[layout.LOWER], limits[layout.UPPER] = -rng.uniform(0.01, 1, N), rng.uniform(0.01, 1, N)
     limits[layout.SPEED], limits[layout.ACCELERATION] = rng.uniform(0.5, 3, N), rng.uniform(1, 20, N)
     state, counters = np.zeros((layout.N_STATE, N)), np.zeros(layout.N_COUNTERS, dtype=np.int64)
@@ -35,10 +35,10 @@ def moving(rng):
 def test_any_velocity_of_the_box_keeps_the_limits_until_the_arm_rests(rng):
     t = np.linspace(0, TICK, 33)[:, None]
     for _ in range(500):
-        limits, _, state, counters = moving(rng)
+        limits, settings, state, counters = moving(rng)
         box = np.empty(2 * N)
-        n = write_velocity_box(state, counters, limits, TICK, box)
-        stop = np.array([stop_velocity(state, counters, j) for j in range(N)])
+        n = write_velocity_box(state, counters, limits, settings, box)
+        stop = np.array([stop_velocity(state, counters, settings, j) for j in range(N)])
         for x in (box[:N], box[N:], rng.uniform(box[:N], box[N:]), np.clip(stop, box[:N], box[N:])):
             q, qd = state[layout.Q], state[layout.QD]
             ticks = ticks_to_stop(x, limits, TICK)
@@ -55,12 +55,12 @@ def test_any_velocity_of_the_box_keeps_the_limits_until_the_arm_rests(rng):
 
 def test_the_box_always_has_the_velocity_of_the_stop_or_of_a_longer_one(rng):
     for _ in range(500):
-        limits, _, state, counters = moving(rng)
+        limits, settings, state, counters = moving(rng)
         box = np.empty(2 * N)
-        n, left = write_velocity_box(state, counters, limits, TICK, box), counters[layout.TICKS] - counters[layout.DONE]
+        n, left = write_velocity_box(state, counters, limits, settings, box), counters[layout.TICKS] - counters[layout.DONE]
         assert (box[:N] <= box[N:]).all()
         if n == left - 1:
-            stop = np.array([stop_velocity(state, counters, j) for j in range(N)])
+            stop = np.array([stop_velocity(state, counters, settings, j) for j in range(N)])
             assert (box[:N] <= stop).all()
             assert (stop <= box[N:]).all()
 
