@@ -60,12 +60,35 @@ def judge(robot, world, start, commands, acceleration, rate=RATE):
     fine = q[None, :-1] + t * qd[None, :-1] + 0.5 * t * t * a[None]
     contacts = np.count_nonzero(robot.in_collision(fine.reshape(-1, robot.n_dof), world))
     by_difference = np.diff(q, axis=0) / h
-    assert np.abs(q[1:] - q[:-1] - h * (qd[1:] + qd[:-1]) / 2).max() < 1e-12  # the curve is what the state says
+    assert np.abs(q[1:] - q[:-1] - h * (qd[1:] + qd[:-1]) / 2).max() < 1e-12  # the state says so
     assert np.abs(np.array([c.qdd for c in commands]) - a).max() < 1e-6 * acceleration
     return {
         "contacts": int(contacts),
         "velocity": float((np.abs(by_difference) / robot.velocity_limits).max()),
         "acceleration": float(np.abs(a).max() / acceleration),
         "by differences": float(np.abs(np.diff(by_difference, axis=0) / h).max() / acceleration),
+        "beyond": float(np.maximum(robot.lower - fine, fine - robot.upper).max()),
+    }
+
+
+def judge_jerk(robot, world, start, commands, limits, rate=RATE):
+    """What ``judge`` finds where ticks have a constant jerk: at FINER times of each tick, and by differences of commands.
+
+    limits: those of velocity, acceleration and jerk that were asked for.
+    """
+    q, v, a = (np.array([getattr(c, name) for c in (start, *commands)]) for name in ("q", "qd", "qdd"))
+    h, t = 1 / rate, np.arange(FINER)[:, None, None] / FINER / rate
+    jerk = np.diff(a, axis=0) / h
+    fine = q[:-1] + t * (v[:-1] + t * (a[:-1] / 2 + t * jerk / 6))
+    speeds = v[:-1] + t * (a[:-1] + t * jerk / 2)
+    assert (
+        np.abs(q[1:] - (q[:-1] + h * (v[:-1] + h * (2 * a[:-1] + a[1:]) / 6))).max() < 1e-13
+    )  # the state says so
+    assert np.abs(v[1:] - (v[:-1] + h * (a[:-1] + a[1:]) / 2)).max() < 1e-12
+    shares = [np.abs(x) / limit for x, limit in zip((speeds, a, jerk), limits, strict=True)]
+    shares += [np.abs(np.diff(q, n, axis=0)) / h**n / limit for n, limit in enumerate(limits, start=1)]
+    return {
+        "contacts": int(np.count_nonzero(robot.in_collision(fine.reshape(-1, robot.n_dof), world))),
+        "shares": [float(share.max()) for share in shares],
         "beyond": float(np.maximum(robot.lower - fine, fine - robot.upper).max()),
     }

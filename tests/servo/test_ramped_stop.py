@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 from ulna.kernels.servo import servo_layout as layout
-from ulna.kernels.servo.braking import go_on_stopping, on_way_to_rest, stop_velocity, way_to_rest, write_velocity_box
-from ulna.kernels.servo.ramped_stop import ramped_stop_keeps, write_ramped_stop, write_ramped_tick
+from ulna.kernels.servo.braking import go_on_stopping, stop_velocity, write_velocity_box
+from ulna.kernels.servo.ramped_stop import (
+    ramped_stop_keeps,
+    ramped_way,
+    rest_of_zero,
+    write_ramped_stop,
+    write_ramped_tick,
+)
 
 N, TICK = 4, 0.01
 T = np.linspace(0, TICK, 17)[:, None]
@@ -95,9 +101,8 @@ def test_where_it_rests_is_linear_in_the_velocity_that_is_left(rng, ramp):
         x = rng.uniform(-1, 1, N) * limits[layout.SPEED]
         after = np.zeros_like(state)
         n = write_ramped_tick(x, state, limits, settings, after)
-        apart = [on_way_to_rest(state, settings, j) for j in range(N)]
-        zero = state[layout.TO] - apart
-        np.testing.assert_allclose(zero + way_to_rest(settings, n) * x, after[layout.TO], rtol=0, atol=1e-10)
+        zero = np.array([rest_of_zero(state, settings, j) for j in range(N)])
+        np.testing.assert_allclose(zero + ramped_way(settings, n) * x, after[layout.TO], rtol=0, atol=1e-10)
         if counters[layout.DONE] + 1 < counters[layout.TICKS]:
             known = np.array([stop_velocity(state, counters, settings, j) for j in range(N)])
             write_ramped_tick(known, state, limits, settings, after)

@@ -153,7 +153,7 @@ class Arm(Protocol):
         """Steer the arm by a servo from where it is, and return when it is at rest after the goal's end or ``stop`` was called.
 
         Args:
-            servo: As ``robot.servo(acceleration=...)`` makes it, with the controller's rate.
+            servo: As ``robot.servo(acceleration=..., jerk=...)`` makes it, with the controller's rate.
             goal: A function of the time [s] and of the measured q, shape (n_dof,), called once a period: what ``Servo.step`` is
                 given, as {"pose": T} or {"twist": v}; None once the arm is to come to rest, which ends the run.
 

@@ -117,7 +117,7 @@ class Franka:
         goes on as fast as certified.
 
         Args:
-            servo: With a rate of 1000 and at most 2.5 rad/s^2, since a tick has a constant acceleration: the limit of jerk.
+            servo: With a rate of 1000, and with ``jerk=``, or at most 2.5 rad/s^2, since then a tick has a constant acceleration.
             goal: A function of the time [s] and of the measured q, shape (7,): what ``Servo.step`` is given, as {"pose": T}; None
                 once the arm is to come to rest, which ends the run. It is called each millisecond, and has a part of it.
 

@@ -22,7 +22,7 @@ Goal = Callable[[float, Array], Mapping[str, Any] | None]
 class Steering:
     """A servo at the controller's rate, within the limits of an arm.
 
-    A tick has a constant acceleration, so that its jerk by differences is at most twice the acceleration by the period. The
+    Without ``jerk=`` a tick has a constant acceleration, so that its jerk by differences is at most twice that by the period. The
     velocity that an arm allows may depend on its position. A tick for the goal is taken only if the arm can come to rest within
     that after it; else the servo brakes.
 
@@ -35,7 +35,7 @@ class Steering:
 
         Raises:
             InputError: ``servo`` is not an ``ulna.Servo``, moves other joints than the arm, has another rate than the arm's
-                controller, or allows higher velocities or accelerations than the arm.
+                controller, or allows higher velocities, accelerations or jerks than the arm.
         """
         if not isinstance(servo, Servo):
             raise InputError("servo", f"{type(servo).__name__}; one that robot.servo(acceleration=...) returns is expected")
@@ -43,16 +43,21 @@ class Steering:
             raise InputError("servo", f"it moves {len(servo.joint_names)} joints, and the {model.name} has {model.n_dof}")
         if abs(servo.rate * PERIOD - 1.0) > 1e-9:
             raise InputError("servo", f"it has {servo.rate:g} ticks a second, and the {model.name} takes {1 / PERIOD:g}")
-        arm, (velocity, acceleration, _) = limits_of(model.limits, servo.joint_names), servo.limits
-        most = np.inf if arm.acceleration is None else arm.acceleration
-        most = np.minimum(most, np.inf if arm.jerk is None else 0.5 * PERIOD * arm.jerk)
-        for name, values, allowed in (("velocity", velocity, arm.velocity), ("acceleration", acceleration, most)):
+        arm, (velocity, acceleration, jerk) = limits_of(model.limits, servo.joint_names), servo.limits
+        most, most_jerk = (np.inf if limit is None else limit for limit in (arm.acceleration, arm.jerk))
+        by_jerk = np.minimum(most, 0.5 * PERIOD * most_jerk)
+        for name, values, allowed, why, give in (
+            ("velocity", velocity, arm.velocity, "", "velocity="),
+            ("acceleration", acceleration, most, "", "acceleration=") if jerk is not None else
+            ("acceleration", acceleration, by_jerk, " by the limit of jerk", "jerk=, or acceleration="),
+            ("jerk", np.zeros(1) if jerk is None else jerk, most_jerk, "", "jerk="),
+        ):  # fmt: skip
             over = np.flatnonzero(values > allowed)
             if len(over):
-                j, why = int(over[0]), " by the limit of jerk" * (name == "acceleration")
+                j = int(over[0])
                 raise InputError(
                     "servo", f"its {name} of {servo.joint_names[j]} is {values[j]:.4g}, and at most "
-                    f"{np.broadcast_to(allowed, values.shape)[j]:.4g} is allowed{why}; give robot.servo {name}=",
+                    f"{np.broadcast_to(allowed, values.shape)[j]:.4g} is allowed{why}; give robot.servo {give}",
                 )  # fmt: skip
         self._servo, self._goal, self._ends, self._model = servo, goal, arm.near_ends, model
         self._tracked, self._ticks, self._leaving, self.ended = bool(servo.tracking_error.any()), 0, False, False
@@ -81,9 +86,10 @@ class Steering:
 
     def _can_stop(self, q: Array, qd: Array) -> bool:
         """Whether the stop from there is within the arm's limits of position, and of velocity near these."""
-        stop = (np.abs(qd) / self._servo.limits.acceleration).max() + 2 * PERIOD  # all joints come to rest together
-        speeds = np.abs(qd)
-        ends = q + 0.5 * stop * qd
+        ends, speeds = self._servo.certified_stop
+        if self._servo.limits.jerk is None:
+            stop = (speeds / self._servo.limits.acceleration).max() + 2 * PERIOD  # all joints come to rest together
+            ends = q + 0.5 * stop * qd
         if ((ends > self._model.upper) | (ends < self._model.lower)).any():
             return False
         if self._ends is None:

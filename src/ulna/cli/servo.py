@@ -1,5 +1,9 @@
 """``ulna servo``: steers a robot's hand on a page, among obstacles that it does not touch."""
 
+from typing import Annotated
+
+import typer
+
 from ulna.cli.cell import Obstacles, ShownRobot
 from ulna.cli.depends import command
 from ulna.cli.options import OnPage
@@ -7,11 +11,13 @@ from ulna.cli.targets import Q
 from ulna.cli.view import serve
 from ulna.viewer.open_page import view
 
+Jerk = Annotated[float | None, typer.Option(help="The greatest of each joint, rad/s^3 or m/s^3; no limit unless given.")]
+
 
 @command
-def servo(robot: ShownRobot, world: Obstacles, q: Q, page: OnPage) -> None:
+def servo(robot: ShownRobot, world: Obstacles, q: Q, page: OnPage, *, jerk: Jerk = None) -> None:
     """Steer a robot's hand in the browser: hold a button, or an arrow key; it touches nothing, and says what limits it.
 
     Shift with a key turns the hand. Ctrl-C ends it.
     """
-    serve(view(robot, world, q=q, steer=True, **page._asdict()))
+    serve(view(robot, world, q=q, steer=True, jerk=jerk, **page._asdict()))

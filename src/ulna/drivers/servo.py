@@ -47,7 +47,6 @@ from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kernels.servo.braking import (
     go_on_stopping,
-    on_way_to_rest,
     stop_velocity,
     ticks_to_stop,
     way_to_rest,
@@ -62,6 +61,8 @@ from ulna.kernels.servo.ramped_stop import (
     bend_moment,
     deceleration,
     ramped_stop_keeps,
+    ramped_way,
+    rest_of_zero,
     velocity_left,
     write_ramped_stop,
     write_ramped_tick,
@@ -353,7 +354,7 @@ def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
     quadratic program starts.
     """
     n, state, h = tick.x.shape[0], tick.state, tick.settings[layout.TICK]
-    way, ease, deepest = way_to_rest(tick.settings, ticks), h / (h + EASE), tick.excess[nearest_of(tick, count)]
+    way, ease, deepest = way_to_rest(h, ticks), h / (h + EASE), tick.excess[nearest_of(tick, count)]
     for j in range(n):
         normal_rows[n * j + j], bound_rows[j] = 1.0, box_rows[j]
         normal_rows[n * (n + j) + j], bound_rows[n + j] = -1.0, -box_rows[n + j]
@@ -363,10 +364,23 @@ def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
         for j in range(n):
             g = tick.gradients[i, j]
             normal_rows[n * r + j] = g
-            at += g * on_way_to_rest(state, tick.settings, j)
+            at += g * (state[layout.TO, j] - state[layout.Q, j] - 0.5 * h * state[layout.QD, j])
             by += g * tick.x[j]
-        bound_rows[r] = min(at / way, by)
+        bound = at / way
+        if tick.settings[layout.RAMP] > 0.0:
+            bound = (at + ramped_aside(tick, i)) / ramped_way(tick.settings, ticks)
+        bound_rows[r] = min(bound, by)
     return 2 * n + count
+
+
+@routine
+def ramped_aside(tick, i):
+    """How much farther pair i is where the arm rests after a tick with x = 0 by a limit of jerk: c, beside that without one."""
+    state, aside = tick.state, 0.0
+    for j in range(tick.x.shape[0]):
+        c = state[layout.Q, j] + 0.5 * tick.settings[layout.TICK] * state[layout.QD, j]
+        aside += tick.gradients[i, j] * (c - rest_of_zero(state, tick.settings, j))
+    return aside
 
 
 @kernel
@@ -386,7 +400,9 @@ def keep_reserve(tick, count, ticks, h_rows, f_rows):
             continue
         inside = RESERVE - tick.excess[i]
         if inside > 0.0:
-            out, square = inside * h / (h + EASE) / way_to_rest(tick.settings, ticks), 1e-300
+            out, square = inside * h / (h + EASE) / way_to_rest(h, ticks), 1e-300
+            if tick.settings[layout.RAMP] > 0.0:
+                out = inside * h / (h + EASE) / ramped_way(tick.settings, ticks)
             for j in range(n):
                 square += tick.gradients[i, j] * tick.gradients[i, j]
             for j in range(n):

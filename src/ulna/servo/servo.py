@@ -137,6 +137,13 @@ class Servo:
         return Limits(speed, acceleration, jerk if jerk.any() else None)
 
     @property
+    def certified_stop(self) -> tuple[Array, Array]:
+        """Where the arm rests if it stops from now on [rad or m], and no less than any speed on that way, shape (n_dof,) each."""
+        qd, qdd = self._state[[layout.QD, layout.QDD]]
+        left = qd + qdd * self._settings[layout.RAMP] * self._settings[layout.TICK]
+        return self._state[layout.TO].copy(), np.maximum(np.abs(qd), np.abs(left))
+
+    @property
     def tracking_error(self) -> Array:
         """How far each joint may be from its command [rad or m], shape (n_dof,)."""
         return self._limits[layout.ASIDE].copy()

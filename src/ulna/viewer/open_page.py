@@ -25,6 +25,7 @@ def view(
     open_browser: bool = False,
     origins: Iterable[str] = (),
     steer: bool = False,
+    jerk: float | None = None,
 ) -> View:
     """Show a robot on a page: drag its hand, move its joints, steer it, add obstacles. Meanwhile the program continues.
 
@@ -37,13 +38,14 @@ def view(
         open_browser: Open a page on this machine, if it has a browser.
         origins: Addresses of other pages that may connect to it, such as ``"https://hub.example.org"`` of a proxy.
         steer: Begin with the tab in which the hand is steered, by buttons and keys, with a servo that touches nothing.
+        jerk: The greatest of each joint while it is steered [rad/s^3 or m/s^3]; no limit unless given.
 
     Returns:
         A ``View``: ``url``; ``q``, which can be set; ``world``; ``stop()``. It stops at the end of a ``with`` block, and Jupyter
         shows it in a frame.
 
     Raises:
-        InputError: The address cannot be listened on, or the robot, the world or q is not one; then no page is opened.
+        InputError: The address cannot be listened on, or the robot, the world, q or the jerk is not one; then no page is opened.
         MissingExtraError: The extra ``viewer`` is not installed.
 
     Example:
@@ -55,7 +57,7 @@ def view(
     """
     with needs_extra("the view", "viewer", "viser", "trimesh"):
         from ulna.viewer.view import View  # noqa: PLC0415 -- needs the extra
-    shown = View(robot, world, q=q, host=host, port=port, origins=tuple(origins), steer=steer)
+    shown = View(robot, world, q=q, host=host, port=port, origins=tuple(origins), steer=steer, jerk=jerk)
     if open_browser:
         shown.page.open()
     return shown

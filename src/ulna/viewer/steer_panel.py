@@ -17,14 +17,22 @@ _HINT = "Hold a button, or its key, and the hand moves; it touches nothing, and 
 _AXES = {"base": "base", "hand": "link"}
 _LONGEST_FRAME = 0.1  # [s] after a pause the arm does not jump
 _EVERY = 10.0  # [1/s]: messages of a button that is held
-_FINE = {CommandStatus.FOLLOWING, CommandStatus.AT_REST, CommandStatus.BRAKING, CommandStatus.LIMITED_BY_ACCELERATION}
+_FINE = {
+    CommandStatus.FOLLOWING,
+    CommandStatus.AT_REST,
+    CommandStatus.BRAKING,
+    CommandStatus.LIMITED_BY_ACCELERATION,
+    CommandStatus.LIMITED_BY_JERK,
+}
 
 
 class SteerPanel:
     """The tab of steering. ``moved`` is called after each event."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session, moved: Callable[[], None], *, on: bool) -> None:
-        self._session, self._moved, self.steering = session, moved, Steering(session)
+    def __init__(
+        self, gui: viser.GuiApi, session: Session, moved: Callable[[], None], *, on: bool, jerk: float | None = None
+    ) -> None:
+        self._session, self._moved, self.steering = session, moved, Steering(session, jerk)
         refusal = session.unchecked
         self.on = gui.add_checkbox("Steer the hand", initial_value=False, disabled=bool(refusal), hint=refusal or _HINT)
         self.sentence = gui.add_html(small_text(refusal) if refusal else "")

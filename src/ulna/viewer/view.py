@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from viser import GuiTabGroupHandle
 
 from ulna.collision.world import World
+from ulna.description.arrays import positive
 from ulna.description.meshes.hulls import in_place_of_meshes
 from ulna.robot import Robot
 from ulna.viewer.arm import Arm, VisibilityPanel
@@ -51,6 +52,7 @@ class View:
         port: int = 0,
         origins: tuple[str, ...] = (),
         steer: bool = False,
+        jerk: float | None = None,
     ) -> None:
         self.answer_time = 0.0
         self._event_time: float | None = None
@@ -60,11 +62,11 @@ class View:
         self.session = Session(robot, world, q, self.compiler.ask)
         self.page = Page(host, port, title=f"{robot.name} - Ulna", origins=origins)
         with self.page.ending_if_it_fails():
-            self._build(steer=steer)
+            self._build(steer=steer, jerk=None if jerk is None else positive("jerk", jerk))
         self._loop.start()
         self.page.server.on_client_connect(self._rehearse)
 
-    def _build(self, *, steer: bool) -> None:
+    def _build(self, *, steer: bool, jerk: float | None) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
         self._first = self._told = robot
         self.arm = Arm(server, robot)
@@ -82,7 +84,7 @@ class View:
             server.gui.add_html(small_text(self.in_place_of_meshes))
         self.notice = Notice(server.gui)
         tabs = server.gui.add_tab_group()
-        self.steer = self._add_steering(tabs, on=True) if steer else None  # the first tab is the one that is open
+        self.steer = self._add_steering(tabs, jerk, on=True) if steer else None  # the first tab is the one that is open
         with tabs.add_tab("Move"):
             self.hand = HandPanel(server, session, extent.radius, self._happened) if robot.n_dof else None
             self.configuration = ConfigurationPanel(server.gui, session, self._happened)
@@ -104,17 +106,17 @@ class View:
         if robot.n_dof:
             with tabs.add_tab("Plan"):
                 self.plans = PlanPanel(server, session, self.arm, self._happened)
-        self.steer = self.steer or self._add_steering(tabs, on=False)
+        self.steer = self.steer or self._add_steering(tabs, jerk, on=False)
         with tabs.add_tab("Look"):
             self.sight = SightPanel(self.page)
             self.look = VisibilityPanel(server.gui, self.arm)
         self._show()
 
-    def _add_steering(self, tabs: GuiTabGroupHandle, *, on: bool) -> SteerPanel | None:
+    def _add_steering(self, tabs: GuiTabGroupHandle, jerk: float | None, *, on: bool) -> SteerPanel | None:
         if not self.session.robot.n_dof:
             return None
         with tabs.add_tab("Steer"):
-            return SteerPanel(self.page.server.gui, self.session, self._happened, on=on)
+            return SteerPanel(self.page.server.gui, self.session, self._happened, on=on, jerk=jerk)
 
     @property
     def url(self) -> str:

@@ -18,7 +18,7 @@ With a limit of jerk ticks and stops are those of ``ramped_stop``, and v is what
 """
 
 from ulna.engine.decorators import kernel
-from ulna.kernels.servo.ramped_stop import go_on_with_ramp, left_after_one_more, ramped_way, rest_of_zero, write_ramped_box
+from ulna.kernels.servo.ramped_stop import go_on_with_ramp, left_after_one_more, write_ramped_box
 from ulna.kernels.servo.servo_layout import (
     ACCELERATION,
     DONE,
@@ -91,17 +91,9 @@ def go_on_stopping(state, counters, settings):
 
 
 @kernel
-def way_to_rest(settings, ticks):
+def way_to_rest(tick, ticks):
     """How far a velocity at the end of a tick moves a joint in the tick and in the stop after it [s]: the factor of v above."""
-    return 0.5 * settings[TICK] * (1 + ticks) if settings[RAMP] == 0.0 else ramped_way(settings, ticks)
-
-
-@kernel
-def on_way_to_rest(state, settings, j):
-    """How far from where it rests after a tick with v = 0 entry j of q would rest by its certified stop [rad or m]."""
-    if settings[RAMP] > 0.0:
-        return state[TO, j] - rest_of_zero(state, settings, j)
-    return state[TO, j] - state[Q, j] - 0.5 * settings[TICK] * state[QD, j]
+    return 0.5 * tick * (1 + ticks)
 
 
 @kernel
@@ -141,7 +133,7 @@ def write_velocity_box(state, counters, limits, settings, box_rows):
 def is_box(state, counters, limits, settings, n, box_rows, widened):
     """Write the bounds for a stop of n ticks; whether there is a velocity between them. Widened: to the certified stop's."""
     n_dof, good, tick = box_rows.shape[0] // 2, True, settings[TICK]
-    way = 0.5 * tick * (1 + n)
+    way = way_to_rest(tick, n)
     for j in range(n_dof):
         most = min(limits[SPEED, j], limits[ACCELERATION, j] * tick * n)
         change, half = limits[ACCELERATION, j] * tick, 0.5 * tick * state[QD, j]

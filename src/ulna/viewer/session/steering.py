@@ -20,10 +20,10 @@ _HELD_FOR = 0.3  # [s] after the last message of a button, which sends ten a sec
 Array = NDArray[np.float64]
 
 
-def started(robot: Robot, world: World, link: str, q: Array) -> tuple[Servo | None, str]:
+def started(robot: Robot, world: World, link: str, q: Array, jerk: float | None = None) -> tuple[Servo | None, str]:
     """A servo at rest at q, shape (n_dof,), and an empty text; or None, and why the servo cannot start there."""
     try:
-        servo = robot.servo(world, link=link, acceleration=_ACCELERATION, rate=RATE)
+        servo = robot.servo(world, link=link, acceleration=_ACCELERATION, jerk=jerk, rate=RATE)
         servo.start(q)
     except (InputError, GeometryError) as error:
         return None, str(error)
@@ -39,6 +39,7 @@ class Steering:
     """Steers the hand of a session. Hold the session's lock around its methods.
 
     Attributes:
+        jerk: The greatest of each joint [rad/s^3 or m/s^3]; None for no limit.
         on: Whether it steers.
         waiting: Whether its kernels are being compiled.
         speed: Of the hand while a button is held [m/s].
@@ -47,8 +48,8 @@ class Steering:
         refusal: Why the arm cannot be steered from where it is; empty if it can.
     """
 
-    def __init__(self, session: Session) -> None:
-        self._session = session
+    def __init__(self, session: Session, jerk: float | None = None) -> None:
+        self._session, self.jerk = session, jerk
         self.speed, self.expressed_in = 0.1, "base"
         self.turn(on=False)
 
@@ -108,7 +109,7 @@ class Steering:
         if now == self._seen:
             return servo
         if servo is None or self._seen is None or now[:2] != self._seen[:2]:
-            found = session.ask(NAME, started, session.robot, session.world, session.link, session.q)
+            found = session.ask(NAME, started, session.robot, session.world, session.link, session.q, self.jerk)
             self._servo, self.refusal = found or (None, "")
             self.command = None
         else:
