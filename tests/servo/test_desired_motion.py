@@ -15,7 +15,8 @@ def rate_at(q):
     limits, jacobian = np.zeros((layout.N_LIMITS, 2)), np.zeros((2, 6))
     limits[layout.LOWER], limits[layout.UPPER], limits[layout.SPEED], limits[layout.ACCELERATION] = -2, 2, SPEED, 10
     jacobian[0, 0], jacobian[1, 1] = SMALL, 1.0
-    e, settings = (1.0, 1.0, 0.0, 0.0, 0.0, 0.0), np.array([1e-3, 0.0, 1e-4, 0.0])
+    e, settings = (1.0, 1.0, 0.0, 0.0, 0.0, 0.0), np.zeros(layout.N_SETTINGS)
+    settings[layout.LAG], settings[layout.DAMPING] = 1e-3, 1e-4
     return approach_rate(e, limits, settings, jacobian.ravel(), np.empty(N_SYSTEM + 12), np.array(q))
 
 

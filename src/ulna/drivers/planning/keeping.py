@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers.carried import steps_of
-from ulna.drivers.continuous import interval_work, split_next, write_places
+from ulna.drivers.continuous import BREADTH, interval_work, split_next, write_places
 from ulna.engine.decorators import entry, kernel, routine, shared_routine, workspace
 from ulna.engine.lanes import WIDTH, any_lane, empty_rows, load, splat, store
 from ulna.engine.signatures import MATRIX, NUMBER, NUMBERS, TABLE
@@ -124,7 +124,7 @@ def greatest_share(joints, keeping, work, q_a, q_b, spread, level, apart, most):
     waiting[0, 0], waiting[0, 1] = 0.5, 0.5
     oldest, newest = 0, 1
     while oldest < newest:
-        n, oldest, newest = split_next(waiting, oldest, newest, lane_rows)
+        n, oldest, newest = split_next(waiting, oldest, newest, lane_rows, BREADTH)
         write_places(q_a, q_b, work)
         write_shares(joints, keeping, work[0], load(lane_rows, 1) + INSTANT)
         for lane in range(WIDTH // n * n):
