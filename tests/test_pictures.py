@@ -8,7 +8,7 @@ import pytest
 from doc_pages import ROOT
 
 PROGRAM = ROOT / "docs" / "pictures" / "draw.py"
-PICTURES, FILMS = (runpy.run_path(str(PROGRAM))[name] for name in ("PICTURES", "FILMS"))
+PICTURES, FILMS, MOMENT = (runpy.run_path(str(PROGRAM))[name] for name in ("PICTURES", "FILMS", "ServoMoment"))
 
 
 @pytest.mark.parametrize("name", PICTURES)
@@ -29,3 +29,15 @@ def test_a_film_shows_what_changes_and_is_on_a_page(name):
     assert np.count_nonzero(np.abs(first.astype(int) - last).max(axis=2) > 50) > 300
     assert PROGRAM.with_name(f"{name}.gif").stat().st_size < 2_000_000
     assert any(f"(pictures/{name}.gif)" in page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("*.md"))
+
+
+def test_the_velocity_among_the_rows_of_a_servo_is_the_nearest_that_all_of_them_allow():
+    """The rows are drawn from their formulas, and the velocity is that of a servo's command."""
+    moment = MOMENT()
+    x, names = moment.command.qd, [name for name, g, b in moment.rows if abs(g @ moment.command.qd - b) < 1e-6]
+    plane = np.stack(np.meshgrid(np.linspace(0, 1, 401), np.linspace(0, 1, 401)), axis=-1)
+    allowed = plane[np.all([plane @ g >= b for _, g, b in moment.rows], axis=0)]
+    assert min(g @ x - b for _, g, b in moment.rows) > -1e-6
+    assert names == ["post"]
+    assert np.linalg.norm(allowed - moment.desired, axis=1).min() >= np.linalg.norm(x - moment.desired) - 1e-6
+    assert len(allowed) > 1000

@@ -231,14 +231,19 @@ def tray(size: tuple[int, int]) -> Pixels:
 
 
 class ServoMoment:
-    """One tick of a servo of two bars that move fast towards a post and a limit; of 50 ms, so that all rows are seen.
+    """One tick of a servo of two bars that move towards a post and a limit; of 20 ms, so that all rows are seen.
 
     rows: what a velocity x has to keep, g x >= b: its name, g and b.
     """
 
-    q, qd, desired = np.array([0.25, 0.62]), np.array([1.75, 0.55]), np.array([2.35, 1.3])
-    tick, acceleration, speed, clearance = 0.05, 10.0, 2.0, 0.02
-    lengths, width, post, upper = (0.6, 0.5), 0.04, (0.5, 1.02, 0.14), 0.84  # [m]; the post's place and side; [rad], of the elbow
+    q, qd, desired = np.array([0.25, 0.62]), np.array([0.5, 0.3]), np.array([0.63, 0.54])
+    tick, acceleration, speed, clearance = 0.02, 10.0, 0.64, 0.02
+    lengths, width, post, upper = (
+        (0.6, 0.5),
+        0.04,
+        (0.706, 0.607, 0.14),
+        0.645,
+    )  # [m]; the post's place and side; [rad], of the elbow
 
     def __init__(self) -> None:
         links = joints = ""
@@ -254,8 +259,8 @@ class ServoMoment:
         servo.start(self.q, self.qd)
         box, change = np.empty(4), self.acceleration * self.tick
         self.ticks = write_velocity_box(servo._state, servo._counters, servo._limits, self.tick, box)  # noqa: SLF001
-        self.stop = self.qd * (1 - change / np.abs(self.qd).max())
-        certified = self.q + self.qd * self.tick * np.ceil(np.abs(self.qd).max() / change) / 2
+        of_stop = np.ceil(np.abs(self.qd).max() / change)  # ticks
+        self.stop, certified = self.qd * (1 - 1 / of_stop), self.q + self.qd * self.tick * of_stop / 2
         g = self.robot.distance_gradient(certified, self.world, self_collision=False)
         excess = float(self.robot.signed_distance(certified, self.world, self_collision=False)) - self.clearance
         nearer = -self.tick / (self.tick + EASE) * max(excess - RESERVE, 0.0)
@@ -293,34 +298,31 @@ def _draw_bars(axes: Axes, moment: ServoMoment) -> None:
     """The bars now, and where they would rest."""
     x, y, side = moment.post
     axes.add_patch(Rectangle((x - side / 2, y - side / 2), side, side, color="0.6"))
-    allowed = np.clip(moment.desired, moment.qd - 0.5, np.minimum(moment.qd + 0.5, moment.speed))
+    allowed = np.clip(moment.desired, moment.box[:2], moment.box[2:])
     for q, color, label in (
         (moment.q, "black", "now"),
-        (moment.rest(allowed), "tab:red", "at rest after what is desired"),
+        (moment.rest(allowed), "tab:red", "at rest, but for the row of the post"),
         (moment.rest(moment.command.qd), "tab:green", "at rest after x"),
     ):
         elbow = moment.lengths[0] * np.array([np.cos(q[0]), np.sin(q[0])])
         hand = elbow + moment.lengths[1] * np.array([np.cos(q.sum()), np.sin(q.sum())])
         axes.plot(*np.array([(0, 0), elbow, hand]).T, "-o", color=color, linewidth=4, markersize=4, alpha=0.8, label=label)
-    axes.set(aspect="equal", xlim=(-0.05, 1.1), ylim=(-0.05, 1.25), xlabel="x [m]", ylabel="y [m]", title="the arm and a post")
+    axes.set(aspect="equal", xlim=(0.5, 1.0), ylim=(0.1, 0.75), xlabel="x [m]", ylabel="y [m]", title="the arm and a post")
     axes.legend(loc="lower right", fontsize=8)
 
 
 def _draw_rows(axes: Axes, moment: ServoMoment) -> None:
     """The plane of the velocities at the end of the tick: what rows exclude, what is left, and the nearest to what is desired."""
-    low, high = (0.9, -0.1), (2.7, 1.6)
-    u, v = np.meshgrid(np.linspace(low[0], high[0], 361), np.linspace(low[1], high[1], 341))
+    low, high = (0.2, -0.1), (0.8, 0.6)
+    u, v = np.meshgrid(np.linspace(low[0], high[0], 301), np.linspace(low[1], high[1], 351))
     plane = np.stack([u, v], axis=-1)
     for name, g, b in moment.rows:
         axes.contourf(u, v, plane @ g - b, levels=[-9, 0], colors=[ROWS[name][0]], alpha=0.28)
         axes.contour(u, v, plane @ g - b, levels=[0], colors=[ROWS[name][0]], linewidths=1.5)
-    distance = moment.robot.signed_distance(moment.rest(plane), moment.world, self_collision=False)
-    axes.contour(u, v, distance, levels=[moment.clearance], colors=["0.25"], linewidths=1, linestyles="dotted")
     for radius in np.linalg.norm(moment.command.qd - moment.desired) * np.array([0.5, 1.0]):
         axes.add_patch(Circle(moment.desired, radius, fill=False, color="0.4", linewidth=0.8, linestyle="--"))
-    for name, (color, text) in ROWS.items():
-        axes.plot([], [], color=color, linewidth=6, alpha=0.5, label=text if name else "")
-    axes.plot([], [], color="0.25", linestyle="dotted", label="where it would rest nearer than the clearance")
+    for color, text in ROWS.values():
+        axes.plot([], [], color=color, linewidth=6, alpha=0.5, label=text)
     axes.plot(*moment.desired, "x", color="tab:red", markersize=9, markeredgewidth=2, label="desired")
     axes.plot(*moment.stop, "s", color="black", label="the certified stop goes on")
     axes.plot(*moment.command.qd, "o", color="tab:green", markersize=9, label="x: the nearest that all rows allow")
@@ -333,7 +335,7 @@ ROWS = {  # of the quadratic program: the color, and what they say
     "acceleration": ("tab:blue", "more than one tick changes a velocity by"),
     "speed": ("tab:purple", "faster than joint 1 may be"),
     "position": ("tab:orange", "joint 2 would rest beyond its limit"),
-    "post": ("tab:brown", "the arm would come to rest too near the post"),
+    "post": ("tab:brown", "the arm would come to rest too much nearer to the post"),
 }
 SHADE = 150, 155, 165
 BIN = [  # extents and place [m]: the floor, the table, the bin's walls, two parts
