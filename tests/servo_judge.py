@@ -81,9 +81,7 @@ def judge_jerk(robot, world, start, commands, limits, rate=RATE):
     jerk = np.diff(a, axis=0) / h
     fine = q[:-1] + t * (v[:-1] + t * (a[:-1] / 2 + t * jerk / 6))
     speeds = v[:-1] + t * (a[:-1] + t * jerk / 2)
-    assert (
-        np.abs(q[1:] - (q[:-1] + h * (v[:-1] + h * (2 * a[:-1] + a[1:]) / 6))).max() < 1e-13
-    )  # the state says so
+    assert np.abs(q[1:] - (q[:-1] + h * (v[:-1] + h * (2 * a[:-1] + a[1:]) / 6))).max() < 1e-13  # the state says so
     assert np.abs(v[1:] - (v[:-1] + h * (a[:-1] + a[1:]) / 2)).max() < 1e-12
     shares = [np.abs(x) / limit for x, limit in zip((speeds, a, jerk), limits, strict=True)]
     shares += [np.abs(np.diff(q, n, axis=0)) / h**n / limit for n, limit in enumerate(limits, start=1)]
