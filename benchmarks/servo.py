@@ -50,12 +50,15 @@ PATIENCE = 5_000  # ticks, to a target
 NEAR_ENOUGH = 1e-3, 1e-2  # [m], [rad]
 STRAIGHT = 5e-3, 2e-2  # [m], [rad]: how far from the straight way the hand is that went it
 REST = 2_000  # ticks that may pass until the arm rests
+LIMITS = {"acceleration": ACCELERATION}  # and jerk, if one is given
 ESCAPE, MOVED = 100, 1e-3  # ticks away from a rest, and how far an entry of q has to have moved then [rad]
 
 
 def main() -> None:
     """Print each table as soon as it is measured."""
     options = _options()
+    if options.jerk is not None:
+        LIMITS["jerk"] = options.jerk
     arms = options.arm or ARMS
     tables: dict[str, Callable[[], list[dict]]] = {
         "ticks": lambda: tick_rows(options.ticks),
@@ -99,7 +102,7 @@ def tick_times(robot: ulna.Robot, world: ulna.World, ticks: int) -> dict[str, fl
     link = hand_of(robot)
     q = robot.random(1000, seed=4)
     start, *there = q[robot.signed_distance(q, world) > SPARE][:21]
-    servo = robot.servo(world, acceleration=ACCELERATION, link=link)
+    servo = robot.servo(world, **LIMITS, link=link)
     servo.start(start)
     servo.warm_up()
     targets = robot.forward_kinematics(np.array(there), link=link)
@@ -129,7 +132,7 @@ class Run:
 
     def __init__(self, robot: ulna.Robot, kind: str, seed: int) -> None:
         self.robot, self.world = robot, scene(robot, OBJECTS, seed, kind)
-        self.servo = robot.servo(self.world, acceleration=ACCELERATION, clearance=CLEARANCE, link=hand_of(robot))
+        self.servo = robot.servo(self.world, **LIMITS, clearance=CLEARANCE, link=hand_of(robot))
         self.commands, self.times = [self.servo.start(start_of(robot, self.world))], []
         self.ball = Chaser(robot, self.world, seed) if kind == "moving" else None
 
@@ -144,8 +147,8 @@ class Run:
 
     def judged(self) -> dict:
         """What the judges find."""
-        q, qd = np.array([c.q for c in self.commands]), np.array([c.qd for c in self.commands])
-        return judged(self.robot, self.world, q, qd, None if self.ball is None else np.array(self.ball.places))
+        states = (np.array([getattr(c, name) for c in self.commands]) for name in ("q", "qd", "qdd"))
+        return judged(self.robot, self.world, *states, ball=None if self.ball is None else np.array(self.ball.places))
 
 
 def safety_row(name: str, kind: str, scenes: int, ticks: int) -> dict:
@@ -163,7 +166,8 @@ def safety_row(name: str, kind: str, scenes: int, ticks: int) -> dict:
         key: sum(row[key] for row in found)
         for key in ("ticks", "contacts_Coal", "contacts_Ulna", "violations", "rests", "dead_ends")
     }
-    worst = {key: max(row[key] for row in found) for key in ("velocity", "acceleration", "beyond_rad")}
+    keys = ("velocity", "acceleration", *(["jerk"] if "jerk" in LIMITS else []), "beyond_rad")
+    worst = {key: max(row[key] for row in found) for key in keys}
     return {"arm": name, "kind": kind, "scenes": scenes} | totals | worst | percentiles(np.array(times))
 
 
@@ -185,9 +189,18 @@ def leave(run: Run, rests: dict) -> None:
     rests["dead_ends"] += 1
 
 
-def judged(robot: ulna.Robot, world: ulna.World, q: Array, qd: Array | None = None, ball: Array | None = None) -> dict:
+def judged(
+    robot: ulna.Robot,
+    world: ulna.World,
+    q: Array,
+    qd: Array | None = None,
+    qdd: Array | None = None,
+    *,
+    ball: Array | None = None,
+) -> dict:
     """What the judges find: ticks with contacts, the greatest depth, shares of limits. What moves is judged by Coal alone."""
-    fine = curve(q, qd)
+    jerk = LIMITS.get("jerk")
+    fine = curve(q, qd, None if jerk is None else qdd)
     touched, depth = contacts(robot, world, fine, ball)
     still = world.copy()
     if ball is not None:
@@ -197,7 +210,7 @@ def judged(robot: ulna.Robot, world: ulna.World, q: Array, qd: Array | None = No
         "contacts_Coal": touched,
         "contacts_Ulna": overlaps(robot, still, fine),
         "depth_mm": 1e3 * depth,
-        **shares_of_limits(robot, q, ACCELERATION),
+        **shares_of_limits(robot, q, ACCELERATION, None if qd is None else jerk),
     }
 
 
@@ -244,14 +257,14 @@ def in_a_loop(robot: ulna.Robot, q: Array, targets: Array) -> Array:
 
 def by_twists(robot: ulna.Robot, q: Array, targets: Array) -> Array:
     """The configurations of a servo to which the same loop gives twists."""
-    servo = robot.servo(acceleration=ACCELERATION)
+    servo = robot.servo(**LIMITS)
     servo.start(q)
     return np.array([servo.step(twist=towards(robot.forward_kinematics(servo.q), target, GAIN)).q for target in targets])
 
 
 def by_poses(robot: ulna.Robot, q: Array, targets: Array) -> Array:
     """The configurations of a servo that is given the poses."""
-    servo = robot.servo(acceleration=ACCELERATION)
+    servo = robot.servo(**LIMITS)
     servo.start(q)
     return np.array([servo.step(pose=target).q for target in targets])
 
@@ -268,7 +281,7 @@ def reaching_row(name: str, targets: int) -> dict:
     while tried < targets:
         world = scene(robot, OBJECTS, seed)
         for start, goal, is_straight in islice(direct(robot, world, max(20, targets // 5), seed), targets - tried):
-            servo, T = robot.servo(world, acceleration=ACCELERATION, clearance=CLEARANCE), robot.forward_kinematics(goal)
+            servo, T = robot.servo(world, **LIMITS, clearance=CLEARANCE), robot.forward_kinematics(goal)
             servo.start(start)
             tried, straight = tried + 1, straight + is_straight
             for k in range(PATIENCE):
@@ -333,7 +346,7 @@ class OwnFollower:
     infeasible = 0
 
     def __init__(self, robot: ulna.Robot, world: ulna.World | None, q: Array, acceleration: float) -> None:
-        self._servo = robot.servo(world, acceleration=acceleration, clearance=CLEARANCE)
+        self._servo = robot.servo(world, **(LIMITS | {"acceleration": acceleration}), clearance=CLEARANCE)
         self._servo.start(q)
 
     def step(self, T: Array) -> Array:
@@ -389,6 +402,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.servo", description=__doc__)
     names = ("ticks", "safety", "free", "reaching", "peers")
     parser.add_argument("--only", action="append", choices=names, help="a table; repeatable; all of them unless given")
+    parser.add_argument("--jerk", type=float, help="a limit of every joint [rad/s^3]; without one the jerk is not limited")
     parser.add_argument("--arm", action="append", help=f"repeatable; {', '.join(ARMS)} unless given")
     parser.add_argument("--kind", action="append", choices=KINDS_OF_SCENES, help="of scenes, for safety; shapes unless given")
     parser.add_argument("--ticks", type=int, default=10_000, help="of each scene and path")

@@ -15,12 +15,16 @@ ROUNDING = 1e-12  # [rad]
 _BODY = 0.3  # [m]: no point of a link is farther from the chain of its joints
 
 
-def curve(q: Array, qd: Array | None = None) -> Array:
-    """What is between ticks, shape (n - 1, FINER, n_dof): parabolas of positions and velocities, shape (n, n_dof), or lines."""
+def curve(q: Array, qd: Array | None = None, qdd: Array | None = None) -> Array:
+    """What is between ticks, shape (n - 1, FINER, n_dof): parabolas of positions and velocities, shape (n, n_dof), or lines.
+
+    With accelerations: cubics.
+    """
     t = np.arange(FINER)[:, None] / FINER / RATE
     first = np.diff(q, axis=0) * RATE if qd is None else qd[:-1]
-    second = np.zeros_like(first) if qd is None else np.diff(qd, axis=0) * RATE
-    return q[:-1, None] + t * first[:, None] + 0.5 * t * t * second[:, None]
+    second = np.zeros_like(first) if qd is None else np.diff(qd, axis=0) * RATE if qdd is None else qdd[:-1]
+    third = np.zeros_like(first) if qdd is None else np.diff(qdd, axis=0) * RATE
+    return q[:-1, None] + t * first[:, None] + 0.5 * t * t * second[:, None] + t**3 / 6 * third[:, None]
 
 
 def contacts(robot: ulna.Robot, world: ulna.World, fine: Array, ball: Array | None = None) -> tuple[int, float]:
@@ -56,15 +60,17 @@ def overlaps(robot: ulna.Robot, world: ulna.World, fine: Array) -> int:
     return int(np.count_nonzero(touching.reshape(len(fine), -1).any(axis=1)))
 
 
-def shares_of_limits(robot: ulna.Robot, q: Array, acceleration: float) -> dict[str, float]:
-    """The greatest velocity and acceleration by differences, as shares of the limits; how far q is beyond its limits [rad]."""
+def shares_of_limits(robot: ulna.Robot, q: Array, acceleration: float, jerk: float | None = None) -> dict[str, float]:
+    """The greatest velocity, acceleration and jerk by differences, as shares of the limits; how far q is beyond its own [rad]."""
     v = np.diff(q, axis=0) * RATE
     speeds, accelerations = np.abs(v) / robot.velocity_limits, np.abs(np.diff(v, axis=0)) * RATE / acceleration
+    jerks = np.zeros(1) if jerk is None else np.abs(np.diff(v, 2, axis=0)) * RATE**2 / jerk
     beyond = np.maximum(robot.lower - q, q - robot.upper)
     return {
-        "violations": int(np.sum(speeds > 1) + np.sum(accelerations > 1) + np.sum(beyond > ROUNDING)),
+        "violations": int(sum(np.sum(shares > 1) for shares in (speeds, accelerations, jerks)) + np.sum(beyond > ROUNDING)),
         "velocity": float(speeds.max()),
         "acceleration": float(accelerations.max()),
+        **({} if jerk is None else {"jerk": float(jerks.max())}),
         "beyond_rad": max(0.0, float(beyond.max())),
     }
 

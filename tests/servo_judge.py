@@ -60,7 +60,7 @@ def judge(robot, world, start, commands, acceleration, rate=RATE):
     fine = q[None, :-1] + t * qd[None, :-1] + 0.5 * t * t * a[None]
     contacts = np.count_nonzero(robot.in_collision(fine.reshape(-1, robot.n_dof), world))
     by_difference = np.diff(q, axis=0) / h
-    assert np.abs(q[1:] - q[:-1] - h * (qd[1:] + qd[:-1]) / 2).max() < 1e-12  # the state says so
+    assert np.abs(q[1:] - q[:-1] - h * (qd[1:] + qd[:-1]) / 2).max() < 1e-12  # the curve is what the state says
     assert np.abs(np.array([c.qdd for c in commands]) - a).max() < 1e-6 * acceleration
     return {
         "contacts": int(contacts),

@@ -7,6 +7,8 @@ import pytest
 
 import ulna
 from ulna.arms import FR3, Arm, ArmModel, Recorder
+from ulna.planning.arm_limits import ARMS
+from ulna.planning.motion_check import Samples, check_of
 
 TURN = np.array([0.5, 0.2, 0.0, 0.3, 0.0, 0.2, -0.4])
 
@@ -159,14 +161,54 @@ def test_a_servo_is_followed_within_the_limits_to_its_goal_and_then_to_rest(arm,
     assert arm.records == [record]
 
 
+def accepted(q, robot):
+    """What the judge of ``motion.check`` says of commands, a millisecond apart, of an FR3 that rests before and after them."""
+    samples = Samples(1e-3 * np.arange(len(q)), q, np.zeros_like(q), np.zeros_like(q))
+    return check_of(samples, 1e-3, ARMS["fr3"], robot.joint_names, np.zeros((2, 7)))
+
+
+@pytest.fixture(scope="module")
+def jerk_limited(fr3):
+    return fr3.servo(acceleration=9.0, velocity=2.0, jerk=4500.0)
+
+
+def test_a_servo_with_a_limit_of_jerk_is_followed_with_more_acceleration(arm, fr3, jerk_limited):
+    """The judge of motions takes its commands, and it is there sooner than one that is held to 2.5 rad/s^2."""
+    goal, times = fr3.forward_kinematics(fr3.home), []
+    goal[:3, 3] += [0.0, 0.25, -0.2]
+    for servo in (jerk_limited, fr3.servo(acceleration=2.5, velocity=2.0)):
+        arm = Recorder(fr3.home)
+        record = arm.follow(servo, lambda t, _: {"pose": goal} if t < 2.0 else None)
+        off = np.abs(fr3.forward_kinematics(record.commanded) - goal).max(axis=(1, 2))
+        times.append(np.argmax(off < 1e-3))
+        assert off[-1] < 1e-3
+        q = np.concatenate([fr3.home[None], record.commanded])
+        assert accepted(q, fr3)
+        kept = np.concatenate([np.repeat(q[:1], 3, axis=0), q, np.repeat(q[-1:], 3, axis=0)])
+        greatest = [np.abs(np.diff(kept, n=order, axis=0)).max() / 1e-3**order for order in (1, 2, 3)]
+        assert greatest[0] <= 2.0
+        assert greatest[1] <= servo.limits.acceleration[0] * (1 + 2e-6)
+        assert greatest[2] <= 5000.0
+    assert times[0] < 0.75 * times[1]
+
+
+def test_without_the_limit_of_jerk_the_judge_refuses_as_much_acceleration(fr3):
+    """So the test above can fail."""
+    servo, q = fr3.servo(acceleration=9.0, velocity=2.0), [fr3.home]
+    servo.start(fr3.home)
+    q.extend(servo.step(velocity=[1.0, 0, 0, 0, 0, 0, 0]).q for _ in range(50))
+    assert not accepted(np.array(q), fr3)
+
+
+@pytest.mark.parametrize("limits", [{"acceleration": 2.5}, {"acceleration": 9.0, "jerk": 4900.0}])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_servo_that_goes_to_the_end_of_every_joint_keeps_the_velocities_that_are_allowed_there(fr3, sign):
+def test_a_servo_that_goes_to_the_end_of_every_joint_keeps_the_velocities_that_are_allowed_there(fr3, sign, limits):
     rows = [(0.301, 12.0), (0.201, 5.17), (0.201, 7.0), (0.301, 8.0), (0.351, 34.0), (0.351, 11.0), (0.351, 34.0)]
     upper = [2.7501, 1.7918, 2.9065, -0.1458, 2.8101, 4.5205, 3.0196]  # libfranka, rate_limiting.h
     lower = [-2.7501, -1.7918, -2.9065, -3.0481, -2.8101, 0.54092, -3.0196]
     for j in range(7):
         arm, velocity = Recorder(fr3.home), sign * np.eye(7)[j] * 2.0
-        servo = fr3.servo(acceleration=2.5, velocity=2.6)
+        servo = fr3.servo(velocity=2.6, **limits)
         record = arm.follow(
             servo, lambda t, _q, velocity=velocity: {"velocity": velocity if t < 4 else -velocity} if t < 5 else None
         )
@@ -185,6 +227,8 @@ def test_a_servo_that_the_arm_would_not_take_is_refused(arm, fr3):
     for options, match in (
         ({"acceleration": 2.5, "velocity": 2.0, "rate": 500}, "500 ticks a second"),
         ({"acceleration": 2.6, "velocity": 2.0}, r"acceleration of fr3_joint1 is 2.6, and at most 2.5 .* limit of jerk"),
+        ({"acceleration": 9.0, "velocity": 2.0, "jerk": 5100.0}, r"jerk of fr3_joint1 is 5100, and at most 5000 is allowed"),
+        ({"acceleration": 11.0, "velocity": 2.0, "jerk": 4000.0}, r"acceleration of fr3_joint1 is 11, and at most 10 is"),
         ({"acceleration": 2.5}, r"velocity of fr3_joint1 is 2.62, and at most 2.619 is allowed"),
     ):
         with pytest.raises(ulna.InputError, match=match):

@@ -15,7 +15,6 @@ LIMITS = {
     "little jerk": (PANDA.velocity, np.full(7, 10.0), np.full(7, 150.0)),
     "least jerk": (PANDA.velocity, np.full(7, 10.0), np.full(7, 10.0)),
 }
-ARM = '<link name="hand"><collision><geometry><box size="0.1 0.1 0.3"/></geometry></collision></link>'
 
 
 def limits_of(robot, limits):
@@ -26,8 +25,7 @@ def limits_of(robot, limits):
 def started(robot, world=None, limits=LIMITS["Panda"], **options):
     velocity, acceleration, jerk = limits_of(robot, limits)
     servo = robot.servo(world, **{"velocity": velocity, "acceleration": acceleration, "jerk": jerk, **options})
-    start = robot.home if robot.is_free(robot.home, world) else robot.random(1000, seed=1)
-    return servo, servo.start(start)
+    return servo, servo.start(robot.home)
 
 
 def run(servo, n, **goal):
