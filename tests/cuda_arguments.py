@@ -163,6 +163,7 @@ TYPES = {
         **_each("n m mode ticks worst", WHOLE), **_each("tick below", NUMBER), "chains": TABLE, "w": TWIST,
     },
     "servo.braking.is_box": {"widened": TRUTH},
+    "servo.ramped_stop": {"after": MATRIX, **_each("x t before base slope low high least greatest", NUMBER)},
     "servo.desired_motion.write_objective": {"arrays": types.UniTuple(NUMBERS, 5)},
     "servo.desired_motion.approach": {"e": NUMBER},
 }  # fmt: skip

@@ -20,6 +20,10 @@ of what is certified: of the tick, or of the stop.
 Where an object was put into the arm, the pairs in contact are left out of step 4: no other one may come into contact. A motion is
 taken that ends with the deepest of all pairs less deep than where the certified stop ends.
 
+With a limit of jerk (``kernels.servo.ramped_stop``) x is the velocity that is left if the acceleration ends, and the stop is a
+line after a bend, which is certified with the tick. If only the certified stop keeps the limits, it goes on, and so it does near
+rest, since it comes to rest after some ticks and x does not.
+
 So at every moment a stop is certified in which nothing is hit that does not move. There is a way out of every place where the arm
 comes to rest by itself: all within ROOM of it is free, or it is farther from everything than such a place. A certificate knows
 distances by lower bounds alone, which for two boxes may be 1 / sqrt(3) of them; with half the clearance, and ROOM as it is, a
