@@ -67,7 +67,8 @@ def test_so_does_the_full_stop_after_any_tick(panda, name):
     for k, command in enumerate(hostile(panda, servo, 4000, 4)):
         if k % 61 == 0:
             stop, (rest, speeds) = stop_of(servo), servo.certified_stop
-            keeps(judge_jerk(panda, world, command, stop, limits_of(panda, LIMITS[name])))
+            if len(stop) > 2:
+                keeps(judge_jerk(panda, world, command, stop, limits_of(panda, LIMITS[name])))
             np.testing.assert_array_equal(stop[-1].q, rest)
             assert (np.abs([c.qd for c in stop]) <= speeds + 1e-12).all()
             assert not stop[-1].qd.any()
@@ -85,7 +86,7 @@ def test_slow_ticks_do_too(panda):
 
 @pytest.mark.parametrize("name", ["ur5", "slide"])
 def test_so_do_other_arms(name):
-    robot = ulna.load("ur5", meshes="hulls") if name == "ur5" else on_a_slide()
+    robot = ulna.load("ur5", tip="tool0", meshes="hulls") if name == "ur5" else on_a_slide()
     world = ulna.World()
     world.add("post", ulna.Cylinder(0.05, 1.2), ulna.pose((0.55, -0.3, 0.6)))
     world.add("ball", ulna.Sphere(0.15), ulna.pose((0.3, 0.5, 0.4)))
@@ -117,14 +118,14 @@ def test_there_is_a_way_out_of_every_rest(panda, name):
             rest = run(servo, 1000)
             assert rest.status == "at rest"
             before, away = panda.signed_distance(rest.q, world), panda.distance_gradient(rest.q, world)
-            command = run(servo, 300, velocity=0.5 * away / np.abs(away).max())
+            command = run(servo, 300 if name == "Panda" else 4000, velocity=0.5 * away / np.abs(away).max())
             assert np.abs(command.q - rest.q).max() > 1e-3 or before > 0.05
             assert panda.signed_distance(command.q, world) > min(before, 0.011)
 
 
 @pytest.mark.parametrize("name", ["Panda", "little jerk"])
 def test_it_reaches_a_configuration_and_a_pose_without_overshoot(panda, name):
-    servo, start = started(panda, limits=LIMITS[name], posture=panda.home)
+    servo, start = started(panda, limits=LIMITS[name])
     goal = start.q + np.array([0.3, 0.2, -0.2, 0.4, 0.1, 0.3, -0.5])
     command = run(servo, 6000, q=goal)
     np.testing.assert_allclose(command.q, goal, atol=1e-7)
@@ -156,7 +157,6 @@ def test_limits_are_named(panda):
     assert servo.step(velocity=[9.0, 0, 0, 0, 0, 0, 0]).status == "limited by jerk"
     command = run(servo, 10, velocity=[9.0, 0, 0, 0, 0, 0, 0])
     assert (command.status, command.limiting.joint) == ("limited by acceleration", "panda_joint1")
-    assert run(servo, 300, velocity=[9.0, 0, 0, 0, 0, 0, 0]).status == "limited by velocity"
     command = run(servo, 3000, velocity=[9.0, 0, 0, 0, 0, 0, 0])
     assert (command.status, command.limiting.joint) == ("limited by position", "panda_joint1")
     assert panda.upper[0] - 1e-5 < command.q[0] <= panda.upper[0] + 1e-12
@@ -171,6 +171,7 @@ def test_it_starts_without_acceleration_and_is_refused_where_it_cannot_stop(pand
     assert not command.qdd.any()
     start, stop = command, stop_of(servo)
     keeps(judge_jerk(panda, None, start, stop, limits_of(panda, LIMITS["Panda"])))
+    assert len(stop) > 30
     with pytest.raises(ulna.InputError, match="cannot stop"):
         servo.start([panda.upper[0] - 0.05, *panda.home[1:]], [2.0, 0, 0, 0, 0, 0, 0])
     short = panda.servo(acceleration=PANDA.acceleration)  # it can stop in 0.14 rad, with a limit of jerk not quite
@@ -252,13 +253,14 @@ def test_nothing_touches_an_object_of_a_stated_speed_while_the_arm_moves(panda, 
 @pytest.mark.parametrize("name", ["Panda", "little jerk"])
 def test_it_is_led_out_of_an_object_that_is_put_into_it(panda, name):
     world = ulna.World()
-    servo, _ = started(panda, world, LIMITS[name])
-    run(servo, 400, velocity=[0.4, 0, 0, 0, 0, 0, 0])
-    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), panda.forward_kinematics(servo.q) @ ulna.pose((0, 0, 0.07)))
-    command = run(servo, 600)
-    assert command.status == "in collision"
-    assert not command.qd.any()
-    deep = panda.signed_distance(command.q, world, self_collision=False)
-    away = panda.distance_gradient(command.q, world, self_collision=False)
-    command = run(servo, 4000, velocity=away)
-    assert panda.signed_distance(command.q, world, self_collision=False) > max(deep, 0.0)
+    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.42, 0.0, 0.6)))
+    while panda.signed_distance(panda.home, world, self_collision=False) > -0.004:
+        world.move("crate", world.pose("crate") @ ulna.pose((-1e-3, 0, 0)))
+    velocity, acceleration, jerk = LIMITS[name]
+    servo = panda.servo(world, velocity=velocity, acceleration=acceleration, jerk=jerk)
+    start = servo.start(panda.home, lead_out=True)
+    assert servo.step().status == "in collision"
+    away = panda.distance_gradient(panda.home, world, self_collision=False)
+    commands = [servo.step(velocity=away) for _ in range(2000 if name == "Panda" else 20_000)]
+    assert panda.signed_distance(commands[-1].q, world, self_collision=False) > 0.01
+    assert max(judge_jerk(panda, None, start, commands, limits_of(panda, LIMITS[name]))["shares"]) <= 1.0
