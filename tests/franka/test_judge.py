@@ -66,3 +66,31 @@ def test_motions_without_limits_of_jerk_are_refused_and_most_are_aborted(fr3, pr
             Recorder(motion.q[0]).run(motion)
     aborted = [why for _, why in filter(None, reasons)]
     assert sum("discontinuity" in why for why in aborted) > 10  # the others come too fast towards a limit of position
+
+
+def steered(fr3, world, seed, **limits):
+    """The commands of a servo that is sent to other goals each third of a second: poses, twists, velocities, configurations."""
+    rng, arm, goals = np.random.default_rng(seed), Recorder(fr3.home), []
+    for k in range(30):
+        far = rng.uniform(fr3.lower, fr3.upper)
+        twist, velocity = rng.normal(size=6), rng.choice([-1.0, 1.0], 7) * 3.0
+        goals.append([{"pose": fr3.forward_kinematics(far)}, {"twist": twist}, {"velocity": velocity}, {"q": far}][k % 4])
+    record = arm.follow(fr3.servo(world, **limits), lambda t, _: goals[int(3 * t)] if t < len(goals) / 3 else None)
+    return np.concatenate([fr3.home[None], record.commanded])
+
+
+def test_every_command_of_a_servo_with_a_limit_of_jerk_is_accepted(fr3, world):
+    for seed in range(4):
+        commands = steered(fr3, world, seed, acceleration=9.9, velocity=2.6, jerk=4990.0)
+        assert violation(commands) is None
+        assert np.abs(np.diff(commands, axis=0)).sum() > 5.0
+        assert np.abs(np.diff(commands, n=2, axis=0)).max() / 1e-6 > 9.0
+
+
+def test_without_it_one_of_such_acceleration_is_refused_and_would_be_aborted(fr3):
+    with pytest.raises(ulna.InputError, match="jerk="):
+        steered(fr3, None, 0, acceleration=9.9, velocity=2.6)
+    servo, commands = fr3.servo(acceleration=9.9, velocity=2.6), [fr3.home]
+    servo.start(fr3.home)
+    commands.extend(servo.step(velocity=np.full(7, (-1.0) ** (k // 60))).q for k in range(200))
+    assert "discontinuity" in violation(np.array(commands))[1]
