@@ -11,8 +11,8 @@ from processes import free_port, running, wait_for
 from ulna.cli.cell import warn_of_missing
 
 
-@pytest.mark.parametrize("name", ["view", "servo"])
-def test_it_serves_the_page_until_ctrl_c(tmp_path, name):
+@pytest.mark.parametrize(("name", "options"), [("view", ()), ("servo", ("--jerk", "1000"))])
+def test_it_serves_the_page_until_ctrl_c(tmp_path, name, options):
     world = ulna.World()
     world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.6, 0, 0.3)))
     ulna.save_world(world, tmp_path / "scene.json")
@@ -28,11 +28,17 @@ def test_it_serves_the_page_until_ctrl_c(tmp_path, name):
         "--port",
         str(port),
         "--no-open",
+        *options,
     ]
     with (tmp_path / "said").open("w+") as said, running(*command, stdout=said, stderr=said) as program:
         wait_for(lambda: f"panda is at http://127.0.0.1:{port}" in (tmp_path / "said").read_text(), "the address")
         assert program.poll() is None
     assert program.returncode == 0
+
+
+@pytest.mark.parametrize("jerk", ["-1", "0", "nan"])
+def test_a_jerk_that_cannot_be_taken_is_named(refusal, jerk):
+    assert "--jerk" in refusal("servo", "panda", "--no-open", "--port", free_port(), "--jerk", jerk)
 
 
 def test_meshes_are_checked_as_their_hulls_and_a_line_says_so(wedge, tmp_path):

@@ -63,6 +63,16 @@ def test_the_hand_moves_as_the_button_says_and_rests_when_it_is_let_go(panda, st
     assert steered.sentence == "at rest"
 
 
+def test_the_jerk_is_limited_if_it_is_to_be(panda, clock):
+    steered = Steering(Session(panda, ulna.World()), jerk=50.0)
+    steered.turn(on=True)
+    went = run(steered, clock, 0.5, (1, 1))
+    assert steered._servo.limits.jerk.max() <= 50.0
+    assert np.abs(went[-1] - panda.home).max() > 1e-3
+    run(steered, clock, 1.5)
+    assert steered.sentence == "at rest"
+
+
 def test_axes_of_the_hand(panda, steered, clock):
     steered.expressed_in = "link"
     T = panda.forward_kinematics(panda.home)
