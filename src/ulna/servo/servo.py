@@ -159,7 +159,7 @@ class Servo:
         return self._worst
 
     def start(self, q: ArrayLike, qd: ArrayLike | None = None, *, lead_out: bool = False) -> Command:
-        """Set the state.
+        """Set the state; the acceleration is 0.
 
         Args:
             q: Joint positions [rad or m], shape (n_dof,).
