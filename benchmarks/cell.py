@@ -120,8 +120,10 @@ def edges_at(
         about = robot.signed_distance(along, few, self_collision=False).min(axis=1)
         for clearance, edges in found.items():
             for k in np.flatnonzero(np.abs(about - clearance) < clearance / 5 + RADIUS):
+                if len(edges) == EDGES:
+                    break
                 least = robot.signed_distance(along[k], world, self_collision=False).min()
-                if len(edges) < EDGES and abs(least - clearance) < clearance / 5:
+                if abs(least - clearance) < clearance / 5:
                     edges.append((a[k], b[k]))
         if all(len(edges) == EDGES for edges in found.values()):
             break
