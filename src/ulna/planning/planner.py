@@ -101,7 +101,7 @@ def plan_motion(
     if keeps and options.escape:
         raise InputError("escape", "the way out of a contact keeps no constraint; it does not go with keep=")
     request = Request(checker, inverse_kinematics, world, options.clearance, start, names, task, options.seed)
-    beside = poses_beside(targets, keeps, tree)
+    beside = poses_beside(targets, keeps, tree) if keeps else {}
     fixed = columns_of_joints(tree, names) | fixed_for({**targets, **beside} if isinstance(targets, dict) else targets, tree)
     narrow = narrower(table)
     if not within or (narrow is not None and not are_kept(narrow, tree, start[None], start[None])[0]):
