@@ -1,17 +1,11 @@
 """``ulna servo``: steers a robot's hand on a page, among obstacles that it does not touch."""
 
-from typing import Annotated
-
-import typer
-
 from ulna.cli.cell import Obstacles, ShownRobot
 from ulna.cli.depends import command
-from ulna.cli.options import OnPage
+from ulna.cli.options import Jerk, OnPage
 from ulna.cli.targets import Q
 from ulna.cli.view import serve
 from ulna.viewer.open_page import view
-
-Jerk = Annotated[float | None, typer.Option(help="The greatest of each joint, rad/s^3 or m/s^3; no limit unless given.")]
 
 
 @command

@@ -8,7 +8,7 @@ import typer
 
 from ulna.cli.cell import Obstacles, ShownRobot
 from ulna.cli.depends import as_options, command
-from ulna.cli.options import LinkName
+from ulna.cli.options import Jerk, LinkName
 from ulna.cli.output import printable, progress_bar, warn, write
 from ulna.demo.ros.adapter import load_ros, node_compiler
 from ulna.demo.ros.description import robot_description
@@ -82,6 +82,7 @@ def ros2_servo(
     link: LinkName = None,
     rate: Annotated[float, typer.Option(metavar="HZ", help="Commands a second.")] = 100.0,
     acceleration: Annotated[float, typer.Option(help="Of each joint [rad/s² or m/s²].")] = 5.0,
+    jerk: Jerk = None,
     clearance: Annotated[float, typer.Option(metavar="M", help="How near an object may be [m].")] = 0.01,
     tracking_error: Annotated[
         float, typer.Option(help="How far a joint may be off its command, as /joint_states says [rad or m]; 0: not compared.")
@@ -91,7 +92,7 @@ def ros2_servo(
 ) -> None:
     """Steer an arm by the topics of MoveIt Servo: twists and poses in, commands that touch nothing out. Ctrl-C ends it."""
     node = load_ros(2, "servo_node", "ulna servo")
-    settings = Settings(link or hand_link(robot), rate, acceleration, clearance, tracking_error, output, topic)
+    settings = Settings(link or hand_link(robot), rate, acceleration, jerk, clearance, tracking_error, output, topic)
     with node_compiler() as compiler:
         node.steer(robot, world, settings, compiler.ask)
 

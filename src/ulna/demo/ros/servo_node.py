@@ -170,8 +170,9 @@ class ServoNode(Node):
 
 
 def _made(robot: Robot, world: World | None, settings: Settings) -> Servo:
-    link, rate, acceleration, clearance, tracking_error, *_ = settings
-    return robot.servo(world, link=link, rate=rate, acceleration=acceleration, clearance=clearance, tracking_error=tracking_error)
+    given = settings._asdict()
+    del given["output"], given["topic"]
+    return robot.servo(world, **given)
 
 
 def _started(robot: Robot, world: World | None, settings: Settings, q: NDArray[np.float64]) -> Servo:

@@ -18,6 +18,7 @@ class Settings(NamedTuple):
         link: The link that poses and twists are of.
         rate: Ticks a second [Hz].
         acceleration: Of each joint [rad/s^2 or m/s^2].
+        jerk: Of each joint [rad/s^3 or m/s^3]; None for no limit.
         clearance: How near an object may be [m].
         tracking_error: How far each joint may be off its command [rad or m]; 0: what is measured is read at the start alone.
         output: What is published.
@@ -27,6 +28,7 @@ class Settings(NamedTuple):
     link: str
     rate: float
     acceleration: float
+    jerk: float | None
     clearance: float
     tracking_error: float
     output: Output

@@ -112,9 +112,9 @@ class User:
 
 
 @contextmanager
-def node_of(panda, world=None, tracking_error=0.0):
+def node_of(panda, world=None, tracking_error=0.0, jerk=None):
     """A node that has measured the arm at home, and compiles at once."""
-    settings = Settings(panda.tip, 100, 5.0, 0.01, tracking_error, Output.POSITIONS, None)
+    settings = Settings(panda.tip, 100, 5.0, jerk, 0.01, tracking_error, Output.POSITIONS, None)
     node = ServoNode(panda, world, settings, lambda _, do, *of: do(*of))
     try:
         node._measure(JointState(name=list(panda.joint_names), position=list(panda.home)))
@@ -193,3 +193,18 @@ def test_a_jog_moves_the_joints_that_it_names(machine, panda):
         moved = node._servo.q - panda.home
         assert moved[2] == pytest.approx(0.2 * 0.48, abs=1e-2)
         np.testing.assert_allclose(np.delete(moved, 2), 0.0, atol=1e-9)
+
+
+def test_a_limit_of_jerk_holds_from_tick_to_tick(machine, panda):
+    fastest = {}
+    for jerk in (None, 20.0):
+        with node_of(panda, jerk=jerk) as node:
+            node._beat()
+            path = [node._servo.q]
+            for _ in range(30):
+                node._take(node.jog, SimpleNamespace(joint_names=["panda_joint3"], velocities=[0.2]))
+                node._beat()
+                path.append(node._servo.q)
+        fastest[jerk] = np.abs(np.diff(path, 3, axis=0)).max() * 100**3
+    assert fastest[20.0] <= 20.0 * (1 + 1e-6)
+    assert fastest[None] > 100.0
