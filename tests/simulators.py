@@ -14,8 +14,6 @@ import ulna
 from ulna.arms import Franka
 
 ADDRESS, PORT = "127.0.0.1", 1337
-with suppress(PermissionError):  # a simulator's physics keep to the clock, and the commands should
-    os.nice(-18)
 LONGEST = 120  # [s], for a simulator to begin
 FRANKY = os.environ.get("FRANKY_PYTHON", ".venv-franky/bin/python")
 
@@ -50,6 +48,8 @@ def simulator(name, folder):
     """A simulator that takes connections; the process."""
     with socket.socket() as probe:
         assert probe.connect_ex((ADDRESS, PORT)), f"another program listens on port {PORT} of {ADDRESS}, the one of a Franka"
+    with suppress(PermissionError):  # a simulator's physics keep to the clock, and the commands should
+        os.nice(-18)
     log = folder / f"{name}.log"
     with log.open("w") as file:
         process = subprocess.Popen(
