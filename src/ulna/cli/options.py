@@ -47,7 +47,7 @@ LinkName = Annotated[
 ]
 Degrees = Annotated[bool, typer.Option("--degrees", help="All angles given are degrees, not radians.")]
 Seed = Annotated[int, typer.Option(help="Chooses the random samples: the same number gives the same result.")]
-Jerk = Annotated[float | None, typer.Option(help="The greatest of each joint, rad/s^3 or m/s^3; no limit unless given.")]
+Jerk = Annotated[float | None, typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^3 or m/s^3].")]
 TaskName = Annotated[str, typer.Option(metavar="NAME", help="pose, position, or pointing: the z axis alone.")]
 Host = Annotated[str, typer.Option(help="The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.")]
 Port = Annotated[int, typer.Option(min=0, max=65535, help="Its port; 0 takes a free one.")]

@@ -14,7 +14,7 @@ from rich.progress import TextColumn, TimeElapsedColumn
 from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import Json, as_options, command, defaults_of
 from ulna.cli.keeps import KeepTexts, keep_of
-from ulna.cli.options import Degrees, LinkName, Seed, link_or_hand
+from ulna.cli.options import Degrees, Jerk, LinkName, Seed, link_or_hand
 from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, progress_bar, write_figure
 from ulna.cli.targets import HOME, RPY, XYZ, Orientation, Start, numbers, positions, state_of, target_pose, words
 from ulna.description.pose import pose
@@ -52,10 +52,6 @@ Velocity = Annotated[
 Acceleration = Annotated[
     float | None,
     typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^2 or m/s^2]; 5 without --limits."),
-]
-Jerk = Annotated[
-    float | None,
-    typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^3 or m/s^3]."),
 ]
 ArmLimits = Annotated[
     str | None,
