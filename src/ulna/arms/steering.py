@@ -45,19 +45,19 @@ class Steering:
             raise InputError("servo", f"it has {servo.rate:g} ticks a second, and the {model.name} takes {1 / PERIOD:g}")
         arm, (velocity, acceleration, jerk) = limits_of(model.limits, servo.joint_names), servo.limits
         most, most_jerk = (np.inf if limit is None else limit for limit in (arm.acceleration, arm.jerk))
-        by_jerk = np.minimum(most, 0.5 * PERIOD * most_jerk)
-        for name, values, allowed, why, give in (
-            ("velocity", velocity, arm.velocity, "", "velocity="),
-            ("acceleration", acceleration, most, "", "acceleration=") if jerk is not None else
-            ("acceleration", acceleration, by_jerk, " by the limit of jerk", "jerk=, or acceleration="),
-            ("jerk", np.zeros(1) if jerk is None else jerk, most_jerk, "", "jerk="),
-        ):  # fmt: skip
-            over = np.flatnonzero(values > allowed)
+        allowed, why = {"velocity": arm.velocity, "acceleration": most, "jerk": most_jerk}, ""
+        given = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk}
+        if jerk is None:
+            del given["jerk"]
+            allowed["acceleration"], why = np.minimum(most, 0.5 * PERIOD * most_jerk), " by the limit of jerk"
+        for name, values in given.items():
+            limit = np.broadcast_to(allowed[name], values.shape)
+            over = np.flatnonzero(values > limit)
             if len(over):
-                j = int(over[0])
+                j, by_jerk = int(over[0]), why if name == "acceleration" else ""
                 raise InputError(
                     "servo", f"its {name} of {servo.joint_names[j]} is {values[j]:.4g}, and at most "
-                    f"{np.broadcast_to(allowed, values.shape)[j]:.4g} is allowed{why}; give robot.servo {give}",
+                    f"{limit[j]:.4g} is allowed{by_jerk}; give robot.servo {'jerk=, or ' if by_jerk else ''}{name}=",
                 )  # fmt: skip
         self._servo, self._goal, self._ends, self._model = servo, goal, arm.near_ends, model
         self._tracked, self._ticks, self._leaving, self.ended = bool(servo.tracking_error.any()), 0, False, False

@@ -308,7 +308,7 @@ def _with_share(
 
 
 def _moving(grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds) -> _Candidate | None:
-    """The fastest motion of one that moves at an end: its base has gone straight on there for half the window.
+    """The fastest motion with a velocity at an end: its base has gone straight on there for half the window.
 
     So the mean begins where the path does. How much of the path that is depends on the window, and the window on the path that
     is left.

@@ -1,4 +1,4 @@
-"""Shows a plan: handles of the goal, the arm at its end, the way of the hand, what it keeps, or why there is none; plays it."""
+"""The panel of plans: takes a goal and constraints, shows the path of the hand or why there is no plan, and plays the motion."""
 
 import time
 from collections.abc import Callable
