@@ -66,17 +66,23 @@ def test_a_cpu_below_the_lowest_level_is_said_and_the_source_install_named(folde
 
 
 def cut(file):
-    file.write_bytes(file.read_bytes()[:5000])
+    replace(file, file.read_bytes()[:5000])
 
 
 def overwrite(file):
-    file.write_bytes(b"\0" * file.stat().st_size)
+    replace(file, b"\0" * file.stat().st_size)
 
 
 def clear_the_end(file):
     """As a crash may leave it: loaded, it would end the process."""
     content = file.read_bytes()
-    file.write_bytes(content[:100] + b"\0" * (len(content) - 100))
+    replace(file, content[:100] + b"\0" * (len(content) - 100))
+
+
+def replace(file, content):
+    """By a new file: the old one may be loaded, and what is written into a loaded library is called when the process ends."""
+    file.unlink()
+    file.write_bytes(content)
 
 
 DAMAGES = {"cut": cut, "overwritten": overwrite, "end cleared": clear_the_end, "removed": lambda file: file.unlink()}
