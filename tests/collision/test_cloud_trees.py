@@ -94,7 +94,7 @@ def test_a_cloud_takes_at_most_forty_bytes_a_point(rng):
     world = ulna.World()
     world.add("cloud", ulna.PointCloud(rng.uniform(-1, 1, (100_000, 3)), 0.01))
     objects = world.objects()
-    n_nodes = objects.root // 4 + 1
+    n_nodes = objects.layout.root // 4 + 1
     assert n_nodes * 7 * 64 <= 40 * 100_000
 
 

@@ -56,7 +56,7 @@ def assert_same(robot, world, q):
     edges = [robot.edge_in_collision(q[:3], q[3:6], each) for each in (world, fresh)]
     assert np.array_equal(edges[0].in_collision, edges[1].in_collision)
     assert world.objects().farthest == pytest.approx(fresh.objects().farthest, abs=1e-12)
-    assert world.objects().only_boxes == fresh.objects().only_boxes
+    assert world.objects().layout.only_boxes == fresh.objects().layout.only_boxes
 
 
 def change(rng, world, count):
@@ -109,8 +109,8 @@ def test_thousands_of_moves_in_a_world_of_many_objects(panda, rng, n):
         world.move(f"{k * 7 % n}", ulna.pose(rng.uniform(-1, 1, 3)))
         objects = world.objects()
     assert len(objects.numbers) == n + 500
-    assert len(objects.table) < 4096 + 8 * (n + 500), "rows that are not in use are given up"
-    assert sorted({objects.names[int(number)] for number in objects.solids[:, 12]}) == sorted(world.names)
+    assert len(objects.layout.table) < 4096 + 8 * (n + 500), "rows that are not in use are given up"
+    assert sorted({objects.layout.names[int(number)] for number in objects.solids[:, 12]}) == sorted(world.names)
     fresh = anew(world)
     assert np.array_equal(panda.in_collision(q, world), panda.in_collision(q, fresh))
     np.testing.assert_allclose(panda.signed_distance(q, world), panda.signed_distance(q, fresh), rtol=0, atol=1e-12)
@@ -125,7 +125,7 @@ def test_an_object_that_moves_beside_a_cloud_leaves_the_cloud_where_it_is(rng):
     world.move("crate", ulna.pose((1, 0, 0)))
     after = world.objects()
     assert after is not before
-    assert (after.table is before.table, after.nodes is before.nodes, after.root == before.root) == (True, True, True)
+    assert after.layout is before.layout
 
 
 def test_several_move_at_once_or_none(panda, rng):

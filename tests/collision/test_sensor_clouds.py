@@ -87,16 +87,16 @@ def test_hundreds_of_updates_beside_other_clouds_leave_these_as_they_are(panda, 
     world.add("still", ulna.PointCloud(still, 0.01))
     world.add("terrain", ulna.HeightMap(rng.uniform(-1.0, -0.5, (30, 30)), 0.05, bottom=-1.1))
     world.add("seen", ulna.PointCloud(still[:10], 0.01))
-    arenas = [world.objects().nodes]
+    arenas = [world.objects().layout.nodes]
     for _ in range(80):
         world.update("seen", rng.uniform(-1, 1, (4000, 3)))
-        arenas += [] if world.objects().nodes is arenas[-1] else [world.objects().nodes]
+        arenas += [] if world.objects().layout.nodes is arenas[-1] else [world.objects().layout.nodes]
     fresh = ulna.World()
     for name, shape, pose in world.items():
         fresh.add(name, shape, pose)
     assert len(arenas) > 3
     assert np.array_equal(panda.signed_distance(q, world), panda.signed_distance(q, fresh))
-    assert {world.objects().names[int(number)] for number in world.objects().solids[:, 12]} == {"still", "terrain", "seen"}
+    assert {world.objects().layout.names[int(number)] for number in world.objects().solids[:, 12]} == {"still", "terrain", "seen"}
 
 
 @pytest.mark.parametrize(("unit", "scale"), [(np.uint16, None), (np.uint16, 0.0005), (np.float32, None), (np.float64, 2.0)])

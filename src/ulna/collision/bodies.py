@@ -127,10 +127,10 @@ def scene_of(
     may_touch: NDArray[np.bool_] | None = None,
 ) -> Scene:
     """Bodies, those pairs of them, and objects, as the kernels take them; ``may_touch_of`` the two unless given."""
-    boxes = bodies.only_boxes and objects.only_boxes
-    vertices, points = (None, None) if boxes else (bodies.vertices, objects.vertices)
-    may_touch = may_touch_of(bodies, objects.touch_sets) if may_touch is None else may_touch
-    of_world = objects.table, points, objects.nodes, objects.root, objects.first, objects.end
+    layout = objects.layout
+    vertices, points = (None, None) if bodies.only_boxes and layout.only_boxes else (bodies.vertices, layout.vertices)
+    may_touch = may_touch_of(bodies, layout.touch_sets) if may_touch is None else may_touch
+    of_world = layout.table, points, layout.nodes, layout.root, objects.first, objects.end
     return Scene(joints, bodies.table, vertices, pairs, *of_world, may_touch)
 
 

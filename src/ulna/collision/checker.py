@@ -235,7 +235,7 @@ class Checker:
         """The pairs at most ``max_distance`` [m] apart: a report for one q, else an array of reports, shape (...,)."""
         objects = _objects_of(world)  # read once, so that the report has the names of the objects that were checked
         q, within = as_positions(q, self.tree), as_reach("max_distance", max_distance)
-        found = find_near_pairs(q, self._scene(objects, self_collision), len(objects.names), within, threads=threads)
+        found = find_near_pairs(q, self._scene(objects, self_collision), len(objects.layout.names), within, threads=threads)
         of_rows = reports_of(found, self.bodies, objects)
         if q.ndim == 1:
             return next(of_rows)
@@ -250,8 +250,8 @@ class Checker:
         """The pairs at most ``within`` [m] apart, as arrays."""
         objects, q, within = _objects_of(world), as_positions(q, self.tree), as_reach("within", within)
         scene = self._scene(objects, self_collision)
-        found = find_near_pairs(q, scene, len(objects.names), within, gradients=True, threads=threads)
-        return distances_of(found, self.bodies, objects.names)
+        found = find_near_pairs(q, scene, len(objects.layout.names), within, gradients=True, threads=threads)
+        return distances_of(found, self.bodies, objects.layout.names)
 
     def links_that_touch(self, q: ArrayLike) -> tuple[tuple[str, str], ...]:
         """The pairs of links that touch at ``at`` = q, shape (n_dof,), of those that are checked."""
@@ -323,8 +323,8 @@ class Checker:
         if objects is NO_OBJECTS and not self_collision:
             raise InputError("world", "is None and self_collision is False, so there is nothing to check")
         known = self._may_touch
-        if known is None or known[0] != objects.touch_sets:
-            known = self._may_touch = objects.touch_sets, may_touch_of(self.bodies, objects.touch_sets)
+        if known is None or known[0] != objects.layout.touch_sets:
+            known = self._may_touch = objects.layout.touch_sets, may_touch_of(self.bodies, objects.layout.touch_sets)
         scene = scene_of(self.tree.joints, self.bodies, self.pairs if self_collision else NO_PAIRS, objects, known[1])
         self._last_scene = objects, self_collision, scene
         return scene

@@ -101,7 +101,7 @@ def _in_one_part(q: Array, scene: Scene, n_objects: int, within: float, *, gradi
 def reports_of(found: NearPairs, bodies: Bodies, objects: Objects) -> Iterator[Report]:
     """A report for each q."""
     names, owners, n, first = bodies.names, bodies.owners, len(bodies.names), 0
-    object_names = objects.names
+    object_names = objects.layout.names
     distances = found.contacts[:, DISTANCE].tolist()
     points = (found.contacts[:, place : place + 3].copy() for place in (WITNESS_A, WITNESS_B, NORMAL))
     pairs = [

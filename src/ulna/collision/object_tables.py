@@ -29,7 +29,7 @@ from ulna.collision.object_tree import (
     write_cloud,
     write_tree,
 )
-from ulna.collision.objects import Moving, Objects
+from ulna.collision.objects import Layout, Moving, Objects
 from ulna.collision.rounded_shapes import shape_columns, shape_vertices
 from ulna.description.shapes import Box, HalfSpace, Sphere
 from ulna.engine.lanes import WIDTH
@@ -81,6 +81,7 @@ class ObjectTables:
         self._round: set[str] = set()  # those that are no boxes
         self._sets = {_NO_LINKS: 0}
         self._root: int | None = NO_NODE  # None: the trees have changed
+        self._layout: Layout | None = None  # of the last objects
 
     def copy(self) -> "ObjectTables":
         """An independent copy; both write to the same arena."""
@@ -100,24 +101,48 @@ class ObjectTables:
         changed: the names of those that are others than at the last call, and whether more of them than the pose is.
         """
         with self._arena.lock:
-            if sum(name in self._indexed for name, remade in changed.items() if not remade) > MOST_UNINDEXED:
-                self._dissolve()
-            for name, remade in changed.items():
-                if not remade:
-                    self._move(name, poses[name])
-                    continue
-                self._remove(name)
-                if name in shapes:
-                    self._add(name, shapes[name], poses[name], touch_links.get(name, _NO_LINKS))
-            if len(self._alone) - len(self._endless) > MOST_UNINDEXED:
-                self._index()
-            self._need(len(self._alone), 0, most_nodes(len(self._many) + 1))
-            if self._root is None:
-                self._root = self._joined()
-            arena, boxes, sets = self._arena, not self._round, tuple(self._sets)
+            layout, alone = self._layout, self._alone
+            if layout is None or not self._only_moved(changed) or not self._arena.has_room(len(alone), 0, 0):
+                layout = self._layout = self._laid_out(changed, shapes, poses, touch_links)
+            else:
+                for name in changed:
+                    self._rows[alone[name], :12] = poses[name].ravel()[:12]
+            arena = self._arena
             first = arena.add_rows(self._rows[: len(self._alone)])
-            clouds = {name: (one.shape, one.nodes.start) for name, one in self._many.items() if isinstance(one.shape, PointCloud)}
-            return Objects(*arena.read_only, arena.nodes, self._root, first, arena.n_rows, boxes, sets, arena.names, clouds)
+            return Objects(layout, first, arena.n_rows)
+
+    def _only_moved(self, changed: Mapping[str, bool]) -> bool:
+        """Whether all that has changed is where some objects are that are tested alone."""
+        for name, remade in changed.items():
+            if remade or name not in self._alone:
+                return False
+        return True
+
+    def _laid_out(
+        self,
+        changed: Mapping[str, bool],
+        shapes: Mapping[str, Obstacle],
+        poses: Mapping[str, Array],
+        touch_links: Mapping[str, frozenset[str]],
+    ) -> Layout:
+        """The layout after any change, with room in the arena for the rows of the objects that are tested alone."""
+        if sum(name in self._indexed for name, remade in changed.items() if not remade) > MOST_UNINDEXED:
+            self._dissolve()
+        for name, remade in changed.items():
+            if not remade:
+                self._move(name, poses[name])
+                continue
+            self._remove(name)
+            if name in shapes:
+                self._add(name, shapes[name], poses[name], touch_links.get(name, _NO_LINKS))
+        if len(self._alone) - len(self._endless) > MOST_UNINDEXED:
+            self._index()
+        self._need(len(self._alone), 0, most_nodes(len(self._many) + 1))
+        if self._root is None:
+            self._root = self._joined()
+        arena, boxes, sets = self._arena, not self._round, tuple(self._sets)
+        clouds = {name: (one.shape, one.nodes.start) for name, one in self._many.items() if isinstance(one.shape, PointCloud)}
+        return Layout(*arena.read_only, arena.nodes, self._root, boxes, sets, arena.names, clouds)
 
     def moving(self, speeds: Mapping[str, float], counts: Mapping[str, int], poses: Mapping[str, Array]) -> tuple[Moving, ...]:
         """The objects that have a speed, after ``updated``."""

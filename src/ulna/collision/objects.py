@@ -57,35 +57,47 @@ class Moving(NamedTuple):
 
 
 @dataclass(eq=False, slots=True)
-class Objects:
-    """The solids that the objects of a world consist of, as they were at one moment. Nothing of it changes later.
+class Layout:
+    """What is the same for the objects of a world while only such move as are not in the BVH. Nothing of it changes later.
 
     Attributes:
-        table: What the kernels read of each (``kernels.layout``), shape (n, BODY_WIDTH); only rows from ``first`` to before
-            ``end``, and those below ``root``, are of these objects. All balls of a cloud have one row.
+        table: What the kernels read of each solid (``kernels.layout``), shape (n, BODY_WIDTH). All balls of a cloud have one row.
         vertices: Those of all hulls, shape (m, 3).
         nodes: Of trees (``kernels.collision.bvh``), shape (NODE_ROWS n_nodes, 8).
         root: The root of the BVH, or NO_NODE where no object is in one.
-        first: The first row of the solids that are not in the BVH.
-        end: The row after the last of them.
         only_boxes: Whether all shapes are boxes.
         touch_sets: The sets of links that may touch objects, by the numbers in the table; the first is empty.
         names: The object that a solid is part of, by the number in its row.
         clouds: The clouds by name, each with the number of the first node of its points.
-        moving: The objects that may move by themselves.
-        n_changes: How often anything changed but the poses of these.
     """
 
     table: NDArray[np.float64]
     vertices: NDArray[np.float64]
     nodes: NDArray[np.float64]
     root: int
-    first: int
-    end: int
     only_boxes: bool
     touch_sets: tuple[frozenset[str], ...]
     names: list[str]
     clouds: dict[str, tuple[PointCloud, int]]
+
+
+@dataclass(eq=False, slots=True)
+class Objects:
+    """The solids that the objects of a world consist of, as they were at one moment. Nothing of it changes later.
+
+    Methods in C read ``layout``, ``first`` and ``end`` (``native/method.c``).
+
+    Attributes:
+        layout: Their tables, of which only the rows from ``first`` to before ``end``, and those below the root, are of these.
+        first: The first row of the solids that are not in the BVH.
+        end: The row after the last of them.
+        moving: The objects that may move by themselves.
+        n_changes: How often anything changed but the poses of these.
+    """
+
+    layout: Layout
+    first: int
+    end: int
     moving: tuple[Moving, ...] = ()
     n_changes: int = 0
 
@@ -93,18 +105,18 @@ class Objects:
         """The cloud of a solid that is a ball of an object, and its place in the order of the tree; None if it is no ball."""
         if number < FIRST_BALL:
             return None
-        cloud, first = self.clouds[name]
+        cloud, first = self.layout.clouds[name]
         return cloud, number - FIRST_BALL - 2 * WIDTH * first
 
     @property
     def numbers(self) -> NDArray[np.int64]:
         """The numbers of all solids (``kernels.collision.collision_layout``)."""
-        return np.concatenate([np.arange(self.first, self.end), numbers_below(self.nodes, self.root)])
+        return np.concatenate([np.arange(self.first, self.end), numbers_below(self.layout.nodes, self.layout.root)])
 
     @property
     def solids(self) -> NDArray[np.float64]:
         """All solids, each as a row of a table, shape (n, BODY_WIDTH)."""
-        return table_of(self.table, self.nodes, self.numbers)
+        return table_of(self.layout.table, self.layout.nodes, self.numbers)
 
     @property
     def farthest(self) -> float:

@@ -347,8 +347,8 @@ class Servo:
         is_moving = self._scene is not None and counters[layout.DONE] < counters[layout.TICKS]
         if not is_moving or self._too_fast is not None or objects.n_changes != self._n_changes:
             counters[layout.CERTIFIED] = 0
-        self._stated, self._n_changes, self._object_names = objects.moving, objects.n_changes, objects.names
-        self._wider = np.zeros(len(objects.names) + 2)
+        self._stated, self._n_changes, self._object_names = objects.moving, objects.n_changes, objects.layout.names
+        self._wider = np.zeros(len(objects.layout.names) + 2)
 
     def _command(self) -> Command:
         q, qd, qdd = self._state[:3].copy()
