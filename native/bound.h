@@ -3,6 +3,11 @@
 #define ULNA_BOUND_H
 #include "entry.h"
 
+/* Of a scene, the rows of the objects that are not in the BVH (kernels/collision/scene.py): first and end. They are the last slots but
+   the three of may_touch. */
+typedef int64_t Span[2];
+enum { SPAN_TO_END = 5 };
+
 #define MOST_SCRATCH 16 /* numbers that the way NUMBER has room for, and branches that BRANCHES has */
 
 typedef PyObject *(*Call)(PyObject *, PyObject *const *, Py_ssize_t, PyObject *);
@@ -32,7 +37,7 @@ typedef struct {
 
 extern PyType_Spec bound_spec;
 extern PyTypeObject *bound_type;
-extern const Way POSE, TRUTH, NUMBER, SEARCH, BRANCHES;
+extern const Way POSE, TRUTH, NUMBER, SEARCH, BRANCHES, COPY;
 
 /* bind(entry, way, leading, n, numbers, otherwise): see bound.c. */
 PyObject *bind_entry(PyObject *module, PyObject *arguments);
@@ -42,8 +47,9 @@ const Way *way_of(const char *name);
 
 /* What machine code returns. NULL without an exception: an argument is not as it should be, or was refused, so Python must be asked. */
 PyObject *pose_of(Bound *bound, PyObject *q, PyObject *out);
-PyObject *truth_of(Bound *bound, PyObject *q);
-PyObject *number_of(Bound *bound, PyObject *q);
+/* In the scene that is bound, or with other rows of its table, unless ``span`` is NULL. */
+PyObject *truth_of(Bound *bound, PyObject *q, const int64_t *span);
+PyObject *number_of(Bound *bound, PyObject *q, const int64_t *span);
 /* 1 and two new arrays, 0 if there is no solution, -1 with an exception, -2 if Python must be asked. */
 int search_of(Bound *bound, PyObject *target, PyObject *seed, PyObject **q, PyObject **info);
 /* What is proved, and three new arrays that cannot be written to; -1, with or without an exception: as with NULL above. */

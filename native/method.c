@@ -6,7 +6,8 @@ binds the entry for the next time. A robot's prebound entries are in its five ta
     forward_kinematics(q, *, link=None, out=None)           FORWARDS[link]; that of the tip is kept
     jacobian(q, *, link=None, out=None)                     JACOBIANS[link]; the same
     in_collision(q, world=None, *, self_collision=True)     SCENE[0], a tuple: the objects, self_collision, and for both methods
-    signed_distance(q, world=None, *, self_collision=True)  an entry; the objects are those of ``Seen``, or None without a world
+    signed_distance(q, world=None, *, self_collision=True)  an entry; the objects are those of ``Seen``, or None without a
+                                                            world; with others of the same layout the rows are put in place
     inverse_kinematics(T, q_seed=None, *, link=None)        SEARCHES[link]: see below
     all_solutions(T, *, link=None)                          BRANCHED[link]: see below
 */
@@ -21,12 +22,13 @@ enum { FORWARD, JACOBIAN, IN_COLLISION, DISTANCE, INVERSE, SOLUTIONS, N_METHODS 
 static PyObject *in_python[N_METHODS]; /* the methods of the same name in Python */
 
 /* Names of arguments and of the fields of a result, interned. */
-static PyObject *OUT, *LINK, *SEED, *WORLD, *ITSELF, *Q, *INFO, *VALID, *REAL, *PROOF;
+static PyObject *OUT, *LINK, *SEED, *WORLD, *ITSELF, *Q, *INFO, *VALID, *REAL, *PROOF, *OBJECTS, *LAYOUT, *FIRST, *END;
 
 int make_names(void) {
     const struct { PyObject **place; const char *name; } all[] = {
         {&OUT, "out"}, {&LINK, "link"}, {&SEED, "q_seed"}, {&WORLD, "world"}, {&ITSELF, "self_collision"},
         {&Q, "q"}, {&INFO, "info"}, {&VALID, "valid"}, {&REAL, "real"}, {&PROOF, "proof"},
+        {&OBJECTS, "objects"}, {&LAYOUT, "layout"}, {&FIRST, "first"}, {&END, "end"},
     };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
         if (!(*all[k].place = PyUnicode_InternFromString(all[k].name))) return -1;
@@ -91,16 +93,41 @@ static PyObject *jacobian(PyObject *self, PyObject *const *arguments, Py_ssize_t
     return by_link(JACOBIAN, &((Quick *)self)->jacobian, JACOBIANS, self, arguments, n, names);
 }
 
-/* The prebound entry of a collision query, a new reference, or NULL without an exception. */
-static PyObject *of_scene(int place, PyObject *self, PyObject *world, PyObject *itself) {
-    PyObject *list = ((Quick *)self)->tables[SCENE], *scene = NULL, *function = NULL, *objects = NULL;
+/* The objects of a world, a new reference; NULL if it is no world, or with an exception. They are laid out if they have changed. */
+static PyObject *objects_of(PyObject *world) {
+    if (world == Py_None) return Py_NewRef(Py_None);
+    if (!PyObject_TypeCheck(world, seen_type)) return NULL;
+    PyObject *kept = ((Keeping *)world)->kept;
+    if (kept && kept != Py_None) return Py_NewRef(kept);
+    return PyObject_CallMethodObjArgs(world, OBJECTS, NULL);
+}
+
+/* Reads where the rows of objects are in the layout that others have too; 0 if it is another. No exception is set. */
+static int read_span(PyObject *objects, PyObject *others, int64_t *span) {
+    PyObject *parts[4] = {PyObject_GetAttr(objects, LAYOUT), PyObject_GetAttr(others, LAYOUT), NULL, NULL};
+    int same = parts[0] && parts[0] == parts[1];
+    if (same) {
+        parts[2] = PyObject_GetAttr(objects, FIRST);
+        parts[3] = PyObject_GetAttr(objects, END);
+        for (int k = 0; k < 2; k++) span[k] = parts[2 + k] ? PyLong_AsLongLong(parts[2 + k]) : -1;
+        same = !PyErr_Occurred();
+    }
+    PyErr_Clear();
+    for (int k = 0; k < 4; k++) Py_XDECREF(parts[k]);
+    return same;
+}
+
+/* The prebound entry of a collision query about objects, a new reference, or NULL without an exception. Where objects have moved since
+   it was bound, its scene is theirs but for its rows, which are written to ``span``; otherwise *moved is 0. */
+static PyObject *of_scene(int place, PyObject *self, PyObject *objects, PyObject *itself, int64_t *span, int *moved) {
+    PyObject *list = ((Quick *)self)->tables[SCENE], *scene = NULL, *function = NULL;
     if (list && PyList_Size(list) == 1) scene = Py_NewRef(PyList_GetItem(list, 0));
-    if (world == Py_None) objects = Py_None;
-    else if (PyObject_TypeCheck(world, seen_type)) objects = ((Keeping *)world)->kept;
-    if (objects == Py_None && world != Py_None) objects = NULL; /* the world has changed */
-    if (scene && PyTuple_Check(scene) && PyTuple_Size(scene) == 4 && objects && objects == PyTuple_GetItem(scene, 0) &&
-        itself == PyTuple_GetItem(scene, 1)) {
-        function = Py_NewRef(PyTuple_GetItem(scene, place));
+    if (scene && PyTuple_Check(scene) && PyTuple_Size(scene) == 4 && itself == PyTuple_GetItem(scene, 1)) {
+        PyObject *bound_to = PyTuple_GetItem(scene, 0);
+        *moved = objects != bound_to;
+        if (!*moved || read_span(objects, bound_to, span)) {
+            function = Py_NewRef(PyTuple_GetItem(scene, place));
+        }
     }
     Py_XDECREF(scene);
     return function;
@@ -109,17 +136,20 @@ static PyObject *of_scene(int place, PyObject *self, PyObject *world, PyObject *
 static PyObject *about_collision(int which, PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
     PyObject *given[3] = {n > 0 ? arguments[0] : NULL, n > 1 ? arguments[1] : Py_None, Py_True};
     Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
-    int plain = n == 1 || n == 2;
+    int plain = n == 1 || n == 2, moved = 0;
+    Span span;
     for (Py_ssize_t k = 0; k < n_names && plain; k++) {
         PyObject *name = PyTuple_GetItem(names, k);
         int place = name == WORLD ? 1 : name == ITSELF ? 2 : 0;
         plain = place >= n;
         if (plain) given[place] = arguments[n + k];
     }
-    PyObject *function = plain ? of_scene(which == DISTANCE ? 3 : 2, self, given[1], given[2]) : NULL, *result = NULL;
+    PyObject *objects = plain ? objects_of(given[1]) : NULL, *result = NULL;
+    PyObject *function = objects ? of_scene(which == DISTANCE ? 3 : 2, self, objects, given[2], span, &moved) : NULL;
     Bound *bound = function ? bound_of(function, which == DISTANCE ? &NUMBER : &TRUTH) : NULL;
-    if (bound) result = which == DISTANCE ? number_of(bound, given[0]) : truth_of(bound, given[0]);
+    if (bound) result = (which == DISTANCE ? number_of : truth_of)(bound, given[0], moved ? span : NULL);
     Py_XDECREF(function);
+    Py_XDECREF(objects);
     if (result || PyErr_Occurred()) return result;
     return call_with(in_python[which], self, arguments, n, names);
 }

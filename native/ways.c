@@ -1,8 +1,9 @@
-/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are five:
+/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are six:
 
     pose      f(q, out=None, threads=None)  entry(*leading, q, out) -> bool; an array of the shape ``numbers``
     truth     f(q)                          entry(*leading, q) -> int; False or True for the two codes in ``numbers``
     number    f(q)                          entry(*leading, q[None], scratch) -> bool; the first of as many as ``numbers`` says
+    copy      f(T)                          entry(*leading, T, out) -> bool; an array of the shape ``numbers``, which T has too
     search    f(target, seed)               entry(*leading, target, seed, q, info) -> bool; q and info, of as many as ``numbers`` says,
                                             or None if there is no solution
     branches  f(target)                     entry(*leading, target, q, truths) -> int; q, both rows of truths, and the code; or None if
@@ -62,7 +63,14 @@ static int64_t *slots_of(Bound *bound, int64_t *copy) {
     return memcpy(copy, bound->slots, bound->n_slots * sizeof *copy);
 }
 
-/* ---- the five ways ---- */
+/* The same of a scene: a copy, with other rows of the table of objects unless ``span`` is NULL. */
+static int64_t *slots_of_scene(Bound *bound, int64_t *copy, const int64_t *span) {
+    memcpy(copy, bound->slots, bound->n_slots * sizeof *copy);
+    if (span) memcpy(copy + bound->n_slots - SPAN_TO_END, span, sizeof(Span));
+    return copy;
+}
+
+/* ---- the six ways ---- */
 
 PyObject *pose_of(Bound *bound, PyObject *q, PyObject *out) {
     int64_t copy[MOST_SLOTS], good;
@@ -83,10 +91,10 @@ PyObject *pose_of(Bound *bound, PyObject *q, PyObject *out) {
     return NULL;
 }
 
-PyObject *truth_of(Bound *bound, PyObject *q) {
+PyObject *truth_of(Bound *bound, PyObject *q, const int64_t *span) {
     int64_t copy[MOST_SLOTS], code;
     if (!is_vector(q, bound->n)) return NULL;
-    int64_t *slots = slots_of(bound, copy);
+    int64_t *slots = slots_of_scene(bound, copy, span);
     put_vector(slots + bound->n_slots, data_of(q), bound->n);
     if (run_machine_code(bound->entry, bound->overload, slots, &code)) return NULL;
     if (code == bound->numbers[0]) Py_RETURN_FALSE;
@@ -94,14 +102,26 @@ PyObject *truth_of(Bound *bound, PyObject *q) {
     return NULL;
 }
 
-PyObject *number_of(Bound *bound, PyObject *q) {
+PyObject *number_of(Bound *bound, PyObject *q, const int64_t *span) {
     int64_t copy[MOST_SLOTS], good;
     double scratch[MOST_SCRATCH];
     if (!is_vector(q, bound->n)) return NULL;
-    int64_t *slots = slots_of(bound, copy);
+    int64_t *slots = slots_of_scene(bound, copy, span);
     put_matrix(put_matrix(slots + bound->n_slots, data_of(q), 1, bound->n), scratch, 1, bound->numbers[0]);
     if (run_machine_code(bound->entry, bound->overload, slots, &good) || !good) return NULL;
     return PyFloat_FromDouble(scratch[0]);
+}
+
+static PyObject *copy_of(Bound *bound, PyObject *T) {
+    int64_t copy[MOST_SLOTS], good;
+    npy_intp rows = bound->numbers[0], columns = bound->numbers[1];
+    PyObject *out = is_matrix(T, rows, columns, 0) ? new_array(2, rows, columns) : NULL;
+    if (!out) return NULL;
+    int64_t *slots = slots_of(bound, copy);
+    put_matrix(put_matrix(slots + bound->n_slots, data_of(T), rows, columns), data_of(out), rows, columns);
+    if (!run_machine_code(bound->entry, bound->overload, slots, &good) && good) return out;
+    Py_DECREF(out);
+    return NULL;
 }
 
 int search_of(Bound *bound, PyObject *target, PyObject *seed, PyObject **q, PyObject **info) {
@@ -186,12 +206,17 @@ static PyObject *call_pose(PyObject *self, PyObject *const *arguments, Py_ssize_
 
 static PyObject *call_truth(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
     Bound *bound = (Bound *)self;
-    return or_in_python(!names && n == 1 ? truth_of(bound, arguments[0]) : NULL, bound, arguments, n, names);
+    return or_in_python(!names && n == 1 ? truth_of(bound, arguments[0], NULL) : NULL, bound, arguments, n, names);
 }
 
 static PyObject *call_number(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
     Bound *bound = (Bound *)self;
-    return or_in_python(!names && n == 1 ? number_of(bound, arguments[0]) : NULL, bound, arguments, n, names);
+    return or_in_python(!names && n == 1 ? number_of(bound, arguments[0], NULL) : NULL, bound, arguments, n, names);
+}
+
+static PyObject *call_copy(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    Bound *bound = (Bound *)self;
+    return or_in_python(!names && n == 1 ? copy_of(bound, arguments[0]) : NULL, bound, arguments, n, names);
 }
 
 static PyObject *call_search(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
@@ -217,11 +242,12 @@ static PyObject *call_branches(PyObject *self, PyObject *const *arguments, Py_ss
 const Way POSE = {"pose", call_pose, "12", 'b', 2};
 const Way TRUTH = {"truth", call_truth, "1", 'i', 2};
 const Way NUMBER = {"number", call_number, "22", 'b', 1};
+const Way COPY = {"copy", call_copy, "22", 'b', 2};
 const Way SEARCH = {"search", call_search, "2122", 'b', 1};
 const Way BRANCHES = {"branches", call_branches, "22t", 'i', 2};
 
 const Way *way_of(const char *name) {
-    static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &SEARCH, &BRANCHES};
+    static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &COPY, &SEARCH, &BRANCHES};
     for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
         if (!strcmp(ways[k]->name, name)) return ways[k];
     }

@@ -23,6 +23,7 @@ import json, sys
 from pathlib import Path
 import numpy as np
 import ulna
+from ulna.drivers import placing
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
 from ulna.planning.averaged import timed_path
@@ -37,6 +38,7 @@ for kind in ("float32", "float64"):
 ulna.PointCloud(np.arange(3000.0).reshape(-1, 3), 0.01).thinned(1.0)  # its table has to grow
 for k in range(80):
     mixed.add(f"ball {k}", ulna.Sphere(0.01) if k % 2 else ulna.Cylinder(0.01, 0.1), ulna.pose((0.5, 0.02 * k, 0.4)))
+placing.copy_exact(np.eye(4), np.empty((4, 4)))  # which only a wheel calls
 floor = ulna.HalfSpace()
 mixed.add("floor", floor, ulna.pose((0, 0, -0.1)))
 hull = panda.with_attached("tool", ulna.ConvexMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]), np.eye(4))

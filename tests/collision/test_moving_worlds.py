@@ -9,6 +9,8 @@ import pytest
 import ulna
 from ulna.collision import object_tables
 from ulna.collision.object_tables import MOST_UNINDEXED
+from ulna.description.pose import as_one_pose
+from ulna.drivers import placing
 from ulna.errors import InputError, UnknownNameError
 
 LINKS = [(), ("panda_link0", "panda_link1"), ("panda_link7", "panda_link8"), ("cup",)]
@@ -193,6 +195,24 @@ def test_a_rounded_rotation_is_made_orthonormal_and_an_exact_one_is_kept():
     world.move("a", T)
     R = world.pose("a")[:3, :3]
     np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-15)
+
+
+@pytest.mark.parametrize("fault", [0.0, 1e-16, 3e-15, 7e-15, 1e-12, 1e-5, -1.0, 2e6, np.nan, np.inf])
+@pytest.mark.parametrize("place", [(0, 0), (2, 1), (1, 3), (3, 2), (3, 3)])
+def test_a_pose_is_copied_by_machine_code_only_where_it_is_kept_as_it_is(rng, place, fault):
+    for T in [np.eye(4), *ulna.pose(rng.uniform(-1, 1, (50, 3)), rng.uniform(-3, 3, (50, 3)))]:
+        T[place] += fault
+        out = np.full((4, 4), 7.0)
+        if placing.copy_exact(T, out):
+            assert np.array_equal(out, as_one_pose(T))
+            assert np.array_equal(out[:3], T[:3])
+        else:
+            assert (out == 7.0).all()
+            assert fault not in (0.0, 1e-16)
+
+
+def test_a_reflection_is_not_copied_by_machine_code():
+    assert not placing.copy_exact(np.diag([1.0, 1.0, -1.0, 1.0]), np.empty((4, 4)))
 
 
 @pytest.mark.parametrize("n_more", [0, 2 * MOST_UNINDEXED])

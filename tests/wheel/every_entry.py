@@ -20,6 +20,7 @@ import ulna
 import ulna.robot
 import ulna.viewer.film.painter
 import ulna.viewer.film.recording as film
+from ulna.collision import world as worlds
 from ulna.drivers import DRIVERS
 from ulna.engine import threads
 from ulna.engine.entries import ready
@@ -91,6 +92,8 @@ def ask():
     )
     for one, target in zip(q[:200], targets[:200], strict=True):
         panda.forward_kinematics(one), panda.inverse_kinematics(target), panda.inverse_kinematics(target, one + 0.1)
+    for target in targets:
+        worlds.placing.copy_exact(target, np.zeros((4, 4)))
     panda.inverse_kinematics(targets)
     for method in ("jacobian_transpose", "pseudo_inverse", "damped_least_squares"):
         panda.inverse_kinematics(targets[:200], q[:200] + 0.05, method=method)

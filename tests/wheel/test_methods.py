@@ -86,6 +86,29 @@ def test_a_world_that_has_changed_is_asked_again(panda, crate):
         assert type(near) is (bool if ask.__name__ == "in_collision" else float)
 
 
+@pytest.mark.parametrize("more", [(), ("ball",)])
+def test_an_object_that_moves_is_found_by_the_entry_that_was_bound_before(panda, crate, more):
+    """Its scene is the same but for the rows of the table; a list takes Python's own way, which binds another."""
+    for name in more:  # not only boxes
+        crate.add(name, ulna.Sphere(0.05), ulna.pose((0, 0.5, 0.5)))
+    q, rng, other, before, answers = panda.home, np.random.default_rng(5), ulna.load("panda"), crate.snapshot(), []
+    at_first = other.signed_distance(q, before)
+    panda.in_collision(q, crate), panda.signed_distance(q, crate)
+    bound = panda._checker.prebound[0]
+    for T in [panda.forward_kinematics(q), *ulna.pose(rng.uniform(-0.8, 0.8, (50, 3)), rng.uniform(-3, 3, (50, 3)))]:
+        crate.move("crate", T)
+        answers.append((panda.in_collision(q, crate), panda.signed_distance(q, crate)))
+        assert panda._checker.prebound[0] is bound
+        fresh = ulna.World()
+        fresh.add_many(crate.items())
+        assert answers[-1] == (other.in_collision(q.tolist(), fresh), other.signed_distance(q.tolist(), fresh))
+    assert {touches for touches, _ in answers} == {True, False}
+    assert panda.signed_distance(q.tolist(), crate) == answers[-1][1]
+    crate.move("crate", panda.forward_kinematics(q))
+    assert panda.signed_distance(q.tolist(), crate) == answers[0][1]
+    assert panda.signed_distance(q, before) == at_first
+
+
 def test_objects_that_links_may_touch_are_checked_as_in_python(panda, crate):
     q = panda.home
     assert not panda.in_collision(q, crate)

@@ -64,6 +64,7 @@ from ulna.kinematics.tree import Tree
 Array = NDArray[np.float64]
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
+_A_RESOLUTION = f"a length of at least {LEAST_RESOLUTION:g} m"
 _NOTHING_BOUND = False, None, None, None
 _NO_LAST_SCENE: tuple[Any, ...] = None, None, None
 _TOUCHES, _NEAREST = 2, 3  # places in Checker.prebound[0]
@@ -178,7 +179,7 @@ class Checker:
 
     def _nearest(self, q: Array, scene: Scene, threads: int | None) -> Array:
         """The nearest pair of each row of q (``kernels.collision.nearest``), shape (n, NEAREST_WIDTH)."""
-        rows = q[None] if q.ndim == 1 else flat(q)
+        rows = flat(q)
         found = np.empty((len(rows), NEAREST_WIDTH))
         if not _in_parts(partial(nearest.nearest_batch, *scene), (rows, found), threads):
             refuse_out_of_range(q)
@@ -195,9 +196,8 @@ class Checker:
         """The gradient of the least signed distance [m/rad or 1], shape (..., n_dof)."""
         scene, q = self.scene_of(world, self_collision), as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
-        pairs, of_rows = self._nearest(q, scene, threads)[:, BODY:].astype(np.int64), gradient.reshape(rows.shape)
-        all_contacts = np.empty((len(pairs), CONTACT_WIDTH))
-        arrays = for_kernel(rows), pairs, all_contacts, of_rows
+        pairs = self._nearest(q, scene, threads)[:, BODY:].astype(np.int64)
+        arrays = for_kernel(rows), pairs, np.empty((len(pairs), CONTACT_WIDTH)), flat(gradient)
         _in_parts(lambda q, *rest: contacts.contacts_each(*scene, q, np.arange(len(q)), *rest), arrays, threads)
         return gradient
 
@@ -211,7 +211,7 @@ class Checker:
         threads: int | None = None,
     ) -> EdgeReport:
         """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each."""
-        resolution = as_number("resolution", resolution, LEAST_RESOLUTION, f"a length of at least {LEAST_RESOLUTION:g} m")
+        resolution = as_number("resolution", resolution, LEAST_RESOLUTION, _A_RESOLUTION)
         scene = self.scene_of(world, self_collision)
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
         one = starts.ndim == ends.ndim == 1

@@ -101,22 +101,16 @@ class ObjectTables:
         changed: the names of those that are others than at the last call, and whether more of them than the pose is.
         """
         with self._arena.lock:
-            layout, alone = self._layout, self._alone
-            if layout is None or not self._only_moved(changed) or not self._arena.has_room(len(alone), 0, 0):
-                layout = self._layout = self._laid_out(changed, shapes, poses, touch_links)
-            else:
+            layout, alone, arena = self._layout, self._alone, self._arena
+            only_moved = changed.keys() <= alone.keys() and not any(changed.values())
+            if layout is not None and only_moved and arena.n_rows + len(alone) <= len(arena.table):
                 for name in changed:
                     self._rows[alone[name], :12] = poses[name].ravel()[:12]
-            arena = self._arena
+            else:
+                layout = self._layout = self._laid_out(changed, shapes, poses, touch_links)
+                arena = self._arena
             first = arena.add_rows(self._rows[: len(self._alone)])
             return Objects(layout, first, arena.n_rows)
-
-    def _only_moved(self, changed: Mapping[str, bool]) -> bool:
-        """Whether all that has changed is where some objects are that are tested alone."""
-        for name, remade in changed.items():
-            if remade or name not in self._alone:
-                return False
-        return True
 
     def _laid_out(
         self,

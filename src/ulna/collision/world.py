@@ -1,7 +1,8 @@
 """Holds the world around a robot: named shapes with poses in its base frame."""
 
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +14,9 @@ from ulna.collision.objects import Objects
 from ulna.description.arrays import as_number
 from ulna.description.given_names import as_link_names, refuse_no_name
 from ulna.description.pose import as_one_pose, as_pose, orthonormal
-from ulna.engine.bound import Seen
+from ulna.drivers import placing
+from ulna.engine.ahead import extension
+from ulna.engine.bound import Seen, bind
 from ulna.errors import GeometryError, InputError, UnknownNameError
 
 _MOST_SHOWN = 6  # objects
@@ -83,7 +86,7 @@ class World(Seen):
         """
         _refuse_unsolid(name, shape)
         refuse_no_name(name)
-        T, links = as_one_pose(np.eye(4) if pose is None else pose, "pose"), as_link_names(touch_links)
+        T, links = _placed()(np.eye(4) if pose is None else pose), as_link_names(touch_links)
         fastest = None if speed is None else as_number("speed", speed, 0.0, "a speed [m/s] of at least 0")
         with self._lock:
             if name in self._shapes:
@@ -138,7 +141,7 @@ class World(Seen):
             InputError: The pose is not a rigid motion.
             UnknownNameError: There is no such object.
         """
-        T = as_one_pose(pose, "pose")
+        T = _placed()(pose)
         with self._lock:
             self._known(name)
             self._moved(name, T)
@@ -304,10 +307,11 @@ class World(Seen):
                 tables, self._tables = self._tables, None  # if this is interrupted, all of it is laid out the next time
                 changed = dict.fromkeys(self._shapes, True) if tables is None else self._changed
                 tables = tables or ObjectTables()
-                self._objects = tables.updated(changed, self._shapes, self._poses, self._touch_links)
-                self._objects.moving = tables.moving(self._speeds, self._counts, self._poses)
-                self._objects.n_changes = self._n_changes
-                self._tables, self._changed = tables, {}
+                objects = tables.updated(changed, self._shapes, self._poses, self._touch_links)
+                objects.n_changes = self._n_changes
+                if self._speeds:
+                    objects.moving = tables.moving(self._speeds, self._counts, self._poses)
+                self._objects, self._tables, self._changed = objects, tables, {}
             return self._objects
 
     def _moved(self, name: str, T: NDArray[np.float64]) -> None:
@@ -357,6 +361,14 @@ def refuse_no_world(world: object) -> None:
     """
     if world is not None and not isinstance(world, World):
         raise InputError("world", f"{type(world).__name__}; an ulna.World is expected")
+
+
+@cache
+def _placed() -> Callable[[ArrayLike], NDArray[np.float64]]:
+    """``as_one_pose`` of the argument ``pose``, in C if the extension is there; without it no compiler is loaded for it."""
+    in_python = partial(as_one_pose, name="pose")
+    in_c = None if extension() is None else bind(placing.copy_exact, "copy", (), 4, (4, 4), in_python)
+    return in_c or in_python
 
 
 def _refuse_unsolid(name: str, shape: object) -> None:

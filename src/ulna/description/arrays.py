@@ -44,6 +44,8 @@ def as_number(
     most: float = _LARGEST,
 ) -> float:
     """A number from ``least`` to ``most``, or above ``least``; infinite only if that is the most."""
+    if type(value) is float and least < value <= most:
+        return value  # the most frequent case, in a fourth of the time
     try:
         number = float(value) if isinstance(value, (float, int, Real)) and not isinstance(value, bool) else np.nan
     except OverflowError:  # a whole number above every float

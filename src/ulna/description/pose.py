@@ -8,10 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.errors import InputError
-from ulna.kernels.layout import LARGEST, LARGEST_DEFECT
+from ulna.kernels.layout import EXACT_DEFECT, LARGEST, LARGEST_DEFECT
 
-_ROUNDING = 1e-14
-_EXACT = _ROUNDING / 2  # so that no rounding of a sum makes a difference
+_ROUNDING = 2 * EXACT_DEFECT
 
 
 def pose(xyz: ArrayLike = (0.0, 0.0, 0.0), rpy: ArrayLike | None = None, *, wxyz: ArrayLike | None = None) -> NDArray[np.float64]:
@@ -158,12 +157,12 @@ def _is_exact(T: NDArray[np.float64]) -> bool:
         and -LARGEST <= y <= LARGEST
         and -LARGEST <= z <= LARGEST
         and last == [0.0, 0.0, 0.0, 1.0]
-        and abs(a * a + b * b + c * c - 1.0) < _EXACT
-        and abs(d * d + e * e + f * f - 1.0) < _EXACT
-        and abs(g * g + h * h + i * i - 1.0) < _EXACT
-        and abs(a * d + b * e + c * f) < _EXACT
-        and abs(a * g + b * h + c * i) < _EXACT
-        and abs(d * g + e * h + f * i) < _EXACT
+        and abs(a * a + b * b + c * c - 1.0) < EXACT_DEFECT
+        and abs(d * d + e * e + f * f - 1.0) < EXACT_DEFECT
+        and abs(g * g + h * h + i * i - 1.0) < EXACT_DEFECT
+        and abs(a * d + b * e + c * f) < EXACT_DEFECT
+        and abs(a * g + b * h + c * i) < EXACT_DEFECT
+        and abs(d * g + e * h + f * i) < EXACT_DEFECT
         and a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0.0
     )
 

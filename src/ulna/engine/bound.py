@@ -46,11 +46,12 @@ else:
     Quick, Called, Seen = extension().Quick, extension().Called, extension().Seen
 
 
-Way = Literal["pose", "truth", "number", "search", "branches"]
+Way = Literal["pose", "truth", "number", "copy", "search", "branches"]
 """What a bound function takes and returns (native/ways.c).
 
 ``pose``: ``f(q, out=None, threads=None)``, an array of the shape ``numbers``. ``truth``: ``f(q)``, False or True for the two
-codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``search``: ``f(target, seed)``,
+codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``copy``: ``f(T)``, an array of the
+shape ``numbers``, as T is. ``search``: ``f(target, seed)``,
 q and the ``numbers[0]`` numbers about it, or None if there is no solution. ``branches``: ``f(target)``, q of shape
 (``numbers[0]``, n), which of them are within the limits, which are real, and a code below ``numbers[1]``; or None.
 """

@@ -45,4 +45,5 @@ SPHERE, CAPSULE, BOX, CYLINDER, HULL, HALF_SPACE = 0, 1, 2, 3, 4, 5  # a pair is
 CONTACT = 1e-12  # of the sizes of two bodies, added up: no farther apart than this they touch, and their distance is zero
 IN_BASE, IN_LINK, IN_SPATIAL = 0, 1, 2  # the frames in which a Jacobian may be expressed
 LARGEST_DEFECT = 1e-6  # of a pose that comes in from a rigid motion
+EXACT_DEFECT = 5e-15  # of a pose that is kept as it is: half of what makes it be rounded, so that no sum's own rounding counts
 LARGEST = 1e6  # of a joint position or a coordinate: beyond it sincos' range reduction, and the caller's own number, lose digits
