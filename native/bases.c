@@ -2,7 +2,7 @@
 
     Quick    of a robot: the tables of its prebound entries, and room for what the two functions called most are bound to.
     Called   of a function of q: ``in_c``, a bound function or None; a call of the object is a call of it, or of ``self._validated``.
-    Seen     of a world: ``_objects``, its objects as tables, None while they have changed.
+    Seen     of a world: ``_objects``, its objects as tables, None while they have changed (method.c then calls ``objects()``).
 */
 #include "bases.h"
 

@@ -38,7 +38,10 @@ if TYPE_CHECKING or extension() is None:
         """A bound function, or None."""
 
     class Seen:
-        """What a world inherits: in C, methods of a robot read its ``_objects``, None while they have changed."""
+        """What a world inherits: in C, methods of a robot read its ``_objects``; None while they have changed, then ``objects()``.
+
+        Where these have the ``layout`` of the last scene's, its entries are called with their rows, ``first`` to before ``end``.
+        """
 
         __slots__ = ("_objects",)
 
@@ -51,9 +54,9 @@ Way = Literal["pose", "truth", "number", "copy", "search", "branches"]
 
 ``pose``: ``f(q, out=None, threads=None)``, an array of the shape ``numbers``. ``truth``: ``f(q)``, False or True for the two
 codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``copy``: ``f(T)``, an array of the
-shape ``numbers``, as T is. ``search``: ``f(target, seed)``,
-q and the ``numbers[0]`` numbers about it, or None if there is no solution. ``branches``: ``f(target)``, q of shape
-(``numbers[0]``, n), which of them are within the limits, which are real, and a code below ``numbers[1]``; or None.
+shape ``numbers``, which T has too. ``search``: ``f(target, seed)``, q and the ``numbers[0]`` numbers about it, or None if there
+is no solution. ``branches``: ``f(target)``, q of shape (``numbers[0]``, n), which of them are within the limits, which are real,
+and a code below ``numbers[1]``; or None.
 """
 
 
