@@ -22,8 +22,9 @@ static int fits(Bound *bound, const Overload *overload, const Way *way) {
         kind += kinds_of(kind);
     }
     for (const char *axes = way->rest; *axes; axes++, kind++) {
-        int truths = *axes == 't', dimensions = truths ? 2 : *axes - '0';
-        if (kind->what != 'a' || kind->dimensions != dimensions || kind->type != (truths ? NPY_BOOL : NPY_DOUBLE)) return 0;
+        int dimensions = *axes == 't' ? 2 : *axes == 'i' ? 1 : *axes - '0';
+        int type = *axes == 't' ? NPY_BOOL : *axes == 'i' ? NPY_INT64 : NPY_DOUBLE;
+        if (*axes == 'd' ? kind->what != 'd' : kind->what != 'a' || kind->dimensions != dimensions || kind->type != type) return 0;
     }
     return 1;
 }
@@ -45,7 +46,7 @@ static int read_numbers(Bound *bound, const Way *way, PyObject *numbers) {
     for (int k = 0; k < way->n_numbers; k++) {
         bound->numbers[k] = PyNumber_AsSsize_t(PyTuple_GetItem(numbers, k), PyExc_OverflowError);
         if (PyErr_Occurred()) return -1;
-        int is_size = way != &TRUTH, in_scratch = way == &NUMBER || way == &BRANCHES;
+        int is_size = way != &TRUTH && way != &EDGE, in_scratch = way == &NUMBER || way == &BRANCHES;
         if (is_size && (bound->numbers[k] < 1 || (in_scratch && bound->numbers[k] > MOST_SCRATCH))) {
             return PyErr_SetString(PyExc_ValueError, "a size out of range"), -1;
         }

@@ -16,7 +16,8 @@ typedef PyObject *(*Call)(PyObject *, PyObject *const *, Py_ssize_t, PyObject *)
 typedef struct {
     const char *name;
     Call call;
-    const char *rest; /* what follows the leading arguments: arrays of float64, by their number of axes; 't': truths, 2 axes */
+    const char *rest; /* what follows the leading arguments: arrays of float64, by their number of axes; 't': truths, 2 axes;
+                         'i': whole numbers, 1 axis; 'd': a number */
     char result;
     int n_numbers;
 } Way;
@@ -37,7 +38,7 @@ typedef struct {
 
 extern PyType_Spec bound_spec;
 extern PyTypeObject *bound_type;
-extern const Way POSE, TRUTH, NUMBER, SEARCH, BRANCHES, COPY;
+extern const Way POSE, TRUTH, NUMBER, SEARCH, BRANCHES, COPY, EDGE;
 
 /* bind(entry, way, leading, n, numbers, otherwise): see bound.c. */
 PyObject *bind_entry(PyObject *module, PyObject *arguments);
@@ -50,6 +51,8 @@ PyObject *pose_of(Bound *bound, PyObject *q, PyObject *out);
 /* In the scene that is bound, or with other rows of its table, unless ``span`` is NULL. */
 PyObject *truth_of(Bound *bound, PyObject *q, const int64_t *span);
 PyObject *number_of(Bound *bound, PyObject *q, const int64_t *span);
+/* Whether the edge touches, how far it is free and a new array, q there; -1, with or without an exception: as with NULL above. */
+int edge_of(Bound *bound, PyObject *q_a, PyObject *q_b, double resolution, const int64_t *span, double *free_until, PyObject **q);
 /* 1 and two new arrays, 0 if there is no solution, -1 with an exception, -2 if Python must be asked. */
 int search_of(Bound *bound, PyObject *target, PyObject *seed, PyObject **q, PyObject **info);
 /* What is proved, and three new arrays that cannot be written to; -1, with or without an exception: as with NULL above. */

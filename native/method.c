@@ -1,4 +1,4 @@
-/* Partial application of entries: six methods of Robot in C. Each looks up the prebound entry for its arguments and calls it.
+/* Partial application of entries: seven methods of Robot in C. Each looks up the prebound entry for its arguments and calls it.
 
 Where there is none yet, or the arguments are others than a control loop passes, the method of the same name in Python is called: it
 binds the entry for the next time. A robot's prebound entries are in its five tables (bases.h; engine/bound.py, Quick):
@@ -7,7 +7,8 @@ binds the entry for the next time. A robot's prebound entries are in its five ta
     jacobian(q, *, link=None, out=None)                     JACOBIANS[link]; the same
     in_collision(q, world=None, *, self_collision=True)     SCENE[0], a tuple: the objects, self_collision, and for both methods
     signed_distance(q, world=None, *, self_collision=True)  an entry; the objects are those of ``Seen``, or None without a
-                                                            world; with others of the same layout the rows are put in place
+    edge_in_collision(q_a, q_b, world=None, *,              world; with others of the same layout the rows are put in place;
+                      self_collision=True)                  of edges a tuple: the entry, the class of the result, a resolution
     inverse_kinematics(T, q_seed=None, *, link=None)        SEARCHES[link]: see below
     all_solutions(T, *, link=None)                          BRANCHED[link]: see below
 */
@@ -17,18 +18,22 @@ binds the entry for the next time. A robot's prebound entries are in its five ta
 
 #include "bases.h"
 
-enum { FORWARD, JACOBIAN, IN_COLLISION, DISTANCE, INVERSE, SOLUTIONS, N_METHODS };
+enum { FORWARD, JACOBIAN, IN_COLLISION, DISTANCE, EDGES, INVERSE, SOLUTIONS, N_METHODS };
+
+/* What SCENE[0] has; behind the first two what each of the methods is bound to. */
+enum { OBJECTS_OF_SCENE, ITSELF_OF_SCENE, TOUCHES_OF_SCENE, NEAREST_OF_SCENE, EDGE_OF_SCENE, N_PARTS_OF_SCENE };
 
 static PyObject *in_python[N_METHODS]; /* the methods of the same name in Python */
 
 /* Names of arguments and of the fields of a result, interned. */
-static PyObject *OUT, *LINK, *SEED, *WORLD, *ITSELF, *Q, *INFO, *VALID, *REAL, *PROOF, *OBJECTS, *LAYOUT, *FIRST, *END;
+static PyObject *OUT, *LINK, *SEED, *WORLD, *ITSELF, *Q, *INFO, *VALID, *REAL, *PROOF, *OBJECTS, *LAYOUT, *FIRST, *END, *TOUCHES, *FREE_UNTIL;
 
 int make_names(void) {
     const struct { PyObject **place; const char *name; } all[] = {
         {&OUT, "out"}, {&LINK, "link"}, {&SEED, "q_seed"}, {&WORLD, "world"}, {&ITSELF, "self_collision"},
         {&Q, "q"}, {&INFO, "info"}, {&VALID, "valid"}, {&REAL, "real"}, {&PROOF, "proof"},
         {&OBJECTS, "objects"}, {&LAYOUT, "layout"}, {&FIRST, "first"}, {&END, "end"},
+        {&TOUCHES, "in_collision"}, {&FREE_UNTIL, "free_until"},
     };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
         if (!(*all[k].place = PyUnicode_InternFromString(all[k].name))) return -1;
@@ -43,13 +48,13 @@ static PyObject *entry_of(PyObject *self, int table, PyObject *key) {
     return Py_XNewRef(found);
 }
 
-/* An object of a class whose fields are those given, and some new ones: n names, each with its value. */
+/* An object of a class whose fields are those given (none if NULL), and some new ones: n names, each with its value. */
 static PyObject *made(PyObject *class, PyObject *fields, int n, PyObject *const *names, PyObject *const *values) {
     PyObject *object = PyType_GenericAlloc((PyTypeObject *)class, 0), *name, *value;
     for (int k = 0; object && k < n; k++) {
         if (PyObject_GenericSetAttr(object, names[k], values[k])) Py_CLEAR(object);
     }
-    for (Py_ssize_t place = 0; object && PyDict_Next(fields, &place, &name, &value);) {
+    for (Py_ssize_t place = 0; object && fields && PyDict_Next(fields, &place, &name, &value);) {
         if (PyObject_GenericSetAttr(object, name, value)) Py_CLEAR(object);
     }
     return object;
@@ -122,8 +127,8 @@ static int read_span(PyObject *objects, PyObject *others, int64_t *span) {
 static PyObject *of_scene(int place, PyObject *self, PyObject *objects, PyObject *itself, int64_t *span, int *moved) {
     PyObject *list = ((Quick *)self)->tables[SCENE], *scene = NULL, *function = NULL;
     if (list && PyList_Size(list) == 1) scene = Py_NewRef(PyList_GetItem(list, 0));
-    if (scene && PyTuple_Check(scene) && PyTuple_Size(scene) == 4 && itself == PyTuple_GetItem(scene, 1)) {
-        PyObject *bound_to = PyTuple_GetItem(scene, 0);
+    if (scene && PyTuple_Check(scene) && PyTuple_Size(scene) == N_PARTS_OF_SCENE && itself == PyTuple_GetItem(scene, ITSELF_OF_SCENE)) {
+        PyObject *bound_to = PyTuple_GetItem(scene, OBJECTS_OF_SCENE);
         *moved = objects != bound_to;
         if (!*moved || read_span(objects, bound_to, span)) {
             function = Py_NewRef(PyTuple_GetItem(scene, place));
@@ -133,25 +138,65 @@ static PyObject *of_scene(int place, PyObject *self, PyObject *objects, PyObject
     return function;
 }
 
-static PyObject *about_collision(int which, PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    PyObject *given[3] = {n > 0 ? arguments[0] : NULL, n > 1 ? arguments[1] : Py_None, Py_True};
+/* Reads the arguments of a question whose first n_q are configurations: then a world, and by name that or self_collision. 0 if there
+   are others, which Python reads. */
+static int read_question(int n_q, PyObject *const *arguments, Py_ssize_t n, PyObject *names, PyObject **world, PyObject **itself) {
     Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
-    int plain = n == 1 || n == 2, moved = 0;
-    Span span;
-    for (Py_ssize_t k = 0; k < n_names && plain; k++) {
+    if (n != n_q && n != n_q + 1) return 0;
+    *world = n > n_q ? arguments[n_q] : Py_None;
+    *itself = Py_True;
+    for (Py_ssize_t k = 0; k < n_names; k++) {
         PyObject *name = PyTuple_GetItem(names, k);
-        int place = name == WORLD ? 1 : name == ITSELF ? 2 : 0;
-        plain = place >= n;
-        if (plain) given[place] = arguments[n + k];
+        if (name == WORLD && n == n_q) *world = arguments[n + k];
+        else if (name == ITSELF) *itself = arguments[n + k];
+        else return 0;
     }
-    PyObject *objects = plain ? objects_of(given[1]) : NULL, *result = NULL;
-    PyObject *function = objects ? of_scene(which == DISTANCE ? 3 : 2, self, objects, given[2], span, &moved) : NULL;
+    return 1;
+}
+
+static PyObject *about_collision(int which, PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    PyObject *world, *itself, *result = NULL;
+    int moved = 0, place = which == DISTANCE ? NEAREST_OF_SCENE : TOUCHES_OF_SCENE;
+    Span span;
+    PyObject *objects = read_question(1, arguments, n, names, &world, &itself) ? objects_of(world) : NULL;
+    PyObject *function = objects ? of_scene(place, self, objects, itself, span, &moved) : NULL;
     Bound *bound = function ? bound_of(function, which == DISTANCE ? &NUMBER : &TRUTH) : NULL;
-    if (bound) result = (which == DISTANCE ? number_of : truth_of)(bound, given[0], moved ? span : NULL);
+    if (bound) result = (which == DISTANCE ? number_of : truth_of)(bound, arguments[0], moved ? span : NULL);
     Py_XDECREF(function);
     Py_XDECREF(objects);
     if (result || PyErr_Occurred()) return result;
     return call_with(in_python[which], self, arguments, n, names);
+}
+
+/* The report of an edge; NULL without an exception if Python must be asked. ``parts``: the entry, the class, the resolution. */
+static PyObject *report_of(PyObject *parts, PyObject *q_a, PyObject *q_b, const int64_t *span) {
+    PyObject *q, *result = NULL;
+    double free_until;
+    Bound *bound = PyTuple_Check(parts) && PyTuple_Size(parts) == 3 ? bound_of(PyTuple_GetItem(parts, 0), &EDGE) : NULL;
+    double resolution = bound ? PyFloat_AsDouble(PyTuple_GetItem(parts, 2)) : 0.0;
+    int touches = bound ? edge_of(bound, q_a, q_b, resolution, span, &free_until, &q) : -1;
+    if (touches < 0) return NULL;
+    PyObject *fraction = PyFloat_FromDouble(free_until);
+    if (fraction) {
+        result = made(PyTuple_GetItem(parts, 1), NULL, 3, (PyObject *[]){TOUCHES, FREE_UNTIL, Q},
+                      (PyObject *[]){touches ? Py_True : Py_False, fraction, q});
+    }
+    Py_XDECREF(fraction);
+    Py_DECREF(q);
+    return result;
+}
+
+static PyObject *edge_in_collision(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    PyObject *world, *itself, *result = NULL;
+    int moved = 0;
+    Span span;
+    PyObject *objects = read_question(2, arguments, n, names, &world, &itself) ? objects_of(world) : NULL;
+    PyObject *parts = objects ? of_scene(EDGE_OF_SCENE, self, objects, itself, span, &moved) : NULL;
+    if (parts) result = report_of(parts, arguments[0], arguments[1], moved ? span : NULL);
+    Py_XDECREF(parts);
+    Py_XDECREF(objects);
+    if (result || PyErr_Occurred()) return result;
+    return call_with(in_python[EDGES], self, arguments, n, names);
 }
 
 static PyObject *in_collision(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
@@ -239,6 +284,7 @@ static const struct { const char *name; Call call; } methods[N_METHODS] = {
     [JACOBIAN] = {"jacobian", jacobian},
     [IN_COLLISION] = {"in_collision", in_collision},
     [DISTANCE] = {"signed_distance", signed_distance},
+    [EDGES] = {"edge_in_collision", edge_in_collision},
     [INVERSE] = {"inverse_kinematics", inverse_kinematics},
     [SOLUTIONS] = {"all_solutions", all_solutions},
 };

@@ -1,8 +1,10 @@
-/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are six:
+/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are seven:
 
     pose      f(q, out=None, threads=None)  entry(*leading, q, out) -> bool; an array of the shape ``numbers``
     truth     f(q)                          entry(*leading, q) -> int; False or True for the two codes in ``numbers``
     number    f(q)                          entry(*leading, q[None], scratch) -> bool; the first of as many as ``numbers`` says
+    edge      f(q_a, q_b, resolution)       entry(*leading, q_a[None], q_b[None], resolution, status, free) -> bool; whether it touches,
+                                            for the two codes in ``numbers``, how far it is free, and q there
     copy      f(T)                          entry(*leading, T, out) -> bool; an array of the shape ``numbers``, which T has too
     search    f(target, seed)               entry(*leading, target, seed, q, info) -> bool; q and info, of as many as ``numbers`` says,
                                             or None if there is no solution
@@ -70,7 +72,7 @@ static int64_t *slots_of_scene(Bound *bound, int64_t *copy, const int64_t *span)
     return copy;
 }
 
-/* ---- the six ways ---- */
+/* ---- the seven ways ---- */
 
 PyObject *pose_of(Bound *bound, PyObject *q, PyObject *out) {
     int64_t copy[MOST_SLOTS], good;
@@ -110,6 +112,22 @@ PyObject *number_of(Bound *bound, PyObject *q, const int64_t *span) {
     put_matrix(put_matrix(slots + bound->n_slots, data_of(q), 1, bound->n), scratch, 1, bound->numbers[0]);
     if (run_machine_code(bound->entry, bound->overload, slots, &good) || !good) return NULL;
     return PyFloat_FromDouble(scratch[0]);
+}
+
+int edge_of(Bound *bound, PyObject *q_a, PyObject *q_b, double resolution, const int64_t *span, double *free_until, PyObject **q) {
+    int64_t copy[MOST_SLOTS], good, status[1] = {0};
+    npy_intp n = bound->n;
+    if (!is_vector(q_a, n) || !is_vector(q_b, n)) return -1;
+    int64_t *slots = slots_of_scene(bound, copy, span), *next = put_matrix(slots + bound->n_slots, data_of(q_a), 1, n);
+    next = put_matrix(next, data_of(q_b), 1, n);
+    memcpy(next, &resolution, sizeof resolution);
+    put_vector(put_vector(next + 1, status, 1), free_until, 1);
+    if (run_machine_code(bound->entry, bound->overload, slots, &good) || !good) return -1;
+    if (status[0] != bound->numbers[0] && status[0] != bound->numbers[1]) return -1;
+    if (!(*q = new_array(1, n, 0))) return -1;
+    const double *a = data_of(q_a), *b = data_of(q_b);
+    for (npy_intp k = 0; k < n; k++) ((double *)data_of(*q))[k] = a[k] + *free_until * (b[k] - a[k]); /* not contracted: hatch_build */
+    return status[0] == bound->numbers[1];
 }
 
 static PyObject *copy_of(Bound *bound, PyObject *T) {
@@ -214,6 +232,16 @@ static PyObject *call_number(PyObject *self, PyObject *const *arguments, Py_ssiz
     return or_in_python(!names && n == 1 ? number_of(bound, arguments[0], NULL) : NULL, bound, arguments, n, names);
 }
 
+static PyObject *call_edge(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
+    Bound *bound = (Bound *)self;
+    PyObject *q;
+    double free_until;
+    int touches = !names && n == 3 && PyFloat_Check(arguments[2])
+        ? edge_of(bound, arguments[0], arguments[1], PyFloat_AsDouble(arguments[2]), NULL, &free_until, &q) : -1;
+    if (touches < 0) return or_in_python(NULL, bound, arguments, n, names);
+    return Py_BuildValue("NdN", PyBool_FromLong(touches), free_until, q);
+}
+
 static PyObject *call_copy(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
     Bound *bound = (Bound *)self;
     return or_in_python(!names && n == 1 ? copy_of(bound, arguments[0]) : NULL, bound, arguments, n, names);
@@ -242,12 +270,13 @@ static PyObject *call_branches(PyObject *self, PyObject *const *arguments, Py_ss
 const Way POSE = {"pose", call_pose, "12", 'b', 2};
 const Way TRUTH = {"truth", call_truth, "1", 'i', 2};
 const Way NUMBER = {"number", call_number, "22", 'b', 1};
+const Way EDGE = {"edge", call_edge, "22di1", 'b', 2};
 const Way COPY = {"copy", call_copy, "22", 'b', 2};
 const Way SEARCH = {"search", call_search, "2122", 'b', 1};
 const Way BRANCHES = {"branches", call_branches, "22t", 'i', 2};
 
 const Way *way_of(const char *name) {
-    static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &COPY, &SEARCH, &BRANCHES};
+    static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &EDGE, &COPY, &SEARCH, &BRANCHES};
     for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
         if (!strcmp(ways[k]->name, name)) return ways[k];
     }

@@ -63,13 +63,14 @@ def questions(panda):
         "jacobian": panda._jacobian[None],
         "touches": lambda *arguments: panda.in_collision(arguments[0], world),
         "distance": lambda *arguments: panda.signed_distance(arguments[0], world),
+        "edge": lambda *arguments: panda.edge_in_collision(*arguments[:2], world),
         "copy": lambda *arguments: world.move("crate", arguments[0]),
         "search": lambda *arguments: panda.inverse_kinematics(*arguments[:2]),
         "branches": lambda *arguments: ur5.all_solutions(*arguments[:2]),
     }
 
 
-@pytest.mark.parametrize("name", ["pose", "jacobian", "touches", "distance", "copy", "search", "branches"])
+@pytest.mark.parametrize("name", ["pose", "jacobian", "touches", "distance", "edge", "copy", "search", "branches"])
 def test_a_bound_function_takes_or_refuses_any_argument(name, panda):
     function, rng = questions(panda)[name], np.random.default_rng(2)
     for _ in range(1500):
@@ -154,7 +155,7 @@ def test_an_entry_needs_a_name_its_machine_code_and_a_result(arguments):
 
 NONSENSE = {
     0: [len, None, _calls.make_entry],
-    1: ["truth", "number", "copy", "search", "branches", "dance", None],
+    1: ["truth", "number", "edge", "copy", "search", "branches", "dance", None],
     2: [(), (7,), (7, 7), (None, 7, 7), [], None],
     3: [0, -1, 2**70, None],
     4: [(), (4,), (0, 4), (4, 2**70), ("a", 4), (4, 4, 4), None],

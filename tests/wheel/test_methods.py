@@ -12,6 +12,7 @@ import pytest
 import ulna
 
 METHODS = "forward_kinematics", "jacobian", "inverse_kinematics", "all_solutions", "in_collision", "signed_distance"
+FIRST = {"inverse_kinematics": "T", "all_solutions": "T", "edge_in_collision": "q_a"}  # the first argument, where it is not q
 
 
 @pytest.fixture
@@ -21,12 +22,12 @@ def crate():
     return world
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("name", [*METHODS, "edge_in_collision"])
 def test_a_method_in_c_has_the_signature_and_the_docstring_of_the_one_in_python(name, panda):
     method = getattr(ulna.Robot, name)
     assert type(method) is type(str.join)
     signature = inspect.signature(method)
-    assert list(signature.parameters)[:2] == ["self", "T" if name in {"inverse_kinematics", "all_solutions"} else "q"]
+    assert list(signature.parameters)[:2] == ["self", FIRST.get(name, "q")]
     assert signature.parameters["threads"].kind is inspect.Parameter.KEYWORD_ONLY
     assert "\nArgs:\n" in inspect.getdoc(method)
     assert "\nRaises:\n" in inspect.getdoc(method)
@@ -107,6 +108,32 @@ def test_an_object_that_moves_is_found_by_the_entry_that_was_bound_before(panda,
     crate.move("crate", panda.forward_kinematics(q))
     assert panda.signed_distance(q.tolist(), crate) == answers[0][1]
     assert panda.signed_distance(q, before) == at_first
+
+
+def test_an_edge_in_c_has_the_report_of_python_bit_for_bit(panda, crate):
+    rng, other, outcomes = np.random.default_rng(6), ulna.load("panda"), set()
+    for q_a, way in zip(panda.random(60, seed=7), rng.normal(size=(60, 7)), strict=True):
+        q_b = q_a + 0.3 * way
+        crate.move("crate", ulna.pose(rng.uniform(-0.6, 0.6, 3), rng.uniform(-3, 3, 3)))
+        expected = other.edge_in_collision(q_a.tolist(), q_b.tolist(), crate)
+        for itself in ({}, {"self_collision": True}):
+            report = panda.edge_in_collision(q_a, q_b, world=crate, **itself)
+            assert type(report).__name__ == "EdgeReport"
+            assert (type(report.in_collision), type(report.free_until)) == (bool, float)
+            assert (report.in_collision, report.free_until, report.q.tobytes(), str(report)) == (
+                expected.in_collision, expected.free_until, expected.q.tobytes(), str(expected),
+            )  # fmt: skip
+        assert panda.edge_in_collision(q_a, q_b, crate, resolution=0.1).free_until <= 1.0
+        outcomes.add(report.in_collision)
+    assert outcomes == {True, False}
+    for wrong in (np.full(7, np.nan), np.full(7, 1e300), np.zeros(6)):
+        with pytest.raises(ulna.InputError, match=r"^q_b"):
+            panda.edge_in_collision(panda.home, wrong, crate)
+        with pytest.raises(ulna.InputError, match=r"^q_a"):
+            panda.edge_in_collision(wrong, panda.home, crate)
+    for arguments in ((), (panda.home,), (panda.home, panda.home, crate, True)):
+        with pytest.raises(TypeError, match="positional argument"):
+            panda.edge_in_collision(*arguments)
 
 
 def test_objects_that_links_may_touch_are_checked_as_in_python(panda, crate):

@@ -39,6 +39,7 @@ from ulna.kernels.collision.collision_layout import (
     BODY,
     CONTACT_WIDTH,
     EDGE_CONTACT,
+    EDGE_FREE,
     EDGE_OUT_OF_RANGE,
     FIRST_BALL,
     FREE,
@@ -64,10 +65,11 @@ from ulna.kinematics.tree import Tree
 Array = NDArray[np.float64]
 LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
+RESOLUTION = 1e-4  # [m], unless another is given
 _A_RESOLUTION = f"a length of at least {LEAST_RESOLUTION:g} m"
-_NOTHING_BOUND = False, None, None, None
+_NOTHING_BOUND = False, None, None, None, None
 _NO_LAST_SCENE: tuple[Any, ...] = None, None, None
-_TOUCHES, _NEAREST = 2, 3  # places in Checker.prebound[0]
+_TOUCHES, _NEAREST, _EDGE = 2, 3, 4  # places in Checker.prebound[0]
 _MOST_POINTS = 1 << 18  # of a cloud that are compared with the robot in one call of an entry
 
 
@@ -212,7 +214,13 @@ class Checker:
     ) -> EdgeReport:
         """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each."""
         resolution = as_number("resolution", resolution, LEAST_RESOLUTION, _A_RESOLUTION)
-        scene = self.scene_of(world, self_collision)
+        objects = _objects_of(world)
+        scene = self._scene(objects, self_collision)
+        self._of_scene(_EDGE, objects, self_collision, scene)  # the next call of one edge is one of C, where the extension is
+        return self._edges(scene, q_a, q_b, resolution, threads)
+
+    def _edges(self, scene: Scene, q_a: ArrayLike, q_b: ArrayLike, resolution: float, threads: int | None = None) -> EdgeReport:
+        """``edge_in_collision`` in Python."""
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
         one = starts.ndim == ends.ndim == 1
         batch, a, b = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
@@ -280,20 +288,24 @@ class Checker:
             owner_of_ball[start + compact_order(part.points)[place]] = owner_of_body[pairs[:, PAIR_BODY]]
         return names, owner_of_ball
 
-    def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: Scene) -> Callable[[ArrayLike], Any]:
-        """A function of q in the last scene, in C if the extension is there; made when it is first needed."""
+    def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: Scene) -> Any:
+        """What a question is bound to in the last scene, in C if the extension is there; made when it is first needed."""
         of = None if objects is NO_OBJECTS else objects
         last = self.prebound[0]
         if last[0] is not of or last[1] is not self_collision:
-            last = of, self_collision, None, None
+            last = of, self_collision, *_NOTHING_BOUND[2:]
         function: Any = last[place]
         if function is None:
             function = self._bound(place, scene)
-            self.prebound[0] = (*last[:2], function, last[3]) if place == _TOUCHES else (*last[:3], function)
+            self.prebound[0] = *last[:place], function, *last[place + 1 :]
         return function
 
-    def _bound(self, place: int, scene: Scene) -> Callable[[ArrayLike], Any]:
+    def _bound(self, place: int, scene: Scene) -> Any:
         n = self.tree.n_dof
+        if place == _EDGE:
+            in_python = partial(self._edges, scene)
+            in_c = bind(continuous.edges_each, "edge", tuple(scene), n, (EDGE_FREE, EDGE_CONTACT), in_python)
+            return in_c or in_python, EdgeReport, RESOLUTION
         if place == _TOUCHES:
             in_python = partial(self._any_touch, scene)
             in_c = bind(overlap.overlap_one, "truth", tuple(scene), n, (FREE, OVERLAPS), in_python)

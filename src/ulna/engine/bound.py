@@ -25,7 +25,8 @@ if TYPE_CHECKING or extension() is None:
                 forward: By link: the pose, a function made by ``bind``.
                 jacobian: By link: the Jacobian in the frame "base", a function made by ``bind``.
                 scene: One tuple: the objects of the last scene (None without a world), whether the robot itself is checked, and
-                    in this scene ``in_collision`` and ``signed_distance``, or None where that was not called yet.
+                    in this scene ``in_collision``, ``signed_distance`` and, with the class and the resolution of its reports,
+                    ``edge_in_collision``, or None where that was not called yet.
                 searches: By link: the parts of ``inverse_kinematics`` with default options (``native/method.c``).
                 solutions: By link: the parts of ``all_solutions`` with default options.
             """
@@ -38,7 +39,7 @@ if TYPE_CHECKING or extension() is None:
         """A bound function, or None."""
 
     class Seen:
-        """What a world inherits: in C, methods of a robot read its ``_objects``; None while they have changed, then ``objects()``.
+        """What a world inherits: in C, methods of a robot read its ``_objects``, or call ``objects()`` while these are None.
 
         Where these have the ``layout`` of the last scene's, its entries are called with their rows, ``first`` to before ``end``.
         """
@@ -49,14 +50,15 @@ else:
     Quick, Called, Seen = extension().Quick, extension().Called, extension().Seen
 
 
-Way = Literal["pose", "truth", "number", "copy", "search", "branches"]
+Way = Literal["pose", "truth", "number", "edge", "copy", "search", "branches"]
 """What a bound function takes and returns (native/ways.c).
 
 ``pose``: ``f(q, out=None, threads=None)``, an array of the shape ``numbers``. ``truth``: ``f(q)``, False or True for the two
-codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``copy``: ``f(T)``, an array of the
-shape ``numbers``, which T has too. ``search``: ``f(target, seed)``, q and the ``numbers[0]`` numbers about it, or None if there
-is no solution. ``branches``: ``f(target)``, q of shape (``numbers[0]``, n), which of them are within the limits, which are real,
-and a code below ``numbers[1]``; or None.
+codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``edge``: ``f(q_a, q_b,
+resolution)``, False or True for the two codes in ``numbers``, how far it is free, and q there. ``copy``: ``f(T)``, an array of
+the shape ``numbers``, which T has too. ``search``: ``f(target, seed)``, q and the ``numbers[0]`` numbers about it, or None if
+there is no solution. ``branches``: ``f(target)``, q of shape (``numbers[0]``, n), which of them are within the limits, which are
+real, and a code below ``numbers[1]``; or None.
 """
 
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.allowed import AllowedCollisions, as_allowed
 from ulna.collision.attached import Attached, attach, detach
-from ulna.collision.checker import Checker
+from ulna.collision.checker import RESOLUTION, Checker
 from ulna.collision.distances import Distances
 from ulna.collision.report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
@@ -959,7 +959,7 @@ class Robot(Quick):
         world: World | None = None,
         *,
         self_collision: bool = True,
-        resolution: float = 1e-4,
+        resolution: float = RESOLUTION,
         threads: int | None = None,
     ) -> EdgeReport:
         """Whether anything touches on the straight line from one configuration to another. Free holds for the whole line.
@@ -1436,7 +1436,8 @@ class Robot(Quick):
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
 
 
-put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "all_solutions", "in_collision", "signed_distance"))
+_ABOUT_COLLISION = "in_collision", "signed_distance", "edge_in_collision"
+put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "all_solutions", *_ABOUT_COLLISION))
 
 
 def _one_configuration(tree: Tree, home: ArrayLike) -> Array:
