@@ -157,11 +157,11 @@ def _drawn(
     axes *= np.sign(np.linalg.det(axes))
     if kind == "line":
         axes = ulna.Task.pointing(p_b - p_a).frame[:3, :3]
-        side, keep = LINE / np.sqrt(2), ulna.Keep.on_line(p_a, p_b, LINE, link=link)
+        side, keep = LINE / np.sqrt(2), ulna.Keep.on_line(p_a, p_b, within=LINE, link=link)
         return _problem(kind, scene, [q_a, q_b], link, _pose(p_a, axes), (side, side, inf), keep)
     T = _pose(p_a, axes)
     q_b = _at(robot, link, ulna.pose(p_b - axes[:, 2] * (axes[:, 2] @ (p_b - p_a))), q_b, "position")
-    return _problem(kind, scene, [q_a, q_b], link, T, (inf, inf, PLANE), ulna.Keep.in_plane(T, PLANE, link=link))
+    return _problem(kind, scene, [q_a, q_b], link, T, (inf, inf, PLANE), ulna.Keep.in_plane(T, within=PLANE, link=link))
 
 
 def _problem(kind, scene, ends, link, T, away, keep) -> tuple[ConstrainedProblem, list[Array]] | None:

@@ -168,7 +168,7 @@ def test_a_plan_its_motion_and_a_shorter_plan_keep_it_at_all_times(panda, world,
 def test_a_motion_flows_through_the_corners_of_a_tight_constraint(panda, world, seed):
     left, right = turned_about_the_base(panda)
     T = panda.forward_kinematics(left)
-    keep = ulna.Keep.in_plane(ulna.pose(T[:3, 3]), 1e-4)
+    keep = ulna.Keep.in_plane(ulna.pose(T[:3, 3]), within=1e-4)
     motion = panda.plan(left, right, world, keep=keep, seed=seed).trajectory(acceleration=5.0)
     assert motion.stops == 0
     assert motion.certified

@@ -36,7 +36,7 @@ def constraints(T, point):
     return {
         "together": ulna.Keep.together("a", "b", T=T, within=(0.1, 0.2)),
         "slack": ulna.Keep(ulna.Task((0.1, np.inf, 0.15, 0.4, 0.4, np.inf), axis=(1, 0, 1)), T=T),
-        "looking": ulna.Keep.looking_at(point, AXIS, within=0.3),
+        "looking": ulna.Keep.looking_at(point, axis=AXIS, within=0.3),
     }
 
 
@@ -102,7 +102,7 @@ def test_an_edge_along_which_the_link_passes_through_the_point_is_refused(case):
     robot, (link, _) = case
     q_a, q_b = np.random.default_rng(5).normal(scale=0.5, size=(2, robot.n_dof))
     T = seen(robot, 0.5 * (q_a + q_b), link, None)
-    report = robot.edge_keeps(q_a, q_b, ulna.Keep.looking_at(T[:3, 3], AXIS, within=3.0, link=link))
+    report = robot.edge_keeps(q_a, q_b, ulna.Keep.looking_at(T[:3, 3], axis=AXIS, within=3.0, link=link))
     assert not report.kept
     assert 1 < report.violation <= 1 / np.sin(1.5) + 0.002
 
@@ -249,12 +249,12 @@ def test_a_goal_where_the_hands_are_farther_apart_says_so(tray):
 def test_a_hand_keeps_looking_at_what_the_other_one_holds(tray):
     robot, world, start, goal = tray
     part = seen(robot, start, "right_ee", "left_ee")[:3, 3] + (0, 0, 0.3)
-    keep = ulna.Keep.looking_at(part, (0, 0, 1), within=0.2, link="right_ee", relative_to="left_ee")
+    keep = ulna.Keep.looking_at(part, axis=(0, 0, 1), within=0.2, link="right_ee", relative_to="left_ee")
     plan = robot.plan(start, goal, world, keep=keep)
     assert plan, str(plan)
     assert plan.certified
     assert shares(keep, seen(robot, plan.at(np.linspace(0, 1, 5001)), "right_ee", "left_ee")).max() <= plan.worst_violation
-    aside = ulna.Keep.looking_at(part + np.array([0.3, 0, 0]), (0, 0, 1), within=0.2, link="right_ee", relative_to="left_ee")
+    aside = ulna.Keep.looking_at(part + np.array([0.3, 0, 0]), axis=(0, 0, 1), within=0.2, link="right_ee", relative_to="left_ee")
     (violation,) = robot.plan(start, goal, world, keep=aside).reason.data
     assert violation.value == pytest.approx(np.pi / 4, abs=1e-3)
 
@@ -287,7 +287,11 @@ def test_what_cannot_be_kept_is_refused_by_name(make, error, match):
 @pytest.mark.parametrize(
     ("one", "other", "match"),
     [
-        (ulna.Keep.in_plane(ulna.pose((0, 0, 0.5)), 0.01), ulna.Keep.in_plane(ulna.pose((0, 0, 0.6)), 0.01), "0.08 m apart"),
+        (
+            ulna.Keep.in_plane(ulna.pose((0, 0, 0.5)), within=0.01),
+            ulna.Keep.in_plane(ulna.pose((0, 0, 0.6)), within=0.01),
+            "0.08 m apart",
+        ),
         (ulna.Keep.inside((0.2, 0.2, 0.2), np.eye(4)), ulna.Keep.on_line((0, 0.2, 0), (1, 0.2, 0)), "0.0993 m apart"),
         (ulna.Keep.orientation(0.1, T=np.eye(4)), ulna.Keep.orientation(0.1, T=ulna.pose(rpy=(0, 0, 1))), "1 rad apart"),
         (ulna.Keep.upright(0.1, axis=(1, 0, 0)), ulna.Keep.upright(0.1, axis=(1, 0, 0), along=(1, 0, 0)), "1.57 rad apart"),
@@ -300,5 +304,9 @@ def test_constraints_that_contradict_each_other_are_refused(panda, one, other, m
 
 def test_constraints_that_some_pose_keeps_are_not_refused(panda):
     T = panda.forward_kinematics(panda.home)
-    keeps = (ulna.Keep.in_plane(T, 0.01), ulna.Keep.on_line(T[:3, 3], T[:3, 3] + (1, 0, 0), 0.01), ulna.Keep.inside((1, 1, 1), T))
+    keeps = (
+        ulna.Keep.in_plane(T, within=0.01),
+        ulna.Keep.on_line(T[:3, 3], T[:3, 3] + (1, 0, 0), within=0.01),
+        ulna.Keep.inside((1, 1, 1), T),
+    )
     assert len(as_keeps((*keeps, ulna.Keep.orientation(0.1), ulna.Keep.upright(0.1)), panda.tree, panda.home)) == 5

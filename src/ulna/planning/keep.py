@@ -114,7 +114,7 @@ class Keep:
         return cls(Task((_FREE, _FREE, _FREE, turn, turn, turn)), T, link)  # type: ignore[arg-type]
 
     @classmethod
-    def on_line(cls, a: ArrayLike, b: ArrayLike, within: float = 1e-3, *, link: str | None = None) -> Keep:
+    def on_line(cls, a: ArrayLike, b: ArrayLike, *, within: float = 1e-3, link: str | None = None) -> Keep:
         """The link's origin stays near the line through two points, and goes along it as far as it likes.
 
         It stays in a square bar about the line, whose corners are ``within`` away.
@@ -137,7 +137,7 @@ class Keep:
         return cls(Task((side, side, _FREE, _FREE, _FREE, _FREE)), T, link)
 
     @classmethod
-    def in_plane(cls, T: ArrayLike, within: float = AWAY, *, link: str | None = None) -> Keep:
+    def in_plane(cls, T: ArrayLike, *, within: float = AWAY, link: str | None = None) -> Keep:
         """The link's origin stays within a distance [m] of the plane z = 0 of a pose T_base_plane, shape (4, 4).
 
         Raises:
@@ -166,9 +166,9 @@ class Keep:
     def looking_at(
         cls,
         point: ArrayLike,
+        *,
         axis: ArrayLike = _UP,
         within: float = 0.09,
-        *,
         link: str | None = None,
         relative_to: str | None = None,
     ) -> Keep:
@@ -190,7 +190,7 @@ class Keep:
         return cls(task, T, link, relative_to=relative_to, towards=True)
 
     @classmethod
-    def together(cls, link: str, other: str, T: ArrayLike | None = None, within: tuple[float, float] = (AWAY, 1e-3)) -> Keep:
+    def together(cls, link: str, other: str, *, T: ArrayLike | None = None, within: tuple[float, float] = (AWAY, 1e-3)) -> Keep:
         """Two links keep their relative pose: two hands that hold one object.
 
         Args:
@@ -209,7 +209,7 @@ class Keep:
         return cls(Task((away,) * 3 + (turn,) * 3), T, other, relative_to=link)  # type: ignore[arg-type]
 
     def at_start(self, T: Array, link: str) -> Keep:
-        """The same of a motion that begins with the link at T, shape (4, 4), as seen from ``relative_to``: all of it is known."""
+        """The constraint on a motion that begins with the link at T, shape (4, 4), as seen from ``relative_to``."""
         task = self.task if self.along is None else replace(self.task, axis=tuple((T[:3, :3].T @ self.along).tolist()))
         return replace(self, task=task, T=T if self.T is None else self.T, link=link, along=None)
 

@@ -168,7 +168,7 @@ def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Array | None:
 
 
 def narrower(table: Array | None) -> Array | None:
-    """The same constraints with slightly smaller tolerances."""
+    """A table of constraints whose tolerances are slightly smaller."""
     if table is None:
         return None
     table = table.copy()
