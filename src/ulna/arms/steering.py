@@ -59,7 +59,7 @@ class Steering:
                     "servo", f"its {name} of {servo.joint_names[j]} is {values[j]:.4g}, and at most "
                     f"{limit[j]:.4g} is allowed{by_jerk}; give robot.servo {'jerk=, or ' if by_jerk else ''}{name}=",
                 )  # fmt: skip
-        self._servo, self._goal, self._ends, self._model = servo, goal, arm.near_ends, model
+        self._servo, self._goal, self._arm, self._model = servo, goal, arm, model
         self._tracked, self._ticks, self._leaving, self.ended = bool(servo.tracking_error.any()), 0, False, False
 
     def begin(self, q: Array) -> None:
@@ -92,8 +92,4 @@ class Steering:
             ends = q + 0.5 * stop * qd
         if ((ends > self._model.upper) | (ends < self._model.lower)).any():
             return False
-        if self._ends is None:
-            return True
-        offset, rate, lower, upper = self._ends.T
-        left = np.maximum(np.where(qd > 0.0, upper - ends, ends - lower), 0.0)
-        return not ((speeds > 0.0) & ((speeds + offset) ** 2 > rate * left)).any()
+        return not (speeds > self._arm.velocity_at(ends, qd)).any()

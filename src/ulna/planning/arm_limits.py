@@ -29,6 +29,15 @@ class ArmLimits(NamedTuple):
     source: str
     near_ends: Array | None = None
 
+    def velocity_at(self, q: Array, qd: Array) -> Array:
+        """The greatest velocity at positions q in the direction of velocities qd, shape (..., n_dof) each [rad/s or m/s]."""
+        most = np.broadcast_to(self.velocity, q.shape)
+        if self.near_ends is None:
+            return most
+        offset, rate, lower, upper = self.near_ends.T
+        left = np.where(qd > 0.0, upper - q, q - lower)
+        return np.minimum(most, np.maximum(0.0, np.sqrt(np.maximum(0.0, rate * left)) - offset))
+
 
 def _numbers(*values: float) -> Array:
     array = np.array(values)

@@ -92,12 +92,7 @@ def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence
 
 def _allowed(quantity: str, limits: ArmLimits, q: Array, differences: Array) -> Array | None:
     """The limit of each difference, shape (n, n_dof); None if the quantity has no limit. q: the positions at their ends."""
+    if quantity == "velocity":
+        return limits.velocity_at(q, differences)
     most = getattr(limits, quantity)
-    if most is None:
-        return None
-    most = np.broadcast_to(most, differences.shape)
-    if quantity != "velocity" or limits.near_ends is None:
-        return most
-    offset, rate, lower, upper = limits.near_ends.T
-    left = np.where(differences > 0.0, upper - q, q - lower)
-    return np.minimum(most, np.maximum(0.0, np.sqrt(np.maximum(0.0, rate * left)) - offset))
+    return None if most is None else np.broadcast_to(most, differences.shape)
