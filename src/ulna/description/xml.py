@@ -24,7 +24,7 @@ def parse(text: bytes, source: str) -> etree._Element:
         root = etree.fromstring(text, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
         line, message = getattr(error, "lineno", None), str(getattr(error, "msg", error))
-        message = message.split(", use XML_PARSE", maxsplit=1)[0].split(", try XML_PARSE", maxsplit=1)[0]
+        message = re.split(r",? (?:use|try) XML_PARSE", message, maxsplit=1)[0]
         message = re.sub(r"\s*, line \d+, column \d+$", "", " ".join(message.split()))
         raise DescriptionError(f"not XML: {message}", source, line) from None
     count = sum(1 for _ in root.iter())

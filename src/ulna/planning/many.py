@@ -78,8 +78,9 @@ def _bar() -> Iterator[Callable[[int, int], None]]:
     from rich.progress import Progress, TextColumn  # noqa: PLC0415
 
     console = Console(stderr=True)
+    console.quiet = not console.is_terminal  # rich before 14.3 ends a disabled bar with an empty line
     columns = *Progress.get_default_columns(), TextColumn("{task.fields[rate]}")
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with Progress(*columns, console=console, transient=True, disable=console.quiet) as bar:
         task = bar.add_task("planning", total=None, rate="")
 
         def show(done: int, total: int) -> None:

@@ -20,12 +20,19 @@ def rewritten_stl(data: bytes) -> Rewritten:
     """
     count = int.from_bytes(data[80:_HEADER], "little")
     if len(data) >= _HEADER and len(data) == _HEADER + _TRIANGLE.itemsize * count:
-        return Rewritten(data, count)
+        return _finite(np.frombuffer(data, _TRIANGLE, count, _HEADER), data)
     numbers = _facets(data)
     triangles = np.zeros(len(numbers), _TRIANGLE)
-    with np.errstate(over="ignore"):  # numbers that are too large become infinite, which the reader refuses
+    with np.errstate(over="ignore"):  # numbers that are too large become infinite
         triangles["normal"], triangles["corners"] = numbers[:, 0], numbers[:, 1:]
-    return Rewritten(bytes(80) + len(triangles).to_bytes(4, "little") + triangles.tobytes(), len(triangles))
+    return _finite(triangles, bytes(80) + len(triangles).to_bytes(4, "little") + triangles.tobytes())
+
+
+def _finite(triangles: np.ndarray, data: bytes) -> Rewritten:
+    """Binary STL, unless a point is not finite: some readers leave the point out."""
+    if not np.isfinite(triangles["corners"]).all():
+        raise ValueError("it has points that are not finite")
+    return Rewritten(data, len(triangles))
 
 
 def _facets(data: bytes) -> np.ndarray:
