@@ -70,7 +70,8 @@ bench-gpu: .venv-cuda/.ready
 # The tests of the core, where every direct dependency has the lowest version that pyproject.toml allows. The highest are what any new
 # environment gets. pip cannot choose the lowest; uv can.
 test-lowest: .venv-lowest/.ready
-	.venv-lowest/bin/python -m pytest -n auto -m "not slow" tests/engine tests/kinematics tests/collision tests/ik tests/cli $(ARGS)
+	.venv-lowest/bin/python -m pytest -n auto -m "not slow" tests/engine tests/kinematics tests/collision tests/ik tests/cli \
+	    tests/description tests/inspection tests/planning tests/reachability $(ARGS)
 
 # All tests of the library in a copy without the demo, hw2 and their tests: the demo is a guest.
 test-without-demo: $(VENV)/.dev

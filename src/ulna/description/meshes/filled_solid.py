@@ -43,7 +43,7 @@ class FilledSolid:
 
 def _connected(n: int, ends: Faces, others: Faces) -> Faces:
     """The number of the group of each of n vertices that edges connect; an edge leads from an end to the other."""
-    ends, others = ends.ravel().astype(np.int32), others.ravel().astype(np.int32)  # as SciPy before 1.12 takes them
+    ends, others = ends.ravel(), others.ravel()
     return connected_components(coo_array((np.ones(len(ends)), (ends, others)), shape=(n, n)), directed=False)[1]
 
 
