@@ -115,7 +115,7 @@ class Keep:
 
     @classmethod
     def on_line(cls, a: ArrayLike, b: ArrayLike, *, within: float = 1e-3, link: str | None = None) -> Keep:
-        """The link's origin stays near the line through two points, and goes along it as far as it likes.
+        """The link's origin stays near the line through two points, and may be anywhere along it.
 
         It stays in a square bar about the line, whose corners are ``within`` away.
 
