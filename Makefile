@@ -67,8 +67,8 @@ test-gpu: .venv-cuda/.ready
 bench-gpu: .venv-cuda/.ready
 	.venv-cuda/bin/python -m benchmarks.gpu $(ARGS)
 
-# The tests of the core, of descriptions, plans and maps, where every direct dependency has the lowest version that pyproject.toml allows. The highest are what any new
-# environment gets. pip cannot choose the lowest; uv can.
+# The tests of the core, of descriptions, plans and maps, where every direct dependency has the lowest version that pyproject.toml allows.
+# The highest are what any new environment gets. pip cannot choose the lowest; uv can.
 test-lowest: .venv-lowest/.ready
 	.venv-lowest/bin/python -m pytest -n auto -m "not slow" tests/engine tests/kinematics tests/collision tests/ik tests/cli \
 	    tests/description tests/inspection tests/planning tests/reachability $(ARGS)
