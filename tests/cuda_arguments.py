@@ -162,7 +162,7 @@ TYPES = {
         **_each("limits state points", MATRIX), **_each("counters active_rows", INDICES), **_each("goal hand rows", NUMBERS),
         **_each("n m mode ticks worst", WHOLE), **_each("tick below", NUMBER), "chains": TABLE, "w": TWIST,
     },
-    "servo.braking.is_box": {"widened": TRUTH},
+    "servo.braking": {"after": MATRIX, **_each("x t before", NUMBER), "widened": TRUTH},
     "servo.ramped_stop": {"after": MATRIX, **_each("x t before base slope low high least greatest", NUMBER)},
     "servo.desired_motion.write_objective": {"arrays": types.UniTuple(NUMBERS, 5)},
     "servo.desired_motion.approach": {"e": NUMBER},

@@ -5,11 +5,11 @@ import numpy as np
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kernels.servo.braking import (
     go_on_stopping,
+    stop_keeps,
     stop_velocity,
-    ticks_to_stop,
     write_stop,
+    write_tick,
     write_velocity_box,
-    write_way,
 )
 
 N, TICK = 4, 0.01
@@ -24,8 +24,8 @@ def moving(rng):
     while True:
         rate = rng.uniform(-1, 1, N) * limits[layout.SPEED] * rng.choice([0.0, 0.1, 1.0])
         state[layout.Q], state[layout.QD] = rng.uniform(limits[layout.LOWER], limits[layout.UPPER]), rate
-        ticks = ticks_to_stop(rate, limits, TICK)
-        write_stop(state, counters, settings, rate, ticks)
+        ticks = counters[layout.TICKS] = write_stop(state, limits, settings)
+        counters[layout.DONE] = 0
         if (state[layout.TO] >= limits[layout.LOWER]).all() and (state[layout.TO] <= limits[layout.UPPER]).all():
             for _ in range(rng.integers(ticks + 1)):
                 go_on_stopping(state, counters, settings)
@@ -41,9 +41,12 @@ def test_any_velocity_of_the_box_keeps_the_limits_until_the_arm_rests(rng):
         stop = np.array([stop_velocity(state, counters, settings, j) for j in range(N)])
         for x in (box[:N], box[N:], rng.uniform(box[:N], box[N:]), np.clip(stop, box[:N], box[N:])):
             q, qd = state[layout.Q], state[layout.QD]
-            ticks = ticks_to_stop(x, limits, TICK)
+            after = np.zeros_like(state)
+            ticks = write_tick(x, state, limits, settings, after)
             assert ticks <= n
-            assert write_way(x, state, limits, TICK, ticks, np.empty((3, N)))
+            assert stop_keeps(after, limits, settings, ticks)
+            np.testing.assert_allclose(after[:3], [q + (qd + x) * TICK / 2, x, (x - qd) / TICK], rtol=0, atol=1e-12)
+            np.testing.assert_allclose(after[layout.TO], after[layout.Q] + ticks * TICK * x / 2, rtol=0, atol=1e-12)
             a = (x - qd) / TICK
             assert (np.abs(a) <= limits[layout.ACCELERATION] * (1 + 1e-9)).all()
             assert (np.abs(x) <= limits[layout.SPEED] + 1e-12).all()

@@ -50,27 +50,21 @@ from ulna.kernels.collision.scene import Apart, Near, Scene
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kernels.servo.braking import (
+    STILL,
+    beyond_rest_of_zero,
+    curve_moment,
     go_on_stopping,
+    limit_reached,
+    stop_keeps,
     stop_velocity,
-    ticks_to_stop,
+    travel,
     way_to_rest,
     write_stop,
+    write_tick,
     write_velocity_box,
-    write_way,
 )
 from ulna.kernels.servo.desired_motion import SMALL, missed, pose_squares, write_objective
 from ulna.kernels.servo.quadratic_program import minimise
-from ulna.kernels.servo.ramped_stop import (
-    acceleration_after,
-    bend_moment,
-    deceleration,
-    ramped_stop_keeps,
-    ramped_way,
-    rest_of_zero,
-    velocity_left,
-    write_ramped_stop,
-    write_ramped_tick,
-)
 from ulna.kernels.spatial.elementary import all_in_range
 
 RESOLUTION = 1e-3  # [m]: a motion is refused if something in it is not decided by intervals in which all moves by less
@@ -90,7 +84,6 @@ MOVED = 1e-9  # [m]: what rounding may add to how far an object has moved
 _LEAVING = 0.5  # of the clearance: certified in step 4. The lower bounds of distances are at least 1 / sqrt(3) of them
 _OUTWARD = 10.0  # the weight of leaving the reserve, beside that of the command
 _SAME = 0.02  # of what is desired: it is reached. The damping alone takes so much of a twist where J has a singular value of 0.07
-_STILL = 1e-7  # of the velocity of one tick of acceleration: at rest
 
 
 class Tick(NamedTuple):
@@ -120,9 +113,9 @@ class Tick(NamedTuple):
     tried: NDArray
     """Those that are tried."""
     points: NDArray
-    """Where the tick begins and ends and where the stop ends, and what is certified beside the two, shape (5, n_dof)."""
+    """Where a chord begins and ends, and what is certified beside it and beside the line of a stop, shape (4, n_dof)."""
     after: NDArray
-    """With a limit of jerk, the state after the tick that is tried, shape (N_STATE, n_dof)."""
+    """The state after the tick that is tried, shape (N_STATE, n_dof)."""
 
 
 @entry(*((*scene, TABLE, WHOLE, MATRIX, NUMBERS, NUMBERS, MATRIX, INDICES, NUMBERS, NUMBERS, MATRIX) for scene in SCENES))
@@ -143,7 +136,7 @@ def servo_tick(
         scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, layout.MOST_PAIRS, 0),
         np.empty((layout.MOST_PAIRS, n)), np.empty(layout.MOST_PAIRS + 1), wider, moving,
         np.empty((layout.MOST_TOUCHING, PAIR_WIDTH), np.int64), limits, settings, state, counters,
-        np.empty(n), np.empty(n), np.empty((5, n)), np.empty((layout.N_STATE, n)),
+        np.empty(n), np.empty(n), np.empty((4, n)), np.zeros((layout.N_STATE, n)),
     )  # fmt: skip
     report[:] = -1.0
     report[layout.SHARE], report[layout.DISTANCE] = 0.0, np.inf
@@ -196,18 +189,10 @@ def start(tick, goal):
     state, n = tick.state, tick.limits.shape[1]
     for j in range(n):
         state[layout.Q, j], state[layout.QD, j], state[layout.QDD, j] = goal[j], goal[n + j], 0.0
-        tick.tried[j] = goal[n + j]
-    if tick.settings[layout.RAMP] > 0.0:
-        ticks = write_ramped_stop(state, tick.limits, tick.settings)
-        tick.counters[layout.TICKS], tick.counters[layout.DONE] = ticks, 0
-        if not ramped_stop_keeps(state, tick.limits, tick.settings, ticks):
-            return layout.LIMITED_BY_POSITION
-    else:
-        ticks = ticks_to_stop(tick.tried, tick.limits, tick.settings[layout.TICK])
-        write_stop(state, tick.counters, tick.settings, tick.tried, ticks)
-    for j in range(n):
-        if not tick.limits[layout.LOWER, j] <= state[layout.TO, j] <= tick.limits[layout.UPPER, j]:
-            return layout.LIMITED_BY_POSITION
+    ticks = write_stop(state, tick.limits, tick.settings)
+    tick.counters[layout.TICKS], tick.counters[layout.DONE] = ticks, 0
+    if not stop_keeps(state, tick.limits, tick.settings, ticks):
+        return layout.LIMITED_BY_POSITION
     tick.counters[layout.CERTIFIED] = 1 if stop_is_free(tick) else 0
     if tick.counters[layout.CERTIFIED] == 0:
         return layout.REFUSED
@@ -257,12 +242,8 @@ def widen(tick, time):
 @routine
 def stop_is_free(tick):
     """Whether what is left of the certified stop is free in this world."""
-    for j in range(tick.limits.shape[1]):
-        tick.points[3, j] = tick.limits[layout.ASIDE, j]
-    clearance, state = tick.settings[layout.CLEARANCE], tick.state
-    if tick.settings[layout.RAMP] > 0.0:
-        return ramped_is_free(tick, state, tick.counters[layout.TICKS], tick.counters[layout.DONE], 0.0, clearance)
-    return is_free(tick, state[layout.Q], state[layout.TO], tick.points[3], clearance, time_left(tick))
+    ticks, done = tick.counters[layout.TICKS], tick.counters[layout.DONE]
+    return rest_is_free(tick, tick.state, ticks, done, 0.0, tick.settings[layout.CLEARANCE])
 
 
 @routine
@@ -288,9 +269,10 @@ def advance(tick, mode, chains, goal, work, ticks, report):
     least = tick.excess[layout.MOST_PAIRS]
     for j in range(n):
         tick.x[j] = min(max(stop_velocity(state, counters, settings, j), box_rows[j]), box_rows[n + j])
-    m = write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows)
+    way = way_to_rest(settings, ticks)
+    m = write_rows(tick, count, way, box_rows, normal_rows, bound_rows)
     write_objective(mode, chains, goal, limits, settings, state[layout.Q], objective)
-    keep_reserve(tick, count, ticks, objective[0], objective[1])
+    keep_reserve(tick, count, way, objective[0], objective[1])
     k = minimise(objective[0], objective[1], normal_rows, bound_rows, m, tick.x, active_rows, multiplier_rows, work_rows)
     for j in range(n):
         tick.x[j] = min(max(tick.x[j], box_rows[j]), box_rows[n + j])
@@ -345,50 +327,37 @@ def is_moved(tick):
     """Whether the velocity found is not that of rest."""
     moved = False
     for j in range(tick.x.shape[0]):
-        moved = moved or abs(tick.x[j]) > _STILL * tick.limits[layout.ACCELERATION, j] * tick.settings[layout.TICK]
+        moved = moved or abs(tick.x[j]) > STILL * tick.limits[layout.ACCELERATION, j] * tick.settings[layout.TICK]
     return moved
 
 
 @kernel
-def write_rows(tick, count, ticks, box_rows, normal_rows, bound_rows):
+def write_rows(tick, count, way, box_rows, normal_rows, bound_rows):
     """Write the rows of the quadratic program, the box first; how many they are.
 
     After a tick that ends with x the arm rests at c + way x. Row i says how much nearer pair i may be there than at the end of
     the certified stop; a pair in contact may become as deep as the deepest is. No row excludes the velocity at which the
     quadratic program starts.
     """
-    n, state, h = tick.x.shape[0], tick.state, tick.settings[layout.TICK]
-    way, ease, deepest = way_to_rest(h, ticks), h / (h + EASE), tick.excess[nearest_of(tick, count)]
+    n, h, deepest = tick.x.shape[0], tick.settings[layout.TICK], tick.excess[nearest_of(tick, count)]
     for j in range(n):
+        tick.tried[j] = beyond_rest_of_zero(tick.state, tick.settings, j)  # nothing is tried yet: its row is free
         normal_rows[n * j + j], bound_rows[j] = 1.0, box_rows[j]
         normal_rows[n * (n + j) + j], bound_rows[n + j] = -1.0, -box_rows[n + j]
     for i in range(count):
         least = deepest if tick.counters[layout.TOUCHING] > 0 and tick.near.contact_rows[i, DISTANCE] <= GRAZE else RESERVE
-        r, at, by = 2 * n + i, -ease * max(tick.excess[i] - least, 0.0), 0.0
+        r, at, by = 2 * n + i, -h / (h + EASE) * max(tick.excess[i] - least, 0.0), 0.0
         for j in range(n):
             g = tick.gradients[i, j]
             normal_rows[n * r + j] = g
-            at += g * (state[layout.TO, j] - state[layout.Q, j] - 0.5 * h * state[layout.QD, j])
+            at += g * tick.tried[j]
             by += g * tick.x[j]
-        bound = at / way
-        if tick.settings[layout.RAMP] > 0.0:
-            bound = (at + ramped_aside(tick, i)) / ramped_way(tick.settings, ticks)
-        bound_rows[r] = min(bound, by)
+        bound_rows[r] = min(at / way, by)
     return 2 * n + count
 
 
-@routine
-def ramped_aside(tick, i):
-    """How much farther pair i is where the arm rests after a tick with x = 0 by a limit of jerk: c, beside that without one."""
-    state, aside = tick.state, 0.0
-    for j in range(tick.x.shape[0]):
-        c = state[layout.Q, j] + 0.5 * tick.settings[layout.TICK] * state[layout.QD, j]
-        aside += tick.gradients[i, j] * (c - rest_of_zero(state, tick.settings, j))
-    return aside
-
-
 @kernel
-def keep_reserve(tick, count, ticks, h_rows, f_rows):
+def keep_reserve(tick, count, way, h_rows, f_rows):
     """Add to the objective, where a motion is desired, that pairs within the reserve come out of it.
 
     Rows are linear, so that along a curved way pairs get into it. Of pairs in contact only the deepest is led out.
@@ -404,9 +373,7 @@ def keep_reserve(tick, count, ticks, h_rows, f_rows):
             continue
         inside = RESERVE - tick.excess[i]
         if inside > 0.0:
-            out, square = inside * h / (h + EASE) / way_to_rest(h, ticks), 1e-300
-            if tick.settings[layout.RAMP] > 0.0:
-                out = inside * h / (h + EASE) / ramped_way(tick.settings, ticks)
+            out, square = inside * h / (h + EASE) / way, 1e-300
             for j in range(n):
                 square += tick.gradients[i, j] * tick.gradients[i, j]
             for j in range(n):
@@ -425,13 +392,8 @@ def come_nearer(tick, mode, chains, goal, least):
     for share in SHARES:
         if kept == 0.0:
             try_share(tick, share)
-            if tick.settings[layout.RAMP] > 0.0:
-                write_ramped_tick(tick.tried, tick.state, tick.limits, tick.settings, tick.after)
-                copy_row(tick.after, layout.TO, tick.points, 2)
-            else:
-                ticks = ticks_to_stop(tick.tried, tick.limits, tick.settings[layout.TICK])
-                write_way(tick.tried, tick.state, tick.limits, tick.settings[layout.TICK], ticks, tick.points)
-            if pose_squares(chains, goal, tick.points[2]) <= most:
+            write_tick(tick.tried, tick.state, tick.limits, tick.settings, tick.after)
+            if pose_squares(chains, goal, tick.after[layout.TO]) <= most:
                 kept = share
     try_share(tick, kept)
     for j in range(tick.x.shape[0]):
@@ -483,121 +445,85 @@ def next_share(first, found):
 @routine
 def is_outward(tick, share, margin, least, time):
     """Step 4: whether a share is certified with a margin, and leads to where the least of all pairs is greater than that."""
-    return is_candidate(tick, share, 0.0, margin) and least_excess(tick, tick.points[2], time) > least
+    return is_candidate(tick, share, 0.0, margin) and least_excess(tick, tick.after[layout.TO], time) > least
 
 
 @routine
 def is_candidate(tick, share, room, margin):
     """Whether a share of the way from the certified stop's velocity to x is within all limits and certified."""
     state, limits, settings, points = tick.state, tick.limits, tick.settings, tick.points
-    n, h, still = tick.x.shape[0], settings[layout.TICK], True
     try_share(tick, share)
-    if settings[layout.RAMP] > 0.0:
-        return is_ramped_candidate(tick, room, margin)
-    for j in range(n):
-        change = limits[layout.ACCELERATION, j] * h
-        still = still and abs(tick.tried[j]) <= _STILL * change and abs(state[layout.QD, j]) <= change
-    if still:
-        tick.tried[:] = 0.0
-    ticks = ticks_to_stop(tick.tried, limits, h)
-    if not write_way(tick.tried, state, limits, h, ticks, points):
+    ticks = write_tick(tick.tried, state, limits, settings, tick.after)
+    if not stop_keeps(tick.after, limits, settings, ticks):
         return False
-    for j in range(n):
-        points[4, j] = limits[layout.ASIDE, j] + room * limits[layout.ROOM, j]
-        aside = 0.125 * h * abs(tick.tried[j] - state[layout.QD, j]) * (1.0 + 1e-9)  # a parabola beside its chord
-        points[3, j] = points[4, j] + aside
-    if room == 0.0 and longest_way(tick, points[0], points[1]) + longest_way(tick, points[1], points[2]) > HOP:
-        return False
-    if not is_free(tick, points[0], points[1], points[3], margin, h):
-        return False
-    return ticks == 0 or is_free(tick, points[1], points[2], points[4], margin, (1 + ticks) * h)
-
-
-@routine
-def is_ramped_candidate(tick, room, margin):
-    """``is_candidate`` with a limit of jerk."""
-    state, points, h = tick.state, tick.points, tick.settings[layout.TICK]
-    ticks = write_ramped_tick(tick.tried, state, tick.limits, tick.settings, tick.after)
-    if not ramped_stop_keeps(tick.after, tick.limits, tick.settings, ticks):
-        return False
-    copy_row(tick.after, layout.TO, points, 2)
     if room == 0.0:
-        bend = 2.0 * tick.settings[layout.RAMP] * h
-        for j in range(tick.x.shape[0]):  # the way to and fro is at most the greatest speed in a part, times its time
-            v, before = tick.after[layout.QD, j], state[layout.QD, j]
-            most = max(abs(v), abs(velocity_left(tick.after, tick.settings, j)))
-            way = h * max(abs(v), abs(before), abs(before + 0.5 * h * state[layout.QDD, j])) + bend * most
-            points[0, j] = state[layout.Q, j]
-            points[1, j] = points[0, j] + way + 0.5 * (ticks * h - bend) * most
-            points[4, j] = tick.limits[layout.ASIDE, j]
+        for j in range(tick.x.shape[0]):
+            points[0, j], points[3, j] = state[layout.Q, j], limits[layout.ASIDE, j]
+            points[1, j] = points[0, j] + travel(state, tick.after, settings, ticks, j)
         if longest_way(tick, points[0], points[1]) > HOP:
             return False
-    return ramped_is_free(tick, tick.after, ticks, -1, room, margin)
+    return rest_is_free(tick, tick.after, ticks, -1, room, margin)
 
 
 @routine
-def ramped_is_free(tick, state, ticks, done, room, margin):
+def rest_is_free(tick, state, ticks, done, room, margin):
     """Whether what is left of a stop of so many ticks, of which some are done, is certainly free; -1: with the tick before it.
 
-    Of the bend, chords of equal times t are certified: with accelerations of at most a, q is no farther than a t^2 / 8 from its
-    chord. Objects may move until the end of the bend and of the stop.
+    A stop is a line, with a limit of jerk after a bend. Of that and of the tick, chords of equal times t are certified: with
+    accelerations of at most a, q is no farther than a t^2 / 8 from its chord. Objects may move until the end of the curve and of
+    the stop.
     """
     points, h, bend = tick.points, tick.settings[layout.TICK], 2 * int(tick.settings[layout.RAMP])
-    n, most, left = tick.x.shape[0], 0.0, bend - done if ticks > 0 else 0
+    n, most, left = tick.x.shape[0], 0.0, (bend if ticks > 0 else 0) - done
     for j in range(n):
-        points[4, j] = tick.limits[layout.ASIDE, j] + room * tick.limits[layout.ROOM, j]
-        points[1, j] = state[layout.Q, j]
+        points[3, j] = tick.limits[layout.ASIDE, j] + room * tick.limits[layout.ROOM, j]
+        points[1, j] = tick.state[layout.Q, j] if done < 0 else state[layout.Q, j]
         if left > 0:
             before = tick.state[layout.QDD, j]
-            most = max(most, abs(bend_moment(state, tick.settings, ticks, before, bend * h, j)[1]))
-            most = max(most, abs(bend_moment(state, tick.settings, ticks, before, done * h, j)[1]))
+            most = max(most, abs(curve_moment(state, tick.settings, ticks, before, (done + left) * h, j)[1]))
+            most = max(most, abs(curve_moment(state, tick.settings, ticks, before, done * h, j)[1]))
             if done < 0:
-                most, points[1, j] = max(most, abs(state[layout.ONSET, j])), tick.state[layout.Q, j]
+                most = max(most, abs(state[layout.QDD, j]))
     if left > 0:
         chords = int(left * h * sqrt(most / (8.0 * BESIDE))) + 1
         chord = left * h / chords
         for i in range(chords):
             write_chord(tick, state, ticks, done * h + i * chord, chord)
-            if not is_free(tick, points[0], points[1], points[3], margin, left * h):
+            if not is_free(tick, points[0], points[1], points[2], margin, left * h):
                 return False
-    return is_free(tick, points[1], state[layout.TO], points[4], margin, max(ticks - done, 0) * h)
+        if ticks == 0:  # the tick ends at rest
+            return True
+    return is_free(tick, points[1], state[layout.TO], points[3], margin, max(ticks - done, 0) * h)
 
 
 @kernel
 def write_chord(tick, state, ticks, begin, length):
-    """Write the next chord of the bend, from where the last one ended, and how far all beside it is certified."""
+    """Write the next chord of a curve, from where the last one ended, and how far all beside it is certified."""
     points, end = tick.points, begin + length
     for j in range(tick.x.shape[0]):
         before, points[0, j] = tick.state[layout.QDD, j], points[1, j]
-        _, first = bend_moment(state, tick.settings, ticks, before, begin, j)
-        points[1, j], last = bend_moment(state, tick.settings, ticks, before, end, j)
+        _, first = curve_moment(state, tick.settings, ticks, before, begin, j)
+        points[1, j], last = curve_moment(state, tick.settings, ticks, before, end, j)
         most = max(abs(first), abs(last))
         if begin < 0.0 < end:
-            most = max(most, abs(state[layout.ONSET, j]))
-        points[3, j] = points[4, j] + 0.125 * length * length * most * (1.0 + 1e-9)
+            most = max(most, abs(state[layout.QDD, j]))
+        points[2, j] = points[3, j] + 0.125 * length * length * most * (1.0 + 1e-9)
 
 
 @kernel
 def longest_way(tick, q_a, q_b):
     """A bound on the way of any point of the robot along a line [m]."""
-    write_motion(tick.scene.joints, q_a, q_b, tick.points[4], tick.carried)
+    write_motion(tick.scene.joints, q_a, q_b, tick.points[3], tick.carried)
     return fastest_ball(tick.scene.joints, tick.carried)
 
 
 @kernel
 def accept(tick):
     """Write the state after the tick that was tried."""
-    state, h = tick.state, tick.settings[layout.TICK]
-    if tick.settings[layout.RAMP] > 0.0:
-        tick.counters[layout.TICKS] = write_ramped_tick(tick.tried, state, tick.limits, tick.settings, tick.after)
-        tick.counters[layout.DONE] = 0
-        for row in range(layout.N_STATE):
-            copy_row(tick.after, row, state, row)
-        return
-    for j in range(tick.x.shape[0]):
-        state[layout.QDD, j] = (tick.tried[j] - state[layout.QD, j]) / h
-        state[layout.QD, j], state[layout.Q, j] = tick.tried[j], tick.points[1, j]
-    write_stop(state, tick.counters, tick.settings, tick.tried, ticks_to_stop(tick.tried, tick.limits, h))
+    tick.counters[layout.TICKS] = write_tick(tick.tried, tick.state, tick.limits, tick.settings, tick.after)
+    tick.counters[layout.DONE] = 0
+    for row in range(layout.N_STATE):
+        copy_row(tick.after, row, tick.state, row)
 
 
 @kernel
@@ -614,27 +540,8 @@ def status_of_rows(tick, nearer, miss, k, active_rows, multiplier_rows, box_rows
     if row >= 2 * n:
         write_pair(tick, row - 2 * n, report)
         return layout.LIMITED_BY_CLEARANCE
-    j, x = row % n, abs(box_rows[row])
-    report[layout.ENTRY] = j
-    if x >= tick.limits[layout.SPEED, j] * (1.0 - 1e-9):
-        return layout.LIMITED_BY_VELOCITY
-    if tick.settings[layout.RAMP] > 0.0:
-        return status_of_ramp(tick, box_rows[row], ticks, j)
-    change = abs(box_rows[row] - tick.state[layout.QD, j]) / (tick.limits[layout.ACCELERATION, j] * tick.settings[layout.TICK])
-    return layout.LIMITED_BY_ACCELERATION if change >= 1.0 - 1e-6 else layout.LIMITED_BY_POSITION
-
-
-@kernel
-def status_of_ramp(tick, x, ticks, j):
-    """What limits the velocity left of entry j, which is at a border of the box for a stop of so many ticks."""
-    h, most, before = tick.settings[layout.TICK], tick.limits[layout.ACCELERATION, j], tick.state[layout.QDD, j]
-    a = acceleration_after(x, tick.state, tick.settings, j)
-    if abs(tick.state[layout.QD, j] + 0.5 * h * (before + a)) >= tick.limits[layout.SPEED, j] * (1.0 - 1e-9):
-        return layout.LIMITED_BY_VELOCITY
-    if max(abs(a), abs(deceleration(x, tick.settings, ticks))) >= most * (1.0 - 1e-6):
-        return layout.LIMITED_BY_ACCELERATION
-    change = abs(a - before) / (tick.limits[layout.JERK, j] * h)
-    return layout.LIMITED_BY_JERK if change >= 1.0 - 1e-6 else layout.LIMITED_BY_POSITION
+    report[layout.ENTRY] = row % n
+    return limit_reached(box_rows[row], tick.state, tick.limits, tick.settings, ticks, row % n)
 
 
 @kernel

@@ -14,15 +14,31 @@ the stop after it are a box. For the n that the certified stop has left after th
 the box is never empty. In the tick the joint stays between its limits too: where it turns back, it does so no later than in the
 certified stop, at the same or a greater deceleration.
 
-With a limit of jerk ticks and stops are those of ``ramped_stop``, and v is what it calls x.
+With a limit of jerk ticks and stops are those of ``ramped_stop``, and v is what it calls x. The functions here that take the
+settings compute one or the other, so that who calls them need not ask.
 """
 
 from ulna.engine.decorators import kernel
-from ulna.kernels.servo.ramped_stop import go_on_with_ramp, left_after_one_more, write_ramped_box
+from ulna.kernels.servo.ramped_stop import (
+    bend_moment,
+    go_on_with_ramp,
+    left_after_one_more,
+    limit_of_ramp,
+    ramped_stop_keeps,
+    ramped_travel,
+    ramped_way,
+    rest_of_zero,
+    write_ramped_box,
+    write_ramped_stop,
+    write_ramped_tick,
+)
 from ulna.kernels.servo.servo_layout import (
     ACCELERATION,
     DONE,
     FROM,
+    LIMITED_BY_ACCELERATION,
+    LIMITED_BY_POSITION,
+    LIMITED_BY_VELOCITY,
     LOWER,
     QD,
     QDD,
@@ -38,6 +54,7 @@ from ulna.kernels.servo.servo_layout import (
 
 _ROUNDING = 1e-9  # of a number of ticks: a stop takes one tick more above it
 _BEYOND = 1e-12  # [rad or m]: what rounding may put the end of a stop beyond a limit
+STILL = 1e-7  # of the velocity of one tick of acceleration: at rest
 
 
 @kernel
@@ -51,13 +68,45 @@ def ticks_to_stop(rate_rows, limits, tick):
 
 
 @kernel
-def write_stop(state, counters, settings, rate_rows, ticks):
-    """Write the stop that begins at the position of the state with a velocity and takes a number of ticks."""
-    way = 0.5 * ticks * settings[TICK]
-    for j in range(rate_rows.shape[0]):
-        state[RATE, j], state[FROM, j] = rate_rows[j], state[Q, j]
-        state[TO, j] = state[Q, j] + way * rate_rows[j]
-    counters[TICKS], counters[DONE] = ticks, 0
+def write_tick(x_rows, state, limits, settings, after):
+    """Write the state after a tick that ends with these velocities, and the stop from there; how many ticks that takes.
+
+    after: (N_STATE, n_dof), as the state is. A tick that nearly ends at rest, and can, does.
+    """
+    if settings[RAMP] > 0.0:
+        return write_ramped_tick(x_rows, state, limits, settings, after)
+    h, still = settings[TICK], True
+    for j in range(x_rows.shape[0]):
+        change = limits[ACCELERATION, j] * h
+        still = still and abs(x_rows[j]) <= STILL * change and abs(state[QD, j]) <= change
+    for j in range(x_rows.shape[0]):
+        after[QD, j] = 0.0 if still else x_rows[j]
+        after[Q, j] = state[Q, j] + 0.5 * h * (state[QD, j] + after[QD, j])
+        after[QDD, j] = (after[QD, j] - state[QD, j]) / h
+    return write_stop(after, limits, settings)
+
+
+@kernel
+def write_stop(state, limits, settings):
+    """Write the stop that begins at a state; how many ticks it takes."""
+    if settings[RAMP] > 0.0:
+        return write_ramped_stop(state, limits, settings)
+    ticks = ticks_to_stop(state[QD], limits, settings[TICK])
+    for j in range(state.shape[1]):
+        state[RATE, j], state[FROM, j] = state[QD, j], state[Q, j]
+        state[TO, j] = state[Q, j] + 0.5 * ticks * settings[TICK] * state[QD, j]
+    return ticks
+
+
+@kernel
+def stop_keeps(state, limits, settings, ticks):
+    """Whether the stop of so many ticks that a state begins is within the limits that ``write_stop`` does not see to."""
+    if settings[RAMP] > 0.0:
+        return ramped_stop_keeps(state, limits, settings, ticks)
+    good = True
+    for j in range(state.shape[1]):
+        good = good and limits[LOWER, j] - _BEYOND <= state[TO, j] <= limits[UPPER, j] + _BEYOND
+    return good
 
 
 @kernel
@@ -91,24 +140,47 @@ def go_on_stopping(state, counters, settings):
 
 
 @kernel
-def way_to_rest(tick, ticks):
+def way_to_rest(settings, ticks):
     """How far a velocity at the end of a tick moves a joint in the tick and in the stop after it [s]: the factor of v above."""
-    return 0.5 * tick * (1 + ticks)
+    return ramped_way(settings, ticks) if settings[RAMP] > 0.0 else 0.5 * settings[TICK] * (1 + ticks)
 
 
 @kernel
-def write_way(rate_rows, state, limits, tick, ticks, points):
-    """Write where a tick begins, where it ends with these velocities, and where the stop after it ends, shape (3 or more, n_dof).
+def beyond_rest_of_zero(state, settings, j):
+    """How far the certified stop ends beyond where entry j rests after a tick with v = 0."""
+    if settings[RAMP] > 0.0:
+        return state[TO, j] - rest_of_zero(state, settings, j)
+    return state[TO, j] - state[Q, j] - 0.5 * settings[TICK] * state[QD, j]
 
-    Whether the stop ends within the limits of position.
+
+@kernel
+def travel(state, after, settings, ticks, j):
+    """At most how far entry j gets on its way, to and fro, in a tick and in the stop of so many ticks after it."""
+    if settings[RAMP] > 0.0:
+        return ramped_travel(state, after, settings, ticks, j)
+    return abs(after[Q, j] - state[Q, j]) + abs(after[TO, j] - after[Q, j])
+
+
+@kernel
+def curve_moment(state, settings, ticks, before, t, j):
+    """Position and acceleration of entry j at a time in the curve that leads to the line of a stop of so many ticks.
+
+    state: Where the stop begins; t: from there on, below 0 in the tick before it; before: the acceleration where that begins.
     """
-    good = True
-    for j in range(rate_rows.shape[0]):
-        points[0, j] = state[Q, j]
-        points[1, j] = points[0, j] + 0.5 * tick * (state[QD, j] + rate_rows[j])
-        points[2, j] = points[1, j] + 0.5 * ticks * tick * rate_rows[j]
-        good = good and limits[LOWER, j] - _BEYOND <= points[2, j] <= limits[UPPER, j] + _BEYOND
-    return good
+    if settings[RAMP] > 0.0:
+        return bend_moment(state, settings, ticks, before, t, j)
+    return state[FROM, j] + t * (state[RATE, j] + 0.5 * t * state[QDD, j]), state[QDD, j]
+
+
+@kernel
+def limit_reached(x, state, limits, settings, ticks, j):
+    """Which limit a velocity of entry j is at, that is at a border of the box for a stop of so many ticks: a status."""
+    if settings[RAMP] > 0.0:
+        return limit_of_ramp(x, state, limits, settings, ticks, j)
+    if abs(x) >= limits[SPEED, j] * (1.0 - 1e-9):
+        return LIMITED_BY_VELOCITY
+    change = abs(x - state[QD, j]) / (limits[ACCELERATION, j] * settings[TICK])
+    return LIMITED_BY_ACCELERATION if change >= 1.0 - 1e-6 else LIMITED_BY_POSITION
 
 
 @kernel
@@ -133,7 +205,7 @@ def write_velocity_box(state, counters, limits, settings, box_rows):
 def is_box(state, counters, limits, settings, n, box_rows, widened):
     """Write the bounds for a stop of n ticks; whether there is a velocity between them. Widened: to the certified stop's."""
     n_dof, good, tick = box_rows.shape[0] // 2, True, settings[TICK]
-    way = way_to_rest(tick, n)
+    way = way_to_rest(settings, n)
     for j in range(n_dof):
         most = min(limits[SPEED, j], limits[ACCELERATION, j] * tick * n)
         change, half = limits[ACCELERATION, j] * tick, 0.5 * tick * state[QD, j]

@@ -37,6 +37,10 @@ from ulna.kernels.servo.servo_layout import (
     DONE,
     FROM,
     JERK,
+    LIMITED_BY_ACCELERATION,
+    LIMITED_BY_JERK,
+    LIMITED_BY_POSITION,
+    LIMITED_BY_VELOCITY,
     LOWER,
     ONSET,
     QD,
@@ -202,6 +206,27 @@ def rest_of_zero(state, settings, j):
     v, a = state[QD, j], state[QDD, j]
     aside = h * (v + h * a / 3.0) + bend * (v + 0.5 * h * a)
     return state[Q, j] + aside + way * acceleration_after(0.0, state, settings, j)
+
+
+@kernel
+def ramped_travel(state, after, settings, n, j):
+    """At most how far entry j gets in a tick and a stop of n ticks: the greatest speed in a part, times its time."""
+    h, bend, v, before = settings[TICK], 2.0 * settings[RAMP] * settings[TICK], after[QD, j], state[QD, j]
+    most = max(abs(v), abs(velocity_left(after, settings, j)))
+    way = h * max(abs(v), abs(before), abs(before + 0.5 * h * state[QDD, j])) + bend * most
+    return way + 0.5 * (n * h - bend) * most
+
+
+@kernel
+def limit_of_ramp(x, state, limits, settings, n, j):
+    """Which limit x of entry j is at, that is at a border of the box for a stop of n ticks: a status."""
+    h, most, before = settings[TICK], limits[ACCELERATION, j], state[QDD, j]
+    a, speed = acceleration_after(x, state, settings, j), limits[SPEED, j] * (1.0 - 1e-9)
+    if max(abs(x), abs(state[QD, j] + 0.5 * h * (before + a))) >= speed:
+        return LIMITED_BY_VELOCITY
+    if max(abs(a), abs(deceleration(x, settings, n))) >= most * (1.0 - 1e-6):
+        return LIMITED_BY_ACCELERATION
+    return LIMITED_BY_JERK if abs(a - before) / (limits[JERK, j] * h) >= 1.0 - 1e-6 else LIMITED_BY_POSITION
 
 
 @routine
