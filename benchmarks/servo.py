@@ -50,6 +50,7 @@ PATIENCE = 5_000  # ticks, to a target
 NEAR_ENOUGH = 1e-3, 1e-2  # [m], [rad]
 STRAIGHT = 5e-3, 2e-2  # [m], [rad]: how far from the straight way the hand is that went it
 REST = 2_000  # ticks that may pass until the arm rests
+RUNS = 5  # of the same ticks: what is slow in the median of them is the tick's own, and what is slow in one the machine's
 LIMITS = {"acceleration": ACCELERATION}  # and jerk, if one is given
 ESCAPE, MOVED = 100, 1e-3  # ticks away from a rest, and how far an entry of q has to have moved then [rad]
 
@@ -81,7 +82,7 @@ def main() -> None:
 
 
 def tick_rows(ticks: int) -> list[dict]:
-    """A tick towards poses that jump once a second: p50, p99, p99.9 of the time."""
+    """A tick towards poses that jump once a second: p50, p99, p99.9 of the time, and p99.9 of the median of each tick of RUNS."""
     panda, ur5 = ulna.load("panda"), arm("ur5")
     cloud, moving = ulna.World(), scattered(OBJECTS, 0.1, 0.9)
     cloud.add("cloud", seen(10_000))
@@ -103,20 +104,28 @@ def tick_times(robot: ulna.Robot, world: ulna.World, ticks: int) -> dict[str, fl
     q = robot.random(1000, seed=4)
     start, *there = q[robot.signed_distance(q, world) > SPARE][:21]
     servo = robot.servo(world, **LIMITS, link=link)
-    servo.start(start)
     servo.warm_up()
     targets = robot.forward_kinematics(np.array(there), link=link)
-    times, least = np.empty(ticks), np.inf
-    for k in range(ticks):
-        target = targets[k // RATE % len(targets)]
-        began = time.thread_time()
-        if "crate" in world.names:
-            world.move("crate", ulna.pose((0.5, 0.5, 0.5 + 0.3 * np.sin(k / RATE))))
-        command = servo.step(pose=target)
-        times[k] = time.thread_time() - began
-        if k % 20 == 0:
-            least = min(least, float(robot.signed_distance(command.q, world, self_collision=False)))
-    return {"ticks": ticks, **percentiles(times), "least_distance_mm": 1e3 * least}
+    times, least = np.empty((RUNS, ticks)), np.inf
+    for run in range(RUNS):
+        move_crate(world, 0)
+        servo.start(start)
+        for k in range(ticks):
+            target = targets[k // RATE % len(targets)]
+            began = time.thread_time()
+            move_crate(world, k)
+            command = servo.step(pose=target)
+            times[run, k] = time.thread_time() - began
+            if run == 0 and k % 20 == 0:
+                least = min(least, float(robot.signed_distance(command.q, world, self_collision=False)))
+    own = 1e6 * float(np.percentile(np.median(times, axis=0), 99.9))
+    return {"ticks": ticks, **percentiles(times), "p99.9_of_medians_us": own, "least_distance_mm": 1e3 * least}
+
+
+def move_crate(world: ulna.World, k: int) -> None:
+    """Put the crate, if there is one, where it is in tick k."""
+    if "crate" in world.names:
+        world.move("crate", ulna.pose((0.5, 0.5, 0.5 + 0.3 * np.sin(k / RATE))))
 
 
 def percentiles(times: Array) -> dict[str, float]:

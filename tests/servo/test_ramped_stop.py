@@ -6,7 +6,9 @@ import pytest
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kernels.servo.braking import go_on_stopping, stop_velocity, write_velocity_box
 from ulna.kernels.servo.ramped_stop import (
+    ramped_moment,
     ramped_stop_keeps,
+    ramped_travel,
     ramped_way,
     rest_of_zero,
     write_ramped_stop,
@@ -108,6 +110,31 @@ def test_where_it_rests_is_linear_in_the_velocity_that_is_left(rng, ramp):
             write_ramped_tick(known, state, limits, settings, after)
             go_on_stopping(state, counters, settings)
             np.testing.assert_allclose(after[:3], state[:3], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("ramp", [1, 3])
+def test_the_way_to_and_fro_is_bounded_and_known_where_nothing_turns_back(rng, ramp):
+    known = 0
+    for _ in range(20):
+        limits, settings, state, counters = limited(rng, ramp)
+        box, after = np.empty(2 * N), np.zeros_like(state)
+        for _ in range(20):
+            if write_velocity_box(state, counters, limits, settings, box) < 0:
+                break
+            x = rng.uniform(box[:N], box[N:])
+            n = write_ramped_tick(x, state, limits, settings, after)
+            for j in range(N):
+                q, v, a, jerk = *state[:3, j], (after[layout.QDD, j] - state[layout.QDD, j]) / TICK
+                places = list((q + T * (v + T * (a / 2 + T * jerk / 6))).ravel())
+                if n > 0:
+                    places += [ramped_moment(after, settings, n, k, j)[0] for k in np.linspace(0, n, 16 * n + 1)]
+                steps, most = np.diff(places), ramped_travel(state, after, settings, n, j)
+                assert np.abs(steps).sum() <= most + 1e-12
+                if (steps >= 0).all() and (state[layout.QD, j] + a * TICK / 2 >= 0) and x[j] >= 0:
+                    known += 1
+                    np.testing.assert_allclose(steps.sum(), most, rtol=0, atol=1e-12)
+            accept(x, limits, settings, state, counters)
+    assert known > 50
 
 
 def test_a_stop_from_rest_takes_no_tick_and_one_that_is_too_long_is_refused(rng):

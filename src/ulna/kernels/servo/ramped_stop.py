@@ -210,11 +210,15 @@ def rest_of_zero(state, settings, j):
 
 @kernel
 def ramped_travel(state, after, settings, n, j):
-    """At most how far entry j gets in a tick and a stop of n ticks: the greatest speed in a part, times its time."""
-    h, bend, v, before = settings[TICK], 2.0 * settings[RAMP] * settings[TICK], after[QD, j], state[QD, j]
-    most = max(abs(v), abs(velocity_left(after, settings, j)))
-    way = h * max(abs(v), abs(before), abs(before + 0.5 * h * state[QDD, j])) + bend * most
-    return way + 0.5 * (n * h - bend) * most
+    """At most how far entry j gets, to and fro, in a tick and the stop of n ticks after it: just so far if it never turns back.
+
+    The integral of the size of a polynomial is at most the mean of the sizes of its Bernstein coefficients, times its time.
+    """
+    h, m, v, before, x = settings[TICK], settings[RAMP], after[QD, j], state[QD, j], velocity_left(after, settings, j)
+    most, line = deceleration(x, settings, n), n - 3.0 * m
+    in_tick = abs(before) + abs(before + 0.5 * h * state[QDD, j]) + abs(v)
+    in_bend = abs(v) + abs(x) + abs(most * h * (line + 0.5 * m))
+    return (h * in_tick + 2.0 * m * h * in_bend) / 3.0 + abs(most) * h * h * (0.5 * line * (line + m) + m * m / 6.0)
 
 
 @kernel
