@@ -44,7 +44,7 @@ def main() -> None:
         for index in range(options.problems) if options.only is None else options.only:
             problem = make_problem(robot, link, scenes, kind, index)
             world = problem.scene.world()
-            found = [_ulna(robot, problem, world, options.repeats)]
+            found = [_ulna(robot, problem, world, options)]
             if options.ompl:
                 found += _ompl(robot, problem, world, options.limit)
             for row, path in found:
@@ -85,11 +85,14 @@ def _median_of(rows: list[dict], name: str) -> float:
     return float(np.median([row[name] for row in rows if name in row] or [np.nan]))
 
 
-def _ulna(robot: ulna.Robot, problem: ConstrainedProblem, world: ulna.World, repeats: int) -> tuple[dict, NDArray | None]:
+def _ulna(
+    robot: ulna.Robot, problem: ConstrainedProblem, world: ulna.World, options: argparse.Namespace
+) -> tuple[dict, NDArray | None]:
     seconds, plan = np.inf, None
-    for _ in range(repeats):
+    goal = {"goal": problem.goal, "link": problem.goal_link}
+    for _ in range(options.repeats):
         began = time.thread_time()
-        plan = robot.plan(problem.start, problem.goal, world, keep=problem.keep, link=problem.goal_link)
+        plan = robot.plan(problem.start, world=world, keep=problem.keep, max_checks=options.max_checks, **goal)
         seconds = min(seconds, time.thread_time() - began)
         if not plan:
             break  # its time is no figure, and long
@@ -132,6 +135,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--problems", type=int, default=100, help="of each kind")
     parser.add_argument("--kinds", nargs="+", choices=(*KINDS, TRAY), help="all of the robot's unless given")
     parser.add_argument("--repeats", type=int, default=3, help="how many times Ulna solves each")
+    parser.add_argument("--max-checks", type=int, default=100_000, help="edges that Ulna checks of each at most, or 10 s")
     parser.add_argument("--ompl", action="store_true", help="OMPL's three constrained spaces beside, with Ulna's checker")
     parser.add_argument("--limit", type=float, default=60.0, help="of OMPL for one problem [s]")
     parser.add_argument("--coal", action="store_true", help="let Coal judge the paths too")

@@ -27,6 +27,7 @@ from ulna.drivers import placing
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
 from ulna.planning.averaged import timed_path
+from ulna.planning.blend import IsFree
 from ulna.planning.timing import Limits
 from ulna.viewer.film.recording import make_form, record_robot
 panda, world, mixed = ulna.load("panda"), ulna.World(), ulna.World()
@@ -80,7 +81,7 @@ for robot, scene in ((panda, world), (held, mixed)):
 panda.edge_keeps(ready, ready + 0.01, ulna.Keep.upright())
 corner = np.array([ready, ready + 0.2, ready + 0.2 * (-1.0) ** np.arange(7)])
 limits = Limits(np.full(7, 1.0), np.full(7, 1.0), np.full(7, 10.0))
-timed_path(corner, np.linalg.norm(np.diff(corner, axis=0), axis=1), 0.1, limits, lambda *_: True)
+timed_path(corner, np.linalg.norm(np.diff(corner, axis=0), axis=1), 0.1, limits, IsFree(lambda *_: True))
 record_robot(make_form(Path(sys.argv[1]), 0.1, (64, 36)), panda, panda.home)
 declared = {entry.py_func.__name__: set(map(numba_types, calls.signatures)) for entry, calls in ENTRIES.items()}
 used = {entry.py_func.__name__: set(entry.signatures) for entry in ENTRIES}

@@ -119,6 +119,34 @@ def test_beside_obstacles_it_touches_nothing_and_brakes_along_its_own_path_where
     assert stops > 0
 
 
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.6])
+def test_along_a_tight_constraint_it_flows_through_the_corners_of_the_plan_and_keeps_it(panda, world, share):
+    left, right = ends(panda)
+    T = panda.forward_kinematics(left)
+    keep = ulna.Keep.in_plane(ulna.pose(T[:3, 3]), 1e-4)
+    old = panda.plan(left, right, world, keep=keep, seed=2).trajectory(**SUDDEN)
+    t = share * old.duration
+    plan = panda.plan(old.at(t).q, left if share else right, world, keep=keep, seed=9)
+    new = old.replace(plan, at=t)
+    judge(old, new, t)
+    assert len(plan.path) > 100  # it may stop where it leaves its own path, and where it is back there
+    assert new.stops <= (2 if share else 0)
+    assert new.is_free(world, since=t, keep=keep)
+    away = panda.forward_kinematics(new.at(np.linspace(t, new.duration, 20_001)).q)[:, 2, 3] - T[2, 3]
+    assert np.abs(away).max() <= 1e-4
+
+
+def test_along_a_tight_constraint_a_motion_within_limits_of_jerk_is_left_at_rest(panda, world):
+    left, right = ends(panda)
+    keep = ulna.Keep.in_plane(ulna.pose(panda.forward_kinematics(left)[:3, 3]), 1e-4)
+    old, plan = (panda.plan(left, right, world, keep=keep, seed=seed) for seed in (2, 9))
+    old = old.trajectory(**FRANKA)
+    new = old.replace(plan, at=0.0)
+    assert new.check()
+    assert new.is_free(world, keep=keep)
+    assert np.allclose(new.q[-1], right, atol=1e-9)
+
+
 def test_where_its_own_path_is_not_free_either_it_is_refused(panda):
     left, right = ends(panda)
     old = panda.plan(left, right).trajectory(**FRANKA)

@@ -12,7 +12,7 @@ import ulna
 from ulna.drivers import time_parameterisation
 from ulna.errors import FileError, InputError
 from ulna.planning.averaged import bounds_of_acceleration, timed_path
-from ulna.planning.blend import CHORDS, edges_of, free_cuts, rounded
+from ulna.planning.blend import CHORDS, IsFree, edges_of, free_cuts, rounded
 from ulna.planning.timing import Limits, fastest, grid_of
 from ulna.planning.trajectory import Trajectory
 
@@ -34,7 +34,7 @@ def anything(*_):
 
 
 def of_paths(is_free):
-    """How many of some paths are free, by a function of one."""
+    """What certifies paths, by a function of one."""
 
     def n_free(paths, spreads):
         for k, one in enumerate(zip(paths, spreads, strict=True)):
@@ -42,7 +42,7 @@ def of_paths(is_free):
                 return k
         return len(paths)
 
-    return n_free
+    return IsFree(n_free)
 
 
 def timed(path, lengths, blend, *limits, is_free=anything):
@@ -269,9 +269,9 @@ def test_corners_that_are_certified_together_are_cut_as_each_alone(rng):
 
     def n_free(paths, spreads):
         asked.append(len(paths))
-        return of_paths(short_is_free)(paths, spreads)
+        return of_paths(short_is_free).n_free(paths, spreads)
 
-    cuts = free_cuts(edges, 0.2, n_free)
+    cuts = free_cuts(edges, 0.2, IsFree(n_free))
     for k in range(1, len(path) - 1):
         alone = edges_of(path[k - 1 : k + 2], lengths[k - 1 : k + 1])
         assert free_cuts(alone, 0.2, of_paths(short_is_free))[1] == cuts[k]

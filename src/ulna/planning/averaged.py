@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
-from ulna.planning.blend import CHORDS, ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
+from ulna.planning.blend import ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
 from ulna.planning.timing import (
     AT_REST,
     Limits,
@@ -207,16 +207,15 @@ def timed_path(
     is_free: IsFree,
     within: float = math.inf,
     speeds: Speeds = AT_REST,
-    chords: int = CHORDS,
 ) -> TimedPath | Averaged | None:
     """The fastest motion along a path, shape (n, n_dof), n >= 2, whose corners are rounded where that is free (``blend``).
 
     None if the speeds at its ends cannot be had within the limits; from rest to rest there always is one.
     lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes; within: how far the motion may
     leave the path in each entry of q [rad or m]. A parabola leaves it by at most half of that, and the mean leaves the parabola
-    by at most the other half. chords: along how many a parabola is certified.
+    by at most the other half.
     """
-    (velocity, acceleration, jerk), edges = limits, edges_of(path, lengths, chords)
+    (velocity, acceleration, jerk), edges = limits, edges_of(path, lengths, is_free.chords)
     if jerk is None:
         pieces = rounded(edges, free_cuts(edges, blend, is_free, within))
         return fastest(grid_of(pieces), velocity, acceleration, speeds)

@@ -19,9 +19,16 @@ _HALVINGS = 3  # how often a rounding that is not free is halved; then the motio
 _MOST = 0.49995  # of an edge: what is left between two roundings is not so short that rounding errors matter in its times
 _STRAIGHT = 1e-12  # of the directions of two edges: no corner
 _AT_ONCE = 64  # corners that are certified by one call
-IsFree = Callable[[Array, Array], int]
-"""How many of some paths, points of shape (m, n, n_dof), are free from the first on, with all that is within ``spreads``, shape
-(m, n - 1, n_dof), of their edges in each entry of q."""
+
+
+class IsFree(NamedTuple):
+    """What certifies paths."""
+
+    n_free: Callable[[Array, Array], int]
+    """How many of some paths, points of shape (m, n, n_dof), are free from the first on, with all that is within spreads, shape
+    (m, n - 1, n_dof), of their edges in each entry of q."""
+    chords: int = CHORDS
+    """Along how many it certifies a rounding."""
 
 
 class Grid(NamedTuple):
@@ -37,7 +44,7 @@ class Grid(NamedTuple):
     borders: NDArray[np.int64]
     """The ends of intervals at which the motion rests, counted from 0, the start of the path, on."""
     chords: int = CHORDS
-    """As of ``Edges``."""
+    """As of ``IsFree``."""
 
 
 class Beside(NamedTuple):
@@ -64,7 +71,7 @@ class Edges(NamedTuple):
     turns: Array
     """How much an entry of the directions changes at most at each point, shape (n,): 0 where it goes straight on."""
     chords: int = CHORDS
-    """Along how many a rounding is certified."""
+    """As of ``IsFree``."""
 
 
 def edges_of(path: Array, lengths: Array, chords: int = CHORDS) -> Edges:
@@ -88,7 +95,7 @@ def free_cuts(edges: Edges, blend: float, is_free: IsFree, within: float = np.in
     halvings, now = 0, 0
     while now < len(corners):
         until = min(now + _AT_ONCE, len(corners))
-        n_free = is_free(points[now:until], spreads[now:until])
+        n_free = is_free.n_free(points[now:until], spreads[now:until])
         if n_free > 0:
             now, halvings = now + n_free, 0
         if now == until:
@@ -122,7 +129,7 @@ def rounded(edges: Edges, cuts: Array) -> Grid:
 
 def is_path_free(is_free: IsFree, points: Array, spreads: Array) -> bool:
     """Whether one path is free: points of shape (n, n_dof), spreads of shape (n - 1, n_dof)."""
-    return is_free(points[None], spreads[None]) > 0
+    return is_free.n_free(points[None], spreads[None]) > 0
 
 
 def end_of(path: Grid) -> Array:

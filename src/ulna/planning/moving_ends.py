@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.errors import InputError
 from ulna.planning.averaged import Averaged, timed_path
-from ulna.planning.blend import CHORDS, IsFree, is_path_free
+from ulna.planning.blend import IsFree, is_path_free
 from ulna.planning.timing import AT_REST, Limits, Speeds, TimedPath
 
 Array = NDArray[np.float64]
@@ -57,7 +57,6 @@ def with_ends(
     is_free: IsFree,
     lengths_of: Callable[[Array], Array],
     within: float = math.inf,
-    chords: int = CHORDS,
 ) -> TimedPath | Averaged:
     """The fastest motion along a path, shape (n, n_dof), with velocities at its ends.
 
@@ -82,7 +81,7 @@ def with_ends(
             continue
         ahead = [float(lengths_of(each[0] - end)) for each, end in ((first, path[0]), (last, path[-1])) if each]
         lengths, widest = lengths_of(np.diff(points, axis=0)), max(blend, *ahead, 0.0)
-        timed = timed_path(points, lengths, widest, limits, is_free, within, speeds, chords)
+        timed = timed_path(points, lengths, widest, limits, is_free, within, speeds)
         if timed is not None and (not ahead or is_path_free(is_free, *timed.edges_since(0.0))):
             return timed
     name = "start_velocity" if ends.start.any() else "end_velocity"

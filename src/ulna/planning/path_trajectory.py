@@ -15,6 +15,7 @@ from ulna.errors import InputError
 from ulna.ik.followed_path import FollowedPath
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.kinematics.tree import entry_names
+from ulna.planning.blend import IsFree
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import as_motion_limits
 from ulna.planning.moving_ends import as_ends, with_ends
@@ -39,7 +40,7 @@ def path_trajectory(
     limits = as_motion_limits(names, tree.velocity_limits, *given)
     space = make_space(tree, points, np.zeros(tree.n_dof, dtype=bool))
     motion = Motion(space, checker, None if world is None else world.snapshot(), 0.0)
-    is_free = _anything if world is None else motion.n_free
+    is_free = IsFree(_anything) if world is None else motion.certificate
     ends = as_ends(*velocities, limits, names)
     if len(points) == 1 and not np.any(ends):
         free = world is not None and motion.is_free(np.repeat(points, 2, axis=0), np.zeros_like(points))

@@ -15,7 +15,6 @@ from ulna.description.arrays import as_count, as_floats, as_number
 from ulna.errors import InputError
 from ulna.ik.reason import NO_REASON, Reason
 from ulna.kinematics.tree import Tree, entry_names
-from ulna.planning.blend import CHORDS, CHORDS_ALONG
 from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import as_motion_limits
@@ -228,8 +227,7 @@ class Plan:
         ends = as_ends(start_velocity, end_velocity, kept, names)
         if len(self.path) == 1 and not np.any(ends):
             return resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept)
-        chords = CHORDS if self._motion.keeps is None else CHORDS_ALONG
-        timed = with_ends(self.path, ends, blend, kept, self._motion.n_free, self._motion.space.lengths, chords=chords)
+        timed = with_ends(self.path, ends, blend, kept, self._motion.certificate, self._motion.space.lengths)
         certified = self.certified and not self.escaped
         return Trajectory(certified, names, timed, self._motion, kept, ends)
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -96,6 +97,9 @@ def replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFr
 
 def _replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed | None:
     """``replaced``; None if no way into the path is free."""
+    begin = timed.at(np.array(0.0))
+    if at <= _AT_STOP and np.linalg.norm(begin.qd) <= _STANDS:
+        return _from_rest(begin.q, path, limits, is_free)
     if isinstance(timed, Continued):
         if at < timed.first.duration:
             return _replaced(timed.first, path, at, limits, is_free)
@@ -192,7 +196,7 @@ def _along(points: list[Array], blend: float, is_free: IsFree) -> list[Grid]:
     path = without_equal(np.stack(points))
     if len(path) == 1:
         return []
-    edges = edges_of(path, np.linalg.norm(np.diff(path, axis=0), axis=1))
+    edges = edges_of(path, np.linalg.norm(np.diff(path, axis=0), axis=1), is_free.chords)
     return [grid_of(rounded(edges, free_cuts(edges, blend, is_free)))]
 
 
@@ -215,7 +219,9 @@ def _stops(
                 back = _backwards(_left_of(joined, at + 0.5 * window)[0])
                 end = joined.at(joined.times[-1:]).q[0]
                 ways = [*_along([end, *path[1:]], _BLEND, is_free), *_along([end, *path], _BLEND, is_free)]
-                ways += [_joined_grids(back, grid) for grid in _along([end_of(back), *path], 0.0, is_free)]
+                start = _along([end_of(back), path[0]], 0.0, is_free)
+                then = (_along([*path], blend, is_free) for blend in (_BLEND, 0.0))  # a mean leaves a rounded corner
+                ways += [reduce(_joined_grids, [*start, *grids], back) for grids in then]
                 yield joined, ways
                 break
 

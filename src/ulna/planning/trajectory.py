@@ -297,7 +297,7 @@ class Trajectory:
             raise InputError(
                 "plan", f"its path does not begin where the motion is at {at:.6g} s; plan from motion.at({at:.6g}).q"
             )
-        timed = replaced(self._timed, plan.path, at, self._limits, motion.n_free)
+        timed = replaced(self._timed, plan.path, at, self._limits, motion.certificate)
         ends, names = Ends(self.end_velocities[0], np.zeros_like(here)), self.joint_names
         return Trajectory(self.certified, names, timed, motion, self._limits, ends)
 
