@@ -177,6 +177,22 @@ def test_a_motion_flows_through_the_corners_of_a_tight_constraint(panda, world, 
     assert shares(keep, T, panda.forward_kinematics(q)).max() <= 1
 
 
+@pytest.mark.parametrize("limits", [{"limits": "franka"}, {"acceleration": 5.0, "jerk": 50.0}])
+def test_a_motion_within_limits_of_jerk_flows_through_the_corners_of_a_tight_constraint(panda, world, limits):
+    left, right = turned_about_the_base(panda)
+    T = panda.forward_kinematics(left)
+    keep = ulna.Keep.in_plane(ulna.pose(T[:3, 3]), 1e-4)
+    plan = panda.plan(left, right, world, keep=keep, seed=2)
+    motion = plan.trajectory(**limits)
+    assert len(plan.path) > 100
+    assert motion.stops == 0
+    assert motion.certified
+    assert motion.check()
+    assert motion.is_free(world, keep=keep)
+    q = motion.at(np.linspace(0, motion.duration, 50_001)).q
+    assert shares(keep, T, panda.forward_kinematics(q)).max() <= 1
+
+
 def test_without_the_constraint_the_plan_would_not_keep_it(panda, world):
     left, right, each = plans(panda)
     path = panda.plan(left, right, world).path

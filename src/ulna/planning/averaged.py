@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
-from ulna.planning.blend import ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
+from ulna.planning.blend import CHORDS, ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
 from ulna.planning.timing import (
     AT_REST,
     Limits,
@@ -35,13 +35,15 @@ from ulna.planning.timing import (
 Array = NDArray[np.float64]
 _LEAST_WINDOW = 1e-4  # [s]: of a shorter one the differences are rounding
 _WITHIN = 1 - 1e-6  # of the limits of jerk, since jerk is three differences
-_BESIDE = 2e-5  # [rad or m]: of a chord
+_BESIDE = 2e-5  # [rad or m]: of a chord, with CHORDS; it falls with the square
 _SHARES = 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
 _SHORT = 0.02  # of the duration: with a shorter window no slower motion is tried
+_EXPECTED = 3.0  # times the share that is expected: less is not tried at first
 _MOST_SHARES = 30  # of the acceleration, of which one leaves the path by little enough
 _MOST_EXPECTED = 1e-4  # [rad or m] beside the path, for which the corners' chords are widened
 _FASTER = 1.25  # than on a line: by the length of the edges, a parabola is passed faster
 _MOST_TRIES = 12  # of a window that depends on the path, which depends on the window
+_LEAVES = 1.0, 0.015  # of a tolerance: with less acceleration a mean leaves its path by less, and need not stop at corners
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
 
 
@@ -56,13 +58,15 @@ class Span(NamedTuple):
     """The last of them."""
     acceleration: Array
     """The greatest acceleration of the motion in that time, shape (n_dof,)."""
+    beside: float
+    """Of a chord [rad or m]."""
 
     def chords(self, begin: float) -> tuple[Array, Array]:
         """The times of the ends of chords, shape (n + 1,), and how far the motion lies beside each, shape (n, n_dof).
 
         Between two times h apart it lies within a h^2 / 8 of the chord, a being the greatest acceleration.
         """
-        step = math.sqrt(8.0 * _BESIDE / max(self.acceleration.max(), 1e-300))
+        step = math.sqrt(8.0 * self.beside / max(self.acceleration.max(), 1e-300))
         n = max(1, math.ceil((self.end - begin) / step))
         beside = self.acceleration * ((self.end - begin) / n) ** 2 / 8 * (1 + 1e-9)
         return np.linspace(begin, self.end, n + 1), np.tile(beside, (n, 1))
@@ -171,10 +175,11 @@ class Averaged:
 
         is_free: as of ``timed_path``.
         """
-        found = []
-        for span in self._spans:
-            times, spreads = span.chords(span.begin)
-            if not is_path_free(is_free, self.at(times).q, spreads):
+        spans, found = [span.chords(span.begin) for span in self._spans], []
+        ends = np.cumsum([len(times) for times, _ in spans])
+        q = np.split(self.at(np.concatenate([times for times, _ in spans])).q, ends[:-1]) if spans else []
+        for span, points, (_, spreads) in zip(self._spans, q, spans, strict=True):
+            if not is_path_free(is_free, points, spreads):
                 found += range(span.first, span.last + 1)
         return found
 
@@ -191,11 +196,11 @@ class Averaged:
         apart = np.flatnonzero(begin[1:] > end[:-1]) + 1
         groups = np.stack([np.concatenate([[0], apart]), np.concatenate([apart, [len(begin)]]) - 1], axis=1)
         most = np.maximum(*map(np.abs, bounds_of_acceleration(self.base)))
-        spans = []
+        spans, beside = [], _BESIDE * (CHORDS / self.base.grid.chords) ** 2
         for i, k in groups.tolist():
             start, until = float(begin[i]), min(float(end[k]), self.duration)
             reached = self.base.interval_at(np.array([start, until + self.window])).tolist()
-            spans.append(Span(start, until, i, k, most[reached[0] : reached[1] + 1].max(axis=0)))
+            spans.append(Span(start, until, i, k, most[reached[0] : reached[1] + 1].max(axis=0), beside))
         return spans
 
 
@@ -219,14 +224,14 @@ def timed_path(
     if jerk is None:
         pieces = rounded(edges, free_cuts(edges, blend, is_free, within))
         return fastest(grid_of(pieces), velocity, acceleration, speeds)
-    beside = _expected(edges, velocity, acceleration, jerk)
+    beside = _expected(edges, velocity, acceleration, jerk, _LEAVES[1] * is_free.tolerance)
     cuts = free_cuts(edges, blend, is_free, 0.5 * within, beside)
     if np.count_nonzero(cuts) < np.count_nonzero(edges.turns):
         beside, cuts = ON_PATH, free_cuts(edges, blend, is_free, 0.5 * within)
-    halvings = np.zeros(len(cuts), dtype=int)
+    halvings, (most, *slower) = np.zeros(len(cuts), dtype=int), (share * is_free.tolerance for share in _LEAVES)
     moves = speeds != AT_REST
     while cuts.any() or moves:
-        motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, 0.5 * within, speeds)
+        motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, min(0.5 * within, most), speeds)
         if motion is None and moves:
             return None
         if motion is None:
@@ -237,33 +242,41 @@ def timed_path(
         corners = np.flatnonzero(cuts)[[] if is_covered else motion.corners_not_free(is_free)]
         if not len(corners):
             return motion
+        if slower and most < math.inf:
+            most = slower.pop(0)
+            continue
         halvings[corners] += 1
         cuts[corners] = np.where(halvings[corners] > _HALVINGS, 0.0, 0.5 * cuts[corners])
     return along_lines(rounded(edges, cuts), velocity, acceleration, jerk)
 
 
-def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -> Beside:
+def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array, most: float) -> Beside:
     """How far the mean is expected to leave the path, which is then certified with its corners; 0 where that is far.
 
-    The acceleration may change at once from the least to the greatest, so the window is expected to be 2 a / j long.
+    The window is expected to be as long as it is at most (``_expected_window``).
     """
-    window = 2.0 * float((acceleration / jerk).max()) * (1 + 1e-5)
+    window = _expected_window(acceleration, jerk)
     by = mean_leaves_by(acceleration, window)
-    if by > _MOST_EXPECTED:
+    if by > min(_MOST_EXPECTED, most):
         return ON_PATH
     with np.errstate(divide="ignore"):
         speeds = (velocity / np.abs(edges.directions)).min(axis=1)
     return Beside(by, 0.5 * window * _FASTER * float(speeds.max()))
 
 
+def _expected_window(acceleration: Array, jerk: Array) -> float:
+    """2 a / j [s]: the acceleration may change at once from the least to the greatest."""
+    return 2.0 * float((acceleration / jerk).max()) * (1 + 1e-5)
+
+
 def _near(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds) -> Averaged | None:
     """The mean that leaves the pieces by no more than ``within``, with as much acceleration as that allows; None if none does."""
-    share = 1.0
+    share = min(1.0, _EXPECTED * float((within / mean_leaves_by(acceleration, _expected_window(acceleration, jerk))) ** (1 / 3)))
     for _ in range(_MOST_SHARES):
         motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds)
         if motion is None or math.isinf(within) or motion.leaves_by <= within:
             return motion
-        share *= min(0.95, max(0.5, (within / motion.leaves_by) ** (1 / 3)))  # the window grows with the acceleration
+        share *= min(0.95, max(0.2, (within / motion.leaves_by) ** (1 / 3)))  # the window grows with the acceleration
     return None
 
 
@@ -333,7 +346,7 @@ def _without_ends(grid: Grid, first: float, last: float) -> Grid | None:
     starts[0] += (first - ends[i]) * slopes[0]
     steps[0] -= first - ends[i]
     steps[-1] -= ends[k] - (ends[-1] - last)
-    return Grid(starts, slopes, bends, steps, np.clip(grid.borders - i, 0, k - i))
+    return Grid(starts, slopes, bends, steps, np.clip(grid.borders - i, 0, k - i), grid.chords)
 
 
 def least_window_of(motion: TimedPath, jerk: Array, least: float = _LEAST_WINDOW) -> float:
@@ -381,4 +394,4 @@ def with_pauses(motion: TimedPath, pause: float, end: float = 0.0) -> TimedPath:
     steps = with_rests(grid.steps, pause * speeds)
     times = np.concatenate([[0.0], np.cumsum(with_rests(np.diff(profile.times), pause))])
     rates = (with_rests(rows, 0.0) for rows in profile[2:])
-    return TimedPath(Grid(*path, steps, rests), Profile(times, with_rests(profile.speeds, speeds), *rates))
+    return TimedPath(Grid(*path, steps, rests, grid.chords), Profile(times, with_rests(profile.speeds, speeds), *rates))

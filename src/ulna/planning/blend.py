@@ -29,6 +29,8 @@ class IsFree(NamedTuple):
     (m, n - 1, n_dof), of their edges in each entry of q."""
     chords: int = CHORDS
     """Along how many it certifies a rounding."""
+    tolerance: float = np.inf
+    """The least one of what is kept [m or rad]."""
 
 
 class Grid(NamedTuple):

@@ -179,11 +179,14 @@ def narrower(table: Array | None) -> Array | None:
 
 def step_of(table: Array | None) -> float:
     """How long a step along constraints may be, of eight parts; infinite without any."""
-    if table is None:
-        return np.inf
+    return np.inf if table is None else float(8 * np.sqrt(_BENT * tightest(table)))
+
+
+def tightest(table: Array) -> float:
+    """The least tolerance of constraints [m or rad]."""
     frames = table[:: layout.KEEP_ROWS]
     chords = np.where(frames[:, layout.AXES] != layout.NO_AXIS, frames[:, layout.CHORD], np.inf)
-    return float(8 * np.sqrt(_BENT * min(chords.min(), frames[:, layout.AWAY : layout.AWAY + 3].min())))
+    return float(min(chords.min(), frames[:, layout.AWAY : layout.AWAY + 3].min()))
 
 
 def are_kept(table: Array | None, tree: Tree, a: Array, b: Array) -> NDArray[np.bool_]:

@@ -16,8 +16,8 @@ from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.planning_layout import Path, Trees
-from ulna.planning.blend import CHORDS, CHORDS_ALONG, IsFree, is_path_free
-from ulna.planning.kept import narrower, step_of
+from ulna.planning.blend import CHORDS_ALONG, IsFree, is_path_free
+from ulna.planning.kept import narrower, step_of, tightest
 from ulna.planning.slices import Pace, Slices, TimeLimit
 from ulna.planning.space import Space
 
@@ -121,7 +121,7 @@ class Motion(NamedTuple):
     @property
     def certificate(self) -> IsFree:
         """What certifies paths to be so, with as many chords of a rounding as the constraints need."""
-        return IsFree(self.n_free, CHORDS if self.keeps is None else CHORDS_ALONG)
+        return IsFree(self.n_free) if self.keeps is None else IsFree(self.n_free, CHORDS_ALONG, tightest(self.keeps))
 
     def n_free(self, paths: Array, spreads: Array) -> int:
         """How many of some paths are so from the first on (``blend.IsFree``)."""

@@ -132,7 +132,7 @@ def grid_of(pieces: Grid) -> Grid:
     steps = np.repeat(lengths / counts, counts)
     s = ((np.arange(len(steps)) - np.repeat(first[:-1], counts)) * steps)[:, None]
     starts, slopes, bends = (np.repeat(each, counts, axis=0) for each in pieces[:3])
-    return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, first[pieces.borders])
+    return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, first[pieces.borders], pieces.chords)
 
 
 def fastest(grid: Grid, velocity: Array, acceleration: Array, speeds: Speeds = AT_REST, slow: int = 0) -> TimedPath | None:
