@@ -9,7 +9,7 @@ chord, so that one certificate of it with a spread (``edge``), or two, mostly sh
 
 import numpy as np
 
-from ulna.drivers.planning.edge import is_clear, is_free, keep, passes
+from ulna.drivers.planning.edge import is_clear, keep, passes
 from ulna.drivers.planning.keeping import keeps_all, project
 from ulna.drivers.planning.tree import add_node, read_sample, sample_entry
 from ulna.engine.decorators import kernel, routine
@@ -86,10 +86,10 @@ def write_curve(context, q_a, q_b, state):
     """
     rows, curve, n, done = context.keeping.way_rows, context.keeping.curve, 0, 0
     state[layout.CHECKS] += 1
-    if is_free(context, q_a, q_b, context.no_spread):
-        for k in range(q_b.shape[0]):
-            curve[0, k] = q_b[k]
-        return 1, layout.REACHED
+    if keeps_all(context.scene.joints, context.keeping, context.work, q_a, q_b, context.no_spread):
+        free = is_clear(context, q_a, q_b, context.no_spread, context.settings[layout.RESOLUTION])
+        copy_point(q_b, curve[0 if free else WIDTH])
+        return (1, layout.REACHED) if free else (0, layout.STOPPED)
     write_way(q_a, q_b, rows)
     project(context.scene.joints, context.keeping, q_a, context.no_spread, rows)
     end = layout.REACHED
