@@ -193,6 +193,16 @@ def test_a_motion_within_limits_of_jerk_flows_through_the_corners_of_a_tight_con
     assert shares(keep, T, panda.forward_kinematics(q)).max() <= 1
 
 
+def test_a_constraint_that_is_always_kept_takes_hardly_more_edges_than_none(panda, world):
+    """What touches is refused by one certificate, and not followed in parts."""
+    left, right = turned_about_the_base(panda)
+    always = ulna.Keep.inside((9, 9, 9), np.eye(4))
+    plans = [[panda.plan(left, right, world, seed=seed, shorten=False, keep=keep) for seed in range(10)] for keep in ((), always)]
+    free, kept = (sum(plan.checks for plan in each) for each in plans)
+    assert all(all(each) for each in plans)
+    assert kept <= 1.5 * free
+
+
 def test_without_the_constraint_the_plan_would_not_keep_it(panda, world):
     left, right, each = plans(panda)
     path = panda.plan(left, right, world).path
