@@ -129,7 +129,7 @@ def test_along_a_tight_constraint_it_flows_through_the_corners_of_the_plan_and_k
     plan = panda.plan(old.at(t).q, left if share else right, world, keep=keep, seed=9)
     new = old.replace(plan, at=t)
     judge(old, new, t)
-    assert len(plan.path) > 100  # it may stop where it leaves its own path, and where it is back there
+    assert len(plan.path) > 50  # it may stop where it leaves its own path, and where it is back there
     assert new.stops <= (2 if share else 0)
     assert new.is_free(world, since=t, keep=keep)
     away = panda.forward_kinematics(new.at(np.linspace(t, new.duration, 20_001)).q)[:, 2, 3] - T[2, 3]
