@@ -118,6 +118,26 @@ def test_a_depth_image_gives_the_points_whose_projections_are_its_pixels(rng, un
     assert_close(51.0 * in_camera[:, 1] / in_camera[:, 2] + 23.0, v.astype(float), atol=1e-9)
 
 
+def test_short_floats_of_millimetres_lose_nothing_by_their_unit(rng):
+    depth = rng.integers(300, 2048, (48, 64)).astype(np.float16)  # exact in float16
+    short, long = (
+        ulna.PointCloud.from_depth(z, (50, 50, 31.5, 23), T, radius=0.004, depth_scale=0.001)
+        for z in (depth, depth.astype(float))
+    )
+    assert np.array_equal(short.points, long.points)
+
+
+def test_pixels_that_are_masked_see_nothing():
+    depth = np.ma.masked_less(np.linspace(0.3, 2.0, 64 * 48).reshape(48, 64), 0.5)
+    filled, (box, K_small) = depth.filled(np.nan), (ulna.Box((0.2, 0.2, 0.2)), (50, 50, 31.5, 23))
+    cloud, expected = (ulna.PointCloud.from_depth(z, K_small, np.eye(4), radius=0.01) for z in (depth, filled))
+    assert np.array_equal(cloud.points, expected.points)
+    assert cloud.n_left_out == depth.mask.sum() > 0
+    pose = ulna.pose((0, -0.1, 0.3))
+    hidden, expected = (ulna.VoxelGrid.unseen(z, K_small, np.eye(4), box, 0.02, pose=pose) for z in (depth, filled))
+    assert np.array_equal(hidden.occupied, expected.occupied)
+
+
 def test_the_intrinsics_may_be_a_matrix_its_nine_numbers_or_four(rng):
     depth = rng.uniform(0.5, 2, (480, 640))
     forms = K, K.ravel(), (K[0, 0], K[1, 1], K[0, 2], K[1, 2])

@@ -200,6 +200,30 @@ def test_a_copy_and_a_restored_state_go_on_alike(panda):
         np.testing.assert_array_equal(one[:3], three[:3])
 
 
+def test_a_state_that_is_restored_in_another_world_is_certified_anew(panda):
+    world = ulna.World()
+    servo, _ = started(panda, world)
+    run(servo, 300, velocity=[0.5, 0, 0, 0, 0, 0, 0])
+    saved = servo.saved()
+    world.add("crate", ulna.Box((0.08, 0.08, 0.08)), panda.forward_kinematics(servo.certified_stop[0]))
+    assert servo.step(velocity=[0.5, 0, 0, 0, 0, 0, 0]).status == "in collision"
+    servo.restore(saved)
+    assert servo.step().status == "in collision"
+
+
+def test_a_state_that_is_restored_reckons_with_the_objects_of_now(panda):
+    world, far = ulna.World(), ulna.pose((0, 0, 3))
+    world.add("slow", ulna.Sphere(0.1), far, speed=0.0)
+    servo, _ = started(panda, world)
+    run(servo, 10)
+    saved = servo.saved()
+    world.remove("slow")
+    world.add("quick", ulna.Sphere(0.1), far, speed=1e4)
+    run(servo, 1)
+    servo.restore(saved)
+    assert not (run(servo, 100, velocity=[0.5, 0, 0, 0, 0, 0, 0]).q - panda.home).any()  # it may be here at once
+
+
 def test_held_joints_stay_and_several_hands_are_led(panda):
     servo, start = started(panda, held=["panda_joint2"], link=("panda_ee", "panda_link4"))
     T = panda.forward_kinematics(start.q) @ ulna.pose((0.05, 0, -0.05))

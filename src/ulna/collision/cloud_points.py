@@ -43,10 +43,10 @@ def as_depths(depth: ArrayLike, depth_scale: float | None) -> NDArray[np.float64
     Raises:
         InputError: It is not an image of depths.
     """
-    image = np.asarray(depth)
+    image = np.asarray(np.ma.filled(depth, 0))
     if image.ndim != 2 or image.dtype.kind not in "uif":
         raise InputError("depth", f"shape {image.shape} of {image.dtype}; numbers of shape (H, W) are expected")
-    z = image * _scale(depth_scale, image)  # float64
+    z = image.astype(np.float64) * _scale(depth_scale, image)
     if (z < 0).any():
         raise InputError("depth", f"{z[z < 0].min():g} m; a depth is not below 0")
     return np.where((z > 0) & (z < np.inf), z, 0.0)

@@ -250,15 +250,20 @@ class Servo:
         self._ticks, self._worst = self._ticks + 1, max(self._worst, perf_counter() - began)
         return command
 
-    def saved(self) -> tuple[Array, NDArray[np.int64], Array, int]:
-        """The state, for ``restore``: of what moves, and how many ticks there were."""
-        return self._state.copy(), self._counters.copy(), self._moving.copy(), self._ticks
+    def saved(self) -> tuple[Array, NDArray[np.int64], Array, int, Scene | None]:
+        """The state, for ``restore``: of what moves, how many ticks there were, and the world in which the stop was certified."""
+        return self._state.copy(), self._counters.copy(), self._moving.copy(), self._ticks, self._scene
 
-    def restore(self, saved: tuple[Array, NDArray[np.int64], Array, int]) -> None:
-        """Take back the steps since a state was ``saved``: ``step()`` brakes from there."""
-        self._state[:], self._counters[:], moving, self._ticks = saved
-        if moving.shape == self._moving.shape:
+    def restore(self, saved: tuple[Array, NDArray[np.int64], Array, int, Scene | None]) -> None:
+        """Take back the steps since a state was ``saved``: ``step()`` brakes from there.
+
+        Where the world has changed since then, the stop is certified anew.
+        """
+        self._state[:], self._counters[:], moving, self._ticks, scene = saved
+        if scene is self._scene:
             self._moving[:] = moving
+        else:
+            self._counters[layout.CERTIFIED] = 0
 
     def _entry_off(self, measured: ArrayLike) -> int:
         """The entry of q that was measured farthest off the last command, beyond what is certified; -1 if none was."""
