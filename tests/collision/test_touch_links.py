@@ -144,6 +144,12 @@ def test_an_object_keeps_its_links_as_it_is_moved_copied_saved_and_pickled():
     assert world.touch_links("floor") == frozenset()
 
 
+def test_links_that_can_be_read_but_once_may_touch_each_of_many_objects():
+    world, links = ulna.World(), ("panda_link0", "panda_link1")
+    world.add_many([("a", ulna.Sphere(0.1)), ("b", ulna.Sphere(0.1))], touch_links=iter(links))
+    assert world.touch_links("a") == world.touch_links("b") == set(links)
+
+
 def test_a_copy_of_a_world_is_a_world_of_its_own():
     world = ulna.World()
     world.add("a", ulna.Sphere(0.1))

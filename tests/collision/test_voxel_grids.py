@@ -141,3 +141,8 @@ IMAGE, K = np.full((12, 16), 0.8), (15, 15, 8, 6)
 def test_what_is_no_grid_is_refused(make, name):
     with pytest.raises(ulna.InputError, match=name):
         make()
+
+
+def test_masked_cells_are_not_free():
+    known = np.ma.masked_array(np.zeros((2, 2, 2)), mask=np.eye(2)[..., None] * [1, 0] > 0)
+    assert np.array_equal(ulna.VoxelGrid(known, 0.1).occupied, known.mask)

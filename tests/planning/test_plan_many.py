@@ -44,6 +44,14 @@ def test_one_start_and_one_world_serve_all_goals_and_progress_is_told(panda, wor
     assert all(panda.plan_many(left, poses, worlds[0]))
 
 
+def test_constraints_and_held_joints_that_can_be_read_but_once_hold_in_every_row(panda):
+    sixth, one = np.eye(7)[5], ulna.Keep.upright(within=0.1)
+    plans = panda.plan_many(panda.home, [panda.home + 0.3 * sixth] * 3, keep=iter([one]))
+    assert [str(plan.status) for plan in plans] == ["goal outside"] * 3
+    plans = panda.plan_many(panda.home, [panda.home + 0.05 * sixth] * 3, keep=iter([one]))
+    assert all(0 < plan.worst_violation <= 1 for plan in plans)
+
+
 def test_numbers_that_do_not_go_together_are_refused_and_a_bad_row_is_named(panda, worlds):
     left, right = sides(panda)
     with pytest.raises(InputError, match="do not go together"):

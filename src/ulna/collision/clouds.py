@@ -81,7 +81,8 @@ class PointCloud:
 
         Args:
             depth: The depth along the camera's z axis at each pixel, shape (H, W): floats [m], or whole numbers of
-                ``depth_scale``. 0, NaN and infinity are no measurement: such pixels are left out, and counted as ``n_left_out``.
+                ``depth_scale``. 0, NaN and infinity are no measurement, nor is what is masked: such pixels are left out, and
+                counted as ``n_left_out``.
             intrinsics: The camera matrix [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels, shape (3, 3) or (9,), or fx, fy, cx,
                 cy. The middle of the first pixel is at (0, 0). The image is not distorted.
             T_base_camera: The pose of the camera's optical frame, shape (4, 4): z forward, x to the right, y down.

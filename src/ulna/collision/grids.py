@@ -78,7 +78,8 @@ class VoxelGrid:
     """Cubes in a lattice, as OctoMap and nvblox have them, or the space that a camera does not see.
 
     Args:
-        occupied: Which cells are filled, shape (nx, ny, nz), bools or 0 and 1. Cells that a sensor does not know are not free.
+        occupied: Which cells are filled, shape (nx, ny, nz), bools or 0 and 1. Cells that a sensor does not know are not free;
+            those that are masked are filled.
         cell: The cells' edge length [m].
         corner: Where the grid's corner of least x, y and z is in the frame of the object [m], shape (3,); the grid is centred at
             the origin unless given. Cell i, j, k begins at ``corner + (i, j, k) cell``.
@@ -96,7 +97,7 @@ class VoxelGrid:
     corner: Array
 
     def __init__(self, occupied: ArrayLike, cell: float, corner: ArrayLike | None = None) -> None:
-        given = np.asarray(occupied)
+        given = np.asarray(np.ma.filled(occupied, 1))
         grid = given.astype(bool) if given.dtype.kind in "buif" else given
         if grid.ndim != 3 or grid.dtype != np.bool_ or (grid != given).any():
             raise InputError(

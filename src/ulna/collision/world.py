@@ -121,9 +121,9 @@ class World(Seen):
             >>> world.names
             ('post 0', 'post 1', 'post 2')
         """
-        new = World()
+        new, links = World(), as_link_names(touch_links)
         for name, shape, *pose in objects:
-            new.add(name, shape, *pose, touch_links=touch_links)
+            new.add(name, shape, *pose, touch_links=links)
         with self._lock:
             for name in new._shapes:
                 if name in self._shapes:

@@ -6,7 +6,7 @@ computes nothing itself: it calls one function of the folders below.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -1178,7 +1178,9 @@ class Robot(Quick):
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
         if "held" in options:
-            options["held"] = as_names(options["held"])  # once: it may be an iterator
+            options["held"] = as_names(options["held"])  # once: it may be an iterator, and so may the constraints
+        if isinstance(options.get("keep"), Iterator):
+            options["keep"] = tuple(options["keep"])
         plan = partial(self.plan, **options)
         return plan_many(plan, q_starts, goals, world, threads, progress=progress)
 
