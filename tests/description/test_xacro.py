@@ -86,6 +86,12 @@ def test_a_required_parameter_can_be_given(tmp_path):
     assert ulna.load(file.read_text(), xacro_args={"n": 5}).link_names == ("5",)
 
 
+def test_none_is_no_value_of_a_parameter(tmp_path):
+    file = written(tmp_path, MACRO.format("arm", "n side:='left arm'"))
+    with pytest.raises(InputError, match=r"^xacro_args: n: None; a value is expected"):
+        ulna.load(file, xacro_args={"n": None})
+
+
 def test_two_macros_without_a_call_are_refused(tmp_path):
     file = written(tmp_path, MACRO.format("left", "n:=a"), MACRO.format("right", "n:=b"))
     with pytest.raises(

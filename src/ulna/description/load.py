@@ -70,6 +70,9 @@ def _document(
     source = _checked_source("source", source, "a name, a path or URDF text")
     if not isinstance(xacro_args, Mapping):
         raise InputError("xacro_args", f"{xacro_args!r}; a dict of names and values is expected")
+    for name, value in xacro_args.items():
+        if value is None:
+            raise InputError("xacro_args", f"{name}: None; a value is expected, and without one the argument is left out")
     folders = as_package_dirs(package_dirs)
     bundled = BUNDLED.get(source) if isinstance(source, str) else None
     if bundled is not None:
