@@ -181,7 +181,7 @@ def test_a_motion_flows_through_the_corners_of_a_tight_constraint(panda, world, 
 def test_a_motion_within_limits_of_jerk_flows_through_the_corners_of_a_tight_constraint(panda, world, limits):
     left, right = turned_about_the_base(panda)
     T = panda.forward_kinematics(left)
-    keep = ulna.Keep.in_plane(ulna.pose(T[:3, 3]), 1e-4)
+    keep = ulna.Keep.in_plane(ulna.pose(T[:3, 3]), within=1e-4)
     plan = panda.plan(left, right, world, keep=keep, seed=2)
     motion = plan.trajectory(**limits)
     assert len(plan.path) > 100

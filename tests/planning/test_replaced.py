@@ -123,7 +123,7 @@ def test_beside_obstacles_it_touches_nothing_and_brakes_along_its_own_path_where
 def test_along_a_tight_constraint_it_flows_through_the_corners_of_the_plan_and_keeps_it(panda, world, share):
     left, right = ends(panda)
     T = panda.forward_kinematics(left)
-    keep = ulna.Keep.in_plane(ulna.pose(T[:3, 3]), 1e-4)
+    keep = ulna.Keep.in_plane(ulna.pose(T[:3, 3]), within=1e-4)
     old = panda.plan(left, right, world, keep=keep, seed=2).trajectory(**SUDDEN)
     t = share * old.duration
     plan = panda.plan(old.at(t).q, left if share else right, world, keep=keep, seed=9)
@@ -138,7 +138,7 @@ def test_along_a_tight_constraint_it_flows_through_the_corners_of_the_plan_and_k
 
 def test_along_a_tight_constraint_a_motion_within_limits_of_jerk_is_left_at_rest(panda, world):
     left, right = ends(panda)
-    keep = ulna.Keep.in_plane(ulna.pose(panda.forward_kinematics(left)[:3, 3]), 1e-4)
+    keep = ulna.Keep.in_plane(ulna.pose(panda.forward_kinematics(left)[:3, 3]), within=1e-4)
     old, plan = (panda.plan(left, right, world, keep=keep, seed=seed) for seed in (2, 9))
     old = old.trajectory(**FRANKA)
     new = old.replace(plan, at=0.0)

@@ -11,6 +11,7 @@ from ulna.errors import InputError, did_you_mean
 from ulna.kernels.ik.search_layout import POINTING, WHOLE_POSE, WITH_SLACK
 
 _FREE = float("inf")
+_ABOUT_Z = False, False, True
 
 
 @dataclass(frozen=True)
@@ -38,18 +39,19 @@ class Task:
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
-        slack = as_floats("slack", self.slack)
-        if slack.shape != (6,) or not (slack >= 0).all():
+        given = as_floats("slack", self.slack)
+        slack = tuple(given.ravel().tolist())
+        if given.shape != (6,) or not all(s >= 0.0 for s in slack):
             raise InputError("slack", f"{self.slack!r}; six numbers of at least 0 are expected: x, y, z [m], rx, ry, rz [rad]")
-        if tuple(np.isinf(slack[3:])) not in {(False, False, False), (False, False, True), (True, True, True)}:
+        if _free_turns(slack) not in {(False, False, False), _ABOUT_Z, (True, True, True)}:
             raise InputError("slack", "the rotation may be free about z or altogether; axis= chooses what z is")
-        if np.isinf(slack).all():
+        if min(slack) == _FREE:
             raise InputError("slack", "every component is free, so there is nothing to search for")
         axis = as_floats("axis", self.axis)
         length = float(np.linalg.norm(axis)) if axis.shape == (3,) else 0.0
         if not 1e-9 < length < _FREE:
             raise InputError("axis", f"{self.axis!r}; a direction of three numbers is expected")
-        object.__setattr__(self, "slack", tuple(slack.tolist()))
+        object.__setattr__(self, "slack", slack)
         object.__setattr__(self, "axis", tuple((axis / length).tolist()))
 
     @classmethod
@@ -79,7 +81,7 @@ class Task:
         """How the kernels name it."""
         if not any(self.slack):
             return WHOLE_POSE
-        return POINTING if np.isinf(self.slack[3:]).tolist() == [False, False, True] else WITH_SLACK
+        return POINTING if _free_turns(self.slack) == _ABOUT_Z else WITH_SLACK
 
     @cached_property
     def turn(self) -> NDArray[np.float64] | None:
@@ -102,6 +104,11 @@ class Task:
             T[:3, :3] = self.turn
         T.flags.writeable = False
         return T
+
+
+def _free_turns(slack: tuple[float, ...]) -> tuple[bool, ...]:
+    """Whether the rotation is free about x, y and z."""
+    return tuple(s == _FREE for s in slack[3:])
 
 
 _NAMED = {"pose": Task.pose(), "position": Task.position(), "pointing": Task.pointing()}

@@ -11,6 +11,7 @@ from ulna.description.arrays import as_floats, as_number, as_switch
 from ulna.description.pose import as_one_pose, inverse
 from ulna.errors import InputError
 from ulna.ik.task import Task, as_task
+from ulna.kernels.ik.search_layout import POINTING
 
 Array = NDArray[np.float64]
 AWAY, TURN = 1e-4, float(np.radians(0.1))  # [m], [rad]: the tolerances where a task has none
@@ -68,7 +69,7 @@ class Keep:
         turns = {s for s in slack[3:] if s < _FREE}
         if len(turns) > 1 or not max(turns, default=0.0) < np.pi:
             raise InputError("task", f"slacks {slack[3:]} of the rotation; one angle below pi is expected where it is not free")
-        object.__setattr__(self, "task", Task(tuple(slack), task.axis))
+        object.__setattr__(self, "task", task if tuple(slack) == task.slack else Task(tuple(slack), task.axis))
         if self.T is not None:
             object.__setattr__(self, "T", as_one_pose(self.T))
             self.T.setflags(write=False)
@@ -210,7 +211,7 @@ class Keep:
 
     def at_start(self, T: Array, link: str) -> Keep:
         """The constraint on a motion that begins with the link at T, shape (4, 4), as seen from ``relative_to``."""
-        task = self.task if self.along is None else replace(self.task, axis=tuple((T[:3, :3].T @ self.along).tolist()))
+        task = self.task if self.along is None else Task(self.task.slack, tuple((T[:3, :3].T @ self.along).tolist()))
         return replace(self, task=task, T=T if self.T is None else self.T, link=link, along=None)
 
     def target(self, link: str | None) -> tuple[Array, str | None, Task]:
@@ -240,7 +241,7 @@ class Keep:
     @property
     def keeps_axis(self) -> bool:
         """Whether the turn about an axis is free, and no other."""
-        return np.isinf(self.task.slack[3:]).tolist() == [False, False, True]
+        return self.task.kind == POINTING
 
     def __setstate__(self, state: dict) -> None:
         self.__dict__.update(state)
