@@ -187,6 +187,14 @@ def test_what_is_no_rigid_motion_is_refused(fault, place):
         world.move("a", T)
 
 
+def test_a_world_contains_the_names_of_its_objects():
+    world = ulna.World()
+    assert len(world) == 0
+    world.add("a", ulna.Sphere(0.1))
+    world.add("b", ulna.Sphere(0.1))
+    assert ("a" in world, "c" in world, len(world), list(world)) == (True, False, 2, ["a", "b"])
+
+
 def test_a_rounded_rotation_is_made_orthonormal_and_an_exact_one_is_kept():
     world, T = ulna.World(), ulna.pose((1, 2, 3), (0.3, -0.2, 1.0))
     world.add("a", ulna.Sphere(0.1), T)

@@ -138,6 +138,13 @@ def test_pixels_that_are_masked_see_nothing():
     assert np.array_equal(hidden.occupied, expected.occupied)
 
 
+def test_rows_of_different_length_are_no_image():
+    with pytest.raises(ulna.InputError, match="depth: not an array"):
+        ulna.PointCloud.from_depth([[1.0, 2.0], [1.0]], K, T, radius=0.01)  # type: ignore[list-item]
+    with pytest.raises(ulna.InputError, match="occupied: not an array"):
+        ulna.VoxelGrid([[[1, 0]], [[1]]], 0.1)
+
+
 def test_the_intrinsics_may_be_a_matrix_its_nine_numbers_or_four(rng):
     depth = rng.uniform(0.5, 2, (480, 640))
     forms = K, K.ravel(), (K[0, 0], K[1, 1], K[0, 2], K[1, 2])

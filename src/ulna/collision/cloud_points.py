@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.description.arrays import as_floats
+from ulna.description.arrays import as_cells, as_floats
 from ulna.description.pose import as_one_pose
 from ulna.description.shapes import Box
 from ulna.drivers import thinning
@@ -43,7 +43,7 @@ def as_depths(depth: ArrayLike, depth_scale: float | None) -> NDArray[np.float64
     Raises:
         InputError: It is not an image of depths.
     """
-    image = np.asarray(np.ma.filled(depth, 0))
+    image = as_cells("depth", depth, 0)
     if image.ndim != 2 or image.dtype.kind not in "uif":
         raise InputError("depth", f"shape {image.shape} of {image.dtype}; numbers of shape (H, W) are expected")
     z = image.astype(np.float64) * _scale(depth_scale, image)

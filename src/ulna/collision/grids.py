@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.cloud_points import as_depths, camera_matrix
 from ulna.collision.clouds import HasLinks, PointCloud
+from ulna.description.arrays import as_cells
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import frozen
 from ulna.description.shapes import Box, Solid, lengths, within_reach
@@ -97,7 +98,7 @@ class VoxelGrid:
     corner: Array
 
     def __init__(self, occupied: ArrayLike, cell: float, corner: ArrayLike | None = None) -> None:
-        given = np.asarray(np.ma.filled(occupied, 1))
+        given = as_cells("occupied", occupied, 1)
         grid = given.astype(bool) if given.dtype.kind in "buif" else given
         if grid.ndim != 3 or grid.dtype != np.bool_ or (grid != given).any():
             raise InputError(

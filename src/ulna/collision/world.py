@@ -1,7 +1,7 @@
 """Holds the world around a robot: named shapes with poses in its base frame."""
 
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache, partial
 
 import numpy as np
@@ -51,6 +51,15 @@ class World(Seen):
     def names(self) -> tuple[str, ...]:
         """The names of the objects, in the order in which they were added."""
         return tuple(self._shapes)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._shapes
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self._shapes)
 
     def add(
         self,

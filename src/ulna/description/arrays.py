@@ -34,6 +34,18 @@ def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
         raise InputError(name, f"not an array of numbers ({error})") from None
 
 
+def as_cells(name: str, values: ArrayLike, unseen: int) -> NDArray:
+    """The values as an array of any kind; what a mask leaves out is ``unseen``.
+
+    Raises:
+        InputError: They form no array.
+    """
+    try:
+        return np.asarray(np.ma.filled(values, unseen))
+    except ValueError as error:
+        raise InputError(name, f"not an array ({error})") from None
+
+
 def as_number(
     name: str,
     value: object,
