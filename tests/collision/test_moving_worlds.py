@@ -189,6 +189,7 @@ def test_what_is_no_rigid_motion_is_refused(fault, place):
 
 def test_a_world_contains_the_names_of_its_objects():
     world = ulna.World()
+    assert world
     assert len(world) == 0
     world.add("a", ulna.Sphere(0.1))
     world.add("b", ulna.Sphere(0.1))

@@ -193,6 +193,19 @@ def test_a_motion_within_limits_of_jerk_flows_through_the_corners_of_a_tight_con
     assert shares(keep, T, panda.forward_kinematics(q)).max() <= 1
 
 
+@pytest.mark.parametrize("jerk", [100.0, 500.0])
+def test_a_motion_along_a_tight_constraint_is_not_slower_than_its_certificate_asks(panda, jerk):
+    """With roundings half as large the mean is certified at full acceleration: that is tried before less acceleration is."""
+    T = ulna.pose((0.45, 0.3, 0.5), (np.pi, 0, 0)), ulna.pose((0.45, -0.3, 0.5), (np.pi, 0, 0))
+    left, right = (panda.inverse_kinematics(each, panda.home).q for each in T)
+    keep = ulna.Keep.in_plane(ulna.pose((0.45, 0.3, 0.5)), within=1e-4)
+    plan = panda.plan(left, right, keep=keep, seed=0)
+    motion, quick = (plan.trajectory(acceleration=5.0, jerk=most) for most in (jerk, 1e4))
+    assert motion.certified
+    assert motion.is_free(ulna.World(), keep=keep)
+    assert motion.duration <= 1.1 * quick.duration
+
+
 def test_a_constraint_that_is_always_kept_takes_hardly_more_edges_than_none(panda, world):
     """What touches is refused by one certificate, and not followed in parts."""
     left, right = turned_about_the_base(panda)

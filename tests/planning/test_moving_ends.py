@@ -114,6 +114,16 @@ def test_it_is_slowed_replaced_written_and_sent_with_its_velocities(panda, tmp_p
     assert np.allclose(table[[0, -1], 8:15], 0.2)
 
 
+@pytest.mark.parametrize("speed", [0.5, 1.9, 2.1])
+def test_on_a_line_no_acceleration_is_lost_to_how_far_a_motion_may_leave_it(panda, speed):
+    line = np.stack([panda.home, panda.home + np.eye(7)[0]])
+    durations = [
+        panda.trajectory(line, acceleration=5.0, jerk=50.0, start_velocity=speed * np.eye(7)[0], within=within).duration
+        for within in (1e-5, 1e-2)
+    ]
+    assert durations[0] == pytest.approx(durations[1], rel=1e-9)
+
+
 def test_an_arm_at_rest_does_not_take_a_motion_that_moves_at_an_end():
     robot = ulna.load("panda")
     motion = robot.plan(robot.home, robot.home + 0.2).trajectory(start_velocity=np.full(7, 0.1), **FRANKA)

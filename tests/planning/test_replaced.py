@@ -136,6 +136,18 @@ def test_along_a_tight_constraint_it_flows_through_the_corners_of_the_plan_and_k
     assert np.abs(away).max() <= 1e-4
 
 
+@pytest.mark.parametrize("share", [0.1, 0.5])
+def test_along_a_tight_constraint_a_motion_within_limits_of_jerk_is_left_while_it_moves(panda, world, share):
+    left, right = ends(panda)
+    keep = ulna.Keep.in_plane(ulna.pose(panda.forward_kinematics(left)[:3, 3]), within=1e-4)
+    old = panda.plan(left, right, world, keep=keep, seed=2).trajectory(**FRANKA)
+    t = share * old.duration
+    new = old.replace(panda.plan(old.at(t).q, left if share > 0.3 else right, world, keep=keep, seed=9), at=t)
+    judge(old, new, t)
+    assert new.check()
+    assert new.is_free(world, since=t, keep=keep)
+
+
 def test_along_a_tight_constraint_a_motion_within_limits_of_jerk_is_left_at_rest(panda, world):
     left, right = ends(panda)
     keep = ulna.Keep.in_plane(ulna.pose(panda.forward_kinematics(left)[:3, 3]), within=1e-4)

@@ -61,6 +61,10 @@ class World(Seen):
     def __len__(self) -> int:
         return len(self._shapes)
 
+    def __bool__(self) -> bool:
+        """True, though it be empty: in ``world or World()`` a world that is filled later must not be replaced by another."""
+        return True
+
     def add(
         self,
         name: str,

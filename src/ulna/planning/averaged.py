@@ -38,13 +38,13 @@ _WITHIN = 1 - 1e-6  # of the limits of jerk, since jerk is three differences
 _BESIDE = 2e-5  # [rad or m]: of a chord, with CHORDS; it falls with the square
 _SHARES = 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
 _SHORT = 0.02  # of the duration: with a shorter window no slower motion is tried
-_EXPECTED = 3.0  # times the share that is expected: less is not tried at first
 _MOST_SHARES = 30  # of the acceleration, of which one leaves the path by little enough
 _MOST_EXPECTED = 1e-4  # [rad or m] beside the path, for which the corners' chords are widened
 _FASTER = 1.25  # than on a line: by the length of the edges, a parabola is passed faster
 _MOST_TRIES = 12  # of a window that depends on the path, which depends on the window
-_LEAVES = 1.0, 0.015  # of a tolerance: with less acceleration a mean leaves its path by less, and need not stop at corners
+_LEAVES = 1.0, 0.015  # of the least tolerance of what is kept: so much less a mean leaves its path with less acceleration
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
+_HALVINGS_FIRST = 2  # before it is tried with less acceleration
 
 
 class Span(NamedTuple):
@@ -224,11 +224,12 @@ def timed_path(
     if jerk is None:
         pieces = rounded(edges, free_cuts(edges, blend, is_free, within))
         return fastest(grid_of(pieces), velocity, acceleration, speeds)
-    beside = _expected(edges, velocity, acceleration, jerk, _LEAVES[1] * is_free.tolerance)
+    beside = _expected(edges, velocity, acceleration, jerk)
     cuts = free_cuts(edges, blend, is_free, 0.5 * within, beside)
     if np.count_nonzero(cuts) < np.count_nonzero(edges.turns):
         beside, cuts = ON_PATH, free_cuts(edges, blend, is_free, 0.5 * within)
-    halvings, (most, *slower) = np.zeros(len(cuts), dtype=int), (share * is_free.tolerance for share in _LEAVES)
+    halvings, most, largest = np.zeros(len(cuts), dtype=int), math.inf, cuts.copy()
+    slower = [share * is_free.tolerance for share in _LEAVES if is_free.tolerance < math.inf]
     moves = speeds != AT_REST
     while cuts.any() or moves:
         motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, min(0.5 * within, most), speeds)
@@ -242,36 +243,31 @@ def timed_path(
         corners = np.flatnonzero(cuts)[[] if is_covered else motion.corners_not_free(is_free)]
         if not len(corners):
             return motion
-        if slower and most < math.inf:
-            most = slower.pop(0)
+        if slower and (halvings[corners] == _HALVINGS_FIRST).any():
+            most, cuts, halvings[:] = slower.pop(0), largest.copy(), 0
             continue
         halvings[corners] += 1
         cuts[corners] = np.where(halvings[corners] > _HALVINGS, 0.0, 0.5 * cuts[corners])
     return along_lines(rounded(edges, cuts), velocity, acceleration, jerk)
 
 
-def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array, most: float) -> Beside:
+def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -> Beside:
     """How far the mean is expected to leave the path, which is then certified with its corners; 0 where that is far.
 
-    The window is expected to be as long as it is at most (``_expected_window``).
+    The acceleration may change at once from the least to the greatest, so the window is expected to be 2 a / j long.
     """
-    window = _expected_window(acceleration, jerk)
+    window = 2.0 * float((acceleration / jerk).max()) * (1 + 1e-5)
     by = mean_leaves_by(acceleration, window)
-    if by > min(_MOST_EXPECTED, most):
+    if by > _MOST_EXPECTED:
         return ON_PATH
     with np.errstate(divide="ignore"):
         speeds = (velocity / np.abs(edges.directions)).min(axis=1)
     return Beside(by, 0.5 * window * _FASTER * float(speeds.max()))
 
 
-def _expected_window(acceleration: Array, jerk: Array) -> float:
-    """2 a / j [s]: the acceleration may change at once from the least to the greatest."""
-    return 2.0 * float((acceleration / jerk).max()) * (1 + 1e-5)
-
-
 def _near(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds) -> Averaged | None:
     """The mean that leaves the pieces by no more than ``within``, with as much acceleration as that allows; None if none does."""
-    share = min(1.0, _EXPECTED * float((within / mean_leaves_by(acceleration, _expected_window(acceleration, jerk))) ** (1 / 3)))
+    share = 1.0
     for _ in range(_MOST_SHARES):
         motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds)
         if motion is None or math.isinf(within) or motion.leaves_by <= within:

@@ -45,7 +45,7 @@ class Grid(NamedTuple):
     """The lengths of the intervals, shape (n,)."""
     borders: NDArray[np.int64]
     """The ends of intervals at which the motion rests, counted from 0, the start of the path, on."""
-    chords: int = CHORDS
+    chords: int
     """As of ``IsFree``."""
 
 

@@ -122,7 +122,7 @@ def _from_rest_to_rest(motion: TimedPath, first: int, last: int) -> TimedPath:
     i, k = motion.grid.borders[[first, last]].tolist()
     starts, slopes, bends, steps = (each[i:k] for each in motion.grid[:4])
     times, *rates = motion.profile
-    grid = Grid(starts, slopes, bends, steps, motion.grid.borders[first : last + 1] - i)
+    grid = Grid(starts, slopes, bends, steps, motion.grid.borders[first : last + 1] - i, motion.grid.chords)
     return TimedPath(grid, Profile(times[i : k + 1] - times[i], *(each[i:k] for each in rates)))
 
 
@@ -228,7 +228,7 @@ def _stops(
 
 def _left_of(motion: TimedPath, time: float) -> tuple[Grid, float]:
     """What is left of the path from a time to where the motion rests next, and how fast it is passed then, ds/dt."""
-    (starts, slopes, bends, steps, borders, _), i = motion.grid, int(motion.interval_at(np.array(time)))
+    (starts, slopes, bends, steps, borders, chords), i = motion.grid, int(motion.interval_at(np.array(time)))
     profile, after = motion.profile, time - motion.times[i]
     s = (0.5 * profile.accelerations[i] * after + profile.speeds[i]) * after
     k = int(borders[borders > i][0])
@@ -238,7 +238,7 @@ def _left_of(motion: TimedPath, time: float) -> tuple[Grid, float]:
     rows[3][0] -= s
     moving = rows[3] > 0.0  # nor a rest, nor what rounding leaves of an interval
     starts, slopes, bends, steps = (each[moving] for each in rows)
-    path = Grid(starts, slopes, bends, steps, np.array([0, len(steps)]))
+    path = Grid(starts, slopes, bends, steps, np.array([0, len(steps)]), chords)
     return path, float(profile.speeds[i] + profile.accelerations[i] * after)
 
 
@@ -248,22 +248,23 @@ def _up_to(path: Grid, length: float) -> Grid:
     n = min(int(np.searchsorted(ends, length)) + 1, len(ends))
     starts, slopes, bends, steps = (each[:n].copy() for each in path[:4])
     steps[-1] -= max(ends[n - 1] - length, 0.0)
-    return Grid(starts, slopes, bends, steps, np.array([0, n]))
+    return Grid(starts, slopes, bends, steps, np.array([0, n]), path.chords)
 
 
 def _backwards(path: Grid) -> Grid:
     """The path from its end to its start."""
-    starts, slopes, bends, steps, borders, _ = path
+    starts, slopes, bends, steps, borders, chords = path
     s = steps[:, None]
     ends = starts + s * (slopes + 0.5 * s * bends), -(slopes + s * bends)
     starts, slopes, bends, steps = (np.ascontiguousarray(each[::-1]) for each in (*ends, bends, steps))
-    return Grid(starts, slopes, bends, steps, borders)
+    return Grid(starts, slopes, bends, steps, borders, chords)
 
 
 def _joined_grids(first: Grid, then: Grid) -> Grid:
     """One path and then another, with a stop between them."""
     starts, slopes, bends, steps = (np.concatenate([early, late]) for early, late in zip(first[:4], then[:4], strict=True))
-    return Grid(starts, slopes, bends, steps, np.concatenate([first.borders[:-1], then.borders + len(first.steps)]))
+    borders = np.concatenate([first.borders[:-1], then.borders + len(first.steps)])
+    return Grid(starts, slopes, bends, steps, borders, max(first.chords, then.chords))
 
 
 def _base_of(timed: TimedPath | Averaged) -> tuple[TimedPath, float]:
@@ -285,7 +286,8 @@ def _base_of(timed: TimedPath | Averaged) -> tuple[TimedPath, float]:
     steps = (0.5 * rates * phases + speeds) * phases
     s = np.concatenate([[0.0], np.cumsum(steps)[:-1]])
     slopes = np.repeat(grid.slopes[:1], len(steps), axis=0)
-    base = Grid(grid.starts[0] + s[:, None] * slopes, slopes, np.zeros_like(slopes), steps, np.array([0, len(steps)]))
+    starts, still = grid.starts[0] + s[:, None] * slopes, np.zeros_like(slopes)
+    base = Grid(starts, slopes, still, steps, np.array([0, len(steps)]), grid.chords)
     profile = Profile(np.concatenate([[0.0], np.cumsum(phases)]), speeds, rates, np.zeros(len(steps)))
     return with_pauses(TimedPath(base, profile), float(growing)), float(growing)
 
@@ -305,8 +307,8 @@ def _going_on(base: TimedPath, window: float, at: float, way: _Way, share: float
 
 def _with_later_pauses(motion: TimedPath, pause: float) -> TimedPath:
     """The motion with a rest of so long [s] at each stop and at its end, but none at its start."""
-    (starts, slopes, bends, steps, borders, *_), profile = with_pauses(motion, pause)
-    path = Grid(starts[1:], slopes[1:], bends[1:], steps[1:], np.concatenate([[0], borders[1:] - 1]))
+    (starts, slopes, bends, steps, borders, chords), profile = with_pauses(motion, pause)
+    path = Grid(starts[1:], slopes[1:], bends[1:], steps[1:], np.concatenate([[0], borders[1:] - 1]), chords)
     return TimedPath(path, Profile(profile.times[1:] - pause, *(rows[1:] for rows in profile[1:])))
 
 
@@ -322,4 +324,5 @@ def _joined(first: TimedPath, until: float, then: TimedPath) -> TimedPath:
     borders = np.concatenate([first.grid.borders[first.grid.borders <= i], then.grid.borders[1:] + i + 1])
     times = np.concatenate([first.times[: i + 1], until + then.times])
     profile = [np.concatenate([early[: i + 1], late]) for early, late in zip(first.profile[1:], then.profile[1:], strict=True)]
-    return TimedPath(Grid(starts, slopes, bends, steps, borders), Profile(times, *profile))
+    path = Grid(starts, slopes, bends, steps, borders, max(first.grid.chords, then.grid.chords))
+    return TimedPath(path, Profile(times, *profile))

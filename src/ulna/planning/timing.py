@@ -212,7 +212,7 @@ def along_lines(lines: Grid, velocity: Array, acceleration: Array, jerk: Array) 
             rows.append((start + s * slope, slope, step, t, speed, rate, j))
             s, speed, rate = s + step, speed + rate * t + j * t * t / 2, rate + j * t
     starts, slopes, steps, times, *others = (np.array(column) for column in zip(*rows, strict=True))
-    grid = Grid(starts, slopes, np.zeros_like(slopes), steps, np.arange(0, len(rows) + 1, N_PHASES))
+    grid = Grid(starts, slopes, np.zeros_like(slopes), steps, np.arange(0, len(rows) + 1, N_PHASES), lines.chords)
     return TimedPath(grid, Profile(np.concatenate([[0.0], np.cumsum(times)]), *others))
 
 

@@ -16,7 +16,7 @@ from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.file_bytes import write_table
 from ulna.errors import InputError, needs_extra
 from ulna.planning.arm_limits import ArmLimits
-from ulna.planning.blend import Grid
+from ulna.planning.blend import CHORDS, Grid
 from ulna.planning.keep import Keep
 from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.motion import Motion
@@ -387,6 +387,6 @@ def _read_only(array: Array) -> Array:
 def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: Motion, limits: Limits) -> Trajectory:
     """The trajectory of a plan that does not move."""
     none, zero = np.zeros((1, len(q))), np.zeros(1)
-    grid = Grid(q[None].copy(), none, none, zero, np.array([0, 0]))
+    grid = Grid(q[None].copy(), none, none, zero, np.array([0, 0]), CHORDS)
     timed = TimedPath(grid, Profile(np.zeros(2), zero, zero, zero))
     return Trajectory(certified, joint_names, timed, motion, limits)
