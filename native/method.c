@@ -109,8 +109,9 @@ static PyObject *objects_of(PyObject *world) {
 
 /* Reads where the rows of objects are in the layout that others have too; 0 if it is another. No exception is set. */
 static int read_span(PyObject *objects, PyObject *others, int64_t *span) {
-    PyObject *parts[4] = {PyObject_GetAttr(objects, LAYOUT), PyObject_GetAttr(others, LAYOUT), NULL, NULL};
-    int same = parts[0] && parts[0] == parts[1];
+    PyObject *parts[4] = {PyObject_GetAttr(objects, LAYOUT), NULL, NULL, NULL};
+    if (parts[0]) parts[1] = PyObject_GetAttr(others, LAYOUT);
+    int same = parts[1] && parts[0] == parts[1];
     if (same) {
         parts[2] = PyObject_GetAttr(objects, FIRST);
         parts[3] = PyObject_GetAttr(objects, END);

@@ -354,3 +354,14 @@ def test_a_start_that_is_the_goal_needs_no_motion(panda, post):
     assert plan.path.shape == (1, 7)
     assert plan.length == 0
     assert np.array_equal(plan.at([0.0, 0.5, 1.0]), np.stack([left] * 3))
+
+
+def test_a_start_beyond_a_limit_by_rounding_is_brought_to_it(panda):
+    """As a motion that ends at a limit may compute it."""
+    start = panda.home.copy()
+    start[0] = np.nextafter(panda.upper[0], np.inf)
+    plan = panda.plan(start, panda.home)
+    assert plan
+    assert plan.path[0, 0] == panda.upper[0]
+    start[0] += 1e-9
+    assert panda.plan(start, panda.home).status == ulna.PlanStatus.START_BEYOND_LIMITS

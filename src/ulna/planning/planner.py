@@ -36,6 +36,7 @@ from ulna.planning.targets import as_targets, fixed_for, joint_of
 Array = NDArray[np.float64]
 _DEEPEST = 0.01  # [m]: a start that is deeper in something is not left
 _ESCAPE_STEPS = 30
+_ROUNDING = 1e-12  # [rad or m]: of what a motion computes
 _BEYOND = 1e-3  # [m]: how far out each step aims
 _LARGEST_STEP = 0.05  # rad or m
 _ESCAPE_APART = 1e-3  # [rad or m]: of the samples of the way out
@@ -164,12 +165,15 @@ def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
 
 
 def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
-    """The start, and whether it is within the limits."""
+    """The start, and whether it is within the limits, to which it is brought where it is beyond them by rounding."""
     start = as_positions(q_start, checker.tree, "q_start")
     if start.ndim != 1:
         raise InputError("q_start", f"shape {start.shape}; one configuration, shape ({checker.tree.n_dof},), is expected")
     if not checker.tree.n_dof:
         raise InputError("q_start", "the robot has no moving joints, so there is nothing to plan")
+    least, most = checker.tree.least, checker.tree.most
+    if ((least - _ROUNDING <= start) & (start <= most + _ROUNDING)).all():
+        start = np.clip(start, least, most)
     within = is_within(start, checker.tree)
     if not within:
         refuse_out_of_range(start, "q_start")
