@@ -139,9 +139,9 @@ static PyObject *of_scene(int place, PyObject *self, PyObject *objects, PyObject
     return function;
 }
 
-/* Reads the arguments of a question whose first n_q are configurations: then a world, and by name that or self_collision. 0 if there
+/* Reads the arguments of a query whose first n_q are configurations: then a world, and by name that or self_collision. 0 if there
    are others, which Python reads. */
-static int read_question(int n_q, PyObject *const *arguments, Py_ssize_t n, PyObject *names, PyObject **world, PyObject **itself) {
+static int read_query(int n_q, PyObject *const *arguments, Py_ssize_t n, PyObject *names, PyObject **world, PyObject **itself) {
     Py_ssize_t n_names = names ? PyTuple_Size(names) : 0;
     if (n != n_q && n != n_q + 1) return 0;
     *world = n > n_q ? arguments[n_q] : Py_None;
@@ -159,7 +159,7 @@ static PyObject *about_collision(int which, PyObject *self, PyObject *const *arg
     PyObject *world, *itself, *result = NULL;
     int moved = 0, place = which == DISTANCE ? NEAREST_OF_SCENE : TOUCHES_OF_SCENE;
     Span span;
-    PyObject *objects = read_question(1, arguments, n, names, &world, &itself) ? objects_of(world) : NULL;
+    PyObject *objects = read_query(1, arguments, n, names, &world, &itself) ? objects_of(world) : NULL;
     PyObject *function = objects ? of_scene(place, self, objects, itself, span, &moved) : NULL;
     Bound *bound = function ? bound_of(function, which == DISTANCE ? &NUMBER : &TRUTH) : NULL;
     if (bound) result = (which == DISTANCE ? number_of : truth_of)(bound, arguments[0], moved ? span : NULL);
@@ -191,7 +191,7 @@ static PyObject *edge_in_collision(PyObject *self, PyObject *const *arguments, P
     PyObject *world, *itself, *result = NULL;
     int moved = 0;
     Span span;
-    PyObject *objects = read_question(2, arguments, n, names, &world, &itself) ? objects_of(world) : NULL;
+    PyObject *objects = read_query(2, arguments, n, names, &world, &itself) ? objects_of(world) : NULL;
     PyObject *parts = objects ? of_scene(EDGE_OF_SCENE, self, objects, itself, span, &moved) : NULL;
     if (parts) result = report_of(parts, arguments[0], arguments[1], moved ? span : NULL);
     Py_XDECREF(parts);

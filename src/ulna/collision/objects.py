@@ -58,7 +58,9 @@ class Moving(NamedTuple):
 
 @dataclass(eq=False, slots=True)
 class Layout:
-    """What is the same for the objects of a world while only such move as are not in the BVH. Nothing of it changes later.
+    """What is the same for the objects of a world while only such move as are not in the BVH.
+
+    Later rows, nodes and names may be added to it, and nothing of it changes.
 
     Attributes:
         table: What the kernels read of each solid (``kernels.layout``), shape (n, BODY_WIDTH). All balls of a cloud have one row.

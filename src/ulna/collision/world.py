@@ -378,7 +378,7 @@ def refuse_no_world(world: object) -> None:
 
 @cache
 def _placed() -> Callable[[ArrayLike], NDArray[np.float64]]:
-    """``as_one_pose`` of the argument ``pose``, in C if the extension is there; without it no compiler is loaded for it."""
+    """``as_one_pose`` of the argument ``pose``: in C in a wheel, in Python without one, since a compiler takes long to load."""
     in_python = partial(as_one_pose, name="pose")
     in_c = None if extension() is None else bind(placing.copy_exact, "copy", (), 4, (4, 4), in_python)
     return in_c or in_python

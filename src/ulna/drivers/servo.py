@@ -341,7 +341,7 @@ def write_rows(tick, count, way, box_rows, normal_rows, bound_rows):
     """
     n, h, deepest = tick.x.shape[0], tick.settings[layout.TICK], tick.excess[nearest_of(tick, count)]
     for j in range(n):
-        tick.tried[j] = beyond_rest_of_zero(tick.state, tick.settings, j)  # nothing is tried yet: its row is free
+        tick.tried[j] = beyond_rest_of_zero(tick.state, tick.settings, j)  # tried is written anew before it is read
         normal_rows[n * j + j], bound_rows[j] = 1.0, box_rows[j]
         normal_rows[n * (n + j) + j], bound_rows[n + j] = -1.0, -box_rows[n + j]
     for i in range(count):

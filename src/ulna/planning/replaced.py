@@ -220,7 +220,7 @@ def _stops(
                 end = joined.at(joined.times[-1:]).q[0]
                 ways = [*_along([end, *path[1:]], _BLEND, is_free), *_along([end, *path], _BLEND, is_free)]
                 start = _along([end_of(back), path[0]], 0.0, is_free)
-                then = (_along([*path], blend, is_free) for blend in (_BLEND, 0.0))  # a mean leaves a rounded corner
+                then = (_along([*path], blend, is_free) for blend in (_BLEND, 0.0))
                 ways += [reduce(_joined_grids, [*start, *grids], back) for grids in then]
                 yield joined, ways
                 break

@@ -147,7 +147,7 @@ def way_to_rest(settings, ticks):
 
 @kernel
 def beyond_rest_of_zero(state, settings, j):
-    """How far the certified stop ends beyond where entry j rests after a tick with v = 0."""
+    """How far beyond it the certified stop ends: beyond where entry j rests if the velocity after this tick is 0."""
     if settings[RAMP] > 0.0:
         return state[TO, j] - rest_of_zero(state, settings, j)
     return state[TO, j] - state[Q, j] - 0.5 * settings[TICK] * state[QD, j]
@@ -155,7 +155,10 @@ def beyond_rest_of_zero(state, settings, j):
 
 @kernel
 def travel(state, after, settings, ticks, j):
-    """At most how far entry j gets on its way, to and fro, in a tick and in the stop of so many ticks after it."""
+    """A bound on how far entry j moves in all, forth and back added, in a tick and in the stop of so many ticks after it.
+
+    Without a limit of jerk it is that from where the tick begins to where it ends, and from there to where the stop ends.
+    """
     if settings[RAMP] > 0.0:
         return ramped_travel(state, after, settings, ticks, j)
     return abs(after[Q, j] - state[Q, j]) + abs(after[TO, j] - after[Q, j])
