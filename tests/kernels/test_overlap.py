@@ -52,9 +52,9 @@ def table_of(objects):
 
 def scene(panda, bodies, world, pairs=NO_PAIRS):
     no_touch = np.zeros((len(bodies.table), 1), dtype=bool)
-    return Scene(
-        panda.tree.joints, bodies.table, None, pairs, world.table, None, world.nodes, world.root, world.first, world.end, no_touch
-    )
+    layout = world.layout
+    of_world = layout.table, None, layout.nodes, layout.root, world.first, world.end
+    return Scene(panda.tree.joints, bodies.table, None, pairs, *of_world, no_touch)
 
 
 def placed(panda, q):
@@ -92,7 +92,7 @@ def test_a_bvh_of_objects_overlaps_where_any_object_does(panda, bodies, rng):
     for n in (MOST_UNINDEXED, MOST_UNINDEXED + 1, 3 * MOST_UNINDEXED):
         objects, q = scattered(rng, n, 0.02, reach=1.5), configurations(panda, rng, 24)
         world = table_of(objects)
-        assert (world.root >= 0) == (n > MOST_UNINDEXED)
+        assert (world.layout.root >= 0) == (n > MOST_UNINDEXED)
         expected = np.zeros(24, dtype=bool)
         for k in range(0, n, MOST_UNINDEXED):
             expected |= overlaps(panda, bodies, table_of(objects[k : k + MOST_UNINDEXED]), q)
@@ -116,7 +116,7 @@ def against(world):
 
 
 def contacts(panda, bodies, world, q):
-    found = np.empty((12 * len(world.names), CONTACT_WIDTH))
+    found = np.empty((12 * len(world.layout.names), CONTACT_WIDTH))
     assert measure(panda, bodies, world, q, found)
     return found
 

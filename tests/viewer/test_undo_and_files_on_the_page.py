@@ -60,7 +60,10 @@ def test_a_capsule_is_added_sized_drawn_and_measured_as_a_row_of_balls_is(view, 
         wait_to_see(page, holds, f"{label} {value}")
     T = ulna.pose((0.5, 0.3, 0.3), (0.7, 0.4, 0.0))
     world.move("capsule 1", T)
-    wait_to_see(page, lambda: np.allclose(view.obstacles.nodes["capsule 1"].position, T[:3, 3]), "the capsule where it was moved")
+    node = view.obstacles.nodes.get  # what is drawn anew is absent for a moment
+    wait_to_see(
+        page, lambda: node("capsule 1") and np.allclose(node("capsule 1").position, T[:3, 3]), "the capsule where it was moved"
+    )
     corners = view.obstacles.nodes["capsule 1"].vertices
     assert np.allclose(np.ptp(corners, axis=0), [0.06, 0.06, 0.46], atol=2e-3)
     row = ulna.World()

@@ -250,11 +250,11 @@ class Servo:
         self._ticks, self._worst = self._ticks + 1, max(self._worst, perf_counter() - began)
         return command
 
-    def saved(self) -> tuple[Array, NDArray[np.int64], Array, int, Scene | None]:
+    def saved(self) -> tuple[Array, NDArray[np.int64], Array, int, Any]:
         """The state, for ``restore``: of what moves, how many ticks there were, and the world in which the stop was certified."""
         return self._state.copy(), self._counters.copy(), self._moving.copy(), self._ticks, self._scene
 
-    def restore(self, saved: tuple[Array, NDArray[np.int64], Array, int, Scene | None]) -> None:
+    def restore(self, saved: tuple[Array, NDArray[np.int64], Array, int, Any]) -> None:
         """Take back the steps since a state was ``saved``: ``step()`` brakes from there.
 
         Where the world has changed since then, the stop is certified anew.
