@@ -1,5 +1,7 @@
 """The world of most of these plans: a post and a shelf before a Panda, which goes from one side of the post to the other."""
 
+import signal
+
 import pytest
 
 import ulna
@@ -21,3 +23,11 @@ def plan(panda, world):
     plan = panda.plan(left, right, world)
     assert len(plan.path) > 2
     return plan
+
+
+@pytest.fixture
+def interruptible():
+    """Ctrl-C raises KeyboardInterrupt, though a shell that runs the tests in the background lets them ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

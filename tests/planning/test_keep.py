@@ -379,6 +379,7 @@ def test_a_plan_is_improved_along_a_tight_constraint(panda, world):
     assert shares(keep, panda.forward_kinematics(left), path).max() <= 1
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_a_long_search_along_a_constraint_is_ended_by_an_interrupt(panda):
     """The hand has to stay in front of the arm, where a wall is in its way at all heights."""
     left, right = turned_about_the_base(panda)

@@ -89,6 +89,7 @@ def test_slides_without_limits_go_round_an_obstacle(limit):
     assert len(plan.path) > 2
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_ends_the_plans_of_all_threads():
     robot = snake(6, limit=3.0)
     world, outside = shut_in(robot, 6)
