@@ -42,7 +42,7 @@ _MOST_SHARES = 30  # of the acceleration, of which one leaves the path by little
 _MOST_EXPECTED = 1e-4  # [rad or m] beside the path, for which the corners' chords are widened
 _FASTER = 1.25  # than on a line: by the length of the edges, a parabola is passed faster
 _MOST_TRIES = 12  # of a window that depends on the path, which depends on the window
-_LEAVES = 1.0, 0.015  # of the least tolerance of what is kept: so much less a mean leaves its path with less acceleration
+_LEAVES = 1.0, 0.015  # of the least tolerance of what is kept: how far a mean may leave its path when less acceleration is tried
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
 _HALVINGS_FIRST = 2  # before it is tried with less acceleration
 

@@ -171,13 +171,11 @@ def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
         raise InputError("q_start", f"shape {start.shape}; one configuration, shape ({checker.tree.n_dof},), is expected")
     if not checker.tree.n_dof:
         raise InputError("q_start", "the robot has no moving joints, so there is nothing to plan")
-    least, most = checker.tree.least, checker.tree.most
-    if ((least - _ROUNDING <= start) & (start <= most + _ROUNDING)).all():
-        start = np.clip(start, least, most)
-    within = is_within(start, checker.tree)
-    if not within:
-        refuse_out_of_range(start, "q_start")
-    return start.copy(), within
+    if is_within(start, checker.tree):
+        return start.copy(), True
+    refuse_out_of_range(start, "q_start")
+    inside = np.clip(start, checker.tree.least, checker.tree.most)
+    return (inside, True) if (np.abs(inside - start) <= _ROUNDING).all() else (start.copy(), False)
 
 
 def _beyond(tree: Tree, start: Array) -> Reason:

@@ -20,6 +20,8 @@ settings compute one or the other, so that who calls them need not ask.
 
 from ulna.engine.decorators import kernel
 from ulna.kernels.servo.ramped_stop import (
+    BEYOND,
+    ROUNDING,
     bend_moment,
     go_on_with_ramp,
     left_after_one_more,
@@ -52,8 +54,6 @@ from ulna.kernels.servo.servo_layout import (
     Q,
 )
 
-_ROUNDING = 1e-9  # of a number of ticks: a stop takes one tick more above it
-_BEYOND = 1e-12  # [rad or m]: what rounding may put the end of a stop beyond a limit
 STILL = 1e-7  # of the velocity of one tick of acceleration: at rest
 
 
@@ -64,7 +64,7 @@ def ticks_to_stop(rate_rows, limits, tick):
     for j in range(rate_rows.shape[0]):
         most = max(most, abs(rate_rows[j]) / (limits[ACCELERATION, j] * tick))
     n = int(most)
-    return n if most <= n + _ROUNDING * most else n + 1
+    return n if most <= n + ROUNDING * most else n + 1
 
 
 @kernel
@@ -105,7 +105,7 @@ def stop_keeps(state, limits, settings, ticks):
         return ramped_stop_keeps(state, limits, settings, ticks)
     good = True
     for j in range(state.shape[1]):
-        good = good and limits[LOWER, j] - _BEYOND <= state[TO, j] <= limits[UPPER, j] + _BEYOND
+        good = good and limits[LOWER, j] - BEYOND <= state[TO, j] <= limits[UPPER, j] + BEYOND
     return good
 
 

@@ -55,8 +55,8 @@ from ulna.kernels.servo.servo_layout import (
     Q,
 )
 
-_ROUNDING = 1e-9  # of a number of ticks, and of limits: rounding may put so much beyond them
-_BEYOND = 1e-12  # [rad or m]: what rounding may put a position beyond a limit
+ROUNDING = 1e-9  # of a number of ticks, and of limits: rounding may put so much beyond them
+BEYOND = 1e-12  # [rad or m]: what rounding may put a position beyond a limit
 
 
 @kernel
@@ -100,7 +100,7 @@ def write_ramped_stop(state, limits, settings):
         moves = moves or state[QD, j] != 0.0 or state[QDD, j] != 0.0
         most = max(most, abs(velocity_left(state, settings, j)) / (limits[ACCELERATION, j] * h))
     steady = int(max(most - 1.5 * m, 0.0))
-    steady = steady if most - 1.5 * m <= steady + _ROUNDING * most else steady + 1
+    steady = steady if most - 1.5 * m <= steady + ROUNDING * most else steady + 1
     n = steady + 3 * int(m) if moves else 0
     bend = 2.0 * m * h
     for j in range(state.shape[1]):
@@ -119,13 +119,13 @@ def ramped_stop_keeps(state, limits, settings, n):
     for j in range(state.shape[1]):
         q, v, a, x = state[FROM, j], state[RATE, j], state[ONSET, j], velocity_left(state, settings, j)
         speed, most = limits[SPEED, j], limits[ACCELERATION, j]
-        good = good and abs(a) <= most * (1.0 + _ROUNDING) and max(abs(v), abs(x)) <= speed * (1.0 + _ROUNDING) + _BEYOND
+        good = good and abs(a) <= most * (1.0 + ROUNDING) and max(abs(v), abs(x)) <= speed * (1.0 + ROUNDING) + BEYOND
         low, high = min(q, state[TO, j]), max(q, state[TO, j])
         if n > 0:
             ahead, later = q + v * bend / 3.0, q + bend * (2.0 * v / 3.0 + a * bend / 6.0)
             end = q + bend * (v + a * bend / 3.0) - deceleration(x, settings, n) * bend * bend / 6.0
             low, high = min(low, ahead, later, end), max(high, ahead, later, end)
-        good = good and limits[LOWER, j] - _BEYOND <= low and high <= limits[UPPER, j] + _BEYOND
+        good = good and limits[LOWER, j] - BEYOND <= low and high <= limits[UPPER, j] + BEYOND
     return good
 
 
