@@ -7,6 +7,7 @@ own, turned so that z lies along that axis, and the link behind it is turned bac
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,12 +42,26 @@ _MOTIONS = {
 }  # fmt: skip
 
 
+class Narrowed(NamedTuple):
+    """Limits that a caller stated beside those of a description, shape (n_dof,) each; infinite where none was stated."""
+
+    lower: NDArray[np.float64]
+    """[rad or m]; so is ``upper``."""
+    upper: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    """[rad/s or m/s]."""
+    acceleration: NDArray[np.float64]
+    """[rad/s^2 or m/s^2]."""
+    jerk: NDArray[np.float64]
+    """[rad/s^3 or m/s^3]."""
+
+
 @dataclass(frozen=True, eq=False)
 class Tree:
     """A robot as arrays.
 
     ``joints`` is the table of moving joints; each link is fixed to a row of it (``link_row``, or BASE) at ``link_offset``,
-    T_row_link.
+    T_row_link. ``followers`` has what moves each mimic joint. ``narrowed`` is what the limits were narrowed by.
     """
 
     name: str
@@ -64,6 +79,8 @@ class Tree:
     link_row: dict[str, int]
     link_offset: dict[str, NDArray[np.float64]]
     link_frames: NDArray[np.float64]
+    followers: dict[str, Drive]
+    narrowed: Narrowed | None = None
     _chains: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -140,7 +157,7 @@ class Tree:
     def __setstate__(self, state: dict) -> None:
         """Unpickled arrays are writable; those of a robot must not be."""
         self.__dict__.update(state)
-        kept = [*state.values(), *self.link_offset.values(), *self._chains.values()]
+        kept = [*state.values(), *self.link_offset.values(), *self._chains.values(), *(self.narrowed or ())]
         for array in kept:
             if isinstance(array, np.ndarray):
                 array.setflags(write=False)
@@ -195,6 +212,11 @@ def build_tree(description: Description) -> Tree:
         link_row=link_row,
         link_offset={name: frozen(T, (4, 4)) for name, T in link_offset.items()},
         link_frames=frozen([_frame_row(link_row[name], link_offset[name]) for name in names], (len(names), FRAME_WIDTH)),
+        followers={
+            joint.name: drives[joint.name]
+            for joint in ordered
+            if joint.mimic is not None and drives[joint.name].column is not None and drives[joint.name].ratio != 0.0
+        },
     )
 
 

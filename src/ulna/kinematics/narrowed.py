@@ -1,0 +1,60 @@
+"""Narrows the limits of a robot: those of a cell or of a controller, within those of its description."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ulna.description.robot_description import Description, Joint, JointType, frozen
+from ulna.description.robot_description import Limits as JointLimits
+from ulna.errors import InputError
+from ulna.kinematics.tree import Narrowed, Tree
+
+_WITH_LIMITS = JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC
+
+
+def narrowed_tree(tree: Tree, narrowed: Narrowed) -> Tree:
+    """The tree with narrower limits; all else is shared. A velocity of 0, which exporters write for none, is replaced."""
+    lower, upper = np.maximum(tree.lower, narrowed.lower), np.minimum(tree.upper, narrowed.upper)
+    velocity = np.where(tree.velocity_limits > 0.0, np.minimum(tree.velocity_limits, narrowed.velocity), narrowed.velocity)
+    shape = tree.q_shape
+    return replace(
+        tree,
+        lower=frozen(lower, shape),
+        upper=frozen(upper, shape),
+        soft_lower=frozen(np.clip(tree.soft_lower, lower, upper), shape),
+        soft_upper=frozen(np.clip(tree.soft_upper, lower, upper), shape),
+        velocity_limits=frozen(np.where(np.isinf(narrowed.velocity), tree.velocity_limits, velocity), shape),
+        narrowed=Narrowed(*(frozen(each, shape) for each in narrowed)),
+    )
+
+
+def narrowed_description(description: Description, tree: Tree) -> Description:
+    """The description with the limits of a narrowed tree, without the text that it came from.
+
+    A continuous joint with limits is revolute.
+
+    Raises:
+        InputError: A planar or a floating joint was narrowed, whose limits a description does not have.
+    """
+    if tree.narrowed is None:
+        return description
+    columns = dict(zip(tree.joint_names, tree.joint_slices, strict=True))
+
+    def narrowed(joint: Joint) -> Joint:
+        entries = columns.get(joint.name)
+        if entries is None:
+            return joint
+        lower, upper, velocity = (each[entries] for each in (tree.lower, tree.upper, tree.velocity_limits))
+        if joint.type not in _WITH_LIMITS:
+            if np.isfinite([lower, upper]).any() or len(set(velocity.tolist())) > 1:
+                raise InputError("robot", f"joint {joint.name!r} was narrowed, and a {joint.type} joint has no limits in a description")
+            return replace(joint, limits=replace(joint.limits, velocity=float(velocity[0])))
+        limits = JointLimits(float(lower[0]), float(upper[0]), float(velocity[0]), joint.limits.effort)
+        kind = joint.type
+        if kind == JointType.CONTINUOUS and np.isfinite([limits.lower, limits.upper]).any():
+            kind = JointType.REVOLUTE
+        return replace(joint, type=kind, limits=limits)
+
+    return replace(description, joints=tuple(narrowed(joint) for joint in description.joints), text="")
