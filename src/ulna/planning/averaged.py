@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
 from ulna.planning.blend import CHORDS, ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
+from ulna.planning.positions import Farthest, farthest_between, farthest_of
 from ulna.planning.timing import (
     AT_REST,
     Limits,
@@ -114,26 +115,41 @@ class Averaged:
         lost = (sums[:-1] - (sums[1:] - back)) + (steps - back)  # Knuth's sum of two numbers and its error
         return sums, np.vstack([np.zeros(steps.shape[1]), np.cumsum(lost, axis=0)])
 
-    def _area(self, i: NDArray[np.int64], t: Array) -> Array:
-        """The integral of q - q(0) over the first t of intervals i, shape (..., n_dof)."""
+    def _area(self, i: NDArray[np.int64], t: Array, since: Array | float = 0.0) -> Array:
+        """The integral of q - q(0) over intervals i from a time of theirs on, so long, shape (..., n_dof).
+
+        It is of a polynomial in the time behind ``since``: the difference of two integrals from the start of an interval on would
+        lose digits where the window is short beside it.
+        """
         grid, profile = self.base
-        t = t[..., None]
-        v, a = profile.speeds[i][..., None], profile.accelerations[i][..., None]
+        v, a = profile.speeds[i] + profile.accelerations[i] * since, profile.accelerations[i]
+        s = ((profile.speeds[i] + 0.5 * a * since) * since)[..., None]
+        t, v, a, bends = t[..., None], v[..., None], a[..., None], grid.bends[i]
         way, square = t * t * (v / 2 + a * t / 6), t**3 * (v * v / 3 + v * a * t / 4 + a * a * t * t / 20)
-        return (grid.starts[i] - grid.starts[0]) * t + grid.slopes[i] * way + 0.5 * grid.bends[i] * square
+        begin = (grid.starts[i] - grid.starts[0]) + s * (grid.slopes[i] + 0.5 * s * bends)
+        return begin * t + (grid.slopes[i] + s * bends) * way + 0.5 * bends * square
 
     def at(self, t: Array) -> Moment:
         """The moments at times within the motion, shape (...)."""
         (sums, lost), times = self._areas, self.base.times
         until = t + self.window
         i, k = self.base.interval_at(t), self.base.interval_at(until)
-        area = (sums[k] - sums[i]) + (lost[k] - lost[i]) + (self._area(k, until - times[k]) - self._area(i, t - times[i]))
+        within, last = (i == k)[..., None], np.minimum(i + 1, k)
+        first = self._area(i, np.minimum(times[i + 1], until) - t, t - times[i])
+        then = (sums[k] - sums[last]) + (lost[k] - lost[last]) + self._area(k, until - times[k])
+        area = first + np.where(within, 0.0, then)
         before, behind = self.base.at(t), self.base.at(until)
         area -= ((until - t) - self.window)[..., None] * (behind.q - self.base.grid.starts[0])  # what rounding t + window added
         q = self.base.grid.starts[0] + area / self.window
         if self.base.profile.speeds[-1] == 0.0:
             q = np.where((t >= self.duration)[..., None], behind.q, q)
         return Moment(q, *((late - early) / self.window for early, late in zip(before[:3], behind[:3], strict=True)))
+
+    def farthest(self, since: float) -> Farthest:
+        """Where it is farthest from a time on. Between two of ``times`` it is a polynomial of degree five in time."""
+        times = np.concatenate([[since], self.times[self.times > since]])
+        q, qd, qdd, _ = self.at(times)
+        return farthest_between(q, qd, qdd, times) if len(times) > 1 else farthest_of(q, times)
 
     def edges_since(self, t: float) -> tuple[Array, Array]:
         """The motion from a time on as straight edges, shape (n, n_dof), n >= 2; and how far it lies beside each, (n - 1, n_dof).

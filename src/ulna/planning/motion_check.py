@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.planning.arm_limits import ArmLimits
+from ulna.planning.positions import Beyond
 from ulna.planning.timing import QUANTITIES
 
 Array = NDArray[np.float64]
@@ -39,9 +40,9 @@ class MotionCheck:
     Attributes:
         within: Whether every difference is within its limit, but for what rounding of the positions can add.
         joint: The joint whose difference is the greatest share of its limit.
-        quantity: Of what: "velocity", "acceleration" or "jerk".
+        quantity: Of what: "velocity", "acceleration" or "jerk"; "position" if the motion leaves the limits of position.
         time: When [s].
-        value: How much, without its sign [rad/s, rad/s^2 or rad/s^3; m of a slide].
+        value: How much, without its sign [rad/s, rad/s^2 or rad/s^3; m of a slide]; or the farthest position [rad or m].
         limit: The limit there, in the unit of ``value``.
         period: The time between two samples [s].
     """
@@ -57,7 +58,23 @@ class MotionCheck:
     def __bool__(self) -> bool:
         return self.within
 
+    def beyond_position(self, beyond: Beyond, names: Sequence[str]) -> MotionCheck:
+        """The check of a motion that leaves the limits of position there."""
+        return replace(
+            self,
+            within=False,
+            joint=names[beyond.column],
+            quantity="position",
+            time=beyond.time,
+            value=beyond.position,
+            limit=beyond.limit,
+        )
+
     def __str__(self) -> str:
+        if self.quantity == "position":
+            which, by = "upper" if self.value > self.limit else "lower", abs(self.value - self.limit)
+            beyond = f"{by:.3g} beyond its {which} limit of {self.limit:.6g}"
+            return f"beyond a limit: the position of {self.joint} is {self.value:.6g} at {self.time:.3f} s, {beyond}"
         verdict = "within the limits" if self.within else "beyond a limit"
         share = f", {self.value / self.limit:.4g} times its limit of {self.limit:.4g}" if self.limit else ", where 0 is allowed"
         return (

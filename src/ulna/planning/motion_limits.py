@@ -20,6 +20,7 @@ from ulna.errors import DescriptionError, FileError, InputError, UnknownNameErro
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.arm_limits import ARMS, ArmLimits
 from ulna.planning.joint_limits import arm_limits_of
+from ulna.planning.positions import PositionLimits
 from ulna.planning.timing import Limits
 
 Array = NDArray[np.float64]
@@ -72,11 +73,20 @@ def velocities_of(arm: ArmLimits, described: Array) -> Array:
     return np.where(np.isnan(arm.velocity), described, arm.velocity)
 
 
-def positions_of(arm: ArmLimits | None, tree: Tree) -> tuple[Array, Array]:
-    """The lower and the upper limits of position of a robot, narrowed by those of an arm, shape (n,) each [rad or m]."""
-    if arm is None or arm.lower is None or arm.upper is None:
-        return tree.lower, tree.upper
-    return np.maximum(tree.lower, arm.lower), np.minimum(tree.upper, arm.upper)
+def within_robot(arm: ArmLimits, tree: Tree) -> tuple[ArmLimits, PositionLimits]:
+    """The limits of an arm and those of a robot together: velocities that the arm does not state, what the robot was narrowed to."""
+    described = np.where(tree.velocity_limits > 0.0, tree.velocity_limits, np.inf)
+    kept = {"velocity": velocities_of(arm, described), "acceleration": arm.acceleration, "jerk": arm.jerk}
+    for name, most in kept.items():
+        cap = np.inf if tree.narrowed is None else getattr(tree.narrowed, name)
+        if most is not None or np.isfinite(cap).any():
+            kept[name] = np.fmin(np.inf if most is None else most, cap)
+    return arm._replace(**kept), _positions(arm, tree)
+
+
+def _positions(arm: ArmLimits | None, tree: Tree) -> PositionLimits:
+    own = PositionLimits(tree.lower, tree.upper)
+    return own if arm is None or arm.lower is None or arm.upper is None else own.narrowed(PositionLimits(arm.lower, arm.upper))
 
 
 def as_motion_limits(
@@ -85,7 +95,7 @@ def as_motion_limits(
     acceleration: ArrayLike | None,
     jerk: ArrayLike | None,
     limits: GivenLimits | None,
-) -> Limits:
+) -> tuple[Limits, PositionLimits]:
     """The limits of a motion: what is given as numbers, then what ``limits`` states, then those of the robot.
 
     Where the robot was narrowed (``Robot.with_limits``) they are never wider than that.
@@ -127,7 +137,7 @@ def as_motion_limits(
     if caps is not None:
         narrower = zip(kept, (caps.velocity, caps.acceleration, caps.jerk), strict=True)
         kept = [None if each is None else np.minimum(each, most) for each, most in narrower]
-    return Limits(*kept, *positions_of(arm, tree))
+    return Limits(*kept), _positions(arm, tree)
 
 
 def every_or_none(name: str, limits: Array, names: Sequence[str]) -> Array | None:

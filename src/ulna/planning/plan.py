@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +16,8 @@ from ulna.ik.reason import NO_REASON, Reason
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
-from ulna.planning.motion_limits import as_motion_limits
-from ulna.planning.moving_ends import as_ends, with_ends
+from ulna.planning.motion_limits import GivenLimits, as_motion_limits
+from ulna.planning.moving_ends import as_ends, refuse_path_beyond, with_ends
 from ulna.planning.quicker import quicker_path
 from ulna.planning.search import Effort, Search
 from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
@@ -185,7 +184,7 @@ class Plan:
         velocity: ArrayLike | None = None,
         blend: float = 0.1,
         jerk: ArrayLike | None = None,
-        limits: str | Path | None = None,
+        limits: GivenLimits | None = None,
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
     ) -> Trajectory:
@@ -223,13 +222,15 @@ class Plan:
         blend = as_number("blend", blend, 0.0, "a length of at least 0")
         tree = self._motion.checker.tree
         names = tuple(entry_names(tree))
-        kept = as_motion_limits(names, tree.velocity_limits, velocity, acceleration, jerk, limits)
-        ends = as_ends(start_velocity, end_velocity, kept, names)
+        kept, positions = as_motion_limits(tree, velocity, acceleration, jerk, limits)
+        refuse_path_beyond("limits", self.path, positions, names)
+        ends = as_ends(start_velocity, end_velocity, self.path, kept, positions, names)
         if len(self.path) == 1 and not np.any(ends):
-            return resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept)
-        timed = with_ends(self.path, ends, blend, kept, self._motion.certificate, self._motion.space.lengths)
+            return resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept, positions=positions)
+        is_free = self._motion.certificate._replace(positions=positions)
+        timed = with_ends(self.path, ends, blend, kept, is_free, self._motion.space.lengths, names)
         certified = self.certified and not self.escaped
-        return Trajectory(certified, names, timed, self._motion, kept, ends)
+        return Trajectory(certified, names, timed, self._motion, kept, ends, positions)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
         """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).
@@ -299,7 +300,7 @@ class Plan:
         velocity: ArrayLike | None = None,
         blend: float = 0.1,
         jerk: ArrayLike | None = None,
-        limits: str | Path | None = None,
+        limits: GivenLimits | None = None,
     ) -> Plan:
         """A plan whose motion within these limits takes less time, if one is found: points of the path are moved at random.
 

@@ -47,12 +47,15 @@ from ulna.ik.task import Task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
 from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups, state_named
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
+from ulna.kinematics.narrowed import narrowed_description, narrowed_tree
 from ulna.kinematics.positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
-from ulna.kinematics.tree import Tree, build_tree
+from ulna.kinematics.tree import Narrowed, Tree, build_tree
 from ulna.planning.keep import Keep
 from ulna.planning.kept import KeepReport, edge_keeps
 from ulna.planning.many import plan_many
+from ulna.planning.motion_limits import GivenLimits
+from ulna.planning.narrower import Given, narrower
 from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, plan_motion
@@ -94,12 +97,14 @@ class Robot(Quick):
         attached: Iterable[Attached] = (),
         allowed: AllowedCollisions | None = None,
         _found: FoundPairs | None = None,
+        _narrowed: Narrowed | None = None,
     ) -> None:
-        tree = build_tree(description)
+        wide = build_tree(description)
+        tree = wide if _narrowed is None else narrowed_tree(wide, _narrowed)
         start = np.clip(np.zeros(tree.n_dof) if home is None else _one_configuration(tree, home), tree.lower, tree.upper)
         start.setflags(write=False)
         carried = tuple(attached)
-        checker = Checker(description, tree, carried, allowed, _found or FoundPairs(description, tree))
+        checker = Checker(description, tree, carried, allowed, _found or FoundPairs(description, wide))
         inverse_kinematics = InverseKinematics(tree, start, checker)
         forward, jacobian = ForwardByLink(tree), JacobianByLink(tree)
         self.__dict__.update(
@@ -302,8 +307,9 @@ class Robot(Quick):
         Raises:
             FileError: With ``"file"``: a mesh is not there; the message lists every path tried.
         """
-        text = self.description.text or write_urdf(self.description)
-        return with_mesh_paths(mesh_paths, text, self.description.folder, self.description.package_dirs)
+        described = narrowed_description(self.description, self.tree)
+        text = described.text or write_urdf(described)
+        return with_mesh_paths(mesh_paths, text, described.folder, described.package_dirs)
 
     def dh(self, *, convention: str = "modified", link: str | None = None, tolerance: float = PARALLEL) -> DHTable:
         """The Denavit-Hartenberg table of the chain from the base to a link, and the proof that it is the same robot.
@@ -327,7 +333,7 @@ class Robot(Quick):
             >>> ulna.load("panda").dh().rows[4]
             array([-0.0825    ,  0.384     , -1.57079633,  0.        ])
         """
-        return dh_table(self.description, self.tree, self.tree.link_or_tip(link), convention, tolerance)
+        return dh_table(narrowed_description(self.description, self.tree), self.tree, self.tree.link_or_tip(link), convention, tolerance)
 
     # ---- where its links are, and how fast they move -------------------------------------------------------------------
 
@@ -1100,7 +1106,7 @@ class Robot(Quick):
         velocity: ArrayLike | None = None,
         acceleration: ArrayLike | None = None,
         jerk: ArrayLike | None = None,
-        limits: str | Path | None = None,
+        limits: GivenLimits | None = None,
         world: World | None = None,
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
@@ -1279,6 +1285,46 @@ class Robot(Quick):
         """
         return self._changed(description=with_tool(self.description, as_one_pose(T_flange_tool, "T_flange_tool"), name))
 
+    def with_limits(
+        self,
+        limits: GivenLimits | None = None,
+        *,
+        lower: Given | None = None,
+        upper: Given | None = None,
+        velocity: Given | None = None,
+        acceleration: Given | None = None,
+        jerk: Given | None = None,
+    ) -> Robot:
+        """The robot with narrower limits, as of a cell: plans, motions, inverse kinematics, servos and maps keep them.
+
+        Each limit is a number for every joint, an array, shape (n_dof,), or a mapping by the names of joints, of those alone. A
+        limit of a mimic joint narrows that of its leader. What may touch is as before, and ``home`` is moved into the limits.
+
+        Args:
+            limits: A file ``joint_limits.yaml``, or its mapping: what it states of positions, velocities, accelerations and jerks.
+            lower: Lower limits of position [rad or m].
+            upper: Upper limits of position [rad or m].
+            velocity: The greatest velocity [rad/s or m/s].
+            acceleration: The greatest acceleration [rad/s^2 or m/s^2]; with one of every joint, ``trajectory`` and ``servo`` need
+                none.
+            jerk: The greatest jerk [rad/s^3 or m/s^3].
+
+        Raises:
+            InputError: A limit is wider than the robot's, is no limit, or leaves a joint no range.
+            UnknownNameError: There is no such joint.
+            FileError: The file cannot be read.
+            DescriptionError: The file is none of limits.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> narrow = panda.with_limits(lower={"panda_joint1": -0.5}, upper={"panda_joint1": 0.5}, velocity=1.0)
+            >>> float(narrow.upper[0]), float(narrow.velocity_limits.max())
+            (0.5, 1.0)
+        """
+        given = {"lower": lower, "upper": upper, "velocity": velocity, "acceleration": acceleration, "jerk": jerk}
+        return self._changed(_narrowed=narrower(self.tree, limits, given))
+
     def with_allowed_collisions(
         self, pairs: Iterable = (), *, at: ArrayLike | str | None = None, touching: float | None = None
     ) -> Robot:
@@ -1421,6 +1467,7 @@ class Robot(Quick):
 
     def _changed(self, **changes: Any) -> Robot:
         kept = {"description": self.description, "home": self.home, "attached": self.attached, "allowed": self._checker.given}
+        kept["_narrowed"] = self.tree.narrowed
         if "description" not in changes:
             kept["_found"] = self._checker.found
         return Robot(**{**kept, **changes})
@@ -1432,7 +1479,7 @@ class Robot(Quick):
         raise AttributeError(f"a Robot cannot be changed: del {name}")
 
     def __reduce__(self):
-        return _restore, (self.description, self.home, self.attached, self._checker.given)
+        return _restore, (self.description, self.home, self.attached, self._checker.given, self.tree.narrowed)
 
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
@@ -1449,5 +1496,11 @@ def _one_configuration(tree: Tree, home: ArrayLike) -> Array:
     return q
 
 
-def _restore(description: Description, home: Array, attached: tuple[Attached, ...], allowed: AllowedCollisions | None) -> Robot:
-    return Robot(description, home=home, attached=attached, allowed=allowed)
+def _restore(
+    description: Description,
+    home: Array,
+    attached: tuple[Attached, ...],
+    allowed: AllowedCollisions | None,
+    narrowed: Narrowed | None,
+) -> Robot:
+    return Robot(description, home=home, attached=attached, allowed=allowed, _narrowed=narrowed)
