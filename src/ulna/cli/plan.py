@@ -20,7 +20,8 @@ from ulna.cli.targets import HOME, RPY, XYZ, Orientation, Start, numbers, positi
 from ulna.description.pose import pose
 from ulna.errors import InputError
 from ulna.kinematics.groups import JointGroup, group_named, tip_of
-from ulna.planning.motion_limits import as_limits
+from ulna.kinematics.tree import entry_names
+from ulna.planning.motion_limits import as_limits, limits_of
 from ulna.planning.plan import Plan
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
@@ -58,7 +59,8 @@ ArmLimits = Annotated[
     typer.Option(
         "--limits",
         metavar="NAME",
-        help="Velocity, acceleration and jerk of an arm, as franka, or of a file joint_limits.yaml, where no number is given.",
+        help="Velocity, acceleration and jerk of an arm, as franka, or of a file joint_limits.yaml, where no number is given. The "
+        "plan keeps the file's positions too.",
     ),
 ]
 Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each --period.")]
@@ -114,6 +116,9 @@ def plan(
     if xyz is None and (link is not None or orientation is not None):
         other = "--goal names its links and their orientations" if goals else "--to gives positions of all joints"
         raise InputError("--link, --rpy, --wxyz", f"go with --xyz; {other}")
+    if limits is not None:
+        with as_options({"limits": "--limits"}):
+            robot = _within_positions(robot, limits)
     members = None if group is None else group_named(group, robot.groups)
     begin = robot.home if start is None else positions("--from", start, robot, members, degrees=degrees)
     if to is not None:
@@ -160,6 +165,14 @@ def _configuration(text: str, robot: Robot, group: JointGroup | None, *, degrees
         return robot.home[columns]
     entries = coordinates_of(robot)
     return np.array(numbers("--to", text, [entries[column] for column in columns], degrees=degrees))
+
+
+def _within_positions(robot: Robot, limits: str) -> Robot:
+    """The robot within the positions that a file states, if it states any; those that are wider than the robot's are not used."""
+    stated = limits_of(limits, entry_names(robot.tree), robot.tree.followers, ())
+    if stated.lower is None or stated.upper is None:
+        return robot
+    return robot.with_limits(lower=np.maximum(robot.lower, stated.lower), upper=np.minimum(robot.upper, stated.upper))
 
 
 def _velocities(robot: Robot, velocity: float | None) -> NDArray[np.float64]:

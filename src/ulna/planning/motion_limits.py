@@ -116,31 +116,40 @@ def as_motion_limits(
                 "velocity", f"the description allows {still} a velocity of 0, so no motion has times; give velocity="
             )
         velocity = shares[0] * known
-    caps = tree.narrowed
     if acceleration is None and arm is not None and arm.acceleration is not None:
         acceleration = shares[1] * arm.acceleration
-    if acceleration is None:
-        acceleration = None if caps is None else every_or_none("acceleration", caps.acceleration, names)
-    if acceleration is None:
-        named = "the mapping" if isinstance(limits, Mapping) else limits
-        missing = "none is given" if arm is None else f"{named} states none ({arm.source})"
-        raise InputError("acceleration", f"{missing}; give acceleration=")
     if jerk is None and arm is not None:
         jerk = arm.jerk
-    if jerk is None and caps is not None:
-        jerk = every_or_none("jerk", caps.jerk, names)
-    kept = [
-        as_limits("velocity", velocity, n, may_be_infinite=True),
-        as_limits("acceleration", acceleration, n),
-        None if jerk is None else as_limits("jerk", jerk, n),
-    ]
-    if caps is not None:
-        narrower = zip(kept, (caps.velocity, caps.acceleration, caps.jerk), strict=True)
-        kept = [None if each is None else np.minimum(each, most) for each, most in narrower]
-    return Limits(*kept), _positions(arm, tree)
+    speeds = as_limits("velocity", velocity, n, may_be_infinite=True)
+    if tree.narrowed is not None:
+        speeds = np.minimum(speeds, tree.narrowed.velocity)
+    named = "the mapping" if isinstance(limits, Mapping) else limits
+    kept = within_caps(tree, acceleration, jerk, "" if arm is None else f"{named} states none ({arm.source})")
+    return Limits(speeds, *kept), _positions(arm, tree)
 
 
-def every_or_none(name: str, limits: Array, names: Sequence[str]) -> Array | None:
+def within_caps(tree: Tree, acceleration: ArrayLike | None, jerk: ArrayLike | None, missing: str = "") -> tuple[Array, Array | None]:
+    """The limits of acceleration and jerk, shape (n_dof,); where none are given those that the robot was narrowed to.
+
+    They are never wider than these. missing: says where no acceleration was found.
+
+    Raises:
+        InputError: No acceleration is known, one of them is not above 0, or the robot has limits of some joints only.
+    """
+    caps, names, n = tree.narrowed, entry_names(tree), tree.n_dof
+    if acceleration is None:
+        acceleration = None if caps is None else _every_or_no_cap("acceleration", caps.acceleration, names)
+    if acceleration is None:
+        raise InputError("acceleration", f"{missing or 'none is given'}; give acceleration=")
+    if jerk is None:
+        jerk = None if caps is None else _every_or_no_cap("jerk", caps.jerk, names)
+    most, most_jerk = as_limits("acceleration", acceleration, n), None if jerk is None else as_limits("jerk", jerk, n)
+    if caps is None:
+        return most, most_jerk
+    return np.minimum(most, caps.acceleration), None if most_jerk is None else np.minimum(most_jerk, caps.jerk)
+
+
+def _every_or_no_cap(name: str, limits: Array, names: Sequence[str]) -> Array | None:
     """The limits that a robot was narrowed to, shape (n_dof,); None if no joint has one.
 
     Raises:

@@ -41,7 +41,7 @@ def narrower(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given |
         for quantity, values in each.items():
             narrowed[quantity] = _narrowed(argument or quantity, quantity, values, narrowed[quantity], names)
     lower, upper = narrowed["lower"], narrowed["upper"]
-    empty = np.flatnonzero(~(lower < upper))
+    empty = np.flatnonzero(~(lower < upper) & (tree.lower < tree.upper))
     if len(empty):
         k = int(empty[0])
         argument = next((name for name in _POSITIONS if name in stated), "limits")

@@ -1194,7 +1194,7 @@ class Robot(Quick):
         self,
         world: World | None = None,
         *,
-        acceleration: ArrayLike,
+        acceleration: ArrayLike | None = None,
         rate: float = 1000,
         link: str | Sequence[str] | None = None,
         weights: ArrayLike | None = None,
@@ -1210,7 +1210,8 @@ class Robot(Quick):
 
         Args:
             world: The objects; none unless given. It may change between ticks.
-            acceleration: The greatest of each joint [rad/s^2 or m/s^2], a number or shape (n_dof,).
+            acceleration: The greatest of each joint [rad/s^2 or m/s^2], a number or shape (n_dof,); needed unless the robot has
+                limits of it (``with_limits``).
             rate: Ticks a second [Hz].
             link: The link that poses and twists are of, or several, such as both hands; the tip, of the group if one is
                 named, unless given.

@@ -22,9 +22,10 @@ from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree, entry_names
-from ulna.planning.motion_limits import LARGEST, as_limits
+from ulna.planning.motion_limits import LARGEST, as_limits, within_caps
 from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
+from ulna.servo.stop import stop_positions
 
 Array = NDArray[np.float64]
 WITHIN = 1 - 1e-6  # of the limits of velocity and acceleration, so that differences of commands keep them too
@@ -56,7 +57,7 @@ class Servo:
         held: Iterable[str],
         group: JointGroup | None,
         velocity: ArrayLike | None,
-        acceleration: ArrayLike,
+        acceleration: ArrayLike | None,
         jerk: ArrayLike | None,
         clearance: float,
         tracking_error: ArrayLike,
@@ -81,8 +82,9 @@ class Servo:
             slow = ", ".join(name for name, most, is_held in names if not most and not is_held)
             raise InputError("robot", f"its description allows {slow} a velocity of 0, so a servo would never move")
         speeds = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, n, may_be_infinite=True)
-        accelerations, tick = WITHIN * as_limits("acceleration", acceleration, n), 1.0 / float(rate)
-        jerks = None if jerk is None else WITHIN * as_limits("jerk", jerk, n)
+        most, most_jerk = within_caps(tree, acceleration, jerk)
+        accelerations, tick = WITHIN * most, 1.0 / float(rate)
+        jerks = None if most_jerk is None else WITHIN * most_jerk
         accelerations, ramp, least = _ramps(accelerations, jerks, tick)
         self._tree, self._checker, self._world = tree, checker, world
         link = tip_of(group) if link is None and group is not None else link
@@ -142,6 +144,12 @@ class Servo:
         qd, qdd = self._state[[layout.QD, layout.QDD]]
         left = qd + qdd * self._settings[layout.RAMP] * self._settings[layout.TICK]
         return self._state[layout.TO].copy(), np.maximum(np.abs(qd), np.abs(left))
+
+    @property
+    def stop_positions(self) -> Array:
+        """The commands of the stop from now on [rad or m], shape (n, n_dof), n >= 0: what ``step()`` returns until the arm rests."""
+        ticks, done = self._counters[[layout.TICKS, layout.DONE]].tolist()
+        return stop_positions(self._state, self._settings, ticks, done)
 
     @property
     def tracking_error(self) -> Array:
