@@ -128,7 +128,9 @@ def as_motion_limits(
     return Limits(speeds, *kept), _positions(arm, tree)
 
 
-def within_caps(tree: Tree, acceleration: ArrayLike | None, jerk: ArrayLike | None, missing: str = "") -> tuple[Array, Array | None]:
+def within_caps(
+    tree: Tree, acceleration: ArrayLike | None, jerk: ArrayLike | None, missing: str = ""
+) -> tuple[Array, Array | None]:
     """The limits of acceleration and jerk, shape (n_dof,); where none are given those that the robot was narrowed to.
 
     They are never wider than these. missing: says where no acceleration was found.

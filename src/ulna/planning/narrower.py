@@ -45,7 +45,9 @@ def narrower(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given |
     if len(empty):
         k = int(empty[0])
         argument = next((name for name in _POSITIONS if name in stated), "limits")
-        raise InputError(argument, f"{names[k]} would go from {lower[k]:.6g} to {upper[k]:.6g}, which is no range; held= holds a joint")
+        raise InputError(
+            argument, f"{names[k]} would go from {lower[k]:.6g} to {upper[k]:.6g}, which is no range; held= holds a joint"
+        )
     unchanged = ~(narrowed["velocity"] < tree.velocity_limits) & (tree.velocity_limits > 0.0)
     return Narrowed(**narrowed | {"velocity": np.where(unchanged, kept.velocity, narrowed["velocity"])})
 
@@ -121,7 +123,8 @@ def _narrowed(argument: str, quantity: str, stated: Array, own: Array, names: tu
     """The limits of a quantity, narrowed by those that are stated; a velocity of 0, as exporters write it, is no limit."""
     towards = -1.0 if quantity == "lower" else 1.0
     most = towards * np.where((own == 0.0) & (quantity == "velocity"), np.inf, own)
-    wider = np.where(np.isnan(stated) | (stated == own), 0.0, towards * stated - most)
+    with np.errstate(invalid="ignore"):  # of limits that are infinite in both
+        wider = np.where(np.isnan(stated) | (stated == own), 0.0, towards * stated - most)
     over = np.flatnonzero(wider > _DIGITS * np.maximum(1.0, np.abs(own)))
     if len(over):
         k = int(over[0])

@@ -109,7 +109,9 @@ def farthest_between(q: Array, qd: Array, qdd: Array, times: Array) -> Farthest:
             q[1:],
         ]
     )
-    least, greatest = (_greatest(sign * control, sign * at_times.q[end], at_times.times[end], times) for end, sign in ((0, -1), (1, 1)))
+    least, greatest = (
+        _greatest(sign * control, sign * at_times.q[end], at_times.times[end], times) for end, sign in ((0, -1), (1, 1))
+    )
     return Farthest(np.stack([-least[0], greatest[0]]), np.stack([least[1], greatest[1]]))
 
 

@@ -239,7 +239,7 @@ def _left_of(motion: TimedPath, time: float) -> tuple[Grid, float]:
     (starts, slopes, bends, steps, borders, chords), i = motion.grid, int(motion.interval_at(np.array(time)))
     profile, after = motion.profile, time - motion.times[i]
     s = (0.5 * profile.accelerations[i] * after + profile.speeds[i]) * after
-    k = int(borders[borders > i][0])
+    k = next(iter(borders[borders > i].tolist()), len(steps))  # where it moves at its end, up to there
     rows = [each[i:k].copy() for each in (starts, slopes, bends, steps)]
     rows[0][0] += s * (slopes[i] + 0.5 * s * bends[i])
     rows[1][0] += s * bends[i]

@@ -333,7 +333,9 @@ class Robot(Quick):
             >>> ulna.load("panda").dh().rows[4]
             array([-0.0825    ,  0.384     , -1.57079633,  0.        ])
         """
-        return dh_table(narrowed_description(self.description, self.tree), self.tree, self.tree.link_or_tip(link), convention, tolerance)
+        return dh_table(
+            narrowed_description(self.description, self.tree), self.tree, self.tree.link_or_tip(link), convention, tolerance
+        )
 
     # ---- where its links are, and how fast they move -------------------------------------------------------------------
 
