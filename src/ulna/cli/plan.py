@@ -59,8 +59,8 @@ ArmLimits = Annotated[
     typer.Option(
         "--limits",
         metavar="NAME",
-        help="Velocity, acceleration and jerk of an arm, as franka, or of a file joint_limits.yaml, where no number is given. The "
-        "plan keeps the file's positions too.",
+        help="Velocity, acceleration and jerk of an arm, as franka, or of a file joint_limits.yaml, where no number is given. "
+        "The plan keeps the file's positions too.",
     ),
 ]
 Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each --period.")]

@@ -49,9 +49,7 @@ def narrowed_description(description: Description, tree: Tree) -> Description:
         lower, upper, velocity = (each[entries] for each in (tree.lower, tree.upper, tree.velocity_limits))
         if joint.type not in _WITH_LIMITS:
             if np.isfinite([lower, upper]).any() or len(set(velocity.tolist())) > 1:
-                raise InputError(
-                    "robot", f"joint {joint.name!r} was narrowed, and a {joint.type} joint has no limits in a description"
-                )
+                raise InputError("robot", f"{joint.name!r} was narrowed, and a description has no limits of a {joint.type} joint")
             return replace(joint, limits=replace(joint.limits, velocity=float(velocity[0])))
         limits = JointLimits(float(lower[0]), float(upper[0]), float(velocity[0]), joint.limits.effort)
         kind = joint.type

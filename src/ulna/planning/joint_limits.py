@@ -1,8 +1,8 @@
 """Reads what a mapping ``joint_limits`` says of joints: MoveIt's file, that of ros2_control, or parameters of a ROS 2 node.
 
-Of each joint: ``min_position`` and ``max_position``, ``max_velocity``, ``max_acceleration``, ``max_deceleration``, ``max_jerk``, their
-``min_...`` where they have one, and ``has_..._limits``. Efforts and ``angle_wraparound`` limit no motion. Anything else is named in a
-warning.
+Of each joint: ``min_position`` and ``max_position``, ``max_velocity``, ``max_acceleration``, ``max_deceleration``, ``max_jerk``,
+their ``min_...`` where they have one, and ``has_..._limits``. Efforts and ``angle_wraparound`` limit no motion. Anything else is
+named in a warning.
 """
 
 from __future__ import annotations

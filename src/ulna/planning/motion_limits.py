@@ -1,4 +1,4 @@
-"""The limits of a motion: numbers, the name of an arm, a file ``joint_limits.yaml`` as MoveIt has it, or the mapping of such a file.
+"""The limits of a motion: numbers, the name of an arm, a file ``joint_limits.yaml`` as MoveIt has it, or the mapping of one.
 
 ``joint_limits`` says what is read of it. Numbers may have the tags !degrees and !radians, which the files of some arms have.
 """
@@ -74,7 +74,7 @@ def velocities_of(arm: ArmLimits, described: Array) -> Array:
 
 
 def within_robot(arm: ArmLimits, tree: Tree) -> tuple[ArmLimits, PositionLimits]:
-    """The limits of an arm and those of a robot together: velocities that the arm does not state, what the robot was narrowed to."""
+    """The limits of an arm, with velocities of the robot where it states none, and within what the robot was narrowed to."""
     described = np.where(tree.velocity_limits > 0.0, tree.velocity_limits, np.inf)
     kept = {"velocity": velocities_of(arm, described), "acceleration": arm.acceleration, "jerk": arm.jerk}
     for name, most in kept.items():
@@ -224,7 +224,7 @@ def _every_or_none(arm: ArmLimits, names: Sequence[str], needed: Collection[str]
     Raises:
         DescriptionError: It states a quantity that is needed, but not of all joints.
     """
-    stated: dict[str, Array | None] = {name: getattr(arm, name) for name in _NEEDED}
+    stated = {name: getattr(arm, name) for name in _NEEDED}
     for name, limits in stated.items():
         missing = np.isnan(limits)
         if name in needed and missing.any() and not missing.all():

@@ -45,9 +45,8 @@ def narrower(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given |
     if len(empty):
         k = int(empty[0])
         argument = next((name for name in _POSITIONS if name in stated), "limits")
-        raise InputError(
-            argument, f"{names[k]} would go from {lower[k]:.6g} to {upper[k]:.6g}, which is no range; held= holds a joint"
-        )
+        range_ = f"{lower[k]:.6g} to {upper[k]:.6g}"
+        raise InputError(argument, f"{names[k]} would go from {range_}, which is no range; held= holds a joint")
     unchanged = ~(narrowed["velocity"] < tree.velocity_limits) & (tree.velocity_limits > 0.0)
     return Narrowed(**narrowed | {"velocity": np.where(unchanged, kept.velocity, narrowed["velocity"])})
 
@@ -128,8 +127,8 @@ def _narrowed(argument: str, quantity: str, stated: Array, own: Array, names: tu
     over = np.flatnonzero(wider > _DIGITS * np.maximum(1.0, np.abs(own)))
     if len(over):
         k = int(over[0])
+        wide = f"{wider[k]:.4g} wider than its own of {own[k]:.6g}"
         raise InputError(
-            argument, f"{stated[k]:.6g} is the {quantity} limit of {names[k]}, {wider[k]:.4g} wider than its own of {own[k]:.6g}; "
-            "limits can only be narrowed"
+            argument, f"{stated[k]:.6g} is the {quantity} limit of {names[k]}, {wide}; limits can only be narrowed"
         )  # fmt: skip
     return towards * np.fmin(towards * stated, most)

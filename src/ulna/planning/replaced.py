@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from ulna.errors import InputError
 from ulna.planning.averaged import Averaged, least_window_of, timed_path, with_pauses
 from ulna.planning.blend import Grid, IsFree, edges_of, end_of, free_cuts, is_motion_free, rounded
-from ulna.planning.positions import Farthest
 from ulna.planning.moving_ends import STRAIGHT_ON, stopping_distance, without_equal
+from ulna.planning.positions import Farthest
 from ulna.planning.timing import N_PHASES, Limits, Moment, Profile, Speeds, TimedPath, fastest, grid_of
 
 Array = NDArray[np.float64]

@@ -115,7 +115,7 @@ class Trajectory:
     @property
     def limits(self) -> dict[str, tuple[Array, Array]]:
         """The lower and upper limits that are known of "position", "velocity", "acceleration", "jerk", shape (n_dof,) each."""
-        known = {} if self._positions is None else {"position": tuple(self._positions)}
+        known = {} if self._positions is None else {"position": (self._positions.lower, self._positions.upper)}
         most = zip(QUANTITIES[1:], self._limits or (), strict=False)
         return known | {name: (-each, each) for name, each in most if each is not None}
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Never
 
@@ -1304,7 +1303,7 @@ class Robot(Quick):
         limit of a mimic joint narrows that of its leader. What may touch is as before, and ``home`` is moved into the limits.
 
         Args:
-            limits: A file ``joint_limits.yaml``, or its mapping: what it states of positions, velocities, accelerations and jerks.
+            limits: A file ``joint_limits.yaml`` or its mapping: its positions, velocities, accelerations and jerks.
             lower: Lower limits of position [rad or m].
             upper: Upper limits of position [rad or m].
             velocity: The greatest velocity [rad/s or m/s].

@@ -147,7 +147,7 @@ class Servo:
 
     @property
     def stop_positions(self) -> Array:
-        """The commands of the stop from now on [rad or m], shape (n, n_dof), n >= 0: what ``step()`` returns until the arm rests."""
+        """The commands of the stop from now on [rad or m], shape (n, n_dof): those of ``step()`` until the arm rests."""
         ticks, done = self._counters[[layout.TICKS, layout.DONE]].tolist()
         return stop_positions(self._state, self._settings, ticks, done)
 
