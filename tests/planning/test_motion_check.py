@@ -205,3 +205,12 @@ def test_a_slow_motion_with_little_jerk_keeps_its_own_limits(panda, velocity, ac
     assert motion.check()
     sampled = motion.sampled(0.001)
     assert np.abs(np.diff(sampled.q, 2, axis=0)).max() <= acceleration * 1e-6 * (1 + 1e-6)
+
+
+def test_a_little_beyond_a_limit_is_told_in_numbers_that_differ(panda):
+    motion = panda.trajectory([panda.home, panda.home + 0.3], acceleration=2.0)
+    for much, says in ((1 + 2e-6, "0.0002 % above its limit of"), (1.05, "5 % above its limit of"), (1.5, "1.5 times its limit of")):
+        check = motion.check(acceleration=2.0 / much)
+        assert not check
+        assert says in str(check)
+        assert ", 1 times" not in str(check)
