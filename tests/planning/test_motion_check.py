@@ -209,7 +209,7 @@ def test_a_slow_motion_with_little_jerk_keeps_its_own_limits(panda, velocity, ac
 
 def test_a_little_beyond_a_limit_is_told_in_numbers_that_differ(panda):
     motion = panda.trajectory([panda.home, panda.home + 0.3], acceleration=2.0)
-    for much, says in ((1 + 2e-6, "0.0002 % above its limit of"), (1.05, "5 % above its limit of"), (1.5, "1.5 times its limit of")):
+    for much, says in ((1 + 2e-6, "0.0002 % above its limit of"), (1.05, "5 % above its limit of"), (1.5, "1.5 times its limit")):
         check = motion.check(acceleration=2.0 / much)
         assert not check
         assert says in str(check)

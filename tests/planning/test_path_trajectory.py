@@ -160,7 +160,7 @@ def test_what_cannot_be_taken_is_refused_by_name(panda, points, options, argumen
         panda.trajectory(np.zeros((2, 7)))
 
 
-@pytest.mark.parametrize("beyond", [1e-9, 0.2])
+@pytest.mark.parametrize("beyond", [1e-8, 0.2])
 def test_a_path_beyond_a_limit_of_position_is_refused_with_its_joint_and_amount(panda, beyond):
     points = np.stack([panda.home, panda.home, panda.home])
     points[1, 3] = panda.upper[3] + beyond
@@ -168,3 +168,7 @@ def test_a_path_beyond_a_limit_of_position_is_refused_with_its_joint_and_amount(
         InputError, match=rf"q_path: point 1 has panda_joint4 at .*, {beyond:.3g} beyond its upper limit of -0.0698"
     ):
         panda.trajectory(points, limits="franka")
+    points[1, 3] = panda.upper[3] + 1e-10  # which inverse kinematics takes for the limit
+    motion = panda.trajectory(points, limits="franka")
+    assert motion.check()
+    assert (motion.at(np.linspace(0, motion.duration, 1001)).q <= panda.upper).all()

@@ -37,6 +37,8 @@ def path_trajectory(
     tree, points = checker.tree, _points(q_path, checker)
     names = tuple(entry_names(tree))
     limits, positions = as_motion_limits(tree, *given)
+    inside = np.clip(points, positions.lower, positions.upper)
+    points = np.where(np.abs(inside - points) <= _APART, inside, points)  # for inverse kinematics that is at the limit
     refuse_path_beyond("q_path", points, positions, names)
     space = make_space(tree, points, np.zeros(tree.n_dof, dtype=bool))
     motion = Motion(space, checker, None if world is None else world.snapshot(), 0.0)

@@ -200,8 +200,8 @@ class Plan:
             jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers. With it the motion is the mean of one without
                 it over a short time, which leaves the path at its corners by a distance that is certified too. An arm whose
                 controller refuses jumps of the acceleration, as a Franka's does, needs it.
-            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it: the limits that are
-                not given as numbers (docs/planning.md names the arms and the sources).
+            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it, or its mapping: the limits
+                that are not given as numbers (docs/planning.md names the arms and the sources). The file's positions are kept.
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), where the acceleration is 0; at rest unless
                 given. Where it is not along the first edge, the motion goes straight on as far as it needs, and from there to the
                 second point of the path; all of that is certified.
@@ -211,8 +211,9 @@ class Plan:
             A ``Trajectory``: times, q, qd, qdd, and ``at(t)``.
 
         Raises:
-            InputError: There is no path, no acceleration is given, or a limit is not above 0; or a velocity at an end is beyond
-                its limit, or no way from it into the path is within the limits and certified free.
+            InputError: There is no path, or one beyond the positions of ``limits``; no acceleration is given, or a limit is not
+                above 0; or a velocity at an end is beyond its limit, a joint could not stop before the end of its range, or no
+                way into the path is within the limits and certified free.
             UnknownNameError: There is no such set of limits.
             FileError: The file of limits cannot be read.
             DescriptionError: The file is none of limits.

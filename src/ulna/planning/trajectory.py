@@ -207,7 +207,7 @@ class Trajectory:
         jerk: ArrayLike | None = None,
         period: float = 0.001,
     ) -> MotionCheck:
-        """Whether a controller accepts the motion: velocity, acceleration and jerk by differences of its samples.
+        """Whether a controller accepts the motion: its positions, and velocity, acceleration and jerk by differences of samples.
 
         libfranka judges so: a velocity is the difference of two positions by the period, an acceleration that of two velocities,
         a jerk that of two accelerations. Before the first sample and after the last the arm rests, or goes straight on where the
@@ -215,15 +215,17 @@ class Trajectory:
         allows depend on its position, and so do those of ``limits="fr3"`` here.
 
         Args:
-            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml``: see ``docs/planning.md``. A velocity that
-                it does not state is the description's. If nothing is given: the limits with which the motion was made.
+            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` or its mapping: see ``docs/planning.md``. A
+                velocity that it does not state is the description's, and so are positions. If nothing is given: the limits with
+                which the motion was made.
             velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers, instead of that of ``limits``.
             acceleration: The greatest acceleration [rad/s^2 or m/s^2].
             jerk: The greatest jerk [rad/s^3 or m/s^3].
             period: The time between two samples [s].
 
         Returns:
-            A ``MotionCheck``, true if the motion keeps the limits; printed it is a sentence.
+            A ``MotionCheck``, true if the motion keeps the limits; printed it is a sentence. Positions are those at all times:
+            the farthest of each joint is found exactly, between the samples too.
 
         Raises:
             InputError: A limit or ``period`` cannot be taken, or no limit is known.

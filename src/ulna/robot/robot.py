@@ -1117,14 +1117,15 @@ class Robot(Quick):
         It flows through the points. Without a world nothing is checked for collisions, and ``certified`` is false.
 
         Args:
-            q_path: Joint positions [rad or m], shape (n, n_dof), n >= 1, joined by straight lines; or what ``follow`` returns.
+            q_path: Joint positions [rad or m], shape (n, n_dof), n >= 1, within the limits, joined by straight lines; or what
+                ``follow`` returns.
                 Points that differ from the one before by at most 1e-9 are left out, and those on the line between two others.
             within: How far the motion may leave these lines [rad or m], above 0: at any time some configuration on them differs
                 from the motion's by at most so much in each joint. More of it is faster.
             velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers; that of ``limits``, or of the robot.
             acceleration: The greatest acceleration [rad/s^2 or m/s^2]; needed unless ``limits`` states it.
             jerk: The greatest jerk [rad/s^3 or m/s^3]; unlimited unless given.
-            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml``.
+            limits: The name of an arm, as "franka", a file ``joint_limits.yaml``, or the mapping of one.
             world: Objects. Where a rounded corner is not certified to be free of them and of the robot itself, the motion stops;
                 ``certified`` says whether all of it is free.
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), along the first line, where the acceleration
@@ -1135,8 +1136,8 @@ class Robot(Quick):
             A ``Trajectory``.
 
         Raises:
-            InputError: q_path is no such array or not followed to its end, or another argument cannot be taken, such
-                as a velocity at an end that is not along the path, or too great for it.
+            InputError: q_path is no such array, beyond a limit or not followed to its end, or another argument cannot be taken,
+                such as a velocity at an end that is not along the path, or too great for it.
             UnknownNameError: There is no such set of limits.
             FileError: The file of limits cannot be read.
             DescriptionError: The file is none of limits.
