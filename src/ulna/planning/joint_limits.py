@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from reprlib import repr as cited  # of a length and a time that are bounded
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ from ulna.planning.arm_limits import ArmLimits
 Array = NDArray[np.float64]
 _KEY = "joint_limits"
 _DEEPEST = 8  # of the mappings of a file of parameters
-_LARGEST = 1e300  # of a number of a file
+_LARGEST = 1e9  # of a limit: above, times are rounding
 _SCALING = "default_velocity_scaling_factor", "default_acceleration_scaling_factor"
 _KINDS = "position", "velocity", "acceleration", "deceleration", "jerk"
 _READ = {*(f"{end}_{kind}" for end in ("min", "max") for kind in _KINDS), *(f"has_{kind}_limits" for kind in _KINDS)}
@@ -54,7 +55,7 @@ def arm_limits_of(document: Any, names: Sequence[str], followers: Mapping[str, D
     beside = _mapping_with_limits(document, source)
     joints = beside[_KEY]
     if not any(name in joints for name in (*names, *followers)):
-        has = listed([str(joint) for joint in joints]) or "none"
+        has = listed([str(joint)[:80] for joint in joints]) or "none"
         raise DescriptionError(f"has none of the joints {', '.join(names)}; it has {has}", source)
     stated, unknown = [_Stated()] * len(names), []
     for k, name in enumerate(names):
@@ -114,7 +115,7 @@ def _without_dots(mapping: Mapping[Any, Any]) -> dict[Any, Any]:
 def _stated(joint: Any, name: str, source: str, unknown: list[str]) -> _Stated:
     """What a document says of a joint; the keys of it that are not known are added to ``unknown``."""
     if not isinstance(joint, Mapping):
-        raise DescriptionError(f"{name}: a mapping is expected, not {joint!r}", source)
+        raise DescriptionError(f"{name}: a mapping is expected, not {cited(joint)}", source)
     unknown += [f"{name}.{key}" for key in joint if key not in _READ and key not in _MEANING_NOTHING]
     of_joint = _Joint(joint, name, source)
     lower, upper = of_joint.positions()
@@ -157,13 +158,14 @@ class _Joint(NamedTuple):
         key = f"has_{kind}_limits"
         has = self.given.get(key, stated)
         if not isinstance(has, bool):
-            raise self._error(f"{key} is {has!r}; true or false is expected")
+            raise self._error(f"{key} is {cited(has)}; true or false is expected")
         return has
 
     def _number(self, key: str, value: Any, *, above_0: bool = False) -> float:
-        is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _LARGEST
+        is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST
         if not is_number or (above_0 and not value > 0.0):
-            raise self._error(f"{key} is {value!r}; {'a number above 0' if above_0 else 'a finite number'} is expected")
+            expected = "a number above 0" if above_0 else "a finite number"
+            raise self._error(f"{key} is {cited(value)}; {expected} is expected, at most {_LARGEST:g}")
         return float(value)
 
     def _error(self, message: str) -> DescriptionError:
@@ -181,5 +183,5 @@ def _scaling(mapping: Mapping[str, Any], key: str, source: str) -> float:
     """A share of the limits that motions take; 1 if none is stated."""
     share = mapping.get(key, 1.0)
     if isinstance(share, bool) or not isinstance(share, int | float) or not 0.0 < share <= 1.0:
-        raise DescriptionError(f"{key} is {share!r}; a number above 0 and at most 1 is expected", source)
+        raise DescriptionError(f"{key} is {cited(share)}; a number above 0 and at most 1 is expected", source)
     return float(share)
