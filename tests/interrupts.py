@@ -1,8 +1,8 @@
 """Interrupts a call at every place at which CPython can take a signal, in frames of Ulna: the places are counted first.
 
-CPython takes a signal after a call, where a function begins and where a loop repeats. Two ways of interrupting are used. One arms a
-signal before such a place, and CPython raises where it takes it. The other raises at the instruction after a call: CPython does
-not look for signals where a Python function returns to another one, but nothing promises that.
+CPython takes a signal after a call, where a function begins and where a loop repeats. Two ways of interrupting are used. One
+arms a signal before such a place, and CPython raises where it takes it. The other raises at the instruction after a call:
+CPython does not look for signals where a Python function returns to another one, but nothing promises that.
 """
 
 import _thread
@@ -55,7 +55,7 @@ class Tracer:
     def __init__(self, target: int | None = None) -> None:
         self.target, self.passed = target, []
 
-    def begin(self, frame: FrameType, event: str, _: Any) -> Any:
+    def begin(self, frame: FrameType, _: str, __: Any) -> Any:
         """Trace the frames of Ulna."""
         if not frame.f_code.co_filename.startswith(HOME):
             return None
@@ -63,7 +63,7 @@ class Tracer:
         self.passed.append(("armed", frame.f_code, -1))
         if self.target == len(self.passed) - 1:
             sys.settrace(None)
-            ARMED.now
+            ARMED.now  # noqa: B018 - read, it is pending
             return None
         return self.within
 
@@ -79,7 +79,7 @@ class Tracer:
                 self.passed.append(("armed", frame.f_code, frame.f_lasti))
                 if self.target == len(self.passed) - 1:
                     sys.settrace(None)
-                    ARMED.now
+                    ARMED.now  # noqa: B018 - read, it is pending
                     return None
         return self.within
 
@@ -111,7 +111,9 @@ def run(act: Callable[[], object], target: int | None = None) -> tuple[list[Plac
     return tracer.passed, interrupted
 
 
-def interrupted_at_every_place(make: Callable[[], Any], act: Callable[[Any], object], judge: Callable[[Any], object], *, each=False):
+def interrupted_at_every_place(
+    make: Callable[[], Any], act: Callable[[Any], object], judge: Callable[[Any], object], *, each=False
+):
     """Interrupt ``act(thing)`` at every place, of another thing that ``make`` returns each time, and judge what is left.
 
     each: at every time that a place is passed; otherwise at the first.

@@ -1,4 +1,4 @@
-"""A tick, a start or a change of the world that a signal interrupts: the servo goes on as one that was not, before it or after it."""
+"""A tick, a start or a change of the world that a signal interrupts: the servo goes on as it was before it, or after it."""
 
 import copy
 import pickle
@@ -50,7 +50,7 @@ def outlook(servo):
 
 ACTS = {
     "step": lambda servo, _: servo.step(),
-    "step by q": lambda servo, world: servo.step(q=servo.q + 0.01),
+    "step by q": lambda servo, _: servo.step(q=servo.q + 0.01),
     "step by a velocity": lambda servo, _: servo.step(velocity=-WAY),
     "step by a twist": lambda servo, _: servo.step(twist=np.full(6, 0.1)),
     "step by a pose": lambda servo, _: servo.step(pose=ulna.pose((0.5, 0.1, 0.5), (3.0, 0.1, 0.0))),

@@ -1,7 +1,7 @@
 """Holds the world around a robot: named shapes with poses in its base frame."""
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import cache, partial
 
 import numpy as np
@@ -21,6 +21,7 @@ from ulna.engine.bound import Seen, bind
 from ulna.errors import GeometryError, InputError, UnknownNameError
 
 _MOST_SHOWN = 6  # objects
+_OF_OBJECTS = "_shapes", "_poses", "_touch_links", "_speeds", "_stated"
 
 
 class World(Seen):
@@ -145,10 +146,7 @@ class World(Seen):
             for name in new._shapes:
                 if name in self._shapes:
                     raise InputError("name", f"the world already has an object {name!r}; move() moves it")
-            for name in new._shapes:
-                self._mark(name)
-            self._shapes, self._poses = {**self._shapes, **new._shapes}, {**self._poses, **new._poses}
-            self._touch_links = {**self._touch_links, **new._touch_links}
+            self._exchange((), new.__getstate__())
 
     def move(self, name: str, pose: ArrayLike) -> None:
         """Move an object to another pose T_base_object, shape (4, 4). Of one with a speed it says where it is now.
@@ -354,6 +352,18 @@ class World(Seen):
             self._n_changes += 1
         self._n_stated += 1
 
+    def _exchange(self, removed: Collection[str], new: dict) -> None:
+        """Remove objects, and take over the contents of another world in the place of any of these names. The lock is held."""
+        names, contents = (*removed, *new["_shapes"]), self._contents()
+        for name in names:
+            self._mark(name)
+            for of in ("_touch_links", "_speeds", "_stated") if name in new["_shapes"] else _OF_OBJECTS:
+                contents[of].pop(name, None)
+        for of in _OF_OBJECTS:
+            contents[of].update(new[of])
+        contents["_stated"].update(dict.fromkeys(new["_speeds"], self._n_stated))
+        self._shapes, self._poses, self._touch_links, self._speeds, self._stated = (contents[of] for of in _OF_OBJECTS)
+
     def _known(self, name: str) -> None:
         if not isinstance(name, str) or name not in self._shapes:
             raise UnknownNameError("object of the world", str(name), self._shapes)
@@ -363,9 +373,8 @@ class World(Seen):
             return self._contents()
 
     def _contents(self) -> dict:
-        names = "_shapes", "_poses", "_touch_links", "_speeds", "_stated"
         counts = {"_n_stated": self._n_stated, "_n_changes": self._n_changes}
-        return {name: dict(getattr(self, name)) for name in names} | counts
+        return {name: dict(getattr(self, name)) for name in _OF_OBJECTS} | counts
 
     def __setstate__(self, state: dict) -> None:
         World.__init__(self)
@@ -377,6 +386,12 @@ class World(Seen):
             count = len(self._shapes)
         more = f" and {count - len(shown)} more" if count > len(shown) else ""
         return f"<World: {count or 'no'} object{'s' * (count != 1)}{': ' * bool(shown)}{', '.join(shown)}{more}>"
+
+
+def exchange(world: World, removed: Collection[str], new: World) -> None:
+    """Remove objects of a world, and take over those of another in the place of any of these names, all or none."""
+    with world._lock:  # noqa: SLF001 - a function of this module, as users call no such method
+        world._exchange([name for name in removed if name in world], new.__getstate__())  # noqa: SLF001
 
 
 def refuse_no_world(world: object) -> None:

@@ -144,7 +144,8 @@ class Planning:
         self.upright = self.on_line = False
         self.shown: Planned | None = None
         self._goal: Array | None = None
-        self._start, self._placed = session.q, session.q
+        self._start = session.q
+        self._placed = (session.q,)  # where it has put the arm; two while it does so
         self._asked: tuple | None = None
         self._link = session.link
 
@@ -174,8 +175,7 @@ class Planning:
 
     def turn(self, *, on: bool) -> None:
         """Begin to plan, from where the arm is and without a goal; or end it."""
-        self.on, self._goal = on, None
-        self.start_here()
+        self._begin(None, on=on)
 
     def play(self) -> None:
         """Move the arm along the motion, from its beginning if it is at the end; or stop it."""
@@ -192,7 +192,8 @@ class Planning:
         """Plan if something has changed, and move the arm on by a time [s]. Returns whether the plan is another."""
         if not self.on:
             return False
-        if self._session.link != self._link or not np.array_equal(self._session.q, self._placed):
+        q = self._session.q
+        if self._session.link != self._link or not any(np.array_equal(q, placed) for placed in self._placed):
             self.start_here()
         another = self._plan()
         motion = None if self.shown is None else self.shown.motion
@@ -230,8 +231,12 @@ class Planning:
 
     def start_here(self) -> None:
         """Plan from where the arm is."""
-        session = self._session
-        self._link, self._start, self._placed = session.link, session.q, session.q
+        self._begin(self._goal, on=self.on)
+
+    def _begin(self, goal: Array | None, *, on: bool) -> None:
+        """Plan to a goal from where the arm is. All is stored at last, with no call between, in case it is interrupted."""
+        link, q = self._session.link, self._session.q
+        self.on, self._goal, self._link, self._start, self._placed = on, goal, link, q, (q,)
         self.playing, self.share, self.shown, self.waiting, self._asked = False, 0.0, None, False, None
 
     def _plan(self) -> bool:
@@ -242,19 +247,20 @@ class Planning:
         asked = (self._goal.tobytes(), session.world.objects(), self.jerk, keep, session.robot)
         if asked == self._asked:
             return False
-        if self.playing:
-            self._start, self.share = session.q, 0.0
+        start, share = (session.q, 0.0) if self.playing else (self._start, self.share)
         found = session.ask(
-            NAME, planned, session.robot, self._start, self._goal, session.world, session.link, session.held, self.jerk, keep
+            NAME, planned, session.robot, start, self._goal, session.world, session.link, session.held, self.jerk, keep
         )
-        self.waiting = found is None
-        self.shown, self._asked = found, None if found is None else asked
+        self._start, self.share, self.waiting, self.shown = start, share, found is None, found
+        self._asked = None if found is None else asked
         return True
 
     def _place(self, q: Array) -> None:
-        if not np.array_equal(q, self._session.q):
+        before = self._session.q
+        if not np.array_equal(q, before):
+            self._placed = before, q
             self._session.q = q
-        self._placed = self._session.q
+        self._placed = (q,)
 
 
 def _short_of(nearest: IKResult) -> str:
