@@ -181,8 +181,8 @@ class Franka:
         """Send a command for each state, until the last of ``body``, shape (n, 7), or of a servo that begins where it does."""
         sent: _Sent = []
         collecting = gc.isenabled()
-        gc.disable()  # a collection may take longer than a period
         try:
+            gc.disable()  # a collection may take longer than a period
             with self._named_errors("the arm has stopped by itself", sent, names):
                 self._measured = body[0]
                 self._control = self._robot.start_joint_position_control(self._client.ControllerMode.JointImpedance)
