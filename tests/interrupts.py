@@ -30,7 +30,7 @@ class Armed(int):
     now = property(_thread.interrupt_main)
 
 
-ARMED = Armed(signal.SIGALRM)
+ARMED = Armed(signal.SIGINT)
 
 
 @cache
@@ -87,11 +87,11 @@ class Tracer:
 @contextlib.contextmanager
 def python_raises_at_the_signal() -> Iterator[None]:
     """A context in which the signal that is armed raises KeyboardInterrupt."""
-    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         yield
     finally:
-        signal.signal(signal.SIGALRM, before)
+        signal.signal(signal.SIGINT, before)
 
 
 def run(act: Callable[[], object], target: int | None = None) -> tuple[list[Place], bool]:
