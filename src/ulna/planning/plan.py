@@ -15,6 +15,7 @@ from ulna.description.arrays import as_count, as_floats, as_number
 from ulna.errors import InputError
 from ulna.ik.reason import NO_REASON, Reason
 from ulna.kinematics.tree import Tree, entry_names
+from ulna.planning.held_first import arm_of
 from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import as_motion_limits
@@ -22,11 +23,14 @@ from ulna.planning.moving_ends import as_ends, with_ends
 from ulna.planning.quicker import quicker_path
 from ulna.planning.search import Effort, Search
 from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
+from ulna.planning.space import same_entries
+from ulna.planning.targets import joint_of
 from ulna.planning.trajectory import Trajectory, resting
 
 Array = NDArray[np.float64]
 _SAMPLES = 256  # at which the clearance is measured
 _WORTH = 1e-4  # of the length: a path is to be shorter by more
+_MOST_NAMED = 3  # joints in a sentence
 _FIRST_CHECKS = 256  # of a search for a shorter path, until one has failed
 
 
@@ -144,6 +148,34 @@ class Plan:
         It is by no more than 0.001 too large; 0 without constraints. That of an angle is a share of the sine of half of it.
         """
         return 0.0 if self._motion is None else worst_violation(self._motion.keeps, self._motion.checker.tree, self.path)
+
+    @cached_property
+    def moved(self) -> tuple[str, ...]:
+        """The joints that move although their position is the same at both ends: with all of them held no path was found."""
+        return self._names_of(self._returning)
+
+    @property
+    def _returning(self) -> NDArray[np.bool_]:
+        """Which entries of q change along the path, and are the same at both ends, shape (n_dof,)."""
+        if self._motion is None:
+            return np.zeros(self.path.shape[1], dtype=bool)
+        same = same_entries(self._motion.checker.tree, self.path[0], self.path[-1:])[0]
+        return same & (self.path != self.path[0]).any(axis=0)
+
+    def _names_of(self, columns: NDArray[np.bool_]) -> tuple[str, ...]:
+        if self._motion is None:
+            return ()
+        return tuple(dict.fromkeys(joint_of(k, self._motion.checker.tree) for k in np.flatnonzero(columns).tolist()))
+
+    @property
+    def _moved_beside(self) -> str:
+        """What is said of those of ``moved`` that are no part of the moving arm; often nothing."""
+        if self._motion is None:
+            return ""
+        changed = (self.path != self.path[0]).any(axis=0) & ~self._returning
+        names = self._names_of(self._returning & ~arm_of(self._motion.checker.tree, changed))
+        some = ", ".join(names[:_MOST_NAMED]) + (f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else "")
+        return f"; without moving {some} too, no path was found" if names else ""
 
     @cached_property
     def _lengths(self) -> Array:
@@ -361,7 +393,7 @@ class Plan:
             out = f"; the start touches by {self.escape * 1e3:.2g} mm, and the first edge leads out of it"
             left = out if self.escaped else ""
             points = f"{n} configuration{'s' * (n != 1)}, length {self.length:.3g}"
-            return f"solved: {points}, {how}, after {self.checks} checked edges{left}"
+            return f"solved: {points}, {how}, after {self.checks} checked edges{left}{self._moved_beside}"
         return f"{self.status}: {self.reason}"
 
 

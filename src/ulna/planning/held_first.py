@@ -1,0 +1,139 @@
+"""Holds the joints that have the same position at a start and a goal, as long as a path is found with them held.
+
+Fingers that hold a part, the wheels of a base, a lift, a head, the other arm: what need not move stays. So searches with joints
+held come first, each of a bounded number of edges, with fewer and fewer of them held:
+
+1. All joints whose position is the same at both ends.
+2. All but those that turn, farther along the chain of a joint that moves: the rest of an arm that goes round something. The last
+   joint of a chain stays held, since it may be a jaw.
+3. All but these and those that turn, before it in the chain.
+4. All but the joints of that chain and those that carry it: a lift, a torso, the slide of an arm.
+5. None.
+
+A chain ends where the robot branches.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.kernels.layout import BASE, COLUMN, KIND, PARENT, REVOLUTE
+from ulna.kinematics.tree import Tree
+from ulna.planning.space import endless_entries
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+_CHECKS = 16  # edges of a search, times two for each joint that moves
+_MOST_DOUBLED = 8  # joints
+_MOST_GROUPS = 4  # of goals that agree with the start in the same entries
+
+
+class Trial(NamedTuple):
+    """A search with joints held, which comes before the one without.
+
+    Attributes:
+        fixed: Which entries of q keep their positions, shape (n_dof,).
+        goals: Which of the goals it may end in: those that agree with the start in these entries, shape (n,).
+        checks: How many edges it checks at most.
+    """
+
+    fixed: Mask
+    goals: NDArray[np.int64]
+    checks: int
+
+
+def trials_of(tree: Tree, same: Mask, fixed: Mask) -> list[Trial]:
+    """The searches with joints held, in order; none where no joint that may move has the same position at both ends.
+
+    same: which entries of each goal are those of the start, shape (n, n_dof), the nearest goal first; fixed: those that keep
+    their positions anyway, shape (n_dof,).
+    """
+    still = same & ~fixed
+    still[(still | fixed).all(axis=1)] = False  # a goal that is the start
+    if not still.any():
+        return []
+    masks, group = np.unique(still, axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    if len(masks) > _MOST_GROUPS:
+        masks, group = np.logical_and.reduce(still, axis=0, keepdims=True), np.zeros(len(still), dtype=np.int64)
+    trials = []
+    for k in dict.fromkeys(group.tolist()):
+        goals = np.flatnonzero(group == k)
+        trials += [Trial(mask, goals, _checks_for(mask)) for mask in _masks(tree, masks[k], fixed, alone=len(masks) == 1)]
+    return trials
+
+
+def arm_beyond(tree: Tree, moved: Mask) -> Mask:
+    """Which entries of q turn joints farther along the chain of a joint that moves, its last joint left out, shape (n_dof,).
+
+    moved: which entries of q move joints, shape (n_dof,).
+    """
+    parents, columns, n_children = _rows(tree)
+    beyond, found = np.zeros(len(parents), dtype=bool), np.zeros(tree.n_dof, dtype=bool)
+    for row, parent in enumerate(parents.tolist()):  # a parent comes before its children
+        if parent != BASE and n_children[parent] == 1:
+            beyond[row] = beyond[parent] or moved[columns[parent]]
+    found[columns[beyond & (n_children > 0)]] = True
+    return found & _turns_alone(tree) & ~moved
+
+
+def arm_of(tree: Tree, moved: Mask) -> Mask:
+    """Which entries of q turn joints of the chain of a joint that moves, its last joint left out, shape (n_dof,)."""
+    parents, columns, n_children = _rows(tree)
+    before, found = moved[columns], arm_beyond(tree, moved)
+    for row in range(len(parents) - 1, -1, -1):
+        if parents[row] != BASE and n_children[parents[row]] == 1 and before[row]:
+            before[parents[row]] = True
+    found[columns[before]] = True
+    return found & _turns_alone(tree) & ~moved
+
+
+def _masks(tree: Tree, still: Mask, fixed: Mask, *, alone: bool) -> list[Mask]:
+    """The entries of q that are held in each search, most of them first, for goals that agree with the start in ``still``.
+
+    Without those with which there is only the straight way; and, if these are all the goals, without ``fixed`` itself.
+    """
+    moved, endless = ~(still | fixed), endless_entries(tree)
+    released = np.zeros_like(moved), arm_beyond(tree, moved), arm_of(tree, moved), _chain_of(tree, moved)
+    different: list[Mask] = []
+    for mask in (fixed | (still & ~free) for free in released):
+        is_last = alone and np.array_equal(mask, fixed)
+        is_straight = np.count_nonzero(~mask) == 1 and not endless[~mask].any()
+        if not is_last and not is_straight and not any(np.array_equal(mask, other) for other in different):
+            different.append(mask)
+    return different
+
+
+def _chain_of(tree: Tree, moved: Mask) -> Mask:
+    """Which entries of q move joints of the chains in which joints move, or joints that carry these, shape (n_dof,)."""
+    parents, columns, n_children = _rows(tree)
+    of_chain, found = moved[columns], np.zeros(tree.n_dof, dtype=bool)
+    for row, parent in enumerate(parents.tolist()):
+        if parent != BASE and n_children[parent] == 1 and of_chain[parent]:
+            of_chain[row] = True
+    for row in range(len(parents) - 1, -1, -1):
+        if parents[row] != BASE and of_chain[row]:
+            of_chain[parents[row]] = True
+    found[columns[of_chain]] = True
+    return found
+
+
+def _rows(tree: Tree) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Of each row of the table of joints: the row that carries it, the entry of q that moves it, how many rows it carries."""
+    parents, columns = (tree.joints[:, column].astype(np.int64) for column in (PARENT, COLUMN))
+    return parents, columns, np.bincount(parents[parents != BASE], minlength=len(parents))
+
+
+def _turns_alone(tree: Tree) -> Mask:
+    """Which entries of q turn joints and are all of their position: neither slides, nor those of a base that moves in a plane."""
+    found = np.zeros(tree.n_dof, dtype=bool)
+    for part in tree.joint_slices:
+        found[part] = part.stop - part.start == 1
+    found[tree.joints[tree.joints[:, KIND] != REVOLUTE, COLUMN].astype(np.int64)] = False
+    return found
+
+
+def _checks_for(fixed: Mask) -> int:
+    """How many edges a search may check with these entries of q held: the more joints move, the larger the space is."""
+    return _CHECKS * 2 ** min(int(np.count_nonzero(~fixed)), _MOST_DOUBLED)
