@@ -41,6 +41,9 @@ Goals = Annotated[
         help='Or "LINK=x,y,z,roll,pitch,yaw" or "LINK=x,y,z"; repeatable: several links come to their poses together.',
     ),
 ]
+Held = Annotated[
+    list[str] | None, typer.Option(metavar="JOINT", help="A joint that keeps its position, as a lift or a finger; repeatable.")
+]
 Clearance = Annotated[float, typer.Option(metavar="METRES", help="Keep objects at least this far away.")]
 MaxChecks = Annotated[int, typer.Option(help="How many edges are checked at most.")]
 TimeLimit = Annotated[float, typer.Option(metavar="SECONDS", help="The longest time of the search; inf for no limit.")]
@@ -68,7 +71,8 @@ _ACCELERATION = 5.0  # [rad/s^2 or m/s^2]
 _DEFAULTS = defaults_of(Robot.plan)
 
 PLAN_KEYS = (
-    "robot; status; success; reason; joints; path: rows of q; length; certified; worst_violation: the greatest share of its "
+    "robot; status; success; reason; joints; path: rows of q; length; certified; moved: joints that move although their position "
+    "is the same at both ends, since no path was found with them held; worst_violation: the greatest share of its "
     "tolerance that a constraint uses on the path, at most; clearance, in metres, null without objects; "
     "checks; duration of the fastest motion within the limits, in seconds, or null; check: which of its samples, 1 ms apart, "
     "comes nearest to a limit, as a sentence, or null."
@@ -86,6 +90,7 @@ def plan(
     goals: Goals = None,
     link: LinkName = None,
     group: GroupName = None,
+    held: Held = None,
     world: Obstacles,
     keep: KeepTexts = None,
     clearance: Clearance = _DEFAULTS["clearance"],
@@ -124,11 +129,11 @@ def plan(
         link = tip_of(members) if members and link is None else link_or_hand(robot, link=link, as_json=as_json)
         goal = target_pose(robot, link, str(xyz), orientation)
     keeps = [keep_of(text, degrees=degrees) for text in keep or ()]
-    options = {"keep": "--keep", "q_start": "--from", "goal": "--goal" if goals else "--xyz" if to is None else "--to"}
+    options = {"keep": "--keep", "held": "--held", "q_start": "--from", "goal": "--goal" if goals else "--xyz" if to is None else "--to"}
     with as_options(options), search_shown() as progress:
         found = robot.plan(
-            begin, goal, world, link=link, group=group, keep=keeps, certify=not sampled, clearance=clearance, seed=seed,
-            max_checks=max_checks, time_limit=time_limit, escape=escape, progress=progress,
+            begin, goal, world, link=link, held=held or (), group=group, keep=keeps, certify=not sampled, clearance=clearance,
+            seed=seed, max_checks=max_checks, time_limit=time_limit, escape=escape, progress=progress,
         )  # fmt: skip
     motion = None
     if found:
@@ -143,7 +148,7 @@ def plan(
             write_figure(motion.plot(), plot)
     data = {
         **found_data(robot, found),
-        **attributes(found, "length", "certified", "worst_violation", "clearance", "checks"),
+        **attributes(found, "length", "certified", "moved", "worst_violation", "clearance", "checks"),
         "duration": motion and motion.duration,
         "check": motion and str(motion.check()),
     }

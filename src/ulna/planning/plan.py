@@ -152,30 +152,23 @@ class Plan:
     @cached_property
     def moved(self) -> tuple[str, ...]:
         """The joints that move although their position is the same at both ends: with all of them held no path was found."""
-        return self._names_of(self._returning)
+        return () if self._motion is None else _names_of(self._returning, self._motion.checker.tree)
+
+    @cached_property
+    def moved_beside(self) -> tuple[str, ...]:
+        """Those of ``moved`` that are no part of the arm that moves, such as a lift, fingers or another arm."""
+        if self._motion is None:
+            return ()
+        tree, returning = self._motion.checker.tree, self._returning
+        changed = (self.path != self.path[:1]).any(axis=0) & ~returning
+        return _names_of(returning & ~arm_of(tree, changed), tree)
 
     @property
     def _returning(self) -> NDArray[np.bool_]:
         """Which entries of q change along the path, and are the same at both ends, shape (n_dof,)."""
-        if self._motion is None:
+        if self._motion is None or not self:
             return np.zeros(self.path.shape[1], dtype=bool)
-        same = same_entries(self._motion.checker.tree, self.path[0], self.path[-1:])[0]
-        return same & (self.path != self.path[0]).any(axis=0)
-
-    def _names_of(self, columns: NDArray[np.bool_]) -> tuple[str, ...]:
-        if self._motion is None:
-            return ()
-        return tuple(dict.fromkeys(joint_of(k, self._motion.checker.tree) for k in np.flatnonzero(columns).tolist()))
-
-    @property
-    def _moved_beside(self) -> str:
-        """What is said of those of ``moved`` that are no part of the moving arm; often nothing."""
-        if self._motion is None:
-            return ""
-        changed = (self.path != self.path[0]).any(axis=0) & ~self._returning
-        names = self._names_of(self._returning & ~arm_of(self._motion.checker.tree, changed))
-        some = ", ".join(names[:_MOST_NAMED]) + (f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else "")
-        return f"; without moving {some} too, no path was found" if names else ""
+        return same_entries(self._motion.checker.tree, *self.path[[0, -1]]) & (self.path != self.path[0]).any(axis=0)
 
     @cached_property
     def _lengths(self) -> Array:
@@ -379,6 +372,13 @@ class Plan:
     def _motion(self) -> Motion | None:
         return None if self._searched is None else self._searched.motion
 
+    @property
+    def _of_moved(self) -> str:
+        """What is said of the joints beside the moving arm that move too."""
+        names, more = self.moved_beside, len(self.moved_beside) - _MOST_NAMED
+        some = ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+        return f"; no path was found without moving {some} too" if names else ""
+
     def __getstate__(self) -> dict:
         return {name: value for name, value in self.__dict__.items() if name != "_lengths"}
 
@@ -393,8 +393,13 @@ class Plan:
             out = f"; the start touches by {self.escape * 1e3:.2g} mm, and the first edge leads out of it"
             left = out if self.escaped else ""
             points = f"{n} configuration{'s' * (n != 1)}, length {self.length:.3g}"
-            return f"solved: {points}, {how}, after {self.checks} checked edges{left}{self._moved_beside}"
+            return f"solved: {points}, {how}, after {self.checks} checked edges{left}{self._of_moved}"
         return f"{self.status}: {self.reason}"
+
+
+def _names_of(columns: NDArray[np.bool_], tree: Tree) -> tuple[str, ...]:
+    """The joints to which entries of q belong."""
+    return tuple(dict.fromkeys(joint_of(k, tree) for k in np.flatnonzero(columns).tolist()))
 
 
 def no_plan(tree: Tree, status: PlanStatus, reason: Reason, effort: Effort | None = None) -> Plan:

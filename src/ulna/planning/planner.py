@@ -22,7 +22,7 @@ from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 from ulna.planning.goals import Goals, Request, find_goals
-from ulna.planning.held_first import Trial, arm_beyond, trials_of
+from ulna.planning.held_first import Trial, arm_beyond, arm_of, trials_of
 from ulna.planning.keep import Keep
 from ulna.planning.kept import are_kept, as_keeps, narrower, table_of, violations
 from ulna.planning.kept_goals import find_kept_goals, poses_beside
@@ -32,7 +32,7 @@ from ulna.planning.search import Effort, Found, Search
 from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
 from ulna.planning.space import along, make_space, same_entries, slides_without_end
 from ulna.planning.spent_budget import budget_spent
-from ulna.planning.targets import as_targets, fixed_for, joint_of
+from ulna.planning.targets import Targets, as_targets, fixed_for, joint_of
 
 Array = NDArray[np.float64]
 _DEEPEST = 0.01  # [m]: a start that is deeper in something is not left
@@ -112,7 +112,7 @@ def plan_motion(
     given = np.concatenate([start[None], targets]) if isinstance(targets, np.ndarray) else start[None]
     free = request.is_free(given)  # of all by one call
     if not free[0]:
-        left = _escape_from(request, fixed) if options.escape else None
+        left = _way_out_of(request, targets, fixed) if options.escape else None
         if left is None:
             return no_plan(tree, PlanStatus.START_IN_COLLISION, request.collision(start))
         first, depth = left
@@ -246,6 +246,17 @@ def _beyond(tree: Tree, start: Array) -> Reason:
     excess = np.maximum(tree.lower - start, start - tree.upper)
     beyond = {joint_of(k, tree): float(excess[k]) for k in np.flatnonzero(excess > 0).tolist()}
     return Reason(", ".join(f"{name} by {x:.3g}" for name, x in beyond.items()), beyond)
+
+
+def _way_out_of(request: Request, targets: Targets, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:
+    """``_escape_from``, first with the joints beside the moving arm held whose position is the same at start and goals."""
+    if isinstance(targets, np.ndarray):
+        same = same_entries(request.tree, request.start, targets).all(axis=0)
+        held = fixed | (same & ~arm_of(request.tree, ~(same | fixed)))
+        found = _escape_from(request, held)
+        if found is not None:
+            return found
+    return _escape_from(request, fixed)
 
 
 def _escape_from(request: Request, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:

@@ -94,7 +94,7 @@ def make_space(tree: Tree, corners: Array, fixed: NDArray[np.bool_], far: float 
 
 
 def same_entries(tree: Tree, start: Array, q: Array) -> NDArray[np.bool_]:
-    """Which entries of q, shape (n, n_dof), are those of a start: but for rounding, and whole turns of joints without limits."""
+    """Which entries of q, shape (..., n_dof), are those of a start, but for rounding and whole turns of endless joints."""
     return np.abs(_whole_space(tree).space.shortest_way(q - start)) <= _ROUNDING
 
 

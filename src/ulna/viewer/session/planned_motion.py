@@ -226,7 +226,8 @@ class Planning:
         how = "certified free" if motion.certified else "not certified"
         if self.upright or self.on_line:
             how += f", {plan.worst_violation:.0%} of the tolerance used at most"
-        return f"{plan.status}: {motion.duration:.2f} s, {how}, {plan.checks} edges checked"
+        too = f"; no path was found without moving {', '.join(plan.moved_beside)} too" if plan.moved_beside else ""
+        return f"{plan.status}: {motion.duration:.2f} s, {how}, {plan.checks} edges checked{too}"
 
     def start_here(self) -> None:
         """Plan from where the arm is."""
