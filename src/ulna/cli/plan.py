@@ -129,7 +129,12 @@ def plan(
         link = tip_of(members) if members and link is None else link_or_hand(robot, link=link, as_json=as_json)
         goal = target_pose(robot, link, str(xyz), orientation)
     keeps = [keep_of(text, degrees=degrees) for text in keep or ()]
-    options = {"keep": "--keep", "held": "--held", "q_start": "--from", "goal": "--goal" if goals else "--xyz" if to is None else "--to"}
+    options = {
+        "keep": "--keep",
+        "held": "--held",
+        "q_start": "--from",
+        "goal": "--goal" if goals else "--xyz" if to is None else "--to",
+    }
     with as_options(options), search_shown() as progress:
         found = robot.plan(
             begin, goal, world, link=link, held=held or (), group=group, keep=keeps, certify=not sampled, clearance=clearance,

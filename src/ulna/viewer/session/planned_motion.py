@@ -11,6 +11,7 @@ from ulna.collision.report import Report
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
+from ulna.ik.problem import columns_of_joints
 from ulna.ik.result import IKResult
 from ulna.planning.keep import Keep
 from ulna.planning.plan import Plan, PlanStatus
@@ -88,8 +89,11 @@ def planned(
 ) -> Planned:
     """A motion from a configuration to a pose of a link, shape (4, 4), or to a configuration, shape (n_dof,).
 
+    held: joints that keep their positions, whatever a configuration to go to says of them.
     keep: whether what of the link points up at the start is kept upright, and whether its origin is kept on the line to the goal.
     """
+    if goal.ndim == 1 and held:
+        goal = np.where(columns_of_joints(robot.tree, held), start, goal)
     end = goal if goal.ndim == 2 else robot.forward_kinematics(goal, link=link)
     line = np.stack([robot.forward_kinematics(start, link=link)[:3, 3], end[:3, 3]])
     keeps = [Keep.upright(TILT, link=link)] if keep[0] else []
@@ -130,6 +134,7 @@ class Planning:
         jerk: The greatest jerk of the motion [rad/s^3 or m/s^3]; None for no limit.
         upright: Whether what of the hand points up at the start is kept upright.
         on_line: Whether the hand is kept on the line to the goal.
+        held: The joints that keep their positions, besides those of the session.
         shown: The plan; None without a goal, and while its kernels are compiled.
         waiting: Whether its kernels are being compiled.
         share: How much of the motion's time has passed, 0 to 1.
@@ -142,6 +147,7 @@ class Planning:
         self.share = 0.0
         self.jerk: float | None = None
         self.upright = self.on_line = False
+        self.held: tuple[str, ...] = ()
         self.shown: Planned | None = None
         self._goal: Array | None = None
         self._start, self._placed = session.q, session.q
@@ -239,14 +245,14 @@ class Planning:
         if self._goal is None:
             return False
         session = self._session
-        keep = self.upright, self.on_line
-        asked = (self._goal.tobytes(), session.world.objects(), self.jerk, keep, session.robot)
+        keep, held = (self.upright, self.on_line), (*session.held, *self.held)
+        asked = (self._goal.tobytes(), session.world.objects(), self.jerk, keep, held, session.robot)
         if asked == self._asked:
             return False
         if self.playing:
             self._start, self.share = session.q, 0.0
         found = session.ask(
-            NAME, planned, session.robot, self._start, self._goal, session.world, session.link, session.held, self.jerk, keep
+            NAME, planned, session.robot, self._start, self._goal, session.world, session.link, held, self.jerk, keep
         )
         self.waiting = found is None
         self.shown, self._asked = found, None if found is None else asked
