@@ -185,13 +185,13 @@ def test_no_more_edges_are_checked_than_are_allowed(reacher):
 def test_what_differs_by_rounding_or_by_whole_turns_of_a_wheel_is_the_same(mobile, turns):
     moving = columns(mobile, [f"j_arm{k}" for k in range(1, 7)])
     start, goal, world = problems(mobile, moving, 1, seed=4)[0]
-    near = goal + 1e-15
+    near = goal + 1e-13
     near[[0, 1]] += turns
     still = np.setdiff1d(np.arange(mobile.n_dof), moving)
     for options in ({}, {"held": ["j_wheel0", "j_lift"]}):
         plan = mobile.plan(start, near, world, **options)
         assert stays(plan.path, start, still)
-        assert np.abs(plan.path[-1] - goal).max() <= 2e-15
+        assert np.abs(plan.path[-1] - goal).max() <= 2e-13
         assert_free(mobile, plan, world)
     moved = near + 1e-3 * (np.arange(mobile.n_dof) == mobile.joint_names.index("j_lift"))
     with pytest.raises(InputError, match="'j_lift' is to go"):
@@ -283,10 +283,10 @@ def test_a_group_that_holds_the_rest_holds_its_own_joints_first_too():
     robot = ulna.load(two_arms.URDF, srdf=two_arms.SRDF)
     left, both = (list(robot.groups[name].columns) for name in ("left_arm", "both_arms"))
     for start, goal, world in problems(robot, left, 3, seed=12):
-        plan = robot.plan(start, goal[both] + 1e-16, world, group="both_arms")
+        plan = robot.plan(start, goal[both] + 1e-15, world, group="both_arms")
         assert stays(plan.path, start, np.setdiff1d(np.arange(robot.n_dof), left))
         other = goal.copy()
-        other[0] += 1e-12  # the torso, which is outside the group
+        other[0] += 1e-13  # the torso, which is outside the group
         assert robot.plan(start, other, world, group="left_arm")
 
 
@@ -298,8 +298,29 @@ def test_the_arm_goes_on_from_a_joint_that_moves_to_where_the_robot_branches(mob
     assert not arm_of(reacher.tree, np.array(reacher.joint_names) == "j_bar").any()
 
 
-def test_the_last_joint_of_a_chain_is_taken_for_a_jaw():
-    robot = robot_of(arm("base") + joint("jaw", "revolute", "arm6", "0.08 0.03 0"))
+def test_one_jaw_beside_the_frame_of_a_hand_stays():
+    tip = '<link name="tip"/><joint name="to_tip" type="fixed"><parent link="arm6"/><child link="tip"/></joint>'
+    robot = robot_of(arm("base") + tip + joint("jaw", "revolute", "arm6", "0.08 0.03 0"))
     moving = columns(robot, [f"j_arm{k}" for k in range(1, 7)])
     for start, goal, world in problems(robot, moving, 6, seed=13):
         assert_all_stays(robot, start, goal, world, [6])
+
+
+@pytest.mark.parametrize("size", [0.01, 1.0, 300.0])
+def test_a_metre_of_a_slide_counts_the_radians_that_move_the_robot_as_far(size):
+    """Of a straight arm: the distances of the tip from its joints are measured, and each counts by itself in their mean."""
+    body, parent = joint("lift", "prismatic", "base", low=0, high=0.4 * size), "lift"
+    for k, length in enumerate([0.1, 0.4, 0.3, 0.02]):
+        body += joint(f"link{k}", "revolute", parent, f"{length * size} 0 0", "0 0 1").replace(SHAPE, "")
+        parent = f"link{k}"
+    body += f'<link name="tip"/><joint name="to_tip" type="fixed"><parent link="{parent}"/><child link="tip"/>'
+    robot = ulna.load(f'<robot name="r"><link name="base">{SHAPE}</link>{body}<origin xyz="{0.2 * size} 0 0"/></joint></robot>')
+    tip = robot.forward_kinematics(robot.home, link="tip")[:3, 3]
+    far = np.array([np.linalg.norm(robot.forward_kinematics(robot.home, link=f"link{k}")[:3, 3] - tip) for k in range(4)])
+    lifted = robot.home + np.array([0.3 * size, 0, 0, 0, 0])
+    plan = robot.plan(robot.home, lifted)
+    assert np.isclose(plan.length, 0.3 * size * far.sum() / (far**2).sum())
+    turned = robot.home + np.array([0, 0.5, 0, 0, 0])
+    assert np.isclose(robot.plan(robot.home, turned).length, 0.5)
+    both = robot.plan(robot.home, lifted + turned - robot.home).length
+    assert np.isclose(both, np.hypot(plan.length, 0.5))

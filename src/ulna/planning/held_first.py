@@ -4,13 +4,12 @@ Fingers that hold a part, the wheels of a base, a lift, a head, the other arm: w
 held come first, each of a bounded number of edges, with fewer and fewer of them held:
 
 1. All joints whose position is the same at both ends.
-2. All but those that turn, farther along the chain of a joint that moves: the rest of an arm that goes round something. The last
-   joint of a chain stays held, since it may be a jaw.
+2. All but those that turn, farther along the chain of a joint that moves: the rest of an arm that goes round something.
 3. All but these and those that turn, before it in the chain.
 4. All but the joints of that chain and those that carry it: a lift, a torso, the slide of an arm.
 5. None.
 
-A chain ends where the robot branches.
+A chain ends where the robot branches: into joints, or a joint and a link without child links, as a hand and its one jaw.
 """
 
 from typing import NamedTuple
@@ -65,7 +64,7 @@ def trials_of(tree: Tree, same: Mask, fixed: Mask) -> list[Trial]:
 
 
 def arm_beyond(tree: Tree, moved: Mask) -> Mask:
-    """Which entries of q turn joints farther along the chain of a joint that moves, its last joint left out, shape (n_dof,).
+    """Which entries of q turn joints farther along the chain of a joint that moves, shape (n_dof,).
 
     moved: which entries of q move joints, shape (n_dof,).
     """
@@ -74,12 +73,12 @@ def arm_beyond(tree: Tree, moved: Mask) -> Mask:
     for row, parent in enumerate(parents.tolist()):  # a parent comes before its children
         if parent != BASE and n_children[parent] == 1:
             beyond[row] = beyond[parent] or moved[columns[parent]]
-    found[columns[beyond & (n_children > 0)]] = True
+    found[columns[beyond]] = True
     return found & _turns_alone(tree) & ~moved
 
 
 def arm_of(tree: Tree, moved: Mask) -> Mask:
-    """Which entries of q turn joints of the chain of a joint that moves, its last joint left out, shape (n_dof,)."""
+    """Which entries of q turn joints of the chain of a joint that moves, shape (n_dof,)."""
     parents, columns, n_children = _rows(tree)
     before, found = moved[columns], arm_beyond(tree, moved)
     for row in range(len(parents) - 1, -1, -1):
@@ -120,9 +119,13 @@ def _chain_of(tree: Tree, moved: Mask) -> Mask:
 
 
 def _rows(tree: Tree) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Of each row of the table of joints: the row that carries it, the entry of q that moves it, how many rows it carries."""
+    """Of each row of the table of joints: the row that carries it, the entry of q that moves it, and how much it carries itself.
+
+    That counts rows, and links without child links.
+    """
     parents, columns = (tree.joints[:, column].astype(np.int64) for column in (PARENT, COLUMN))
-    return parents, columns, np.bincount(parents[parents != BASE], minlength=len(parents))
+    carriers = np.array([*parents, *(tree.link_row[link] for link in tree.leaves)], dtype=np.int64)
+    return parents, columns, np.bincount(carriers[carriers != BASE], minlength=len(parents))
 
 
 def _turns_alone(tree: Tree) -> Mask:

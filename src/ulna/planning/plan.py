@@ -128,7 +128,7 @@ class Plan:
 
     @property
     def length(self) -> float:
-        """The length of the path: Euclidean in q, with a slide as a share of the robot's length; 0 if there is no path."""
+        """The length of the path [rad]: Euclidean, with a slide's metre as docs/planning_search.md weighs it; 0 without a path."""
         return float(self._lengths[-1]) if len(self.path) else 0.0
 
     @cached_property

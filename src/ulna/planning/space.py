@@ -14,7 +14,7 @@ from ulna.kinematics.tree import Tree
 from ulna.kinematics.turns import TURN, turning_columns
 
 Array = NDArray[np.float64]
-_ROUNDING = 1e-9  # [rad or m]: positions that differ by no more are the same
+_ROUNDING = 1e-12  # [rad or m]: positions that differ by no more are the same
 
 
 @dataclass(frozen=True, eq=False)
