@@ -128,7 +128,7 @@ class Plan:
 
     @property
     def length(self) -> float:
-        """The length of the path [rad]: Euclidean, with a slide's metre as docs/planning_search.md weighs it; 0 without a path."""
+        """The length of the path [rad]: Euclidean, with slides weighed as docs/planning_search.md says; 0 without a path."""
         return float(self._lengths[-1]) if len(self.path) else 0.0
 
     @cached_property
@@ -363,7 +363,7 @@ class Plan:
             return self
         bounds = np.minimum(tree.lower, self.path.min(axis=0)), np.maximum(tree.upper, self.path.max(axis=0))
         path = quicker_path(
-            self.path, motion.space.moving, first, bounds, tries, self._searched.seed, duration_of,
+            self.path, motion.space.radians, first, bounds, tries, self._searched.seed, duration_of,
             lambda path: edges.checked(path) is not None,
         )  # fmt: skip
         return replace(self, path=path)

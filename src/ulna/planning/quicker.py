@@ -46,7 +46,7 @@ def quicker_path(
 def _deformed(path: Array, steps: Array, first: int, reach: float, rng: np.random.Generator) -> Array:
     """The path with one point moved in half of its entries, left out, or put in."""
     n, choice = len(path), rng.random()
-    step = reach * rng.normal(size=path.shape[1]) * moving
+    step = reach * rng.normal(size=path.shape[1]) * steps
     if n > first + 1 and choice < 0.8:
         k = int(rng.integers(first, n - 1))
         if choice > 0.7:

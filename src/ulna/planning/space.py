@@ -34,6 +34,11 @@ class Space:
         """How many entries of q the plan may change."""
         return int(np.count_nonzero(self.moving))
 
+    @property
+    def radians(self) -> Array:
+        """How much of each entry of q counts as a radian, 0 for one that the plan may not change, shape (n_dof,)."""
+        return np.where(self.moving, 1.0 / self.table[WEIGHT], 0.0)
+
     @cached_property
     def diameter(self) -> float:
         """The greatest distance of two configurations."""

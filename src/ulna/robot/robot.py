@@ -1037,8 +1037,8 @@ class Robot(Quick):
     ) -> Plan:
         """A motion from a configuration to a goal, free of collision: straight lines between configurations.
 
-        RRT-Connect: two trees, from the start and from the goals, grow towards each other (docs/planning.md). Joints whose position
-        is the same at the start and the goal are held first, and move only if no path is found so: ``plan.moved`` names them.
+        RRT-Connect: two trees, from the start and from the goals, grow towards each other (docs/planning.md). Joints whose
+        position is the same at the start and the goal are held first, and move only if no path is found so (``plan.moved``).
 
         Args:
             q_start: Where to start [rad or m], shape (n_dof,); or the name of a state of the SRDF, such as ``"arm/ready"``.
