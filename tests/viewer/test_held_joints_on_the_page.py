@@ -19,7 +19,7 @@ def test_a_ticked_joint_keeps_its_position_and_so_do_those_that_need_not_move(op
         page.get_by_label("Plan a motion").click()
         wait_to_see(page, lambda: "no goal yet" in page.inner_text("body"), "the request for a goal")
         page.get_by_text("Held joints").click()
-        page.get_by_label("left_joint3", exact=True).click()
+        page.get_by_label("Hold left_joint3", exact=True).click()
         wait_for(lambda: view.plans.planning.held == ("left_joint3",), "the held joint", looks=None)
         start = view.q.copy()
         page.get_by_role("button", name="left_arm/up").click()

@@ -23,9 +23,9 @@ from ulna.planning.space import endless_entries
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-_CHECKS = 16  # edges of a search, times two for each joint that moves
-_MOST_DOUBLED = 8  # joints
-_MOST_GROUPS = 4  # of goals that agree with the start in the same entries
+_CHECKS = 3  # edges of a search, to the power of how many joints may move
+_MAX_POWER = 7
+_MAX_GROUPS = 4  # of goals that agree with the start in the same entries
 
 
 class Trial(NamedTuple):
@@ -54,7 +54,7 @@ def trials_of(tree: Tree, same: Mask, fixed: Mask) -> list[Trial]:
         return []
     masks, group = np.unique(still, axis=0, return_inverse=True)
     group = group.reshape(-1)
-    if len(masks) > _MOST_GROUPS:
+    if len(masks) > _MAX_GROUPS:
         masks, group = np.logical_and.reduce(still, axis=0, keepdims=True), np.zeros(len(still), dtype=np.int64)
     trials = []
     for k in dict.fromkeys(group.tolist()):
@@ -139,4 +139,4 @@ def _turns_alone(tree: Tree) -> Mask:
 
 def _checks_for(fixed: Mask) -> int:
     """How many edges a search may check with these entries of q held: the more joints move, the larger the space is."""
-    return _CHECKS * 2 ** min(int(np.count_nonzero(~fixed)), _MOST_DOUBLED)
+    return _CHECKS ** min(int(np.count_nonzero(~fixed)), _MAX_POWER)

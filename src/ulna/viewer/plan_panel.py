@@ -119,7 +119,7 @@ class PlanPanel:
         )
         with gui.add_folder("Held joints", expand_by_default=False, visible=False) as self.held:
             names = (name for name in session.robot.joint_names if name not in session.held)
-            self.holds = {name: gui.add_checkbox(name, initial_value=False, hint=_HOLD_HINT) for name in names}
+            self.holds = {name: gui.add_checkbox(f"Hold {name}", initial_value=False, hint=_HOLD_HINT) for name in names}
         self.bands = Bands(server.scene, size)
         self.plots = Plots(gui, session.robot, lambda: self._do(lambda: None))
         self._last, self._acted = time.perf_counter(), False
