@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _CHECKS = 3  # edges of a search, to the power of how many joints may move
 _MAX_POWER = 7
+_LONGER = 4  # times as many where the whole arm may move: only joints beside it are held then
 _MAX_GROUPS = 4  # of goals that agree with the start in the same entries
 
 
@@ -59,7 +60,8 @@ def trials_of(tree: Tree, same: Mask, fixed: Mask) -> list[Trial]:
     trials = []
     for k in dict.fromkeys(group.tolist()):
         goals = np.flatnonzero(group == k)
-        trials += [Trial(mask, goals, _checks_for(mask)) for mask in _masks(tree, masks[k], fixed, alone=len(masks) == 1)]
+        alone = len(masks) == 1
+        trials += [Trial(mask, goals, checks) for mask, checks in _held_in_turn(tree, masks[k], fixed, alone=alone)]
     return trials
 
 
@@ -88,20 +90,24 @@ def arm_of(tree: Tree, moved: Mask) -> Mask:
     return found & _turns_alone(tree) & ~moved
 
 
-def _masks(tree: Tree, still: Mask, fixed: Mask, *, alone: bool) -> list[Mask]:
-    """The entries of q that are held in each search, most of them first, for goals that agree with the start in ``still``.
+def _held_in_turn(tree: Tree, still: Mask, fixed: Mask, *, alone: bool) -> list[tuple[Mask, int]]:
+    """The entries of q held in each search and its checks, most held first, for goals that agree with the start in ``still``.
 
-    Without those with which there is only the straight way; and, if these are all the goals, without ``fixed`` itself.
+    Without searches in which there is only the straight way; and, if these are all the goals, without that of ``fixed`` itself.
     """
     moved, endless = ~(still | fixed), endless_entries(tree)
-    released = np.zeros_like(moved), arm_beyond(tree, moved), arm_of(tree, moved), _chain_of(tree, moved)
-    different: list[Mask] = []
-    for mask in (fixed | (still & ~free) for free in released):
+    arms = np.zeros_like(moved), arm_beyond(tree, moved), arm_of(tree, moved)
+    found: list[tuple[Mask, int]] = []
+    for free, longer in (*((arm, 1) for arm in arms[:2]), (arms[2], _LONGER), (_chain_of(tree, moved), _LONGER)):
+        mask = fixed | (still & ~free)
         is_last = alone and np.array_equal(mask, fixed)
         is_straight = np.count_nonzero(~mask) == 1 and not endless[~mask].any()
-        if not is_last and not is_straight and not any(np.array_equal(mask, other) for other in different):
-            different.append(mask)
-    return different
+        if is_last or is_straight:
+            continue
+        if found and np.array_equal(mask, found[-1][0]):
+            found.pop()
+        found.append((mask, longer * _checks_for(mask)))
+    return found
 
 
 def _chain_of(tree: Tree, moved: Mask) -> Mask:
@@ -138,5 +144,5 @@ def _turns_alone(tree: Tree) -> Mask:
 
 
 def _checks_for(fixed: Mask) -> int:
-    """How many edges a search may check with these entries of q held: the more joints move, the larger the space is."""
+    """Edges that a search may check with these entries of q held: the more joints may move, the larger the space is."""
     return _CHECKS ** min(int(np.count_nonzero(~fixed)), _MAX_POWER)
