@@ -256,17 +256,6 @@ def test_the_way_out_of_a_contact_is_that_of_joints_that_move_anyway(mobile):
     assert stays(plan.path, start, still)
 
 
-def test_a_jaw_that_has_to_open_for_a_way_out_opens_and_the_plan_says_so(reacher):
-    start = np.array([0.3, 0.1, -1.0, 0.02, 0.02])
-    goal, world = start.copy(), ulna.World()
-    goal[0] = 1.0  # the wheel moves nothing that touches
-    T = reacher.forward_kinematics(start, link="jaw")
-    world.add("part", ulna.Box((0.04, 0.02, 0.02)), T @ ulna.pose((0, -0.031, 0)), touch_links=["bar"])
-    assert reacher.in_collision(start, world)
-    plan = reacher.plan(start, goal, world, escape=True)
-    assert plan.status in {"solved", "goal in collision"}
-
-
 def test_joints_at_their_limits_and_a_goal_that_is_the_start_stay(gripper):
     moving = columns(gripper, [f"j_arm{k}" for k in range(1, 7)])
     for end in (0.0, 0.04):
