@@ -24,7 +24,9 @@ def test_a_ticked_joint_keeps_its_position_and_so_do_those_that_need_not_move(op
         start = view.q.copy()
         page.get_by_role("button", name="left_arm/up").click()
         wait_to_see(page, lambda: "solved: " in page.inner_text("body"), "a plan")
-        path, names = view.plans.planning.shown.plan.path, np.array(robot.joint_names)
+        shown, names = view.plans.planning.shown, np.array(robot.joint_names)
+        assert shown is not None
+        path = shown.plan.path
         assert np.array_equal(path[0], start)
         assert np.isclose(path[-1, names == "left_joint2"], robot.named_configurations["left_arm/up"][names == "left_joint2"])
         stays = (robot.named_configurations["left_arm/up"] == start) | (names == "left_joint3")
