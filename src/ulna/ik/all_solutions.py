@@ -137,10 +137,10 @@ def _ranked(
     """
     collisions = collisions_of(query, world)
     cost, (order, place) = cost_of(make_problem(query, targets, seed), collisions), np.nonzero(found.valid)
-    costs = np.full(found.valid.shape, np.inf)
+    costs, valid = np.full(found.valid.shape, np.inf), np.zeros(found.valid.shape, dtype=bool)
     if cost is not None and len(order):
-        costs[order, place] = cost(order, found.q[order, place])
-    valid = np.isfinite(costs)
+        of_valid = cost(order, found.q[order, place])
+        costs[order, place], valid[order, place] = of_valid.of_acceptable(), of_valid.acceptable
     colliding = (found.valid & ~valid).sum(axis=1)
     if query.options.rank is None:
         return replace(found, valid=valid), colliding
