@@ -13,6 +13,7 @@ import ulna
 from map_files import SMALL, files_of, verdicts_of
 from processes import running, wait_for
 from ulna.reachability import chunk
+from ulna.reachability.plot import draw
 from ulna.reachability.reachability_map import default_bounds
 from ulna.reachability.run import locked
 
@@ -65,6 +66,23 @@ def test_only_what_is_missing_is_computed(panda, interrupted, monkeypatch):
     computed.clear()
     assert ulna.reachability_map(panda, interrupted, resume=True, **WHOLE).is_whole
     assert computed == []
+
+
+def test_poses_that_are_not_computed_count_as_neither_reached_nor_not(panda_map, interrupted):
+    part = ulna.ReachabilityMap.open(interrupted)
+    difference = panda_map.compare(part)
+    assert (difference.only_first, difference.only_second) == (0, 0)
+    assert difference.both == part.summary.reached
+    assert difference.both + difference.neither == part.summary.computed < part.grid.n_poses
+
+
+def test_the_share_by_height_is_that_of_what_is_computed(panda_map, interrupted):
+    part = ulna.ReachabilityMap.open(interrupted)
+    drawn = draw(part).axes[3].lines[0].get_xdata()
+    known = ~np.isnan(part.share.values)
+    assert not known.all()
+    for shares, of_layer, mean in zip(panda_map.share.values, known, drawn, strict=True):
+        assert mean == pytest.approx(shares[of_layer].mean(), abs=1e-6)
 
 
 def test_resume_begins_a_map_where_there_is_none(panda, panda_map, many_chunks, tmp_path):
