@@ -32,6 +32,10 @@ class DescriptionWarning(UserWarning):
     """Parts of a description that mean nothing and are ignored, such as references of a semantic description to unknown links."""
 
 
+class UnitWarning(UserWarning):
+    """Lengths or angles that are more likely in another unit than metres and radians, such as millimetres or degrees."""
+
+
 class CompilerWarning(UserWarning):
     """Parts of Numba that the engine uses and this version lacks; entries are compiled without them. ``missing`` names them."""
 

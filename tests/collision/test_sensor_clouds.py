@@ -29,6 +29,31 @@ def test_points_without_a_measurement_are_left_out_and_counted(rng, kind):
     assert (again.points.dtype, again.n_left_out, again.points.flags.writeable) == (kind, 22, False)
 
 
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_exact_zeros_of_a_camera_are_no_measurement(panda, rng, kind):
+    """Many drivers write (0, 0, 0) where they see nothing: a ball there would be in the robot's base."""
+    image = rng.uniform(0.5, 1.5, (12, 20, 3)).astype(kind)
+    image[3, 4], image[5, :7], image[7, 7, 2] = np.nan, 0, 0
+    as_list = image.reshape(-1, 3)
+    for given in (image, as_list, image.tolist()):
+        cloud = ulna.PointCloud(given, 0.01)
+        assert cloud.n_left_out == 8
+        assert np.array_equal(cloud.points, as_list[as_list.any(axis=1) & ~np.isnan(as_list).any(axis=1)])
+        assert repr(cloud) == "PointCloud(232 points, radius 0.01 m, 8 left out)"
+        assert repr(pickle.loads(pickle.dumps(cloud))) == repr(cloud)  # noqa: S301
+    world = ulna.World()
+    world.add("seen", ulna.PointCloud(image, 0.01))
+    assert not panda.in_collision(panda.home, world)
+    for nothing in (np.zeros((4, 5, 3)), np.zeros((5, 3)), np.full((4, 3), [[0.0], [np.nan], [0.0], [0.0]])):
+        with pytest.raises(InputError, match=r"^points: all \d+ are NaN or \(0, 0, 0\): the sensor saw nothing"):
+            ulna.PointCloud(nothing, 0.01)
+
+
+def test_one_point_of_a_list_may_be_the_origin():
+    cloud = ulna.PointCloud([(0, 0, 0), (0.1, 0, 0)], 0.01)
+    assert (len(cloud.points), cloud.n_left_out) == (2, 0)
+
+
 def test_short_numbers_give_what_the_same_numbers_give(panda, rng):
     points, q = rng.uniform(-0.8, 0.8, (700, 3)).astype(np.float32), panda.random(40, seed=3)
     distances = []
@@ -125,6 +150,45 @@ def test_short_floats_of_millimetres_lose_nothing_by_their_unit(rng):
         for z in (depth, depth.astype(float))
     )
     assert np.array_equal(short.points, long.points)
+
+
+@pytest.mark.parametrize(
+    ("unit", "kind"), [(1, np.uint16), (1, np.int32), (1, np.uint32), (0.001, np.float32), (0.001, np.float64)], ids=str
+)
+def test_65535_is_no_measurement_also_where_it_became_a_float(unit, kind):
+    """A hole is as one of 0: no point of the cloud, and nothing behind it is seen to be empty."""
+    images = {}
+    for hole in (0, 65535):
+        depth = np.full((480, 640), 800, dtype=np.uint16)
+        depth[200:280, 280:360] = hole
+        images[hole] = depth * unit if unit == 0.001 and kind is np.float64 else depth.astype(kind) * kind(unit)
+    clouds = [ulna.PointCloud.from_depth(image, K, T, radius=0.01) for image in images.values()]
+    assert [cloud.n_left_out for cloud in clouds] == [6400, 6400]
+    assert np.array_equal(clouds[0].points, clouds[1].points)
+    box, pose = ulna.Box((0.4, 0.4, 0.4)), ulna.pose((0, 0, 0.7))
+    grids = [ulna.VoxelGrid.unseen(image, K, np.eye(4), box, 0.05, pose=pose) for image in images.values()]
+    assert np.array_equal(grids[0].occupied, grids[1].occupied)
+
+
+def test_the_largest_number_of_any_unsigned_image_is_no_measurement():
+    depth = np.full((48, 64), 100, dtype=np.uint8)
+    depth[:3] = 255
+    assert ulna.PointCloud.from_depth(depth, (60, 60, 31.5, 23.5), T, radius=0.01).n_left_out == 192
+
+
+def test_what_is_beyond_the_greatest_depth_is_no_measurement(rng):
+    depth = rng.uniform(0.3, 9.0, (48, 64))
+    given, k = np.where(depth <= 4.0, depth, np.nan), (60, 60, 31.5, 23.5)
+    cloud, judge = (ulna.PointCloud.from_depth(z, k, T, radius=0.01, max_depth=most) for z, most in ((depth, 4.0), (given, None)))
+    assert np.array_equal(cloud.points, judge.points)
+    assert cloud.n_left_out == judge.n_left_out == (depth > 4.0).sum() > 0
+    smooth, box = np.full((48, 64), 9.0), ulna.Box((1, 1, 1))
+    for most, free in ((None, True), (10, True), (9.0, True), (4.0, False)):
+        grid = ulna.VoxelGrid.unseen(smooth, k, np.eye(4), box, 0.1, pose=ulna.pose((0, 0, 3)), max_depth=most)
+        assert (~grid.occupied).any() == free
+    for most in (0, -1, np.nan, np.inf, "far", True):
+        with pytest.raises(InputError, match=r"^max_depth: .*a depth \[m\] above 0"):
+            ulna.PointCloud.from_depth(depth, k, T, radius=0.01, max_depth=most)
 
 
 def test_pixels_that_are_masked_see_nothing():

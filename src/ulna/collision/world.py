@@ -13,6 +13,7 @@ from ulna.collision.object_tables import ObjectTables
 from ulna.collision.objects import Objects
 from ulna.description.arrays import as_number
 from ulna.description.given_names import as_link_names, refuse_no_name
+from ulna.description.likely_units import check_object
 from ulna.description.pose import as_one_pose, as_pose, orthonormal
 from ulna.drivers import placing
 from ulna.engine.ahead import extension
@@ -101,6 +102,7 @@ class World(Seen):
         refuse_no_name(name)
         T, links = _placed()(np.eye(4) if pose is None else pose), as_link_names(touch_links)
         fastest = None if speed is None else as_number("speed", speed, 0.0, "a speed [m/s] of at least 0")
+        check_object(name, shape, T)
         with self._lock:
             if name in self._shapes:
                 raise InputError("name", f"the world already has an object {name!r}; move() moves it")

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_count, as_number, as_switch
+from ulna.description.likely_units import degrees_in_words
 from ulna.description.semantic import GroupState
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
@@ -181,7 +182,7 @@ def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
 def _beyond(tree: Tree, start: Array) -> Reason:
     excess = np.maximum(tree.lower - start, start - tree.upper)
     beyond = {joint_of(k, tree): float(excess[k]) for k in np.flatnonzero(excess > 0).tolist()}
-    return Reason(", ".join(f"{name} by {x:.3g}" for name, x in beyond.items()), beyond)
+    return Reason(", ".join(f"{name} by {x:.3g}" for name, x in beyond.items()) + degrees_in_words(start), beyond)
 
 
 def _escape_from(request: Request, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Literal
 
+from ulna.description.likely_units import check_description
 from ulna.description.load import load_description
 from ulna.description.subtree import cut_out
 from ulna.errors import InputError, did_you_mean
@@ -42,6 +43,8 @@ def load(
         meshes: What to check in the place of collision meshes: None leaves them, and queries refuse them; ``"hulls"``: their
             convex hulls (``Robot.with_convex_hulls``); ``"decompose"``: convex pieces (``Robot.with_convex_pieces``).
 
+    A robot that reaches farther than 100 m, or joint limits that are more likely degrees, give a ``UnitWarning``.
+
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
         FileError: There is no such file or name, or it cannot be read.
@@ -57,6 +60,7 @@ def load(
     if meshes not in (None, *MESHES):
         raise InputError("meshes", f"{meshes!r} is not known{did_you_mean(str(meshes), MESHES)}")
     description, home = load_description(source, xacro_args or {}, package_dirs, srdf)
+    check_description("source", description)
     robot = Robot(description, home=home)
     if base is not None or tip is not None:
         part = Robot(cut_out(description, base, tip))

@@ -23,6 +23,7 @@ from ulna.collision.report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
+from ulna.description.likely_units import check_object
 from ulna.description.meshes.mesh_files import with_mesh_paths
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description
@@ -1407,6 +1408,7 @@ class Robot(Quick):
         """
         holder = self.tree.link_or_tip(link)
         new = Attached(name, shape, as_one_pose(T_link_object, "T_link_object"), holder, touch_links)  # type: ignore[arg-type]
+        check_object(name, shape, new.T_link_object)
         return self._changed(attached=attach(self.attached, new, self.link_names))
 
     def without_attached(self, name: str) -> Robot:

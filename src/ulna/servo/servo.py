@@ -11,6 +11,7 @@ from ulna.collision.checker import Checker
 from ulna.collision.objects import Moving, Objects, rows_of
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats, as_number, positive
+from ulna.description.likely_units import degrees_in_words
 from ulna.description.pose import as_one_pose
 from ulna.drivers import servo as driver
 from ulna.errors import InputError, UnknownNameError
@@ -179,7 +180,7 @@ class Servo:
         goal[:n] = as_configuration(q, self._tree, "q")
         goal[n:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
         if not is_within(goal[:n], self._tree):
-            raise InputError("q", "beyond the joint limits")
+            raise InputError("q", f"beyond the joint limits{degrees_in_words(goal[:n])}")
         if (np.abs(goal[n:]) > self._limits[layout.SPEED]).any():
             raise InputError("qd", "faster than the limits of velocity")
         before, counters = self._state.copy(), self._counters.copy()
