@@ -158,6 +158,26 @@ def test_ctrl_c_prints_no_error():
     assert (process.returncode, out, err) == (130, "", "")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("module", ["typer", "rich.markup", "ulna.cli.app", "ulna.cli.fk", "numpy", "ulna.robot"])
+def test_ctrl_c_during_imports_prints_no_error(module):
+    """A finder sends the signal when the module is asked for; in a shell's background it is ignored, so it is set here."""
+    code = f"""
+import os, runpy, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupting())
+sys.argv = ["ulna", "fk"]
+runpy.run_module("ulna", run_name="__main__", alter_sys=True)
+print("not interrupted")
+"""
+    result = spawn([sys.executable, "-c", code])
+    assert (result.returncode, result.stdout, result.stderr) == (130, "", "")
+
+
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
 def test_a_name_that_the_terminal_cannot_encode_is_no_error(odd, encoding):
     environment = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}
@@ -204,7 +224,7 @@ def test_a_command_imports_no_other_command_and_no_plugin():
     code = "import sys, ulna.cli.app; ulna.cli.app.app(['fk'], standalone_mode=False); print(*sorted(sys.modules))"
     loaded = spawn([sys.executable, "-c", code]).stdout.splitlines()[-1].split()
     assert [name for name in loaded if name.startswith("ulna.cli.")] == [
-        f"ulna.cli.{name}" for name in ("app", "depends", "fk", "options", "output", "targets")
+        f"ulna.cli.{name}" for name in ("app", "depends", "fk", "options", "output", "quiet_imports", "targets")
     ]
     assert not [name for name in loaded if name.startswith(("ulna.bench", "ulna.demo"))]
 

@@ -18,11 +18,13 @@ from ulna.errors import InputError, UnitWarning
 
 Array = NDArray[np.floating]
 FAR = 100.0  # [m]: no arm reaches as far, and no depth camera sees as far; a millimetre table of any arm has more
+_LONGEST = 10_000.0  # [m]: no arm has as many millimetres
+_DIGIT, _ROUNDING = 1e-4, 1e-8  # of a drawing in millimetres
 _NEAR = 0.005  # [m]: nearer than any camera focuses
 _LARGEST_CELL = 5.0  # [m]
 _LARGEST_PADDING = 1.0  # [m]
 _STEEP, _HIGH = 10.0, 10.0  # heights over the width of their map, and [m]
-_TWO_TURNS, _MOST_DEGREES = 4 * math.pi, 720.0
+_TWO_TURNS = 4 * math.pi
 _IN_MILLIMETRES = "are these millimetres? Lengths are metres"
 _IN_DEGREES = "are these degrees? Angles are radians"
 
@@ -134,14 +136,20 @@ def check_dh_rows(rows: Array) -> None:
 
 
 def check_description(name: str, description: Description) -> None:
-    """Look at the length of the longest chain of a robot, and at the limits of its joints."""
+    """Look at the length of the longest chain of a robot, slides drawn out, and at the limits of its joints.
+
+    Lengths of which one has more digits than a drawing in millimetres are computed: an arm in another unit, say.
+    """
     joints, far = joints_from_root(description), {root_link(description): 0.0}
     for joint in joints:
-        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.origin[:3, 3]))
-    if (length := max(far.values())) > FAR:
+        slide = _widest(joint) if joint.type == JointType.PRISMATIC else 0.0
+        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.origin[:3, 3])) + slide
+    length, offsets = max(far.values()), np.array([joint.origin[:3, 3] for joint in joints])
+    if FAR < length <= _LONGEST and np.abs(offsets - _DIGIT * np.rint(offsets / _DIGIT)).max() < _ROUNDING:
         warn_of_unit(name, f"the robot reaches {length:.4g} m when stretched: {_IN_MILLIMETRES}")
     limited = [joint for joint in joints if joint.type == JointType.REVOLUTE and joint.mimic is None]
-    if len(limited) > 1 and all(_TWO_TURNS < _widest(joint) <= _MOST_DEGREES for joint in limited):
+    widest = sorted(map(_widest, limited))
+    if len(widest) > 1 and widest[0] > _TWO_TURNS and widest[len(widest) // 2] <= 360 and widest[-1] <= 720:
         first = limited[0]
         words = f"{first.limits.lower:g} to {first.limits.upper:g} rad are the limits of {first.name!r}"
         warn_of_unit(name, f"{words}, and all joints turn more than twice: {_IN_DEGREES}")

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
-from ulna.description.arrays import as_floats
+from ulna.description.arrays import as_floats, as_switch
 from ulna.description.pose import as_pose
 from ulna.drivers import closed_form
 from ulna.engine.bound import bind
@@ -67,6 +67,8 @@ class AllSolutions:
     ) -> IKSolutions:
         """See ``Robot.all_solutions``."""
         rank = self._query.options.rank
+        if whole_turns is not False:
+            as_switch("whole_turns", whole_turns)
         is_default = not whole_turns and q_seed is None and world is None and rank is None
         if self._of_one is not None and is_default and (alone := self._of_one(T)) is not None:
             q, valid, real, proved = alone

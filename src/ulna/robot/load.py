@@ -43,7 +43,7 @@ def load(
         meshes: What to check in the place of collision meshes: None leaves them, and queries refuse them; ``"hulls"``: their
             convex hulls (``Robot.with_convex_hulls``); ``"decompose"``: convex pieces (``Robot.with_convex_pieces``).
 
-    A robot that reaches farther than 100 m, or joint limits that are more likely degrees, give a ``UnitWarning``.
+    A robot that reaches hundreds of metres, or joint limits that are more likely degrees, give a ``UnitWarning``.
 
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.

@@ -757,8 +757,9 @@ class Robot(Quick):
             link: The link's name; the tip unless given.
             expressed_in: The frame of the twist; see ``jacobian``.
             damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma
-                the smallest singular value of J; no joint moves faster than |twist| / (2 damping). A damping below 1e-4 |J| takes
-                some times longer; singular values below 1e-14 |J| are within the rounding of J, and count as 0.
+                the smallest singular value of J; no joint moves faster than |twist| / (2 damping). A damping below 1e-4 |J|, or
+                1e-2 |J| for fewer than six joints, takes some times longer; singular values below 1e-14 |J| are within the
+                rounding of J, and count as 0.
             out: Written to and returned if given: a float64 array of the result's shape.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 

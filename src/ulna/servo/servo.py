@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.objects import Moving, Objects, rows_of
 from ulna.collision.world import World
-from ulna.description.arrays import as_floats, as_number, positive
+from ulna.description.arrays import as_floats, as_number, as_switch, positive
 from ulna.description.likely_units import degrees_in_words
 from ulna.description.pose import as_one_pose
 from ulna.drivers import servo as driver
@@ -176,7 +176,7 @@ class Servo:
                 to be led out.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        n, goal = self._tree.n_dof, self._goals[2]
+        n, goal, lead_out = self._tree.n_dof, self._goals[2], as_switch("lead_out", lead_out)
         goal[:n] = as_configuration(q, self._tree, "q")
         goal[n:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
         if not is_within(goal[:n], self._tree):
