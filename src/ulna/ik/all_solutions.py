@@ -30,7 +30,7 @@ from ulna.kinematics.turns import every_turn, turning_columns
 Array = NDArray[np.float64]
 _One = tuple[Array, NDArray[np.bool_], NDArray[np.bool_], int]
 _ONE, _MATRIX, _TRUTHS = (N_BRANCHES, N_AXES), (4, 4), (2, N_BRANCHES)
-_SAME = 1e-3  # rad or m: nearer than this to a branch of the closed form, what a search finds is that branch
+_SAME = 1e-3  # rad, or of a slide a share of the arm's size: nearer than this to a branch of the closed form, what a search finds is that branch
 
 
 class AllSolutions:
@@ -191,7 +191,8 @@ def _with_search(query: Query, targets: Array, seed: Array, n_samples: int, foun
 def _new(query: Query, T: Array, seed: Array, n_samples: int, known: Array) -> Array:
     """What a search finds for a target (4, 4) besides what is known, shape (n, n_dof)."""
     more = searched_solutions(query, T, seed, n_samples)
-    return np.array([q for q in more if not (np.abs(known - q).max(axis=-1) < _SAME).any()]).reshape(-1, query.tree.n_dof)
+    is_new = [not (np.abs((known - q) / query.units).max(axis=-1) < _SAME).any() for q in more]
+    return more[np.array(is_new, dtype=bool)]
 
 
 def _searched(query: Query, targets: Array, seed: Array, n_samples: int, known: Branches | None) -> Branches:

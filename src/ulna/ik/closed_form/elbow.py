@@ -85,7 +85,7 @@ def elbow_of(tree: Tree, link: str) -> Elbow | None:
     """The arm of a link, if it is one of seven joints with a spherical shoulder and wrist."""
     chain = tree.chain(link)
     columns = turning_order(chain)
-    axes = axes_of(chain, columns, np.zeros(tree.n_dof)) if len(columns) == _N else None
+    axes = axes_of(chain, columns, np.zeros(tree.n_dof), 0.0) if len(columns) == _N else None
     if axes is None or axes.slides.any():
         return None
     (shoulder, far_1), (wrist, far_2) = (_common(axes, part) for part in (slice(0, 3), slice(4, 7)))

@@ -129,7 +129,7 @@ def _search_at_limits(search: PoseSearch, order: NDArray[np.int64]) -> None:
 def _without_limits(problem: Problem) -> Array:
     """Bounds that leave every joint of the chain free; starts of slides are within one length of their range."""
     bounds = problem.query.limits.copy()
-    width = np.maximum(bounds[0, 3] - bounds[0, 2], 1e-3)
+    width = np.maximum(bounds[0, 3] - bounds[0, 2], 1e-3 * problem.query.units)
     for row in problem.chain:
         if int(row[KIND]) != FIXED:
             j = int(row[COLUMN])
