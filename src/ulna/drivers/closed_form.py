@@ -149,9 +149,9 @@ def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
     """For each target (n, 4, 4) the branch nearest to its seed within the limits; True if all are solved.
 
     plan: the tolerances [m, rad], then of each of the arm's own joints, the first of six: the lower limits, the upper ones, what
-    a whole turn adds (for a joint that slides more than the limits allow), 1 over it, and its unit. seeds: (n or 1, 6); q_out: (n, 6);
-    info: (n, N_INFO), as of a search (``search_layout``). Fewer than _FEW targets are computed one by one, a branch a lane, the
-    others eight at a time, a target a lane: with the same machine code, so to the same bits.
+    a whole turn adds (for a joint that slides more than the limits allow), 1 over it, and its unit. seeds: (n or 1, 6); q_out:
+    (n, 6); info: (n, N_INFO), as of a search (``search_layout``). Fewer than _FEW targets are computed one by one, a branch a
+    lane, the others eight at a time, a target a lane: with the same machine code, so to the same bits.
     """
     return run_targets(table, chain, plan, targets, seeds, q_out, info)
 

@@ -30,7 +30,8 @@ from ulna.kinematics.turns import every_turn, turning_columns
 Array = NDArray[np.float64]
 _One = tuple[Array, NDArray[np.bool_], NDArray[np.bool_], int]
 _ONE, _MATRIX, _TRUTHS = (N_BRANCHES, N_AXES), (4, 4), (2, N_BRANCHES)
-_SAME = 1e-3  # rad, or of a slide a share of the arm's size: nearer than this to a branch of the closed form, what a search finds is that branch
+# rad, or of a slide a share of the arm's size: what a search finds nearer than this to a branch of the closed form is that branch
+_SAME = 1e-3
 
 
 class AllSolutions:

@@ -1,4 +1,4 @@
-"""Defines the size of a chain, of which thresholds for lengths are shares: so they serve an arm of millimetres as one of metres."""
+"""Defines the size of a chain, of which thresholds for lengths are shares."""
 
 import numpy as np
 from numpy.typing import NDArray
