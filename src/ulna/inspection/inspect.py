@@ -14,7 +14,7 @@ from ulna.description.document import Document, expanded, is_text
 from ulna.description.file_bytes import file_bytes
 from ulna.description.packages import as_package_dirs
 from ulna.description.xml import LONGEST, parse
-from ulna.errors import DescriptionError, DescriptionWarning, InputError
+from ulna.errors import DescriptionError, DescriptionWarning, InputError, UnitWarning
 from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.inspection.elements import element_findings
 from ulna.inspection.joints import joint_findings, name_findings
@@ -115,6 +115,7 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", DescriptionWarning)
+            warnings.simplefilter("ignore", UnitWarning)  # there are findings of it
             robot = load(source, xacro_args=xacro_args, package_dirs=package_dirs)
     except (DescriptionError, InputError) as error:
         if isinstance(error, InputError) and error.argument in _ARGUMENTS:
