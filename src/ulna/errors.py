@@ -29,7 +29,7 @@ class DescriptionError(UlnaError, ValueError):
 
 
 class DescriptionWarning(UserWarning):
-    """Parts of a description that mean nothing and are ignored, such as references of a semantic description to unknown links."""
+    """Parts of a description that are not used: references to unknown links, and what is not read and may change a result."""
 
 
 class CompilerWarning(UserWarning):

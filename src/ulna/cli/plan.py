@@ -133,7 +133,8 @@ def plan(
     motion = None
     if found:
         if limits is None and acceleration is None:
-            acceleration = _ACCELERATION
+            own = robot.acceleration_limits
+            acceleration = np.where(np.isinf(own), _ACCELERATION, own)
         velocities = None if limits is not None and velocity is None else _velocities(robot, velocity)
         with as_options({name: f"--{name}" for name in ("limits", "velocity", "acceleration", "jerk", "period")}):
             motion = found.trajectory(velocity=velocities, acceleration=acceleration, jerk=jerk, limits=limits)

@@ -13,6 +13,7 @@ from lxml import etree
 from ulna.description.document import Document, expanded, is_text
 from ulna.description.file_bytes import file_bytes
 from ulna.description.packages import as_package_dirs
+from ulna.description.unread import sentences
 from ulna.description.xml import LONGEST, parse
 from ulna.errors import DescriptionError, DescriptionWarning, InputError
 from ulna.ik.closed_form.closed_form import closed_form_of
@@ -128,7 +129,8 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
         return Inspected(name, folder, folders, root, None, error)
     description = robot.description
     root = parse(description.text.encode(), description.source)
-    said = tuple(str(one.message) for one in caught)
+    unread = sentences(root, description.source)[:1]  # the first one is said by ``load``, and each of them has its finding
+    said = tuple(str(one.message) for one in caught if not str(one.message).startswith(tuple(unread)))
     return Inspected(description.source, description.folder, description.package_dirs, root, robot, None, said)
 
 

@@ -15,6 +15,7 @@ from ulna.description.pose import pose
 from ulna.description.robot_description import Description, Joint, JointType, frozen
 from ulna.description.structure import (
     Drive,
+    acceleration_limits_of_q,
     bounds_of_q,
     columns_of_q,
     drives_of,
@@ -60,6 +61,8 @@ class Tree:
     soft_lower: NDArray[np.float64]
     soft_upper: NDArray[np.float64]
     velocity_limits: NDArray[np.float64]
+    acceleration_limits: NDArray[np.float64]
+    jerk_limits: NDArray[np.float64]
     joints: NDArray[np.float64]
     link_row: dict[str, int]
     link_offset: dict[str, NDArray[np.float64]]
@@ -179,6 +182,7 @@ def build_tree(description: Description) -> Tree:
     lower, upper = (frozen(bound, bound.shape) for bound in bounds_of_q(ordered, drives, hard_bounds)[0])
     soft = np.clip(bounds_of_q(ordered, drives, soft_bounds)[0], lower, upper)
     velocity = velocity_limits_of_q(ordered)
+    acceleration, jerk = acceleration_limits_of_q(ordered, drives)
     return Tree(
         name=description.name,
         root=root,
@@ -191,6 +195,8 @@ def build_tree(description: Description) -> Tree:
         soft_lower=frozen(soft[0], lower.shape),
         soft_upper=frozen(soft[1], lower.shape),
         velocity_limits=frozen(velocity, velocity.shape),
+        acceleration_limits=frozen(acceleration, velocity.shape),
+        jerk_limits=frozen(jerk, velocity.shape),
         joints=frozen(table, (len(table), TABLE_WIDTH)),
         link_row=link_row,
         link_offset={name: frozen(T, (4, 4)) for name, T in link_offset.items()},

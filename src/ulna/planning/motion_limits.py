@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.description.file_bytes import file_bytes
 from ulna.errors import DescriptionError, FileError, InputError, UnknownNameError
+from ulna.kinematics.tree import Tree
 from ulna.planning.arm_limits import ARMS, ArmLimits
 from ulna.planning.timing import Limits
 
@@ -60,13 +61,13 @@ def velocities_of(arm: ArmLimits, described: Array) -> Array:
 
 def as_motion_limits(
     names: Sequence[str],
-    own_velocity: Array,
+    own: Limits,
     velocity: ArrayLike | None,
     acceleration: ArrayLike | None,
     jerk: ArrayLike | None,
     limits: str | Path | None,
 ) -> Limits:
-    """The limits of a motion: what is given as numbers, then what ``limits`` states, then the velocities of the description.
+    """The limits of a motion: what is given as numbers, then what ``limits`` states, then those of the description, ``own``.
 
     Raises:
         InputError: No acceleration is given, one of them is not above 0, or the description allows a joint no velocity.
@@ -74,7 +75,7 @@ def as_motion_limits(
     """
     arm = None if limits is None else limits_of(limits, names)
     if velocity is None:
-        known = own_velocity if arm is None else velocities_of(arm, own_velocity)
+        known = own.velocity if arm is None else velocities_of(arm, own.velocity)
         if not known.all():
             still = ", ".join(repr(name) for name, most in zip(names, known, strict=True) if not most)
             raise InputError(
@@ -82,18 +83,32 @@ def as_motion_limits(
             )
         velocity = known
     if acceleration is None:
-        if arm is None or arm.acceleration is None:
+        acceleration = own.acceleration if arm is None or arm.acceleration is None else arm.acceleration
+        if not (acceleration < np.inf).all() or not acceleration.all():
             missing = "none is given" if arm is None else f"{limits} states none ({arm.source})"
-            raise InputError("acceleration", f"{missing}; give acceleration=")
-        acceleration = arm.acceleration
-    if jerk is None and arm is not None:
-        jerk = arm.jerk
+            raise InputError("acceleration", f"{missing}{_lacking(acceleration, names)}; give acceleration=")
+    if jerk is None:
+        jerk = own.jerk if arm is None or arm.jerk is None else arm.jerk
     n = len(names)
     return Limits(
         as_limits("velocity", velocity, n, may_be_infinite=True),
         as_limits("acceleration", acceleration, n),
         None if jerk is None else as_limits("jerk", jerk, n),
     )
+
+
+def described_limits(tree: Tree) -> Limits:
+    """The limits of the entries of q that the description states; infinite where it states none, no jerk where it has none."""
+    rates = tree.acceleration_limits, tree.jerk_limits
+    acceleration, jerk = (np.where(own < np.inf, np.minimum(own, LARGEST), np.inf) for own in rates)
+    return Limits(tree.velocity_limits, acceleration, np.minimum(jerk, LARGEST) if (jerk < np.inf).any() else None)
+
+
+def _lacking(own: Array, names: Sequence[str]) -> str:
+    """Which joints lack a limit above 0 in a description that has some."""
+    lacking = ~(own < np.inf) | (own == 0.0)
+    few = ", ".join(repr(name) for name, lacks in zip(names, lacking, strict=True) if lacks)
+    return "" if np.isinf(own).all() else f", and the description states none above 0 of {few}"
 
 
 def as_limits(name: str, given: ArrayLike, n_dof: int, *, may_be_infinite: bool = False) -> Array:

@@ -17,7 +17,7 @@ from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.kinematics.tree import entry_names
 from ulna.planning.blend import IsFree
 from ulna.planning.motion import Motion
-from ulna.planning.motion_limits import as_motion_limits
+from ulna.planning.motion_limits import as_motion_limits, described_limits
 from ulna.planning.moving_ends import as_ends, with_ends
 from ulna.planning.space import make_space
 from ulna.planning.trajectory import Trajectory, resting
@@ -37,7 +37,7 @@ def path_trajectory(
     refuse_no_world(world)
     tree, points = checker.tree, _points(q_path, checker)
     names = tuple(entry_names(tree))
-    limits = as_motion_limits(names, tree.velocity_limits, *given)
+    limits = as_motion_limits(names, described_limits(tree), *given)
     space = make_space(tree, points, np.zeros(tree.n_dof, dtype=bool))
     motion = Motion(space, checker, None if world is None else world.snapshot(), 0.0)
     is_free = IsFree(_anything) if world is None else motion.certificate

@@ -17,7 +17,7 @@ from ulna.ik.reason import NO_REASON, Reason
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
-from ulna.planning.motion_limits import as_motion_limits
+from ulna.planning.motion_limits import as_motion_limits, described_limits
 from ulna.planning.moving_ends import as_ends, with_ends
 from ulna.planning.quicker import quicker_path
 from ulna.planning.search import Effort, Search
@@ -193,14 +193,14 @@ class Plan:
 
         Args:
             acceleration: The greatest acceleration of each joint [rad/s^2 or m/s^2], a number or n_dof numbers; needed unless
-                ``limits`` states one.
+                ``limits`` or the robot states one.
             velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers; the robot's limits unless given.
             blend: How much of each of its two edges, in the plan's metric [rad], a rounded corner takes at most; half of an edge
                 is the most. A rounding is a parabola, and is certified as the edges are; one that is not free is made smaller.
                 Where none is free, and everywhere for 0, the motion stops at the corner.
-            jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers. With it the motion is the mean of one without
-                it over a short time, which leaves the path at its corners by a distance that is certified too. An arm whose
-                controller refuses jumps of the acceleration, as a Franka's does, needs it.
+            jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers; unless given that of ``limits`` or of the robot,
+                if one states it. With it the motion is the mean of one without it over a short time, which leaves the path at its
+                corners by a distance that is certified too. An arm whose controller refuses jumps of the acceleration, as a Franka's does, needs it.
             limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it: the limits that are
                 not given as numbers (docs/planning.md names the arms and the sources).
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), where the acceleration is 0; at rest unless
@@ -223,7 +223,7 @@ class Plan:
         blend = as_number("blend", blend, 0.0, "a length of at least 0")
         tree = self._motion.checker.tree
         names = tuple(entry_names(tree))
-        kept = as_motion_limits(names, tree.velocity_limits, velocity, acceleration, jerk, limits)
+        kept = as_motion_limits(names, described_limits(tree), velocity, acceleration, jerk, limits)
         ends = as_ends(start_velocity, end_velocity, kept, names)
         if len(self.path) == 1 and not np.any(ends):
             return resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept)

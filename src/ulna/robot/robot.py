@@ -226,6 +226,16 @@ class Robot(Quick):
         return self.tree.velocity_limits
 
     @property
+    def acceleration_limits(self) -> Array:
+        """Largest accelerations and decelerations [rad/s^2 or m/s^2], shape (n_dof,); inf where the description gives none."""
+        return self.tree.acceleration_limits
+
+    @property
+    def jerk_limits(self) -> Array:
+        """Largest jerks [rad/s^3 or m/s^3], shape (n_dof,); inf where the description gives none."""
+        return self.tree.jerk_limits
+
+    @property
     def srdf(self) -> Srdf:
         """The semantic description, its names checked against the robot; empty where none was given."""
         return self.description.srdf
@@ -1115,8 +1125,8 @@ class Robot(Quick):
             within: How far the motion may leave these lines [rad or m], above 0: at any time some configuration on them differs
                 from the motion's by at most so much in each joint. More of it is faster.
             velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers; that of ``limits``, or of the robot.
-            acceleration: The greatest acceleration [rad/s^2 or m/s^2]; needed unless ``limits`` states it.
-            jerk: The greatest jerk [rad/s^3 or m/s^3]; unlimited unless given.
+            acceleration: The greatest acceleration [rad/s^2 or m/s^2]; needed unless ``limits`` or the robot states it.
+            jerk: The greatest jerk [rad/s^3 or m/s^3]; unless given that of ``limits`` or of the robot, if one states it.
             limits: The name of an arm, as "franka", or a file ``joint_limits.yaml``.
             world: Objects. Where a rounded corner is not certified to be free of them and of the robot itself, the motion stops;
                 ``certified`` says whether all of it is free.
@@ -1188,7 +1198,7 @@ class Robot(Quick):
         self,
         world: World | None = None,
         *,
-        acceleration: ArrayLike,
+        acceleration: ArrayLike | None = None,
         rate: float = 1000,
         link: str | Sequence[str] | None = None,
         weights: ArrayLike | None = None,
@@ -1204,7 +1214,8 @@ class Robot(Quick):
 
         Args:
             world: The objects; none unless given. It may change between ticks.
-            acceleration: The greatest of each joint [rad/s^2 or m/s^2], a number or shape (n_dof,).
+            acceleration: The greatest of each joint [rad/s^2 or m/s^2], a number or shape (n_dof,), where it is below the
+                description's; needed unless the description states one.
             rate: Ticks a second [Hz].
             link: The link that poses and twists are of, or several, such as both hands; the tip, of the group if one is
                 named, unless given.
@@ -1213,8 +1224,8 @@ class Robot(Quick):
             held: Names of joints that keep their positions.
             group: A group of the SRDF (``robot.groups``): the joints outside keep their positions.
             velocity: The greatest of each joint [rad/s or m/s], a number or shape (n_dof,), where it is below the description's.
-            jerk: The greatest of each joint [rad/s^3 or m/s^3], a number or shape (n_dof,); no limit unless given. With it no
-                acceleration is used that takes longer than 0.1 s to begin.
+            jerk: The greatest of each joint [rad/s^3 or m/s^3], a number or shape (n_dof,); unless given that of the
+                description, if it states one. With it no acceleration is used that takes longer than 0.1 s to begin.
             clearance: No object is nearer than this [m]; it does not count between links of the robot.
             tracking_error: How far each joint may be from its command [rad or m]: the certificate holds for all of that.
             posture: A configuration that the null space goes towards [rad or m], shape (n_dof,); none unless given.

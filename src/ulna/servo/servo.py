@@ -22,7 +22,7 @@ from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree, entry_names
-from ulna.planning.motion_limits import LARGEST, as_limits
+from ulna.planning.motion_limits import LARGEST, as_limits, described_limits
 from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
 
@@ -56,7 +56,7 @@ class Servo:
         held: Iterable[str],
         group: JointGroup | None,
         velocity: ArrayLike | None,
-        acceleration: ArrayLike,
+        acceleration: ArrayLike | None,
         jerk: ArrayLike | None,
         clearance: float,
         tracking_error: ArrayLike,
@@ -81,8 +81,8 @@ class Servo:
             slow = ", ".join(name for name, most, is_held in names if not most and not is_held)
             raise InputError("robot", f"its description allows {slow} a velocity of 0, so a servo would never move")
         speeds = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, n, may_be_infinite=True)
-        accelerations, tick = WITHIN * as_limits("acceleration", acceleration, n), 1.0 / float(rate)
-        jerks = None if jerk is None else WITHIN * as_limits("jerk", jerk, n)
+        accelerations, jerks = _accelerations_of(tree, acceleration, jerk, still)
+        tick = 1.0 / float(rate)
         accelerations, ramp, least = _ramps(accelerations, jerks, tick)
         self._tree, self._checker, self._world = tree, checker, world
         link = tip_of(group) if link is None and group is not None else link
@@ -386,6 +386,26 @@ def _tables(tree: Tree, links: Sequence[str], weights: ArrayLike | None) -> tupl
     table = np.concatenate(chains)
     table.setflags(write=False)
     return table, hands
+
+
+def _accelerations_of(
+    tree: Tree, acceleration: ArrayLike | None, jerk: ArrayLike | None, still: NDArray[np.bool_]
+) -> tuple[Array, Array | None]:
+    """The greatest accelerations and jerks, shape (n_dof,): those given, where they are below the description's.
+
+    Joints that are ``still`` need none.
+    """
+    own, n = described_limits(tree), tree.n_dof
+    most = np.where(still, own.acceleration[~still].max(), own.acceleration)
+    if not most.all():
+        slow = ", ".join(name for name, one in zip(entry_names(tree), most, strict=True) if not one)
+        raise InputError("robot", f"its description allows {slow} an acceleration of 0, so a servo would never move")
+    if acceleration is None and np.isinf(most).any():
+        few = ", ".join(name for name, one in zip(entry_names(tree), most, strict=True) if np.isinf(one))
+        raise InputError("acceleration", f"none is given, and the description states none of {few}; give acceleration=")
+    given = most if acceleration is None else np.minimum(as_limits("acceleration", acceleration, n), most)
+    jerks = own.jerk if jerk is None else np.minimum(as_limits("jerk", jerk, n), np.inf if own.jerk is None else own.jerk)
+    return WITHIN * given, None if jerks is None else WITHIN * as_limits("jerk", jerks, n)
 
 
 def _ramps(accelerations: Array, jerks: Array | None, tick: float) -> tuple[Array, int, Array]:

@@ -107,7 +107,8 @@ def planned(
         return Planned(plan, None, np.empty((0, 3)), near.q, kept_line=line)
     most = robot.velocity_limits
     velocity = np.where((most > 0) & (most < np.inf), most, _VELOCITY)
-    motion = plan.trajectory(velocity=velocity, acceleration=_ACCELERATION, jerk=jerk)
+    acceleration = np.minimum(robot.acceleration_limits, _ACCELERATION)
+    motion = plan.trajectory(velocity=velocity, acceleration=acceleration, jerk=jerk)
     q = motion.at(np.linspace(0.0, motion.duration, _POINTS)).q
     way = robot.forward_kinematics(q, link=link)[:, :3, 3]
     return Planned(plan, motion, way, motion.q[-1], curves_of(motion), line)
