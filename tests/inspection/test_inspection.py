@@ -139,6 +139,7 @@ def test_the_tree_is_drawn_depth_first_and_a_loop_does_not_hold_it_up():
     assert {row.link for row in ulna.inspect(loop).tree} == {"base", "upper", "left", "right"}
 
 
+@pytest.mark.filterwarnings("ignore::ulna.DescriptionWarning")
 @given(
     st.lists(
         st.tuples(st.integers(0, len(SOUND) - 1), st.integers(0, 12), st.sampled_from(["", "x", "-", "9", "<", '"', "/>"])),

@@ -107,13 +107,17 @@ class PointCloud:
         return _fill(one, one.points, one.radius, n_left_out, _NONE)
 
     @classmethod
-    def from_file(cls, path: str | Path, *, radius: float, scale: float = 1.0) -> PointCloud:
-        """The points of a .npy, .xyz, .csv, .ply or .pcd file.
+    def from_file(cls, path: str | Path, *, radius: float, scale: float = 1.0, from_sensor: bool | None = None) -> PointCloud:
+        """The points of a .npy, .xyz, .csv, .txt, .ply or .pcd file.
 
         Args:
-            path: The file. A .npy has an array of shape (n, 3) or (H, W, 3); lines of text begin with x, y, z.
+            path: The file. A .npy has an array of shape (n, 3) or (H, W, 3), or of records with fields x, y, z. Of lines of text
+                those columns count that are named x, y, z in the first line, in the unit that it may state, as in "x [mm]";
+                without names the first three.
             radius: The radius of each ball [m].
             scale: The unit of the file [m], such as 0.001.
+            from_sensor: Whether the points of a .pcd are in the frame of the sensor: they are then moved by the pose that its
+                VIEWPOINT states. A file that states one is refused unless this is given.
 
         Raises:
             FileError: It cannot be read, has no points, or ends otherwise.
@@ -127,7 +131,7 @@ class PointCloud:
             raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
         if len(content) > MOST_BYTES:
             raise FileError(str(path), f"has more than {MOST_BYTES // 1_000_000} MB, the most that is read")
-        return cls(points_of(str(path), content, unit), radius)
+        return cls(points_of(str(path), content, unit, from_sensor), radius)
 
     def cropped(self, box: Box, pose: ArrayLike | None = None) -> PointCloud:
         """The points in a box; a ball outside of it whose surface reaches in is dropped too.

@@ -5,6 +5,7 @@ Reading a pipe without a writer ends after a time limit. A file is written compl
 
 import json
 import os
+import re
 import select
 import stat
 import time
@@ -62,7 +63,8 @@ def write_whole(path: Path, content: bytes) -> None:
 
 def write_table(path: str | Path, names: Sequence[str], rows: NDArray[np.float64]) -> None:
     """Write a line of names, then a line for each row, shape (n, k), every number with all of its digits."""
-    lines = [",".join(names), *(",".join(map(repr, row)) for row in rows.tolist())]
+    quoted = [f'"{name.replace(chr(34), 2 * chr(34))}"' if re.search('[",\\s]', name) else name for name in names]
+    lines = [",".join(quoted), *(",".join(map(repr, row)) for row in rows.tolist())]
     try:
         Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
     except OSError as error:

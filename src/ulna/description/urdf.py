@@ -56,7 +56,9 @@ class _Reader(Reader):
         self.version = version_of(root) or (1, 0)
         if self.version > _NEWEST:
             newest = ".".join(map(str, _NEWEST))
-            raise self.fail(root, f"is URDF {root.get('version')}; versions up to {newest} are read, and what is newer may matter")
+            raise self.fail(
+                root, f"is URDF {root.get('version')}; versions up to {newest} are read, and what is newer may matter"
+            )
         for material in root.iterfind("material"):
             color = self.color(material)
             if color is not None:
