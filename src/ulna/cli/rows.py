@@ -158,10 +158,10 @@ def _table(option: str, path: Path, row: Row) -> NDArray[np.float64]:
             continue
         fields = fields_of(line, head.separator)
         try:
-            if len(fields) == head.count or columns is None:
+            if len(fields) == head.n_columns or columns is None:
                 rows.append([number_of(fields[column], head) for column in columns or range(len(fields))])
         except ValueError:
             raise InputError(option, f"{path.name}:{k}: {line.strip()[:60]!r} is not a row of numbers") from None
-        if len(fields) != head.count:
-            raise InputError(option, f"{path.name}:{k}: {len(fields)} numbers, but {head.count} in the row before")
+        if len(fields) != head.n_columns:
+            raise InputError(option, f"{path.name}:{k}: {len(fields)} numbers, but {head.n_columns} in the row before")
     return np.array(rows, dtype=np.float64) * scales

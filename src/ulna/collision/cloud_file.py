@@ -28,7 +28,7 @@ class Meaning(NamedTuple):
     from_sensor: bool | None = None
 
 
-def points_of(name: str, content: bytes, scale: float, from_sensor: bool | None = None) -> NDArray[np.float64]:
+def points_of(name: str, content: bytes, scale: float, *, from_sensor: bool | None = None) -> NDArray[np.float64]:
     """The points of a file [m], shape (n, 3), n >= 1.
 
     Args:
@@ -134,10 +134,10 @@ def _pcd(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
         raise ValueError(f"its points are {form}; ascii and binary are read")
     if len(points) != n:
         raise ValueError(f"{len(points)} of its {n} points can be read")
-    return _seen_from(points, head.get("VIEWPOINT", []), meaning.from_sensor) * meaning.scale
+    return _seen_from(points, head.get("VIEWPOINT", []), from_sensor=meaning.from_sensor) * meaning.scale
 
 
-def _seen_from(points: NDArray, words: Sequence[str], from_sensor: bool | None) -> NDArray:
+def _seen_from(points: NDArray, words: Sequence[str], *, from_sensor: bool | None) -> NDArray:
     """The points of a .pcd, moved by its VIEWPOINT (x, y, z, then w, x, y, z) if they are in the frame of the sensor."""
     values = [float(word) for word in words]
     if from_sensor is False or not values or values == [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]:

@@ -131,7 +131,7 @@ class PointCloud:
             raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
         if len(content) > MOST_BYTES:
             raise FileError(str(path), f"has more than {MOST_BYTES // 1_000_000} MB, the most that is read")
-        return cls(points_of(str(path), content, unit, from_sensor), radius)
+        return cls(points_of(str(path), content, unit, from_sensor=from_sensor), radius)
 
     def cropped(self, box: Box, pose: ArrayLike | None = None) -> PointCloud:
         """The points in a box; a ball outside of it whose surface reaches in is dropped too.

@@ -58,14 +58,14 @@ class Head(NamedTuple):
 
     Attributes:
         names: The names of its columns, as they are written; None if no line has them.
-        count: How many columns its first row has.
+        n_columns: How many columns its first row has.
         separator: What is between two columns; None for blanks.
         decimal_comma: Whether a comma is the point of a number.
         first: The number of the first line with numbers, from 0.
     """
 
     names: tuple[str, ...] | None
-    count: int
+    n_columns: int
     separator: str | None
     decimal_comma: bool
     first: int
@@ -136,8 +136,8 @@ def head_of(lines: Sequence[str], known: Sequence[Quantity]) -> Head | None:
     if len(rows) == 1:
         return None
     names = _split_names(lines[rows[0]], head)
-    if len(names) != head.count:
-        few = f"line {rows[0] + 1} has {len(names)} names, but line {rows[1] + 1} has {head.count} columns"
+    if len(names) != head.n_columns:
+        few = f"line {rows[0] + 1} has {len(names)} names, but line {rows[1] + 1} has {head.n_columns} columns"
         raise ValueError(f"{few}; a line that names none of them begins with #")
     return head._replace(names=names, first=rows[1])
 
@@ -236,17 +236,17 @@ def _commented(lines: Sequence[str], head: Head, known: Sequence[Quantity]) -> t
     """
     comment = next((line for line in reversed(lines) if line.strip()), "").strip().lstrip("#/").strip()
     names = _split_names(comment, head)
-    if len(names) != head.count:
+    if len(names) != head.n_columns:
         names = tuple(re.split(r"[\s,;]+", comment))
     quantities = [_quantity(name, known)[0] for name in names]
     found = [(k, one.name) for k, one in enumerate(quantities) if one is not None]
     if not found:
         return None
     for skipped in {0, found[0][0]}:  # words before the names, as in "columns: x y z"
-        if len(names) - skipped == head.count:
+        if len(names) - skipped == head.n_columns:
             return names[skipped:]
     if len(found) > 2 and found != [(k, one.name) for k, one in enumerate(known[: len(found)])]:
-        raise ValueError(f"the comment {comment[:60]!r} names {len(names)} columns, but there are {head.count}")
+        raise ValueError(f"the comment {comment[:60]!r} names {len(names)} columns, but there are {head.n_columns}")
     return None
 
 
@@ -254,7 +254,7 @@ def _split_names(line: str, head: Head) -> tuple[str, ...]:
     """The names in a line, which may be separated otherwise than the numbers below it."""
     ways = (fields_of(line, separator) for separator in (head.separator, *_SEPARATORS))
     first, *others = islice(ways, len(_SEPARATORS) + 1)
-    return tuple(next((names for names in (first, *others) if len(names) == head.count), first))
+    return tuple(next((names for names in (first, *others) if len(names) == head.n_columns), first))
 
 
 def _quantity(name: str, known: Sequence[Quantity]) -> tuple[Quantity | None, str | None]:

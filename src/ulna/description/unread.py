@@ -118,7 +118,7 @@ def unread_parts(root: etree._Element) -> Iterator[Unread]:
         element, of_looks = waiting.pop()
         tag = str(element.tag)
         of_looks = of_looks or tag in _LOOKS
-        yield from _attributes(element, tag, of_looks)
+        yield from _attributes(element, tag, of_looks=of_looks)
         if tag == "limit" and (version or (1, 0)) < RATES_SINCE:
             yield from _unused_rates(element)
         if tag in ATTRIBUTES and tag not in _NAMED and tag != "joint" and (element.text or "").strip():
@@ -129,7 +129,7 @@ def unread_parts(root: etree._Element) -> Iterator[Unread]:
         waiting.extend((child, of_looks) for child in reversed(known))
         for child in element.iterchildren(etree.Element):
             if child.tag not in read:
-                yield _element(child, tag, of_looks)
+                yield _element(child, tag, of_looks=of_looks)
 
 
 def sentences(root: etree._Element, source: str) -> list[str]:
@@ -146,7 +146,7 @@ def of_robot(element: etree._Element) -> str:
     return "document"
 
 
-def _element(child: etree._Element, parent: str, of_looks: bool) -> Unread:
+def _element(child: etree._Element, parent: str, *, of_looks: bool) -> Unread:
     name, of_others = etree.QName(child), _OTHERS.get(parent, ())
     tag, what = name.localname, f"<{name.localname}> in <{parent}>"
     if name.namespace is None and (near := _nearly(tag, CHILDREN.get(parent, ()))):
@@ -163,7 +163,7 @@ def _element(child: etree._Element, parent: str, of_looks: bool) -> Unread:
     return Unread(child, what, f"{what} is not read{reason}", matters=True)
 
 
-def _attributes(element: etree._Element, tag: str, of_looks: bool) -> Iterator[Unread]:
+def _attributes(element: etree._Element, tag: str, *, of_looks: bool) -> Iterator[Unread]:
     known = ATTRIBUTES.get(tag, ())
     for key in map(str, element.attrib):
         name = etree.QName(key)

@@ -19,7 +19,10 @@ from ulna.kernels.layout import LARGEST
 
 _OTHER_FORMATS = {"mujoco": "MJCF", "sdf": "SDF"}
 _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
-_NEWEST = (1, 2)  # the versions of URDF that are known; 1.1 has quaternions and capsules, 1.2 accelerations and jerks
+_NEWEST: tuple[int, int] = (
+    1,
+    2,
+)  # the versions of URDF that are known; 1.1 has quaternions and capsules, 1.2 accelerations and jerks
 
 
 def read_urdf(document: Document) -> Description:
@@ -47,13 +50,14 @@ class _Reader(Reader):
     def __init__(self, source: str) -> None:
         super().__init__(source)
         self.materials: dict[str, tuple[float, float, float, float]] = {}
-        self.version = (1, 0)
+        self.version: tuple[int, int] = (1, 0)
 
     def robot(self, root: etree._Element, text: str, document: Document) -> Description:
         if root.tag != "robot":
             other = f" but {_OTHER_FORMATS[root.tag]}, which is not read" if root.tag in _OTHER_FORMATS else ""
             raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not a URDF{other}")
-        self.version = version_of(root) or (1, 0)
+        stated = version_of(root)
+        self.version = self.version if stated is None else stated
         if self.version > _NEWEST:
             newest = ".".join(map(str, _NEWEST))
             raise self.fail(

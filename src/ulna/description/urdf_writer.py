@@ -15,7 +15,7 @@ from ulna.errors import DescriptionError, InputError
 
 def write_urdf(description: Description) -> str:
     """The URDF document of a description: kinematics, limits and shapes. It lacks what the model lacks, such as inertia."""
-    robot = etree.Element("robot", name=description.name, **_version(description))
+    robot = etree.Element("robot", {"name": description.name, **_version(description)})
     for link in description.links:
         element = etree.SubElement(robot, "link", name=link.name)
         for tag, bodies in (("visual", link.visuals), ("collision", link.collisions)):

@@ -198,9 +198,10 @@ class Plan:
             blend: How much of each of its two edges, in the plan's metric [rad], a rounded corner takes at most; half of an edge
                 is the most. A rounding is a parabola, and is certified as the edges are; one that is not free is made smaller.
                 Where none is free, and everywhere for 0, the motion stops at the corner.
-            jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers; unless given that of ``limits`` or of the robot,
-                if one states it. With it the motion is the mean of one without it over a short time, which leaves the path at its
-                corners by a distance that is certified too. An arm whose controller refuses jumps of the acceleration, as a Franka's does, needs it.
+            jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers; unless given that of ``limits`` or of the
+                robot, if one states it. With it the motion is the mean of one without it over a short time, which leaves the path
+                at its corners by a distance that is certified too. An arm whose controller refuses jumps of the acceleration, as
+                a Franka's does, needs it.
             limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it: the limits that are
                 not given as numbers (docs/planning.md names the arms and the sources).
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), where the acceleration is 0; at rest unless

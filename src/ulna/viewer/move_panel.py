@@ -146,9 +146,9 @@ def first_row(content: bytes, robot: Robot) -> NDArray[np.float64]:
     lines = text_of(content[:_MOST_BYTES]).splitlines()
     joints, n_dof = joint_columns(robot), robot.n_dof
     try:
-        head = head_of(lines, joints.known) or Head(None, 0, None, False, 0)
-        columns, units = (range(head.count), [1.0]) if head.names is None else columns_of(head.names, joints)
-        fields = fields_of(lines[head.first], head.separator) if head.count else []
+        head = head_of(lines, joints.known) or Head(None, 0, None, decimal_comma=False, first=0)
+        columns, units = (range(head.n_columns), [1.0]) if head.names is None else columns_of(head.names, joints)
+        fields = fields_of(lines[head.first], head.separator) if head.n_columns else []
         q = np.array([number_of(fields[column], head) for column in columns]) * units
     except (ValueError, IndexError) as error:
         raise InputError("q", f"{str(error)[:200]}; numbers with commas between them are expected") from None
