@@ -132,12 +132,13 @@ def plan(
         )  # fmt: skip
     motion = None
     if found:
+        accelerations = acceleration
         if limits is None and acceleration is None:
             own = robot.acceleration_limits
-            acceleration = np.where(np.isinf(own), _ACCELERATION, own)
+            accelerations = np.where(np.isinf(own), _ACCELERATION, own)
         velocities = None if limits is not None and velocity is None else _velocities(robot, velocity)
         with as_options({name: f"--{name}" for name in ("limits", "velocity", "acceleration", "jerk", "period")}):
-            motion = found.trajectory(velocity=velocities, acceleration=acceleration, jerk=jerk, limits=limits)
+            motion = found.trajectory(velocity=velocities, acceleration=accelerations, jerk=jerk, limits=limits)
             if csv is not None:
                 motion.to_csv(csv, period=period)
         if plot is not None:
