@@ -13,6 +13,11 @@ from ulna.errors import InputError, UnknownNameError
 
 K = np.array([[500.0, 0, 319.5], [0, 510.0, 239.5], [0, 0, 1]])
 T = ulna.pose((0.9, 0.1, 0.8), (np.pi - 0.4, 0.1, 0.3))
+PLY = "ply\nformat ascii 1.0\nelement vertex 2\n{}end_header\n3 9 2 1\n6.5 9 5 4\n"
+PCD = (
+    "VERSION .7\nFIELDS {}\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT {}\nPOINTS 2\n"
+    "DATA ascii\n3 9 2 1\n6.5 9 5 4\n"
+)
 
 
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
@@ -344,3 +349,81 @@ def test_a_file_without_points_is_refused(tmp_path, name, content, words):
         ulna.PointCloud.from_file(tmp_path / name, radius=0.01)
     with pytest.raises(ulna.InputError, match="scale"):
         ulna.PointCloud.from_file(tmp_path / name, radius=0.01, scale=-1)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.csv", "intensity,x,y,z\n9,1,2,3\n9,4,5,6.5\n"),
+        ("a.csv", "x;y;z\n1,0;2,0;3,0\n4,0;5,0;6,5\n"),
+        ("a.csv", "x [mm],y [mm],z [mm]\n1000,2000,3000\n4000,5000,6500\n"),
+        ("a.csv", "\ufeffz\ty\tx\n3\t2\t1\n6.5\t5\t4\n"),
+        ("a.csv", "nx,ny,nz,x,y,z\n0,0,1,1,2,3\n0,0,1,4,5,6.5\n"),
+        ("a.xyz", "//X Y Z R G B\n1 2 3 4 5 6\n4 5 6.5 0 0 0\n"),
+        ("a.txt", "//R G B X Y Z\n4 5 6 1 2 3\n0 0 0 4 5 6.5\n"),
+        ("a.xyz", "1 2 3 wood\n4 5 6.5 stone\n"),
+        ("a.csv", '"Points:2","Points:0","Points:1"\n3,1,2\n6.5,4,5\n'),
+        ("a.ply", PLY.format("".join(f"property {t} {n}\n" for t, n in zip(("double", "uchar", "float", "int"), "ziyx", strict=True)))),
+        ("a.pcd", PCD.format("z i y x", "0 0 0 1 0 0 0")),
+    ],
+)
+def test_points_are_read_from_the_columns_that_are_named_so(tmp_path, name, content):
+    (tmp_path / name).write_text(content, encoding="utf-8")
+    cloud = ulna.PointCloud.from_file(tmp_path / name, radius=0.01)
+    assert np.allclose(cloud.points, [(1, 2, 3), (4, 5, 6.5)], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.csv", "a,b,c\n1,2,3\n", "no column is named x, y, z; the names are 'a', 'b', 'c'"),
+        ("a.csv", "lat,lon,z\n1,2,3\n", "no column is named x, y"),
+        ("a.csv", "x,y,z,x\n1,2,3,4\n", "are both x"),
+        ("a.csv", "x [mm],y,z\n1,2,3\n", "have not the same unit"),
+        ("a.csv", "x [mile],y,z\n1,2,3\n", "is not known"),
+        ("a.csv", "x,y,z\n1,5,2,0,3,0\n", "3 names, but line 2 has 6 columns"),
+        ("a.csv", "1,0;2.0;3,0\n", "with a point and numbers with a comma"),
+        ("a.csv", "1;2;3\n1;2;3\n1,5;2;3\n", "cannot be read"),
+        ("a.xyz", "1,0 2,0 3,0\n", "cannot be read"),
+        ("a.ply", PLY.format("property float x\nproperty float y\n"), "one x, one y and one z are expected"),
+        ("a.ply", PLY.format("".join(f"property float {n}\n" for n in "xxyz")), "properties x x y z"),
+        ("a.pcd", PCD.format("x x y z", "0 0 0 1 0 0 0"), "FIELDS are x x y z"),
+        ("a.pcd", PCD.format("i x y z", "1 0 0 1 0 0 0"), "VIEWPOINT is 1 0 0 1 0 0 0, .* from_sensor=True moves"),
+    ],
+)
+def test_columns_that_are_missing_double_or_ambiguous_are_refused(tmp_path, name, content, words):
+    (tmp_path / name).write_text(content)
+    with pytest.raises(ulna.FileError, match=words):
+        ulna.PointCloud.from_file(tmp_path / name, radius=0.01)
+
+
+def test_a_unit_in_the_names_agrees_with_the_scale_or_is_refused(tmp_path):
+    (tmp_path / "a.csv").write_text("x_mm,y_mm,z_mm\n1000,2000,3000\n")
+    for scale in (1.0, 0.001):
+        cloud = ulna.PointCloud.from_file(tmp_path / "a.csv", radius=0.01, scale=scale)
+        assert cloud.points.tolist() == [[1, 2, 3]]
+    with pytest.raises(ulna.FileError, match=r"in units of 0.001 m, but the scale is 0.01"):
+        ulna.PointCloud.from_file(tmp_path / "a.csv", radius=0.01, scale=0.01)
+
+
+def test_the_viewpoint_of_a_pcd_moves_the_points_of_a_sensor_and_no_others(tmp_path):
+    (tmp_path / "a.pcd").write_text(PCD.format("x y z i", "10 20 30 0.7071067811865476 0 0 0.7071067811865476"))
+    read = ulna.PointCloud.from_file
+    moved = read(tmp_path / "a.pcd", radius=0.01, from_sensor=True).points
+    still = read(tmp_path / "a.pcd", radius=0.01, from_sensor=False).points
+    assert np.allclose(moved, np.column_stack([10 - still[:, 1], 20 + still[:, 0], 30 + still[:, 2]]))  # a quarter turn about z
+    assert still[0].tolist() == [3, 9, 2]
+
+
+def test_records_of_numpy_are_read_by_the_names_of_their_fields(tmp_path):
+    records = np.zeros((2, 3), dtype=[("rgb", "u4"), ("y", "f4"), ("x", "f8"), ("z", "f4")])
+    records["x"], records["y"], records["z"] = np.arange(6).reshape(2, 3), 7, 8
+    np.save(tmp_path / "a.npy", records)
+    cloud = ulna.PointCloud.from_file(tmp_path / "a.npy", radius=0.01, scale=0.5)
+    assert cloud.points.tolist() == [[k / 2, 3.5, 4] for k in range(6)]
+    np.save(tmp_path / "a.npy", records[["rgb", "x"]])
+    with pytest.raises(ulna.FileError, match="no column is named y, z; the names are 'rgb', 'x'"):
+        ulna.PointCloud.from_file(tmp_path / "a.npy", radius=0.01)
+    np.save(tmp_path / "a.npy", np.array([["1", "2", "3"]]))
+    with pytest.raises(ulna.FileError, match="numbers are expected"):
+        ulna.PointCloud.from_file(tmp_path / "a.npy", radius=0.01)

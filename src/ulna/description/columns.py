@@ -254,7 +254,8 @@ def _split_names(line: str, head: Head) -> tuple[str, ...]:
     """The names in a line, which may be separated otherwise than the numbers below it."""
     ways = (fields_of(line, separator) for separator in (head.separator, *_SEPARATORS))
     first, *others = islice(ways, len(_SEPARATORS) + 1)
-    return tuple(next((names for names in (first, *others) if len(names) == head.n_columns), first))
+    names = next((names for names in (first, *others) if len(names) == head.n_columns), first)
+    return tuple(name.strip(" ,;") for name in names)
 
 
 def _quantity(name: str, known: Sequence[Quantity]) -> tuple[Quantity | None, str | None]:

@@ -124,6 +124,8 @@ def unread_parts(root: etree._Element) -> Iterator[Unread]:
         if tag in ATTRIBUTES and tag not in _NAMED and tag != "joint" and (element.text or "").strip():
             text = " ".join((element.text or "").split())[:40]
             yield Unread(element, f"text in <{tag}>", f"the text {text!r} in <{tag}> is not read", not of_looks)
+        if tag == "joint":
+            yield from _unused_range(element)
         read = CHILDREN.get(tag, ())
         known = [child for child in element.iterchildren(etree.Element) if child.tag in read]
         waiting.extend((child, of_looks) for child in reversed(known))
@@ -157,7 +159,8 @@ def _element(child: etree._Element, parent: str, *, of_looks: bool) -> Unread:
             return Unread(child, what, "", matters=False)
         return Unread(child, what, f"a <{ties}> in <gazebo> is not read: what it adds or ties is missing here", matters=True)
     is_for_others = name.namespace is not None and tag not in _REASONS
-    if of_looks or is_for_others or tag in of_others or (tag == "origin" and _is_identity(child)):
+    is_hint = tag == "collision_checking" and child.find(".//geometry") is None  # it tells Pinocchio which shapes to replace
+    if of_looks or is_for_others or is_hint or tag in of_others or (tag == "origin" and _is_identity(child)):
         return Unread(child, what, "", matters=False)
     reason = f": {_REASONS[tag]}" if tag in _REASONS else ""
     return Unread(child, what, f"{what} is not read{reason}", matters=True)
@@ -183,6 +186,21 @@ def _unused_rates(limit: etree._Element) -> Iterator[Unread]:
         if key in limit.attrib and unused_rate(limit, key):
             message = f"{key} {limit.get(key, '')[:40]!r} is no number above 0, so it limits nothing"
             yield Unread(limit, f"attribute {key!r} of <limit>", message, matters=True)
+
+
+def _unused_range(joint: etree._Element) -> Iterator[Unread]:
+    """The range of a continuous joint, which has none by its type; one of a turn or more, or of nothing, limits nothing."""
+    limit = joint.find("limit")
+    if joint.get("type") != "continuous" or limit is None or not {"lower", "upper"} & set(limit.attrib):
+        return
+    what = "range of a continuous joint"
+    try:
+        width = float(limit.get("upper", "0")) - float(limit.get("lower", "0"))
+    except ValueError:
+        width = 0.0
+    message = "lower and upper of a continuous joint are not used; with type revolute they are"
+    matters = 0.0 < width < 2 * np.pi - 1e-3
+    yield Unread(limit, what, message if matters else "", matters)
 
 
 def _is_identity(origin: etree._Element) -> bool:

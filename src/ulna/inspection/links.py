@@ -72,7 +72,8 @@ def _without(root: etree._Element, kind: str) -> Iterator[Finding]:
     other = "collision" if kind == "visual" else "visual"
     names = [link.get("name", "") for link in bare if link.find(other) is not None]
     if names:
-        yield Finding(NOTE, "document", f"a {other} shape and no {kind} shape: {listed(names)}")
+        severity = WARNING if kind == "collision" else NOTE  # what is seen, and never touches anything
+        yield Finding(severity, "document", f"a {other} shape and no {kind} shape: {listed(names)}")
 
 
 def inertia_findings(root: etree._Element) -> Iterator[Finding]:
