@@ -170,7 +170,11 @@ DEFECTS = {
         'upper="1" acceleration="0" velocity="2"',
         [(WARNING, "joint 'shoulder'", "acceleration '0' is no number above 0, so it limits nothing")],
     ),
-    "a version that is none": ('<robot name="arm"', '<robot name="arm" version="1"', [(WARNING, "document", "version '1' is not two")]),
+    "a version that is none": (
+        '<robot name="arm"',
+        '<robot name="arm" version="1"',
+        [(WARNING, "document", "version '1' is not two")],
+    ),
     "a version of the future": (
         '<robot name="arm"',
         '<robot name="arm" version="1.3"',

@@ -363,7 +363,10 @@ def test_a_file_without_points_is_refused(tmp_path, name, content, words):
         ("a.txt", "//R G B X Y Z\n4 5 6 1 2 3\n0 0 0 4 5 6.5\n"),
         ("a.xyz", "1 2 3 wood\n4 5 6.5 stone\n"),
         ("a.csv", '"Points:2","Points:0","Points:1"\n3,1,2\n6.5,4,5\n'),
-        ("a.ply", PLY.format("".join(f"property {t} {n}\n" for t, n in zip(("double", "uchar", "float", "int"), "ziyx", strict=True)))),
+        (
+            "a.ply",
+            PLY.format("".join(f"property {t} {n}\n" for t, n in zip(("double", "uchar", "float", "int"), "ziyx", strict=True))),
+        ),
         ("a.pcd", PCD.format("z i y x", "0 0 0 1 0 0 0")),
     ],
 )

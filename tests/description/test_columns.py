@@ -61,7 +61,9 @@ def test_names_that_are_not_as_many_as_the_columns_are_refused(text, message):
         head_of(text.splitlines(), XYZ)
 
 
-@pytest.mark.parametrize(("field", "decimal_comma"), [("1_0", False), ("1,5", False), ("1.5", True), ("1.234,5", True), ("", False)])
+@pytest.mark.parametrize(
+    ("field", "decimal_comma"), [("1_0", False), ("1,5", False), ("1.5", True), ("1.234,5", True), ("", False)]
+)
 def test_what_is_no_number_is_none(field, decimal_comma):
     head = head_of(["1 2"], XYZ)
     with pytest.raises(ValueError):  # noqa: PT011 - the callers have their own words

@@ -149,9 +149,9 @@ def test_a_range_of_a_continuous_joint_that_is_not_used_is_said_unless_it_is_a_t
 
 @pytest.mark.parametrize(("lower", "findings"), [(-0.8757, 0), (-0.85, 0), (-0.1, 1), (-0.001, 1), (0.0, 1)])
 def test_a_follower_that_narrows_its_leader_has_a_finding(lower, findings):
-    gripper = text(
-        first='acceleration="1"', second='acceleration="1"', inside='<mimic joint="j" multiplier="-1"/>'
-    ).replace('lower="-1" upper="1"', 'lower="0" upper="0.8757"')
+    gripper = text(first='acceleration="1"', second='acceleration="1"', inside='<mimic joint="j" multiplier="-1"/>').replace(
+        'lower="-1" upper="1"', 'lower="0" upper="0.8757"'
+    )
     gripper = gripper[::-1].replace('lower="0"'[::-1], f'lower="{lower}"'[::-1], 1)[::-1]
     found = [one for one in ulna.inspect(gripper).findings if "mimics" in one.message]
     assert [one.severity for one in found] == [ulna.Severity.WARNING] * findings

@@ -117,7 +117,10 @@ def test_a_follower_that_contradicts_another_follower_is_reported_and_its_limits
     <axis xyz="1 0 0"/><limit lower="0.3" upper="0.4" velocity="2" effort="3"/><mimic joint="grip"/></joint></robot>"""
     text = SOUND.replace('lower="0" upper="0.4"', 'lower="0" upper="0.1"').replace("</robot>", third)
     narrowing, finding = ulna.inspect(text).findings
-    assert (narrowing.where, narrowing.message) == ("joint 'grip too'", "its limits narrow 'grip', which it mimics, to 0 to 0.2")
+    assert (narrowing.where, narrowing.message) == (
+        "joint 'grip too'",
+        "its limits narrow 'grip', which it mimics, to 0.1 to 0.2",
+    )
     assert (finding.where, finding.severity) == ("joint 'grip three'", Severity.WARNING)
     assert ulna.load(text).upper[1] == 0.2
 

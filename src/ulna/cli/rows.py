@@ -156,8 +156,8 @@ def _table(option: str, path: Path, row: Row) -> NDArray[np.float64]:
     for k, line in enumerate(lines[head.first :], start=head.first + 1):
         if not is_row(line):
             continue
-        fields = fields_of(line, head.separator)
         try:
+            fields = fields_of(line, head.separator)
             if len(fields) == head.n_columns or columns is None:
                 rows.append([number_of(fields[column], head) for column in columns or range(len(fields))])
         except ValueError:

@@ -28,7 +28,7 @@ _BEHIND = re.compile(r"(.+?)(?:\s+in\s+|[\s_./-]+|(?=\u00b0))([^\W\d_]+|\u00b0)"
 _PLAIN = re.compile(r"[\w\s./:\[\]()-]*")  # names that are compared by their words
 _SEPARATORS = (";", "\t", ",", None)  # None: blanks
 _COMMENTS = ("#", "//")
-_N_LOOKED_AT = 1000  # lines, for the first rows: behind more comments there is no table
+_MAX_COLUMNS, _MAX_NAME = 1000, 200  # that are compared: patterns take time
 
 
 class Quantity(NamedTuple):
@@ -123,28 +123,39 @@ def head_of(lines: Sequence[str], known: Sequence[Quantity]) -> Head | None:
     separators = _SEPARATORS
     start = next((k for k, line in enumerate(lines) if line.strip()), 0)
     if stated := re.fullmatch(r"sep=(.)\s*", lines[start] if lines else ""):  # of a spreadsheet
-        separators, start = (stated[1],), start + 1
-    rows = [k for k in range(start, min(len(lines), start + _N_LOOKED_AT)) if is_row(lines[k])][:2]
+        separators, start = (stated[1], None), start + 1
+    rows = list(islice((k for k in range(start, len(lines)) if is_row(lines[k])), 2))
     if not rows:
         return None
-    sample = lines[rows[-1]]
-    separator = next(one for one in separators if one is None or one in sample)
-    decimal_comma = separator != "," and "," in sample
-    head = Head(None, len(fields_of(sample, separator)), separator, decimal_comma, rows[0])
-    if any(is_number(field, head) for field in fields_of(lines[rows[0]], separator)):
+    head = _written(lines[rows[0]], separators, rows[0])
+    if any(is_number(field, head) for field in fields_of(lines[rows[0]], head.separator)):
         return head._replace(names=_commented(lines[start : rows[0]], head, known))
     if len(rows) == 1:
         return None
+    head = _written(lines[rows[1]], separators, rows[1])
     names = _split_names(lines[rows[0]], head)
     if len(names) != head.n_columns:
         few = f"line {rows[0] + 1} has {len(names)} names, but line {rows[1] + 1} has {head.n_columns} columns"
         raise ValueError(f"{few}; a line that names none of them begins with #")
-    return head._replace(names=names, first=rows[1])
+    return head._replace(names=names)
+
+
+def _written(line: str, separators: Sequence[str | None], number: int) -> Head:
+    """How a line of numbers is written."""
+    separator = next(one for one in separators if one is None or one in line)
+    return Head(None, len(fields_of(line, separator)), separator, separator != "," and "," in line, number)
 
 
 def fields_of(line: str, separator: str | None) -> list[str]:
-    """The fields of a line, without the quotes around them, and without an empty one at its end."""
-    fields = next(csv.reader([line.strip()], delimiter=separator or " ", skipinitialspace=True), [])
+    """The fields of a line, without the quotes around them, and without an empty one at its end.
+
+    Raises:
+        ValueError: One is longer than the ``csv`` module takes.
+    """
+    try:
+        fields = next(csv.reader([line.strip()], delimiter=separator or " ", skipinitialspace=True), [])
+    except csv.Error as error:
+        raise ValueError(f"{line.strip()[:60]!r} is no row: {error}") from None
     fields = [field.strip() for field in fields if separator is not None or field]
     return fields[:-1] if len(fields) > 1 and not fields[-1] else fields
 
@@ -179,8 +190,10 @@ def find_columns(names: Sequence[str], known: Sequence[Quantity]) -> Found:
     A unit is stated as in "x [mm]", "q1 (deg)" or "roll_deg".
 
     Raises:
-        ValueError: Two columns are of one quantity, or a unit is not known or of another kind.
+        ValueError: Two columns are of one quantity, a unit is not known or of another kind, or there are more than 1000 columns.
     """
+    if len(names) > _MAX_COLUMNS:
+        raise ValueError(f"{len(names)} columns have names; at most {_MAX_COLUMNS} are read")
     at: dict[str, tuple[int, float | None]] = {}
     others = []
     for k, name in enumerate(names):
@@ -189,7 +202,9 @@ def find_columns(names: Sequence[str], known: Sequence[Quantity]) -> Found:
             others.append(name)
             continue
         if quantity.name in at:
-            raise ValueError(f"columns {names[at[quantity.name][0]]!r} and {name!r} are both {quantity.name}; one is expected")
+            raise ValueError(
+                f"columns {names[at[quantity.name][0]][:60]!r} and {name[:60]!r} are both {quantity.name}; one is expected"
+            )
         at[quantity.name] = k, _factor(name, quantity, unit)
     return Found(at, tuple(others))
 
@@ -219,7 +234,7 @@ def columns_of(names: Sequence[str], row: Row) -> tuple[list[int], list[float]]:
     strange = [name for name in found.others if not row.ignored(name)]
     strange += [names[column] for name, (column, _) in found.at.items() if name not in chosen]
     if strange:
-        raise ValueError(f"column {strange[0]!r} is not known beside {', '.join(chosen[:20])}")
+        raise ValueError(f"column {strange[0][:60]!r} is not known beside {', '.join(chosen[:20])}")
     return columns, [1.0 if factor is None else factor for factor in factors]
 
 
@@ -238,7 +253,7 @@ def _commented(lines: Sequence[str], head: Head, known: Sequence[Quantity]) -> t
     names = _split_names(comment, head)
     if len(names) != head.n_columns:
         names = tuple(re.split(r"[\s,;]+", comment))
-    quantities = [_quantity(name, known)[0] for name in names]
+    quantities = [_quantity(name, known)[0] for name in names[:_MAX_COLUMNS]]
     found = [(k, one.name) for k, one in enumerate(quantities) if one is not None]
     if not found:
         return None
@@ -260,7 +275,7 @@ def _split_names(line: str, head: Head) -> tuple[str, ...]:
 
 def _quantity(name: str, known: Sequence[Quantity]) -> tuple[Quantity | None, str | None]:
     """What a column is, and the unit in its name; None for none."""
-    name = name.strip()
+    name = name.strip()[:_MAX_NAME]
     if exact := next((one for one in known if one.name == name), None):
         return exact, None
     if name == "%time":  # as ``rostopic echo -p`` writes it
@@ -293,5 +308,5 @@ def _factor(name: str, quantity: Quantity, unit: str | None) -> float | None:
     kind, factor = _UNITS.get(unit.casefold(), (None, 1.0))
     if kind != quantity.kind:
         expected = ", ".join(one for one, (kind, _) in _UNITS.items() if kind == quantity.kind and one)
-        raise ValueError(f"the unit of column {name!r} is not known; of {quantity.name} it may be {expected}")
+        raise ValueError(f"the unit of column {name[:60]!r} is not known; of {quantity.name} it may be {expected}")
     return factor
