@@ -2,7 +2,7 @@
 
 import pytest
 
-from ulna.description.columns import RPY, TIMES, WXYZ, XYZ, find_columns, head_of, number_of, fields_of, text_of
+from ulna.description.columns import RPY, TIMES, WXYZ, XYZ, fields_of, find_columns, head_of, number_of, text_of
 
 KNOWN = (*XYZ, *RPY, *WXYZ, TIMES)
 
@@ -66,7 +66,7 @@ def test_names_that_are_not_as_many_as_the_columns_are_refused(text, message):
 )
 def test_what_is_no_number_is_none(field, decimal_comma):
     head = head_of(["1 2"], XYZ)
-    with pytest.raises(ValueError):  # noqa: PT011 - the callers have their own words
+    with pytest.raises(ValueError):
         number_of(field, head._replace(decimal_comma=decimal_comma))
 
 

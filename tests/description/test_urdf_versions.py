@@ -6,7 +6,8 @@ import pytest
 import ulna
 from ulna.description.pose import quaternion_from_matrix
 
-TEXT = """<robot name="arm" {robot}><link name="a"><collision>{origin}<geometry><box size="1 0.1 0.1"/></geometry></collision></link>
+TEXT = """<robot name="arm" {robot}>
+<link name="a"><collision>{origin}<geometry><box size="1 0.1 0.1"/></geometry></collision></link>
 <link name="b"/><link name="c"/>
 <joint name="j" type="revolute"><parent link="a"/><child link="b"/>{origin}<axis xyz="0 0 1"/>
 <limit lower="-1" upper="1" velocity="2" effort="1" {first}/></joint>
@@ -117,7 +118,7 @@ def test_a_joint_without_an_acceleration_has_to_be_given_one():
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        ({"inside": '<position_based_velocity_limits a="1"/>'}, "6: joint 'k': <position_based_velocity_limits> in <joint>"),
+        ({"inside": '<position_based_velocity_limits a="1"/>'}, "7: joint 'k': <position_based_velocity_limits> in <joint>"),
         ({"inside": "<orgin/>"}, "did you mean <origin>"),
         ({"second": 'uper="1"'}, "attribute 'uper' of <limit> is not known, and left out; did you mean 'upper'"),
         ({"inside": '<loop/><frame name="f"/>'}, r"<loop> in <joint> is not read \(2 such sentences: ulna inspect\)"),

@@ -62,7 +62,7 @@ class _Reader(Reader):
         )
 
     def unread(self, root: etree._Element) -> Iterable[str]:
-        """A sentence about each element that is not known, such as a misspelt one: a link may be checked that was not meant to be."""
+        """A sentence about each element that is not known, such as a misspelt one, which may change what is checked."""
         for parent in (root, *root.iterfind("group"), *root.iterfind("group_state")):
             read = _READ[str(parent.tag)]
             for child in parent.iterchildren(etree.Element):

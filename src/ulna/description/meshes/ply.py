@@ -17,8 +17,9 @@ def counts(content: bytes) -> dict[str, int]:
 def _properties(content: bytes) -> list[str]:
     """The names of the properties of a vertex that the header of a .ply states."""
     head = content.partition(b"end_header")[0].decode(errors="replace")
-    _, _, behind = head.partition("element vertex ")
-    return re.findall(r"^property +(?:list +\w+ +)?\w+ +(\w+)", behind.partition("element ")[0], re.MULTILINE)
+    parts = re.split(r"^element +", head, flags=re.MULTILINE)
+    vertex = next((part for part in parts if part.startswith("vertex")), "")
+    return re.findall(r"^property +(?:list +\w+ +)?\w+ +(\w+)", vertex, re.MULTILINE)
 
 
 def vertices(content: bytes) -> NDArray[np.float64]:
