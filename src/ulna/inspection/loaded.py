@@ -39,8 +39,6 @@ def _srdf_findings(srdf: Srdf) -> Iterator[Finding]:
         yield Finding(NOTE, "document", f"{srdf.found_at} lies beside the URDF and is used; {allowed}")
         for sentence in srdf.warnings:
             yield Finding(NOTE, "document", sentence)
-    for sentence in srdf.passed_over:
-        yield Finding(NOTE, "document", sentence)
 
 
 def stretched_length(robot: Robot) -> float:

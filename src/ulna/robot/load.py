@@ -37,8 +37,9 @@ def load(
         tip: The link to end at: only the chain from base to tip is kept.
         srdf: The path or the text of a semantic description: groups, named configurations, pairs of links that may touch.
             References in it to parts that the robot lacks are ignored, with a ``DescriptionWarning``. Unless given, the one that
-            lies beside the URDF is taken, if its robot's name and links are those of the URDF: in its folder, in ``../srdf``, or
-            in ``config`` of the package ``NAME_moveit_config``. ``robot.srdf.found_at`` is its path. False takes none.
+            lies beside the URDF is taken, if its robot's name and links are those of the URDF: in its folder, in ``../srdf`` of
+            its package, or in ``config`` of a package ``NAME_moveit_config`` that depends on its package.
+            ``robot.srdf.found_at`` is its path, ``robot.srdf.passed_over`` what is not used. False takes none.
         meshes: What to check in the place of collision meshes: None leaves them, and queries refuse them; ``"hulls"``: their
             convex hulls (``Robot.with_convex_hulls``); ``"decompose"``: convex pieces (``Robot.with_convex_pieces``).
 

@@ -4,6 +4,7 @@ A document that only defines a macro, as the course's ``franka_robot.urdf`` does
 """
 
 import json
+import math
 import re
 import subprocess
 from collections.abc import Mapping
@@ -28,11 +29,11 @@ class _DiedError(Exception):
     """The child ended, or sent an invalid message."""
 
 
-def expand_xacro(document: Document, xacro_args: Mapping[str, object]) -> bytes:
+def expand_xacro(document: Document, xacro_args: Mapping[str, object], max_seconds: float = math.inf) -> bytes:
     """The URDF that a xacro document expands to.
 
     Of a document that only defines a macro, the parameters without a default come from ``xacro_args``. Files are read in the
-    document's folder, in its package and in its ``package_dirs``.
+    document's folder, in its package and in its ``package_dirs``. It ends within ``TIME_LIMIT_S``, and within ``max_seconds``.
     """
     root, source = document.root, document.source
     arguments = {str(key): str(value) for key, value in xacro_args.items()}
@@ -46,7 +47,8 @@ def expand_xacro(document: Document, xacro_args: Mapping[str, object]) -> bytes:
         "arguments": arguments,
         "longest": LONGEST,
     }
-    expanded = _expanded_by_child(request, Readable(beside, [str(Path(p).resolve()) for p in document.package_dirs]), source)
+    readable = Readable(beside, [str(Path(p).resolve()) for p in document.package_dirs])
+    expanded = _expanded_by_child(request, readable, source, min(TIME_LIMIT_S, max_seconds))
     declared = {e.get("name", "") for e in root.iter() if isinstance(e.tag, str) and etree.QName(e).localname == "arg"}
     for name in arguments:
         if name not in declared and name not in expanded["asked"]:
@@ -58,9 +60,9 @@ def expand_xacro(document: Document, xacro_args: Mapping[str, object]) -> bytes:
         raise DescriptionError(f"xacro: expands to text that is not Unicode ({error.reason})", source) from None
 
 
-def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str) -> dict[str, Any]:
+def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str, seconds: float) -> dict[str, Any]:
     """The reply of the child to a request: ``urdf``, and as ``asked`` the names of arguments that it looked up."""
-    with child_process(_START, MEMORY_LIMIT_BYTES, TIME_LIMIT_S) as (child, late):
+    with child_process(_START, MEMORY_LIMIT_BYTES, seconds) as (child, late):
         left_out: dict[str, str] = {}
         try:
             left_out = _received(child)["left_out"]
@@ -69,8 +71,8 @@ def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str)
             child.kill()
             words = last_words(child, child.communicate()[1])
             if late.is_set():
-                raise DescriptionError(f"xacro: no end within {TIME_LIMIT_S:g} s; expansion stopped", source) from None
-            limits = _limits(MEMORY_LIMIT_BYTES, TIME_LIMIT_S, left_out)
+                raise DescriptionError(f"xacro: no end within {seconds:g} s; expansion stopped", source) from None
+            limits = _limits(MEMORY_LIMIT_BYTES, seconds, left_out)
             raise DescriptionError(f"xacro: the expansion died ({words}); {limits}", source) from None
     if "error" in done:
         raise DescriptionError(f"xacro: {printable(str(done['error']))}", source)
