@@ -1,10 +1,13 @@
 """Reads rows of q, motions, or poses from a file: .csv, or .npy as NumPy saves them."""
 
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.file_bytes import file_bytes
+from ulna.description.file_costs import check_numbers
 from ulna.description.pose import as_pose, pose
 from ulna.errors import FileError, InputError
 from ulna.robot import Robot
@@ -12,6 +15,8 @@ from ulna.robot import Robot
 _OPTION, _PATH, _PLAN = "--trajectory", "--path", "--plan"
 _RATE = 200  # rows a second of a motion
 _LONGEST = 100_000_000  # bytes
+_MAX_NUMBERS = 10_000_000  # of a text, which take 40 bytes each until they are an array
+_MAX_SECONDS = 7200  # of a motion: above a million rows
 
 
 def read_trajectory(path: Path, robot: Robot) -> NDArray[np.float64]:
@@ -34,6 +39,8 @@ def read_motion(path: Path, robot: Robot) -> tuple[float, NDArray[np.float64]]:
     if (np.diff(times) <= 0.0).any():
         k = int(np.flatnonzero(np.diff(times) <= 0.0)[0])
         raise InputError(_PLAN, f"{path.name}: row {k + 1} is not later than the row before")
+    if times[-1] > _MAX_SECONDS:
+        raise InputError(_PLAN, f"{path.name} lasts {times[-1]:g} s; up to {_MAX_SECONDS} s are read: are these milliseconds?")
     even = np.linspace(0.0, times[-1], 1 + int(np.ceil(_RATE * times[-1])))
     return float(times[-1]), np.column_stack([np.interp(even, times, column) for column in rows[:, 1 : 1 + n].T])
 
@@ -63,11 +70,21 @@ _POSES = {6: lambda row: pose(row[:3], row[3:]), 7: lambda row: pose(row[:3], wx
 
 def _read(option: str, path: Path) -> NDArray[np.float64]:
     try:
-        if path.stat().st_size > _LONGEST:
-            raise InputError(option, f"{path.name} has more than {_LONGEST // 1_000_000} MB")
-        return _array(option, path) if path.suffix.lower() == ".npy" else _table(option, path)
+        content = file_bytes(path, _LONGEST)
     except OSError as error:
         raise FileError(str(path), error.strerror or str(error)) from None
+    if len(content) > _LONGEST:
+        raise InputError(option, f"{path.name} has more than {_LONGEST // 1_000_000} MB")
+    ending = path.suffix.lower()
+    try:
+        check_numbers(".npy" if ending == ".npy" else ".csv", content, _MAX_NUMBERS)
+        return _array(option, path, content) if ending == ".npy" else _table(option, path, content)
+    except MemoryError:
+        raise FileError(str(path), "cannot be read: out of memory") from None
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(option, f"{path.name}: {error}") from None
 
 
 def _refuse_infinite(option: str, path: Path, rows: NDArray[np.float64]) -> None:
@@ -75,16 +92,16 @@ def _refuse_infinite(option: str, path: Path, rows: NDArray[np.float64]) -> None
         raise InputError(option, f"{path.name}: row {np.flatnonzero(~np.isfinite(rows).all(axis=1))[0]} is not finite")
 
 
-def _array(option: str, path: Path) -> NDArray[np.float64]:
+def _array(option: str, path: Path, content: bytes) -> NDArray[np.float64]:
     try:
-        return np.asarray(np.load(path, allow_pickle=False), dtype=np.float64)
+        return np.asarray(np.load(BytesIO(content), allow_pickle=False), dtype=np.float64)
     except (ValueError, TypeError, EOFError):
         raise InputError(option, f"{path.name} is not a .npy file of numbers") from None
 
 
-def _table(option: str, path: Path) -> NDArray[np.float64]:
+def _table(option: str, path: Path, content: bytes) -> NDArray[np.float64]:
     """Lines of numbers separated by commas or blanks; a first line without a number has names, and is skipped."""
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    lines = content.decode(errors="replace").splitlines()
     rows: list[list[float]] = []
     for k, line in enumerate(lines, start=1):
         words = line.replace(",", " ").split()

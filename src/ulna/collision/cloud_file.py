@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.file_costs import check_numbers
 from ulna.errors import FileError, UlnaError, needs_extra
 
 _TYPES = {"F": "f", "I": "i", "U": "u"}  # of a .pcd, as NumPy has them
@@ -29,6 +30,7 @@ def points_of(name: str, content: bytes, scale: float) -> NDArray[np.float64]:
     if reader is None:
         raise FileError(name, f"ends in none of {', '.join(READERS)}")
     try:
+        check_numbers(Path(name).suffix.lower(), content)
         points = reader(content).astype(np.float64) * scale
     except UlnaError:
         raise

@@ -11,6 +11,7 @@ from lxml import etree
 from ulna.description.document import Document
 from ulna.description.semantic import DisabledCollision, EndEffector, Group, GroupState, Srdf, VirtualJoint
 from ulna.description.xml import Reader, without_namespace
+from ulna.errors import cited
 
 _MOST = 2000  # groups, chains and states: resolving them takes their number times that of the joints
 
@@ -85,7 +86,7 @@ class _Reader(Reader):
     def value(self, element: etree._Element) -> tuple[float, ...]:
         values = self.numbers(element, "value")
         if not values or not all(math.isfinite(value) for value in values):
-            raise self.fail(element, f"<joint> value={element.get('value')!r}: finite numbers expected")
+            raise self.fail(element, f"<joint> value={cited(element.get('value'))}: finite numbers expected")
         return values
 
     def pair(self, element: etree._Element) -> tuple[str, str]:

@@ -64,7 +64,7 @@ def srdf_beside(document: Document, folder: Path, description: Description) -> S
         found.pass_over(f"{n_unread} more files beside {document.file} are not looked at, after {_MAX_SECONDS:g} s")
     advice = "none is used; srdf= names one (--srdf), srdf=False refuses them (--no-srdf)"
     if len(fits) == 1 and found.complete and not n_unread:
-        return _taken(*fits.values(), found, document)
+        return _taken(next(iter(fits.values())), found, document)
     if fits:
         fit = "1 SRDF beside {} fits it" if len(fits) == 1 else f"{len(fits)} SRDFs beside {{}} fit it"
         files = listed([srdf.found_at for srdf in fits.values()])

@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.description.file_bytes import file_bytes
-from ulna.errors import DescriptionError, FileError, InputError, UnknownNameError
+from ulna.description.yaml_text import yaml_value
+from ulna.errors import DescriptionError, FileError, InputError, UnknownNameError, cited, listed
 from ulna.planning.arm_limits import ARMS, ArmLimits
 from ulna.planning.timing import Limits
 
@@ -39,7 +40,7 @@ def limits_of(limits: str | Path, names: Sequence[str]) -> ArmLimits:
         FileError, DescriptionError: The file cannot be read, or is not a file of joint limits.
     """
     if not isinstance(limits, str | Path):
-        raise InputError("limits", f"{limits!r}; the name of an arm or a file joint_limits.yaml is expected")
+        raise InputError("limits", f"{cited(limits)}; the name of an arm or a file joint_limits.yaml is expected")
     if Path(limits).suffix in {".yaml", ".yml"}:
         return read_joint_limits(Path(limits), names)
     name = str(limits)
@@ -129,7 +130,7 @@ def read_joint_limits(path: Path, names: Sequence[str]) -> ArmLimits:
         raise FileError(str(path), f"has more than {_MOST_BYTES} bytes")
     joints = _joints(text, str(path))
     if not any(name in joints for name in names):
-        has = ", ".join(map(str, joints)) or "none"
+        has = listed([cited(str(joint))[1:-1] for joint in joints]) or "none"
         raise DescriptionError(f"has none of the joints {', '.join(names)}; it has {has}", str(path))
     velocity, acceleration, jerk = (
         np.array([_limit(joints.get(name) or {}, name, quantity, str(path)) for name in names])
@@ -145,20 +146,10 @@ def read_joint_limits(path: Path, names: Sequence[str]) -> ArmLimits:
 
 def _joints(text: bytes, source: str) -> dict[str, Any]:
     """What the file says of each joint."""
-    import yaml  # noqa: PLC0415 - needed only for such a file
-
-    class Loader(yaml.SafeLoader):
-        """PyYAML's safe loader, with angles."""
-
-    def add(tag: str, unit: float) -> None:
-        Loader.add_constructor(tag, lambda _, node: float(node.value) * unit)
-
-    add("!degrees", math.pi / 180)
-    add("!radians", 1.0)
     try:
-        document = yaml.load(text, Loader)  # noqa: S506 - it is derived from the safe one
-    except (yaml.YAMLError, TypeError, ValueError, RecursionError) as error:
-        raise DescriptionError(f"not YAML ({' '.join(str(error).split())})", source) from None
+        document = yaml_value(text, {"!degrees": lambda angle: math.radians(float(angle)), "!radians": float})
+    except ValueError as error:
+        raise DescriptionError(f"not YAML ({error})", source) from None
     joints = document.get("joint_limits") if isinstance(document, dict) else None
     if not isinstance(joints, dict):
         raise DescriptionError("has no mapping joint_limits", source)
@@ -168,12 +159,12 @@ def _joints(text: bytes, source: str) -> dict[str, Any]:
 def _limit(joint: Any, name: str, quantity: str, source: str) -> float:
     """A limit of a joint; NaN if it has none."""
     if not isinstance(joint, dict):
-        raise DescriptionError(f"{name}: a mapping is expected, not {joint!r}", source)
+        raise DescriptionError(f"{name}: a mapping is expected, not {cited(joint)}", source)
     value, key = joint.get(f"max_{quantity}"), f"max_{quantity}"
     if not joint.get(f"has_{quantity}_limits", value is not None):
         return math.nan
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
-        raise DescriptionError(f"{name}: {key} is {value!r}; a number above 0 is expected", source)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= LARGEST:
+        raise DescriptionError(f"{name}: {key} is {cited(value)}; a number above 0 and up to {LARGEST:g} is expected", source)
     return float(value)
 
 
