@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from fresh_process import PACKAGE, run_fresh
-from ulna.engine import cache
+from ulna.engine import cache, private_folder
 
 pytestmark = pytest.mark.compiler
 
@@ -104,6 +104,48 @@ def test_otherwise_it_lies_in_the_users_cache_folder(tmp_path):
     where = "from ulna.engine.cache import cache_folder; print(cache_folder().path.parent)"
     assert run(where, HOME=tmp_path) == [str(tmp_path / ".cache" / "ulna")]
     assert run(where, HOME=tmp_path, XDG_CACHE_HOME=tmp_path / "xdg") == [str(tmp_path / "xdg" / "ulna")]
+
+
+RELATIVE = ["cache", "./cache", "../cache", "."]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the places of other systems")
+@pytest.mark.parametrize("variable", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])
+@pytest.mark.parametrize("path", RELATIVE)
+def test_a_relative_path_does_not_lead_into_the_folder_of_a_stranger(tmp_path, monkeypatch, variable, path):
+    """Files of the cache are unpickled, and those in the current folder may be anyone's."""
+    stranger, home = tmp_path / "stranger" / "robot", tmp_path / "home"
+    stranger.mkdir(parents=True)
+    home.mkdir()
+    monkeypatch.chdir(stranger)
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.setenv(variable, path)
+    with pytest.warns(RuntimeWarning, match=f"^{variable} is .* a relative path, which is ignored"):
+        folder = cache.cache_folder.__wrapped__()
+    assert folder is not None
+    assert folder.path.parent == home / ".cache" / "ulna"
+    assert not [*stranger.parent.rglob("*cache*"), *stranger.iterdir()]
+
+
+@pytest.mark.parametrize("home", RELATIVE)
+def test_a_relative_home_is_none(tmp_path, monkeypatch, home):
+    monkeypatch.chdir(tmp_path)
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", home)
+    assert cache.cache_folder.__wrapped__() is None
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("path", RELATIVE)
+def test_a_relative_path_of_windows_is_ignored_too(monkeypatch, path):
+    monkeypatch.setattr(private_folder.sys, "platform", "win32")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("LOCALAPPDATA", path)
+    with pytest.warns(RuntimeWarning, match="^LOCALAPPDATA is .* a relative path"):
+        assert private_folder.cache_base() == Path.home() / "AppData" / "Local" / "ulna" / "cache"
 
 
 def test_a_folder_that_cannot_be_written_costs_a_compilation_and_nothing_else(tmp_path):
