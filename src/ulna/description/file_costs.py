@@ -69,8 +69,10 @@ def check_pcd(content: bytes) -> None:
     counts = [_whole(word, "COUNT") for word in head.get(b"COUNT", [b"1"] * len(head.get(b"FIELDS", ())))]
     sizes = [_whole(word, "SIZE") for word in head.get(b"SIZE", [])]
     n, rest = _whole(next(iter(head.get(b"POINTS", ())), b""), "POINTS"), len(content) - found.end()
+    if found[1] not in (b"ascii", b"binary"):
+        return  # it is not read
     each = sum(size * count for size, count in zip(sizes, counts, strict=False)) if found[1] == b"binary" else 2 * sum(counts) - 1
-    if n * max(1, each) > rest + 1:
+    if n * max(1, each) > max(rest + 1, _MAX_HEAD):  # of one that is little shorter the reader says how many points it has
         raise ValueError(f"its header states {n} points of at least {each} bytes each, of which {rest} bytes are there")
     if n * 3 > MAX_NUMBERS:
         raise ValueError(f"it has {n} points; up to {MAX_NUMBERS // 3} are read")

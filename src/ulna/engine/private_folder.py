@@ -45,9 +45,8 @@ def absolute_path_of(variable: str) -> Path | None:
     """The path in an environment variable; None if there is none, or a relative one."""
     text = os.environ.get(variable, "")
     if text and not Path(text).is_absolute():
-        warnings.warn(
-            f"{variable} is {text[:200]!r}, a relative path, which is ignored: an absolute one is needed", RuntimeWarning, 2
-        )
+        words = f"{variable} is {text[:200]!r}, a relative path, which is ignored: an absolute one is needed"
+        warnings.warn(words, RuntimeWarning, stacklevel=2)
         return None
     return Path(text) if text else None
 
