@@ -11,6 +11,7 @@ import ulna
 from ulna import InputError
 from ulna.demo.ros.servo_commands import jog_goal, pose_goal, seconds_left, twist_goal
 from ulna.demo.ros.servo_settings import Output, Settings
+from ulna.servo.command import CommandStatus
 
 NAN, INF = float("nan"), float("inf")
 
@@ -124,6 +125,17 @@ class Node:
         return fields(warning=lambda words, **_: self.out.append(("warning", words)), info=lambda _: None)
 
 
+class Steered:
+    """A servo that keeps its goal in place of reaching it."""
+
+    def __init__(self, robot):
+        self.q, self.goal = robot.home, {}
+
+    def step(self, measured=None, **goal):  # noqa: ARG002 - as a servo's
+        self.goal = goal
+        return fields(status=CommandStatus.AT_REST, q=self.q, qd=np.zeros(len(self.q)))
+
+
 @pytest.fixture
 def node(panda, monkeypatch):
     """The node of a Panda that is at home, and steered from there."""
@@ -145,8 +157,8 @@ def node(panda, monkeypatch):
     monkeypatch.delitem(sys.modules, "ulna.demo.ros.servo_node", raising=False)
     module = importlib.import_module("ulna.demo.ros.servo_node")
     monkeypatch.delitem(sys.modules, "ulna.demo.ros.servo_node")
-    settings = Settings("panda_hand", 250.0, 5.0, None, 0.0, 0.0, Output.POSITIONS, None)
-    made = module.ServoNode(panda, ulna.World(), settings, lambda _, function, *arguments: function(*arguments))
+    settings = Settings(panda.link_names[-1], 250.0, 5.0, None, 0.0, 0.0, Output.POSITIONS, None)
+    made = module.ServoNode(panda, ulna.World(), settings, lambda *_: Steered(panda))
     made.now = lambda: 1000.0
     made.subscribed["/joint_states"](stamped(999.9, name=list(panda.joint_names), position=list(panda.home)))
     made.beat()
@@ -155,7 +167,7 @@ def node(panda, monkeypatch):
 
 def moves(node):
     node.beat()
-    return bool(node._servo.qd.any())
+    return bool(node._servo.goal)
 
 
 def test_a_node_moves_by_a_twist_of_now_and_not_by_one_of_long_ago(node):
