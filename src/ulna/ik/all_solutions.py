@@ -101,11 +101,11 @@ class AllSolutions:
 
     def _in_python(self, T: ArrayLike) -> _One | None:
         """q, valid, real and the place of the proof; None if this is not one target, is no pose, or nothing is proved."""
-        T = as_floats("T", T)
-        if T.shape != _MATRIX:
+        target = as_floats("T", T)
+        if target.shape != _MATRIX:
             return None
         q, truths = np.empty(_ONE), np.empty(_TRUTHS, dtype=np.bool_)
-        proved = self._run(*self._tables, T, q, truths)
+        proved = self._run(*self._tables, target, q, truths)
         q.setflags(write=False)
         truths.setflags(write=False)
         return (q, truths[0], truths[1], proved) if 0 <= proved < UNPROVED else None

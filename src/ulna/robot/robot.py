@@ -588,11 +588,13 @@ class Robot(Quick):
         if isinstance(T, Keep):
             if task != "pose":
                 raise InputError("task", "a constraint has a task of its own; none is given beside it")
-            T, link, task = T.target(link)
+            target, link, task = T.target(link)
+        else:
+            target = T
         options = Options(  # in their order: by name they would take 0.3 us more
             seed, task, rank, position_tolerance, rotation_tolerance, threads, method, max_step, max_iterations, time_limit, trace
         )
-        return self._inverse_kinematics.inverse_kinematics(T, q_seed, posture, held, world, link, options)
+        return self._inverse_kinematics.inverse_kinematics(target, q_seed, posture, held, world, link, options)
 
     @cached_property
     def closed_form(self) -> ClosedForm | None:

@@ -163,24 +163,24 @@ class Obstacles:
         """Draw the world as it is now; what touches the robot is red."""
         with self.lock:
             known = {name: (shape, T) for name, shape, T in self.world.items()}
-            for name, (shape, T) in [*self._drawn.items()]:
+            for name, (shape, at) in [*self._drawn.items()]:
                 now = known[name][0] if name in known else None
                 if now is shape:
                     continue
                 if now is not None and reshape(self.nodes[name], shape, now):
-                    self._drawn[name] = (now, T)
+                    self._drawn[name] = (now, at)
                 else:
                     self.nodes.pop(name).remove()
                     del self._drawn[name]
-            for name, (shape, T) in known.items():
-                self._draw(name, shape, T, red=name in touching)
+            for name, (shape, at) in known.items():
+                self._draw(name, shape, at, red=name in touching)
             self.form.show(known)
             self.undo.disabled, self.redo.disabled = not self.history.can_undo, not self.history.can_redo
-            _, T = known.get(self.form.chosen, (None, None))
-            self.delete.visible = T is not None
-            self.handles.show(visible=T is not None)
-            if T is not None:
-                self.handles.put(T)
+            _, at = known.get(self.form.chosen, (None, None))
+            self.delete.visible = at is not None
+            self.handles.show(visible=at is not None)
+            if at is not None:
+                self.handles.put(at)
 
     def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
         color, opacity = TOUCHING if red else MOVABLE, 1.0 if red else OBSTACLE_OPACITY

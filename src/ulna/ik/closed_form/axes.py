@@ -46,28 +46,28 @@ def axes_of(chain: Array, columns: tuple[int, ...], q: Array) -> Axes | None:
 
     None if one of them moves no joint, several joints, or one at a ratio other than 1 and -1.
     """
-    T, before, directions, points, rows, order = np.eye(4), np.eye(4), [], [], [], []
+    pose, before, directions, points, rows, order = np.eye(4), np.eye(4), [], [], [], []
     for row in chain:
         kind, column, step = int(row[KIND]), int(row[COLUMN]), row_pose(row)
         if kind == FIXED or column not in columns:
             motion = np.eye(4) if kind == FIXED else motion_along_z(kind, row[RATIO] * q[column] + row[OFFSET])
-            T, before = T @ step @ motion, before @ step @ motion
+            pose, before = pose @ step @ motion, before @ step @ motion
             continue
         if abs(row[RATIO]) != 1.0 or column in order:
             return None
-        T, before = T @ step, before @ step
-        directions.append(row[RATIO] * T[:3, 2])
-        points.append(T[:3, 3])
+        pose, before = pose @ step, before @ step
+        directions.append(row[RATIO] * pose[:3, 2])
+        points.append(pose[:3, 3])
         rows.append([*before[:3].ravel(), kind, len(order), row[RATIO], row[OFFSET]])
         order.append(column)
-        T, before = T @ motion_along_z(kind, row[OFFSET]), np.eye(4)
+        pose, before = pose @ motion_along_z(kind, row[OFFSET]), np.eye(4)
     if len(order) != len(columns):
         return None
     rows.append([*before[:3].ravel(), FIXED, 0, 1.0, 0.0])
     table = table_of_rows(rows)
     slides = table[:-1, KIND] == PRISMATIC
     reach = float(np.linalg.norm(table[1:, [3, 7, 11]], axis=1).sum())
-    return Axes(np.array(directions), np.array(points), slides, np.arange(len(order)), T, table, reach)
+    return Axes(np.array(directions), np.array(points), slides, np.arange(len(order)), pose, table, reach)
 
 
 def normal_to(h: Array) -> Array:

@@ -212,7 +212,7 @@ def targets_with_held_at_zero(chain: Array, column: int, targets: Array, places:
 
 def _product(rows: Array) -> Array:
     """The pose of rows that do not move."""
-    T = np.eye(4)
+    pose = np.eye(4)
     for row in rows:
-        T = T @ row_pose(row)
-    return T
+        pose = pose @ row_pose(row)
+    return pose

@@ -140,10 +140,10 @@ def _is_continuum(problem: Problem, found: Array) -> bool:
 def _task_jacobian(problem: Problem, q: Array) -> Array:
     """The rows of the Jacobian that the task requires, in its axes, shape (..., n_rows, n_dof)."""
     query = problem.query
-    J = jacobian_in_unit(problem, geometric_jacobian(query.tree, q, query.link, "link"), query.unit)
+    rows = jacobian_in_unit(problem, geometric_jacobian(query.tree, q, query.link, "link"), query.unit)
     if query.task_axes is not None:
-        J = np.concatenate([query.task_axes.T @ J[..., :3, :], query.task_axes.T @ J[..., 3:, :]], axis=-2)
-    return J[..., np.asarray(query.options.task.slack) == 0.0, :]
+        rows = np.concatenate([query.task_axes.T @ rows[..., :3, :], query.task_axes.T @ rows[..., 3:, :]], axis=-2)
+    return rows[..., np.asarray(query.options.task.slack) == 0.0, :]
 
 
 def _spread(problem: Problem, found: Array, n: int) -> Array:
