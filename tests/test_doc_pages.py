@@ -117,6 +117,7 @@ def test_pages_have_code_that_is_run():
 LANES = ROOT / "docs" / "lanes.md"
 
 
+@pytest.mark.process
 @pytest.mark.compiler
 def test_the_page_about_lanes_runs_without_the_compiler_too(tmp_path):
     """All but the last block, which looks at machine code."""
@@ -127,6 +128,7 @@ def test_the_page_about_lanes_runs_without_the_compiler_too(tmp_path):
     run_without_compiler(["page.py"], tmp_path)
 
 
+@pytest.mark.process
 @pytest.mark.compiler
 def test_the_debugger_stops_in_a_kernel_as_the_page_about_lanes_says(tmp_path):
     (command,) = [block.text for block in blocks(LANES) if block.language == "console"]

@@ -21,6 +21,7 @@ SOME = (
 )
 
 
+@pytest.mark.slow  # it is a run of tests within a run
 @pytest.mark.compiler  # a copy of the sources has no machine code
 @pytest.mark.timeout(900)  # on a machine that has compiled nothing yet
 def test_the_tests_of_the_library_pass_without_the_demo():

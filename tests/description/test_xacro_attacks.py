@@ -251,6 +251,7 @@ def test_control_characters_in_an_error_are_escaped():
 PLAIN_XACRO = "import sys, xacro; print(xacro.process_doc(d := xacro.parse(sys.stdin.read())) or d.toxml())"
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("attack", [OPENS_BY_FRAMES, RUNS_BY_FRAMES, READS_BY_FRAMES])
 def test_the_attacks_succeed_with_the_package_xacro(place, attack):
     text = f'<robot {NAMESPACE}><link name="${{{escape(armed(attack, place))}}}"/></robot>'
@@ -258,6 +259,7 @@ def test_the_attacks_succeed_with_the_package_xacro(place, attack):
     assert (place / "mark").exists() or CANARY in done.stdout
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("place_of_it", PLACES)
 def test_the_package_xacro_evaluates_in_each_of_these_places(place, place_of_it):
     body = PLACES[place_of_it].replace("ATTACK", escape(armed(OPENS_BY_FRAMES, place)))

@@ -163,6 +163,7 @@ def test_it_survives_pickling_with_nothing_writable(pair, rng):
     assert not any(array.flags.writeable for array in arrays)
 
 
+@pytest.mark.process
 def test_another_process_can_be_sent_one():
     code = "import pickle, sys; fk, q = pickle.load(sys.stdin.buffer); print(fk(q)[:3, 3].round(12).tolist())"
     panda = ulna.load("panda")

@@ -96,6 +96,7 @@ def test_an_interrupt_leaves_a_map_that_goes_on(panda, panda_map, many_chunks, t
     assert files_of(path) == files_of(panda_map.path)
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no such signals")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGKILL"])
 def test_a_process_that_is_ended_leaves_a_map_that_goes_on(panda, panda_map, many_chunks, tmp_path, name):
@@ -186,6 +187,7 @@ with locked(Path(sys.argv[1])):
 """
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no SIGKILL")
 def test_a_map_that_another_process_writes_is_refused_until_that_is_killed(panda, interrupted):
     with running(sys.executable, "-c", LOCKING, str(interrupted), stdout=subprocess.PIPE, end_with=signal.SIGKILL) as process:
@@ -261,6 +263,7 @@ def can_mount():
 ALONE = ["unshare", *([] if getattr(os, "geteuid", lambda: 1)() == 0 else ["-r"]), "-m", "sh", "-ec"]
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not sys.platform.startswith("linux") or not can_mount(), reason="a small disk cannot be mounted here")
 def test_a_full_disk_is_an_error_and_with_room_the_map_goes_on(panda_map, tmp_path):
     (tmp_path / "disk").mkdir()

@@ -51,6 +51,7 @@ def robot(course):
     return course.FrankaRobot(str(HW2 / "franka_robot.urdf"), np.array(DH), 7)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("script", ["test_forward_kinematics.py", "test_jacobian.py", "test_inverse_kinematics.py"])
 def test_the_script_prints_true(script):
     run = subprocess.run([sys.executable, script], cwd=HW2, capture_output=True, text=True, check=True)
