@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import ulna
+from matrix import matrix
 from ulna import DescriptionError
 from ulna.description.xacro import expansion as xacro
 from ulna.description.xacro.child import main
@@ -66,7 +67,7 @@ def test_a_process_has_no_environment_variables_of_the_user(monkeypatch):
 NAMES = {f"{module.__name__}.{name}" for module, names in main._USED.items() for name in names}
 
 
-@pytest.mark.parametrize("name", sorted(NAMES))
+@pytest.mark.parametrize("name", matrix(sorted(NAMES), 3))
 def test_a_version_of_xacro_without_a_name_that_is_used_is_refused_and_the_name_said(name, monkeypatch):
     monkeypatch.setattr(xacro, "_START", f"import xacro.substitution_args\ndel {name}\n{xacro._START}")
     with pytest.raises(DescriptionError, match=rf"xacro: .*(no {name}|has no attribute '{name.rpartition('.')[2]}')"):

@@ -5,6 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from matrix import matrix
 from ulna import Robot
 
 DT = 0.01
@@ -41,7 +42,7 @@ def velocity_box(robot, q):
     return np.clip((robot.lower - q) / DT, -fastest, fastest), np.clip((robot.upper - q) / DT, -fastest, fastest)
 
 
-@pytest.mark.parametrize("damping", DAMPINGS)
+@pytest.mark.parametrize("damping", matrix(DAMPINGS, [1.0, 1e-6, 1e-9, 5e-324]))
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("n", [1, 2, 4, 5, 6, 7, 8])
 def test_without_limits_the_velocities_are_those_of_exact_fractions(rng, n, damping, scale):
