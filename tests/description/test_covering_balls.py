@@ -137,6 +137,7 @@ def test_the_balls_of_a_robot_cover_the_scaled_mesh_in_its_place_and_the_cylinde
     assert outside(centres, points).max() <= 1e-9
 
 
+@pytest.mark.slow
 def test_a_free_verdict_holds_for_the_hulls_of_the_arms_of_an_l(make):
     """Random balls beside the robot: where the covering balls are free of one, so are the two boxes that the L is."""
     robot, world, free = make().with_spheres(within=0.15), ulna.World(), 0
