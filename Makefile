@@ -39,6 +39,9 @@ lint: $(VENV)/.dev
 	$(RUN)/check-jsonschema --builtin-schema vendor.readthedocs .readthedocs.yaml
 	$(RUN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 
+# A file of Python is compiled once, not by every worker and every interpreter that a test starts, whatever the environment says.
+test test-all: export PYTHONDONTWRITEBYTECODE =
+
 # Style, types, and the quick tests: without those marked slow, matrix or process (pyproject.toml says what these are). The kernels are
 # compiled first, once, not by each process of the tests.
 test: lint

@@ -137,6 +137,7 @@ def test_those_of_example_robot_data(robot, file):
     assert (found.removeprefix(str(EXAMPLES)).rpartition("/")[2]) == (f"{file}.srdf" if file else "")
 
 
+@pytest.mark.slow
 def test_a_ur5_of_hulls_plans_between_random_free_configurations():
     robot = ulna.load("ur5", meshes="hulls")
     q = robot.random(100, seed=1)
@@ -146,6 +147,7 @@ def test_a_ur5_of_hulls_plans_between_random_free_configurations():
     assert np.count_nonzero(without.in_collision(q)) > len(q) // 5
 
 
+@pytest.mark.slow
 def test_inspect_says_which_hulls_touch_how_often_and_what_to_do(tmp_path):
     messages = [finding.message for finding in ulna.inspect("ur5").findings]
     assert any(
