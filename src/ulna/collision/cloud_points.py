@@ -63,11 +63,11 @@ def _scale(depth_scale: float | None, image: NDArray) -> float:
 
 def camera_matrix(intrinsics: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """The camera matrix, shape (3, 3), of the image's size."""
-    K = as_floats("intrinsics", intrinsics)
-    if K.shape == (4,):
-        K = np.array([[K[0], 0, K[2]], [0, K[1], K[3]], [0, 0, 1]])
-    elif K.shape == (9,):
-        K = K.reshape(3, 3)
+    given = as_floats("intrinsics", intrinsics)
+    if given.shape == (4,):
+        K = np.array([[given[0], 0, given[2]], [0, given[1], given[3]], [0, 0, 1]])
+    else:
+        K = given.reshape(3, 3) if given.shape == (9,) else given
     if K.shape != (3, 3) or not np.isfinite(K).all():
         raise InputError("intrinsics", f"shape {K.shape}; a finite camera matrix, shape (3, 3), or fx, fy, cx, cy is expected")
     if K[0, 1] or K[1, 0] or K[2].tolist() != [0, 0, 1]:

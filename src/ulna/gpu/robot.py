@@ -194,8 +194,8 @@ class GpuRobot:
             UnknownNameError: There is no such link or joint.
         """
         query = self._query(link, Options(task=as_task(task)))
-        T = as_own("T", T)
-        return all_solutions(query, T, self._wide_rows, redundancy, as_count("n_samples", n_samples, 1), whole_turns=whole_turns)
+        targets, n = as_own("T", T), as_count("n_samples", n_samples, 1)
+        return all_solutions(query, targets, self._wide_rows, redundancy, n, whole_turns=whole_turns)
 
     # ---- parts ---------------------------------------------------------------------------------------------------------
 
