@@ -65,9 +65,8 @@ def camera_matrix(intrinsics: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.f
     """The camera matrix, shape (3, 3), of the image's size."""
     given = as_floats("intrinsics", intrinsics)
     if given.shape == (4,):
-        K = np.array([[given[0], 0, given[2]], [0, given[1], given[3]], [0, 0, 1]])
-    else:
-        K = given.reshape(3, 3) if given.shape == (9,) else given
+        given = np.array([[given[0], 0, given[2]], [0, given[1], given[3]], [0, 0, 1]])
+    K = given.reshape(3, 3) if given.shape == (9,) else given
     if K.shape != (3, 3) or not np.isfinite(K).all():
         raise InputError("intrinsics", f"shape {K.shape}; a finite camera matrix, shape (3, 3), or fx, fy, cx, cy is expected")
     if K[0, 1] or K[1, 0] or K[2].tolist() != [0, 0, 1]:
