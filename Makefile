@@ -32,7 +32,7 @@ endif
 lint: $(VENV)/.dev
 	$(RUN)/ruff check
 	$(RUN)/ruff format --check
-	$(RUN)/pyright --pythonpath $(RUN)/python
+	$(RUN)/pyright --threads 2 --pythonpath $(RUN)/python
 	$(RUN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(RUN)/check-jsonschema --builtin-schema vendor.github-issue-forms .github/ISSUE_TEMPLATE/bug.yml .github/ISSUE_TEMPLATE/wish.yml
 	$(RUN)/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
