@@ -1,4 +1,4 @@
-# make demo: set up and run the demo.  make test: set up and pass the tests; make test-all: the slow ones too.
+# make demo: set up and run the demo.  make test: set up and pass the quick tests; make test-all: all of them.
 # make bench: measure, with the peers beside Ulna.
 # make docs: write the documentation site to build/docs, after running every lesson.
 # All may be run again and again.
@@ -32,18 +32,22 @@ endif
 lint: $(VENV)/.dev
 	$(RUN)/ruff check
 	$(RUN)/ruff format --check
-	$(RUN)/pyright --pythonpath $(RUN)/python
+	$(RUN)/pyright --threads 2 --pythonpath $(RUN)/python
 	$(RUN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(RUN)/check-jsonschema --builtin-schema vendor.github-issue-forms .github/ISSUE_TEMPLATE/bug.yml .github/ISSUE_TEMPLATE/wish.yml
 	$(RUN)/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
 	$(RUN)/check-jsonschema --builtin-schema vendor.readthedocs .readthedocs.yaml
 	$(RUN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 
-# Style, types, and the tests but those marked slow. The kernels are compiled first, once, not by each process of the tests.
+# A file of Python is compiled once, not by every worker and every interpreter that a test starts, whatever the environment says.
+test test-all: export PYTHONDONTWRITEBYTECODE =
+
+# Style, types, and the quick tests: without those marked slow, matrix or process (pyproject.toml says what these are). The kernels are
+# compiled first, once, not by each process of the tests.
 test: lint
-	@echo "make test: about 8 minutes on two idle cores, and the first time 2 more, in which the kernels are compiled."
+	@echo "make test: about 5 minutes on two idle cores, and the first time 2 more, in which the kernels are compiled."
 	$(RUN)/ulna warmup
-	$(RUN)/python -m pytest -n auto -m "not slow" $(ARGS)
+	$(RUN)/python -m pytest -n auto -m "not slow and not matrix and not process" $(ARGS)
 
 # All of them, as in CI; then the kernels again without the compiler, and for a plain CPU.
 test-all: lint
@@ -132,7 +136,7 @@ test-wheel: wheel $(VENV)/.dev
 # The same in less time, as CI does it: a wheel for the lowest level alone, and of the tests, without the slow ones, those of the folders
 # where machine code is called. Of tests/kernels most run formulas, which are Python here: test-all does that with NUMBA_DISABLE_JIT.
 test-wheel-brief:
-	$(MAKE) test-wheel AHEAD=lowest WHEEL_DIR=build/dist BUT="and not slow" LOWEST="tests/wheel tests/engine tests/kinematics tests/robot \
+	$(MAKE) test-wheel AHEAD=lowest WHEEL_DIR=build/dist BUT="and not slow" LOWEST="tests/wheel tests/test_types.py tests/engine tests/kinematics tests/robot \
 	    tests/ik tests/collision $$(grep -l 'from ulna.drivers import' tests/kernels/*.py | tr '\n' ' ')"
 
 # The assignment's submission, hw2.zip: its files, the wheel of ulna that they need, and a video if one lies there (hw2/*.mp4).

@@ -19,6 +19,13 @@ def pytest_runtest_makereport(item, call):
         report.longrepr = f"{item.nodeid}: skipped, but ULNA_NO_SKIPS is set: {call.excinfo.value if call.excinfo else ''}"
 
 
+def pytest_terminal_summary(terminalreporter):
+    """Say how long the tests took, all workers together: the budget of ``make test``, which no test asserts."""
+    reports = [report for some in terminalreporter.stats.values() for report in some]
+    seconds = sum(getattr(report, "duration", 0.0) for report in reports)
+    terminalreporter.write_line(f"{seconds:.0f} worker seconds in the tests; the budget of make test is 480, on an idle machine")
+
+
 def pytest_collectreport(report):
     """Turn a skipped module into a failed one."""
     if report.skipped and os.environ.get("ULNA_NO_SKIPS"):

@@ -81,7 +81,7 @@ def measured(robot: ulna.Robot, world: ulna.World | None, make, name: str, optio
         motion = trajectory(**options.limits)
         best = [min(best[0], planned - began), min(best[1], time.thread_time() - planned)]
     row |= {"plan_s": best[0], "motion_s": best[1], "duration": motion.duration, "stops": motion.stops}
-    kept = as_motion_limits(robot.joint_names, robot.velocity_limits, *map(options.limits.get, KINDS))
+    kept, _ = as_motion_limits(robot.tree, *map(options.limits.get, KINDS))
     row["unlimited_jerk"] = trajectory(velocity=kept.velocity, acceleration=kept.acceleration).duration
     for period in PERIODS:
         row[f"shares_{period:g}"] = shares(motion, kept, period)

@@ -1,17 +1,15 @@
-"""The numbers of the assignment: the table, the home configuration, and the robot made of them."""
+"""The robot that the scripts of the assignment test."""
 
 from pathlib import Path
 
-from franka_robot import FrankaRobot
-
-from ulna.description.names.panda import DH_ROWS, HOME
+from franka_robot import DH_PARAMS, HOME, FrankaRobot
 
 URDF = Path(__file__).with_name("franka_robot.urdf")
 
 
 def make_robot():
     """The robot of the assignment."""
-    return FrankaRobot(URDF, DH_ROWS, 7)
+    return FrankaRobot(URDF, DH_PARAMS, 7)
 
 
 __all__ = ["HOME", "URDF", "make_robot"]

@@ -19,6 +19,13 @@ if find_spec("coal") is None and not os.environ.get("ULNA_NO_SKIPS"):  # make te
     collect_ignore += ["collision/test_near_pairs.py", "ik/test_ik.py", "ik/test_ik_other_arms.py"]
 
 
+@pytest.hookimpl(hookwrapper=True)
+def pytest_collect_file():
+    """Look for no examples in docstrings of tests, which have none: each file would be imported and walked once more."""
+    outcome = yield
+    outcome.force_result([found for found in outcome.get_result() if type(found) is pytest.Module])
+
+
 @pytest.fixture(scope="session")
 def panda():
     return ulna.load("panda")

@@ -1,6 +1,7 @@
 """The pages for readers, and the blocks of code in them."""
 
 import re
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,14 +17,22 @@ class Block(NamedTuple):
     printed: str | None = None
 
 
+@cache  # the tests are chosen by them, in every process
 def blocks(path):
     """The fenced blocks of a page in their order; ``text`` directly behind ``python`` is what that prints."""
-    found = []
-    for gap, language, text in re.findall(r"(?m)([\s\S]*?)^```([^\n]*)\n([\s\S]*?)^```[^\n]*\n", path.read_text("utf-8")):
-        if language == "text" and not gap.strip() and found and found[-1].language == "python":
-            found[-1] = found[-1]._replace(printed=text)
+    found, at, gap = [], None, []
+    for line in path.read_text("utf-8").splitlines(keepends=True):
+        if line.startswith("```") and at is None:
+            at, language, text = line, line[3:].rstrip("\n"), []
+        elif line.startswith("```"):
+            at = None
+            if language == "text" and not "".join(gap).strip() and found and found[-1].language == "python":
+                found[-1] = found[-1]._replace(printed="".join(text))
+            else:
+                found.append(Block(language, "".join(text)))
+            gap = []
         else:
-            found.append(Block(language, text))
+            (gap if at is None else text).append(line)
     return found
 
 

@@ -135,6 +135,51 @@ DEFECTS = {
             (NOTE, "document", "1 <dynamics> in <joint> not used"),
         ],
     ),
+    "an element that closes a loop": (
+        "</robot>",
+        '<loop_joint name="l" type="spherical"><link1 link="left"/><link2 link="base"/></loop_joint></robot>',
+        [(WARNING, "document", "<loop_joint> in <robot> is not read: it closes a loop")],
+    ),
+    "a frame of another format": (
+        "</robot>",
+        '<frame name="tcp" link="left" xyz="0 0 0.2" rpy="0 0 0"/></robot>',
+        [(WARNING, "document", "<frame> in <robot> is not read: a <link> without shapes on a fixed joint")],
+    ),
+    "a joint of Gazebo": (
+        "</robot>",
+        '<gazebo><joint name="l" type="revolute"/></gazebo></robot>',
+        [(WARNING, "document", "a <joint> in <gazebo> is not read")],
+    ),
+    "velocity limits of another format": (
+        '<axis xyz="-1 0 0"/>',
+        '<axis xyz="-1 0 0"/><position_based_velocity_limits velocity_offset="0.2"/>',
+        [(WARNING, "joint 'grip too'", "<position_based_velocity_limits> in <joint> is not read")],
+    ),
+    "an attribute of a limit that is not known": (
+        'upper="1" velocity="2"',
+        'upper="1" slack="1" velocity="2"',
+        [(WARNING, "joint 'shoulder'", "attribute 'slack' of <limit> is not read")],
+    ),
+    "numbers as the text of an element": (
+        '<axis xyz="-1 0 0"/>',
+        '<axis xyz="-1 0 0"/><origin>0 0 0.1 0 0 0</origin>',
+        [(WARNING, "joint 'grip too'", "the text '0 0 0.1 0 0 0' in <origin> is not read")],
+    ),
+    "an acceleration in an older version": (
+        'upper="1" velocity="2"',
+        'upper="1" acceleration="0" velocity="2"',
+        [(WARNING, "joint 'shoulder'", "acceleration '0' is no number above 0, so it limits nothing")],
+    ),
+    "a version that is none": (
+        '<robot name="arm"',
+        '<robot name="arm" version="1"',
+        [(WARNING, "document", "version '1' is not two")],
+    ),
+    "a version of the future": (
+        '<robot name="arm"',
+        '<robot name="arm" version="1.3"',
+        [(ERROR, "document", "is URDF 1.3; versions up to 1.2 are read")],
+    ),
     "a word for a number": ('upper="1"', 'upper="one"', [(ERROR, "document", "<limit> upper='one': not numbers")]),
     "two words for numbers": (
         'lower="-1" upper="1"',
@@ -162,7 +207,7 @@ DEFECTS = {
         '<collision><geometry><box size="0.1 0.1 0.4"/></geometry></collision>',
         "",
         [
-            (NOTE, "document", "a visual shape and no collision shape: upper"),
+            (WARNING, "document", "a visual shape and no collision shape: upper"),
         ],
     ),
     "no mass": ('value="2"', 'value="0"', [(WARNING, "link 'upper'", "mass is 0 kg")]),

@@ -8,11 +8,14 @@ import formulas
 import kernel_probes
 import ulna
 from assertions import assert_close
+from matrix import matrix
 from ulna.collision.rounded_shapes import shape_columns, shape_vertices
 from ulna.kernels.distance.epa import SCRATCH
 
 KINDS = ("sphere", "capsule", "box", "cylinder", "hull")
 PAIRS = [(a, b) for i, a in enumerate(KINDS) for b in KINDS[i:]]
+# As parameters: make test takes two closed forms, GJK alone, GJK with a radius, and what is round without one.
+MATRIX = matrix(PAIRS, [("sphere", "box"), ("box", "box"), ("hull", "hull"), ("capsule", "hull"), ("box", "cylinder")])
 
 
 def points_on_a_ball(rng, n):

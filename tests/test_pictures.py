@@ -8,7 +8,8 @@ import pytest
 from doc_pages import ROOT
 
 PROGRAM = ROOT / "docs" / "pictures" / "draw.py"
-PICTURES, FILMS, MOMENT = (runpy.run_path(str(PROGRAM))[name] for name in ("PICTURES", "FILMS", "ServoMoment"))
+NAMES = runpy.run_path(str(PROGRAM))
+PICTURES, FILMS, MOMENT = NAMES["PICTURES"], NAMES["FILMS"], NAMES["ServoMoment"]
 
 
 @pytest.mark.parametrize("name", PICTURES)

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         SingularityError,
         TruthError,
         UlnaError,
+        UnitWarning,
         UnknownNameError,
     )
     from ulna.ik.followed_path import Ending, FollowedPath, PathStatus
@@ -101,6 +102,7 @@ __all__ = [
     "Trajectory",
     "TruthError",
     "UlnaError",
+    "UnitWarning",
     "UnknownNameError",
     "VoxelGrid",
     "World",
@@ -140,6 +142,7 @@ _HOMES = {
         "SingularityError",
         "TruthError",
         "UlnaError",
+        "UnitWarning",
         "UnknownNameError",
     ),
     "ulna.ik.solutions": ("IKSolutions",),

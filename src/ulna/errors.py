@@ -3,11 +3,16 @@
 Each says where and what next, and carries its data as attributes.
 """
 
+import re
+import reprlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from itertools import islice
 from typing import Any
 
 _LONGEST = 1000  # characters of a message, which may cite a document
+MAX_CITED = 200  # characters of a value that is refused
+_QUOTED = re.compile(rf"'[^']{{{MAX_CITED - 1},}}+'|\"[^\"]{{{MAX_CITED - 1},}}+\"")
 _LONGEST_NAME, _MOST_NAMES = 100, 10_000  # among which near ones are looked for
 
 
@@ -19,7 +24,7 @@ class DescriptionError(UlnaError, ValueError):
     """A robot description that cannot be understood. ``source`` is its name, ``line`` where in it (or None)."""
 
     def __init__(self, message: str, source: str = "", line: int | None = None) -> None:
-        message = message if len(message) <= _LONGEST else f"{message[: _LONGEST - 200]} ... {message[-195:]}"
+        message = _shortened(message)
         place = ":".join(str(part) for part in (source, line) if part not in ("", None))
         super().__init__(f"{place}: {message}" if place else message)
         self.message, self.source, self.line = message, source, line
@@ -29,7 +34,11 @@ class DescriptionError(UlnaError, ValueError):
 
 
 class DescriptionWarning(UserWarning):
-    """Parts of a description that mean nothing and are ignored, such as references of a semantic description to unknown links."""
+    """Parts of a description that are not used: references to unknown links, and what is not read and may change a result."""
+
+
+class UnitWarning(UserWarning):
+    """Lengths or angles that are more likely in another unit than metres and radians, such as millimetres or degrees."""
 
 
 class CompilerWarning(UserWarning):
@@ -44,6 +53,7 @@ class InputError(UlnaError, ValueError):
     """A number, an array or an option that a function cannot take. ``argument`` names it."""
 
     def __init__(self, argument: str, message: str) -> None:
+        message = _shortened(message)
         super().__init__(f"{argument}: {message}")
         self.argument, self.message = argument, message
 
@@ -77,6 +87,7 @@ class FileError(UlnaError, OSError):
     """A file that cannot be read or written. ``path`` names it."""
 
     def __init__(self, path: str, message: str) -> None:
+        message = _shortened(message)
         super().__init__(f"{path}: {message}")
         self.path, self.message = path, message
 
@@ -157,6 +168,48 @@ class SingularityError(UlnaError, ValueError):
 
     def __reduce__(self):
         return type(self), (self.message, self.rows)
+
+
+def _shortened(message: str) -> str:
+    """The message, in which no quoted text is longer than ``MAX_CITED`` and which ends soon."""
+    if len(message) > MAX_CITED:
+        message = _QUOTED.sub(lambda found: f"{found[0][: MAX_CITED - 60]} ... {found[0][-50:]}", message)
+    return message if len(message) <= _LONGEST else f"{message[: _LONGEST - 200]} ... {message[-195:]}"
+
+
+class _Citing(reprlib.Repr):
+    """The standard library's short representations, of which none takes longer for a larger value."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel = 3
+        self.maxlist = self.maxtuple = self.maxarray = 10
+        self.maxstring = self.maxother = MAX_CITED - 20
+
+    def repr_int(self, x: int, level: int) -> str:
+        return super().repr_int(x, level) if x.bit_length() < 10 * MAX_CITED else f"a whole number of {x.bit_length()} bits"
+
+    def repr_bytes(self, x: bytes, level: int) -> str:  # noqa: ARG002 - as the others
+        return repr(x[: self.maxstring])
+
+    def repr_dict(self, x: dict, level: int) -> str:
+        some = list(islice(x.items(), self.maxdict if level > 0 else 0))
+        inner = [f"{self.repr1(key, level - 1)}: {self.repr1(value, level - 1)}" for key, value in some]
+        return "{" + ", ".join([*inner, *["..."] * (len(x) > len(some))]) + "}"
+
+
+_citing = _Citing()
+
+
+def cited(value: object) -> str:
+    """The value as a message cites it: what ``repr`` gives, but at most ``MAX_CITED`` characters, and never more work than that.
+
+    Example:
+        >>> cited([1.0, "two"]), len(cited("x" * 1000)) <= MAX_CITED
+        ("[1.0, 'two']", True)
+    """
+    text = _citing.repr(value)
+    return text if len(text) <= MAX_CITED else f"{text[: MAX_CITED - 3]}..."
 
 
 def listed(names: Sequence[str], most: int = 6) -> str:

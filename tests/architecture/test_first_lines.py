@@ -3,15 +3,16 @@
 import ast
 from pathlib import Path
 
-import pytest
-
 SOURCES = Path(__file__).parents[2] / "src" / "ulna"
-MODULES = sorted(path.relative_to(SOURCES).as_posix() for path in SOURCES.rglob("*.py"))
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_the_first_line_of_a_module_is_a_sentence_about_what_it_does(module):
-    docstring = ast.get_docstring(ast.parse((SOURCES / module).read_text(encoding="utf-8"))) or ""
-    first = docstring.split("\n")[0]
-    assert first.endswith((".", ":")), first
-    assert "Used by" not in docstring
+def is_told(file):
+    """Whether its docstring begins with a sentence, and does not list who imports it."""
+    docstring = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+    return docstring.split("\n")[0].endswith((".", ":")) and "Used by" not in docstring
+
+
+def test_the_first_line_of_a_module_is_a_sentence_about_what_it_does():
+    files = sorted(SOURCES.rglob("*.py"))
+    assert len(files) > 300
+    assert [file.relative_to(SOURCES).as_posix() for file in files if not is_told(file)] == []

@@ -102,6 +102,7 @@ def line_of(file, name):
     return next(node.lineno for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) and node.name == name)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("method", WALKS)
 def test_a_method_leads_to_its_formula(method, editor):
     names, formula = WALKS[method]

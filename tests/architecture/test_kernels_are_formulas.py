@@ -124,9 +124,11 @@ def all_functions():
     }
 
 
-@pytest.mark.parametrize("path", kernel_files(), ids=lambda path: path.relative_to(KERNELS).as_posix())
-def test_a_kernel_allocates_nothing_and_raises_nothing(path):
-    assert faults_in(path.read_text()) == []
+def test_a_kernel_allocates_nothing_and_raises_nothing():
+    files = kernel_files()
+    assert len(files) > 40
+    found = {path.relative_to(KERNELS).as_posix(): faults_in(path.read_text()) for path in files}
+    assert {file: faults for file, faults in found.items() if faults} == {}
 
 
 def names_numbers(node):

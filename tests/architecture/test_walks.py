@@ -84,6 +84,7 @@ def walks_of(call):
     return json.loads(done.stdout.splitlines()[-1])
 
 
+@pytest.mark.process
 @pytest.mark.compiler  # in a wheel the methods are in C, and pass other files where Python runs the kernels
 @pytest.mark.parametrize("call", MOST)
 def test_few_files_lie_between_a_method_and_its_arithmetic(call):

@@ -19,9 +19,11 @@ SOME = (
     "tests/viewer/test_palette.py",
     "tests/test_doc_pages.py::test_a_long_command_of_a_page_has_the_options_that_the_page_gives_it",
 )
+QUICK = "not slow and not matrix and not process"  # the others ask the same of the library with the demo
 
 
+@pytest.mark.slow  # it is a run of tests within a run
 @pytest.mark.compiler  # a copy of the sources has no machine code
 @pytest.mark.timeout(900)  # on a machine that has compiled nothing yet
 def test_the_tests_of_the_library_pass_without_the_demo():
-    assert run_without_demo("-q", "-p", "no:cacheprovider", *SOME).returncode == 0
+    assert run_without_demo("-q", "-p", "no:cacheprovider", "-m", QUICK, *SOME).returncode == 0

@@ -223,6 +223,29 @@ def test_a_servo_that_goes_to_the_end_of_every_joint_keeps_the_velocities_that_a
         assert farthest - sign * q[-1, j] > 0.1  # it leaves the end again
 
 
+@pytest.mark.parametrize(("joint", "side"), [(4, 1), (4, -1), (0, 1), (3, -1), (5, 1)])
+def test_a_joint_that_turns_round_in_its_stop_keeps_the_velocity_allowed_in_each_direction(fr3, joint, side):
+    """Near its end it is sent away, and then back: with little jerk the stop begins the other way.
+
+    The judge is written out from libfranka's rate_limiting.h.
+    """
+    rows = [(0.301, 12.0), (0.201, 5.17), (0.201, 7.0), (0.301, 8.0), (0.351, 34.0), (0.351, 11.0), (0.351, 34.0)]
+    ends = {1: [2.7501, 1.7918, 2.9065, -0.1458, 2.8101, 4.5205], -1: [-2.7501, -1.7918, -2.9065, -3.0481, -2.8101, 0.54092]}
+    (offset, rate), end = rows[joint], ends[side][joint]
+    servo, start = fr3.servo(acceleration=10.0, jerk=500.0, velocity=2.5), fr3.home.copy()
+    start[joint] = (FR3.upper if side > 0 else FR3.lower)[joint] - side * 0.0005
+    for back in (16, 22, 40):
+        for speed in (0.03, 0.1):
+            away = -side * speed * np.eye(7)[joint]
+            record = Recorder(start).follow(
+                servo, lambda t, _q, back=back, away=away: {"velocity": away if t < back * 1e-3 else -away} if t < 0.3 else None
+            )
+            q = side * np.concatenate([start[None], record.commanded])[:, joint]
+            allowed = np.maximum(np.sqrt(np.maximum(rate * (side * end - q), 0.0)) - offset, 0.0)
+            assert (np.diff(q) / 1e-3 <= np.maximum(allowed[1:], allowed[:-1]) + 1e-9).all()
+            assert np.ptp(q) > 1e-4
+
+
 def test_a_servo_that_the_arm_would_not_take_is_refused(arm, fr3):
     for options, match in (
         ({"acceleration": 2.5, "velocity": 2.0, "rate": 500}, "500 ticks a second"),

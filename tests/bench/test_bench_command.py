@@ -80,6 +80,7 @@ def test_the_description_of_the_machine_has_no_host_names():
     }
 
 
+@pytest.mark.process
 @pytest.mark.compiler
 def test_registers_are_those_that_the_code_was_compiled_for():
     code = "from ulna.engine.processors import register_bits; print(register_bits())"

@@ -116,12 +116,14 @@ def test_usage_errors_are_exit_status_2(run, arguments):
     assert result.stdout == ""
 
 
+@pytest.mark.process
 def test_python_m_ulna_runs_the_command():
     result = spawn(command("fk", "--json"))
     assert (result.returncode, without_announcements(result.stderr)) == (0, "")
     assert json.loads(result.stdout)["position"] == pytest.approx([0.306891, 0, 0.486882], abs=5e-7)
 
 
+@pytest.mark.process
 def test_python_m_ulna_returns_the_exit_status():
     assert spawn(command("check", "--box", FAR)).returncode == 0
     assert spawn(command("check", "--box", "0,0,0,0,0,0,9,9,9")).returncode == 1
@@ -131,6 +133,7 @@ def test_python_m_ulna_returns_the_exit_status():
     assert refused.stderr.startswith("ulna: --q: ")
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
 @pytest.mark.parametrize("arguments", [["info"], ["info", "--json"], ["urdf"]], ids=" ".join)
 def test_a_closed_pipe_prints_no_error(arguments):
@@ -141,6 +144,7 @@ def test_a_closed_pipe_prints_no_error(arguments):
     assert (result.returncode, result.stderr) == (141, "")
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")  # noqa: PTH110
 def test_a_full_disk_is_a_one_line_error():
     with open("/dev/full", "w") as full:  # noqa: PTH123
@@ -148,6 +152,7 @@ def test_a_full_disk_is_a_one_line_error():
     assert (result.returncode, result.stderr) == (2, "ulna: No space left on device\n")
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_ctrl_c_prints_no_error():
     with subprocess.Popen([sys.executable, "-c", ENDLESS], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
@@ -158,6 +163,27 @@ def test_ctrl_c_prints_no_error():
     assert (process.returncode, out, err) == (130, "", "")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("module", ["typer", "rich.markup", "ulna.cli.app", "ulna.cli.fk", "numpy", "ulna.robot"])
+def test_ctrl_c_during_imports_prints_no_error(module):
+    """A finder sends the signal when the module is asked for; in a shell's background it is ignored, so it is set here."""
+    code = f"""
+import os, runpy, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupting())
+sys.argv = ["ulna", "fk"]
+runpy.run_module("ulna", run_name="__main__", alter_sys=True)
+print("not interrupted")
+"""
+    result = spawn([sys.executable, "-c", code])
+    assert (result.returncode, result.stdout, result.stderr) == (130, "", "")
+
+
+@pytest.mark.process
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
 def test_a_name_that_the_terminal_cannot_encode_is_no_error(odd, encoding):
     environment = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}
@@ -189,22 +215,25 @@ def test_a_plugin_with_a_missing_import_is_an_error(monkeypatch, tmp_path):
         plugins.load_plugins(plugins.COMMANDS)
 
 
+@pytest.mark.process
 def test_importing_the_command_imports_neither_numba_nor_the_viewer():
     code = "import sys, ulna.cli.app; print([m for m in ('numba', 'llvmlite', 'viser', 'trimesh') if m in sys.modules])"
     assert spawn([sys.executable, "-c", code]).stdout == "[]\n"
 
 
+@pytest.mark.process
 def test_help_info_and_urdf_do_not_import_numba():
     for arguments in (["--help"], ["info"], ["urdf"]):
         code = f"import sys, ulna.cli.app; ulna.cli.app.app({arguments}, standalone_mode=False); sys.exit('numba' in sys.modules)"
         assert spawn([sys.executable, "-c", code]).returncode == 0
 
 
+@pytest.mark.process
 def test_a_command_imports_no_other_command_and_no_plugin():
     code = "import sys, ulna.cli.app; ulna.cli.app.app(['fk'], standalone_mode=False); print(*sorted(sys.modules))"
     loaded = spawn([sys.executable, "-c", code]).stdout.splitlines()[-1].split()
     assert [name for name in loaded if name.startswith("ulna.cli.")] == [
-        f"ulna.cli.{name}" for name in ("app", "depends", "fk", "options", "output", "targets")
+        f"ulna.cli.{name}" for name in ("app", "depends", "fk", "options", "output", "quiet_imports", "targets")
     ]
     assert not [name for name in loaded if name.startswith(("ulna.bench", "ulna.demo"))]
 

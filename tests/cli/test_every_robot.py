@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
-from robot_files import example_urdfs, rtb_package_dirs, rtb_xacros
+from robot_files import CHOSEN_XACROS, example_urdfs, of_kinds, rtb_package_dirs, rtb_xacros
 from ulna.cli.check import check
 from ulna.cli.dh import dh
 from ulna.cli.fk import fk
@@ -20,12 +20,12 @@ URDFS = [file for file in example_urdfs() if file.stem not in NOT_LOADED]
 XACROS = [file for file in rtb_xacros() if file.stem not in NOT_LOADED]
 
 
-@pytest.mark.parametrize("file", URDFS, ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", of_kinds(URDFS), ids=lambda file: file.stem)
 def test_every_command_on_every_robot_of_example_robot_data(file, capsys):
     check_commands(ulna.load(file), capsys)
 
 
-@pytest.mark.parametrize("file", XACROS, ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", of_kinds(XACROS, CHOSEN_XACROS), ids=lambda file: file.stem)
 def test_every_command_on_every_robot_of_rtb_data(file, tmp_path, capsys):
     check_commands(ulna.load(file, package_dirs=rtb_package_dirs(tmp_path)), capsys)
 

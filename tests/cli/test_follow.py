@@ -52,7 +52,7 @@ def test_poses_may_be_written_in_any_form(line, tmp_path, ask, form):
         "four rows": lambda: T.reshape(N, 16),
     }[form]()
     file = tmp_path / "poses.csv"
-    file.write_text("a line of names\n" + "\n".join(", ".join(map(repr, row.tolist())) for row in rows) + "\n")
+    file.write_text("# a line that names no column\n" + "\n".join(", ".join(map(repr, row.tolist())) for row in rows) + "\n")
     data = ask("follow", "panda", "--path", str(file))
     assert data.success
     assert np.abs(np.array(data.q) - np.array(ask("follow", "panda", "--path", str(path)).q)).max() < 1e-6

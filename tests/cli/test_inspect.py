@@ -56,6 +56,7 @@ def test_the_tree_is_printed(inspected):
     assert PICTURE in inspected(fixed)[0].stdout
 
 
+@pytest.mark.process
 def test_the_tree_is_printed_in_ascii_for_an_ascii_terminal(tmp_path):
     path = tmp_path / "arm.urdf"
     path.write_text(SOUND.replace('"grip too" type="prismatic"', '"grip too" type="fixed"'))

@@ -79,6 +79,7 @@ def completions(*words):
     return result.stdout.split()
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(
     ("words", "expected"),
     [(["ulna", "warm"], ["warmup"]), (["ulna", "fk", "--deg"], ["--degrees"]), (["ulna", "info", "pand"], ["panda"])],
@@ -88,6 +89,7 @@ def test_a_shell_completes_commands_options_and_robots(words, expected):
     assert set(completions(*words)) >= set(expected)
 
 
+@pytest.mark.process
 def test_the_completion_script_is_printed():
     code = "from ulna.cli.app import app; app(['--show-completion', 'bash'], prog_name='ulna')"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True,

@@ -156,3 +156,15 @@ def test_what_a_motion_keeps_is_certified_and_the_json_says_how_much_of_the_tole
     up = ulna.load("panda").forward_kinematics(np.linspace(found["path"][:-1], found["path"][1:], 101))[..., 2, :3]
     assert (up @ up[0, 0] >= np.cos(np.radians(5))).all()
     assert json.loads(run(*motion).stdout)["worst_violation"] == 0
+
+
+def test_a_plan_keeps_the_positions_of_a_file_of_limits(ask, run, tmp_path):
+    file = tmp_path / "joint_limits.yaml"
+    file.write_text("joint_limits: {panda_joint1: {min_position: -0.5, max_position: 9, max_velocity: 0.5}}")
+    home = "-pi/4,0,-3pi/4,0,pi/2,pi/4"
+    found = ask("plan", "--to", f"0.4,{home}", "--limits", str(file), "--acceleration", "2")
+    assert found.success
+    assert found.duration > 0.4 / 0.5
+    refused = run("plan", f"--to=-0.6,{home}", "--limits", str(file), "--acceleration", "2")
+    assert refused.exit_code == 2
+    assert "-0.6 of joint 'panda_joint1' is outside its limits, -0.5 to 2.8973" in " ".join(refused.output.split())

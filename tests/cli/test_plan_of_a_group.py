@@ -92,3 +92,21 @@ def test_an_unknown_group_or_state_is_refused_with_those_there_are(run, arms):
         refused = run("plan", *options, *more)
         assert refused.exit_code == 2
         assert said in " ".join(refused.output.split())
+
+
+def test_a_held_joint_keeps_its_position_and_the_json_names_joints_that_had_to_move(run, arms):
+    options, robot = arms
+    T = robot.forward_kinematics(robot.home + 0.2 * np.isin(robot.joint_names, ["left_joint2", "left_joint3"]), link="left_hand")
+    goal = "left_hand=" + ",".join(map(str, (*T[:3, 3], 0, np.arctan2(-T[2, 0], T[0, 0]), 0)))
+    found = json.loads(run("plan", *options, "--goal", goal, "--held", "left_joint1", "--held", "left_joint4", "--json").stdout)
+    assert found["success"], found["reason"]
+    stays = ~np.isin(robot.joint_names, ["left_joint2", "left_joint3", "left_joint5"])
+    assert (np.array(found["path"])[:, stays] == robot.home[stays]).all()
+    assert found["moved"] == []
+    for joint, said in (
+        ("left_joint2", "--to: joint 'left_joint2' is to go from 0 to -1.2"),
+        ("left", "no joint is called 'left'"),
+    ):
+        refused = run("plan", *options, "--to", UP, "--held", joint)
+        assert refused.exit_code == 2
+        assert said in " ".join(refused.output.split())

@@ -80,6 +80,7 @@ def test_a_figure_is_written_and_its_path_printed(ask, run, path, tmp_path):
     assert (tmp_path / "m.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no such signal")
 def test_the_page_is_served_until_ctrl_c(path):
     command = sys.executable, "-m", "ulna", "reach", "show", str(path), "--port", "0", "--no-open", "--robot", "panda"
@@ -89,6 +90,7 @@ def test_the_page_is_served_until_ctrl_c(path):
         assert process.wait() == 0
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no such signal")
 def test_ctrl_c_leaves_a_map_and_says_how_to_go_on(tmp_path):
     path = tmp_path / "m.zarr"

@@ -11,6 +11,7 @@ from processes import free_port, running, wait_for
 from ulna.cli.cell import warn_of_missing
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(("name", "options"), [("view", ()), ("servo", ("--jerk", "1000"))])
 def test_it_serves_the_page_until_ctrl_c(tmp_path, name, options):
     world = ulna.World()
@@ -41,6 +42,7 @@ def test_a_jerk_that_cannot_be_taken_is_named(refusal, jerk):
     assert "--jerk" in refusal("servo", "panda", "--no-open", "--port", free_port(), "--jerk", jerk)
 
 
+@pytest.mark.process
 def test_meshes_are_checked_as_their_hulls_and_a_line_says_so(wedge, tmp_path):
     command = [sys.executable, "-m", "ulna", "view", str(wedge), "--port", str(free_port()), "--no-open"]
     for options, lines in (((), 1), (("--meshes", "hulls"), 1), (("--meshes", "none"), 0)):
@@ -78,6 +80,7 @@ def test_a_port_above_65535_is_refused(run):
     assert run("view", "--port", "99999").exit_code == 2
 
 
+@pytest.mark.process
 def test_meshes_that_are_not_shown_are_one_sentence(tmp_path, capsys):
     visual = '<visual><geometry><mesh filename="{}.stl"/></geometry></visual>'
     links = "".join(f'<link name="{name}">{visual.format(name)}</link>' for name in ("base", "hand"))

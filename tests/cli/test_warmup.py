@@ -138,6 +138,7 @@ def test_nothing_is_compiled_after_warmup(tmp_path):
     assert "1 of 3: " in again.stderr
 
 
+@pytest.mark.process
 def test_warmup_covers_every_module_of_drivers():
     """Entries of modules that are not yet imported are included."""
     code = """
@@ -157,6 +158,7 @@ def test_every_signature_is_one_job():
     assert len(set(jobs)) == len(jobs) == sum(len(ENTRIES[DRIVERS.marked(name)].signatures) for name in DRIVERS.names())
 
 
+@pytest.mark.process
 def test_a_cache_folder_that_cannot_be_written_is_an_error(tmp_path):
     file = tmp_path / "file"
     file.touch()
@@ -166,6 +168,7 @@ def test_a_cache_folder_that_cannot_be_written_is_an_error(tmp_path):
     assert done.stderr.startswith("ulna: cache folder: it cannot be written")
 
 
+@pytest.mark.process
 def test_importing_the_warmup_command_does_not_import_numba():
     code = "import sys, ulna.cli.warmup, ulna.cli.app; print('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"

@@ -5,6 +5,7 @@ import pytest
 
 import ulna
 from assertions import assert_close
+from matrix import matrix
 from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link
 
 spatial = pytest.importorskip("scipy.spatial")
@@ -59,7 +60,7 @@ def sliding_ball(radius):
 
 
 @pytest.mark.parametrize("make", CLOUDS)
-@pytest.mark.parametrize("radius", [0.0, 0.003, 0.4])
+@pytest.mark.parametrize("radius", matrix([0.0, 0.003, 0.4], [0.003]))
 def test_verdicts_and_distances_are_those_of_a_k_d_tree(rng, make, radius):
     points = make(rng)
     robot, world = sliding_ball(radius), ulna.World()

@@ -13,6 +13,11 @@ from ulna.errors import InputError, UnknownNameError
 
 K = np.array([[500.0, 0, 319.5], [0, 510.0, 239.5], [0, 0, 1]])
 T = ulna.pose((0.9, 0.1, 0.8), (np.pi - 0.4, 0.1, 0.3))
+PLY = "ply\nformat ascii 1.0\nelement vertex 2\n{}end_header\n3 9 2 1\n6.5 9 5 4\n"
+PCD = (
+    "VERSION .7\nFIELDS {}\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT {}\nPOINTS 2\n"
+    "DATA ascii\n3 9 2 1\n6.5 9 5 4\n"
+)
 
 
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
@@ -27,6 +32,31 @@ def test_points_without_a_measurement_are_left_out_and_counted(rng, kind):
     again = pickle.loads(pickle.dumps(cloud))  # noqa: S301
     assert np.array_equal(again.points, cloud.points)
     assert (again.points.dtype, again.n_left_out, again.points.flags.writeable) == (kind, 22, False)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_exact_zeros_of_a_camera_are_no_measurement(panda, rng, kind):
+    """Many drivers write (0, 0, 0) where they see nothing: a ball there would be in the robot's base."""
+    image = rng.uniform(0.5, 1.5, (12, 20, 3)).astype(kind)
+    image[3, 4], image[5, :7], image[7, 7, 2] = np.nan, 0, 0
+    as_list = image.reshape(-1, 3)
+    for given in (image, as_list, image.tolist()):
+        cloud = ulna.PointCloud(given, 0.01)
+        assert cloud.n_left_out == 8
+        assert np.array_equal(cloud.points, as_list[as_list.any(axis=1) & ~np.isnan(as_list).any(axis=1)])
+        assert repr(cloud) == "PointCloud(232 points, radius 0.01 m, 8 left out)"
+        assert repr(pickle.loads(pickle.dumps(cloud))) == repr(cloud)  # noqa: S301
+    world = ulna.World()
+    world.add("seen", ulna.PointCloud(image, 0.01))
+    assert not panda.in_collision(panda.home, world)
+    for nothing in (np.zeros((4, 5, 3)), np.zeros((5, 3)), np.full((4, 3), [[0.0], [np.nan], [0.0], [0.0]])):
+        with pytest.raises(InputError, match=r"^points: all \d+ are NaN or \(0, 0, 0\): the sensor saw nothing"):
+            ulna.PointCloud(nothing, 0.01)
+
+
+def test_one_point_of_a_list_may_be_the_origin():
+    cloud = ulna.PointCloud([(0, 0, 0), (0.1, 0, 0)], 0.01)
+    assert (len(cloud.points), cloud.n_left_out) == (2, 0)
 
 
 def test_short_numbers_give_what_the_same_numbers_give(panda, rng):
@@ -125,6 +155,45 @@ def test_short_floats_of_millimetres_lose_nothing_by_their_unit(rng):
         for z in (depth, depth.astype(float))
     )
     assert np.array_equal(short.points, long.points)
+
+
+@pytest.mark.parametrize(
+    ("unit", "kind"), [(1, np.uint16), (1, np.int32), (1, np.uint32), (0.001, np.float32), (0.001, np.float64)], ids=str
+)
+def test_65535_is_no_measurement_also_where_it_became_a_float(unit, kind):
+    """A hole is as one of 0: no point of the cloud, and nothing behind it is seen to be empty."""
+    images = {}
+    for hole in (0, 65535):
+        depth = np.full((480, 640), 800, dtype=np.uint16)
+        depth[200:280, 280:360] = hole
+        images[hole] = depth * unit if unit == 0.001 and kind is np.float64 else depth.astype(kind) * kind(unit)
+    clouds = [ulna.PointCloud.from_depth(image, K, T, radius=0.01) for image in images.values()]
+    assert [cloud.n_left_out for cloud in clouds] == [6400, 6400]
+    assert np.array_equal(clouds[0].points, clouds[1].points)
+    box, pose = ulna.Box((0.4, 0.4, 0.4)), ulna.pose((0, 0, 0.7))
+    grids = [ulna.VoxelGrid.unseen(image, K, np.eye(4), box, 0.05, pose=pose) for image in images.values()]
+    assert np.array_equal(grids[0].occupied, grids[1].occupied)
+
+
+def test_the_largest_number_of_any_unsigned_image_is_no_measurement():
+    depth = np.full((48, 64), 100, dtype=np.uint8)
+    depth[:3] = 255
+    assert ulna.PointCloud.from_depth(depth, (60, 60, 31.5, 23.5), T, radius=0.01).n_left_out == 192
+
+
+def test_what_is_beyond_the_greatest_depth_is_no_measurement(rng):
+    depth = rng.uniform(0.3, 9.0, (48, 64))
+    given, k = np.where(depth <= 4.0, depth, np.nan), (60, 60, 31.5, 23.5)
+    cloud, judge = (ulna.PointCloud.from_depth(z, k, T, radius=0.01, max_depth=most) for z, most in ((depth, 4.0), (given, None)))
+    assert np.array_equal(cloud.points, judge.points)
+    assert cloud.n_left_out == judge.n_left_out == (depth > 4.0).sum() > 0
+    smooth, box = np.full((48, 64), 9.0), ulna.Box((1, 1, 1))
+    for most, free in ((None, True), (10, True), (9.0, True), (4.0, False)):
+        grid = ulna.VoxelGrid.unseen(smooth, k, np.eye(4), box, 0.1, pose=ulna.pose((0, 0, 3)), max_depth=most)
+        assert (~grid.occupied).any() == free
+    for most in (0, -1, np.nan, np.inf, "far", True):
+        with pytest.raises(InputError, match=r"^max_depth: .*a depth \[m\] above 0"):
+            ulna.PointCloud.from_depth(depth, k, T, radius=0.01, max_depth=most)
 
 
 def test_pixels_that_are_masked_see_nothing():
@@ -344,3 +413,84 @@ def test_a_file_without_points_is_refused(tmp_path, name, content, words):
         ulna.PointCloud.from_file(tmp_path / name, radius=0.01)
     with pytest.raises(ulna.InputError, match="scale"):
         ulna.PointCloud.from_file(tmp_path / name, radius=0.01, scale=-1)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.csv", "intensity,x,y,z\n9,1,2,3\n9,4,5,6.5\n"),
+        ("a.csv", "x;y;z\n1,0;2,0;3,0\n4,0;5,0;6,5\n"),
+        ("a.csv", "x [mm],y [mm],z [mm]\n1000,2000,3000\n4000,5000,6500\n"),
+        ("a.csv", "\ufeffz\ty\tx\n3\t2\t1\n6.5\t5\t4\n"),
+        ("a.csv", "nx,ny,nz,x,y,z\n0,0,1,1,2,3\n0,0,1,4,5,6.5\n"),
+        ("a.xyz", "//X Y Z R G B\n1 2 3 4 5 6\n4 5 6.5 0 0 0\n"),
+        ("a.txt", "//R G B X Y Z\n4 5 6 1 2 3\n0 0 0 4 5 6.5\n"),
+        ("a.xyz", "1 2 3 wood\n4 5 6.5 stone\n"),
+        ("a.csv", '"Points:2","Points:0","Points:1"\n3,1,2\n6.5,4,5\n'),
+        (
+            "a.ply",
+            PLY.format("".join(f"property {t} {n}\n" for t, n in zip(("double", "uchar", "float", "int"), "ziyx", strict=True))),
+        ),
+        ("a.pcd", PCD.format("z i y x", "0 0 0 1 0 0 0")),
+    ],
+)
+def test_points_are_read_from_the_columns_that_are_named_so(tmp_path, name, content):
+    (tmp_path / name).write_text(content, encoding="utf-8")
+    cloud = ulna.PointCloud.from_file(tmp_path / name, radius=0.01)
+    assert np.allclose(cloud.points, [(1, 2, 3), (4, 5, 6.5)], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.csv", "a,b,c\n1,2,3\n", "no column is named x, y, z; the names are 'a', 'b', 'c'"),
+        ("a.csv", "lat,lon,z\n1,2,3\n", "no column is named x, y"),
+        ("a.csv", "x,y,z,x\n1,2,3,4\n", "are both x"),
+        ("a.csv", "x [mm],y,z\n1,2,3\n", "have not the same unit"),
+        ("a.csv", "x [mile],y,z\n1,2,3\n", "is not known"),
+        ("a.csv", "x,y,z\n1,5,2,0,3,0\n", "3 names, but line 2 has 6 columns"),
+        ("a.csv", "1,0;2.0;3,0\n", "with a point and numbers with a comma"),
+        ("a.csv", "1;2;3\n1;2;3\n1,5;2;3\n", "cannot be read"),
+        ("a.xyz", "1,0 2,0 3,0\n", "cannot be read"),
+        ("a.ply", PLY.format("property float x\nproperty float y\n"), "one x, one y and one z are expected"),
+        ("a.ply", PLY.format("".join(f"property float {n}\n" for n in "xxyz")), "properties x x y z"),
+        ("a.pcd", PCD.format("x x y z", "0 0 0 1 0 0 0"), "FIELDS are x x y z"),
+        ("a.pcd", PCD.format("i x y z", "1 0 0 1 0 0 0"), "VIEWPOINT is 1 0 0 1 0 0 0, .* from_sensor=True moves"),
+    ],
+)
+def test_columns_that_are_missing_double_or_ambiguous_are_refused(tmp_path, name, content, words):
+    (tmp_path / name).write_text(content)
+    with pytest.raises(ulna.FileError, match=words):
+        ulna.PointCloud.from_file(tmp_path / name, radius=0.01)
+
+
+def test_a_unit_in_the_names_agrees_with_the_scale_or_is_refused(tmp_path):
+    (tmp_path / "a.csv").write_text("x_mm,y_mm,z_mm\n1000,2000,3000\n")
+    for scale in (1.0, 0.001):
+        cloud = ulna.PointCloud.from_file(tmp_path / "a.csv", radius=0.01, scale=scale)
+        assert cloud.points.tolist() == [[1, 2, 3]]
+    with pytest.raises(ulna.FileError, match=r"in units of 0.001 m, but the scale is 0.01"):
+        ulna.PointCloud.from_file(tmp_path / "a.csv", radius=0.01, scale=0.01)
+
+
+def test_the_viewpoint_of_a_pcd_moves_the_points_of_a_sensor_and_no_others(tmp_path):
+    (tmp_path / "a.pcd").write_text(PCD.format("x y z i", "10 20 30 0.7071067811865476 0 0 0.7071067811865476"))
+    read = ulna.PointCloud.from_file
+    moved = read(tmp_path / "a.pcd", radius=0.01, from_sensor=True).points
+    still = read(tmp_path / "a.pcd", radius=0.01, from_sensor=False).points
+    assert np.allclose(moved, np.column_stack([10 - still[:, 1], 20 + still[:, 0], 30 + still[:, 2]]))  # a quarter turn about z
+    assert still[0].tolist() == [3, 9, 2]
+
+
+def test_records_of_numpy_are_read_by_the_names_of_their_fields(tmp_path):
+    records = np.zeros((2, 3), dtype=[("rgb", "u4"), ("y", "f4"), ("x", "f8"), ("z", "f4")])
+    records["x"], records["y"], records["z"] = np.arange(6).reshape(2, 3), 7, 8
+    np.save(tmp_path / "a.npy", records)
+    cloud = ulna.PointCloud.from_file(tmp_path / "a.npy", radius=0.01, scale=0.5)
+    assert cloud.points.tolist() == [[k / 2, 3.5, 4] for k in range(6)]
+    np.save(tmp_path / "a.npy", records[["rgb", "x"]])
+    with pytest.raises(ulna.FileError, match="no column is named y, z; the names are 'rgb', 'x'"):
+        ulna.PointCloud.from_file(tmp_path / "a.npy", radius=0.01)
+    np.save(tmp_path / "a.npy", np.array([["1", "2", "3"]]))
+    with pytest.raises(ulna.FileError, match="numbers are expected"):
+        ulna.PointCloud.from_file(tmp_path / "a.npy", radius=0.01)

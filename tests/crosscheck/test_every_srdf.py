@@ -9,7 +9,7 @@ import pytest
 
 import ulna
 from pinocchio_peer import Peer
-from robot_files import example_srdfs
+from robot_files import CHOSEN_SRDFS, example_srdfs, of_kinds
 from ulna import DescriptionWarning, UlnaError
 from ulna.description.document import Document
 from ulna.description.srdf import read_srdf
@@ -42,14 +42,17 @@ def loaded(file):
 
 
 @pytest.fixture(
-    scope="module", params=[f for f in FILES if f.stem not in WITHOUT_A_ROBOT], ids=lambda f: f"{f.parts[-3]}-{f.stem}"
+    scope="module",
+    params=of_kinds([f for f in FILES if f.stem not in WITHOUT_A_ROBOT], CHOSEN_SRDFS),
+    ids=lambda f: f"{f.parts[-3]}-{f.stem}",
 )
 def file(request):
     return request.param
 
 
 def test_all_are_there():
-    assert len(FILES) >= 38
+    assert len(FILES) == 38
+    assert {file for file in FILES if not file.is_file()} == set()
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda f: f"{f.parts[-3]}-{f.stem}")

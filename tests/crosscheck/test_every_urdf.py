@@ -13,7 +13,7 @@ import pytest
 import formulas
 import ulna
 from pinocchio_peer import Peer, farthest_jacobian, farthest_link, random_positions
-from robot_files import DEFEAT_THE_MIMIC_OPTION, example_urdfs
+from robot_files import DEFEAT_THE_MIMIC_OPTION, EXAMPLES, URDFS, example_urdfs, installed, of_kinds
 from ulna import DescriptionError
 
 NOT_LOADED = {
@@ -30,15 +30,21 @@ def name_of(file: Path) -> str:
     return file.stem
 
 
-@pytest.fixture(scope="module", params=[f for f in FILES if f.stem not in NOT_LOADED], ids=name_of)
+@pytest.fixture(scope="module", params=of_kinds([f for f in FILES if f.stem not in NOT_LOADED]), ids=name_of)
 def peer(request):
     robot = ulna.load(request.param)
     return Peer(robot, pin.buildModelFromUrdf(str(request.param), mimic=request.param.stem not in DEFEAT_THE_MIMIC_OPTION))
 
 
 def test_there_are_as_many_files_as_the_package_had_when_this_was_written():
-    assert len(FILES) >= 69
+    assert len(FILES) == 69
+    assert {file for file in FILES if not file.is_file()} == set()
     assert {file.stem for file in FILES} >= {*NOT_LOADED, *DEFEAT_THE_MIMIC_OPTION, *N_DOF}
+
+
+def test_one_that_a_newer_version_of_the_package_adds_can_be_loaded():
+    for name in installed(EXAMPLES, ".urdf") - set(URDFS.split()):
+        assert ulna.load(EXAMPLES / name).link_names, name
 
 
 def test_every_link_is_where_pinocchio_puts_it(peer):

@@ -1,11 +1,14 @@
 """The points of meshes of real robots, as Assimp reads them for Coal; every file of the collections: benchmarks.meshes."""
 
+from functools import cache
+from pathlib import Path
+
 import coal
 import numpy as np
 import pytest
 
 from assertions import assert_close
-from robot_files import EXAMPLES
+from robot_files import EXAMPLES, URDFS
 from ulna.description.meshes.mesh_files import CHECKED
 from ulna.description.meshes.reader import mesh_bytes, read_scene, used_points
 
@@ -17,13 +20,24 @@ ROBOTS = (
     "quadruped_description",
     "pr2_description",
 )
-ALL = [path for path in sorted(EXAMPLES.rglob("*")) if path.suffix.lower() in CHECKED]
-MESHES = [path for path in ALL if path.relative_to(EXAMPLES).parts[0] in ROBOTS and path.stat().st_size < 1_000_000][::3]
+
+
+@cache
+def meshes():
+    """All of the collection, and of some robots every third that is not large."""
+    every = [path for path in sorted(EXAMPLES.rglob("*")) if path.suffix.lower() in CHECKED]
+    return every, [path for path in every if folder_of(path) in ROBOTS and path.stat().st_size < 1_000_000][::3]
+
+
+def folder_of(path):
+    return path.relative_to(EXAMPLES).parts[0]
 
 
 def test_there_are_meshes_of_every_kind():
-    assert {path.suffix.lower() for path in MESHES} == set(CHECKED)
-    assert len(MESHES) > 40
+    some = meshes()[1]
+    assert {path.suffix.lower() for path in some} == set(CHECKED)
+    assert {folder_of(path) for path in some} == set(ROBOTS)
+    assert len(some) > 40
 
 
 def check_points(path):
@@ -35,14 +49,23 @@ def check_points(path):
     assert abs(counts[0] - counts[1]) <= 1, "but for one that rounding divides"
 
 
-@pytest.mark.parametrize("path", MESHES, ids=lambda path: path.name)
-def test_a_mesh_has_the_points_that_assimp_reads(path):
-    check_points(path)
+@pytest.mark.parametrize("folder", ROBOTS)
+def test_a_mesh_has_the_points_that_assimp_reads(folder):
+    for path in meshes()[1]:
+        if folder_of(path) == folder:
+            check_points(path)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("folder", sorted({path.relative_to(EXAMPLES).parts[0] for path in ALL}))
+@pytest.mark.parametrize("folder", sorted({Path(name).parts[0] for name in URDFS.split()}))
 def test_every_mesh_of_the_collection_has_the_points_that_assimp_reads(folder):
-    for path in ALL:
-        if path.relative_to(EXAMPLES).parts[0] == folder:
+    for path in meshes()[0]:
+        if folder_of(path) == folder:
+            check_points(path)
+
+
+@pytest.mark.slow
+def test_the_meshes_of_a_folder_without_a_urdf_have_the_points_that_assimp_reads():
+    for path in meshes()[0]:
+        if folder_of(path) not in {Path(name).parts[0] for name in URDFS.split()}:
             check_points(path)

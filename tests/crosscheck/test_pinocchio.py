@@ -52,3 +52,14 @@ def test_planar_and_floating_joints_stand_where_pinocchio_puts_them():
     assert robot.joint_slices == (slice(0, 3), slice(3, 9), slice(9, 10))
     for q in random_positions(robot, 50):
         np.testing.assert_allclose(robot.link_poses(q), peer.link_poses(q), rtol=0, atol=1e-12)
+
+
+def test_a_quaternion_of_urdf_1_1_is_read_as_pinocchio_reads_it(rng):
+    text = """<robot name="r" version="1.1"><link name="a"/><link name="b"/><joint name="j" type="continuous"><parent link="a"/>
+    <child link="b"/><origin xyz="1 2 3" quat_xyzw="{}"/><axis xyz="0 1 0"/></joint></robot>"""
+    for xyzw in rng.normal(size=(20, 4)):
+        urdf = text.format(" ".join(map(repr, xyzw.tolist())))
+        model = pin.buildModelFromXML(urdf)
+        data = model.createData()
+        pin.framesForwardKinematics(model, data, pin.neutral(model))
+        assert np.abs(ulna.load(urdf).forward_kinematics([0.0]) - data.oMf[model.getFrameId("b")].homogeneous).max() < 1e-14

@@ -8,13 +8,15 @@ import pytest
 
 import ulna
 from pinocchio_peer import Peer, farthest_jacobian, farthest_link
-from robot_files import RTB, rtb_package_dirs, rtb_xacros
+from robot_files import CHOSEN_XACROS, RTB, XACROS, installed, of_kinds, rtb_package_dirs, rtb_xacros
 from ulna import DescriptionError
 from ulna.bench.arms import load_arm
 
 pytestmark = pytest.mark.skipif(RTB is None, reason="rtb-data is not installed")
 BROKEN = {"kr210l150.xacro": r"^kr210l150\.xacro: xacro: name 'deg' is not defined when evaluating expression '-185\*deg'"}
 N_DOF = {"lbr_iiwa_14_r820.xacro": 7, "puma560_robot.urdf.xacro": 6, "irb140.xacro": 6, "xarm6.xacro": 6, "kr5_arc.xacro": 6}
+
+FILES = [file for file in rtb_xacros() if file.name not in BROKEN]
 
 
 @pytest.fixture(scope="module")
@@ -24,11 +26,17 @@ def package_dirs(tmp_path_factory):
 
 def test_there_are_as_many_files_as_the_package_had_when_this_was_written():
     names = {file.name for file in rtb_xacros()}
-    assert len(names) >= 41
+    assert len(names) == 41
     assert names >= {*BROKEN, *N_DOF}
+    assert {file for file in rtb_xacros() if not file.is_file()} == set()
 
 
-@pytest.mark.parametrize("file", [file for file in rtb_xacros() if file.name not in BROKEN], ids=lambda file: file.name)
+def test_one_that_a_newer_version_of_the_package_adds_can_be_loaded(package_dirs):
+    for name in installed(RTB, ".xacro") - set(XACROS.split()):
+        assert ulna.load(RTB / name, package_dirs=package_dirs).link_names, name
+
+
+@pytest.mark.parametrize("file", of_kinds(FILES, CHOSEN_XACROS), ids=lambda file: file.name)
 def test_a_robot_is_expanded_and_moves_as_pinocchio_says(file, package_dirs):
     robot = ulna.load(file, package_dirs=package_dirs)
     assert robot.n_dof == N_DOF.get(file.name, robot.n_dof)

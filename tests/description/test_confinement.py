@@ -61,24 +61,28 @@ def try_in_child(confine: str, name: str, place: Path) -> str:
     return subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False).stdout
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform != "linux", reason="the attempts are those of Linux")
 @pytest.mark.parametrize("name", [name for name in ATTEMPTS if name not in NOT_TRIED_FREELY])
 def test_an_attempt_succeeds_without_confinement(name, tmp_path):
     assert try_in_child("''", name, tmp_path) == "done"
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not HAS_SECCOMP, reason="the numbers of this machine's system calls are not known")
 @pytest.mark.parametrize("name", ATTEMPTS)
 def test_seccomp_alone_refuses(name, tmp_path):
     assert try_in_child("confinement.give_up_calls()", name, tmp_path) == "refused"
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform != "linux", reason="the attempts are those of Linux")
 @pytest.mark.parametrize("name", BY_LIMITS)
 def test_the_limits_alone_refuse(name, tmp_path):
     assert try_in_child("confinement.set_limits(1 << 31, 20)", name, tmp_path) == "refused"
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not HAS_SECCOMP, reason="the numbers of this machine's system calls are not known")
 def test_seccomp_and_limits_work_together(tmp_path):
     assert try_in_child("confinement.confine(1 << 31, 20)", "read", tmp_path) == "refused"

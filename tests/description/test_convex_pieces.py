@@ -39,6 +39,7 @@ def touches(robot, place, radius=0.1):
     return robot.in_collision([], world)
 
 
+@pytest.mark.slow
 def test_a_hollow_is_free_with_pieces_and_filled_with_the_hull(make):
     robot = make()
     assert touches(robot.with_convex_hulls(), (1.4, 1.4, 0.5))

@@ -8,6 +8,7 @@ import trimesh
 
 import ulna
 from ell_mesh import CORNERS, FACES, cache, robot_of_the_ell
+from matrix import matrix
 from ulna.description.meshes import spheres
 from ulna.description.meshes.cover import cover
 from ulna.description.meshes.filled_solid import FilledSolid
@@ -49,7 +50,7 @@ def in_the_ell(points):
     return (z >= 0) & (z <= 1) & (np.minimum(x, y) >= 0) & (np.minimum(x, y) <= 1) & (np.maximum(x, y) <= 3)
 
 
-@pytest.mark.parametrize("name", SOLIDS)
+@pytest.mark.parametrize("name", matrix(list(SOLIDS), 2))
 def test_every_sampled_point_of_the_surface_and_of_the_volume_is_in_a_ball(name):
     mesh, within = SOLIDS[name]
     balls = cover(np.asarray(mesh.vertices), np.asarray(mesh.faces), within)
@@ -71,7 +72,7 @@ def trimesh_winding(mesh, point):
     return (angles * np.sign(np.einsum("ij,ij->i", a, np.cross(b, c)))).sum() / (4 * np.pi)
 
 
-@pytest.mark.parametrize("name", SOLIDS)
+@pytest.mark.parametrize("name", matrix(list(SOLIDS), 2))
 def test_no_sampled_point_of_a_ball_is_farther_from_the_solid_than_said(name):
     mesh, within = SOLIDS[name]
     balls = cover(np.asarray(mesh.vertices), np.asarray(mesh.faces), within)
@@ -137,6 +138,7 @@ def test_the_balls_of_a_robot_cover_the_scaled_mesh_in_its_place_and_the_cylinde
     assert outside(centres, points).max() <= 1e-9
 
 
+@pytest.mark.slow
 def test_a_free_verdict_holds_for_the_hulls_of_the_arms_of_an_l(make):
     """Random balls beside the robot: where the covering balls are free of one, so are the two boxes that the L is."""
     robot, world, free = make().with_spheres(within=0.15), ulna.World(), 0

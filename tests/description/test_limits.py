@@ -61,6 +61,7 @@ def as_an_ordinary_user():
     ctypes.CDLL(None).prctl(DROP, CAP_SYS_RESOURCE, 0, 0, 0)
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform != "linux", reason="the rights of root")
 @pytest.mark.parametrize(("kind", "most"), [(resource.RLIMIT_AS, 1_900_000 * 1024), (resource.RLIMIT_CPU, 20)])
 def test_a_document_is_expanded_under_lower_limits_of_the_system(kind, most):

@@ -52,6 +52,7 @@ def test_a_switch_is_true_or_false():
             as_switch("on", value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("huge", [HUGE, 10**5000], ids=["401 digits", "more digits than Python writes"])
 def test_a_whole_number_that_no_float_can_hold_is_refused_by_every_call(huge):
     panda = ulna.load("panda")

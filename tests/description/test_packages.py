@@ -26,6 +26,17 @@ def put(folder: Path, text: str = "") -> Path:
 URI = "package://arm_description/meshes/hand.stl"
 
 
+def test_a_relative_path_in_a_variable_does_not_lead_into_the_current_folder(tmp_path, monkeypatch):
+    put(tmp_path / "share")
+    put(tmp_path / "cmeel.prefix" / "share")
+    put(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"):
+        monkeypatch.setenv(name, os.pathsep.join(["", ".", "./share", "../" + tmp_path.name]))
+    monkeypatch.setattr(sys, "path", ["", ".", *sys.path])
+    assert not [folder for folder in package_folders("arm_description", None) if folder.is_dir()]
+
+
 def test_package_folders_are_searched_in_order(tmp_path, monkeypatch):
     above, description = tmp_path / "ws", tmp_path / "ws" / "src" / "robots"
     description.mkdir(parents=True)

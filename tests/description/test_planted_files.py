@@ -46,6 +46,7 @@ def assert_nothing_planted_is_run(document: Path) -> None:
     assert not list(document.parents[2].glob("**/mark"))
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("entry", ["", ".", "..", "lib", "downloads/robot", "ABSOLUTE"])
 @pytest.mark.parametrize("at", [0, 1000])
 def test_no_module_is_imported_from_the_folder_of_a_document(document, monkeypatch, entry, at):
@@ -55,6 +56,7 @@ def test_no_module_is_imported_from_the_folder_of_a_document(document, monkeypat
     assert_nothing_planted_is_run(document)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("variable", ["LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"])
 @pytest.mark.parametrize("value", ["", ":/opt/x", "/opt/x:", "/opt/x::/opt/y", "/opt/x;", ";", ".", "..", "lib", "/opt/x:lib"])
 def test_no_library_is_loaded_from_the_folder_of_a_document(document, monkeypatch, variable, value):
@@ -62,6 +64,7 @@ def test_no_library_is_loaded_from_the_folder_of_a_document(document, monkeypatc
     assert_nothing_planted_is_run(document)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("variable", ["PYTHONHOME", "PYTHONSTARTUP", "PYTHONUSERBASE", "PYTHONPATH", "LD_PRELOAD", "LD_AUDIT"])
 def test_no_variable_of_python_or_of_the_loader_leads_to_the_folder_of_a_document(document, monkeypatch, variable):
     monkeypatch.setenv(variable, str(document.parent))

@@ -186,3 +186,10 @@ def test_an_srdf_can_be_a_xacro_file():
 def test_an_argument_that_is_not_an_srdf_is_refused(srdf, error, message):
     with pytest.raises(error, match=f"^{re.escape(message)}"):
         ulna.load(ARM, srdf=srdf)
+
+
+def test_an_element_that_is_not_known_is_said_and_those_of_other_programs_are_not():
+    elements = '<disable_collision link1="base" link2="hand"/><gripper name="g"/><link_sphere_approximation link="base"/>'
+    with pytest.warns(ulna.DescriptionWarning, match=r"<disable_collision> in <robot> .* did you mean 'disable_collisions'\?$"):
+        robot = ulna.load(ARM, srdf=f'<robot name="arm">{elements}</robot>')
+    assert len(robot.srdf.warnings) == 1

@@ -3,13 +3,15 @@
 import os
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import ulna
 from robot_files import EXAMPLES
-from ulna import DescriptionWarning, InputError
+from ulna import DescriptionError, DescriptionWarning, InputError
+from ulna.description import srdf_beside
 
 BALL = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
 URDF = f"""<robot name="arm"><link name="base">{BALL}</link><link name="upper"/><link name="hand">{BALL}</link>
@@ -21,10 +23,20 @@ SRDF = """<robot name="arm"><group name="all"><chain base_link="base" tip_link="
 XACRO = SRDF.replace('name="arm"', """name="${'a' + 'rm'}" xmlns:xacro="http://www.ros.org/wiki/xacro" """, 1)
 
 
+MANIFEST = "<package><name>{}</name>{}</package>"
+
+
 @pytest.fixture
 def urdf(tmp_path):
-    """A URDF in ``urdf`` of a package in a workspace."""
+    """A URDF in ``urdf`` of a package in a workspace, beside three packages of MoveIt, which are empty."""
+    write(tmp_path / "src" / "kind_description" / "package.xml", MANIFEST.format("kind_description", ""))
+    for name in ("arm", "model", "kind"):
+        write_manifest(tmp_path / "src" / f"{name}_moveit_config")
     return write(tmp_path / "src" / "kind_description" / "urdf" / "model.urdf", URDF)
+
+
+def write_manifest(config, depends="<run_depend>kind_description</run_depend>"):
+    return write(config / "package.xml", MANIFEST.format(config.name, depends))
 
 
 def write(path, text):
@@ -58,6 +70,7 @@ def test_it_is_found_and_refused_with_false(urdf, tmp_path, place, text):
 
 def test_a_config_package_is_found_in_package_dirs_and_on_the_path_of_ros(urdf, tmp_path, monkeypatch):
     path = write(tmp_path / "elsewhere" / "arm_moveit_config" / "config" / "arm.srdf", SRDF)
+    write_manifest(path.parents[1], "<exec_depend>kind_description</exec_depend>")
     assert ulna.load(urdf).srdf.found_at == ""
     assert ulna.load(urdf, package_dirs=[tmp_path / "elsewhere"]).srdf.found_at == str(path)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "elsewhere"))
@@ -82,9 +95,12 @@ def test_a_config_package_is_found_in_package_dirs_and_on_the_path_of_ros(urdf, 
 def test_one_that_does_not_fit_is_passed_over_and_inspect_says_why(urdf, old, new, reason):
     assert old in SRDF
     path = write(urdf.parents[1] / "srdf" / "model.srdf", SRDF.replace(old, new, 1))
-    robot = ulna.load(urdf)
+    with pytest.warns(DescriptionWarning) as caught:
+        robot = ulna.load(urdf)
     assert not robot.groups
     (sentence,) = robot.srdf.passed_over
+    assert [str(one.message) for one in caught] == [sentence]
+    assert caught[0].filename == __file__
     assert sentence.startswith(f"{path} lies beside the URDF and is not used: ")
     assert reason in sentence
     assert sentence in [finding.message for finding in ulna.inspect(urdf).findings]
@@ -118,8 +134,114 @@ def test_what_is_not_a_file_and_names_that_lead_away_do_no_harm(urdf, tmp_path):
     loop.symlink_to(loop)
     write(tmp_path / "away_moveit_config" / "config" / "away.srdf", SRDF.replace('"arm"', '"../../away"'))
     urdf.write_text(URDF.replace('"arm"', '"../../away"', 1))
-    assert ulna.load(urdf).srdf.found_at == ""
-    assert "not a regular file" in " ".join(ulna.load(urdf).srdf.passed_over)
+    with pytest.warns(DescriptionWarning):
+        robot = ulna.load(urdf)
+    assert robot.srdf.found_at == ""
+    assert "not a regular file" in " ".join(robot.srdf.passed_over)
+
+
+def passed_over(urdf):
+    """What ``load`` says that it does not use, of a robot that then may not touch itself."""
+    with pytest.warns(DescriptionWarning) as caught:
+        robot = ulna.load(urdf)
+    assert (robot.srdf.found_at, ("base", "hand") in robot.allowed_collisions) == ("", False)
+    assert [str(one.message) for one in caught] == list(robot.srdf.passed_over)
+    return " ".join(robot.srdf.passed_over)
+
+
+@pytest.mark.parametrize("above", range(6))
+def test_a_planted_config_package_without_its_package_xml_is_not_used(tmp_path, above):
+    urdf = write(tmp_path.joinpath(*"abcdefg") / "model.urdf", URDF)
+    planted = urdf.parents[above] / "arm_moveit_config"
+    write(planted / "config" / "arm.srdf", SRDF)
+    assert f"{planted} has no package.xml that names it arm_moveit_config, so no SRDF in it is used" in passed_over(urdf)
+
+
+@pytest.mark.parametrize("depends", ["", "<depend>other</depend>", "<test_depend>kind_description</test_depend>"])
+def test_a_config_package_that_does_not_depend_on_the_package_of_the_urdf_is_not_used(urdf, tmp_path, depends):
+    config = tmp_path / "src" / "arm_moveit_config"
+    write_manifest(config, depends)
+    write(config / "config" / "arm.srdf", SRDF)
+    assert "does not depend on kind_description, the package of model.urdf" in passed_over(urdf)
+
+
+def test_a_urdf_outside_any_package_takes_an_srdf_from_its_own_folder_only(urdf, tmp_path):
+    (urdf.parents[1] / "package.xml").unlink()
+    write(urdf.parents[1] / "srdf" / "arm.srdf", SRDF)
+    write(tmp_path / "src" / "arm_moveit_config" / "config" / "arm.srdf", SRDF)
+    assert "cannot depend on the package of model.urdf, which is in none" in passed_over(urdf)
+    own = write(urdf.parent / "arm.srdf", SRDF)
+    with pytest.warns(DescriptionWarning, match="is in none"):
+        assert ulna.load(urdf).srdf.found_at == str(own)
+
+
+def test_a_folder_beside_the_package_itself_is_not_in_it(urdf):
+    write(urdf.parents[2] / "srdf" / "model.srdf", SRDF)
+    top = write(urdf.parents[1] / "model.urdf", URDF)
+    assert ulna.load(top).srdf.found_at == ""
+
+
+@pytest.mark.parametrize("place", ["kind_description/urdf", "kind_description/srdf", "arm_moveit_config/config"])
+@pytest.mark.parametrize("of", ["file", "folder"])
+def test_a_link_that_leads_out_is_not_followed_and_its_text_is_not_shown(urdf, tmp_path, place, of):
+    outside = write(tmp_path / "private" / "arm.srdf", SRDF.replace("Never", "SECRET")).parent
+    folder = tmp_path / "src" / place
+    if of == "file":
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "arm.srdf").symlink_to(outside / "arm.srdf")
+    elif folder != urdf.parent:
+        folder.symlink_to(outside)
+    else:
+        return  # the folder of the URDF is whatever its user calls so
+    said = passed_over(urdf)
+    assert "is a link that leads out of the URDF's folder and package, so it is not used" in said
+    assert "SECRET" not in said
+
+
+def test_a_link_within_the_package_is_followed(urdf):
+    path = write(urdf.parents[1] / "srdf" / "other.srdf", SRDF)
+    (urdf.parent / "arm.srdf").symlink_to(path)
+    assert ulna.load(urdf).srdf.found_at == str(urdf.parent / "arm.srdf")
+
+
+def test_few_files_are_looked_at_and_expanded_for_a_few_seconds_in_sum(urdf, monkeypatch):
+    for k in range(30):
+        write(urdf.parent / f"arm{k}.srdf.xacro", XACRO)
+    now, asked = [0.0], []
+
+    def expanded_slowly(document, arguments, max_seconds):
+        asked.append((document.file, arguments, max_seconds))
+        now[0] += max_seconds
+        raise DescriptionError("xacro: no end within 5 s; expansion stopped", document.source)
+
+    monkeypatch.setattr(srdf_beside, "expanded", expanded_slowly)
+    monkeypatch.setattr(srdf_beside, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    said = passed_over(urdf)
+    assert "30 SRDFs lie beside model.urdf; only 20 of them are looked at" in said
+    assert "17 more files beside model.urdf are not looked at, after 10 s" in said
+    assert [seconds for _, _, seconds in asked] == [5.0] * 3
+
+
+def test_one_that_may_be_one_of_several_is_not_taken(urdf):
+    for k in range(21):
+        write(urdf.parent / f"a{k}.srdf", SRDF if k == 0 else SRDF.replace('"arm"', '"leg"', 1))
+    with pytest.warns(DescriptionWarning) as caught:
+        assert ulna.load(urdf).srdf.found_at == ""
+    assert any("1 SRDF beside model.urdf fits it" in str(one.message) for one in caught)
+
+
+def test_a_document_that_computes_without_end_is_stopped_after_five_seconds(urdf, monkeypatch):
+    monkeypatch.setattr(srdf_beside, "_MAX_SECONDS_EACH", 1.0)
+    endless = "${[a for a in range(100000000) if a in range(10) and len(str(a)) == 3]}"
+    write(urdf.parent / "arm.srdf.xacro", XACRO.replace("</robot>", f'<passive_joint name="{endless}"/></robot>'))
+    assert "xacro: no end within 1 s; expansion stopped" in passed_over(urdf)
+
+
+def test_what_is_taken_is_logged(urdf, caplog):
+    path = write(urdf.parent / "arm.srdf", SRDF)
+    with caplog.at_level("INFO", logger="ulna"):
+        ulna.load(urdf)
+    assert f"{path} lies beside model.urdf and is used; 1 pairs of links may touch by it" in caplog.text
 
 
 @pytest.mark.parametrize("srdf", [True, 1])
@@ -137,6 +259,7 @@ def test_those_of_example_robot_data(robot, file):
     assert (found.removeprefix(str(EXAMPLES)).rpartition("/")[2]) == (f"{file}.srdf" if file else "")
 
 
+@pytest.mark.slow
 def test_a_ur5_of_hulls_plans_between_random_free_configurations():
     robot = ulna.load("ur5", meshes="hulls")
     q = robot.random(100, seed=1)
@@ -146,6 +269,7 @@ def test_a_ur5_of_hulls_plans_between_random_free_configurations():
     assert np.count_nonzero(without.in_collision(q)) > len(q) // 5
 
 
+@pytest.mark.slow
 def test_inspect_says_which_hulls_touch_how_often_and_what_to_do(tmp_path):
     messages = [finding.message for finding in ulna.inspect("ur5").findings]
     assert any(

@@ -44,6 +44,7 @@ def expanded(name: str, place: Path) -> tuple:
     ).link_names
 
 
+@pytest.mark.process
 @CONFINED
 @pytest.mark.parametrize("name", ESCAPES)
 def test_a_confined_child_refuses_what_an_unchecked_expression_tries(name, tmp_path, monkeypatch):
@@ -56,6 +57,7 @@ def test_a_confined_child_refuses_what_an_unchecked_expression_tries(name, tmp_p
     assert not (tmp_path / "mark").exists()
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("name", ["read", "write", "run", "connect", "import"])
 def test_without_confinement_an_unchecked_expression_succeeds(name, tmp_path, monkeypatch):
     switch_off_the_check(monkeypatch, NO_HOOK + UNCONFINED)
@@ -63,6 +65,7 @@ def test_without_confinement_an_unchecked_expression_succeeds(name, tmp_path, mo
     assert name not in ("write", "run") or (tmp_path / "mark").exists()
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("name", ESCAPES)
 def test_without_confinement_the_audit_hook_refuses_what_does_not_reach_for_it(name, tmp_path, monkeypatch):
     switch_off_the_check(monkeypatch, UNCONFINED)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import ulna
+from matrix import matrix
 from ulna import DescriptionError
 from ulna.description.xacro import expansion as xacro
 from ulna.description.xacro.child import main
@@ -26,6 +27,11 @@ PROGRAMS = {
     "asks two things": (READY + 'say(\'{"read": "a", "find": "b"}\')', DIED.format(".*")),
     "asks what is not known": (READY + 'say(\'{"write": "a"}\')\nsys.stdin.readline()', DIED.format(".*")),
     "gives a number": (READY + 'say(\'{"urdf": 5, "asked": []}\')', DIED.format(".*")),
+    "gives less than it says": (READY + 'say(\'{"urdf": 50, "asked": []}\')\nsay("<robot/>")', DIED.format(".*")),
+    "says more than is read": (READY + 'say(\'{"urdf": 64000001, "asked": []}\')\nsay("x" * 64000001)', DIED.format(".*")),
+    "nests without end": (READY + 'say("[" * 900000)', DIED.format(".*")),
+    "fails without end": (READY + 'say(\'{"error": "\' + "x" * 5000000 + \'"}\')', DIED.format(".*")),
+    "fails at length": (READY + 'say(\'{"error": "\' + "x" * 900000 + \'"}\')', r"^URDF text: xacro: x+ \.\.\. x+$"),
     "goes on without end": (READY + "while True: sys.stdout.write('a' * 1000)", DIED.format(".*")),
     "fails in colours": (READY + 'say(\'{"error": "\\\\u001b[31mred"}\')', r"xacro: \\x1b\[31mred$"),
 }
@@ -35,9 +41,23 @@ PROGRAMS = {
 def test_a_process_that_misbehaves_is_an_error(name, monkeypatch):
     program, message = PROGRAMS[name]
     monkeypatch.setattr(xacro, "_START", program)
-    monkeypatch.setattr(xacro, "_LONGEST_MESSAGE", 100_000)
     with pytest.raises(DescriptionError, match=message):
         ulna.load(DOCUMENT)
+
+
+def test_an_error_of_hundreds_of_megabytes_costs_the_parent_little_and_is_cut(monkeypatch):
+    received = []
+    of_child = xacro._received
+    monkeypatch.setattr(xacro, "_received", lambda child: received.append(of_child(child)) or received[-1])
+    text = DOCUMENT.replace("${1}", "${xacro.fatal('x' * 200000000)}")
+    with pytest.raises(DescriptionError, match=r"^URDF text: xacro: x{150,200}\.\.\.$"):
+        ulna.load(text)
+    assert len(str(received)) < 10_000
+
+
+def test_a_name_of_megabytes_is_not_looked_up():
+    with pytest.raises(DescriptionError, match=r"a name or a path of \d+ bytes; up to 1000000 are looked up$"):
+        ulna.load(DOCUMENT.replace("<link", "<xacro:include filename=\"${'x' * 2000000}\"/><link"))
 
 
 def test_a_skipped_limit_is_named_when_the_process_dies(monkeypatch):
@@ -66,7 +86,7 @@ def test_a_process_has_no_environment_variables_of_the_user(monkeypatch):
 NAMES = {f"{module.__name__}.{name}" for module, names in main._USED.items() for name in names}
 
 
-@pytest.mark.parametrize("name", sorted(NAMES))
+@pytest.mark.parametrize("name", matrix(sorted(NAMES), 3))
 def test_a_version_of_xacro_without_a_name_that_is_used_is_refused_and_the_name_said(name, monkeypatch):
     monkeypatch.setattr(xacro, "_START", f"import xacro.substitution_args\ndel {name}\n{xacro._START}")
     with pytest.raises(DescriptionError, match=rf"xacro: .*(no {name}|has no attribute '{name.rpartition('.')[2]}')"):

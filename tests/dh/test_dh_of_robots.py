@@ -9,6 +9,7 @@ import pytest
 import formulas
 import ulna
 from assertions import assert_close
+from matrix import matrix
 from robots import UR5, every_joint, of_chain, unit
 from ulna import DHTable, InputError, Robot
 from ulna.description.names.panda import DH_ROWS
@@ -87,7 +88,7 @@ def test_chains_with_skew_axes_slides_and_mimics_have_a_table(convention, link):
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
-@pytest.mark.parametrize("tilt", [0, 1e-16, 1e-12, 1e-9, 1e-7, 9.99e-7, 1.01e-6, 1e-5, 1e-4, 9.9e-4, 1.01e-3, 1e-2])
+@pytest.mark.parametrize("tilt", matrix([0, 1e-16, 1e-12, 1e-9, 1e-7, 9.99e-7, 1.01e-6, 1e-5, 1e-4, 9.9e-4, 1.01e-3, 1e-2], 4))
 @pytest.mark.parametrize("gap", [0.0, 1e-7, 1e-5, 0.3])
 def test_nearly_parallel_axes_give_finite_rows_and_no_loss_that_the_proof_does_not_report(convention, tilt, gap):
     chain = of_chain("revolute", "revolute", "revolute").joints

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from fresh_process import PACKAGE, run_fresh
-from ulna.engine import cache
+from ulna.engine import cache, private_folder
 
 pytestmark = pytest.mark.compiler
 
@@ -49,12 +49,14 @@ def clone(tmp_path):
     return tmp_path / "src"
 
 
+@pytest.mark.process
 def test_a_second_process_compiles_nothing(tmp_path):
     first, second = (run(NUMBA_CACHE_DIR=tmp_path) for _ in range(2))
     assert first[:2] == [AT_ZERO, "0 1"]
     assert second[:2] == [AT_ZERO, "1 0"]
 
 
+@pytest.mark.process
 def test_a_change_in_a_kernel_that_an_entry_calls_is_never_served_from_the_cache(clone, tmp_path):
     """Numba's own cache looks at the entry's file alone, and would. And what another clone put there stays."""
     changed = clone / "ulna" / "kernels" / "spatial" / "se3.py"
@@ -69,6 +71,7 @@ def test_a_change_in_a_kernel_that_an_entry_calls_is_never_served_from_the_cache
     assert run(src=clone, NUMBA_CACHE_DIR=tmp_path)[:2] == [AT_ZERO, "1 0"]
 
 
+@pytest.mark.process
 def test_a_change_in_the_lamp_of_a_film_leaves_the_machine_code_of_a_pose(clone, tmp_path):
     lamp = clone / "ulna" / "kernels" / "render" / "illumination.py"
     assert run(src=clone, NUMBA_CACHE_DIR=tmp_path)[1] == "0 1"
@@ -76,6 +79,7 @@ def test_a_change_in_the_lamp_of_a_film_leaves_the_machine_code_of_a_pose(clone,
     assert run(src=clone, NUMBA_CACHE_DIR=tmp_path)[1] == "1 0"
 
 
+@pytest.mark.process
 def test_a_kernel_that_is_edited_while_a_program_runs_does_not_mix_old_code_with_a_new_key(clone, tmp_path):
     """The first process loads a kernel, then the file changes, then another entry compiles that kernel as it was loaded."""
     early = (
@@ -89,6 +93,7 @@ def test_a_kernel_that_is_edited_while_a_program_runs_does_not_mix_old_code_with
     assert run(late, src=clone, NUMBA_CACHE_DIR=tmp_path) == ["0.0 1.0"]
 
 
+@pytest.mark.process
 def test_the_users_folder_is_honoured_and_numbas_setting_left_as_it_was(tmp_path):
     home = tmp_path / "home"
     *_, setting, folder = run(NUMBA_CACHE_DIR=tmp_path / "here", HOME=home)
@@ -99,6 +104,7 @@ def test_the_users_folder_is_honoured_and_numbas_setting_left_as_it_was(tmp_path
     assert run("import numba, ulna, ulna.kernels.chain.poses; print(repr(numba.config.CACHE_DIR))", HOME=home) == ["''"]
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform != "linux", reason="the places of other systems")
 def test_otherwise_it_lies_in_the_users_cache_folder(tmp_path):
     where = "from ulna.engine.cache import cache_folder; print(cache_folder().path.parent)"
@@ -106,6 +112,49 @@ def test_otherwise_it_lies_in_the_users_cache_folder(tmp_path):
     assert run(where, HOME=tmp_path, XDG_CACHE_HOME=tmp_path / "xdg") == [str(tmp_path / "xdg" / "ulna")]
 
 
+RELATIVE = ["cache", "./cache", "../cache", "."]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the places of other systems")
+@pytest.mark.parametrize("variable", ["NUMBA_CACHE_DIR", "XDG_CACHE_HOME"])
+@pytest.mark.parametrize("path", RELATIVE)
+def test_a_relative_path_does_not_lead_into_the_folder_of_a_stranger(tmp_path, monkeypatch, variable, path):
+    """Files of the cache are unpickled, and those in the current folder may be anyone's."""
+    stranger, home = tmp_path / "stranger" / "robot", tmp_path / "home"
+    stranger.mkdir(parents=True)
+    home.mkdir()
+    monkeypatch.chdir(stranger)
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.setenv(variable, path)
+    with pytest.warns(RuntimeWarning, match=f"^{variable} is .* a relative path, which is ignored"):
+        folder = cache.cache_folder.__wrapped__()
+    assert folder is not None
+    assert folder.path.parent == home / ".cache" / "ulna"
+    assert not [*stranger.parent.rglob("*cache*"), *stranger.iterdir()]
+
+
+@pytest.mark.parametrize("home", RELATIVE)
+def test_a_relative_home_is_none(tmp_path, monkeypatch, home):
+    monkeypatch.chdir(tmp_path)
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", home)
+    assert cache.cache_folder.__wrapped__() is None
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("path", RELATIVE)
+def test_a_relative_path_of_windows_is_ignored_too(monkeypatch, path):
+    monkeypatch.setattr(private_folder.sys, "platform", "win32")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("LOCALAPPDATA", path)
+    with pytest.warns(RuntimeWarning, match="^LOCALAPPDATA is .* a relative path"):
+        assert private_folder.cache_base() == Path.home() / "AppData" / "Local" / "ulna" / "cache"
+
+
+@pytest.mark.process
 def test_a_folder_that_cannot_be_written_costs_a_compilation_and_nothing_else(tmp_path):
     file = tmp_path / "file"
     file.touch()
@@ -113,6 +162,7 @@ def test_a_folder_that_cannot_be_written_costs_a_compilation_and_nothing_else(tm
     assert (answer, stats, folder) == (AT_ZERO, "0 1", "None")
 
 
+@pytest.mark.process
 def test_a_folder_that_goes_away_costs_a_compilation_and_nothing_else(tmp_path):
     remove = (
         "import shutil, ulna.kernels.chain.poses; from ulna.engine.cache import cache_folder\n"
@@ -121,6 +171,7 @@ def test_a_folder_that_goes_away_costs_a_compilation_and_nothing_else(tmp_path):
     assert run(remove + PLACE, NUMBA_CACHE_DIR=tmp_path)[0] == AT_ZERO
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("damage", [b"", b"\x80\x04junk"])
 def test_a_damaged_file_costs_a_compilation_and_nothing_else(tmp_path, damage):
     """As a full disk or a lost current leaves them."""
@@ -158,6 +209,7 @@ def test_folders_and_files_that_nobody_used_for_a_month_are_removed(tmp_path, ca
     assert now - folder.stat().st_mtime < 3600
 
 
+@pytest.mark.process
 def test_machine_code_that_is_loaded_counts_as_used(tmp_path):
     *_, folder = run(NUMBA_CACHE_DIR=tmp_path)
     for file in Path(folder).glob("*.nbc"):
@@ -244,6 +296,7 @@ class Planted:
         return Path.touch, (self.mark,)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("mode", [0o777, 0o700], ids=["open to others", "the user's alone"])
 def test_what_another_user_planted_is_not_run(tmp_path, mode):
     mark, base = tmp_path / "it ran", tmp_path / "cache"
@@ -256,6 +309,7 @@ def test_what_another_user_planted_is_not_run(tmp_path, mode):
     assert mark.exists() == (mode == 0o700)  # in the user's own folder it is read: so the plant is where the library looks
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="an open folder of Windows cannot be renamed")
 def test_a_folder_that_is_exchanged_after_it_was_checked_is_not_read(tmp_path):
     """As another user can who may write in a folder above: that of a group, or his own."""
@@ -284,6 +338,7 @@ def test_the_users_cache_folder_may_be_a_link_to_another_of_his(tmp_path, monkey
         assert cache.cache_folder.__wrapped__() is None
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 def test_a_terminal_shows_a_compilation_and_only_that(tmp_path):
     said = []
@@ -299,6 +354,7 @@ def test_a_terminal_shows_a_compilation_and_only_that(tmp_path):
     assert said[1] == "end"
 
 
+@pytest.mark.process
 def test_a_pipe_gets_one_line_about_all_that_is_compiled(tmp_path):
     code = "from ulna.engine import announcements; announcements._NEXT_WITHIN_S = 1e9; "  # however busy the machine is
     code += "import ulna; panda = ulna.load('panda'); panda.jacobian(panda.home); panda.forward_kinematics(panda.home)"

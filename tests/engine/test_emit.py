@@ -46,6 +46,7 @@ def test_a_file_stays_as_it_was_where_writing_is_interrupted(tmp_path, monkeypat
     assert [file.name for file in tmp_path.iterdir()] == ["a.o"]
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="a process cannot limit its files there")
 def test_a_build_on_a_full_disk_keeps_no_part_of_an_object_file(tmp_path):
     """What is there is kept by the next build, so a part of it would be linked."""

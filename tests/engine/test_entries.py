@@ -90,6 +90,7 @@ CALLERS = [
 ]
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("module", [*CALLERS, "viewer.film.film", "engine.entries", "engine.threads"])
 def test_a_module_that_calls_entries_loads_no_compiler(module):
     code = f"import sys, ulna.{module}; print('numba' in sys.modules)"

@@ -121,6 +121,7 @@ def test_machine_code_is_kept_on_disk_unless_names_of_the_cache_are_missing(grou
     assert all(map(np.array_equal, first, again))
 
 
+@pytest.mark.process
 def test_each_name_that_is_listed_is_looked_for():
     program = f"""
 for path in {list(LISTED)!r}:
@@ -149,6 +150,7 @@ def test_a_version_that_was_not_tested_is_tried_first(expected, tmp_path):
     assert all(map(np.array_equal, arrays, expected))
 
 
+@pytest.mark.process
 def test_what_fails_in_a_version_that_was_not_tested_is_done_without(expected, tmp_path):
     arrays, (warned,), off, _ = results(CHANGED, tmp_path)
     assert off == sorted([CODE, MEMORY, PASSES])
@@ -171,6 +173,7 @@ def test_only_one_module_of_the_engine_imports_private_names():
                 assert not any(alias.name.startswith("numba.") for alias in node.names), file
 
 
+@pytest.mark.process
 def test_as_plain_python_nothing_is_missed():
     """``njit`` then returns the function itself, which has none of a dispatcher's attributes."""
     assert run_fresh("import ulna.drivers.forward; print('quiet')", NUMBA_DISABLE_JIT=1) == ["quiet"]

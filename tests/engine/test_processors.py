@@ -82,6 +82,7 @@ def test_a_quota_bounds_the_number_and_a_part_counts_as_one(monkeypatch, quota, 
     assert n_processors() == number
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="no affinity")
 def test_the_affinity_of_the_process_counts():
     code = """

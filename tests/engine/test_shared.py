@@ -58,6 +58,7 @@ def ask(tmp_path):
     return asked
 
 
+@pytest.mark.process
 def test_callers_name_it_and_hold_no_copy(ask):
     assert ask(
         ASK
@@ -72,12 +73,14 @@ for entry in (sums.twice, sums.squares):
     ) == ["12.0 14.0 6.0", "2", "1 0", "1 0", "1 0"]
 
 
+@pytest.mark.process
 def test_it_is_compiled_once_and_then_loaded_with_the_first_that_calls_it(ask):
     assert ask(ASK + STATS) == ["12.0 14.0 6.0", "0 1", "0 1", "0 1", "0 2"]
     assert ask(ASK + STATS) == ["12.0 14.0 6.0", "1 0", "1 0", "1 0", "2 0"]
     assert ask("import numpy as np, sums\nprint(sums.twice(np.ones(2)))" + STATS) == ["4.0", "1 0", "1 0", "1 0", "0 0"]
 
 
+@pytest.mark.process
 def test_one_that_is_lost_is_compiled_again_for_callers_on_disk(ask, tmp_path):
     ask()
     lost = [file for file in (tmp_path / "cache").rglob("*total*") if file.is_file()]
@@ -87,12 +90,14 @@ def test_one_that_is_lost_is_compiled_again_for_callers_on_disk(ask, tmp_path):
     assert ask(ASK + STATS) == ["12.0 14.0 6.0", "0 1", "1 0", "1 0", "2 0"]
 
 
+@pytest.mark.process
 def test_a_change_in_it_reaches_its_callers(ask, tmp_path):
     ask()
     (tmp_path / "sums.py").write_text(SUMS.replace("x**n", "x**n + 1.0"))
     assert ask() == ["20.0 18.0 12.0"]
 
 
+@pytest.mark.process
 def test_compiled_ahead_it_is_in_one_object_file(ask, tmp_path):
     (tmp_path / "drivers_of_sums").mkdir()
     (tmp_path / "drivers_of_sums" / "__init__.py").write_text(

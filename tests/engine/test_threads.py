@@ -229,6 +229,7 @@ def test_the_environment_variable_is_what_is_used_unless_a_call_says_otherwise(m
     assert default_threads() == batches.n_processors()
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no forks")
 def test_a_fork_asks_again():
     code = """

@@ -361,6 +361,25 @@ def test_no_targets_have_a_sentence_of_their_own(panda):
         assert str(found) == "no targets"
 
 
+@pytest.mark.parametrize("limit", [TURN, np.pi])
+def test_the_whole_turns_of_a_joint_at_its_limit_are_listed_whatever_its_rounding(limit):
+    """One turn from a limit is the other, to rounding: which of the two is given makes no difference."""
+    rng = np.random.default_rng(3)
+    robot, turns = ur5(limit), round(limit / np.pi)
+    for _ in range(20):
+        q = rng.uniform(-3, 3, 6)
+        at = rng.choice([0, 1, 3, 5])  # the others would be singular there
+        q[at] = rng.choice([-limit, limit])
+        listed = robot.all_solutions(robot.forward_kinematics(q), whole_turns=True)
+        places = [x + TURN * np.arange(-4, 5) for x in q]
+        places = [x[np.abs(x) <= limit + 1e-9] for x in places]
+        assert len(places[at]) == turns + 1
+        mine = listed.q[listed.valid]
+        assert (np.abs(mine) <= limit).all()
+        for twin in itertools.product(*places):
+            assert (np.abs(mine - twin).max(axis=1) < 1e-7).sum() == 1
+
+
 def test_more_whole_turns_than_memory_holds_are_refused():
     robot = ur5(limit=400.0)
     with pytest.raises(InputError, match=r"whole_turns: the limits allow .* turns of one solution"):

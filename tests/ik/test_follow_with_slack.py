@@ -112,6 +112,7 @@ def test_the_tool_turns_away_from_what_is_in_its_way(panda):
     assert hits == [False, True]
 
 
+@pytest.mark.slow
 def test_where_none_leads_on_the_reason_is_that_of_the_task(ur5, circle):
     far = circle.copy()
     far[40:, 0, 3] += np.linspace(0, 1.5, 40)

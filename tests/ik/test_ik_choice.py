@@ -137,6 +137,41 @@ def test_the_elbow_with_the_greater_clearance_from_the_world_is_taken_however_ne
         np.testing.assert_allclose(result.q, elbows[clearance.argmax()], atol=1e-4)
 
 
+def worlds_of_nothing(robot):
+    """Worlds that hold nothing that the robot may not touch: no distance is finite."""
+    empty, unseen, all_ignored = ulna.World(), ulna.World(), ulna.World()
+    unseen.add("cloud", ulna.PointCloud(np.empty((0, 3)), radius=0.01))
+    all_ignored.add("crate", ulna.Box((0.4, 0.4, 0.4)), ulna.pose((0.4, 0, 0.5)), touch_links=robot.link_names)
+    return {"empty": empty, "a cloud without points": unseen, "all may touch": all_ignored}
+
+
+@pytest.fixture(scope="module")
+def arms(panda):
+    """One of seven joints, one of six with a complete closed form: a UR5 with two balls."""
+    balls = [Body("ball", ulna.Sphere(0.02), np.eye(4))]
+    plain = Robot.from_dh(robots.UR5, convention="standard", limits=[(-np.pi, np.pi)] * 6).description
+    links = tuple(replace(link, collisions=tuple(balls)) if link.name in {"link3", "link6"} else link for link in plain.links)
+    return {"panda": panda, "ur5": Robot(replace(plain, links=links))}
+
+
+@pytest.mark.parametrize("what", ["empty", "a cloud without points", "all may touch"])
+@pytest.mark.parametrize("name", ["panda", "ur5"])
+def test_the_clearance_from_nothing_rejects_no_solution(arms, name, what):
+    robot = arms[name]
+    world, begin = worlds_of_nothing(robot)[what], robot.home + 0.3
+    assert robot.signed_distance(begin, world, self_collision=False) == np.inf, "otherwise nothing would be proved"
+    T = robot.forward_kinematics(begin + np.linspace(0, 0.3, 5)[:, None])
+    plain, ranked = (robot.all_solutions(T[2], world=world, rank=rank) for rank in (None, "clearance"))
+    assert ranked.valid.sum() == plain.valid.sum() > 0
+    assert not robot.in_collision(ranked.q[ranked.valid], world).any()
+    for q_start in (None, begin):
+        assert robot.follow(T, q_start, world=world, rank="clearance").success
+    found = robot.inverse_kinematics(T, world=world, rank="clearance")
+    assert found.success.all()
+    np.testing.assert_allclose(robot.forward_kinematics(found.q), T, rtol=0, atol=2.1e-5)
+    assert np.isfinite(found.q).all()
+
+
 def test_only_what_solves_its_target_is_looked_at(panda, world, targets, monkeypatch):
     """What no kernel has written holds whatever was in the memory."""
     empty = np.empty

@@ -6,6 +6,7 @@ import pytest
 import formulas
 import robots
 import ulna
+from matrix import matrix
 from ulna import Robot
 
 CRANK = [(0, 0, 0, 0), (1.0, 0, 0, 0), (0.6, 0, 0, 0)]
@@ -77,7 +78,7 @@ def test_no_configuration_of_any_arm_breaks_the_certificate(rng):
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1.0, 1e4])
-@pytest.mark.parametrize("length", [1.0, 1e3, 1e9, 1e16, 1e60, 1e200, 1.7e308])
+@pytest.mark.parametrize("length", matrix([1.0, 1e3, 1e9, 1e16, 1e60, 1e200, 1.7e308], [1.0, 1e16, 1.7e308]))
 def test_no_configuration_breaks_it_however_long_a_slide_may_become_or_however_small_the_arm(rng, scale, length):
     """The bound subtracts lengths as long as the slide; its roundings are as large as they are."""
     for _ in range(20):

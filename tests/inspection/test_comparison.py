@@ -60,6 +60,7 @@ def found(comparison):
     return [(difference.kind, difference.where) for difference in comparison.differences]
 
 
+@pytest.mark.filterwarnings("ignore:.*of a continuous joint are not used:ulna.DescriptionWarning")
 @pytest.mark.parametrize("name", CHANGES)
 def test_one_change_is_found_where_it_is_and_nothing_else(name):
     written, instead, expected = CHANGES[name]

@@ -116,7 +116,11 @@ def test_a_follower_that_contradicts_another_follower_is_reported_and_its_limits
     third = """<link name="third"/><joint name="grip three" type="prismatic"><parent link="upper"/><child link="third"/>
     <axis xyz="1 0 0"/><limit lower="0.3" upper="0.4" velocity="2" effort="3"/><mimic joint="grip"/></joint></robot>"""
     text = SOUND.replace('lower="0" upper="0.4"', 'lower="0" upper="0.1"').replace("</robot>", third)
-    [finding] = ulna.inspect(text).findings
+    narrowing, finding = ulna.inspect(text).findings
+    assert (narrowing.where, narrowing.message) == (
+        "joint 'grip too'",
+        "its limits narrow 'grip', which it mimics, to 0.1 to 0.2",
+    )
     assert (finding.where, finding.severity) == ("joint 'grip three'", Severity.WARNING)
     assert ulna.load(text).upper[1] == 0.2
 
@@ -139,6 +143,7 @@ def test_the_tree_is_drawn_depth_first_and_a_loop_does_not_hold_it_up():
     assert {row.link for row in ulna.inspect(loop).tree} == {"base", "upper", "left", "right"}
 
 
+@pytest.mark.filterwarnings("ignore::ulna.DescriptionWarning")
 @given(
     st.lists(
         st.tuples(st.integers(0, len(SOUND) - 1), st.integers(0, 12), st.sampled_from(["", "x", "-", "9", "<", '"', "/>"])),

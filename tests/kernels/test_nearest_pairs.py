@@ -1,6 +1,7 @@
 """The pairs that a servo keeps: the nearest of each body, though a cloud beside one body has thousands."""
 
 import numpy as np
+import pytest
 
 import ulna
 from kernel_modes import compiled
@@ -17,6 +18,7 @@ def nearest(scene, q, near, excess):
     return find_near_pairs(scene, CLEARANCE, None, WITHIN, near, excess)
 
 
+@pytest.mark.slow
 def test_a_cloud_beside_the_hand_leaves_room_for_a_crate_beside_the_elbow(panda, rng):
     hand, elbow = panda.forward_kinematics(panda.home)[:3, 3], panda.forward_kinematics(panda.home, link="panda_link4")[:3, 3]
     world = ulna.World()

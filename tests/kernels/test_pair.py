@@ -17,7 +17,7 @@ N = 32
 EXACTNESS = {"cylinder": 2e-9}
 
 
-@pytest.fixture(params=solids.PAIRS, ids="-".join)
+@pytest.fixture(params=solids.MATRIX, ids="-".join)
 def kinds(request):
     return request.param
 

@@ -39,7 +39,7 @@ def proved(run, *pair, exactness=1e-9):
     return answer[0][0]
 
 
-@pytest.mark.parametrize("kinds", solids.PAIRS, ids="-".join)
+@pytest.mark.parametrize("kinds", solids.MATRIX, ids="-".join)
 def test_points_are_bodies(run, kinds):
     a, b = (POINTS[kind] for kind in kinds)
     d, p, q, n, overlap = ask(run, [(a, at(1, 2, 3), b, at(1, 2 + side * 0.5, 3)) for side in (1, -1)])
@@ -50,7 +50,7 @@ def test_points_are_bodies(run, kinds):
     assert not overlap.any()
 
 
-@pytest.mark.parametrize("kinds", solids.PAIRS, ids="-".join)
+@pytest.mark.parametrize("kinds", solids.MATRIX, ids="-".join)
 def test_at_one_place_points_touch(run, kinds):
     d, p, q, n, overlap = ask(run, [(POINTS[kinds[0]], at(1, 2, 3), POINTS[kinds[1]], at(1, 2, 3))])
     assert overlap.all()
@@ -74,7 +74,7 @@ def test_a_flat_hull_has_a_distance(run, rng, kind):
         assert_close(solids.gap_along(*pair, n), d, atol=1e-9)
 
 
-@pytest.mark.parametrize("kinds", solids.PAIRS, ids="-".join)
+@pytest.mark.parametrize("kinds", solids.MATRIX, ids="-".join)
 def test_what_is_no_number_has_no_distance(run, rng, kinds):
     pairs = solids.random_pairs(rng, kinds, 9)
     for T in (pairs[3][1], pairs[5][3]):
@@ -108,7 +108,7 @@ def test_crossed_boards_meet_where_no_corner_lies(run, rng, tilt):
         assert_close(proved(run, *pair, exactness=1e-11), 0.5, atol=4 * tilt + 1e-11)
 
 
-@pytest.mark.parametrize("kinds", solids.PAIRS, ids="-".join)
+@pytest.mark.parametrize("kinds", solids.MATRIX, ids="-".join)
 def test_equal_poses_have_a_depth(run, rng, kinds):
     a, b = (solids.random_solid(rng, kind) for kind in kinds)
     T = solids.random_pose(rng)
@@ -117,7 +117,7 @@ def test_equal_poses_have_a_depth(run, rng, kinds):
     assert solids.widest_gap_found(a, T, b, T, rng, 4) <= d + 1e-7
 
 
-@pytest.mark.parametrize("kinds", solids.PAIRS, ids="-".join)
+@pytest.mark.parametrize("kinds", solids.MATRIX, ids="-".join)
 @pytest.mark.parametrize("small", [1e-3, 1e-9])
 def test_a_crumb_within_a_large_body_is_met(run, rng, kinds, small):
     """The checkers that compare surfaces miss a body that lies wholly inside another."""
@@ -126,7 +126,7 @@ def test_a_crumb_within_a_large_body_is_met(run, rng, kinds, small):
     assert proved(run, large, I, crumb, at(*middle), exactness=1e-6) < -1
 
 
-@pytest.mark.parametrize("kinds", solids.PAIRS, ids="-".join)
+@pytest.mark.parametrize("kinds", solids.MATRIX, ids="-".join)
 def test_a_crumb_beside_a_huge_body_has_its_distance(run, rng, kinds):
     huge, crumb = solids.random_solid(rng, kinds[0], 1e4), solids.random_solid(rng, kinds[1], 1e-6)
     T = solids.random_pose(rng, 1.0)

@@ -146,6 +146,7 @@ def of_this_process():
     return answers()
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("name", cases())
 @pytest.mark.parametrize("mode", kernel_modes.MODES)
 def test_this_process_agrees_with_plain_numpy(of_this_process, without_compiler, name, mode):

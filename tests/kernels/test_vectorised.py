@@ -12,6 +12,7 @@ from numba.core.errors import TypingError
 
 import kernel_modes
 import kernel_probes
+from matrix import matrix
 from ulna.drivers.forward import forward_batch, forward_one, frames_batch
 from ulna.drivers.jacobian import jacobian_batch
 from ulna.drivers.multi_start import search_jobs
@@ -63,7 +64,7 @@ def code_of(entry, arguments):
     return fresh.inspect_llvm(signature)
 
 
-@pytest.mark.parametrize("name", ENTRIES)
+@pytest.mark.parametrize("name", matrix(list(ENTRIES), ["forward_batch"]))
 def test_a_batch_kernel_computes_on_eight_doubles_at_once(name):
     code = code_of(*ENTRIES[name])
     assert len(ARITHMETIC.findall(code)) > 100

@@ -70,6 +70,18 @@ def test_a_read_only_q_is_taken(pair):
     assert compiled(ROBOT.home).tobytes() == method(ROBOT.home).tobytes()
 
 
+def test_a_read_only_q_takes_the_fast_route_as_another_does(pair, rng, monkeypatch):
+    compiled, _ = pair
+    monkeypatch.setattr(type(compiled), "_validated", lambda *_: pytest.fail("the route of what must be converted"))
+    fast = sent_and_back(compiled)  # in C the slow route is bound when it is made
+    q = positions(rng)
+    expected = fast(q).tobytes()
+    q.flags.writeable = False
+    assert fast(q).tobytes() == expected
+    assert fast(q, out := np.empty_like(fast(q))) is out
+    assert out.tobytes() == expected
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1.01 * LARGEST])
 def test_numbers_out_of_range_are_refused_by_place(pair, rng, bad):
     compiled, _ = pair
@@ -151,6 +163,7 @@ def test_it_survives_pickling_with_nothing_writable(pair, rng):
     assert not any(array.flags.writeable for array in arrays)
 
 
+@pytest.mark.process
 def test_another_process_can_be_sent_one():
     code = "import pickle, sys; fk, q = pickle.load(sys.stdin.buffer); print(fk(q)[:3, 3].round(12).tolist())"
     panda = ulna.load("panda")

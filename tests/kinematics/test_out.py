@@ -124,6 +124,7 @@ def test_the_place_for_one_result_is_an_array_without_axes(panda):
     assert distance == panda.signed_distance(panda.home, WORLD)
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="no resource module")
 def test_a_million_poses_take_no_more_memory_than_their_result():
     code = """

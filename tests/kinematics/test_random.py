@@ -5,7 +5,7 @@ import pytest
 
 import robots
 import ulna
-from robot_files import example_urdfs
+from robot_files import example_urdfs, of_kinds
 from ulna.description.robot_description import Limits
 
 NOT_LOADED = {"alex_psyonic_hands", "ur3"}  # tests/crosscheck has the reasons
@@ -23,7 +23,10 @@ def test_one_configuration_and_many_are_within_the_limits_and_fill_them(panda):
     assert not np.array_equal(panda.random(5), panda.random(5))
 
 
-@pytest.mark.parametrize("file", [file for file in example_urdfs() if file.stem not in NOT_LOADED], ids=lambda file: file.stem)
+FILES = [file for file in example_urdfs() if file.stem not in NOT_LOADED]
+
+
+@pytest.mark.parametrize("file", of_kinds(FILES), ids=lambda file: file.stem)
 def test_every_robot_can_stand_at_random(file):
     robot = ulna.load(file)
     q = robot.random(20, seed=0)

@@ -8,7 +8,7 @@ import pytest
 import ulna
 from ulna.engine.lanes import WIDTH
 from ulna.errors import InputError
-from ulna.kernels.planning.planning_layout import BOUND, HIGH, LOW
+from ulna.kernels.planning.planning_layout import BOUND, FIRST_SAMPLE, GOAL_REACHED, HIGH, LOW, SAMPLE
 from ulna.planning.search import Search
 from ulna.planning.slices import TimeLimit
 
@@ -119,6 +119,18 @@ def test_no_path_no_budget_or_no_time_are_refused(panda, plans):
             plans[0].improve(wrong)
     with pytest.raises(InputError, match="time_limit"):
         plans[0].improve(10, time_limit=0)
+
+
+def test_the_goal_that_is_reached_is_kept_apart_from_the_number_of_the_next_sample(panda, world, ends, plans):
+    edges, goals = plans[0]._searched.motion.edges(certify=True), np.stack([ends[1], ends[1] + 0.01])
+    search = Search(edges, ends[0], goals, (0, 1), by_samples=True)
+    assert search.finish(1, TimeLimit(None), shorten=False) is None
+    assert search.goal == -1
+    before = search.state[0, SAMPLE]
+    found = search.finish(20_000, TimeLimit(None), shorten=False)
+    assert np.array_equal(found.path[-1], goals[search.goal])
+    assert search.state[0, SAMPLE] - search.state[0, FIRST_SAMPLE] >= search.effort.iterations > before
+    assert search.state[0, GOAL_REACHED] == search.goal
 
 
 def test_nodes_cost_what_their_way_is_long_and_a_found_path_less_than_the_bound(panda, world, ends, plans):

@@ -159,3 +159,58 @@ def test_a_motion_of_many_points_takes_as_long_for_each_as_one_of_few_and_keeps_
     assert many.duration > 100.0
     assert many.check()
     assert not many.check(acceleration=7.4)
+
+
+def test_positions_are_compared_between_samples_too(panda):
+    """A joint that turns round between two samples a second apart, and so does a mean of it: the peak is found."""
+    points = np.stack([panda.home, panda.home, panda.home])
+    points[1, 0] = 1.0
+    for options in ({"acceleration": 2.0}, {"acceleration": 2.0, "jerk": 50.0}, {"limits": "franka"}):
+        motion = panda.trajectory(points, within=0.05, **options)
+        q = motion.at(np.linspace(0, motion.duration, 200_001)).q
+        peak = int(q[:, 0].argmax())
+        for limit, within in ((q[peak, 0] + 1e-8, True), (q[peak, 0] - 1e-8, False)):
+            check = motion.check({"joint_limits": {"panda_joint1": {"max_position": float(limit)}}}, period=motion.duration)
+            assert check.within is within
+            if not within:
+                assert (check.joint, check.quantity, check.limit) == ("panda_joint1", "position", limit)
+                assert check.value == pytest.approx(q[peak, 0], abs=1e-9)
+                assert check.time == pytest.approx(motion.duration * peak / 200_000, abs=1e-4)
+                assert "the position of panda_joint1 is " in str(check)
+                assert "beyond its upper limit of" in str(check)
+
+
+def test_the_farthest_of_a_replaced_motion_is_that_of_a_dense_one(panda):
+    left, right = panda.home.copy(), panda.home.copy()
+    left[:2], right[:2] = (0.5, -0.2), (-0.5, -0.2)
+    for options in ({"acceleration": 3.0}, {"acceleration": 3.0, "jerk": 30.0}):
+        motion = panda.plan(left, right).trajectory(**options)
+        t = 0.4 * motion.duration
+        motion = motion.replace(panda.plan(motion.at(t).q, panda.home), at=t)
+        q = motion.at(np.linspace(t, motion.duration, 100_001)).q
+        found = motion._timed.farthest(t)
+        for exact, dense in zip(found.q, (q.min(axis=0), q.max(axis=0)), strict=True):
+            assert np.allclose(exact, dense, rtol=0, atol=1e-8)
+        assert (found.q[0] <= q.min(axis=0) + 1e-13).all()
+        assert (found.q[1] >= q.max(axis=0) - 1e-13).all()
+        at = motion.at(found.times.ravel()).q.reshape(2, 7, 7)[:, range(7), range(7)]
+        assert np.allclose(at, found.q, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize(("velocity", "acceleration", "jerk"), [(0.02, 0.05, 50.0), (0.01, 0.02, 500.0)])
+def test_a_slow_motion_with_little_jerk_keeps_its_own_limits(panda, velocity, acceleration, jerk):
+    """The mean of it is over some 1e-4 s of minutes: it is found without losing digits."""
+    path = panda.home + 0.4 * np.sin(np.linspace(0, 9, 60))[:, None] * np.array([1, 0.5, 0.3, 0.2, 0.1, 0.4, 1])
+    motion = panda.trajectory(path, within=0.001, velocity=velocity, acceleration=acceleration, jerk=jerk)
+    assert motion.check()
+    sampled = motion.sampled(0.001)
+    assert np.abs(np.diff(sampled.q, 2, axis=0)).max() <= acceleration * 1e-6 * (1 + 1e-6)
+
+
+def test_a_little_beyond_a_limit_is_told_in_numbers_that_differ(panda):
+    motion = panda.trajectory([panda.home, panda.home + 0.3], acceleration=2.0)
+    for much, says in ((1 + 2e-6, "0.0002 % above its limit of"), (1.05, "5 % above its limit of"), (1.5, "1.5 times its limit")):
+        check = motion.check(acceleration=2.0 / much)
+        assert not check
+        assert says in str(check)
+        assert ", 1 times" not in str(check)

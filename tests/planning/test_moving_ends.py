@@ -198,3 +198,56 @@ def test_slides_joints_without_limits_and_paths_of_billionths(scale, options):
         assert np.allclose(moment.qd[[0, -1]], velocities, atol=1e-9)
         for rates, most in zip(moment[1:], motion._limits, strict=True):
             assert most is None or (np.abs(rates) <= most * (1 + 1e-9)).all()
+
+
+def braked(speed, acceleration, jerk, h=1e-5):
+    """How far a joint moves until it rests, by small steps: its acceleration grows as fast as lets it end at 0 with the speed."""
+    way = a = 0.0
+    while speed > 0.0:
+        growing = jerk == np.inf or a * a / (2 * jerk) < speed
+        a = acceleration if jerk == np.inf else min(a + jerk * h, acceleration) if growing else max(a - jerk * h, jerk * h)
+        way, speed = way + h * speed, speed - a * h
+    return way
+
+
+@pytest.mark.parametrize("jerk", [None, 20.0, 200.0])
+@pytest.mark.parametrize(("which", "side"), [("start_velocity", 1), ("end_velocity", 1), ("end_velocity", -1)])
+def test_a_velocity_that_cannot_stop_within_the_limits_of_position_is_refused_by_joint_and_amount(panda, jerk, which, side):
+    """On both sides of the distance in which a joint stops, which is found by small steps."""
+    speed, acceleration = 0.8, 4.0
+    way = braked(speed, acceleration, np.inf if jerk is None else jerk)
+    velocity, end = np.zeros(7), np.where(side > 0, panda.upper, panda.lower)[0]
+    velocity[0] = side * speed
+    for room, stops in ((1.02 * way, True), (0.98 * way, False)):
+        near = panda.home.copy()
+        near[0] = end - side * room
+        path = [near, near - [side, 0, 0, 0, 0, 0, 0]] if which == "start_velocity" else [near - [side, 0, 0, 0, 0, 0, 0], near]
+        plan = panda.plan(*path)
+        options = {which: velocity, "acceleration": acceleration, "jerk": jerk}
+        if stops and which == "end_velocity":
+            assert plan.trajectory(**options).check()
+        elif not stops:
+            limit = "upper" if side > 0 else "lower"
+            with pytest.raises(
+                InputError, match=rf"{which}: .* of panda_joint1 at .*, 0\.0\d+ beyond its {limit} limit of .*slower"
+            ):
+                plan.trajectory(**options)
+
+
+@pytest.mark.parametrize("options", LIMITS)
+def test_a_start_in_motion_near_an_end_stays_within_the_limits_or_is_refused(panda, options):
+    kept = 0
+    for room in (0.001, 0.01, 0.05, 0.2, 0.5):
+        start, velocity = panda.home.copy(), np.array([0.8, 0.1, 0, 0, 0, 0, 0])
+        start[0] = panda.upper[0] - room
+        plan = panda.plan(start, panda.home)
+        try:
+            motion = plan.trajectory(start_velocity=velocity, **options)
+        except InputError:
+            with pytest.raises(InputError, match=r"beyond its upper limit of 2.8973"):
+                plan.trajectory(start_velocity=velocity, **options)
+            continue
+        kept += 1
+        assert (motion.at(np.linspace(0, motion.duration, 20_001)).q <= panda.upper).all()
+        assert motion.check()
+    assert kept >= 1

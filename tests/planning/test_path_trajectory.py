@@ -13,8 +13,9 @@ def curve(robot, n, width=0.5):
     return robot.home + width * np.sin(np.linspace(0, 1, n)[:, None] * np.arange(1, 8))
 
 
-def corners(n=6):
-    return np.cumsum(np.random.default_rng(0).normal(size=(n, 7)) * 0.3, axis=0)
+def corners(panda, n=6):
+    """Corners, of which some have joints at the ends of their ranges."""
+    return np.clip(np.cumsum(np.random.default_rng(0).normal(size=(n, 7)) * 0.3, axis=0), panda.lower, panda.upper)
 
 
 def distance(points, q):
@@ -37,7 +38,7 @@ def distance(points, q):
 @pytest.mark.parametrize("options", [{"limits": "franka"}, {"acceleration": 5, "jerk": 50}, {"acceleration": 15}])
 @pytest.mark.parametrize("shape", ["curve", "corners"])
 def test_it_stays_within_its_bound_of_the_lines_and_within_its_limits(panda, within, options, shape):
-    points = curve(panda, 30) if shape == "curve" else corners()
+    points = curve(panda, 30) if shape == "curve" else corners(panda)
     motion = panda.trajectory(points, within=within, **options)
     moment = motion.at(np.linspace(0, motion.duration, 20_001))
     assert distance(points, moment.q[::10]).max() <= within * (1 + 1e-9)
@@ -51,10 +52,10 @@ def test_it_stays_within_its_bound_of_the_lines_and_within_its_limits(panda, wit
 
 
 def test_with_more_room_it_is_faster_and_near_the_bound(panda):
-    durations = [panda.trajectory(corners(), within=within, limits="franka").duration for within in (0.1, 0.01, 1e-3)]
+    durations = [panda.trajectory(corners(panda), within=within, limits="franka").duration for within in (0.1, 0.01, 1e-3)]
     assert durations == sorted(durations)
-    close = panda.trajectory(corners(), within=1e-3, acceleration=15.0)
-    assert distance(corners(), close.at(np.linspace(0, close.duration, 20_001)).q).max() > 0.5e-3
+    close = panda.trajectory(corners(panda), within=1e-3, acceleration=15.0)
+    assert distance(corners(panda), close.at(np.linspace(0, close.duration, 20_001)).q).max() > 0.5e-3
 
 
 def test_many_points_of_a_curve_take_as_long_as_few(panda):
@@ -157,3 +158,17 @@ def test_what_cannot_be_taken_is_refused_by_name(panda, points, options, argumen
         panda.trajectory(points, limits="franka", **options)
     with pytest.raises(InputError, match="acceleration: none is given"):
         panda.trajectory(np.zeros((2, 7)))
+
+
+@pytest.mark.parametrize("beyond", [1e-8, 0.2])
+def test_a_path_beyond_a_limit_of_position_is_refused_with_its_joint_and_amount(panda, beyond):
+    points = np.stack([panda.home, panda.home, panda.home])
+    points[1, 3] = panda.upper[3] + beyond
+    with pytest.raises(
+        InputError, match=rf"q_path: point 1 has panda_joint4 at .*, {beyond:.3g} beyond its upper limit of -0.0698"
+    ):
+        panda.trajectory(points, limits="franka")
+    points[1, 3] = panda.upper[3] + 1e-10  # which inverse kinematics takes for the limit
+    motion = panda.trajectory(points, limits="franka")
+    assert motion.check()
+    assert (motion.at(np.linspace(0, motion.duration, 1001)).q <= panda.upper).all()

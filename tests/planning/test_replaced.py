@@ -191,3 +191,36 @@ def test_it_is_certified_only_where_the_motion_that_it_replaces_is(panda):
     old = panda.plan(left, right, certify=False).trajectory(**FRANKA)
     assert not old.certified
     assert not old.replace(panda.plan(old.at(0.3).q, left), at=0.3).certified
+
+
+def near_an_end(panda, room=0.01):
+    """A tour that turns round 10 mrad before the upper end of the first joint, rounded by as much as 0.3 rad."""
+    goal, back = panda.home.copy(), panda.home.copy()
+    goal[0], back[:2] = panda.upper[0] - room, 0.5
+    return np.stack([panda.home, goal, back])
+
+
+@pytest.mark.parametrize("options", [FRANKA, SLOW, {"acceleration": 2.0}])
+def test_it_never_leaves_the_limits_of_position_on_its_way_over(panda, options):
+    tour, replaced = panda.trajectory(near_an_end(panda), within=0.3, world=ulna.World(), **options), 0
+    for t in np.linspace(0.3, 0.95, 14) * tour.duration:
+        try:
+            new = tour.replace(panda.plan(tour.at(t).q, panda.home), at=t)
+        except InputError:
+            continue
+        q, replaced = new.at(np.linspace(0, new.duration, 20_001)).q, replaced + 1
+        assert (q <= panda.upper).all()
+        assert (q >= panda.lower).all()
+        assert new.check()
+        assert new.certified
+    assert replaced > 5
+
+
+def test_a_plan_beyond_the_limits_of_the_motion_that_it_replaces_is_refused(panda):
+    left, right = ends(panda)
+    narrow = panda.with_limits(lower={"panda_joint1": -1.0}, upper={"panda_joint1": 1.0})
+    old = narrow.plan(left, right).trajectory(**FRANKA)
+    wide = right.copy()
+    wide[0] = -1.2
+    with pytest.raises(InputError, match=r"plan: the plan has panda_joint1 at -1.2, 0.2 beyond its lower limit of -1"):
+        old.replace(panda.plan(old.at(0.1).q, wide), at=0.1)

@@ -115,6 +115,7 @@ print(*set(answers))
 """
 
 
+@pytest.mark.process
 def test_threads_that_are_the_first_to_ask_get_the_result_of_any_other_process(panda):
     environment = {**os.environ, "PYTHONPATH": str(Path(ulna.__file__).parents[1])}
     done = subprocess.run([sys.executable, "-c", IN_A_FRESH_PROCESS], env=environment, capture_output=True, text=True, check=True)

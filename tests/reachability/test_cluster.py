@@ -107,6 +107,7 @@ def once_begun(kill):
     return tell, killed
 
 
+@pytest.mark.process
 def test_a_cluster_computes_the_same_bits(panda, panda_map, many_chunks, cluster, tmp_path):
     path = tmp_path / "m.zarr"
     with client_of(cluster) as client:
@@ -115,6 +116,7 @@ def test_a_cluster_computes_the_same_bits(panda, panda_map, many_chunks, cluster
     assert files_of(path) == files_of(panda_map.path)
 
 
+@pytest.mark.process
 def test_a_worker_that_is_killed_loses_nothing(panda, panda_map, many_chunks, cluster, tmp_path):
     path = tmp_path / "m.zarr"
     tell, killed = once_begun(cluster.workers[0].kill)
@@ -125,6 +127,7 @@ def test_a_worker_that_is_killed_loses_nothing(panda, panda_map, many_chunks, cl
     assert files_of(path) == files_of(panda_map.path)
 
 
+@pytest.mark.process
 def test_without_any_worker_left_it_says_so_and_waits_for_one(panda, panda_map, many_chunks, cluster, tmp_path, warned):
     path = tmp_path / "m.zarr"
 
@@ -141,6 +144,7 @@ def test_without_any_worker_left_it_says_so_and_waits_for_one(panda, panda_map, 
     assert files_of(path) == files_of(panda_map.path)
 
 
+@pytest.mark.process
 def test_an_outcome_that_is_lost_with_its_worker_is_waited_for(panda_map, cluster, warned, monkeypatch):
     """The workers are killed between the end of a task and the fetching of its outcome."""
     from distributed import cfexecutor
@@ -161,6 +165,7 @@ def test_an_outcome_that_is_lost_with_its_worker_is_waited_for(panda_map, cluste
     assert len(warned) == 1
 
 
+@pytest.mark.process
 def test_a_scheduler_that_goes_away_is_an_error_and_the_map_goes_on(panda, panda_map, many_chunks, cluster, tmp_path):
     path = tmp_path / "m.zarr"
     tell, killed = once_begun(cluster.scheduler.kill)
@@ -175,6 +180,7 @@ def test_a_scheduler_that_goes_away_is_an_error_and_the_map_goes_on(panda, panda
     assert files_of(path) == files_of(panda_map.path)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("gone", [("client",), ("client", "workers", "scheduler")], ids="+".join)
 def test_a_client_that_is_killed_and_all_with_it_leaves_a_map_that_goes_on(
     panda, panda_map, many_chunks, cluster, tmp_path, gone
@@ -196,6 +202,7 @@ def test_a_client_that_is_killed_and_all_with_it_leaves_a_map_that_goes_on(
     assert files_of(path) == files_of(panda_map.path)
 
 
+@pytest.mark.process
 def test_a_task_that_fails_on_a_worker_says_why(panda, many_chunks, cluster, tmp_path):
     """The folder of the map is taken away while the cluster computes."""
     path = tmp_path / "m.zarr"
@@ -204,6 +211,7 @@ def test_a_task_that_fails_on_a_worker_says_why(panda, many_chunks, cluster, tmp
         ulna.reachability_map(panda, path, client=client, progress=tell, **WHOLE)
 
 
+@pytest.mark.process
 def test_the_command_uses_a_cluster(cluster, ask, run, tmp_path):
     words = "reach", "panda", tmp_path / "m.zarr", "--voxel", "0.3", "--orientations", "8"
     found = ask(*words, "--scheduler", cluster.address)

@@ -13,6 +13,7 @@ import ulna
 from map_files import SMALL, files_of, verdicts_of
 from processes import running, wait_for
 from ulna.reachability import chunk
+from ulna.reachability.plot import draw
 from ulna.reachability.reachability_map import default_bounds
 from ulna.reachability.run import locked
 
@@ -67,6 +68,23 @@ def test_only_what_is_missing_is_computed(panda, interrupted, monkeypatch):
     assert computed == []
 
 
+def test_poses_that_are_not_computed_count_as_neither_reached_nor_not(panda_map, interrupted):
+    part = ulna.ReachabilityMap.open(interrupted)
+    difference = panda_map.compare(part)
+    assert (difference.only_first, difference.only_second) == (0, 0)
+    assert difference.both == part.summary.reached
+    assert difference.both + difference.neither == part.summary.computed < part.grid.n_poses
+
+
+def test_the_share_by_height_is_that_of_what_is_computed(panda_map, interrupted):
+    part = ulna.ReachabilityMap.open(interrupted)
+    drawn = draw(part).axes[3].lines[0].get_xdata()
+    known = ~np.isnan(part.share.values)
+    assert not known.all()
+    for shares, of_layer, mean in zip(panda_map.share.values, known, drawn, strict=True):
+        assert mean == pytest.approx(shares[of_layer].mean(), abs=1e-6)
+
+
 def test_resume_begins_a_map_where_there_is_none(panda, panda_map, many_chunks, tmp_path):
     ulna.reachability_map(panda, tmp_path / "m.zarr", resume=True, **WHOLE)
     assert files_of(tmp_path / "m.zarr") == files_of(panda_map.path)
@@ -96,6 +114,7 @@ def test_an_interrupt_leaves_a_map_that_goes_on(panda, panda_map, many_chunks, t
     assert files_of(path) == files_of(panda_map.path)
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no such signals")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGKILL"])
 def test_a_process_that_is_ended_leaves_a_map_that_goes_on(panda, panda_map, many_chunks, tmp_path, name):
@@ -186,6 +205,7 @@ with locked(Path(sys.argv[1])):
 """
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no SIGKILL")
 def test_a_map_that_another_process_writes_is_refused_until_that_is_killed(panda, interrupted):
     with running(sys.executable, "-c", LOCKING, str(interrupted), stdout=subprocess.PIPE, end_with=signal.SIGKILL) as process:
@@ -261,6 +281,7 @@ def can_mount():
 ALONE = ["unshare", *([] if getattr(os, "geteuid", lambda: 1)() == 0 else ["-r"]), "-m", "sh", "-ec"]
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not sys.platform.startswith("linux") or not can_mount(), reason="a small disk cannot be mounted here")
 def test_a_full_disk_is_an_error_and_with_room_the_map_goes_on(panda_map, tmp_path):
     (tmp_path / "disk").mkdir()

@@ -26,6 +26,30 @@ TAKE_Q = {
     "q_seed": lambda robot, q: robot.inverse_kinematics(ulna.pose((0.4, 0, 0.4)), q_seed=q),
     "posture": lambda robot, q: robot.inverse_kinematics(ulna.pose((0.4, 0, 0.4)), posture=q),
 }
+TAKE_SWITCH = {
+    "self_collision of in_collision": lambda robot, on: robot.in_collision(robot.home, WORLD, self_collision=on),
+    "self_collision of check_collision": lambda robot, on: robot.check_collision(robot.home, WORLD, self_collision=on),
+    "self_collision of distances": lambda robot, on: robot.distances(robot.home, WORLD, within=0.1, self_collision=on),
+    "self_collision of signed_distance": lambda robot, on: robot.signed_distance(robot.home, WORLD, self_collision=on),
+    "self_collision of distance_gradient": lambda robot, on: robot.distance_gradient(robot.home, WORLD, self_collision=on),
+    "self_collision of edge_in_collision": lambda robot, on: robot.edge_in_collision(
+        robot.home, robot.home, WORLD, self_collision=on
+    ),
+    "whole_turns of all_solutions": lambda robot, on: robot.all_solutions(ulna.pose((0.4, 0, 0.4)), whole_turns=on),
+    "trace of inverse_kinematics": lambda robot, on: robot.inverse_kinematics(ulna.pose((0.4, 0, 0.4)), trace=on),
+    "certify of plan": lambda robot, on: robot.plan(robot.home, robot.home, certify=on),
+    "shorten of plan": lambda robot, on: robot.plan(robot.home, robot.home, shorten=on),
+    "escape of plan": lambda robot, on: robot.plan(robot.home, robot.home, escape=on),
+    "lead_out of start": lambda robot, on: robot.servo(WORLD, acceleration=1.0).start(robot.home, lead_out=on),
+    "resume of reachability_map": lambda robot, on: ulna.reachability_map(
+        robot, "none.zarr", voxel=0.5, orientations=1, resume=on
+    ),
+    "keep_clearance of reachability_map": lambda robot, on: ulna.reachability_map(
+        robot, "none.zarr", voxel=0.5, orientations=1, keep_clearance=on
+    ),
+    "steer of view": lambda robot, on: ulna.view(robot, steer=on),
+    "open_browser of view": lambda robot, on: ulna.view(robot, open_browser=on),
+}
 TAKE_LINK = {
     "forward_kinematics": lambda robot, link: robot.forward_kinematics(np.zeros(robot.n_dof), link=link),
     "jacobian": lambda robot, link: robot.jacobian(np.zeros(robot.n_dof), link=link),
@@ -42,6 +66,23 @@ def refusal(kind, call, *arguments, **named):
     assert type(caught.value) is kind
     assert "\n" not in str(caught.value)
     return caught.value
+
+
+@pytest.mark.parametrize("what", TAKE_SWITCH)
+@pytest.mark.parametrize("on", ["no", "False", "", 0, 1, None, [], np.ones(2, dtype=bool)], ids=repr)
+def test_a_switch_is_true_or_false_and_nothing_that_python_takes_for_one(panda, what, on):
+    before = dict(vars(panda._checker))["prebound"][0] if what.startswith("self") else None
+    error = refusal(InputError, TAKE_SWITCH[what], panda, on)
+    assert error.argument == what.split()[0]
+    assert str(error).endswith("True or False is expected")
+    assert before is None or panda._checker.prebound[0] is before
+
+
+@pytest.mark.parametrize("on", [True, False])
+def test_a_switch_of_numpy_is_one(panda, on):
+    for name in ("in_collision", "signed_distance"):
+        ask = getattr(panda, name)
+        assert ask(panda.home, WORLD, self_collision=np.bool_(on)) == ask(panda.home, WORLD, self_collision=on)
 
 
 def name_of(method):

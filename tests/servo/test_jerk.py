@@ -70,6 +70,9 @@ def test_so_does_the_full_stop_after_any_tick(panda, name):
             if len(stop) > 2:
                 keeps(judge_jerk(panda, world, command, stop, limits_of(panda, LIMITS[name])))
             np.testing.assert_array_equal(stop[-1].q, rest)
+            commands, positions = np.array([c.q for c in stop]), servo.stop_positions
+            np.testing.assert_allclose(positions, commands[: len(positions)], rtol=0, atol=1e-14)
+            assert len(positions) == len(stop) or (len(positions), len(stop)) == (0, 1)
             assert (np.abs([c.qd for c in stop]) <= speeds + 1e-12).all()
             assert not stop[-1].qd.any()
             assert not stop[-1].qdd.any()

@@ -7,6 +7,7 @@ import pytest
 
 import ulna
 from servo_judge import FINER, RATE, hostile
+from ulna.kernels.servo.servo_layout import AGO
 
 ACCELERATION, SPEED, RADIUS = 10.0, 0.3, 0.08
 
@@ -216,3 +217,68 @@ def test_a_copy_of_a_servo_knows_how_old_its_world_is(panda):
     for _ in range(1000):
         ours, its = servo.step(velocity=[0.3, 0, 0, 0, 0, 0, 0]), copy.step(velocity=[0.3, 0, 0, 0, 0, 0, 0])
     np.testing.assert_allclose(ours.q, its.q, atol=1e-6)
+
+
+NOT_CERTIFIED = {"not certified", "in collision"}
+
+
+def into_the_stop(robot, servo):
+    """Where a ball touches the arm at the end of its stop."""
+    return placed(robot.forward_kinematics(servo.certified_stop[0])[:3, 3])
+
+
+@pytest.mark.parametrize("ticks", [0, 1])
+@pytest.mark.parametrize("again", [False, True])
+def test_a_jump_between_a_start_and_the_first_tick_is_too_fast_too(panda, ticks, again):
+    """No time has passed, so that any way is too far; said twice, what was said last counts."""
+    qd = np.array([1.0, 0, 0, 0, 0, 0, 0])
+    servo, world = with_ball((2, 2, 2), robot=panda, acceleration=1.0)
+    servo.start(panda.home, qd)
+    for _ in range(ticks):
+        servo.step(velocity=qd)
+    if again:
+        world.move("ball", placed((2, 2, 2.0001)))
+    world.move("ball", into_the_stop(panda, servo))
+    command = servo.step(velocity=qd)
+    assert (command.status in NOT_CERTIFIED, command.limiting.too_fast) == (True, "ball")
+
+
+def test_what_is_said_to_be_where_it_is_after_a_start_is_not_too_fast(panda):
+    servo, world = with_ball((0.9, 0.0, 0.5), robot=panda)
+    world.move("ball", world.pose("ball"))
+    assert servo.step(velocity=np.full(7, 0.1)).limiting.too_fast is None
+
+
+@pytest.mark.parametrize("way", ["removed and added", "with another speed", "reshaped and moved", "restored"])
+def test_a_jump_by_any_way_leaves_no_stop_certified_that_touches(panda, way):
+    qd = np.array([1.0, 0, 0, 0, 0, 0, 0])
+    servo, world = with_ball((2, 2, 2), robot=panda, acceleration=1.0)
+    servo.start(panda.home, qd)
+    servo.step(velocity=qd)
+    saved, T = servo.saved(), into_the_stop(panda, servo)
+    if way in {"removed and added", "with another speed"}:
+        world.remove("ball")
+        world.add("ball", BALL, T, speed=SPEED if way == "removed and added" else 1e6)
+    elif way == "reshaped and moved":
+        world.reshape("ball", ulna.Sphere(1.01 * RADIUS))
+        world.move("ball", T)
+    else:
+        servo.step(velocity=qd)
+        world.move("ball", T)
+        servo.step(velocity=qd)
+        servo.restore(saved)
+    command = servo.step(velocity=qd)
+    assert command.status in NOT_CERTIFIED
+    assert command.limiting.too_fast == (None if way == "restored" else "ball")
+
+
+def test_another_shape_does_not_say_where_an_object_is_and_an_image_does(panda):
+    ages = []
+    for shape, other in ((BALL, ulna.Sphere(0.07)), (CLOUD, ulna.PointCloud(CLOUD.points, 0.015))):
+        servo, world = with_ball((2, 2, 2), shape=shape, robot=panda)
+        for _ in range(10):
+            servo.step(velocity=np.full(7, 0.1))
+        world.reshape("ball", other)
+        servo.step()
+        ages.append(round(servo.saved().moving[0, AGO] * RATE))
+    assert ages == [11, 1]

@@ -40,6 +40,7 @@ print("done")
 """
 
 
+@pytest.mark.process
 @pytest.mark.compiler
 def test_while_a_kernel_compiles_the_page_keeps_drawing_and_says_so(tmp_path):
     path = ":".join(sys.path)

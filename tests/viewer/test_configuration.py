@@ -10,21 +10,21 @@ from ulna.viewer.stage import floor_height
 
 def test_a_saved_q_is_loaded_to_the_last_bit(panda, rng):
     for q in rng.uniform(panda.lower, panda.upper, (20, 7)):
-        assert np.array_equal(first_row(f"{as_text(q)}\n".encode(), 7), q)
+        assert np.array_equal(first_row(f"{as_text(q)}\n".encode(), panda), q)
 
 
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"1, 2", "2 numbers, but 7 are expected"),
+        (b"1, 2", "2 numbers, but 7 numbers"),
         (b"", "0 numbers"),
         (b"a, b", "numbers with commas"),
         (b"\xff\xfe", "numbers with"),
     ],
 )
-def test_a_file_without_a_valid_q_is_refused(content, message):
+def test_a_file_without_a_valid_q_is_refused(panda, content, message):
     with pytest.raises(ulna.UlnaError, match=message):
-        first_row(content, 7)
+        first_row(content, panda)
 
 
 def test_a_floor_lies_below_the_base():

@@ -5,7 +5,7 @@ import pytest
 
 import ulna
 from processes import wait_for
-from robot_files import example_urdfs, rtb_package_dirs, rtb_xacros
+from robot_files import example_urdfs, of_kinds, rtb_package_dirs, rtb_xacros
 from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.move_panel import HandPanel
 from ulna.viewer.page import Page
@@ -13,6 +13,7 @@ from ulna.viewer.readings import EllipsoidPanel
 from ulna.viewer.session.session import Session
 
 NOT_LOADED = {"alex_psyonic_hands", "ur3", "kr210l150"}  # tests/crosscheck has the reasons
+URDFS = [file for file in example_urdfs() if file.stem not in NOT_LOADED]
 
 
 @pytest.fixture(scope="module")
@@ -54,11 +55,12 @@ def test_a_page_for_a_robot_by_name(name, server):
     check_page(ulna.load(name), server)
 
 
-@pytest.mark.parametrize("file", [file for file in example_urdfs() if file.stem not in NOT_LOADED], ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", of_kinds(URDFS), ids=lambda file: file.stem)
 def test_a_page_for_every_robot_of_example_robot_data(file, server):
     check_page(ulna.load(file), server)
 
 
+@pytest.mark.slow
 def test_a_page_for_every_robot_of_rtb_data(server, tmp_path):
     packages = rtb_package_dirs(tmp_path)
     for file in rtb_xacros():
@@ -74,6 +76,6 @@ def check_view(robot):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("file", [file for file in example_urdfs() if file.stem not in NOT_LOADED], ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", URDFS, ids=lambda file: file.stem)
 def test_ulna_view_shows_every_robot_of_example_robot_data(file):
     check_view(ulna.load(file))

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.arms.arm import FR3, ArmModel, Record
 from ulna.arms.commands import PERIOD, START_TOLERANCE, approach, as_tolerance, commands_of, refuse_another_robot
 from ulna.arms.steering import Goal, Steering
+from ulna.description.arrays import as_switch
 from ulna.description.pose import inverse
 from ulna.errors import ArmConnectionError, ArmError, InputError, needs_extra
 from ulna.planning.trajectory import Trajectory
@@ -60,6 +61,7 @@ class Franka:
             ArmConnectionError: There is no controller, or it refuses the connection.
             InputError: The robot is not the arm, or the tolerance is out of range.
         """
+        enforced = as_switch("realtime", realtime)
         with needs_extra("a Franka", "franka", "pylibfranka"):
             import pylibfranka  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - it is optional
         self.model: ArmModel = FR3
@@ -69,7 +71,7 @@ class Franka:
         self._measured: Array | None = None  # while a motion runs
         self._closing = False
         self._control: Any = None  # while a motion runs; it is held nowhere else, since a new one cannot begin while it lives
-        demand = pylibfranka.RealtimeConfig.kEnforce if realtime else pylibfranka.RealtimeConfig.kIgnore
+        demand = pylibfranka.RealtimeConfig.kEnforce if enforced else pylibfranka.RealtimeConfig.kIgnore
         with self._named_errors(f"no connection to a Franka at {address}"):
             self._robot = pylibfranka.Robot(address, demand)
             state = self._robot.read_once()
@@ -181,8 +183,8 @@ class Franka:
         """Send a command for each state, until the last of ``body``, shape (n, 7), or of a servo that begins where it does."""
         sent: _Sent = []
         collecting = gc.isenabled()
-        gc.disable()  # a collection may take longer than a period
         try:
+            gc.disable()  # a collection may take longer than a period
             with self._named_errors("the arm has stopped by itself", sent, names):
                 self._measured = body[0]
                 self._control = self._robot.start_joint_position_control(self._client.ControllerMode.JointImpedance)

@@ -57,8 +57,9 @@ class Recorder:
         commands = np.concatenate([approach(self._q, body[0]), body])
         measured = np.concatenate([self._q[None], commands[:-1]])
         record = Record(PERIOD * np.arange(len(commands), dtype=np.float64), commands, measured, motion.joint_names)
-        self.records.append(record)
-        self._q = commands[-1].copy()
+        q = commands[-1].copy()
+        self.records += [record]  # both at once, in case it is interrupted
+        self._q = q
         return record
 
     def follow(self, servo: Servo, goal: Goal) -> Record:
@@ -74,8 +75,9 @@ class Recorder:
         commanded = np.array(commands[1:])
         times = PERIOD * np.arange(len(commanded), dtype=np.float64)
         record = Record(times, commanded, np.array(commands[:-1]), servo.joint_names)
-        self.records.append(record)
-        self._q = commanded[-1].copy()
+        q = commanded[-1].copy()
+        self.records += [record]
+        self._q = q
         return record
 
     def stop(self) -> None:

@@ -75,21 +75,22 @@ class Steering:
         given = None if self._leaving else self._goal(self._ticks * PERIOD, measured)
         self._leaving = given is None
         where = measured if self._tracked else None
-        before = self._servo.saved()
+        last, before = self._servo.q, self._servo.saved()
         command = self._servo.step(**(given or {}), measured=where)
-        if given and not self._can_stop(command.q, command.qd):
+        if given and not self._can_stop(last, command.q):
             self._servo.restore(before)
             command = self._servo.step(measured=where)
         self._ticks += 1
         self.ended = self._leaving and not command.qd.any()
         return command.q
 
-    def _can_stop(self, q: Array, qd: Array) -> bool:
-        """Whether the stop from there is within the arm's limits of position, and of velocity near these."""
-        ends, speeds = self._servo.certified_stop
-        if self._servo.limits.jerk is None:
-            stop = (speeds / self._servo.limits.acceleration).max() + 2 * PERIOD  # all joints come to rest together
-            ends = q + 0.5 * stop * qd
-        if ((ends > self._model.upper) | (ends < self._model.lower)).any():
+    def _can_stop(self, last: Array, q: Array) -> bool:
+        """Whether the tick to q and the stop after it are within the arm's limits of position, and of velocity near these.
+
+        With a limit of jerk a joint may turn round in that stop, so each tick of it counts in its own direction.
+        """
+        way = np.vstack([last, q, self._servo.stop_positions])
+        if ((way[1:] > self._model.upper) | (way[1:] < self._model.lower)).any():
             return False
-        return not (speeds > self._arm.velocity_at(ends, qd)).any()
+        velocities = np.diff(way, axis=0) / PERIOD
+        return not (np.abs(velocities) > self._arm.velocity_at(way[1:], velocities)).any()

@@ -19,6 +19,7 @@ from typer.core import TyperGroup
 
 from ulna import __version__
 from ulna.cli.output import warn
+from ulna.cli.quiet_imports import quiet_imports
 from ulna.errors import UlnaError
 
 # In the order of the help: each is a function in a file of its name; ``<NAME>_KEYS`` there says what its JSON means.
@@ -75,8 +76,9 @@ class _Commands(TyperGroup):
 
         guests = typer.Typer()
         guests.callback()(_nothing)
-        for commands in load_plugins(COMMANDS):
-            guests.add_typer(commands)
+        with quiet_imports():
+            for commands in load_plugins(COMMANDS):
+                guests.add_typer(commands)
         self.commands.update({name: _as_written(each) for name, each in typer.main.get_group(guests).commands.items()})
 
     def invoke(self, ctx):
@@ -111,7 +113,8 @@ def _tell(error: Exception, message: str, *, as_json: bool) -> None:
 
 def _own(name: str):
     """The command of one file."""
-    module = import_module(f"ulna.cli.{name}")
+    with quiet_imports():
+        module = import_module(f"ulna.cli.{name}")
     if hasattr(module, "GROUP"):  # of several commands
         found = typer.main.get_command(module.GROUP)
     else:

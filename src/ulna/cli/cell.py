@@ -43,7 +43,7 @@ Boxes = Annotated[
 ]
 Clouds = Annotated[
     list[Path] | None,
-    typer.Option(metavar="FILE", help="Points as an obstacle: a .npy, .xyz, .csv, .ply or .pcd file, in m; repeatable."),
+    typer.Option(metavar="FILE", help="Points as an obstacle: a .npy, .xyz, .csv, .txt, .ply or .pcd file, in m; repeatable."),
 ]
 CloudRadius = Annotated[float, typer.Option(metavar="M", help="The radius of the ball around each point of --cloud [m].")]
 Meshes = Annotated[

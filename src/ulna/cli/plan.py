@@ -20,7 +20,8 @@ from ulna.cli.targets import HOME, RPY, XYZ, Orientation, Start, numbers, positi
 from ulna.description.pose import pose
 from ulna.errors import InputError
 from ulna.kinematics.groups import JointGroup, group_named, tip_of
-from ulna.planning.motion_limits import as_limits
+from ulna.kinematics.tree import entry_names
+from ulna.planning.motion_limits import as_limits, limits_of
 from ulna.planning.plan import Plan
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
@@ -41,6 +42,9 @@ Goals = Annotated[
         help='Or "LINK=x,y,z,roll,pitch,yaw" or "LINK=x,y,z"; repeatable: several links come to their poses together.',
     ),
 ]
+Held = Annotated[
+    list[str] | None, typer.Option(metavar="JOINT", help="A joint that keeps its position, as a lift or a finger; repeatable.")
+]
 Clearance = Annotated[float, typer.Option(metavar="METRES", help="Keep objects at least this far away.")]
 MaxChecks = Annotated[int, typer.Option(help="How many edges are checked at most.")]
 TimeLimit = Annotated[float, typer.Option(metavar="SECONDS", help="The longest time of the search; inf for no limit.")]
@@ -58,7 +62,8 @@ ArmLimits = Annotated[
     typer.Option(
         "--limits",
         metavar="NAME",
-        help="Velocity, acceleration and jerk of an arm, as franka, or of a file joint_limits.yaml, where no number is given.",
+        help="Velocity, acceleration and jerk of an arm, as franka, or of a file joint_limits.yaml, where no number is given. "
+        "The plan keeps the file's positions too.",
     ),
 ]
 Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each --period.")]
@@ -68,7 +73,8 @@ _ACCELERATION = 5.0  # [rad/s^2 or m/s^2]
 _DEFAULTS = defaults_of(Robot.plan)
 
 PLAN_KEYS = (
-    "robot; status; success; reason; joints; path: rows of q; length; certified; worst_violation: the greatest share of its "
+    "robot; status; success; reason; joints; path: rows of q; length; certified; moved: joints that move although their position "
+    "is the same at both ends, since no path was found with them held; worst_violation: the greatest share of its "
     "tolerance that a constraint uses on the path, at most; clearance, in metres, null without objects; "
     "checks; duration of the fastest motion within the limits, in seconds, or null; check: which of its samples, 1 ms apart, "
     "comes nearest to a limit, as a sentence, or null."
@@ -86,6 +92,7 @@ def plan(
     goals: Goals = None,
     link: LinkName = None,
     group: GroupName = None,
+    held: Held = None,
     world: Obstacles,
     keep: KeepTexts = None,
     clearance: Clearance = _DEFAULTS["clearance"],
@@ -114,6 +121,9 @@ def plan(
     if xyz is None and (link is not None or orientation is not None):
         other = "--goal names its links and their orientations" if goals else "--to gives positions of all joints"
         raise InputError("--link, --rpy, --wxyz", f"go with --xyz; {other}")
+    if limits is not None:
+        with as_options({"limits": "--limits"}):
+            robot = _within_positions(robot, limits)
     members = None if group is None else group_named(group, robot.groups)
     begin = robot.home if start is None else positions("--from", start, robot, members, degrees=degrees)
     if to is not None:
@@ -124,26 +134,33 @@ def plan(
         link = tip_of(members) if members and link is None else link_or_hand(robot, link=link, as_json=as_json)
         goal = target_pose(robot, link, str(xyz), orientation)
     keeps = [keep_of(text, degrees=degrees) for text in keep or ()]
-    options = {"keep": "--keep", "q_start": "--from", "goal": "--goal" if goals else "--xyz" if to is None else "--to"}
+    options = {
+        "keep": "--keep",
+        "held": "--held",
+        "q_start": "--from",
+        "goal": "--goal" if goals else "--xyz" if to is None else "--to",
+    }
     with as_options(options), search_shown() as progress:
         found = robot.plan(
-            begin, goal, world, link=link, group=group, keep=keeps, certify=not sampled, clearance=clearance, seed=seed,
-            max_checks=max_checks, time_limit=time_limit, escape=escape, progress=progress,
+            begin, goal, world, link=link, held=held or (), group=group, keep=keeps, certify=not sampled, clearance=clearance,
+            seed=seed, max_checks=max_checks, time_limit=time_limit, escape=escape, progress=progress,
         )  # fmt: skip
     motion = None
     if found:
+        accelerations = acceleration
         if limits is None and acceleration is None:
-            acceleration = _ACCELERATION
+            own = robot.acceleration_limits
+            accelerations = np.where(np.isinf(own), _ACCELERATION, own)
         velocities = None if limits is not None and velocity is None else _velocities(robot, velocity)
         with as_options({name: f"--{name}" for name in ("limits", "velocity", "acceleration", "jerk", "period")}):
-            motion = found.trajectory(velocity=velocities, acceleration=acceleration, jerk=jerk, limits=limits)
+            motion = found.trajectory(velocity=velocities, acceleration=accelerations, jerk=jerk, limits=limits)
             if csv is not None:
                 motion.to_csv(csv, period=period)
         if plot is not None:
             write_figure(motion.plot(), plot)
     data = {
         **found_data(robot, found),
-        **attributes(found, "length", "certified", "worst_violation", "clearance", "checks"),
+        **attributes(found, "length", "certified", "moved", "worst_violation", "clearance", "checks"),
         "duration": motion and motion.duration,
         "check": motion and str(motion.check()),
     }
@@ -160,6 +177,14 @@ def _configuration(text: str, robot: Robot, group: JointGroup | None, *, degrees
         return robot.home[columns]
     entries = coordinates_of(robot)
     return np.array(numbers("--to", text, [entries[column] for column in columns], degrees=degrees))
+
+
+def _within_positions(robot: Robot, limits: str) -> Robot:
+    """The robot within the positions that a file states, if it states any; those that are wider than the robot's are not used."""
+    stated = limits_of(limits, entry_names(robot.tree), robot.tree.followers, ())
+    if stated.lower is None or stated.upper is None:
+        return robot
+    return robot.with_limits(lower=np.maximum(robot.lower, stated.lower), upper=np.minimum(robot.upper, stated.upper))
 
 
 def _velocities(robot: Robot, velocity: float | None) -> NDArray[np.float64]:

@@ -27,7 +27,7 @@ from ulna.collision.objects import Objects
 from ulna.collision.report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
-from ulna.description.arrays import as_number
+from ulna.description.arrays import as_number, as_switch
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description
 from ulna.description.shapes import lengths
@@ -332,6 +332,7 @@ class Checker:
         last = self._last_scene
         if last[0] is objects and last[1] is self_collision:
             return last[2]
+        as_switch("self_collision", self_collision)
         if objects is NO_OBJECTS and not self_collision:
             raise InputError("world", "is None and self_collision is False, so there is nothing to check")
         known = self._may_touch

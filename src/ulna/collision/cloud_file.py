@@ -1,25 +1,42 @@
 """Reads points from a file: .npy, .xyz, .csv, .ply or .pcd."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.columns import XYZ, find_columns, head_of, is_row, required, text_of
+from ulna.description.file_costs import check_numbers
+from ulna.description.pose import pose
 from ulna.errors import FileError, UlnaError, needs_extra
 
 _TYPES = {"F": "f", "I": "i", "U": "u"}  # of a .pcd, as NumPy has them
 
 
-def points_of(name: str, content: bytes, scale: float) -> NDArray[np.float64]:
+class Meaning(NamedTuple):
+    """What the numbers of a file mean.
+
+    Attributes:
+        scale: Their unit [m].
+        from_sensor: Whether they are in the frame of the sensor, whose pose a .pcd may have; None if that is not known.
+    """
+
+    scale: float = 1.0
+    from_sensor: bool | None = None
+
+
+def points_of(name: str, content: bytes, scale: float, *, from_sensor: bool | None = None) -> NDArray[np.float64]:
     """The points of a file [m], shape (n, 3), n >= 1.
 
     Args:
         name: The name of the file; its ending gives the format.
         content: Its bytes.
         scale: The unit of the file [m].
+        from_sensor: As of ``PointCloud.from_file``.
 
     Raises:
         FileError: The format is not known, or the points cannot be read.
@@ -29,7 +46,8 @@ def points_of(name: str, content: bytes, scale: float) -> NDArray[np.float64]:
     if reader is None:
         raise FileError(name, f"ends in none of {', '.join(READERS)}")
     try:
-        points = reader(content).astype(np.float64) * scale
+        check_numbers(Path(name).suffix.lower(), content)
+        points = reader(content, Meaning(scale, from_sensor)).astype(np.float64)
     except UlnaError:
         raise
     except MemoryError:
@@ -41,28 +59,57 @@ def points_of(name: str, content: bytes, scale: float) -> NDArray[np.float64]:
     return points[:, :3]
 
 
-def _npy(content: bytes) -> NDArray:
-    """An array of points, shape (n, 3) or (H, W, 3)."""
+def _npy(content: bytes, meaning: Meaning) -> NDArray:
+    """An array of points, shape (n, 3) or (H, W, 3); or one of records, shape (n,) or (H, W), with the fields x, y, z."""
     array = np.load(BytesIO(content), allow_pickle=False)
-    return array.reshape(-1, array.shape[-1]) if array.ndim > 2 else array
+    if array.dtype.names is not None:
+        columns, scale = _named_columns(array.dtype.names, meaning.scale)
+        return np.column_stack([_one_each(array[array.dtype.names[column]]) for column in columns]) * scale
+    if array.dtype.kind not in "fiu":
+        raise ValueError(f"its entries are {array.dtype}; numbers are expected")
+    return (array.reshape(-1, array.shape[-1]) if array.ndim > 2 else array) * meaning.scale
 
 
-def _text(content: bytes) -> NDArray[np.float64]:
-    """Lines of numbers between spaces, commas or semicolons, the first three a point; the first line may be names."""
-    lines = re.sub(r"[,;\t]", " ", content.decode(errors="replace")).splitlines()
-    rows = [line for line in lines if line.strip() and not line.lstrip().startswith(("#", "//"))]
-    if rows and not re.search(r"\d", rows[0]):
-        rows = rows[1:]
-    return np.loadtxt(rows, usecols=(0, 1, 2), ndmin=2) if rows else np.empty((0, 3))
+def _text(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
+    """Lines of numbers between blanks, commas or semicolons: the columns named x, y, z, or the first three without names."""
+    lines = text_of(content).splitlines()
+    head = head_of(lines, XYZ)
+    if head is None:
+        return np.empty((0, 3))
+    columns, scale = ([0, 1, 2], meaning.scale) if head.names is None else _named_columns(head.names, meaning.scale)
+    rows = [line for line in lines[head.first :] if is_row(line)]
+    if head.decimal_comma:
+        if any("." in row for row in rows):
+            raise ValueError("it has numbers with a point and numbers with a comma")
+        rows = [row.replace(",", ".") for row in rows]
+    return np.loadtxt(rows, delimiter=head.separator, usecols=columns, ndmin=2, quotechar='"') * scale
 
 
-def _ply(content: bytes) -> NDArray[np.float64]:
+def _named_columns(names: Sequence[str], scale: float) -> tuple[list[int], float]:
+    """The columns x, y, z, and the unit [m]: that in their names if they have one, which then is not another than ``scale``."""
+    columns, factors = required(find_columns(names, XYZ), "xyz", names)
+    if len(set(factors)) > 1:
+        raise ValueError(f"the columns {', '.join(repr(names[column]) for column in columns)} have not the same unit")
+    stated = factors[0]
+    if stated is not None and scale not in {1.0, stated}:
+        raise ValueError(f"column {names[columns[0]]!r} is in units of {stated:g} m, but the scale is {scale:g}; leave that out")
+    return columns, scale if stated is None else stated
+
+
+def _one_each(field: NDArray) -> NDArray:
+    """The numbers of a field of records, shape (n,)."""
+    if field.dtype.kind not in "fiu":
+        raise ValueError(f"a field has entries of {field.dtype}; numbers are expected")
+    return field.reshape(-1)
+
+
+def _ply(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
     with needs_extra("reading a .ply", "hulls", "trimesh"):
         from ulna.description.meshes import ply  # noqa: PLC0415 - an extra
-    return ply.vertices(content)
+    return ply.vertices(content) * meaning.scale
 
 
-def _pcd(content: bytes) -> NDArray[np.float64]:
+def _pcd(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
     """The fields x, y, z of a .pcd, as text or binary. Source: Point Cloud Library, The PCD file format, version 0.7."""
     found = re.search(rb"^DATA +(\w+)\r?\n", content, re.MULTILINE)
     if found is None:
@@ -71,6 +118,9 @@ def _pcd(content: bytes) -> NDArray[np.float64]:
     head = {words[0]: words[1:] for words in map(str.split, lines) if words}
     fields, n = head["FIELDS"], int(head["POINTS"][0])
     counts = [int(count) for count in head.get("COUNT", ["1"] * len(fields))]
+    for axis in "xyz":
+        if fields.count(axis) != 1 or counts[fields.index(axis)] != 1:
+            raise ValueError(f"its FIELDS are {' '.join(fields)[:100]}; one {axis} is expected, of one number")
     body, form = content[found.end() :], found[1].decode()
     if form == "ascii":
         first = np.cumsum([0, *counts])
@@ -86,7 +136,30 @@ def _pcd(content: bytes) -> NDArray[np.float64]:
         raise ValueError(f"its points are {form}; ascii and binary are read")
     if len(points) != n:
         raise ValueError(f"{len(points)} of its {n} points can be read")
-    return points
+    return _seen_from(points, head.get("VIEWPOINT", []), from_sensor=meaning.from_sensor) * meaning.scale
 
 
-READERS: dict[str, Callable[[bytes], NDArray]] = {".npy": _npy, ".xyz": _text, ".csv": _text, ".ply": _ply, ".pcd": _pcd}
+def _seen_from(points: NDArray, words: Sequence[str], *, from_sensor: bool | None) -> NDArray:
+    """The points of a .pcd, moved by its VIEWPOINT (x, y, z, then w, x, y, z) if they are in the frame of the sensor."""
+    values = [float(word) for word in words]
+    if from_sensor is False or not values or values == [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]:
+        return points
+    if from_sensor is None:
+        raise ValueError(
+            f"its VIEWPOINT is {' '.join(words)[:100]}, a pose of the sensor: from_sensor=True moves the points by it, "
+            "False takes them as they are (VIEWPOINT 0 0 0 1 0 0 0 in the file)"
+        )
+    if len(values) != 7 or not any(values[3:]):
+        raise ValueError(f"its VIEWPOINT is {' '.join(words)[:100]}; a place and a quaternion are expected")
+    T = pose(values[:3], wxyz=values[3:])
+    return points @ T[:3, :3].T + T[:3, 3]
+
+
+READERS: dict[str, Callable[[bytes, Meaning], NDArray]] = {
+    ".npy": _npy,
+    ".xyz": _text,
+    ".csv": _text,
+    ".txt": _text,
+    ".ply": _ply,
+    ".pcd": _pcd,
+}

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.description.arrays import as_cells, as_floats
+from ulna.description.arrays import as_cells, as_floats, positive
+from ulna.description.likely_units import check_depths, check_place
 from ulna.description.pose import as_one_pose
 from ulna.description.shapes import Box
 from ulna.drivers import thinning
@@ -15,18 +16,23 @@ Points = NDArray[np.floating]
 MILLIMETRE = 0.001  # a unit of whole numbers, unless given
 _MOST_VOXELS = 1 << 21  # along an axis (``drivers.thinning``)
 _ABREAST = 64
+_FULL, _FULL_OFF = 65535, 1e-5  # and [m] by which it may be rounded as a float32
 
 
 def points_of_depth(
-    depth: ArrayLike, intrinsics: ArrayLike, T_base_camera: ArrayLike, depth_scale: float | None
+    depth: ArrayLike,
+    intrinsics: ArrayLike,
+    T_base_camera: ArrayLike,
+    depth_scale: float | None,
+    max_depth: float | None,
 ) -> tuple[NDArray[np.float64], int]:
     """The points that a camera sees [m], shape (n, 3), and how many pixels saw nothing. Arguments as ``PointCloud.from_depth``.
 
     Raises:
         InputError: An argument is not what it should be.
     """
-    z = as_depths(depth, depth_scale)
-    K, T = camera_matrix(intrinsics, z.shape), as_one_pose(T_base_camera, "T_base_camera")
+    z = as_depths(depth, depth_scale, max_depth)
+    K, T = camera_matrix(intrinsics, z.shape), camera_pose(T_base_camera)
     seen = z > 0
     height, width = z.shape
     across, down = (np.arange(width) - K[0, 2]) / K[0, 0], (np.arange(height) - K[1, 2]) / K[1, 1]
@@ -37,19 +43,39 @@ def points_of_depth(
     return points, seen.size - len(points)
 
 
-def as_depths(depth: ArrayLike, depth_scale: float | None) -> NDArray[np.float64]:
-    """The depths of an image [m], shape (H, W); 0 where nothing was measured.
+def camera_pose(T_base_camera: ArrayLike) -> NDArray[np.float64]:
+    """The pose of a camera, shape (4, 4)."""
+    T = as_one_pose(T_base_camera, "T_base_camera")
+    check_place("T_base_camera", T)
+    return T
+
+
+def as_depths(depth: ArrayLike, depth_scale: float | None, max_depth: float | None = None) -> NDArray[np.float64]:
+    """The depths of an image [m], shape (H, W); 0 where nothing was measured, or what is beyond ``max_depth``.
 
     Raises:
-        InputError: It is not an image of depths.
+        InputError: It is not an image of depths, or of none that a camera sees; or ``max_depth`` is not a length.
     """
+    farthest = np.inf if max_depth is None else positive("max_depth", max_depth, "a depth [m] above 0")
     image = as_cells("depth", depth, 0)
     if image.ndim != 2 or image.dtype.kind not in "uif":
         raise InputError("depth", f"shape {image.shape} of {image.dtype}; numbers of shape (H, W) are expected")
-    z = image.astype(np.float64) * _scale(depth_scale, image)
+    given = image.astype(np.float64)
+    z = given * _scale(depth_scale, image)
     if (z < 0).any():
         raise InputError("depth", f"{z[z < 0].min():g} m; a depth is not below 0")
-    return np.where((z > 0) & (z < np.inf), z, 0.0)
+    z = np.where((z > 0) & (z < np.inf) & ~_is_full(image.dtype, given, z), z, 0.0)
+    check_depths(z)
+    return z if max_depth is None else np.where(z <= farthest, z, 0.0)
+
+
+def _is_full(kind: np.dtype, image: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Where an image has the largest number of its 16 bits, also as a float, or in metres: cameras write it for no measurement.
+
+    An image of other unsigned whole numbers has its own largest.
+    """
+    full = (image == _FULL) | (np.abs(z - _FULL * MILLIMETRE) < _FULL_OFF)
+    return full | (image == float(np.iinfo(kind).max)) if kind.kind == "u" else full
 
 
 def _scale(depth_scale: float | None, image: NDArray) -> float:
@@ -63,11 +89,10 @@ def _scale(depth_scale: float | None, image: NDArray) -> float:
 
 def camera_matrix(intrinsics: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """The camera matrix, shape (3, 3), of the image's size."""
-    K = as_floats("intrinsics", intrinsics)
-    if K.shape == (4,):
-        K = np.array([[K[0], 0, K[2]], [0, K[1], K[3]], [0, 0, 1]])
-    elif K.shape == (9,):
-        K = K.reshape(3, 3)
+    given = as_floats("intrinsics", intrinsics)
+    if given.shape == (4,):
+        given = np.array([[given[0], 0, given[2]], [0, given[1], given[3]], [0, 0, 1]])
+    K = given.reshape(3, 3) if given.shape == (9,) else given
     if K.shape != (3, 3) or not np.isfinite(K).all():
         raise InputError("intrinsics", f"shape {K.shape}; a finite camera matrix, shape (3, 3), or fx, fy, cx, cy is expected")
     if K[0, 1] or K[1, 0] or K[2].tolist() != [0, 0, 1]:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.cloud_points import as_depths, camera_matrix
-from ulna.collision.clouds import HasLinks, PointCloud
+from ulna.collision.cloud_points import as_depths, camera_matrix, camera_pose
+from ulna.collision.clouds import HasLinks, PointCloud, as_padding
 from ulna.description.arrays import as_cells
+from ulna.description.likely_units import check_cell, check_heights, check_place
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import frozen
 from ulna.description.shapes import Box, Solid, lengths, within_reach
@@ -51,11 +52,12 @@ class HeightMap:
         lowest = grid.min() if bottom is None else within_reach("bottom", bottom)
         if lowest.ndim:
             raise InputError("bottom", f"shape {lowest.shape}; one number is expected")
-        low = float(lowest)
+        low, edge = float(lowest), _as_edge(cell)
         if (grid < low).any():
             raise InputError("bottom", f"{low:g} m is above some heights: the least is {grid.min():g} m")
+        check_heights(grid, low, edge)
         object.__setattr__(self, "heights", frozen(grid, grid.shape))
-        object.__setattr__(self, "cell", _as_edge(cell))
+        object.__setattr__(self, "cell", edge)
         object.__setattr__(self, "bottom", low)
 
     @property
@@ -157,6 +159,7 @@ class VoxelGrid:
         *,
         pose: ArrayLike | None = None,
         depth_scale: float | None = None,
+        max_depth: float | None = None,
     ) -> VoxelGrid:
         """The cells of a box that a depth camera does not see to be empty: behind what it sees, or outside of its image.
 
@@ -165,13 +168,14 @@ class VoxelGrid:
         than at the pixels around. ``without`` takes out the robot, which hides what is behind it.
 
         Args:
-            depth: As ``PointCloud.from_depth`` takes it. Pixels of 0, NaN or infinity see nothing.
+            depth: As ``PointCloud.from_depth`` takes it. Pixels of 0, NaN, infinity or 65535 see nothing.
             intrinsics: As there.
             T_base_camera: As there.
             box: The part of the space that counts.
             cell: The cells' edge length [m]. The grid is as large as the box, rounded up to whole cells.
             pose: T_base_box, shape (4, 4), to be given to ``World.add`` too; the base unless given.
             depth_scale: As ``PointCloud.from_depth`` takes it.
+            max_depth: As there. No cell is empty since a pixel has a depth beyond it.
 
         Raises:
             InputError: An argument has another form or a value out of range, or the grid would have more than 16 million cells.
@@ -188,9 +192,10 @@ class VoxelGrid:
         shape = np.maximum(np.ceil(extents / edge * (1 - 1e-12)), 1)
         if shape.prod() > _MOST_CELLS:
             raise InputError("cell", f"{edge:g} m makes {shape.prod():.3g} cells; at most {_MOST_CELLS} are expected")
-        z = as_depths(depth, depth_scale)
-        K, T_camera = camera_matrix(intrinsics, z.shape), as_one_pose(T_base_camera, "T_base_camera")
+        z = as_depths(depth, depth_scale, max_depth)
+        K, T_camera = camera_matrix(intrinsics, z.shape), camera_pose(T_base_camera)
         T_box = as_one_pose(np.eye(4) if pose is None else pose, "pose")
+        check_place("pose", T_box)
         R = T_camera[:3, :3].T @ T_box[:3, :3]
         origin = T_camera[:3, :3].T @ (T_box[:3, 3] - T_camera[:3, 3])
         index = np.indices(tuple(shape.astype(int))).reshape(3, -1).T
@@ -209,7 +214,7 @@ class VoxelGrid:
         """
         index = np.argwhere(self.occupied)
         balls = PointCloud(self.corner + (index + 0.5) * self.cell, self.cell * math.sqrt(3) / 2)
-        _, owner = robot.links_near(balls, q, within=lengths("padding", (padding,), 1)[0], pose=pose)
+        _, owner = robot.links_near(balls, q, within=as_padding(padding), pose=pose)
         kept = np.array(self.occupied)
         kept[tuple(index[owner >= 0].T)] = False
         return VoxelGrid(kept, self.cell, self.corner)
@@ -272,6 +277,7 @@ def _as_edge(cell: float) -> float:
     edge = lengths("cell", (cell,), 1)[0]
     if edge == 0:
         raise InputError("cell", "0; an edge length above 0 is expected")
+    check_cell(edge)
     return edge
 
 

@@ -138,7 +138,7 @@ class ObjectTables:
         clouds = {name: (one.shape, one.nodes.start) for name, one in self._many.items() if isinstance(one.shape, PointCloud)}
         return Layout(*arena.read_only, arena.nodes, self._root, boxes, sets, arena.names, clouds)
 
-    def moving(self, speeds: Mapping[str, float], counts: Mapping[str, int], poses: Mapping[str, Array]) -> tuple[Moving, ...]:
+    def moving(self, speeds: Mapping[str, float], stated: Mapping[str, int], poses: Mapping[str, Array]) -> tuple[Moving, ...]:
         """The objects that have a speed, after ``updated``."""
         found = []
         for name, speed in speeds.items():
@@ -152,7 +152,7 @@ class ObjectTables:
             else:
                 row = self._rows[self._alone[name]] if name in self._alone else self._arena.table[self._indexed[name][0]]
                 radius = float(row[REACH])
-            found.append(Moving(name, int(row[OBJECT]), speed, counts[name], poses[name], radius, name not in self._alone))
+            found.append(Moving(name, int(row[OBJECT]), speed, stated[name], poses[name], radius, name not in self._alone))
         return tuple(found)
 
     def _add(self, name: str, shape: Obstacle, T: Array, links: frozenset[str]) -> None:

@@ -35,7 +35,7 @@ class Moving(NamedTuple):
         name: Of the object.
         number: Of the object, in the rows of its solids.
         speed: The greatest of any of its points [m/s].
-        stated: How often it was said where it is.
+        stated: Which of its world's statements said where it is: a later one has a higher number.
         pose: T_base_object, shape (4, 4).
         radius: Of a ball about its frame's origin that holds it [m]; infinite for a half-space.
         in_tree: Whether it is in the BVH.

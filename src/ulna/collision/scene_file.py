@@ -22,7 +22,7 @@ from ulna.collision.world import World
 from ulna.description.file_bytes import file_bytes, json_value, write_whole
 from ulna.description.pose import as_one_pose, pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Sphere
-from ulna.errors import DescriptionError, FileError, InputError, UlnaError, did_you_mean
+from ulna.errors import DescriptionError, FileError, InputError, UlnaError, cited, did_you_mean
 
 VERSION = 1
 LONGEST = 24_000_000  # bytes
@@ -121,7 +121,7 @@ def world_from_json(text: str | bytes, source: str = "scene") -> World:
         raise DescriptionError('is not a scene: {"ulna_scene": 1, "objects": [...]} is expected', source)
     _refuse_unknown(data, ("ulna_scene", "objects"), "the scene", source)
     if data.get("ulna_scene") != VERSION:
-        raise DescriptionError(f'"ulna_scene" is {data.get("ulna_scene")!r}; this version of Ulna reads {VERSION}', source)
+        raise DescriptionError(f'"ulna_scene" is {cited(data.get("ulna_scene"))}; this version of Ulna reads {VERSION}', source)
     world = World()
     for number, entry in enumerate(data["objects"], start=1):
         _add(world, entry, number, source)
@@ -152,13 +152,13 @@ def _turn(T: NDArray[np.float64]) -> dict[str, Any]:
 def _add(world: World, entry: Any, number: int, source: str) -> None:
     where = f"object {number}"
     if not isinstance(entry, dict):
-        raise DescriptionError(f"{where} is {entry!r:.40}; a JSON object is expected", source)
+        raise DescriptionError(f"{where} is {cited(entry):.60}; a JSON object is expected", source)
     name, word = entry.get("name"), entry.get("shape")
     if not isinstance(name, str) or not name:
         raise DescriptionError(f"{where} has no name; a text that is not empty is expected", source)
-    where = f"{where} {name!r}"
+    where = f"{where} {cited(name)}"
     if not isinstance(word, str) or word not in SHAPES:
-        raise DescriptionError(f"{where}: {word!r} is not a known shape{did_you_mean(str(word), SHAPES)}", source)
+        raise DescriptionError(f"{where}: {cited(word)} is not a known shape{did_you_mean(str(word), SHAPES)}", source)
     kind, keys = SHAPES[word]
     _refuse_unknown(entry, ("name", "shape", *keys, "xyz", *_TURNS, "touch_links", "speed"), where, source)
     missing = [key for key in keys if key not in entry]
@@ -187,14 +187,15 @@ def _pose(entry: dict[str, Any]) -> NDArray[np.float64]:
 def _refuse_unknown(entry: dict[str, Any], known: tuple[str, ...], where: str, source: str) -> None:
     for key in entry:
         if key not in known:
-            raise DescriptionError(f"{where}: key {key!r} is not known{did_you_mean(key, known)}", source)
+            raise DescriptionError(f"{where}: key {cited(key)} is not known{did_you_mean(key, known)}", source)
 
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        names = [key for key, _ in pairs]
-        raise ValueError(f"key {next(key for key in names if names.count(key) > 1)!r} is given twice in one object")
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))
+        raise ValueError(f"key {cited(twice)} is given twice in one object")
     return found
 
 

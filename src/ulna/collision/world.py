@@ -1,7 +1,7 @@
 """Holds the world around a robot: named shapes with poses in its base frame."""
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import cache, partial
 
 import numpy as np
@@ -13,17 +13,22 @@ from ulna.collision.object_tables import ObjectTables
 from ulna.collision.objects import Objects
 from ulna.description.arrays import as_number
 from ulna.description.given_names import as_link_names, refuse_no_name
+from ulna.description.likely_units import check_object
 from ulna.description.pose import as_one_pose, as_pose, orthonormal
+from ulna.description.shapes import Solid
 from ulna.drivers import placing
 from ulna.engine.ahead import extension
 from ulna.engine.bound import Seen, bind
 from ulna.errors import GeometryError, InputError, UnknownNameError
 
 _MOST_SHOWN = 6  # objects
+_OF_OBJECTS = "_shapes", "_poses", "_touch_links", "_speeds", "_stated"
 
 
 class World(Seen):
     """Obstacles by name. Objects may be added, moved and removed at any time, from any thread.
+
+    A change that is interrupted, as by Ctrl-C, is made in whole or not at all.
 
     Example:
         >>> from ulna.description.pose import pose
@@ -41,7 +46,8 @@ class World(Seen):
         self._touch_links: dict[str, frozenset[str]] = {}
         self._tables: ObjectTables | None = None  # None: all objects are to be laid out
         self._speeds: dict[str, float] = {}  # of those that may move by themselves
-        self._counts: dict[str, int] = {}  # how often it was said where each of these is
+        self._stated: dict[str, int] = {}  # which of the statements of where one of these is was that of each
+        self._n_stated = 0  # such statements
         self._n_changes = 0  # of anything but their poses
         self._changed: dict[str, bool] = {}  # since then, and whether more than the pose was
         self._objects: Objects | None = None
@@ -101,13 +107,14 @@ class World(Seen):
         refuse_no_name(name)
         T, links = _placed()(np.eye(4) if pose is None else pose), as_link_names(touch_links)
         fastest = None if speed is None else as_number("speed", speed, 0.0, "a speed [m/s] of at least 0")
+        check_object(name, shape, T)
         with self._lock:
             if name in self._shapes:
                 raise InputError("name", f"the world already has an object {name!r}; move() moves it")
+            self._mark(name)
             self._shapes[name], self._poses[name] = shape, T
             if fastest is not None:
-                self._speeds[name], self._counts[name] = fastest, 0
-            self._remade(name)
+                self._speeds[name], self._stated[name] = fastest, self._n_stated
             if links:
                 self._touch_links[name] = links
 
@@ -141,11 +148,7 @@ class World(Seen):
             for name in new._shapes:
                 if name in self._shapes:
                     raise InputError("name", f"the world already has an object {name!r}; move() moves it")
-            self._shapes |= new._shapes
-            self._poses |= new._poses
-            self._touch_links |= new._touch_links
-            self._changed |= new._changed
-            self._objects, self._n_changes = None, self._n_changes + 1
+            self._exchange((), new.__getstate__())
 
     def move(self, name: str, pose: ArrayLike) -> None:
         """Move an object to another pose T_base_object, shape (4, 4). Of one with a speed it says where it is now.
@@ -157,7 +160,10 @@ class World(Seen):
         T = _placed()(pose)
         with self._lock:
             self._known(name)
-            self._moved(name, T)
+            self._mark(name, pose_alone=True)
+            self._poses[name] = T
+            if name in self._speeds:
+                self._stated[name] = self._n_stated
 
     def move_many(self, names: Sequence[str], poses: ArrayLike) -> None:
         """Move several objects, all or none; a query in another thread finds them all moved, or none.
@@ -184,8 +190,11 @@ class World(Seen):
         with self._lock:
             for name in names:
                 self._known(name)
-            for name, T in zip(names, placed, strict=True):
-                self._moved(name, T)
+            moved = dict(zip(names, placed, strict=True))
+            for name in moved:
+                self._mark(name, pose_alone=True)
+            stated = {name: self._n_stated for name in moved if name in self._speeds}
+            self._poses, self._stated = {**self._poses, **moved}, {**self._stated, **stated}
 
     def reshape(self, name: str, shape: Obstacle) -> None:
         """Give an object another shape; its pose is unchanged.
@@ -197,8 +206,11 @@ class World(Seen):
         _refuse_unsolid(name, shape)
         with self._lock:
             self._known(name)
+            self._mark(name)
+            is_image = not isinstance(shape, Solid)  # of a sensor: then it says where the object is now
             self._shapes[name] = shape
-            self._remade(name)
+            if is_image and name in self._speeds:
+                self._stated[name] = self._n_stated
 
     def update(self, name: str, points: PointCloud | ArrayLike) -> None:
         """Give a cloud other points; its pose, its radius unless a cloud is given, and what may touch it are unchanged.
@@ -236,10 +248,12 @@ class World(Seen):
         """
         with self._lock:
             self._known(name)
+            self._mark(name)
             del self._shapes[name], self._poses[name]
-            for of in (self._touch_links, self._speeds, self._counts):
-                of.pop(name, None)
-            self._remade(name)
+            if name in self._touch_links:
+                del self._touch_links[name]
+            if name in self._speeds:
+                del self._speeds[name], self._stated[name]
 
     def shape(self, name: str) -> Obstacle:
         """The shape of an object.
@@ -323,24 +337,34 @@ class World(Seen):
                 objects = tables.updated(changed, self._shapes, self._poses, self._touch_links)
                 objects.n_changes = self._n_changes
                 if self._speeds:
-                    objects.moving = tables.moving(self._speeds, self._counts, self._poses)
+                    objects.moving = tables.moving(self._speeds, self._stated, self._poses)
                 self._objects, self._tables, self._changed = objects, tables, {}
             return self._objects
 
-    def _moved(self, name: str, T: NDArray[np.float64]) -> None:
-        """Put an object to a pose; whether it was there already counts only where it may move by itself."""
-        self._poses[name], self._objects = T, None
-        self._changed.setdefault(name, False)
-        if name in self._speeds:
-            self._counts[name] += 1
-        else:
-            self._n_changes += 1
+    def _mark(self, name: str, *, pose_alone: bool = False) -> None:
+        """Let an object be laid out again, and a servo see a change. This comes before the change, in case it is interrupted.
 
-    def _remade(self, name: str) -> None:
-        """Let an object be laid out again."""
-        self._changed[name], self._objects, self._n_changes = True, None, self._n_changes + 1
-        if name in self._speeds:
-            self._counts[name] += 1
+        CPython takes a signal after a call, where a function begins and where a loop repeats. So a change calls nothing
+        between its first store and its last.
+        """
+        self._objects = None
+        if not pose_alone or name not in self._changed:
+            self._changed[name] = not pose_alone
+        if not pose_alone or name not in self._speeds:
+            self._n_changes += 1
+        self._n_stated += 1
+
+    def _exchange(self, removed: Collection[str], new: dict) -> None:
+        """Remove objects, and take over the contents of another world in the place of any of these names. The lock is held."""
+        names, contents = (*removed, *new["_shapes"]), self._contents()
+        for name in names:
+            self._mark(name)
+            for of in ("_touch_links", "_speeds", "_stated") if name in new["_shapes"] else _OF_OBJECTS:
+                contents[of].pop(name, None)
+        for of in _OF_OBJECTS:
+            contents[of].update(new[of])
+        contents["_stated"].update(dict.fromkeys(new["_speeds"], self._n_stated))
+        self._shapes, self._poses, self._touch_links, self._speeds, self._stated = (contents[of] for of in _OF_OBJECTS)
 
     def _known(self, name: str) -> None:
         if not isinstance(name, str) or name not in self._shapes:
@@ -351,8 +375,8 @@ class World(Seen):
             return self._contents()
 
     def _contents(self) -> dict:
-        names = "_shapes", "_poses", "_touch_links", "_speeds", "_counts"
-        return {name: dict(getattr(self, name)) for name in names} | {"_n_changes": self._n_changes}
+        counts = {"_n_stated": self._n_stated, "_n_changes": self._n_changes}
+        return {name: dict(getattr(self, name)) for name in _OF_OBJECTS} | counts
 
     def __setstate__(self, state: dict) -> None:
         World.__init__(self)
@@ -364,6 +388,12 @@ class World(Seen):
             count = len(self._shapes)
         more = f" and {count - len(shown)} more" if count > len(shown) else ""
         return f"<World: {count or 'no'} object{'s' * (count != 1)}{': ' * bool(shown)}{', '.join(shown)}{more}>"
+
+
+def exchange(world: World, removed: Collection[str], new: World) -> None:
+    """Remove objects of a world, and take over those of another in the place of any of these names, all or none."""
+    with world._lock:  # noqa: SLF001 - a function of this module, as users call no such method
+        world._exchange([name for name in removed if name in world], new.__getstate__())  # noqa: SLF001
 
 
 def refuse_no_world(world: object) -> None:

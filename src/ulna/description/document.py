@@ -1,5 +1,6 @@
 """A document of a description: read from a path or a text, and expanded if it is xacro."""
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -59,14 +60,14 @@ def is_xacro(root: etree._Element) -> bool:
     return declared and any("${" in str(v) or "$(" in str(v) for e in root.iter() for v in e.attrib.values())
 
 
-def expanded(document: Document, xacro_args: Mapping[str, object]) -> Document:
-    """What a xacro file expands to; any other document itself, which takes no arguments."""
+def expanded(document: Document, xacro_args: Mapping[str, object], max_seconds: float = math.inf) -> Document:
+    """What a xacro file expands to, in so many seconds at most; any other document itself, which takes no arguments."""
     if not is_xacro(document.root):
         refuse_arguments(document.source, xacro_args)
         return document
     from ulna.description.xacro.expansion import expand_xacro  # noqa: PLC0415 - plain URDF needs no child process
 
-    text = expand_xacro(document, xacro_args)
+    text = expand_xacro(document, xacro_args, max_seconds)
     return replace(document, text=text, source=f"{document.source} (expanded; `ulna urdf` prints it)")
 
 

@@ -5,12 +5,13 @@ Reading a pipe without a writer ends after a time limit. A file is written compl
 
 import json
 import os
+import re
 import select
 import stat
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,7 @@ def file_bytes(path: str | Path, most: int) -> bytes:
             return _pipe_bytes(file.fileno(), most)
         if hasattr(os, "O_NONBLOCK"):
             os.set_blocking(file.fileno(), True)
-        return file.read(most + 1)
+        return _bytes_of(file, most)
 
 
 def regular_file_bytes(path: str | Path, most: int) -> bytes:
@@ -36,7 +37,7 @@ def regular_file_bytes(path: str | Path, most: int) -> bytes:
     with open(path, "rb", opener=_without_waiting) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(22, "not a regular file", str(path))
-        return file.read(most + 1)
+        return _bytes_of(file, most)
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -62,7 +63,8 @@ def write_whole(path: Path, content: bytes) -> None:
 
 def write_table(path: str | Path, names: Sequence[str], rows: NDArray[np.float64]) -> None:
     """Write a line of names, then a line for each row, shape (n, k), every number with all of its digits."""
-    lines = [",".join(names), *(",".join(map(repr, row)) for row in rows.tolist())]
+    quoted = [f'"{name.replace(chr(34), 2 * chr(34))}"' if re.search('[",\\s]', name) else name for name in names]
+    lines = [",".join(quoted), *(",".join(map(repr, row)) for row in rows.tolist())]
     try:
         Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
     except OSError as error:
@@ -71,6 +73,19 @@ def write_table(path: str | Path, names: Sequence[str], rows: NDArray[np.float64
 
 def _without_waiting(path: str, flags: int) -> int:
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def _bytes_of(file: IO[bytes], most: int) -> bytes:
+    """At most ``most`` + 1 bytes, in no more memory than there are: ``read(n)`` takes n bytes first, also of a short file."""
+    known = min(most, os.fstat(file.fileno()).st_size)
+    read = file.read(known + 1)
+    if len(read) <= known:
+        return read
+    parts, n = [read], len(read)  # a device, or a file that grows
+    while n <= most and (part := file.read(min(_AT_ONCE, most + 1 - n))):
+        parts.append(part)
+        n += len(part)
+    return b"".join(parts)
 
 
 def _pipe_bytes(pipe: int, most: int) -> bytes:
@@ -87,11 +102,20 @@ def _pipe_bytes(pipe: int, most: int) -> bytes:
     return bytes(read[: most + 1])
 
 
+_MAX_VALUES, _MAX_CONTAINERS = 12_000_000, 3_000_000  # of a JSON text: numbers and texts, and lists and objects, 90 bytes each
 _MOST_LEVELS = 50  # of lists in lists: our own files have about ten; Python's recursion ends near a thousand
 
 
 def json_value(text: str | bytes, **options: Any) -> Any:
-    """The value of a JSON text."""
+    """The value of a JSON text.
+
+    Raises:
+        ValueError: It is not JSON, or has too many values or levels.
+    """
+    comma, list_, object_ = (",", "[", "{") if isinstance(text, str) else (b",", b"[", b"{")
+    n_values, n_containers = text.count(comma), text.count(list_) + text.count(object_)  # type: ignore[arg-type]
+    if n_values > _MAX_VALUES or n_containers > _MAX_CONTAINERS:
+        raise ValueError(f"it has more than {_MAX_VALUES} values, or more than {_MAX_CONTAINERS} lists and objects")
     try:
         value = json.loads(text, **options)
     except RecursionError:

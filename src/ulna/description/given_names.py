@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable
 
-from ulna.errors import InputError
+from ulna.errors import InputError, cited
 
 _REORDERING = re.compile("[\u202a-\u202e\u2066-\u2069]")  # controls of UAX 9, by which a text can look like another
 
@@ -18,13 +18,13 @@ def name_fault(name: object) -> str:
         ('', '5 is not text')
     """
     if not isinstance(name, str):
-        return f"{name!r} is not text"
+        return f"{cited(name)} is not text"
     try:
         name.encode()
     except UnicodeEncodeError as error:
-        return f"{name!r} has a character that cannot be written, {name[error.start]!r}"
+        return f"{cited(name)} has a character that cannot be written, {name[error.start]!r}"
     found = _REORDERING.search(name)
-    return f"{name!r} has a character that changes the order of letters, {found[0]!r}" if found else ""
+    return f"{cited(name)} has a character that changes the order of letters, {found[0]!r}" if found else ""
 
 
 def refuse_no_name(name: object, argument: str = "name") -> None:
@@ -36,7 +36,7 @@ def refuse_no_name(name: object, argument: str = "name") -> None:
 def as_link_names(names: Iterable[str]) -> frozenset[str]:
     """The names of ``touch_links`` as a set."""
     if isinstance(names, str) or not isinstance(names, Iterable):
-        raise InputError("touch_links", f"{names!r}; a list of names is expected")
+        raise InputError("touch_links", f"{cited(names)}; a list of names is expected")
     given = tuple(names)
     for name in given:
         refuse_no_name(name, "touch_links")

@@ -15,6 +15,7 @@ from ulna.description.robot_description import Description
 from ulna.description.semantic import Srdf
 from ulna.description.srdf import read_srdf
 from ulna.description.srdf_beside import srdf_beside
+from ulna.description.unread import sentences
 from ulna.description.urdf import decoded, read_urdf
 from ulna.errors import DescriptionWarning, InputError
 
@@ -35,6 +36,9 @@ def load_description(
     """
     document, bundled = _document(source, xacro_args, package_dirs)
     description = read_urdf(document)
+    if unread := sentences(document.root, document.source):
+        more = f" ({len(unread)} such sentences: ulna inspect)" if len(unread) > 1 else ""
+        warnings.warn(unread[0] + more, DescriptionWarning, stacklevel=3)
     if srdf is None and bundled is not None:
         srdf = bundled.semantics()
     if srdf is None and document.folder is not None:  # nothing lies beside a text, or a bundled robot

@@ -45,8 +45,8 @@ def package_folders(name: str, description_folder: Path | None, package_dirs: It
         if _is_package(folder, name):
             yield folder
         yield folder / name
-    for folder in filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)):
-        yield Path(folder) if _is_package(Path(folder), name) else Path(folder) / name
+    for folder in _absolute_ones(os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)):
+        yield folder if _is_package(folder, name) else folder / name
     for folder in _shares_of_ros():
         yield folder / name
     if description_folder is not None:
@@ -68,11 +68,16 @@ def installed_folders() -> Iterator[Path]:
 
 
 def _shares_of_ros() -> Iterator[Path]:
-    return (Path(prefix) / "share" for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix)
+    return (prefix / "share" for prefix in _absolute_ones(os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)))
 
 
 def _shares_of_python() -> Iterator[Path]:
-    return (Path(entry) / "cmeel.prefix" / "share" for entry in sys.path if entry)
+    return (entry / "cmeel.prefix" / "share" for entry in _absolute_ones(sys.path))
+
+
+def _absolute_ones(folders: Iterable[str]) -> Iterator[Path]:
+    """The absolute paths of some: a relative one would lead into whatever folder the process is in."""
+    return (Path(folder) for folder in folders if isinstance(folder, str) and os.path.isabs(folder))  # noqa: PTH117 - text
 
 
 def _is_package(folder: Path, name: str) -> bool:

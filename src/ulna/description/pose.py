@@ -65,12 +65,12 @@ def rpy_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
     defined; then roll is 0. Where it is small roll is known less well, and yaw is that which goes with it: the second column of
     R Rx(-roll) = Rz(yaw) Ry(pitch) is (-sin(yaw), cos(yaw), 0).
     """
-    R = np.asarray(R, dtype=np.float64)
-    cos_pitch = np.hypot(R[..., 0, 0], R[..., 1, 0])
-    roll = np.where(cos_pitch < 1e-12, 0.0, np.arctan2(R[..., 2, 1], R[..., 2, 2]))
-    pitch = np.arctan2(-R[..., 2, 0], cos_pitch)
+    rows = np.asarray(R, dtype=np.float64)
+    cos_pitch = np.hypot(rows[..., 0, 0], rows[..., 1, 0])
+    roll = np.where(cos_pitch < 1e-12, 0.0, np.arctan2(rows[..., 2, 1], rows[..., 2, 2]))
+    pitch = np.arctan2(-rows[..., 2, 0], cos_pitch)
     s, c = np.sin(roll), np.cos(roll)
-    yaw = np.arctan2(s * R[..., 0, 2] - c * R[..., 0, 1], c * R[..., 1, 1] - s * R[..., 1, 2])
+    yaw = np.arctan2(s * rows[..., 0, 2] - c * rows[..., 0, 1], c * rows[..., 1, 1] - s * rows[..., 1, 2])
     rpy = np.stack([roll, pitch, yaw], axis=-1)
     return np.where(rpy == -np.pi, np.pi, rpy)
 
@@ -96,8 +96,8 @@ def quaternion_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 
     Shepperd's method: of the four columns of 4 q q', the one with the largest diagonal entry.
     """
-    R = np.asarray(R, dtype=np.float64)
-    (a, b, c), (d, e, f), (g, h, i) = (tuple(R[..., r, k] for k in range(3)) for r in range(3))
+    rows = np.asarray(R, dtype=np.float64)
+    (a, b, c), (d, e, f), (g, h, i) = (tuple(rows[..., r, k] for k in range(3)) for r in range(3))
     outer = np.stack(
         [
             np.stack([1 + a + e + i, h - f, c - g, d - b], axis=-1),
@@ -114,15 +114,15 @@ def quaternion_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 
 def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
     """T as an array of poses, shape (..., 4, 4)."""
-    T = as_floats(name, T)
-    if T.shape[-2:] != (4, 4):
-        hint = "; ulna.pose(xyz, rpy) makes one" if T.shape[-1:] == (3,) and T.shape[-2:] != (3, 3) else ""
-        raise InputError(name, f"shape {T.shape}, but poses have shape (..., 4, 4){hint}")
-    R = T[..., :3, :3]
+    poses = as_floats(name, T)
+    if poses.shape[-2:] != (4, 4):
+        hint = "; ulna.pose(xyz, rpy) makes one" if poses.shape[-1:] == (3,) and poses.shape[-2:] != (3, 3) else ""
+        raise InputError(name, f"shape {poses.shape}, but poses have shape (..., 4, 4){hint}")
+    R = poses[..., :3, :3]
     faults = {
-        "has an entry that is not finite": ~np.isfinite(T).all(axis=(-2, -1)),
-        f"has a position beyond {LARGEST:g} m": np.abs(T[..., :3, 3]).max(axis=-1) > LARGEST,
-        "has a last row that is not (0, 0, 0, 1)": np.abs(T[..., 3, :] - [0, 0, 0, 1]).max(axis=-1) > LARGEST_DEFECT,
+        "has an entry that is not finite": ~np.isfinite(poses).all(axis=(-2, -1)),
+        f"has a position beyond {LARGEST:g} m": np.abs(poses[..., :3, 3]).max(axis=-1) > LARGEST,
+        "has a last row that is not (0, 0, 0, 1)": np.abs(poses[..., 3, :] - [0, 0, 0, 1]).max(axis=-1) > LARGEST_DEFECT,
     }
     with np.errstate(invalid="ignore", over="ignore"):
         faults["has a rotation part whose columns are not orthonormal"] = (
@@ -131,9 +131,9 @@ def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
         faults["is a reflection: its determinant is negative"] = np.linalg.det(R) < 0
     for fault, where in faults.items():
         if np.any(where):
-            row = f"[{', '.join(str(int(k)) for k in np.argwhere(where)[0])}]" if T.ndim > 2 else ""
+            row = f"[{', '.join(str(int(k)) for k in np.argwhere(where)[0])}]" if poses.ndim > 2 else ""
             raise InputError(f"{name}{row}", f"{fault}, so it is not a pose")
-    return T
+    return poses
 
 
 def as_one_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
@@ -143,10 +143,10 @@ def as_one_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
     """
     if type(T) is np.ndarray and T.dtype == np.float64 and T.shape == (4, 4) and _is_exact(T):
         return T.copy()
-    T = as_pose(T, name)
-    if T.shape != (4, 4):
-        raise InputError(name, f"shape {T.shape}, but one pose has shape (4, 4)")
-    return orthonormal(T)
+    pose = as_pose(T, name)
+    if pose.shape != (4, 4):
+        raise InputError(name, f"shape {pose.shape}, but one pose has shape (4, 4)")
+    return orthonormal(pose)
 
 
 def _is_exact(T: NDArray[np.float64]) -> bool:
@@ -169,13 +169,13 @@ def _is_exact(T: NDArray[np.float64]) -> bool:
 
 def orthonormal(T: NDArray[np.float64]) -> NDArray[np.float64]:
     """A copy of poses (..., 4, 4), a rotation replaced by the nearby one of its quaternion unless it is exact to rounding."""
-    T = T.copy()
-    R = T[..., :3, :3]
+    copy = T.copy()
+    R = copy[..., :3, :3]
     rounded = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1)) > _ROUNDING
     if rounded.any():
         R[rounded] = matrix_from_quaternion(quaternion_from_matrix(R[rounded]))
-    T[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
-    return T
+    copy[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
+    return copy
 
 
 def inverse(T: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -30,7 +30,7 @@ def matched(srdf: Srdf, description: Description) -> Srdf:
         passive_joints=tuple(name for name in srdf.passive_joints if check.has("joint", name, "a passive joint", None)),
         unchecked_links=(),
         enabled_collisions=(),
-        warnings=tuple(check.warnings),
+        warnings=(*srdf.warnings, *check.warnings),
     )
 
 

@@ -43,12 +43,19 @@ def frozen(values, shape: tuple[int, ...]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of one joint [rad or m, rad/s or m/s, Nm or N]; infinite where the description gives none."""
+    """Limits of one joint; infinite where the description gives none.
+
+    Positions [rad or m], velocity [rad/s or m/s], effort [Nm or N], acceleration and deceleration [rad/s^2 or m/s^2], and jerk
+    [rad/s^3 or m/s^3].
+    """
 
     lower: float = -inf
     upper: float = inf
     velocity: float = inf
     effort: float = inf
+    acceleration: float = inf
+    deceleration: float = inf
+    jerk: float = inf
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ class Srdf:
     are in use have many. Such a reference is ignored. ``unchecked_links`` are checked against no other but where
     ``enabled_collisions`` says so (``disable_default_collisions`` and ``enable_collisions``); a robot's own ``srdf`` has those
     pairs among its ``disabled_collisions``. ``found_at`` is its path where ``ulna.load`` found it beside the URDF, empty where it
-    was given. ``passed_over``, where none was taken, has a sentence for each file there that does not fit although its name does.
+    was given. ``passed_over`` has a sentence for each file or package that was found there and is not used, with the reason.
     """
 
     name: str = ""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.errors import InputError, needs_extra
+from ulna.errors import InputError, cited, needs_extra
 from ulna.kernels.layout import LARGEST
 
 
@@ -162,5 +162,5 @@ def lengths(name: str, values: object, count: int) -> tuple[float, ...]:
     given = as_floats(name, values)  # type: ignore[arg-type]
     if given.shape != (count,) or not ((given >= 0) & (given <= LARGEST)).all():
         expected = f"{count} finite length{'s' * (count > 1)} of at least 0 and at most {LARGEST:g} m"
-        raise InputError(name, f"{values!r}; {expected} {'are' if count > 1 else 'is'} expected")
+        raise InputError(name, f"{cited(values)}; {expected} {'are' if count > 1 else 'is'} expected")
     return tuple(given.tolist())

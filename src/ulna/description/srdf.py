@@ -11,7 +11,23 @@ from lxml import etree
 from ulna.description.document import Document
 from ulna.description.semantic import DisabledCollision, EndEffector, Group, GroupState, Srdf, VirtualJoint
 from ulna.description.xml import Reader, without_namespace
+from ulna.errors import cited, did_you_mean
 
+_READ = {
+    "robot": (
+        "group",
+        "end_effector",
+        "group_state",
+        "disable_collisions",
+        "virtual_joint",
+        "passive_joint",
+        "disable_default_collisions",
+        "enable_collisions",
+    ),
+    "group": ("link", "joint", "chain", "group"),
+    "group_state": ("joint",),
+}
+_OTHERS = {"foot", "gripper", "joint_property", "link_sphere_approximation", "rotor", "rotor_params", "specificities"}
 _MOST = 2000  # groups, chains and states: resolving them takes their number times that of the joints
 
 
@@ -42,7 +58,17 @@ class _Reader(Reader):
             unchecked_links=tuple(self.attribute(e, "link") for e in root.iterfind("disable_default_collisions")),
             enabled_collisions=tuple(self.pair(element) for element in root.iterfind("enable_collisions")),
             source=self.source,
+            warnings=tuple(self.unread(root)),
         )
+
+    def unread(self, root: etree._Element) -> Iterable[str]:
+        """A sentence about each element that is not known, such as a misspelt one, which may change what is checked."""
+        for parent in (root, *root.iterfind("group"), *root.iterfind("group_state")):
+            read = _READ[str(parent.tag)]
+            for child in parent.iterchildren(etree.Element):
+                if child.tag not in read and child.tag not in _OTHERS and etree.QName(child).namespace is None:
+                    near = did_you_mean(str(child.tag), read)
+                    yield str(self.fail(child, f"<{child.tag}> in <{parent.tag}> is not known, and left out{near}"))
 
     def unlike(self, items: list, root: etree._Element, tag: str) -> tuple:
         """The items, of which no two may have one name."""
@@ -85,7 +111,7 @@ class _Reader(Reader):
     def value(self, element: etree._Element) -> tuple[float, ...]:
         values = self.numbers(element, "value")
         if not values or not all(math.isfinite(value) for value in values):
-            raise self.fail(element, f"<joint> value={element.get('value')!r}: finite numbers expected")
+            raise self.fail(element, f"<joint> value={cited(element.get('value'))}: finite numbers expected")
         return values
 
     def pair(self, element: etree._Element) -> tuple[str, str]:

@@ -1,55 +1,85 @@
 """Finds the SRDF of a robot beside its URDF, as in example-robot-data and in MoveIt's config packages."""
 
+import logging
 import os
 import re
+import time
 import warnings
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
 
 from ulna.description.document import Document, expanded
 from ulna.description.file_bytes import regular_file_bytes
-from ulna.description.packages import package_folders
+from ulna.description.packages import folders_above, package_folders
+from ulna.description.readable import Readable
 from ulna.description.references import matched
 from ulna.description.robot_description import Description
 from ulna.description.semantic import Srdf
 from ulna.description.srdf import read_srdf
-from ulna.description.xml import LONGEST
+from ulna.description.xml import parse
 from ulna.errors import DescriptionError, DescriptionWarning, InputError, listed
 
 _ENDINGS = (".srdf", ".srdf.xacro")
-_MOST_FILES = 100  # that are looked at
+_MAX_FILES = 20  # that are looked at
+_MAX_NAMES = 10_000  # of one folder that are compared with the endings
+_MAX_BYTES = 8_000_000  # of one file; MoveIt's largest have some hundred thousand
+_MAX_SECONDS_EACH, _MAX_SECONDS = 5.0, 10.0  # of the expansion of one xacro file, and after which no further file is looked at
 _PACKAGE_NAME = re.compile(r"\w[\w.-]*")
+_log = logging.getLogger(__name__)
 
 
 def srdf_beside(document: Document, folder: Path, description: Description) -> Srdf:
     """The SRDF beside a URDF in a folder, its references checked. Empty if no file fits, or several do and none is preferred.
 
-    1. Files are looked for in the URDF's folder, in ``srdf`` beside that folder, and in ``config`` of the packages
-       ``NAME_moveit_config``: NAME is that of the robot, of the URDF, or of its package without ``_description``.
+    1. Files are looked for in the URDF's folder; in ``srdf`` beside that folder, if that is in the URDF's package; and in
+       ``config`` of a package ``NAME_moveit_config``, whose ``package.xml`` has that name and depends on the URDF's package.
+       NAME is that of the robot, of the URDF, or of its package without ``_description``. A link leads only into the URDF's
+       folder, its package, or such a package.
     2. A file fits if its ``<robot name=...>`` is the robot's, and the robot has all links that it names.
     3. Of those that fit, the one that is called like the URDF is taken, else the one that is called like the robot, else the
-       only one. If there are others only, none is taken, with a ``DescriptionWarning`` that names them.
+       only one. If there are others only, none is taken.
+
+    What is taken is logged. What is not, although its place or its name says that it may be meant, is a ``DescriptionWarning``.
     """
-    stem, fits, passed_over = _stem(document.file), {}, []
-    likely = (stem, description.name)
-    for path in islice(_files(folder, stem, document.package_dirs, description.name), _MOST_FILES):
+    found = _Candidates(document, folder, (_stem(document.file), description.name))
+    fits: dict[str, Srdf] = {}
+    n_unread = 0
+    end = time.monotonic() + _MAX_SECONDS
+    for rank, path in found.files():
+        if time.monotonic() > end:
+            n_unread += 1
+            continue
         try:
-            srdf = _read(path, document.package_dirs, description)
+            srdf = replace(_read(path, document.package_dirs, description), found_at=str(path))
         except (OSError, DescriptionError, InputError) as error:
-            if _stem(path.name) in likely:
-                passed_over.append(f"{path} lies beside the URDF and is not used: {error}")
+            if rank < len(found.likely):
+                found.pass_over(f"{path} lies beside the URDF and is not used: {error}")
         else:
-            fits.setdefault(_stem(path.name), replace(srdf, found_at=str(path)))
-    taken = next((fits[name] for name in likely if name in fits), None)
-    if taken is None and len(fits) > 1:
+            if rank < len(found.likely):
+                return _taken(srdf, found, document)
+            fits.setdefault(_stem(path.name), srdf)
+    if n_unread:
+        found.pass_over(f"{n_unread} more files beside {document.file} are not looked at, after {_MAX_SECONDS:g} s")
+    advice = "none is used; srdf= names one (--srdf), srdf=False refuses them (--no-srdf)"
+    if len(fits) == 1 and found.complete and not n_unread:
+        return _taken(next(iter(fits.values())), found, document)
+    if fits:
+        fit = "1 SRDF beside {} fits it" if len(fits) == 1 else f"{len(fits)} SRDFs beside {{}} fit it"
         files = listed([srdf.found_at for srdf in fits.values()])
-        advice = "none is used; srdf= names one (--srdf), srdf=False refuses them (--no-srdf)"
-        warnings.warn(f"{len(fits)} SRDFs beside {document.file} fit it ({files}); {advice}", DescriptionWarning, stacklevel=4)
-    elif taken is None and fits:
-        (taken,) = fits.values()
-    return taken or Srdf(passed_over=tuple(passed_over))
+        warnings.warn(f"{fit.format(document.file)} ({files}); {advice}", DescriptionWarning, stacklevel=4)
+    return _taken(Srdf(), found, document)
+
+
+def _taken(srdf: Srdf, found: "_Candidates", document: Document) -> Srdf:
+    """The SRDF, after saying what was taken and what was not."""
+    if srdf.found_at:
+        n = len(srdf.disabled_collisions)
+        _log.info("%s lies beside %s and is used; %d pairs of links may touch by it", srdf.found_at, document.file, n)
+    for sentence in found.passed_over:
+        warnings.warn(sentence, DescriptionWarning, stacklevel=5)
+    return replace(srdf, passed_over=tuple(found.passed_over))
 
 
 def _stem(file: str) -> str:
@@ -57,30 +87,114 @@ def _stem(file: str) -> str:
     return re.sub(r"(\.(urdf|srdf|xacro))+$", "", file)
 
 
-def _files(folder: Path, stem: str, package_dirs: tuple[Path, ...], robot: str) -> Iterator[Path]:
-    """The files that may be the SRDF, each once, a plain one before one that is expanded."""
-    above, seen = folder.resolve(), set()
-    package = next((each.name for each in (above, above.parent) if each.name.endswith("_description")), "")
-    names = dict.fromkeys(name for name in (robot, stem, package.removesuffix("_description")) if _PACKAGE_NAME.fullmatch(name))
-    configs = (f for name in names for f in package_folders(f"{name}_moveit_config", folder, package_dirs))
-    for place in (folder, above.parent / "srdf", *(config / "config" for config in configs)):
-        try:
-            files = [file for file in sorted(place.iterdir()) if file.name.endswith(_ENDINGS)] if place.is_dir() else []
-        except OSError:  # a folder that cannot be listed
-            files = []
-        for file in sorted(files, key=lambda file: file.suffix == ".xacro"):
-            if (resolved := os.path.realpath(file)) not in seen:
+@dataclass
+class _Candidates:
+    """The files that may be the SRDF of a document.
+
+    Attributes:
+        document: The URDF.
+        folder: Where it is.
+        likely: The names that its SRDF may have, the preferred one first.
+        passed_over: Sentences about what is not used.
+        complete: Whether all files were listed.
+    """
+
+    document: Document
+    folder: Path
+    likely: tuple[str, ...]
+    passed_over: list[str] = field(default_factory=list)
+    complete: bool = True
+
+    def pass_over(self, sentence: str) -> None:
+        if len(self.passed_over) < _MAX_FILES:
+            self.passed_over.append(sentence)
+
+    def files(self) -> list[tuple[int, Path]]:
+        """Each file once, with the index of its name in ``likely``, by which they are sorted; a plain one before a xacro file."""
+        readable, seen, found = Readable(self.folder, ()), set(), []
+        for place in self._places(readable):
+            for file in self._listed(place):
+                resolved = os.path.realpath(file)
+                if resolved in seen:
+                    continue
                 seen.add(resolved)
-                yield file
+                stem = _stem(file.name)
+                rank = self.likely.index(stem) if stem in self.likely else len(self.likely)
+                if readable.admits(file):
+                    found.append((rank, file))
+                else:
+                    self.pass_over(f"{file} is a link that leads out of the URDF's folder and package, so it is not used")
+        found.sort(key=lambda one: one[0])
+        if len(found) > _MAX_FILES:
+            self.complete = False
+            self.pass_over(f"{len(found)} SRDFs lie beside {self.document.file}; only {_MAX_FILES} of them are looked at")
+        return found[:_MAX_FILES]
+
+    def _places(self, readable: Readable) -> Iterator[Path]:
+        """The folders in which an SRDF may lie."""
+        above = self.folder.resolve()
+        yield self.folder
+        package = next((path for path in folders_above(self.folder) if (path / "package.xml").is_file()), None)
+        if package is not None and above != package:
+            yield above.parent / "srdf"
+        name = "" if package is None else _manifest(package)[0]
+        stem, robot = self.likely
+        names = dict.fromkeys(each for each in (robot, stem, name.removesuffix("_description")) if _PACKAGE_NAME.fullmatch(each))
+        given = {each for one in names for each in package_folders(f"{one}_moveit_config", None, self.document.package_dirs)}
+        for config_name in (f"{one}_moveit_config" for one in names):
+            for config in dict.fromkeys(package_folders(config_name, self.folder, self.document.package_dirs)):
+                if not (config / "config").is_dir():
+                    continue
+                reason = self._refusal(config, config_name, name) or readable.admit_package(config, given=config in given)
+                if reason:
+                    self.pass_over(f"{config} {reason}, so no SRDF in it is used")
+                else:
+                    yield config / "config"
+
+    def _refusal(self, config: Path, config_name: str, package: str) -> str:
+        """Why a folder is not the configuration of the URDF's package; empty if it is."""
+        name, depends = _manifest(config)
+        if name != config_name:
+            return f"has no package.xml that names it {config_name}"
+        if not package:
+            return f"cannot depend on the package of {self.document.file}, which is in none"
+        return "" if package in depends else f"does not depend on {package}, the package of {self.document.file}"
+
+    def _listed(self, place: Path) -> list[Path]:
+        """The files in a folder whose names end as those of an SRDF do, sorted by name, plain ones first."""
+        try:
+            with os.scandir(place) as entries:
+                names = [entry.name for entry in islice(entries, _MAX_NAMES + 1)]
+        except OSError:  # there is none, or it cannot be listed
+            return []
+        if len(names) > _MAX_NAMES:
+            self.complete = False
+            self.pass_over(f"{place} has more than {_MAX_NAMES} files, of which not all are looked at")
+        files = sorted(place / name for name in names[:_MAX_NAMES] if name.endswith(_ENDINGS))
+        return sorted(files, key=lambda file: file.suffix == ".xacro")
+
+
+def _manifest(package: Path) -> tuple[str, set[str]]:
+    """The name in the ``package.xml`` of a folder, and the packages on which it depends; nothing where it cannot be read."""
+    try:
+        root = parse(regular_file_bytes(package / "package.xml", _MAX_BYTES), "package.xml")
+    except (OSError, ValueError):
+        return "", set()
+    children = [(str(child.tag), (child.text or "").strip()) for child in root]
+    name = next((text for tag, text in children if tag == "name"), "")
+    return name, {text for tag, text in children if tag.endswith("depend") and tag not in ("buildtool_depend", "test_depend")}
 
 
 def _read(path: Path, package_dirs: tuple[Path, ...], description: Description) -> Srdf:
     """The SRDF in a file."""
-    document = Document(regular_file_bytes(path, LONGEST), path.name, path.parent, package_dirs, path.name)
+    content = regular_file_bytes(path, _MAX_BYTES)
+    if len(content) > _MAX_BYTES:
+        raise DescriptionError(f"has more than {_MAX_BYTES // 1_000_000} MB; srdf= reads it (--srdf)", path.name)
+    document = Document(content, path.name, path.parent, package_dirs, path.name)
     name = document.root.get("name", "")
     if "$" not in name:  # else it is known once it is expanded
         _refuse_other(name, path, description)
-    srdf = read_srdf(expanded(document, {}))
+    srdf = read_srdf(expanded(document, {}, max_seconds=_MAX_SECONDS_EACH))
     _refuse_other(srdf.name, path, description)
     known = {link.name for link in description.links}
     missing = [link for link in dict.fromkeys(_links(srdf)) if link not in known]

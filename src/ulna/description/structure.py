@@ -165,6 +165,22 @@ def velocity_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:
     return np.array([joint.limits.velocity for joint in joints if joint.mimic is None for _ in range(N_POSITIONS[joint.type])])
 
 
+def acceleration_limits_of_q(joints: tuple[Joint, ...], drives: dict[str, Drive]) -> np.ndarray:
+    """The largest acceleration of each entry of q, and the largest jerk, shape (2, n_dof): infinite where none is given.
+
+    An acceleration is at most the deceleration too. A joint that mimics another limits it, as far as it is faster or slower.
+    """
+    n_dof = sum(N_POSITIONS[joint.type] for joint in joints if joint.mimic is None)
+    most = np.full((2, n_dof), np.inf)
+    for joint in joints:
+        drive = drives[joint.name]
+        if drive.column is not None and drive.ratio != 0:
+            own = min(joint.limits.acceleration, joint.limits.deceleration), joint.limits.jerk
+            columns = slice(drive.column, drive.column + N_POSITIONS[joint.type])
+            most[:, columns] = np.minimum(most[:, columns], np.array(own)[:, None] / abs(drive.ratio))
+    return most
+
+
 def bounds_of_q(
     joints: tuple[Joint, ...], drives: dict[str, Drive], bounds_of: Callable[[Joint], tuple[float, float]]
 ) -> tuple[np.ndarray, set[str]]:

@@ -12,12 +12,17 @@ from ulna.description.document import Document
 from ulna.description.pose import pose
 from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
 from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from ulna.description.unread import RATES_SINCE, unused_rate, version_of
 from ulna.description.xml import Reader, without_namespace
 from ulna.errors import DescriptionError, did_you_mean
 from ulna.kernels.layout import LARGEST
 
 _OTHER_FORMATS = {"mujoco": "MJCF", "sdf": "SDF"}
 _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
+_NEWEST: tuple[int, int] = (
+    1,
+    2,
+)  # the versions of URDF that are known; 1.1 has quaternions and capsules, 1.2 accelerations and jerks
 
 
 def read_urdf(document: Document) -> Description:
@@ -45,11 +50,19 @@ class _Reader(Reader):
     def __init__(self, source: str) -> None:
         super().__init__(source)
         self.materials: dict[str, tuple[float, float, float, float]] = {}
+        self.version: tuple[int, int] = (1, 0)
 
     def robot(self, root: etree._Element, text: str, document: Document) -> Description:
         if root.tag != "robot":
             other = f" but {_OTHER_FORMATS[root.tag]}, which is not read" if root.tag in _OTHER_FORMATS else ""
             raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not a URDF{other}")
+        stated = version_of(root)
+        self.version = self.version if stated is None else stated
+        if self.version > _NEWEST:
+            newest = ".".join(map(str, _NEWEST))
+            raise self.fail(
+                root, f"is URDF {root.get('version')}; versions up to {newest} are read, and what is newer may matter"
+            )
         for material in root.iterfind("material"):
             color = self.color(material)
             if color is not None:
@@ -161,12 +174,23 @@ class _Reader(Reader):
                 raise self.fail(element, f"joint {name!r}: a {kind} joint needs a <limit>{hint}")
             return Limits()
         effort, velocity = (self.number(child, key, math.inf, 0.0) for key in ("effort", "velocity"))
+        acceleration, jerk = (self.rate(child, key) for key in ("acceleration", "jerk"))
+        deceleration = self.rate(child, "deceleration") if "deceleration" in child.attrib else acceleration
         if not bounded:
-            return Limits(velocity=velocity, effort=effort)
+            return Limits(-math.inf, math.inf, velocity, effort, acceleration, deceleration, jerk)
+        absent = next((key for key in ("lower", "upper") if key not in child.attrib), None)
+        if absent is not None and self.version >= RATES_SINCE:
+            raise self.fail(child, f"joint {name!r}: its <limit> has no {absent!r}, which URDF 1.2 needs of a {kind} joint")
         lower, upper = (self.number(child, key, 0.0) for key in ("lower", "upper"))
         if lower > upper:
             raise self.fail(child, f"joint {name!r}: lower limit {lower} is above upper limit {upper}")
-        return Limits(lower, upper, velocity, effort)
+        return Limits(lower, upper, velocity, effort, acceleration, deceleration, jerk)
+
+    def rate(self, limit: etree._Element, key: str) -> float:
+        """A limit of URDF 1.2; in an older version it is read too, but for a value that is not above 0, which limits nothing."""
+        if self.version < RATES_SINCE and unused_rate(limit, key):
+            return math.inf
+        return self.number(limit, key, math.inf, 0.0)
 
     def safety(self, element: etree._Element, name: str) -> Safety | None:
         child = self.only(element, "safety_controller")
@@ -193,6 +217,20 @@ class _Reader(Reader):
             return np.eye(4)
         zero = (0.0, 0.0, 0.0)
         xyz, rpy = (self.vector(child, key, 3) if key in child.attrib else zero for key in ("xyz", "rpy"))
+        wxyz = self.quaternion(child, element) if "quat_xyzw" in child.attrib else None
         if max(map(abs, xyz)) > LARGEST:
             raise self.fail(child, f"{element.tag} {element.get('name', '')!r}: its origin is beyond {LARGEST:g} m")
-        return pose(xyz, rpy)
+        return pose(xyz, rpy) if wxyz is None else pose(xyz, wxyz=wxyz)
+
+    def quaternion(self, origin: etree._Element, element: etree._Element) -> tuple[float, ...]:
+        """The quaternion w, x, y, z of an origin of URDF 1.1, which has it as x, y, z, w."""
+        where = f"{element.tag} {element.get('name', '')!r}"
+        if "rpy" in origin.attrib:
+            raise self.fail(origin, f"{where}: its origin has both rpy and quat_xyzw; one of them is expected")
+        if self.version < (1, 1):
+            advice = 'other programs ignore it; write <robot version="1.1"> if it is meant'
+            raise self.fail(origin, f"{where}: quat_xyzw is of URDF 1.1, and this document is of an older version: {advice}")
+        *xyz, w = self.vector(origin, "quat_xyzw", 4)
+        if not any((w, *xyz)):
+            raise self.fail(origin, f"{where}: quat_xyzw={origin.get('quat_xyzw')!r} has length 0, so it is no orientation")
+        return w, *xyz

@@ -1,6 +1,7 @@
 """Writes a description as URDF text: for robots without a file, or parts of one."""
 
 import math
+from dataclasses import asdict
 
 import numpy as np
 from lxml import etree
@@ -14,13 +15,22 @@ from ulna.errors import DescriptionError, InputError
 
 def write_urdf(description: Description) -> str:
     """The URDF document of a description: kinematics, limits and shapes. It lacks what the model lacks, such as inertia."""
-    robot = etree.Element("robot", name=description.name)
+    robot = etree.Element("robot", {"name": description.name, **_version(description)})
     for link in description.links:
         element = etree.SubElement(robot, "link", name=link.name)
         for tag, bodies in (("visual", link.visuals), ("collision", link.collisions)):
             element.extend(_body(tag, body) for body in bodies)
     robot.extend(_joint(joint) for joint in description.joints)
     return etree.tostring(robot, pretty_print=True, encoding="unicode")
+
+
+def _version(description: Description) -> dict[str, str]:
+    """The version of URDF that has all of a description, which an older reader would leave out or refuse; none for 1.0."""
+    limits = [joint.limits for joint in description.joints]
+    if any(math.isfinite(min(each.acceleration, each.deceleration, each.jerk)) for each in limits):
+        return {"version": "1.2"}
+    shapes = (body.shape for link in description.links for body in (*link.visuals, *link.collisions))
+    return {"version": "1.1"} if any(isinstance(shape, Capsule) for shape in shapes) else {}
 
 
 def _body(tag: str, body: Body) -> etree._Element:
@@ -54,7 +64,7 @@ def _joint(joint: Joint) -> etree._Element:
     element.append(_origin(joint.origin))
     if joint.type not in (JointType.FIXED, JointType.FLOATING):
         etree.SubElement(element, "axis", xyz=_words(joint.axis))
-    limits = _finite({key: getattr(joint.limits, key) for key in ("lower", "upper", "velocity", "effort")})
+    limits = _finite({key: getattr(joint.limits, key) for key in asdict(joint.limits)})
     if limits and joint.type != JointType.FIXED:
         etree.SubElement(element, "limit", limits)
     if joint.mimic is not None:

@@ -5,7 +5,7 @@ import re
 
 from lxml import etree
 
-from ulna.errors import DescriptionError
+from ulna.errors import DescriptionError, cited
 
 LONGEST = 64_000_000  # bytes; the largest of the robots in docs/robots.md has a hundredth of this
 MOST_ELEMENTS = 300_000  # some 75 000 links: seconds, and a few hundred megabytes
@@ -93,7 +93,7 @@ class Reader:
         text, values = self.attribute(element, key), self.numbers(element, key)
         if len(values) != count or not all(math.isfinite(v) and v >= low for v in values):
             expected = f"{count} finite number{'s' * (count > 1)}" + (f" of at least {low:g}" if low > -math.inf else "")
-            raise self.fail(element, f"<{element.tag}> {key}={text!r}: {expected} expected")
+            raise self.fail(element, f"<{element.tag}> {key}={cited(text)}: {expected} expected")
         return values
 
     def numbers(self, element: etree._Element, key: str) -> tuple[float, ...]:
@@ -105,4 +105,4 @@ class Reader:
             return tuple(float(word) for word in text.split())
         except ValueError:
             hint = " (an expression: is this a xacro file without its xmlns:xacro?)" if "${" in text else ""
-            raise self.fail(element, f"<{element.tag}> {key}={text!r}: not numbers{hint}") from None
+            raise self.fail(element, f"<{element.tag}> {key}={cited(text)}: not numbers{hint}") from None

@@ -119,11 +119,11 @@ def _table(
 
 def _frame_n(rows: Array, convention: str, T_base_0: Array, chain: DHChain, positions: Array) -> Array:
     """T_base_n at joint positions (m, n), shape (m, 4, 4): the product that the table describes, written out."""
-    T = np.broadcast_to(T_base_0, (len(positions), 4, 4))
+    pose = np.broadcast_to(T_base_0, (len(positions), 4, 4))
     for row, kind, position in zip(rows, chain.table[:, KIND], positions.T, strict=True):
         before, behind = around_the_motion(row, convention)
-        T = T @ before @ motion_along_z(int(kind), position) @ behind
-    return T
+        pose = pose @ before @ motion_along_z(int(kind), position) @ behind
+    return pose
 
 
 def _as_good_as(table: DHTable, exact: DHTable) -> bool:
@@ -181,19 +181,19 @@ def dh_chain(description: Description, tree: Tree, link: str) -> DHChain:
             message = f"the chain from {tree.root!r} to {link!r} has the {joint.type} joint {joint.name!r}"
             raise InputError("link", f"{message}, which no row of a DH table can describe")
     names = iter(moving_joints(description, joints))
-    T, kept, rows, frames = np.eye(4), [], [], []
+    pose, kept, rows, frames = np.eye(4), [], [], []
     for row in table:
-        T = T @ row_pose(row)
+        pose = pose @ row_pose(row)
         if row[KIND] == FIXED:
             continue
         joint = next(names)
         if row[RATIO] == 0:  # it does not move, and belongs to the constant part
-            T = T @ motion_along_z(int(row[KIND]), row[OFFSET])
+            pose = pose @ motion_along_z(int(row[KIND]), row[OFFSET])
         else:
             kept.append(joint)
             rows.append(row)
-            frames.append(T)
-    return DHChain(tuple(kept), np.array(rows).reshape(-1, table.shape[1]), np.array(frames).reshape(-1, 4, 4), T)
+            frames.append(pose)
+    return DHChain(tuple(kept), np.array(rows).reshape(-1, table.shape[1]), np.array(frames).reshape(-1, 4, 4), pose)
 
 
 def mimics_within(chain: DHChain) -> Iterator[Mimic | None]:

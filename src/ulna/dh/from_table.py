@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
+from ulna.description.likely_units import check_description, check_dh_rows
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description, Joint, JointType, Limits, Link, Mimic
 from ulna.dh.table import DHTable, around_the_motion, checked_convention
@@ -40,7 +41,10 @@ def description_from_dh(
         _Row(f"joint{k}", kind, next(bounds) if kind != JointType.FIXED else Limits()) for k, kind in enumerate(types, start=1)
     ]
     ends = [T if T is None else as_one_pose(T, key) for key, T in (("T_base_0", T_base_0), ("T_n_tip", T_n_tip))]
-    return _serial_arm(name, table, checked_convention(convention), joints, *ends)
+    description = _serial_arm(name, table, checked_convention(convention), joints, *ends)
+    check_dh_rows(table)
+    check_description("rows", description)
+    return description
 
 
 def description_of_table(table: DHTable) -> Description:

@@ -14,6 +14,7 @@ from ulna.kernels.chain.closed_form_layout import (
     INVERSE_REACH,
     LEAST_ERROR,
     MOST_ERROR,
+    N_BOUNDS,
     N_KNOWN,
     POLISH,
     REACHED,
@@ -90,6 +91,7 @@ def put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_row
     """
     _, _, target_rows, q_rows, known_rows = rows
     jacobian_rows, system_rows, last_rows = scratch
+    n_limits = 2 * (bound_rows.shape[0] // N_BOUNDS)
     for k in range(q_rows.shape[0] // N_AXES):
         branch, residual = q_rows[N_AXES * k : N_AXES * (k + 1)], load(known_rows, N_KNOWN * k + RESIDUAL)
         beyond = hardly_beyond(q_rows, known_rows, k, bound_rows)
@@ -97,7 +99,7 @@ def put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_row
             put_inside(branch, seed_rows, bound_rows, inside_rows)
             store(error_rows, 0, where(beyond, 1.0, 0.0 * residual))
             polish(
-                chain, target_rows, inside_rows, error_rows, bound_rows[: bound_rows.shape[0] // 2], table[FORM, INVERSE_REACH],
+                chain, target_rows, inside_rows, error_rows, bound_rows[:n_limits], table[FORM, INVERSE_REACH],
                 np.inf, _STEPS_AT_LIMITS, jacobian_rows, system_rows, last_rows,
             )  # fmt: skip
             put = beyond & (load(error_rows, 0) <= maximum(residual, ENOUGH))

@@ -21,6 +21,7 @@ from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import (
     IS_REAL,
     IS_WITHIN,
+    N_BOUNDS,
     N_BRANCHES,
     N_KNOWN,
 )
@@ -148,9 +149,9 @@ def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
     """For each target (n, 4, 4) the branch nearest to its seed within the limits; True if all are solved.
 
     plan: the tolerances [m, rad], then of each of the arm's own joints, the first of six: the lower limits, the upper ones, what
-    a whole turn adds (for a joint that slides more than the limits allow), and 1 over it. seeds: (n or 1, 6); q_out: (n, 6);
-    info: (n, N_INFO), as of a search (``search_layout``). Fewer than _FEW targets are computed one by one, a branch a lane, the
-    others eight at a time, a target a lane: with the same machine code, so to the same bits.
+    a whole turn adds (for a joint that slides more than the limits allow), 1 over it, and its unit. seeds: (n or 1, 6); q_out:
+    (n, 6); info: (n, N_INFO), as of a search (``search_layout``). Fewer than _FEW targets are computed one by one, a branch a
+    lane, the others eight at a time, a target a lane: with the same machine code, so to the same bits.
     """
     return run_targets(table, chain, plan, targets, seeds, q_out, info)
 
@@ -217,7 +218,7 @@ def best_state(plan):
 def write_start_of(target, seed, target_rows, seed_rows, bound_rows, lane):
     """Write a target and its seed, brought within the bounds, to a lane."""
     write_target(matrix_pose(target), target_rows, lane)
-    n = bound_rows.shape[0] // 4
+    n = bound_rows.shape[0] // N_BOUNDS
     for j in range(n):
         seed_rows[j, lane] = min(max(seed[j], bound_rows[j, lane]), bound_rows[n + j, lane])
 

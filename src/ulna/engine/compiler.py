@@ -139,8 +139,8 @@ def interrupts_deferred() -> Iterator[None]:
         noted.append((number, frame))
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-    signal.signal(signal.SIGINT, note)
     try:
+        signal.signal(signal.SIGINT, note)  # within, as another signal may raise where it has just been set
         yield
     finally:
         signal.signal(signal.SIGINT, handler)
@@ -154,8 +154,8 @@ def _garbage_kept() -> Iterator[None]:
     if not gc.isenabled():
         yield
         return
-    gc.disable()
     try:
+        gc.disable()
         yield
     finally:
         gc.enable()

@@ -9,6 +9,7 @@ import os
 import stat
 import sys
 import time
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,14 +21,41 @@ class SharedFolderError(OSError):
 
 
 def cache_base() -> Path:
-    """The folder of this user's caches: in ``NUMBA_CACHE_DIR``, or else in the user's own cache folder."""
-    if os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(os.environ["NUMBA_CACHE_DIR"]) / "ulna"
+    """The folder of this user's caches: in ``NUMBA_CACHE_DIR``, or else in the user's own cache folder.
+
+    A relative path in a variable is ignored, as the XDG base directory specification demands: it would lead into whatever folder
+    the process is in, and who made that folder could have put code there.
+
+    Warns:
+        RuntimeWarning: A variable has a relative path.
+
+    Raises:
+        RuntimeError: The user has no home folder.
+    """
+    if (given := absolute_path_of("NUMBA_CACHE_DIR")) is not None:
+        return given / "ulna"
     if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "ulna" / "cache"
+        return (absolute_path_of("LOCALAPPDATA") or _home() / "AppData" / "Local") / "ulna" / "cache"
     if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "ulna"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ulna"
+        return _home() / "Library" / "Caches" / "ulna"
+    return (absolute_path_of("XDG_CACHE_HOME") or _home() / ".cache") / "ulna"
+
+
+def absolute_path_of(variable: str) -> Path | None:
+    """The path in an environment variable; None if there is none, or a relative one."""
+    text = os.environ.get(variable, "")
+    if text and not Path(text).is_absolute():
+        words = f"{variable} is {text[:200]!r}, a relative path, which is ignored: an absolute one is needed"
+        warnings.warn(words, RuntimeWarning, stacklevel=2)
+        return None
+    return Path(text) if text else None
+
+
+def _home() -> Path:
+    home = Path.home()
+    if not home.is_absolute():
+        raise RuntimeError("the home folder is a relative path")
+    return home
 
 
 class PrivateFolder(contextlib.AbstractContextManager):

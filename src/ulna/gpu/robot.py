@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
-from ulna.description.arrays import as_count, as_floats
+from ulna.description.arrays import as_count, as_floats, as_switch
 from ulna.errors import InputError
 from ulna.gpu import device
 from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, overlaps_of
@@ -52,9 +52,9 @@ class GpuRobot:
     def __init__(self, robot: OnHost, *, float32: bool = False) -> None:
         refuse_immovable(robot.tree)
         device.require_device()
-        self.robot, self.float32, self._tables = robot, bool(float32), {}
+        self.robot, self.float32, self._tables = robot, as_switch("float32", float32), {}
         self._scenes = DeviceScenes(robot._checker)  # noqa: SLF001 - a part of it
-        self._number: Any = np.float32 if float32 else np.float64
+        self._number: Any = np.float32 if self.float32 else np.float64
 
     def forward_kinematics(self, q: Any, *, link: str | None = None) -> Any:
         """T_base_link, shape (..., 4, 4), for joint positions q [rad or m], shape (..., n_dof).
@@ -194,8 +194,8 @@ class GpuRobot:
             UnknownNameError: There is no such link or joint.
         """
         query = self._query(link, Options(task=as_task(task)))
-        T = as_own("T", T)
-        return all_solutions(query, T, self._wide_rows, redundancy, as_count("n_samples", n_samples, 1), whole_turns=whole_turns)
+        targets, n = as_own("T", T), as_count("n_samples", n_samples, 1)
+        return all_solutions(query, targets, self._wide_rows, redundancy, n, whole_turns=whole_turns)
 
     # ---- parts ---------------------------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.arrays import as_switch
 from ulna.description.pose import as_pose
 from ulna.drivers.branch_rows import polish_branches, put_at_limits, write_free_angles
 from ulna.drivers.closed_form import N_OPTIONS
@@ -81,7 +82,7 @@ def all_solutions(query: Query, T: Any, rows: Any, redundancy: str | None, n_sam
 
     rows: Makes rows of an array on the device, as ``device.as_device_rows``.
     """
-    every = AllSolutions(query, redundancy, _branches)
+    every, whole_turns = AllSolutions(query, redundancy, _branches), as_switch("whole_turns", whole_turns)
     if not device.is_on_device(T):
         return every.all_solutions(T, n_samples, whole_turns=whole_turns)
     targets = rows("T", T, (4, 4))

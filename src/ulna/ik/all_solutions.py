@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
-from ulna.description.arrays import as_floats
+from ulna.description.arrays import as_floats, as_switch
 from ulna.description.pose import as_pose
 from ulna.drivers import closed_form
 from ulna.engine.bound import bind
@@ -30,7 +30,8 @@ from ulna.kinematics.turns import every_turn, turning_columns
 Array = NDArray[np.float64]
 _One = tuple[Array, NDArray[np.bool_], NDArray[np.bool_], int]
 _ONE, _MATRIX, _TRUTHS = (N_BRANCHES, N_AXES), (4, 4), (2, N_BRANCHES)
-_SAME = 1e-3  # rad or m: nearer than this to a branch of the closed form, what a search finds is that branch
+# rad, or of a slide a share of the arm's size: what a search finds nearer than this to a branch of the closed form is that branch
+_SAME = 1e-3
 
 
 class AllSolutions:
@@ -67,6 +68,8 @@ class AllSolutions:
     ) -> IKSolutions:
         """See ``Robot.all_solutions``."""
         rank = self._query.options.rank
+        if whole_turns is not False:
+            as_switch("whole_turns", whole_turns)
         is_default = not whole_turns and q_seed is None and world is None and rank is None
         if self._of_one is not None and is_default and (alone := self._of_one(T)) is not None:
             q, valid, real, proved = alone
@@ -101,11 +104,11 @@ class AllSolutions:
 
     def _in_python(self, T: ArrayLike) -> _One | None:
         """q, valid, real and the place of the proof; None if this is not one target, is no pose, or nothing is proved."""
-        T = as_floats("T", T)
-        if T.shape != _MATRIX:
+        target = as_floats("T", T)
+        if target.shape != _MATRIX:
             return None
         q, truths = np.empty(_ONE), np.empty(_TRUTHS, dtype=np.bool_)
-        proved = self._run(*self._tables, T, q, truths)
+        proved = self._run(*self._tables, target, q, truths)
         q.setflags(write=False)
         truths.setflags(write=False)
         return (q, truths[0], truths[1], proved) if 0 <= proved < UNPROVED else None
@@ -137,10 +140,10 @@ def _ranked(
     """
     collisions = collisions_of(query, world)
     cost, (order, place) = cost_of(make_problem(query, targets, seed), collisions), np.nonzero(found.valid)
-    costs = np.full(found.valid.shape, np.inf)
+    costs, valid = np.full(found.valid.shape, np.inf), np.zeros(found.valid.shape, dtype=bool)
     if cost is not None and len(order):
-        costs[order, place] = cost(order, found.q[order, place])
-    valid = np.isfinite(costs)
+        of_valid = cost(order, found.q[order, place])
+        costs[order, place], valid[order, place] = of_valid.of_acceptable(), of_valid.acceptable
     colliding = (found.valid & ~valid).sum(axis=1)
     if query.options.rank is None:
         return replace(found, valid=valid), colliding
@@ -189,7 +192,8 @@ def _with_search(query: Query, targets: Array, seed: Array, n_samples: int, foun
 def _new(query: Query, T: Array, seed: Array, n_samples: int, known: Array) -> Array:
     """What a search finds for a target (4, 4) besides what is known, shape (n, n_dof)."""
     more = searched_solutions(query, T, seed, n_samples)
-    return np.array([q for q in more if not (np.abs(known - q).max(axis=-1) < _SAME).any()]).reshape(-1, query.tree.n_dof)
+    is_new = [not (np.abs((known - q) / query.units).max(axis=-1) < _SAME).any() for q in more]
+    return more[np.array(is_new, dtype=bool)]
 
 
 def _searched(query: Query, targets: Array, seed: Array, n_samples: int, known: Branches | None) -> Branches:

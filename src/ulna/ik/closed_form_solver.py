@@ -148,10 +148,11 @@ class ClosedFormSolver:
 def _best(branches: Branches, cost: Cost, problem: Problem) -> tuple[Array, NDArray[np.bool_]]:
     """The branch of the least cost of each target, shape (n, n_dof), and whether there is one that is acceptable."""
     order, which = np.nonzero(branches.valid)
-    costs = np.full(branches.valid.shape, np.inf)
-    costs[order, which] = cost(order, branches.q[order, which])
+    costs, acceptable = np.full(branches.valid.shape, np.inf), np.zeros(branches.valid.shape, dtype=bool)
+    of_valid = cost(order, branches.q[order, which])
+    costs[order, which], acceptable[order, which] = of_valid.of_acceptable(), of_valid.acceptable
     chosen, rows = costs.argmin(axis=1), np.arange(len(costs))
-    found = np.isfinite(costs[rows, chosen])
+    found = acceptable[rows, chosen]
     seeds = np.broadcast_to(problem.seeds, (len(costs), problem.seeds.shape[1]))
     return np.where(found[:, None], branches.q[rows, chosen], seeds), found
 

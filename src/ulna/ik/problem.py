@@ -20,6 +20,7 @@ from ulna.kernels.layout import COLUMN, KIND, LARGEST, PRISMATIC, RATIO
 from ulna.kinematics.positions import as_positions, refuse_out_of_range, rows_of
 from ulna.kinematics.reach import Reach, reach_of
 from ulna.kinematics.sample import usual_range
+from ulna.kinematics.size import length_of, units_of
 from ulna.kinematics.tree import Tree, lengthened
 
 Array = NDArray[np.float64]
@@ -102,6 +103,11 @@ class Query:
         return 1.0 if length == 0.0 or 1 / _USUAL <= length <= _USUAL else float(2.0 ** np.rint(np.log2(length)))
 
     @cached_property
+    def units(self) -> Array:
+        """The unit of each entry of q, shape (n_dof,): 1 of an angle, and of a slide the size of the arm [m]."""
+        return units_of(self.tree.chain(self.link), self.tree.lower, self.tree.upper)
+
+    @cached_property
     def reach(self) -> Reach | None:
         """How far the link can reach; None where that has no bound."""
         return reach_of(self.tree.chain(self.link), self.tree.lower, self.tree.upper)
@@ -115,7 +121,7 @@ def refuse_immovable(tree: Tree) -> None:
 
 def arm_length(tree: Tree, link: str) -> float:
     """The lengths of all parts of the chain to a link together [m], slides at 0."""
-    return float(np.linalg.norm(tree.chain(link)[:, [3, 7, 11]], axis=1).sum())
+    return length_of(tree.chain(link))
 
 
 def narrowed(limits: Array, seeds: Array, held: NDArray[np.bool_], max_step: float) -> Array:

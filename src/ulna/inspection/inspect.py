@@ -13,8 +13,9 @@ from lxml import etree
 from ulna.description.document import Document, expanded, is_text
 from ulna.description.file_bytes import file_bytes
 from ulna.description.packages import as_package_dirs
+from ulna.description.unread import sentences
 from ulna.description.xml import LONGEST, parse
-from ulna.errors import DescriptionError, DescriptionWarning, InputError
+from ulna.errors import DescriptionError, DescriptionWarning, InputError, UnitWarning
 from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.inspection.elements import element_findings
 from ulna.inspection.joints import joint_findings, name_findings
@@ -115,6 +116,7 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", DescriptionWarning)
+            warnings.simplefilter("ignore", UnitWarning)  # there are findings of it
             robot = load(source, xacro_args=xacro_args, package_dirs=package_dirs)
     except (DescriptionError, InputError) as error:
         if isinstance(error, InputError) and error.argument in _ARGUMENTS:
@@ -128,7 +130,8 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
         return Inspected(name, folder, folders, root, None, error)
     description = robot.description
     root = parse(description.text.encode(), description.source)
-    said = tuple(str(one.message) for one in caught)
+    unread = sentences(root, description.source)[:1]  # the first one is said by ``load``, and each of them has its finding
+    said = tuple(str(one.message) for one in caught if not str(one.message).startswith(tuple(unread)))
     return Inspected(description.source, description.folder, description.package_dirs, root, robot, None, said)
 
 

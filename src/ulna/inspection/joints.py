@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from lxml import etree
 
 from ulna.description.robot_description import JointType
+from ulna.description.unread import RATES, RATES_SINCE, version_of
 from ulna.errors import did_you_mean
 from ulna.inspection.elements import found, number, numbers
 from ulna.inspection.result import ERROR, NOTE, WARNING, Finding
@@ -39,14 +40,16 @@ def _limit_findings(joint: etree._Element, kind: JointType) -> Iterator[Finding]
             yield from _range_findings(limit, kind)
     if limit is None or kind == JointType.FIXED:
         return
-    if kind == JointType.CONTINUOUS and {"lower", "upper"} & set(limit.attrib):
-        yield found(NOTE, limit, "lower and upper of a continuous joint are not used")
     for key in ("velocity", "effort"):
         value = number(limit, key)
         if key not in limit.attrib:
             yield found(NOTE, limit, f"no {key} limit: taken as unlimited")
         elif value is not None and value <= 0:
             yield found(WARNING if value == 0 else ERROR, limit, f"{key} limit is {value:g}")
+    version = version_of(limit.getroottree().getroot()) or (1, 0)
+    for key in RATES if version >= RATES_SINCE else ():
+        if number(limit, key) == 0:
+            yield found(WARNING, limit, f"{key} limit is 0")
 
 
 def _range_findings(limit: etree._Element, kind: JointType) -> Iterator[Finding]:

@@ -10,8 +10,9 @@ from lxml import etree
 from ulna.description.meshes.hulls import mesh_reader
 from ulna.description.meshes.mesh_files import CHECKED, Located, MeshFiles
 from ulna.description.packages import resolve_uri
+from ulna.description.unread import of_robot
 from ulna.errors import FileError, MissingExtraError, listed
-from ulna.inspection.elements import found, number, numbers, of_robot
+from ulna.inspection.elements import found, number, numbers
 from ulna.inspection.result import ERROR, NOTE, WARNING, Finding
 
 LARGEST, LEAST = 20.0, 1e-3  # m: what is larger or smaller than any part of an arm, and common in another unit
@@ -71,7 +72,8 @@ def _without(root: etree._Element, kind: str) -> Iterator[Finding]:
     other = "collision" if kind == "visual" else "visual"
     names = [link.get("name", "") for link in bare if link.find(other) is not None]
     if names:
-        yield Finding(NOTE, "document", f"a {other} shape and no {kind} shape: {listed(names)}")
+        severity = WARNING if kind == "collision" else NOTE  # what is seen, and never touches anything
+        yield Finding(severity, "document", f"a {other} shape and no {kind} shape: {listed(names)}")
 
 
 def inertia_findings(root: etree._Element) -> Iterator[Finding]:

@@ -6,15 +6,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from ulna.description.meshes.hulls import n_collision_meshes
-from ulna.description.robot_description import Description, JointType
+from ulna.description.robot_description import Description, Joint, JointType
 from ulna.description.semantic import Srdf
 from ulna.description.shapes import Mesh
-from ulna.description.structure import bounds_of_q, columns_of_q, drives_of, hard_bounds, joints_from_root
+from ulna.description.structure import Drive, bounds_of_q, columns_of_q, drives_of, hard_bounds, joints_from_root
 from ulna.errors import UlnaError, listed
 from ulna.inspection.result import NOTE, WARNING, Finding
 from ulna.robot import Robot
 
 _LARGEST_REACH, _LEAST_REACH = 20.0, 0.01  # [m]
+_LITTLE = 0.05  # of a range: less is the rounding of published limits
 _OFTEN, _MOSTLY = 0.1, 0.5  # shares of the random configurations: what is said, and what makes it a warning
 _WAYS = (
     "If the meshes do not touch: robot.with_allowed_collisions(at=q) allows what touches at a q or a state of the SRDF that is "
@@ -38,7 +39,7 @@ def _srdf_findings(srdf: Srdf) -> Iterator[Finding]:
         allowed = f"{len(srdf.disabled_collisions)} pairs of links may touch by it"
         yield Finding(NOTE, "document", f"{srdf.found_at} lies beside the URDF and is used; {allowed}")
         for sentence in srdf.warnings:
-            yield Finding(NOTE, "document", sentence)
+            yield Finding(WARNING, "document", sentence)
     for sentence in srdf.passed_over:
         yield Finding(NOTE, "document", sentence)
 
@@ -59,6 +60,7 @@ def _contradictions(description: Description) -> Iterator[Finding]:
     columns = columns_of_q(joints)
     drives = drives_of(joints, columns, description.source)
     _, ignored = bounds_of_q(joints, drives, hard_bounds)
+    own = {joint.name: hard_bounds(joint) for joint in joints}
     leaders = {column.start: name for name, column in columns.items()}
     for joint in joints:
         drive = drives[joint.name]
@@ -70,6 +72,19 @@ def _contradictions(description: Description) -> Iterator[Finding]:
         elif joint.name in ignored and joint.limits.lower < joint.limits.upper:
             message = f"its limits leave {leaders[drive.column]!r}, which it mimics, no room: they are ignored"
             yield Finding(WARNING, where, message, joint.line)
+        elif (narrowed := _narrowed(joint, drive, own[leaders[drive.column]])) is not None:
+            message = f"its limits narrow {leaders[drive.column]!r}, which it mimics, to {narrowed[0]:.4g} to {narrowed[1]:.4g}"
+            yield Finding(WARNING, where, message, joint.line)
+
+
+def _narrowed(joint: Joint, drive: Drive, own: tuple[float, float]) -> tuple[float, float] | None:
+    """What the limits of a follower leave of the range of its leader, ``own``; None where they leave nearly all of it."""
+    if joint.type not in (JointType.REVOLUTE, JointType.PRISMATIC) or joint.limits.lower >= joint.limits.upper:
+        return None
+    low, high = sorted((bound - drive.offset) / drive.ratio for bound in hard_bounds(joint))
+    left = max(low, own[0]), min(high, own[1])
+    width = own[1] - own[0]
+    return left if math.isfinite(width) and left[1] - left[0] < (1 - _LITTLE) * width else None
 
 
 def hull_findings(robot: Robot) -> Iterator[Finding]:

@@ -7,8 +7,8 @@ from enum import StrEnum
 class Severity(StrEnum):
     """How bad a finding is.
 
-    ``ERROR``: refused, or a contradiction. ``WARNING``: it works, and is probably not what was meant.
-    ``NOTE``: good to know.
+    ``ERROR``: refused, or a contradiction. ``WARNING``: it works, and is probably not what was meant, or a part that may change
+    a result is not read. ``NOTE``: good to know.
     """
 
     ERROR = "error"

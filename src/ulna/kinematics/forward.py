@@ -74,10 +74,11 @@ class CompiledForward(FunctionOfLink):
             InputError: q has another shape or is out of range, ``out`` does not fit, or ``threads`` is no number of threads.
         """
         fits = threads is None and (out is None or type(out) is np.ndarray)
-        if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64 and q.flags.carray:
+        if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64:
+            one = q if q.flags.carray else q.copy()  # read-only, such as robot.home, it would be of another type
             T, forward_one = np.empty(_SHAPE) if out is None else out, self._one  # as a method it would take 20 ns longer
             try:
-                if forward_one(self._chain, self._n_dof, q, T):
+                if forward_one(self._chain, self._n_dof, one, T):
                     return T
             except TypeError:  # out has another type; to find that here takes 80 us, so q's type is tested before
                 pass
@@ -123,12 +124,12 @@ def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = Non
     q, n = as_positions(q, tree), len(frames)
     if q.ndim == 1:
         refuse_unless_threads(threads)
-        T = np.empty((n, 4, 4)) if out is None else as_out(out, (n, 4, 4), q)
-        good = forward.frames_one(tree.joints, frames, for_kernel(q), T)
+        poses = np.empty((n, 4, 4)) if out is None else as_out(out, (n, 4, 4), q)
+        good = forward.frames_one(tree.joints, frames, for_kernel(q), poses)
     else:
-        T = as_out(out, (*q.shape[:-1], n, 4, 4), q)
+        poses = as_out(out, (*q.shape[:-1], n, 4, 4), q)
         rows = flat(q)
-        of_rows = T.reshape(len(rows), n, 4, 4)
+        of_rows = poses.reshape(len(rows), n, 4, 4)
 
         def run(part: slice) -> bool:
             return forward.frames_batch(tree.joints, frames, rows[part], of_rows[part])
@@ -136,4 +137,4 @@ def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = Non
         good = in_parts(run, len(rows), LEAST_POSES, threads)
     if not good:
         refuse_out_of_range(q)
-    return T
+    return poses

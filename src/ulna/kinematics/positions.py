@@ -19,8 +19,8 @@ FLOAT64 = np.dtype(np.float64)
 
 def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float64]:
     """q as a C-contiguous float64 array of shape (..., n_dof)."""
-    if type(q) is np.ndarray and q.dtype is FLOAT64 and q.shape[-1:] == tree.q_shape and q.flags.carray:
-        return q  # the most frequent case, without another call
+    if type(q) is np.ndarray and q.dtype is FLOAT64 and q.shape[-1:] == tree.q_shape:
+        return q if q.flags.carray else q.copy()  # the most frequent cases, without another call
     q = as_floats(name, q)
     if q.shape[-1:] != tree.q_shape:
         raise InputError(name, f"shape {q.shape}, but shape (..., {tree.n_dof}) is expected: {_joints(tree)}")

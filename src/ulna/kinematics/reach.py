@@ -127,19 +127,19 @@ def _range(segments: list[tuple[float, float]]) -> tuple[float, float]:
 
 def _links(chain: Array, lower: Array, upper: Array) -> list[_Link] | None:
     """The way from the base to the first revolute axis, from each to the next, and from the last to the end."""
-    links, T, slides = [], np.eye(4), []
+    links, pose, slides = [], np.eye(4), []
     for row in chain:
-        T = T @ row_pose(row)
+        pose = pose @ row_pose(row)
         if int(row[KIND]) == PRISMATIC:
             column = int(row[COLUMN])
             ends = np.array([lower[column], upper[column]]) * row[RATIO] + row[OFFSET]
             if not (np.abs(ends) < _ENDLESS).all():
                 return None
-            slides.append(np.outer(ends, T[:3, 2]))
+            slides.append(np.outer(ends, pose[:3, 2]))
         elif int(row[KIND]) == REVOLUTE:
-            links.append(_link(T, slides))
-            T, slides = np.eye(4), []
-    return [*links, _link(T, slides)] if links else None
+            links.append(_link(pose, slides))
+            pose, slides = np.eye(4), []
+    return [*links, _link(pose, slides)] if links else None
 
 
 def _link(T: Array, slides: list[Array]) -> _Link:

@@ -7,6 +7,7 @@ own, turned so that z lies along that axis, and the link behind it is turned bac
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,7 @@ from ulna.description.pose import pose
 from ulna.description.robot_description import Description, Joint, JointType, frozen
 from ulna.description.structure import (
     Drive,
+    acceleration_limits_of_q,
     bounds_of_q,
     columns_of_q,
     drives_of,
@@ -41,12 +43,26 @@ _MOTIONS = {
 }  # fmt: skip
 
 
+class Narrowed(NamedTuple):
+    """Limits that a caller stated beside those of a description, shape (n_dof,) each; infinite where none was stated."""
+
+    lower: NDArray[np.float64]
+    """[rad or m]; so is ``upper``."""
+    upper: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    """[rad/s or m/s]."""
+    acceleration: NDArray[np.float64]
+    """[rad/s^2 or m/s^2]."""
+    jerk: NDArray[np.float64]
+    """[rad/s^3 or m/s^3]."""
+
+
 @dataclass(frozen=True, eq=False)
 class Tree:
     """A robot as arrays.
 
     ``joints`` is the table of moving joints; each link is fixed to a row of it (``link_row``, or BASE) at ``link_offset``,
-    T_row_link.
+    T_row_link. ``followers`` has what moves each mimic joint. ``narrowed`` is what the limits were narrowed by.
     """
 
     name: str
@@ -60,10 +76,14 @@ class Tree:
     soft_lower: NDArray[np.float64]
     soft_upper: NDArray[np.float64]
     velocity_limits: NDArray[np.float64]
+    acceleration_limits: NDArray[np.float64]
+    jerk_limits: NDArray[np.float64]
     joints: NDArray[np.float64]
     link_row: dict[str, int]
     link_offset: dict[str, NDArray[np.float64]]
     link_frames: NDArray[np.float64]
+    followers: dict[str, Drive]
+    narrowed: Narrowed | None = None
     _chains: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -140,7 +160,7 @@ class Tree:
     def __setstate__(self, state: dict) -> None:
         """Unpickled arrays are writable; those of a robot must not be."""
         self.__dict__.update(state)
-        kept = [*state.values(), *self.link_offset.values(), *self._chains.values()]
+        kept = [*state.values(), *self.link_offset.values(), *self._chains.values(), *(self.narrowed or ())]
         for array in kept:
             if isinstance(array, np.ndarray):
                 array.setflags(write=False)
@@ -179,6 +199,7 @@ def build_tree(description: Description) -> Tree:
     lower, upper = (frozen(bound, bound.shape) for bound in bounds_of_q(ordered, drives, hard_bounds)[0])
     soft = np.clip(bounds_of_q(ordered, drives, soft_bounds)[0], lower, upper)
     velocity = velocity_limits_of_q(ordered)
+    acceleration, jerk = acceleration_limits_of_q(ordered, drives)
     return Tree(
         name=description.name,
         root=root,
@@ -191,10 +212,17 @@ def build_tree(description: Description) -> Tree:
         soft_lower=frozen(soft[0], lower.shape),
         soft_upper=frozen(soft[1], lower.shape),
         velocity_limits=frozen(velocity, velocity.shape),
+        acceleration_limits=frozen(acceleration, velocity.shape),
+        jerk_limits=frozen(jerk, velocity.shape),
         joints=frozen(table, (len(table), TABLE_WIDTH)),
         link_row=link_row,
         link_offset={name: frozen(T, (4, 4)) for name, T in link_offset.items()},
         link_frames=frozen([_frame_row(link_row[name], link_offset[name]) for name in names], (len(names), FRAME_WIDTH)),
+        followers={
+            joint.name: drives[joint.name]
+            for joint in ordered
+            if joint.mimic is not None and drives[joint.name].column is not None and drives[joint.name].ratio != 0.0
+        },
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import InputError
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.layout import COLUMN, FIXED, KIND, RATIO, REVOLUTE
 
 Array = NDArray[np.float64]
@@ -43,7 +44,7 @@ def turned_towards(q: Array, lower: Array, upper: Array, turning: NDArray[np.boo
 def every_turn(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
     """One configuration (n_dof,) within the limits with all whole turns that stay within them, itself first, (k, n_dof).
 
-    Joints without limits on both sides make no turns.
+    Joints without limits on both sides make no turns. One that a turn brings to a limit, to rounding, is put at it.
     """
     places = [list(_turns_of(*joint)) for joint in zip(q, lower, upper, turning, strict=True)]
     n = prod(map(len, places))
@@ -56,6 +57,7 @@ def _turns_of(x: float, lower: float, upper: float, turns: bool) -> Iterator[flo
     yield x
     if not turns or not np.isfinite(lower) or not np.isfinite(upper):
         return
-    for k in range(int(np.ceil((lower - x) / TURN)), int(np.floor((upper - x) / TURN)) + 1):
+    first, last = np.ceil((lower - AT_LIMIT - x) / TURN), np.floor((upper + AT_LIMIT - x) / TURN)
+    for k in range(int(first), int(last) + 1):
         if k:
-            yield x + k * TURN
+            yield min(max(x + k * TURN, lower), upper)

@@ -19,6 +19,9 @@ class ArmLimits(NamedTuple):
         acceleration: The greatest acceleration [rad/s^2 or m/s^2].
         jerk: The greatest jerk [rad/s^3 or m/s^3].
         source: Where the figures are from.
+        lower: The least position of each joint [rad or m], -inf where it says nothing; None where it says nothing of any.
+        upper: The greatest one.
+        scaling: The shares of the velocity and of the acceleration that a motion takes unless its maker says otherwise.
         near_ends: Where the velocity depends on the position: rows (offset, rate, lower, upper), shape (n_dof, 4). Towards the
             upper end at most sqrt(rate (upper - q)) - offset is allowed, towards the lower one sqrt(rate (q - lower)) - offset.
     """
@@ -28,6 +31,9 @@ class ArmLimits(NamedTuple):
     jerk: Array | None
     source: str
     near_ends: Array | None = None
+    lower: Array | None = None
+    upper: Array | None = None
+    scaling: tuple[float, float] = (1.0, 1.0)
 
     def velocity_at(self, q: Array, qd: Array) -> Array:
         """The greatest velocity at positions q in the direction of velocities qd, shape (..., n_dof) each [rad/s or m/s]."""

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
 from ulna.planning.blend import CHORDS, ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
+from ulna.planning.positions import Farthest, farthest_between, farthest_of
 from ulna.planning.timing import (
     AT_REST,
     Limits,
@@ -108,32 +109,60 @@ class Averaged:
     @cached_property
     def _areas(self) -> tuple[Array, Array]:
         """The integral of q - q(0) up to each grid point of the base, shape (n + 1, n_dof), and what rounding took from it."""
-        steps = self._area(np.arange(len(self.base.grid.steps)), np.diff(self.base.times))
+        steps = self._over(np.arange(len(self.base.grid.steps)), np.diff(self.base.times))[0]
         sums = np.vstack([np.zeros(steps.shape[1]), np.cumsum(steps, axis=0)])
         back = sums[1:] - sums[:-1]
         lost = (sums[:-1] - (sums[1:] - back)) + (steps - back)  # Knuth's sum of two numbers and its error
         return sums, np.vstack([np.zeros(steps.shape[1]), np.cumsum(lost, axis=0)])
 
-    def _area(self, i: NDArray[np.int64], t: Array) -> Array:
-        """The integral of q - q(0) over the first t of intervals i, shape (..., n_dof)."""
+    def _over(self, i: NDArray[np.int64], t: Array, since: Array | float = 0.0) -> tuple[Array, Array, Array]:
+        """Over intervals i from a time of theirs on, so long: the integral of q - q(0), and by how much q and qd change.
+
+        Shape (..., n_dof) each. They are of polynomials in the time behind ``since``: the differences of what is counted from the
+        start of an interval would lose digits where the window is short beside it.
+        """
         grid, profile = self.base
-        t = t[..., None]
-        v, a = profile.speeds[i][..., None], profile.accelerations[i][..., None]
+        v, a = profile.speeds[i] + profile.accelerations[i] * since, profile.accelerations[i]
+        before = ((profile.speeds[i] + 0.5 * a * since) * since)[..., None]
+        t, v, a, bends = t[..., None], v[..., None], a[..., None], grid.bends[i]
         way, square = t * t * (v / 2 + a * t / 6), t**3 * (v * v / 3 + v * a * t / 4 + a * a * t * t / 20)
-        return (grid.starts[i] - grid.starts[0]) * t + grid.slopes[i] * way + 0.5 * grid.bends[i] * square
+        begin = (grid.starts[i] - grid.starts[0]) + before * (grid.slopes[i] + 0.5 * before * bends)
+        slopes, s = grid.slopes[i] + before * bends, (v + 0.5 * a * t) * t
+        return (
+            begin * t + slopes * way + 0.5 * bends * square,
+            s * (slopes + 0.5 * s * bends),
+            slopes * (a * t) + bends * s * (v + a * t),
+        )
 
     def at(self, t: Array) -> Moment:
         """The moments at times within the motion, shape (...)."""
-        (sums, lost), times = self._areas, self.base.times
+        (sums, lost), times, (grid, profile) = self._areas, self.base.times, self.base
         until = t + self.window
         i, k = self.base.interval_at(t), self.base.interval_at(until)
-        area = (sums[k] - sums[i]) + (lost[k] - lost[i]) + (self._area(k, until - times[k]) - self._area(i, t - times[i]))
-        before, behind = self.base.at(t), self.base.at(until)
-        area -= ((until - t) - self.window)[..., None] * (behind.q - self.base.grid.starts[0])  # what rounding t + window added
-        q = self.base.grid.starts[0] + area / self.window
-        if self.base.profile.speeds[-1] == 0.0:
+        within, last = (i == k)[..., None], np.minimum(i + 1, k)
+        speeds, before, behind = profile.speeds[..., None], self.base.at(t), self.base.at(until)
+        between = (
+            (sums[k] - sums[last]) + (lost[k] - lost[last]),
+            grid.starts[k] - grid.starts[last],
+            grid.slopes[k] * speeds[k] - grid.slopes[last] * speeds[last],
+        )
+        parts = self._over(i, np.minimum(times[i + 1], until) - t, t - times[i]), between, self._over(k, until - times[k])
+        rates = behind.q - grid.starts[0], behind.qd, behind.qdd
+        longer = ((until - t) - self.window)[..., None]  # than the window, by rounding
+        area, way, faster = (
+            first + np.where(within, 0.0, middle + then) - longer * rate
+            for first, middle, then, rate in zip(*parts, rates, strict=True)
+        )
+        q = grid.starts[0] + area / self.window
+        if profile.speeds[-1] == 0.0:
             q = np.where((t >= self.duration)[..., None], behind.q, q)
-        return Moment(q, *((late - early) / self.window for early, late in zip(before[:3], behind[:3], strict=True)))
+        return Moment(q, way / self.window, faster / self.window, (behind.qdd - before.qdd) / self.window)
+
+    def farthest(self, since: float) -> Farthest:
+        """Where it is farthest from a time on. Between two of ``times`` it is a polynomial of degree five in time."""
+        times = np.concatenate([[since], self.times[self.times > since]])
+        q, qd, qdd, _ = self.at(times)
+        return farthest_between(q, qd, qdd, times) if len(times) > 1 else farthest_of(q, times)
 
     def edges_since(self, t: float) -> tuple[Array, Array]:
         """The motion from a time on as straight edges, shape (n, n_dof), n >= 2; and how far it lies beside each, (n - 1, n_dof).

@@ -7,10 +7,12 @@ edge into the next; its second derivative is (e - d) / 2b.
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ulna.planning.positions import Farthest, PositionLimits
 
 Array = NDArray[np.float64]
 CHORDS = 4  # along which a parabola is certified
@@ -31,6 +33,9 @@ class IsFree(NamedTuple):
     """Along how many it certifies a rounding."""
     tolerance: float = np.inf
     """The least one of what is kept [m or rad]."""
+    positions: PositionLimits | None = None
+    """What whole motions are certified to keep. A path between configurations within these limits, and its roundings, are within
+    them: the limits are a box, which is convex."""
 
 
 class Grid(NamedTuple):
@@ -132,6 +137,21 @@ def rounded(edges: Edges, cuts: Array) -> Grid:
 def is_path_free(is_free: IsFree, points: Array, spreads: Array) -> bool:
     """Whether one path is free: points of shape (n, n_dof), spreads of shape (n - 1, n_dof)."""
     return is_free.n_free(points[None], spreads[None]) > 0
+
+
+class _Moving(Protocol):
+    """A motion in time."""
+
+    def farthest(self, since: float) -> Farthest: ...
+
+    def edges_since(self, t: float) -> tuple[Array, Array]: ...
+
+
+def is_motion_free(is_free: IsFree, timed: _Moving, since: float) -> bool:
+    """Whether a motion keeps the limits of position from a time on, and is free: it may leave the path that it was made of."""
+    if is_free.positions is not None and is_free.positions.beyond(timed, since) is not None:
+        return False
+    return is_path_free(is_free, *timed.edges_since(since))
 
 
 def end_of(path: Grid) -> Array:

@@ -27,6 +27,7 @@ from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
 from ulna.planning.plan import Plan, PlanStatus, no_plan
+from ulna.planning.space import same_entries
 from ulna.planning.targets import Targets, joint_of, own_columns
 
 Array = NDArray[np.float64]
@@ -131,7 +132,7 @@ def find_goals(request: Request, targets: Targets, fixed: NDArray[np.bool_], fre
 
 
 def _of_configurations(request: Request, q: Array, fixed: NDArray[np.bool_], free: NDArray[np.bool_]) -> Goals | Plan:
-    if fixed.any() and (moved := (q != request.start) & fixed).any():
+    if fixed.any() and (moved := ~same_entries(request.tree, request.start, q) & fixed).any():
         row, k = np.argwhere(moved)[0]
         way = f"joint {joint_of(k, request.tree)!r} is to go from {request.start[k]:.6g} to {q[row, k]:.6g}"
         raise InputError("goal", f"{way}, but it keeps its position: it is held, or outside the group")

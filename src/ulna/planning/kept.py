@@ -142,8 +142,8 @@ def _refuse_contradiction(a: Keep, b: Keep) -> None:
         if beyond > 0.0:
             raise InputError("keep", f"two constraints of {a.link!r} contradict each other: they are {beyond:.3g} m apart")
     if (a.keeps_axis, a.task.axis) == (b.keeps_axis, b.task.axis):
-        R = R_a.T @ R_b
-        angle = float(np.arccos(np.clip(R[2, 2], -1.0, 1.0))) if a.keeps_axis else float(angle_between(a.pose, b.pose))
+        turn = R_a.T @ R_b
+        angle = float(np.arccos(np.clip(turn[2, 2], -1.0, 1.0))) if a.keeps_axis else float(angle_between(a.pose, b.pose))
         if angle > r_a[3] + r_b[3]:
             raise InputError("keep", f"two constraints of {a.link!r} contradict each other: they are {angle:.3g} rad apart")
 

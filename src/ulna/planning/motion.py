@@ -55,8 +55,13 @@ class EdgeChecker(NamedTuple):
 
     def checked(self, waypoints: Array, *, shorten: bool = False) -> Array | None:
         """A path (n, n_dof), shortened or as it is, if each of its edges is free; else None."""
+        return self.counted(waypoints, shorten=shorten)[0]
+
+    def counted(self, waypoints: Array, *, shorten: bool = False) -> tuple[Array | None, int]:
+        """``checked``, and how many edges were."""
         path, state = self._path(waypoints, no_rows((0, waypoints.shape[1])), layout.SHORTEN if shorten else layout.CONFIRM)
-        return path.waypoints[: state[1, layout.POINTS]].copy() if self._ends_free(path, state) else None
+        found = path.waypoints[: state[1, layout.POINTS]].copy() if self._ends_free(path, state) else None
+        return found, int(state[1, layout.CHECKS])
 
     def n_free(self, paths: Array, spreads: Array) -> int:
         """How many of some paths are free from the first on (``blend.IsFree``)."""

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.planning.arm_limits import ArmLimits
+from ulna.planning.positions import Beyond
 from ulna.planning.timing import QUANTITIES
 
 Array = NDArray[np.float64]
 _ROUNDING = 16 * np.finfo(float).eps  # of a position, by its size: the few operations behind it; and of the time, by the velocity
+_LITTLE = 1.1  # times a limit: less beyond it is told in percent
 
 
 class Samples(NamedTuple):
@@ -39,9 +41,9 @@ class MotionCheck:
     Attributes:
         within: Whether every difference is within its limit, but for what rounding of the positions can add.
         joint: The joint whose difference is the greatest share of its limit.
-        quantity: Of what: "velocity", "acceleration" or "jerk".
+        quantity: Of what: "velocity", "acceleration" or "jerk"; "position" if the motion leaves the limits of position.
         time: When [s].
-        value: How much, without its sign [rad/s, rad/s^2 or rad/s^3; m of a slide].
+        value: How much, without its sign [rad/s, rad/s^2 or rad/s^3; m of a slide]; or the farthest position [rad or m].
         limit: The limit there, in the unit of ``value``.
         period: The time between two samples [s].
     """
@@ -57,11 +59,32 @@ class MotionCheck:
     def __bool__(self) -> bool:
         return self.within
 
+    def beyond_position(self, beyond: Beyond, names: Sequence[str]) -> MotionCheck:
+        """The check of a motion that leaves the limits of position there."""
+        return replace(
+            self,
+            within=False,
+            joint=names[beyond.column],
+            quantity="position",
+            time=beyond.time,
+            value=beyond.position,
+            limit=beyond.limit,
+        )
+
     def __str__(self) -> str:
+        if self.quantity == "position":
+            which, by = "upper" if self.value > self.limit else "lower", abs(self.value - self.limit)
+            beyond = f"{by:.3g} beyond its {which} limit of {self.limit:.6g}"
+            return f"beyond a limit: the position of {self.joint} is {self.value:.6g} at {self.time:.3f} s, {beyond}"
         verdict = "within the limits" if self.within else "beyond a limit"
-        share = f", {self.value / self.limit:.4g} times its limit of {self.limit:.4g}" if self.limit else ", where 0 is allowed"
+        share, value = ", where 0 is allowed", f"{self.value:.4g}"
+        if self.limit:
+            share = f", {self.value / self.limit:.4g} times its limit of {self.limit:.4g}"
+        if not self.within and self.value < _LITTLE * self.limit:
+            share = f", {100.0 * (self.value - self.limit) / self.limit:.2g} % above its limit of {self.limit:.9g}"
+            value = f"{self.value:.9g}"
         return (
-            f"{verdict}: the {self.quantity} of {self.joint} is {self.value:.4g} at {self.time:.3f} s{share}, "
+            f"{verdict}: the {self.quantity} of {self.joint} is {value} at {self.time:.3f} s{share}, "
             f"by differences of samples {self.period * 1e3:.4g} ms apart"
         )
 
@@ -71,7 +94,7 @@ def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence
     steps = period * np.arange(1.0, 4.0)[:, None]
     q = np.concatenate([samples.q[0] - steps[::-1] * ends[0], samples.q, samples.q[-1] + steps * ends[1]])
     size = max(1.0, float(np.abs(q).max()), float(samples.t[-1] * np.abs(np.diff(q, axis=0)).max() / period))
-    within, worst = True, (-1.0, "", "", 0.0, 0.0, 0.0)
+    worst, found = (False, -1.0), ("", "", 0.0, 0.0, 0.0)
     differences = q
     for order, quantity in enumerate(QUANTITIES[1:], start=1):
         differences = np.diff(differences, axis=0) / period
@@ -80,14 +103,16 @@ def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence
             continue
         values = np.abs(differences)
         rounding = _ROUNDING * (2.0 / period) ** order * size
-        within &= bool((values <= most + rounding).all())
+        over = values > most + rounding
+        beyond = bool(over.any())
         with np.errstate(divide="ignore", invalid="ignore"):
-            shares = np.where(values > rounding, values / most, 0.0)
+            shares = np.where(over if beyond else values > rounding, values / most, 0.0)
         row, joint = divmod(int(np.argmax(shares)), shares.shape[1])
-        if shares[row, joint] > worst[0]:
+        share = float(shares[row, joint])
+        if (beyond, share) > worst:  # what is beyond its limit before what only rounding puts there
             time = max(0.0, (row + order - 3) * period)
-            worst = float(shares[row, joint]), names[joint], quantity, time, float(values[row, joint]), float(most[row, joint])
-    return MotionCheck(within, *worst[1:], period)
+            worst, found = (beyond, share), (names[joint], quantity, time, float(values[row, joint]), float(most[row, joint]))
+    return MotionCheck(not worst[0], *found, period)
 
 
 def _allowed(quantity: str, limits: ArmLimits, q: Array, differences: Array) -> Array | None:

@@ -13,6 +13,7 @@ from ulna.description.arrays import as_floats
 from ulna.errors import InputError
 from ulna.planning.averaged import Averaged, timed_path
 from ulna.planning.blend import IsFree, is_path_free
+from ulna.planning.positions import PositionLimits, farthest_of
 from ulna.planning.timing import AT_REST, Limits, Speeds, TimedPath
 
 Array = NDArray[np.float64]
@@ -28,13 +29,23 @@ class Ends(NamedTuple):
     end: Array
 
 
-def as_ends(start: ArrayLike | None, end: ArrayLike | None, limits: Limits, names: Sequence[str]) -> Ends:
-    """The velocities that a caller gives, None for rest.
+def as_ends(
+    start: ArrayLike | None, end: ArrayLike | None, path: Array, limits: Limits, positions: PositionLimits, names: Sequence[str]
+) -> Ends:
+    """The velocities that a caller gives at the ends of a path, shape (n, n_dof); None for rest.
 
     Raises:
-        InputError: One is not n_dof finite numbers, or above its limit.
+        InputError: One is not n_dof finite numbers, or above its limit, or a joint could not stop before the end of its range.
     """
-    return Ends(*(_as_velocity(*each, limits, names) for each in (("start_velocity", start), ("end_velocity", end))))
+    ends = Ends(*(_as_velocity(*each, limits, names) for each in (("start_velocity", start), ("end_velocity", end))))
+    for name, q, qd in zip(("start_velocity", "end_velocity"), path[[0, -1]], ends, strict=True):
+        beyond = positions.beyond_of(farthest_of((q + braking_way(qd, limits))[None], np.zeros(1))) if qd.any() else None
+        if beyond is not None:
+            speed = f"{qd[beyond.column]:.4g} of {names[beyond.column]} at {q[beyond.column]:.6g}"
+            raise InputError(
+                name, f"{speed}: however hard it brakes within its limits, it stops {beyond.text(names)}; give a slower one"
+            )
+    return ends
 
 
 def _as_velocity(name: str, given: ArrayLike | None, limits: Limits, names: Sequence[str]) -> Array:
@@ -49,6 +60,15 @@ def _as_velocity(name: str, given: ArrayLike | None, limits: Limits, names: Sequ
     return velocity.copy()
 
 
+def refuse_path_beyond(argument: str, path: Array, positions: PositionLimits, names: Sequence[str]) -> None:
+    """Refuse a path, shape (n, n_dof), beyond limits of position; in them is a motion along it, with its roundings, too."""
+    beyond = positions.beyond_of(farthest_of(path, np.arange(float(len(path)))))
+    if beyond is not None:
+        if argument == "q_path":
+            raise InputError(argument, f"point {beyond.time:.0f} has {beyond.text(names)}")
+        raise InputError(argument, f"the plan has {beyond.text(names)}; plan with robot.with_limits(...) of these limits")
+
+
 def with_ends(
     path: Array,
     ends: Ends,
@@ -56,6 +76,7 @@ def with_ends(
     limits: Limits,
     is_free: IsFree,
     lengths_of: Callable[[Array], Array],
+    names: Sequence[str],
     within: float = math.inf,
 ) -> TimedPath | Averaged:
     """The fastest motion along a path, shape (n, n_dof), with velocities at its ends.
@@ -63,14 +84,14 @@ def with_ends(
     Where a velocity is not along the first edge or the last, the motion goes straight on for the distance that it needs, and from
     there to the second point of the path; that is certified, and left out if ``within`` is finite.
 
-    lengths_of: what measures differences of q; the others: as of ``timed_path``.
+    lengths_of: what measures differences of q; names: of its entries; the others: as of ``timed_path``.
 
     Raises:
         InputError: No such way is within the limits and free.
     """
     window = 0.0 if limits.jerk is None else 2.0 * float((limits.acceleration / limits.jerk).max())
     speeds = Speeds(*(float(lengths_of(velocity)) for velocity in ends)) if np.any(ends) else AT_REST
-    ways = [0.0, *STRAIGHT_ON] if math.isinf(within) else [0.0]
+    ways, beyond = [0.0, *STRAIGHT_ON] if math.isinf(within) else [0.0], None
     for more in ways:
         first = _entered(path[:2], ends.start, more, limits, window)
         last = _entered(path[-2:][::-1], -ends.end, more, limits, window)
@@ -82,7 +103,13 @@ def with_ends(
         ahead = [float(lengths_of(each[0] - end)) for each, end in ((first, path[0]), (last, path[-1])) if each]
         lengths, widest = lengths_of(np.diff(points, axis=0)), max(blend, *ahead, 0.0)
         timed = timed_path(points, lengths, widest, limits, is_free, within, speeds)
-        if timed is not None and (not ahead or is_path_free(is_free, *timed.edges_since(0.0))):
+        if timed is None or speeds == AT_REST:
+            if timed is not None:
+                return timed
+            continue
+        leaves = None if is_free.positions is None else is_free.positions.beyond(timed)
+        beyond = beyond or leaves
+        if leaves is None and (not ahead or is_path_free(is_free, *timed.edges_since(0.0))):
             return timed
     name = "start_velocity" if ends.start.any() else "end_velocity"
     if math.isinf(within):
@@ -90,6 +117,8 @@ def with_ends(
             "no way straight on from the start, along the path and straight on to the end is within the limits and certified "
             "free; take a slower one, or another path"
         )
+        if beyond is not None:
+            reason += f" (one leads {beyond.text(names)})"
     else:
         reason = (
             "it has to be along the first line of the path, an end_velocity along the last, and the path long enough to reach or "
@@ -118,6 +147,19 @@ def _entered(edge: Array, velocity: Array, more: float, limits: Limits, window: 
 def stopping_distance(along: Array, speed: float, acceleration: Array) -> float:
     """The distance in which a motion straight on stops within limits of acceleration."""
     return 0.5 * speed**2 * float((np.abs(along) / acceleration).max())
+
+
+def braking_way(qd: Array, limits: Limits) -> Array:
+    """How far each joint moves at least until it is at rest [rad or m], with its sign, from an acceleration of 0 on.
+
+    With a limit of jerk the acceleration grows and falls evenly, so that the mean velocity is half of the first.
+    """
+    speed = np.abs(qd)
+    if limits.jerk is None:
+        return 0.5 * qd * speed / limits.acceleration
+    reached = speed * limits.jerk >= limits.acceleration**2
+    steady = speed / limits.acceleration + limits.acceleration / limits.jerk
+    return 0.5 * qd * np.where(reached, steady, 2.0 * np.sqrt(speed / limits.jerk))
 
 
 def without_equal(points: Array) -> Array:

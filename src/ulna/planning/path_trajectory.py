@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,15 +16,15 @@ from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.kinematics.tree import entry_names
 from ulna.planning.blend import IsFree
 from ulna.planning.motion import Motion
-from ulna.planning.motion_limits import as_motion_limits
-from ulna.planning.moving_ends import as_ends, with_ends
+from ulna.planning.motion_limits import GivenLimits, as_motion_limits
+from ulna.planning.moving_ends import as_ends, refuse_path_beyond, with_ends
 from ulna.planning.space import make_space
 from ulna.planning.trajectory import Trajectory, resting
 
 Array = NDArray[np.float64]
 _APART = 1e-9  # [rad or m]: nearer points count as one
 _STRAIGHT = 1e-12  # of the directions of two edges: no corner
-Given = tuple[ArrayLike | None, ArrayLike | None, ArrayLike | None, str | Path | None]
+Given = tuple[ArrayLike | None, ArrayLike | None, ArrayLike | None, GivenLimits | None]
 Velocities = tuple[ArrayLike | None, ArrayLike | None]
 
 
@@ -37,17 +36,20 @@ def path_trajectory(
     refuse_no_world(world)
     tree, points = checker.tree, _points(q_path, checker)
     names = tuple(entry_names(tree))
-    limits = as_motion_limits(names, tree.velocity_limits, *given)
+    limits, positions = as_motion_limits(tree, *given)
+    inside = np.clip(points, positions.lower, positions.upper)
+    points = np.where(np.abs(inside - points) <= _APART, inside, points)  # for inverse kinematics that is at the limit
+    refuse_path_beyond("q_path", points, positions, names)
     space = make_space(tree, points, np.zeros(tree.n_dof, dtype=bool))
     motion = Motion(space, checker, None if world is None else world.snapshot(), 0.0)
-    is_free = IsFree(_anything) if world is None else motion.certificate
-    ends = as_ends(*velocities, limits, names)
+    is_free = (IsFree(_anything) if world is None else motion.certificate)._replace(positions=positions)
+    ends = as_ends(*velocities, points, limits, positions, names)
     if len(points) == 1 and not np.any(ends):
         free = world is not None and motion.is_free(np.repeat(points, 2, axis=0), np.zeros_like(points))
-        return resting(points[0], names, certified=free, motion=motion, limits=limits)
-    timed = with_ends(points, ends, np.inf, limits, is_free, partial(np.linalg.norm, axis=-1), within)
+        return resting(points[0], names, certified=free, motion=motion, limits=limits, positions=positions)
+    timed = with_ends(points, ends, np.inf, limits, is_free, partial(np.linalg.norm, axis=-1), names, within)
     free = world is not None and motion.is_free(*timed.edges_since(0.0))
-    return Trajectory(free, names, timed, motion, limits, ends)
+    return Trajectory(free, names, timed, motion, limits, ends, positions)
 
 
 def _anything(paths: Array, _spreads: Array) -> int:

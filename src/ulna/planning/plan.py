@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -15,18 +14,22 @@ from ulna.description.arrays import as_count, as_floats, as_number
 from ulna.errors import InputError
 from ulna.ik.reason import NO_REASON, Reason
 from ulna.kinematics.tree import Tree, entry_names
+from ulna.planning.held_first import arm_of
 from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
-from ulna.planning.motion_limits import as_motion_limits
-from ulna.planning.moving_ends import as_ends, with_ends
+from ulna.planning.motion_limits import GivenLimits, as_motion_limits
+from ulna.planning.moving_ends import as_ends, refuse_path_beyond, with_ends
 from ulna.planning.quicker import quicker_path
 from ulna.planning.search import Effort, Search
 from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
+from ulna.planning.space import same_entries
+from ulna.planning.targets import joint_of
 from ulna.planning.trajectory import Trajectory, resting
 
 Array = NDArray[np.float64]
 _SAMPLES = 256  # at which the clearance is measured
 _WORTH = 1e-4  # of the length: a path is to be shorter by more
+_MOST_NAMED = 3  # joints in a sentence
 _FIRST_CHECKS = 256  # of a search for a shorter path, until one has failed
 
 
@@ -124,7 +127,7 @@ class Plan:
 
     @property
     def length(self) -> float:
-        """The length of the path: Euclidean in q, with a slide as a share of the robot's length; 0 if there is no path."""
+        """The length of the path [rad]: Euclidean, with slides weighed as docs/planning_search.md says; 0 without a path."""
         return float(self._lengths[-1]) if len(self.path) else 0.0
 
     @cached_property
@@ -144,6 +147,27 @@ class Plan:
         It is by no more than 0.001 too large; 0 without constraints. That of an angle is a share of the sine of half of it.
         """
         return 0.0 if self._motion is None else worst_violation(self._motion.keeps, self._motion.checker.tree, self.path)
+
+    @cached_property
+    def moved(self) -> tuple[str, ...]:
+        """The joints that move although their position is the same at both ends: with all of them held no path was found."""
+        return () if self._motion is None else _names_of(self._returning, self._motion.checker.tree)
+
+    @cached_property
+    def moved_beside(self) -> tuple[str, ...]:
+        """Those of ``moved`` that are no part of the arm that moves, such as a lift, fingers or another arm."""
+        if self._motion is None:
+            return ()
+        tree, returning = self._motion.checker.tree, self._returning
+        changed = (self.path != self.path[:1]).any(axis=0) & ~returning
+        return _names_of(returning & ~arm_of(tree, changed), tree)
+
+    @property
+    def _returning(self) -> NDArray[np.bool_]:
+        """Which entries of q change along the path, and are the same at both ends, shape (n_dof,)."""
+        if self._motion is None or not self:
+            return np.zeros(self.path.shape[1], dtype=bool)
+        return same_entries(self._motion.checker.tree, *self.path[[0, -1]]) & (self.path != self.path[0]).any(axis=0)
 
     @cached_property
     def _lengths(self) -> Array:
@@ -185,7 +209,7 @@ class Plan:
         velocity: ArrayLike | None = None,
         blend: float = 0.1,
         jerk: ArrayLike | None = None,
-        limits: str | Path | None = None,
+        limits: GivenLimits | None = None,
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
     ) -> Trajectory:
@@ -193,16 +217,17 @@ class Plan:
 
         Args:
             acceleration: The greatest acceleration of each joint [rad/s^2 or m/s^2], a number or n_dof numbers; needed unless
-                ``limits`` states one.
+                ``limits`` or the robot states one.
             velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers; the robot's limits unless given.
             blend: How much of each of its two edges, in the plan's metric [rad], a rounded corner takes at most; half of an edge
                 is the most. A rounding is a parabola, and is certified as the edges are; one that is not free is made smaller.
                 Where none is free, and everywhere for 0, the motion stops at the corner.
-            jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers. With it the motion is the mean of one without
-                it over a short time, which leaves the path at its corners by a distance that is certified too. An arm whose
-                controller refuses jumps of the acceleration, as a Franka's does, needs it.
-            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it: the limits that are
-                not given as numbers (docs/planning.md names the arms and the sources).
+            jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers; unless given that of ``limits`` or of the
+                robot, if one states it. With it the motion is the mean of one without it over a short time, which leaves the path
+                at its corners by a distance that is certified too. An arm whose controller refuses jumps of the acceleration, as
+                a Franka's does, needs it.
+            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it, or its mapping: the limits
+                that are not given as numbers (docs/planning.md names the arms and the sources). The file's positions are kept.
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), where the acceleration is 0; at rest unless
                 given. Where it is not along the first edge, the motion goes straight on as far as it needs, and from there to the
                 second point of the path; all of that is certified.
@@ -212,8 +237,9 @@ class Plan:
             A ``Trajectory``: times, q, qd, qdd, and ``at(t)``.
 
         Raises:
-            InputError: There is no path, no acceleration is given, or a limit is not above 0; or a velocity at an end is beyond
-                its limit, or no way from it into the path is within the limits and certified free.
+            InputError: There is no path, or one beyond the positions of ``limits``; no acceleration is given, or a limit is not
+                above 0; or a velocity at an end is beyond its limit, a joint could not stop before the end of its range, or no
+                way into the path is within the limits and certified free.
             UnknownNameError: There is no such set of limits.
             FileError: The file of limits cannot be read.
             DescriptionError: The file is none of limits.
@@ -223,13 +249,15 @@ class Plan:
         blend = as_number("blend", blend, 0.0, "a length of at least 0")
         tree = self._motion.checker.tree
         names = tuple(entry_names(tree))
-        kept = as_motion_limits(names, tree.velocity_limits, velocity, acceleration, jerk, limits)
-        ends = as_ends(start_velocity, end_velocity, kept, names)
+        kept, positions = as_motion_limits(tree, velocity, acceleration, jerk, limits)
+        refuse_path_beyond("limits", self.path, positions, names)
+        ends = as_ends(start_velocity, end_velocity, self.path, kept, positions, names)
         if len(self.path) == 1 and not np.any(ends):
-            return resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept)
-        timed = with_ends(self.path, ends, blend, kept, self._motion.certificate, self._motion.space.lengths)
+            return resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept, positions=positions)
+        is_free = self._motion.certificate._replace(positions=positions)
+        timed = with_ends(self.path, ends, blend, kept, is_free, self._motion.space.lengths, names)
         certified = self.certified and not self.escaped
-        return Trajectory(certified, names, timed, self._motion, kept, ends)
+        return Trajectory(certified, names, timed, self._motion, kept, ends, positions)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
         """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).
@@ -299,7 +327,7 @@ class Plan:
         velocity: ArrayLike | None = None,
         blend: float = 0.1,
         jerk: ArrayLike | None = None,
-        limits: str | Path | None = None,
+        limits: GivenLimits | None = None,
     ) -> Plan:
         """A plan whose motion within these limits takes less time, if one is found: points of the path are moved at random.
 
@@ -338,7 +366,7 @@ class Plan:
             return self
         bounds = np.minimum(tree.lower, self.path.min(axis=0)), np.maximum(tree.upper, self.path.max(axis=0))
         path = quicker_path(
-            self.path, motion.space.moving, first, bounds, tries, self._searched.seed, duration_of,
+            self.path, motion.space.radians, first, bounds, tries, self._searched.seed, duration_of,
             lambda path: edges.checked(path) is not None,
         )  # fmt: skip
         return replace(self, path=path)
@@ -346,6 +374,13 @@ class Plan:
     @property
     def _motion(self) -> Motion | None:
         return None if self._searched is None else self._searched.motion
+
+    @property
+    def _of_moved(self) -> str:
+        """What is said of the joints beside the moving arm that move too."""
+        names, more = self.moved_beside, len(self.moved_beside) - _MOST_NAMED
+        some = ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+        return f"; no path was found without moving {some} too" if names else ""
 
     def __getstate__(self) -> dict:
         return {name: value for name, value in self.__dict__.items() if name != "_lengths"}
@@ -361,8 +396,13 @@ class Plan:
             out = f"; the start touches by {self.escape * 1e3:.2g} mm, and the first edge leads out of it"
             left = out if self.escaped else ""
             points = f"{n} configuration{'s' * (n != 1)}, length {self.length:.3g}"
-            return f"solved: {points}, {how}, after {self.checks} checked edges{left}"
+            return f"solved: {points}, {how}, after {self.checks} checked edges{left}{self._of_moved}"
         return f"{self.status}: {self.reason}"
+
+
+def _names_of(columns: NDArray[np.bool_], tree: Tree) -> tuple[str, ...]:
+    """The joints to which entries of q belong."""
+    return tuple(dict.fromkeys(joint_of(k, tree) for k in np.flatnonzero(columns).tolist()))
 
 
 def no_plan(tree: Tree, status: PlanStatus, reason: Reason, effort: Effort | None = None) -> Plan:

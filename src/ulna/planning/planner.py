@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_count, as_number, as_switch
+from ulna.description.likely_units import degrees_in_words
 from ulna.description.semantic import GroupState
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
@@ -22,16 +23,17 @@ from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 from ulna.planning.goals import Goals, Request, find_goals
+from ulna.planning.held_first import Trial, arm_beyond, arm_of, trials_of
 from ulna.planning.keep import Keep
 from ulna.planning.kept import are_kept, as_keeps, narrower, table_of, violations
 from ulna.planning.kept_goals import find_kept_goals, poses_beside
 from ulna.planning.motion import Motion
 from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
-from ulna.planning.search import Search
+from ulna.planning.search import Effort, Found, Search
 from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
-from ulna.planning.space import along, make_space, slides_without_end
+from ulna.planning.space import along, make_space, same_entries, slides_without_end
 from ulna.planning.spent_budget import budget_spent
-from ulna.planning.targets import as_targets, fixed_for, joint_of
+from ulna.planning.targets import Targets, as_targets, fixed_for, joint_of
 
 Array = NDArray[np.float64]
 _DEEPEST = 0.01  # [m]: a start that is deeper in something is not left
@@ -111,7 +113,7 @@ def plan_motion(
     given = np.concatenate([start[None], targets]) if isinstance(targets, np.ndarray) else start[None]
     free = request.is_free(given)  # of all by one call
     if not free[0]:
-        left = _escape_from(request, fixed) if options.escape else None
+        left = _way_out_of(request, targets, fixed) if options.escape else None
         if left is None:
             return no_plan(tree, PlanStatus.START_IN_COLLISION, request.collision(start))
         first, depth = left
@@ -136,23 +138,86 @@ def _no_start(tree: Tree, start: Array, keeps: tuple[Keep, ...], *, within: bool
 
 
 def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], keeps: Array | None, options: PlanOptions) -> Plan:
-    world, start = request.world, request.start
-    far = world.objects().farthest if world is not None and slides_without_end(request.tree) else 0.0
-    (q, of), certify = goals, options.certify
-    space = make_space(request.tree, np.concatenate([start[None], q]), fixed, far)
-    motion = Motion(space, request.checker, world, request.margin, keeps)
+    """The first path found, by searches that hold fewer and fewer of the joints whose position is the same at both ends."""
+    tree, start, (q, of) = request.tree, request.start, goals
+    motion = _motion(request, q, fixed, keeps)
     if len(q) > 1:
-        order = np.argsort(space.lengths(space.shortest_way(q - start)), kind="stable")
+        order = np.argsort(motion.space.lengths(motion.space.shortest_way(q - start)), kind="stable")
         q, of = q[order], of[order]
-    search = Search(motion.edges(certify=certify), start, q, (options.seed,), progress=options.progress)
-    found = search.finish(options.max_checks, TimeLimit(options.time_limit), shorten=options.shorten)
-    if found is None:
-        name = "max_checks" if search.effort.checks >= options.max_checks else "time_limit"
-        reason = budget_spent(request, motion, search, f"{name}={getattr(options, name)}", certify=certify)
-        return no_plan(request.tree, PlanStatus.BUDGET_SPENT, reason, search.effort)
-    certified, goal = certify and found.confirmed, int(of[search.goal])
-    searched = Searched(motion, start, q, of, certify, options.seed)
-    return Plan(PlanStatus.SOLVED, found.path, certified, effort=search.effort, goal=goal, _searched=searched)
+    same = same_entries(tree, start, q)
+    q = np.where(same, start, q)
+    trials, effort = trials_of(tree, same, fixed), Effort()
+    for trial in (*trials, Trial(fixed, np.arange(len(q)), options.max_checks)):
+        if trials:
+            motion = _motion(request, q[trial.goals], trial.fixed, keeps)
+        most, limit = _share_of(trial, len(trials), effort, options, is_last=trial.fixed is fixed)
+        edges, progress = motion.edges(certify=options.certify), _progress_after(effort, options)
+        search = Search(edges, start, q[trial.goals], (options.seed,), progress=progress)
+        found = search.finish(most, limit, shorten=options.shorten)
+        effort = effort.plus(search.effort)
+        if found is not None:
+            searched = Searched(motion, start, search.goals, of[trial.goals], options.certify, options.seed)
+            goal = int(searched.of[search.goal])
+            searched, found, n = _stilled(searched, found, same[trial.goals][search.goal], shorten=options.shorten)
+            effort, certified = replace(effort, checks=effort.checks + n), options.certify and found.confirmed
+            return Plan(PlanStatus.SOLVED, found.path, certified, effort=effort, goal=goal, _searched=searched)
+        if trial.fixed is fixed:
+            name = "max_checks" if effort.checks >= options.max_checks else "time_limit"
+            limited = f"{name}={getattr(options, name)}"
+            reason = budget_spent(request, motion, search.refused, effort, limited, certify=options.certify)
+            return no_plan(tree, PlanStatus.BUDGET_SPENT, reason, effort)
+    raise AssertionError("the last search holds no joint that may move")
+
+
+def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Array | None) -> Motion:
+    """What may be moved on the way to goals, shape (n, n_dof)."""
+    tree, world = request.tree, request.world
+    far = world.objects().farthest if world is not None and slides_without_end(tree) else 0.0
+    space = make_space(tree, np.concatenate([request.start[None], q]), fixed, far)
+    return Motion(space, request.checker, world, request.margin, keeps)
+
+
+def _share_of(trial: Trial, n_trials: int, effort: Effort, options: PlanOptions, *, is_last: bool) -> tuple[int, TimeLimit]:
+    """How many edges a search may check, and how long it may take: the last one at least half of all."""
+    seconds = options.time_limit
+    if is_last:
+        most = max(1, options.max_checks - effort.checks)
+        return most, TimeLimit(seconds if seconds is None or not n_trials else seconds / 2)
+    most = min(trial.checks, max(1, options.max_checks // (2 * n_trials)))
+    return most, TimeLimit(None if seconds is None else seconds / (2 * n_trials))
+
+
+def _progress_after(effort: Effort, options: PlanOptions) -> Callable[[int, int], object] | None:
+    """The caller's function of progress, with the edges that were checked before a search."""
+    progress = options.progress
+    return None if progress is None else lambda checks, _: progress(effort.checks + checks, options.max_checks)
+
+
+def _stilled(searched: Searched, found: Found, same: NDArray[np.bool_], *, shorten: bool) -> tuple[Searched, Found, int]:
+    """A path with those joints held, beside the moving arm, without whose motion it is free: all of them, or one by one.
+
+    same: which entries of q are the start's at the goal that is reached, shape (n_dof,). The last result counts checked edges.
+    """
+    motion, n_checks = searched.motion, 0
+    changed = (found.path != found.path[0]).any(axis=0)
+    columns = np.flatnonzero(same & changed & ~arm_beyond(motion.checker.tree, motion.space.moving & ~same))
+    for some in (columns, *columns[:, None]) if len(columns) > 1 else columns[:, None]:
+        if not motion.space.moving[some].any():
+            break
+        path, held = found.path.copy(), motion._replace(space=motion.space.holding(some, searched.start))
+        path[:, some] = searched.start[some]
+        edges = held.edges(certify=searched.certify)
+        free, checks = edges.counted(path)
+        n_checks += checks
+        if free is None:
+            continue
+        if shorten:
+            shorter, checks = edges.counted(free, shorten=True)
+            n_checks, free = n_checks + checks, free if shorter is None else shorter
+        kept = (searched.goals[:, some] == searched.start[some]).all(axis=1)
+        motion, found = held, Found(free, confirmed=True)
+        searched = searched._replace(motion=motion, goals=searched.goals[kept], of=searched.of[kept])
+    return searched, found, n_checks
 
 
 def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
@@ -181,7 +246,18 @@ def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
 def _beyond(tree: Tree, start: Array) -> Reason:
     excess = np.maximum(tree.lower - start, start - tree.upper)
     beyond = {joint_of(k, tree): float(excess[k]) for k in np.flatnonzero(excess > 0).tolist()}
-    return Reason(", ".join(f"{name} by {x:.3g}" for name, x in beyond.items()), beyond)
+    return Reason(", ".join(f"{name} by {x:.3g}" for name, x in beyond.items()) + degrees_in_words(start), beyond)
+
+
+def _way_out_of(request: Request, targets: Targets, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:
+    """``_escape_from``, first with the joints beside the moving arm held whose position is the same at start and goals."""
+    if isinstance(targets, np.ndarray):
+        same = same_entries(request.tree, request.start, targets).all(axis=0)
+        held = fixed | (same & ~arm_of(request.tree, ~(same | fixed)))
+        found = _escape_from(request, held)
+        if found is not None:
+            return found
+    return _escape_from(request, fixed)
 
 
 def _escape_from(request: Request, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:

@@ -14,7 +14,7 @@ _OWN_STREAM = 0x717569636B
 
 
 def quicker_path(
-    path: Array, moving: NDArray[np.bool_], first: int, bounds: tuple[Array, Array], tries: int, seed: int,
+    path: Array, steps: Array, first: int, bounds: tuple[Array, Array], tries: int, seed: int,
     duration_of: Callable[[Array], float], is_free: Callable[[Array], bool],
 ) -> Array:  # fmt: skip
     """The quickest of the paths that were tried, from the same start to the same goal; the path itself if none is quicker.
@@ -23,7 +23,7 @@ def quicker_path(
 
     Args:
         path: Shape (n, n_dof), n >= 2.
-        moving: Which entries of q may change, shape (n_dof,).
+        steps: How much of each entry of q counts as a radian, 0 for one that stays, shape (n_dof,).
         first: The points before this one and the last stay.
         bounds: Of q, lower and upper, shape (n_dof,) each.
         tries: How many paths are tried.
@@ -33,7 +33,7 @@ def quicker_path(
     """
     rng, best, reach = np.random.default_rng([_OWN_STREAM, seed]), duration_of(path), _REACH
     for _ in range(tries):
-        candidate = _deformed(path, moving, first, reach, rng)
+        candidate = _deformed(path, steps, first, reach, rng)
         candidate[first:-1] = np.clip(candidate[first:-1], *bounds)
         duration = duration_of(candidate) if is_free(candidate[first - 1 :]) else np.inf
         if duration < best:
@@ -43,10 +43,10 @@ def quicker_path(
     return path
 
 
-def _deformed(path: Array, moving: NDArray[np.bool_], first: int, reach: float, rng: np.random.Generator) -> Array:
+def _deformed(path: Array, steps: Array, first: int, reach: float, rng: np.random.Generator) -> Array:
     """The path with one point moved in half of its entries, left out, or put in."""
     n, choice = len(path), rng.random()
-    step = reach * rng.normal(size=path.shape[1]) * moving
+    step = reach * rng.normal(size=path.shape[1]) * steps
     if n > first + 1 and choice < 0.8:
         k = int(rng.integers(first, n - 1))
         if choice > 0.7:

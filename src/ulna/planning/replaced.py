@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from ulna.errors import InputError
 from ulna.planning.averaged import Averaged, least_window_of, timed_path, with_pauses
-from ulna.planning.blend import Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
+from ulna.planning.blend import Grid, IsFree, edges_of, end_of, free_cuts, is_motion_free, rounded
 from ulna.planning.moving_ends import STRAIGHT_ON, stopping_distance, without_equal
+from ulna.planning.positions import Farthest
 from ulna.planning.timing import N_PHASES, Limits, Moment, Profile, Speeds, TimedPath, fastest, grid_of
 
 Array = NDArray[np.float64]
@@ -67,6 +68,13 @@ class Continued:
     def slowed(self, factor: float) -> Continued:
         """The motion passed slower: at time t where this one is at ``factor`` t."""
         return Continued(self.first.slowed(factor), self.then.slowed(factor))
+
+    def farthest(self, since: float) -> Farthest:
+        """Where it is farthest from a time on."""
+        until = self.first.duration
+        later = self.then.farthest(max(since - until, 0.0))
+        later = later._replace(times=later.times + until)
+        return later if since >= until else self.first.farthest(since).joined(later)
 
     def edges_since(self, t: float) -> tuple[Array, Array]:
         """The motion from a time on as straight edges, and how far it lies beside each."""
@@ -132,7 +140,7 @@ def _from_rest(q: Array, path: Array, limits: Limits, is_free: IsFree) -> TimedP
         if len(points) > 1:
             lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
             motion = timed_path(points, lengths, _BLEND, limits, is_free)
-            if motion is not None and is_path_free(is_free, *motion.edges_since(0.0)):
+            if motion is not None and is_motion_free(is_free, motion, 0.0):
                 return motion
     return None
 
@@ -140,7 +148,7 @@ def _from_rest(q: Array, path: Array, limits: Limits, is_free: IsFree) -> TimedP
 def _turned_on_line(line: TimedPath, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed | None:
     """The motion that leaves a line in seven phases, or goes on to its end, where it stops in any case, and from there."""
     turned = _turned(line, path, at, limits, is_free)
-    if turned is not None or not is_path_free(is_free, *line.edges_since(at)):
+    if turned is not None or not is_motion_free(is_free, line, at):
         return turned
     then = _from_rest(line.at(np.array(line.duration)).q, path, limits, is_free)
     return None if then is None else Continued(line, then)
@@ -153,13 +161,13 @@ def _turned(timed: TimedPath | Averaged, path: Array, at: float, limits: Limits,
     for share in _SHARES:
         for way in _straight_on(base, at + window, path, window, share * limits.acceleration, is_free):
             motion = _going_on(base, window, at, way, share, limits)
-            if motion is not None and is_path_free(is_free, *motion.edges_since(at)):
+            if motion is not None and is_motion_free(is_free, motion, at):
                 return motion
         stops = list(_stops(base, window, at, path, limits, is_free)) if stops is None else stops
         for stopped, grids in stops:
             for grid in grids:
                 motion = _going_on(stopped, window, float(stopped.times[-1]) - window, _Way(grid, 0.0), share, limits)
-                if motion is not None and is_path_free(is_free, *motion.edges_since(at)):
+                if motion is not None and is_motion_free(is_free, motion, at):
                     return motion
     return None
 
@@ -231,7 +239,7 @@ def _left_of(motion: TimedPath, time: float) -> tuple[Grid, float]:
     (starts, slopes, bends, steps, borders, chords), i = motion.grid, int(motion.interval_at(np.array(time)))
     profile, after = motion.profile, time - motion.times[i]
     s = (0.5 * profile.accelerations[i] * after + profile.speeds[i]) * after
-    k = int(borders[borders > i][0])
+    k = next(iter(borders[borders > i].tolist()), len(steps))  # where it moves at its end, up to there
     rows = [each[i:k].copy() for each in (starts, slopes, bends, steps)]
     rows[0][0] += s * (slopes[i] + 0.5 * s * bends[i])
     rows[1][0] += s * bends[i]

@@ -148,8 +148,8 @@ class Search:
 
     @property
     def goal(self) -> int:
-        """Which goal was reached."""
-        return int(self.state[0, layout.REACHED])
+        """Which goal was reached, -1 without a path."""
+        return int(self.state[0, layout.GOAL_REACHED])
 
     @property
     def refused(self) -> Array:
@@ -179,6 +179,7 @@ def _first_state(n_goals: int) -> NDArray[np.int64]:
     state = np.zeros((2, layout.N_STATE), dtype=np.int64)
     search = state[0]
     search[:2], search[layout.ACTIVE], search[layout.GOAL_ROOTS] = (1, n_goals), 1, n_goals
+    search[layout.GOAL_REACHED] = -1
     return state
 
 

@@ -7,13 +7,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST, PRISMATIC
+from ulna.kernels.layout import BASE, COLUMN, FIXED, KIND, LARGEST, PARENT, PRISMATIC, RATIO
 from ulna.kernels.planning.planning_layout import HIGH, LOW, N_SPACE, PERIOD, WEIGHT
 from ulna.kinematics.sample import length_of_robot, random_range
 from ulna.kinematics.tree import Tree
 from ulna.kinematics.turns import TURN, turning_columns
 
 Array = NDArray[np.float64]
+_ROUNDING = 1e-12  # [rad or m]: positions that differ by no more are the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +33,11 @@ class Space:
     def n_moving(self) -> int:
         """How many entries of q the plan may change."""
         return int(np.count_nonzero(self.moving))
+
+    @property
+    def radians(self) -> Array:
+        """How much of each entry of q counts as a radian, 0 for one that the plan may not change, shape (n_dof,)."""
+        return np.where(self.moving, 1.0 / self.table[WEIGHT], 0.0)
 
     @cached_property
     def diameter(self) -> float:
@@ -58,6 +64,13 @@ class Space:
         table[HIGH] = np.where(turning, table[HIGH], np.minimum(table[HIGH], (centre + extent).max(axis=0)))
         return Space(table, self.moving)
 
+    def holding(self, columns: NDArray[np.int64], q: Array) -> "Space":
+        """The space with more entries of q held, at those of a configuration."""
+        table, moving = self.table.copy(), self.moving.copy()
+        table[LOW, columns] = table[HIGH, columns] = q[columns]
+        moving[columns] = False
+        return Space(table, moving)
+
     def lengths(self, differences: Array) -> Array:
         """The lengths of differences of configurations, shape (...,)."""
         return np.linalg.norm(differences * self.table[WEIGHT], axis=-1)
@@ -68,7 +81,8 @@ def make_space(tree: Tree, corners: Array, fixed: NDArray[np.bool_], far: float 
 
     Of a slide without a limit they are taken from beside them, as far as the robot is long and the objects reach, ``far`` [m].
 
-    An angle has weight 1; a slide the inverse of the robot's length, so that it moves a robot about as far.
+    An angle has weight 1. A slide has the weight with which it moves the robot as far as an angle does, in a mean over the joints
+    that turn: a radian of one moves the farthest frame that it carries by at most their distance along the chain.
     """
     whole = _whole_space(tree)
     if not fixed.any() and ((whole.least <= corners) & (corners <= whole.most)).all():
@@ -82,6 +96,16 @@ def make_space(tree: Tree, corners: Array, fixed: NDArray[np.bool_], far: float 
     table[HIGH] = np.where(turning, table[HIGH], np.maximum(table[HIGH], corners.max(axis=0)))
     table[LOW, fixed] = table[HIGH, fixed] = corners[0, fixed]
     return Space(table, ~fixed)
+
+
+def same_entries(tree: Tree, start: Array, q: Array) -> NDArray[np.bool_]:
+    """Which entries of q, shape (..., n_dof), are those of a start, but for rounding and whole turns of endless joints."""
+    return np.abs(_whole_space(tree).space.shortest_way(q - start)) <= _ROUNDING
+
+
+def endless_entries(tree: Tree) -> NDArray[np.bool_]:
+    """Which entries of q may turn for ever, shape (n_dof,)."""
+    return _whole_space(tree).space.table[PERIOD] > 0
 
 
 def slides_without_end(tree: Tree) -> bool:
@@ -111,7 +135,7 @@ def _whole_space(tree: Tree) -> _WholeSpace:
     slides, length = _slides(tree), length_of_robot(tree)
     table[LOW], table[HIGH] = random_range(tree)
     table[PERIOD] = np.where(endless & turning_columns(tree.joints, tree.n_dof), TURN, 0.0)
-    table[WEIGHT] = np.where(slides, 1.0 / length, 1.0)
+    table[WEIGHT] = np.where(slides, 1.0 / (_mean_lever(tree, ~slides) or length), 1.0)
     below, above = (slides & (np.abs(limits) > LARGEST) for limits in (tree.lower, tree.upper))
     without_end, turning = bool(below.any() or above.any()), table[PERIOD] > 0
     least, most = np.where(turning, -np.inf, table[LOW]), np.where(turning, np.inf, table[HIGH])
@@ -124,6 +148,24 @@ def along(a: Array, b: Array, apart: float) -> Array:
     """Configurations on the straight line from a to b, b among them and not a, at most ``apart`` apart in each entry of q."""
     n = max(1, int(np.ceil(np.abs(b - a).max() / apart)))
     return a + np.linspace(0.0, 1.0, n + 1)[1:, None] * (b - a)
+
+
+def _mean_lever(tree: Tree, turns: NDArray[np.bool_]) -> float:
+    """How far away the farthest frame is that a turning joint carries, along the chain, in the mean over these joints [m].
+
+    Each counts by its own distance: many short fingers do not outweigh an arm. 0 without any. turns: which entries are angles.
+    """
+    far, levers = np.zeros(len(tree.joints)), np.zeros(tree.n_dof)
+    for link, T in tree.link_offset.items():
+        if tree.link_row[link] != BASE:
+            far[tree.link_row[link]] = max(far[tree.link_row[link]], np.linalg.norm(T[:3, 3]))
+    for k in range(len(far) - 1, -1, -1):
+        row, column = tree.joints[k], int(tree.joints[k, COLUMN])
+        if int(row[PARENT]) != BASE:
+            far[int(row[PARENT])] = max(far[int(row[PARENT])], far[k] + np.linalg.norm(row[3:12:4]))
+        levers[column] = max(levers[column], abs(row[RATIO]) * far[k])
+    levers = levers[turns]
+    return float(levers @ levers / levers.sum()) if levers.any() else 0.0
 
 
 def _slides(tree: Tree) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from ulna.ik.reason import Reason
 from ulna.planning.goals import Request
 from ulna.planning.kept import are_kept, narrower
 from ulna.planning.motion import Motion
-from ulna.planning.search import Effort, Search
+from ulna.planning.search import Effort
 from ulna.planning.space import along
 
 Array = NDArray[np.float64]
@@ -56,9 +56,12 @@ class SpentBudget:
     not_kept: int = 0
 
 
-def budget_spent(request: Request, motion: Motion, search: Search, limit: str, *, certify: bool) -> Reason:
-    """Why a search ended without a path; ``limit`` is that option with its value, as in ``"time_limit=10"``."""
-    edges, effort, at_samples = search.refused, search.effort, motion.edges(certify=False)
+def budget_spent(request: Request, motion: Motion, edges: Array, effort: Effort, limit: str, *, certify: bool) -> Reason:
+    """Why a search ended without a path; ``limit`` is that option with its value, as in ``"time_limit=10"``.
+
+    edges: the last that were not free, shape (n, 2, n_dof).
+    """
+    at_samples = motion.edges(certify=False)
     passed = np.array([certify and at_samples.checked(edge) is not None for edge in edges], dtype=bool)
     kept = are_kept(narrower(motion.keeps), request.tree, edges[:, 0], edges[:, 1])
     stops = _stops(request, edges[~passed & kept])

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
+from ulna.description.likely_units import degrees_in_words
 from ulna.description.pose import as_pose
 from ulna.description.semantic import GroupState
 from ulna.errors import InputError, UnknownNameError
@@ -130,7 +131,8 @@ def _as_goal(goal: ArrayLike, tree: Tree, start: Array, group: JointGroup | None
     if beyond.any():
         row, k = np.argwhere(beyond)[0]
         limits = f"{tree.lower[k]:.6g} to {tree.upper[k]:.6g}"
-        raise InputError("goal", f"{rows[row, k]:.6g} of joint {joint_of(k, tree)!r} is outside its limits, {limits}")
+        hint = degrees_in_words(rows[row])
+        raise InputError("goal", f"{rows[row, k]:.6g} of joint {joint_of(k, tree)!r} is outside its limits, {limits}{hint}")
     return rows
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
 from ulna.planning.blend import Grid
+from ulna.planning.positions import Farthest, farthest_of
 
 Array = NDArray[np.float64]
 INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
@@ -119,6 +120,23 @@ class TimedPath(NamedTuple):
         ends = np.concatenate([[True], ~on, [True]])
         spreads = np.abs(bends) * self.grid.steps[of][:, None] ** 2 / 8 * (1 + 1e-9)
         return self.at(times).q[ends], spreads[ends[:-1]]
+
+    def farthest(self, since: float) -> Farthest:
+        """Where it is farthest from a time on. An entry of a parabola turns at most once, where its slope is 0."""
+        (starts, slopes, bends, steps, *_), (_, speeds, rates, _) = self
+        times = np.concatenate([[since], self.times[self.times > since]])
+        found = farthest_of(self.at(times).q, times)
+        i, k = np.nonzero(slopes * (slopes + steps[:, None] * bends) < 0.0)
+        s = -slopes[i, k] / bends[i, k]
+        speed = speeds[i] + np.sqrt(np.maximum(speeds[i] ** 2 + 2.0 * rates[i] * s, 0.0))
+        turns = self.times[:-1][i] + np.where(speed > 0.0, 2.0 * s / np.where(speed > 0.0, speed, 1.0), 0.0)
+        later = turns > since
+        if not later.any():
+            return found
+        i, k, s, turns = i[later], k[later], s[later], turns[later]
+        q, at = np.tile(self.at(np.array(since)).q, (len(i), 1)), np.full((len(i), starts.shape[1]), since)
+        q[np.arange(len(i)), k], at[np.arange(len(i)), k] = starts[i, k] + 0.5 * s * slopes[i, k], turns
+        return found.joined(farthest_of(q, at))
 
 
 def grid_of(pieces: Grid) -> Grid:

@@ -21,8 +21,9 @@ from ulna.planning.keep import Keep
 from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
-from ulna.planning.motion_limits import as_limits, limits_of, velocities_of
-from ulna.planning.moving_ends import Ends
+from ulna.planning.motion_limits import GivenLimits, as_limits, limits_of, within_robot
+from ulna.planning.moving_ends import Ends, refuse_path_beyond
+from ulna.planning.positions import PositionLimits
 from ulna.planning.replaced import Timed, replaced
 from ulna.planning.ros_message import joint_trajectory
 from ulna.planning.timing import QUANTITIES, Limits, Moment, Profile, TimedPath
@@ -56,6 +57,7 @@ class Trajectory:
     _motion: Motion | None = field(default=None, repr=False)
     _limits: Limits | None = field(default=None, repr=False)
     _ends: Ends | None = field(default=None, repr=False)
+    _positions: PositionLimits | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for array in self._ends or ():
@@ -113,8 +115,7 @@ class Trajectory:
     @property
     def limits(self) -> dict[str, tuple[Array, Array]]:
         """The lower and upper limits that are known of "position", "velocity", "acceleration", "jerk", shape (n_dof,) each."""
-        tree = None if self._motion is None else self._motion.checker.tree
-        known = {} if tree is None else {"position": (tree.lower, tree.upper)}
+        known = {} if self._positions is None else {"position": (self._positions.lower, self._positions.upper)}
         most = zip(QUANTITIES[1:], self._limits or (), strict=False)
         return known | {name: (-each, each) for name, each in most if each is not None}
 
@@ -199,14 +200,14 @@ class Trajectory:
 
     def check(
         self,
-        limits: str | Path | None = None,
+        limits: GivenLimits | None = None,
         *,
         velocity: ArrayLike | None = None,
         acceleration: ArrayLike | None = None,
         jerk: ArrayLike | None = None,
         period: float = 0.001,
     ) -> MotionCheck:
-        """Whether a controller accepts the motion: velocity, acceleration and jerk by differences of its samples.
+        """Whether a controller accepts the motion: its positions, and velocity, acceleration and jerk by differences of samples.
 
         libfranka judges so: a velocity is the difference of two positions by the period, an acceleration that of two velocities,
         a jerk that of two accelerations. Before the first sample and after the last the arm rests, or goes straight on where the
@@ -214,15 +215,17 @@ class Trajectory:
         allows depend on its position, and so do those of ``limits="fr3"`` here.
 
         Args:
-            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml``: see ``docs/planning.md``. A velocity that
-                it does not state is the description's. If nothing is given: the limits with which the motion was made.
+            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` or its mapping: see ``docs/planning.md``. A
+                velocity that it does not state is the description's, and so are positions. If nothing is given: the limits with
+                which the motion was made.
             velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers, instead of that of ``limits``.
             acceleration: The greatest acceleration [rad/s^2 or m/s^2].
             jerk: The greatest jerk [rad/s^3 or m/s^3].
             period: The time between two samples [s].
 
         Returns:
-            A ``MotionCheck``, true if the motion keeps the limits; printed it is a sentence.
+            A ``MotionCheck``, true if the motion keeps the limits; printed it is a sentence. Positions are those at all times:
+            the farthest of each joint is found exactly, between the samples too.
 
         Raises:
             InputError: A limit or ``period`` cannot be taken, or no limit is known.
@@ -230,12 +233,12 @@ class Trajectory:
             FileError: The file cannot be read.
             DescriptionError: The file is none of limits.
         """
-        samples, n = self.sampled(period), self.q.shape[1]
+        samples, n, positions = self.sampled(period), self.q.shape[1], self._positions
         arm = ArmLimits(np.full(n, np.inf), None, None, "")
         if limits is not None:
-            described = arm.velocity if self._motion is None else self._motion.checker.tree.velocity_limits
-            arm = limits_of(limits, self.joint_names)
-            arm = arm._replace(velocity=velocities_of(arm, np.where(described > 0.0, described, np.inf)))
+            tree = None if self._motion is None else self._motion.checker.tree
+            arm = limits_of(limits, self.joint_names, None if tree is None else tree.followers, ())
+            arm, positions = (arm, positions) if tree is None else within_robot(arm, tree)
         elif velocity is None and acceleration is None and jerk is None:
             if self._limits is None:
                 raise InputError("limits", "none is given, and none is known of this motion")
@@ -244,7 +247,9 @@ class Trajectory:
         arm = arm._replace(
             **{name: as_limits(name, most, n, may_be_infinite=True) for name, most in given.items() if most is not None}
         )
-        return check_of(samples, float(period), arm, self.joint_names, self.end_velocities)
+        judged = check_of(samples, float(period), arm, self.joint_names, self.end_velocities)
+        beyond = None if positions is None else positions.beyond(self._timed)
+        return judged if beyond is None else judged.beyond_position(beyond, self.joint_names)
 
     def slowed(self, factor: float) -> Trajectory:
         """The motion along the same configurations, slower: at time t it is where this one is at ``factor`` times t.
@@ -262,7 +267,7 @@ class Trajectory:
         if not self.duration:
             return self
         timed, names, ends = self._timed.slowed(factor), self.joint_names, Ends(*(factor * self.end_velocities))
-        return Trajectory(self.certified, names, timed, self._motion, self._limits, ends)
+        return Trajectory(self.certified, names, timed, self._motion, self._limits, ends, self._positions)
 
     def replace(self, plan: Plan, *, at: float) -> Trajectory:
         """The motion that leaves this one while it runs, and goes on along another plan.
@@ -297,9 +302,11 @@ class Trajectory:
             raise InputError(
                 "plan", f"its path does not begin where the motion is at {at:.6g} s; plan from motion.at({at:.6g}).q"
             )
-        timed = replaced(self._timed, plan.path, at, self._limits, motion.certificate)
-        ends, names = Ends(self.end_velocities[0], np.zeros_like(here)), self.joint_names
-        return Trajectory(self.certified, names, timed, motion, self._limits, ends)
+        tree, ends, names = motion.checker.tree, Ends(self.end_velocities[0], np.zeros_like(here)), self.joint_names
+        positions = PositionLimits(tree.lower, tree.upper).narrowed(self._positions)
+        refuse_path_beyond("plan", plan.path, positions, names)
+        timed = replaced(self._timed, plan.path, at, self._limits, motion.certificate._replace(positions=positions))
+        return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions)
 
     def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
         """Write a table: a line of names, then a line for each time, with q, qd and qdd.
@@ -384,9 +391,11 @@ def _read_only(array: Array) -> Array:
     return array
 
 
-def resting(q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: Motion, limits: Limits) -> Trajectory:
+def resting(
+    q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: Motion, limits: Limits, positions: PositionLimits
+) -> Trajectory:
     """The trajectory of a plan that does not move."""
     none, zero = np.zeros((1, len(q))), np.zeros(1)
     grid = Grid(q[None].copy(), none, none, zero, np.array([0, 0]), CHORDS)
     timed = TimedPath(grid, Profile(np.zeros(2), zero, zero, zero))
-    return Trajectory(certified, joint_names, timed, motion, limits)
+    return Trajectory(certified, joint_names, timed, motion, limits, None, positions)

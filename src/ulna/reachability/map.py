@@ -252,6 +252,8 @@ class ReachabilityMap:
     def compare(self, other: ReachabilityMap) -> MapDifference:
         """How another map of the same grid differs: of another robot or tool, or in another world.
 
+        Poses that either map has not computed yet are not counted.
+
         Raises:
             InputError: The grids differ.
         """
@@ -259,7 +261,8 @@ class ReachabilityMap:
             raise InputError("other", f"its grid is another: {other.grid}, and here {self.grid}")
         counts = np.zeros(4, dtype=np.int64)
         for (_, here), (_, there) in zip(self._chunks(), other._chunks(), strict=True):
-            counts += np.bincount(2 * (here == REACHED).ravel() + (there == REACHED).ravel(), minlength=4)
+            known = (here != NEVER) & (there != NEVER)
+            counts += np.bincount(2 * (here[known] == REACHED) + (there[known] == REACHED), minlength=4)
         neither, only_second, only_first, both = counts.tolist()
         return MapDifference(both, only_first, only_second, neither, other.share - self.share)
 

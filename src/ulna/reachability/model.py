@@ -18,6 +18,7 @@ from ulna.description.file_bytes import json_value
 from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere
 from ulna.errors import DescriptionError
+from ulna.kinematics.tree import Narrowed
 from ulna.robot import Robot
 
 _KINDS = {
@@ -36,6 +37,8 @@ def robot_to_json(robot: Robot, *, checked: bool) -> str:
         "attached": [_json_ready(one) for one in robot.attached],
         "allowed": allowed,
     }
+    if robot.tree.narrowed is not None:  # the text of any other robot is as it was
+        data["narrowed"] = {name: each.tolist() for name, each in robot.tree.narrowed._asdict().items()}
     return json.dumps(data, sort_keys=True, separators=(",", ":"))
 
 
@@ -47,7 +50,9 @@ def robot_from_json(text: str) -> Robot:
         attached = [_made(one) for one in data["attached"]]
         pairs = data["allowed"]
         allowed = None if pairs is None else AllowedCollisions(tuple(LinkPair(a, b) for a, b in pairs))
-        return Robot(description, home=data["home"], attached=attached, allowed=allowed)
+        given = data.get("narrowed")
+        narrowed = None if given is None else Narrowed(**{name: np.array(each, dtype=float) for name, each in given.items()})
+        return Robot(description, home=data["home"], attached=attached, allowed=allowed, _narrowed=narrowed)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise DescriptionError(f"the map's robot cannot be read: {error}", "a reachability map") from error
 

@@ -45,7 +45,7 @@ def _draw_slice(ax: Axes, found: ReachabilityMap, axis: str, value: float) -> No
 
 def _draw_by_height(ax: Axes, found: ReachabilityMap) -> None:
     share = found.share
-    ax.plot(np.nan_to_num(share.values).mean(axis=(1, 2)), share["z"])
+    ax.plot(share.mean(dim=("y", "x"), skipna=True), share["z"])  # of what is computed
     ax.set(xlabel="share of poses reached", ylabel="z [m]", title="by height")
 
 

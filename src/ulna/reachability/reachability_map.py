@@ -103,7 +103,7 @@ def reachability_map(
         13 of 25
     """
     zarr_package()
-    where = _as_path(path)
+    where, goes_on = _as_path(path), as_switch("resume", resume)
     search = task, seed, position_tolerance, rotation_tolerance, max_iterations
     asked = _specification(robot, link, (voxel, orientations, bounds), world, search, (keep_clearance, keep_solutions))
     if client is not None:
@@ -112,7 +112,7 @@ def reachability_map(
         workers = ThreadWorkers(default_threads() if threads is None else as_threads(threads))
     try:
         with locked(where):
-            _begin(where, asked, robot, resume=resume)
+            _begin(where, asked, robot, resume=goes_on)
             run(where, read_specification(where).grid, workers, progress)
     finally:
         workers.cancel()

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Literal
 
+from ulna.description.likely_units import check_description
 from ulna.description.load import load_description
 from ulna.description.subtree import cut_out
 from ulna.errors import InputError, did_you_mean
@@ -37,10 +38,13 @@ def load(
         tip: The link to end at: only the chain from base to tip is kept.
         srdf: The path or the text of a semantic description: groups, named configurations, pairs of links that may touch.
             References in it to parts that the robot lacks are ignored, with a ``DescriptionWarning``. Unless given, the one that
-            lies beside the URDF is taken, if its robot's name and links are those of the URDF: in its folder, in ``../srdf``, or
-            in ``config`` of the package ``NAME_moveit_config``. ``robot.srdf.found_at`` is its path. False takes none.
+            lies beside the URDF is taken, if its robot's name and links are those of the URDF: in its folder, in ``../srdf`` of
+            its package, or in ``config`` of a package ``NAME_moveit_config`` that depends on its package.
+            ``robot.srdf.found_at`` is its path, ``robot.srdf.passed_over`` what is not used. False takes none.
         meshes: What to check in the place of collision meshes: None leaves them, and queries refuse them; ``"hulls"``: their
             convex hulls (``Robot.with_convex_hulls``); ``"decompose"``: convex pieces (``Robot.with_convex_pieces``).
+
+    A robot that reaches hundreds of metres, or joint limits that are more likely degrees, give a ``UnitWarning``.
 
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
@@ -57,6 +61,7 @@ def load(
     if meshes not in (None, *MESHES):
         raise InputError("meshes", f"{meshes!r} is not known{did_you_mean(str(meshes), MESHES)}")
     description, home = load_description(source, xacro_args or {}, package_dirs, srdf)
+    check_description("source", description)
     robot = Robot(description, home=home)
     if base is not None or tip is not None:
         part = Robot(cut_out(description, base, tip))

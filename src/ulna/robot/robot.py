@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Never
 
@@ -23,6 +22,7 @@ from ulna.collision.report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
+from ulna.description.likely_units import check_object
 from ulna.description.meshes.mesh_files import with_mesh_paths
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description
@@ -47,12 +47,15 @@ from ulna.ik.task import Task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
 from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups, state_named
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
+from ulna.kinematics.narrowed import narrowed_description, narrowed_tree
 from ulna.kinematics.positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
-from ulna.kinematics.tree import Tree, build_tree
+from ulna.kinematics.tree import Narrowed, Tree, build_tree
 from ulna.planning.keep import Keep
 from ulna.planning.kept import KeepReport, edge_keeps
 from ulna.planning.many import plan_many
+from ulna.planning.motion_limits import GivenLimits
+from ulna.planning.narrower import Given, narrower
 from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, plan_motion
@@ -94,12 +97,14 @@ class Robot(Quick):
         attached: Iterable[Attached] = (),
         allowed: AllowedCollisions | None = None,
         _found: FoundPairs | None = None,
+        _narrowed: Narrowed | None = None,
     ) -> None:
-        tree = build_tree(description)
+        wide = build_tree(description)
+        tree = wide if _narrowed is None else narrowed_tree(wide, _narrowed)
         start = np.clip(np.zeros(tree.n_dof) if home is None else _one_configuration(tree, home), tree.lower, tree.upper)
         start.setflags(write=False)
         carried = tuple(attached)
-        checker = Checker(description, tree, carried, allowed, _found or FoundPairs(description, tree))
+        checker = Checker(description, tree, carried, allowed, _found or FoundPairs(description, wide))
         inverse_kinematics = InverseKinematics(tree, start, checker)
         forward, jacobian = ForwardByLink(tree), JacobianByLink(tree)
         self.__dict__.update(
@@ -226,6 +231,16 @@ class Robot(Quick):
         return self.tree.velocity_limits
 
     @property
+    def acceleration_limits(self) -> Array:
+        """Largest accelerations and decelerations [rad/s^2 or m/s^2], shape (n_dof,); inf where the description gives none."""
+        return self.tree.acceleration_limits
+
+    @property
+    def jerk_limits(self) -> Array:
+        """Largest jerks [rad/s^3 or m/s^3], shape (n_dof,); inf where the description gives none."""
+        return self.tree.jerk_limits
+
+    @property
     def srdf(self) -> Srdf:
         """The semantic description, its names checked against the robot; empty where none was given."""
         return self.description.srdf
@@ -302,8 +317,9 @@ class Robot(Quick):
         Raises:
             FileError: With ``"file"``: a mesh is not there; the message lists every path tried.
         """
-        text = self.description.text or write_urdf(self.description)
-        return with_mesh_paths(mesh_paths, text, self.description.folder, self.description.package_dirs)
+        described = narrowed_description(self.description, self.tree)
+        text = described.text or write_urdf(described)
+        return with_mesh_paths(mesh_paths, text, described.folder, described.package_dirs)
 
     def dh(self, *, convention: str = "modified", link: str | None = None, tolerance: float = PARALLEL) -> DHTable:
         """The Denavit-Hartenberg table of the chain from the base to a link, and the proof that it is the same robot.
@@ -327,7 +343,9 @@ class Robot(Quick):
             >>> ulna.load("panda").dh().rows[4]
             array([-0.0825    ,  0.384     , -1.57079633,  0.        ])
         """
-        return dh_table(self.description, self.tree, self.tree.link_or_tip(link), convention, tolerance)
+        return dh_table(
+            narrowed_description(self.description, self.tree), self.tree, self.tree.link_or_tip(link), convention, tolerance
+        )
 
     # ---- where its links are, and how fast they move -------------------------------------------------------------------
 
@@ -588,11 +606,13 @@ class Robot(Quick):
         if isinstance(T, Keep):
             if task != "pose":
                 raise InputError("task", "a constraint has a task of its own; none is given beside it")
-            T, link, task = T.target(link)
+            target, link, task = T.target(link)
+        else:
+            target = T
         options = Options(  # in their order: by name they would take 0.3 us more
             seed, task, rank, position_tolerance, rotation_tolerance, threads, method, max_step, max_iterations, time_limit, trace
         )
-        return self._inverse_kinematics.inverse_kinematics(T, q_seed, posture, held, world, link, options)
+        return self._inverse_kinematics.inverse_kinematics(target, q_seed, posture, held, world, link, options)
 
     @cached_property
     def closed_form(self) -> ClosedForm | None:
@@ -756,8 +776,9 @@ class Robot(Quick):
             link: The link's name; the tip unless given.
             expressed_in: The frame of the twist; see ``jacobian``.
             damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma
-                the smallest singular value of J; no joint moves faster than |twist| / (2 damping). A damping below 1e-4 |J| takes
-                some times longer; singular values below 1e-14 |J| are within the rounding of J, and count as 0.
+                the smallest singular value of J; no joint moves faster than |twist| / (2 damping). A damping below 1e-4 |J|, or
+                1e-2 |J| for fewer than six joints, takes some times longer; singular values below 1e-14 |J| are within the
+                rounding of J, and count as 0.
             out: Written to and returned if given: a float64 array of the result's shape.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
@@ -1037,7 +1058,8 @@ class Robot(Quick):
     ) -> Plan:
         """A motion from a configuration to a goal, free of collision: straight lines between configurations.
 
-        RRT-Connect: two trees, from the start and from the goals, grow towards each other (docs/planning.md).
+        RRT-Connect: two trees, from the start and from the goals, grow towards each other (docs/planning.md). Joints whose
+        position is the same at the start and the goal are held first, and move only if no path is found so (``plan.moved``).
 
         Args:
             q_start: Where to start [rad or m], shape (n_dof,); or the name of a state of the SRDF, such as ``"arm/ready"``.
@@ -1100,7 +1122,7 @@ class Robot(Quick):
         velocity: ArrayLike | None = None,
         acceleration: ArrayLike | None = None,
         jerk: ArrayLike | None = None,
-        limits: str | Path | None = None,
+        limits: GivenLimits | None = None,
         world: World | None = None,
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
@@ -1110,14 +1132,15 @@ class Robot(Quick):
         It flows through the points. Without a world nothing is checked for collisions, and ``certified`` is false.
 
         Args:
-            q_path: Joint positions [rad or m], shape (n, n_dof), n >= 1, joined by straight lines; or what ``follow`` returns.
+            q_path: Joint positions [rad or m], shape (n, n_dof), n >= 1, within the limits, joined by straight lines; or what
+                ``follow`` returns.
                 Points that differ from the one before by at most 1e-9 are left out, and those on the line between two others.
             within: How far the motion may leave these lines [rad or m], above 0: at any time some configuration on them differs
                 from the motion's by at most so much in each joint. More of it is faster.
             velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers; that of ``limits``, or of the robot.
-            acceleration: The greatest acceleration [rad/s^2 or m/s^2]; needed unless ``limits`` states it.
-            jerk: The greatest jerk [rad/s^3 or m/s^3]; unlimited unless given.
-            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml``.
+            acceleration: The greatest acceleration [rad/s^2 or m/s^2]; needed unless ``limits`` or the robot states it.
+            jerk: The greatest jerk [rad/s^3 or m/s^3]; unless given that of ``limits`` or of the robot, if one states it.
+            limits: The name of an arm, as "franka", a file ``joint_limits.yaml``, or the mapping of one.
             world: Objects. Where a rounded corner is not certified to be free of them and of the robot itself, the motion stops;
                 ``certified`` says whether all of it is free.
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), along the first line, where the acceleration
@@ -1128,8 +1151,8 @@ class Robot(Quick):
             A ``Trajectory``.
 
         Raises:
-            InputError: q_path is no such array or not followed to its end, or another argument cannot be taken, such
-                as a velocity at an end that is not along the path, or too great for it.
+            InputError: q_path is no such array, beyond a limit or not followed to its end, or another argument cannot be taken,
+                such as a velocity at an end that is not along the path, or too great for it.
             UnknownNameError: There is no such set of limits.
             FileError: The file of limits cannot be read.
             DescriptionError: The file is none of limits.
@@ -1188,7 +1211,7 @@ class Robot(Quick):
         self,
         world: World | None = None,
         *,
-        acceleration: ArrayLike,
+        acceleration: ArrayLike | None = None,
         rate: float = 1000,
         link: str | Sequence[str] | None = None,
         weights: ArrayLike | None = None,
@@ -1204,7 +1227,8 @@ class Robot(Quick):
 
         Args:
             world: The objects; none unless given. It may change between ticks.
-            acceleration: The greatest of each joint [rad/s^2 or m/s^2], a number or shape (n_dof,).
+            acceleration: The greatest of each joint [rad/s^2 or m/s^2], a number or shape (n_dof,), where it is below the
+                robot's; needed unless the robot has one of every joint.
             rate: Ticks a second [Hz].
             link: The link that poses and twists are of, or several, such as both hands; the tip, of the group if one is
                 named, unless given.
@@ -1213,8 +1237,8 @@ class Robot(Quick):
             held: Names of joints that keep their positions.
             group: A group of the SRDF (``robot.groups``): the joints outside keep their positions.
             velocity: The greatest of each joint [rad/s or m/s], a number or shape (n_dof,), where it is below the description's.
-            jerk: The greatest of each joint [rad/s^3 or m/s^3], a number or shape (n_dof,); no limit unless given. With it no
-                acceleration is used that takes longer than 0.1 s to begin.
+            jerk: The greatest of each joint [rad/s^3 or m/s^3], a number or shape (n_dof,); unless given that of the
+                description, if it states one. With it no acceleration is used that takes longer than 0.1 s to begin.
             clearance: No object is nearer than this [m]; it does not count between links of the robot.
             tracking_error: How far each joint may be from its command [rad or m]: the certificate holds for all of that.
             posture: A configuration that the null space goes towards [rad or m], shape (n_dof,); none unless given.
@@ -1278,6 +1302,46 @@ class Robot(Quick):
             'gripper'
         """
         return self._changed(description=with_tool(self.description, as_one_pose(T_flange_tool, "T_flange_tool"), name))
+
+    def with_limits(
+        self,
+        limits: GivenLimits | None = None,
+        *,
+        lower: Given | None = None,
+        upper: Given | None = None,
+        velocity: Given | None = None,
+        acceleration: Given | None = None,
+        jerk: Given | None = None,
+    ) -> Robot:
+        """The robot with narrower limits, as of a cell: plans, motions, inverse kinematics, servos and maps keep them.
+
+        Each limit is a number for every joint, an array, shape (n_dof,), or a mapping by the names of joints, of those alone. A
+        limit of a mimic joint narrows that of its leader. What may touch is as before, and ``home`` is moved into the limits.
+
+        Args:
+            limits: A file ``joint_limits.yaml`` or its mapping: its positions, velocities, accelerations and jerks.
+            lower: Lower limits of position [rad or m].
+            upper: Upper limits of position [rad or m].
+            velocity: The greatest velocity [rad/s or m/s].
+            acceleration: The greatest acceleration [rad/s^2 or m/s^2]; with one of every joint, ``trajectory`` and ``servo`` need
+                none.
+            jerk: The greatest jerk [rad/s^3 or m/s^3].
+
+        Raises:
+            InputError: A limit is wider than the robot's, is no limit, or leaves a joint no range.
+            UnknownNameError: There is no such joint.
+            FileError: The file cannot be read.
+            DescriptionError: The file is none of limits.
+
+        Example:
+            >>> import ulna
+            >>> panda = ulna.load("panda")
+            >>> narrow = panda.with_limits(lower={"panda_joint1": -0.5}, upper={"panda_joint1": 0.5}, velocity=1.0)
+            >>> float(narrow.upper[0]), float(narrow.velocity_limits.max())
+            (0.5, 1.0)
+        """
+        given = {"lower": lower, "upper": upper, "velocity": velocity, "acceleration": acceleration, "jerk": jerk}
+        return self._changed(_narrowed=narrower(self.tree, limits, given))
 
     def with_allowed_collisions(
         self, pairs: Iterable = (), *, at: ArrayLike | str | None = None, touching: float | None = None
@@ -1407,6 +1471,7 @@ class Robot(Quick):
         """
         holder = self.tree.link_or_tip(link)
         new = Attached(name, shape, as_one_pose(T_link_object, "T_link_object"), holder, touch_links)  # type: ignore[arg-type]
+        check_object(name, shape, new.T_link_object)
         return self._changed(attached=attach(self.attached, new, self.link_names))
 
     def without_attached(self, name: str) -> Robot:
@@ -1421,6 +1486,7 @@ class Robot(Quick):
 
     def _changed(self, **changes: Any) -> Robot:
         kept = {"description": self.description, "home": self.home, "attached": self.attached, "allowed": self._checker.given}
+        kept["_narrowed"] = self.tree.narrowed
         if "description" not in changes:
             kept["_found"] = self._checker.found
         return Robot(**{**kept, **changes})
@@ -1432,7 +1498,7 @@ class Robot(Quick):
         raise AttributeError(f"a Robot cannot be changed: del {name}")
 
     def __reduce__(self):
-        return _restore, (self.description, self.home, self.attached, self._checker.given)
+        return _restore, (self.description, self.home, self.attached, self._checker.given, self.tree.narrowed)
 
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
@@ -1449,5 +1515,11 @@ def _one_configuration(tree: Tree, home: ArrayLike) -> Array:
     return q
 
 
-def _restore(description: Description, home: Array, attached: tuple[Attached, ...], allowed: AllowedCollisions | None) -> Robot:
-    return Robot(description, home=home, attached=attached, allowed=allowed)
+def _restore(
+    description: Description,
+    home: Array,
+    attached: tuple[Attached, ...],
+    allowed: AllowedCollisions | None,
+    narrowed: Narrowed | None,
+) -> Robot:
+    return Robot(description, home=home, attached=attached, allowed=allowed, _narrowed=narrowed)

@@ -8,31 +8,32 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.checker import Checker
-from ulna.collision.objects import Moving, Objects, rows_of
+from ulna.collision.objects import Objects, rows_of
 from ulna.collision.world import World
-from ulna.description.arrays import as_floats, as_number, positive
+from ulna.description.arrays import as_floats, as_number, as_switch, positive
+from ulna.description.likely_units import degrees_in_words
 from ulna.description.pose import as_one_pose
 from ulna.drivers import servo as driver
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.problem import as_names, columns_of_joints, refuse_immovable
-from ulna.kernels.collision.scene import Scene
 from ulna.kernels.layout import OBJECT
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree, entry_names
-from ulna.planning.motion_limits import LARGEST, as_limits
+from ulna.planning.motion_limits import LARGEST, as_limits, described_limits
 from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
+from ulna.servo.servo_state import ROUNDING, ServoState
+from ulna.servo.stop import stop_positions
 
 Array = NDArray[np.float64]
 WITHIN = 1 - 1e-6  # of the limits of velocity and acceleration, so that differences of commands keep them too
 _LONGEST_RAMP = 0.1  # [s]: no acceleration is used that the limit of jerk lets begin in no less, so that a full stop is not long
 _ROOM = 0.25  # of the way of one tick of acceleration: beside a motion, certified too, so that there is a way out of every rest
-_FASTEST = 1e5  # [1/s]: of more ticks a second the differences of commands are rounding
+_SLOWEST, _FASTEST = 1e-3, 1e5  # [1/s]: of more ticks a second the differences of commands are rounding
 _DAMPING = 0.01
-_ROUNDING = 1e-12  # [m, rad]: no object moved too fast by less, of which ``MOVED`` allows many; nor is the arm off its command
 _STILL = np.zeros(6)
 _PULL = 1.0  # [1/s]: towards a posture
 _WEIGHTS = 1e-3, 1e3  # the least and the greatest of a hand
@@ -42,7 +43,8 @@ Goal = ArrayLike | Mapping[str, ArrayLike | None]
 class Servo:
     """Steers an arm tick by tick; made by ``Robot.servo``. One thread at a time may use it.
 
-    The state is the last command. ``start`` sets it; each ``step`` moves it by one tick.
+    The state is the last command. ``start`` sets it; each ``step`` moves it by one tick. One that is interrupted, as by Ctrl-C,
+    is done in whole or not at all.
     """
 
     def __init__(
@@ -56,7 +58,7 @@ class Servo:
         held: Iterable[str],
         group: JointGroup | None,
         velocity: ArrayLike | None,
-        acceleration: ArrayLike,
+        acceleration: ArrayLike | None,
         jerk: ArrayLike | None,
         clearance: float,
         tracking_error: ArrayLike,
@@ -65,8 +67,8 @@ class Servo:
         """See ``Robot.servo``."""
         refuse_immovable(tree)
         n = tree.n_dof
-        if positive("rate", rate) > _FASTEST:
-            raise InputError("rate", f"{rate!r}; at most {_FASTEST:g} ticks a second are expected")
+        if not _SLOWEST <= positive("rate", rate) <= _FASTEST:
+            raise InputError("rate", f"{rate!r}; {_SLOWEST:g} to {_FASTEST:g} ticks a second are expected")
         clearance = as_number("clearance", clearance, 0.0, "a distance [m] of at least 0")
         aside = as_floats("tracking_error", tracking_error)
         if aside.shape not in {(), (n,)} or not ((aside >= 0) & (aside < np.inf)).all():
@@ -81,8 +83,8 @@ class Servo:
             slow = ", ".join(name for name, most, is_held in names if not most and not is_held)
             raise InputError("robot", f"its description allows {slow} a velocity of 0, so a servo would never move")
         speeds = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, n, may_be_infinite=True)
-        accelerations, tick = WITHIN * as_limits("acceleration", acceleration, n), 1.0 / float(rate)
-        jerks = None if jerk is None else WITHIN * as_limits("jerk", jerk, n)
+        accelerations, jerks = _accelerations_of(tree, acceleration, jerk, still)
+        tick = 1.0 / float(rate)
         accelerations, ramp, least = _ramps(accelerations, jerks, tick)
         self._tree, self._checker, self._world = tree, checker, world
         link = tip_of(group) if link is None and group is not None else link
@@ -98,27 +100,19 @@ class Servo:
         if posture is not None:
             self._limits[layout.POSTURE] = as_configuration(posture, tree, "posture")
             self._settings[layout.PULL] = _PULL
-        self._state, self._report = np.zeros((layout.N_STATE, n)), np.zeros(layout.N_REPORT)
-        self._counters = np.zeros(layout.N_COUNTERS, dtype=np.int64)
         self._goals = np.zeros(n), np.zeros(self._hands.size), np.zeros(2 * n)
-        self._names, self._started = entry_names(tree), False
-        self._scene: Scene | None = None
-        self._object_names: list[str] = []  # of the scene
-        self._stated: tuple[Moving, ...] = ()  # the objects of ``_moving``, as they were stated last
-        self._n_changes = 0  # of other objects
-        self._wider, self._moving = np.zeros(2), np.empty((0, layout.MOVING_WIDTH))
-        self._too_fast: str | None = None
-        self._ticks, self._worst = 0, 0.0
+        self._report = np.zeros(layout.N_REPORT)  # of a tick; it is read at once, and is no state
+        self._names, self._now, self._worst = entry_names(tree), ServoState.unstarted(n), 0.0
 
     @property
     def q(self) -> Array:
         """The joint positions of the last command [rad or m], shape (n_dof,)."""
-        return self._state[layout.Q].copy()
+        return self._now.motion[layout.Q].copy()
 
     @property
     def qd(self) -> Array:
         """The joint velocities of the last command [rad/s or m/s], shape (n_dof,)."""
-        return self._state[layout.QD].copy()
+        return self._now.motion[layout.QD].copy()
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -139,9 +133,17 @@ class Servo:
     @property
     def certified_stop(self) -> tuple[Array, Array]:
         """Where the arm rests if it stops from now on [rad or m], and no less than any speed on that way, shape (n_dof,) each."""
-        qd, qdd = self._state[[layout.QD, layout.QDD]]
+        motion = self._now.motion
+        qd, qdd = motion[[layout.QD, layout.QDD]]
         left = qd + qdd * self._settings[layout.RAMP] * self._settings[layout.TICK]
-        return self._state[layout.TO].copy(), np.maximum(np.abs(qd), np.abs(left))
+        return motion[layout.TO].copy(), np.maximum(np.abs(qd), np.abs(left))
+
+    @property
+    def stop_positions(self) -> Array:
+        """The commands of the stop from now on [rad or m], shape (n, n_dof): those of ``step()`` until the arm rests."""
+        now = self._now
+        ticks, done = now.counters[[layout.TICKS, layout.DONE]].tolist()
+        return stop_positions(now.motion, self._settings, ticks, done)
 
     @property
     def tracking_error(self) -> Array:
@@ -151,7 +153,7 @@ class Servo:
     @property
     def ticks(self) -> int:
         """How many ticks there were since the last ``start``."""
-        return self._ticks
+        return self._now.ticks or 0
 
     @property
     def worst(self) -> float:
@@ -175,29 +177,26 @@ class Servo:
                 to be led out.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        n, goal = self._tree.n_dof, self._goals[2]
+        n, goal, lead_out = self._tree.n_dof, self._goals[2], as_switch("lead_out", lead_out)
         goal[:n] = as_configuration(q, self._tree, "q")
         goal[n:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
         if not is_within(goal[:n], self._tree):
-            raise InputError("q", "beyond the joint limits")
+            raise InputError("q", f"beyond the joint limits{degrees_in_words(goal[:n])}")
         if (np.abs(goal[n:]) > self._limits[layout.SPEED]).any():
             raise InputError("qd", "faster than the limits of velocity")
-        before, counters = self._state.copy(), self._counters.copy()
-        self._counters[layout.NEXT_SHARE] = 0
-        self._run(layout.START, goal)
+        after = self._run(layout.START, goal, 0)
         status = int(self._report[layout.STATUS])
         if status == layout.REFUSED and lead_out:
             self._report[layout.STATUS] = layout.NOT_CERTIFIED
-        elif status in {layout.LIMITED_BY_POSITION, layout.REFUSED}:
-            self._state[:], self._counters[:] = before, counters
-            self._counters[layout.CERTIFIED] = 0  # perhaps it was in another world
-            if status == layout.LIMITED_BY_POSITION:
-                raise InputError("qd", "the arm cannot stop within its joint limits")
+        elif status == layout.LIMITED_BY_POSITION:
+            raise InputError("qd", "the arm cannot stop within its joint limits")
+        elif status == layout.REFUSED:
             raise InputError(
                 "q", "not certainly free, with the clearance, until the arm rests; robot.check_collision says what is near"
             )
-        self._started, self._ticks, self._worst = True, 0, 0.0
-        return self._command()
+        command = self._command(after)
+        self._now, self._worst = after, 0.0
+        return command
 
     def step(
         self,
@@ -228,7 +227,7 @@ class Servo:
                 is as it was: ``step()`` brings the arm to rest.
             UnknownNameError: A goal names a link that is not one of the servo's.
         """
-        if not self._started:
+        if self._now.ticks is None:
             raise InputError("step", "start(q) comes first")
         began = perf_counter()
         of_hands = twist is not None or pose is not None
@@ -242,40 +241,49 @@ class Servo:
             mode, goal[:] = layout.POSITION, as_configuration(q, self._tree, "q")
         elif velocity is not None:
             mode, goal[:] = layout.VELOCITY, as_configuration(velocity, self._tree, "velocity")
-        self._run(mode if off < 0 else layout.REST, goal)
+        after = self._run(mode if off < 0 else layout.REST, goal, self._now.ticks + 1)
         if off >= 0:
             self._report[layout.STATUS], self._report[layout.ENTRY] = layout.OFF_COMMAND, off
-        self._moving[:, layout.AGO] += self._settings[layout.TICK]
-        command = self._command()
-        self._ticks, self._worst = self._ticks + 1, max(self._worst, perf_counter() - began)
+        if after.stated:
+            after.moving[:, layout.AGO] += self._settings[layout.TICK]
+        command, worst = self._command(after), max(self._worst, perf_counter() - began)
+        self._now, self._worst = after, worst
         return command
 
-    def saved(self) -> tuple[Array, NDArray[np.int64], Array, int, Any]:
-        """The state, for ``restore``: of what moves, how many ticks there were, and the world in which the stop was certified."""
-        return self._state.copy(), self._counters.copy(), self._moving.copy(), self._ticks, self._scene
+    def saved(self) -> ServoState:
+        """The state, for ``restore``."""
+        return self._now
 
-    def restore(self, saved: tuple[Array, NDArray[np.int64], Array, int, Any]) -> None:
+    def restore(self, saved: ServoState) -> None:
         """Take back the steps since a state was ``saved``: ``step()`` brakes from there.
 
         Where the world has changed since then, the stop is certified anew.
+
+        Raises:
+            InputError: It is not what ``saved`` of such a servo returned.
         """
-        self._state[:], self._counters[:], moving, self._ticks, scene = saved
-        if scene is self._scene:
-            self._moving[:] = moving
-        else:
-            self._counters[layout.CERTIFIED] = 0
+        now = self._now
+        if not isinstance(saved, ServoState) or saved.motion.shape != now.motion.shape:
+            raise InputError("saved", f"{type(saved).__name__}; what servo.saved() returned is expected")
+        if saved.objects is not now.objects:
+            counters = saved.counters.copy()
+            counters[layout.CERTIFIED] = 0
+            saved = now._replace(motion=saved.motion, counters=counters, ticks=saved.ticks)
+        self._now = saved
 
     def _entry_off(self, measured: ArrayLike) -> int:
         """The entry of q that was measured farthest off the last command, beyond what is certified; -1 if none was."""
-        apart = np.abs(as_configuration(measured, self._tree, "measured") - self._state[layout.Q]) - self._limits[layout.ASIDE]
+        where = as_configuration(measured, self._tree, "measured")
+        apart = np.abs(where - self._now.motion[layout.Q]) - self._limits[layout.ASIDE]
         farthest = int(apart.argmax())
-        return farthest if apart[farthest] > _ROUNDING else -1
+        return farthest if apart[farthest] > ROUNDING else -1
 
     def __getstate__(self) -> dict[str, Any]:
         """The state without the tables of robot and world, which ``__setstate__`` makes again: unpickled arrays are writable."""
         of = self._checker
         parts = of.description, of.tree, of.attached, of.given, of.found
-        return {**self.__dict__, "_scene": None, "_checker": parts}
+        now, goals = self._now._replace(objects=None), tuple(goal.copy() for goal in self._goals)
+        return {**self.__dict__, "_now": now, "_goals": goals, "_report": self._report.copy(), "_checker": parts}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update({**state, "_checker": Checker(*state["_checker"])})
@@ -283,10 +291,7 @@ class Servo:
 
     def warm_up(self) -> None:
         """Compile what a tick needs, or load it, so that no tick does: for a world of the kinds of shapes that it has now."""
-        kept = self._state.copy(), self._counters.copy(), self._report.copy()
-        self._run(layout.REST, self._goals[0])
-        self._state[:], self._counters[:], self._report[:] = kept
-        self._counters[layout.CERTIFIED] = 0  # perhaps it was in another world
+        self._run(layout.REST, self._goals[0], 0)
 
     def _to_hands(self, twist: Goal | None, pose: Goal | None, frame: int) -> Array:
         """What each hand is sent to, a row of ``servo_layout`` after the other; without those that are free."""
@@ -324,51 +329,31 @@ class Servo:
         """How an error names the goal of a hand."""
         return name if len(self._links) == 1 else f"{name}[{link!r}]"
 
-    def _run(self, mode: int, goal: Array) -> None:
-        """Run a tick in the world as it is now."""
+    def _run(self, mode: int, goal: Array, ticks: int) -> ServoState:
+        """The state after a tick in the world as it is now. It is the servo's once it is put in, by one assignment."""
         scene, objects = self._checker.scene_and_objects(self._world)
-        self._too_fast = None
-        if scene is not self._scene:
-            self._change_to(objects)
-            self._scene = scene
-        kept = self._state, self._counters, self._report, self._wider, self._moving
-        driver.servo_tick(*scene, self._chains, mode, self._limits, self._settings, goal, *kept)
+        after = self._now.before_tick(objects, ticks)
+        if mode == layout.START:
+            after.counters[layout.NEXT_SHARE] = 0
+        written = after.motion, after.counters, self._report, after.wider, after.moving
+        driver.servo_tick(*scene, self._chains, mode, self._limits, self._settings, goal, *written)
+        return after
 
-    def _change_to(self, objects: Objects) -> None:
-        """Take over another world. What was certified still counts if all that has changed was reckoned with in it.
-
-        So it is while the arm moves, and if objects with a stated speed moved no faster. Else the stop is certified anew.
-        """
-        before = {one.name: (one, row[layout.AGO]) for one, row in zip(self._stated, self._moving, strict=True)}
-        self._moving = np.zeros((len(objects.moving), layout.MOVING_WIDTH))
-        for one, row in zip(objects.moving, self._moving, strict=True):
-            row[:] = one.number, one.speed, 0.0, one.in_tree
-            known, ago = before.get(one.name, (one, 0.0))
-            if known.stated == one.stated:
-                row[layout.AGO] = ago
-            elif ago > 0.0 and one.way_from(known.pose) > one.speed * ago + _ROUNDING:
-                self._too_fast = one.name
-        counters = self._counters
-        is_moving = self._scene is not None and counters[layout.DONE] < counters[layout.TICKS]
-        if not is_moving or self._too_fast is not None or objects.n_changes != self._n_changes:
-            counters[layout.CERTIFIED] = 0
-        self._stated, self._n_changes, self._object_names = objects.moving, objects.n_changes, objects.layout.names
-        self._wider = np.zeros(len(objects.layout.names) + 2)
-
-    def _command(self) -> Command:
-        q, qd, qdd = self._state[:3].copy()
+    def _command(self, now: ServoState) -> Command:
+        q, qd, qdd = now.motion[:3].copy()
         share, entry, body, other, distance = self._report[layout.SHARE :].tolist()
         joint = self._names[int(entry)] if entry >= 0 else None
-        pair = None if body < 0 else (self._name(int(body)), self._name(int(other)))
-        limiting = Limiting(joint, pair, None if pair is None else distance, share, self._too_fast)
+        pair = None if body < 0 else (self._name(int(body), now.objects), self._name(int(other), now.objects))
+        limiting = Limiting(joint, pair, None if pair is None else distance, share, now.too_fast)
         return Command(q, qd, qdd, STATUS_OF[int(self._report[layout.STATUS])], limiting)
 
-    def _name(self, i: int) -> str:
-        bodies, scene = self._checker.bodies, self._scene
-        if i < len(bodies.names) or scene is None:
+    def _name(self, i: int, objects: Objects | None) -> str:
+        bodies = self._checker.bodies
+        if i < len(bodies.names) or objects is None:
             return bodies.names[i]
-        row = rows_of(scene.nodes, np.array([i - len(bodies.names)]))[0]
-        return self._object_names[int(scene.objects[row, OBJECT])]
+        of = objects.layout
+        row = rows_of(of.nodes, np.array([i - len(bodies.names)]))[0]
+        return of.names[int(of.table[row, OBJECT])]
 
 
 def _tables(tree: Tree, links: Sequence[str], weights: ArrayLike | None) -> tuple[Array, Array]:
@@ -388,6 +373,26 @@ def _tables(tree: Tree, links: Sequence[str], weights: ArrayLike | None) -> tupl
     return table, hands
 
 
+def _accelerations_of(
+    tree: Tree, acceleration: ArrayLike | None, jerk: ArrayLike | None, still: NDArray[np.bool_]
+) -> tuple[Array, Array | None]:
+    """The greatest accelerations and jerks, shape (n_dof,): those given, where they are below the description's.
+
+    Joints that are ``still`` need none.
+    """
+    own, n = described_limits(tree), tree.n_dof
+    most = np.where(still, own.acceleration[~still].max(), own.acceleration)
+    if not most.all():
+        slow = ", ".join(name for name, one in zip(entry_names(tree), most, strict=True) if not one)
+        raise InputError("robot", f"its description allows {slow} an acceleration of 0, so a servo would never move")
+    if acceleration is None and np.isinf(most).any():
+        few = ", ".join(name for name, one in zip(entry_names(tree), most, strict=True) if np.isinf(one))
+        raise InputError("acceleration", f"none is given, and the robot has none of {few}; give acceleration=")
+    given = most if acceleration is None else np.minimum(as_limits("acceleration", acceleration, n), most)
+    jerks = own.jerk if jerk is None else np.minimum(as_limits("jerk", jerk, n), np.inf if own.jerk is None else own.jerk)
+    return WITHIN * given, None if jerks is None else WITHIN * as_limits("jerk", jerks, n)
+
+
 def _ramps(accelerations: Array, jerks: Array | None, tick: float) -> tuple[Array, int, Array]:
     """The accelerations that are used, the ticks that they take to begin, and how far the arm moves that begins to and stops.
 
@@ -396,7 +401,7 @@ def _ramps(accelerations: Array, jerks: Array | None, tick: float) -> tuple[Arra
     if jerks is None:
         return accelerations, 0, accelerations * tick * tick
     accelerations = np.minimum(accelerations, jerks * max(_LONGEST_RAMP, tick))
-    ramp = max(1, int(np.ceil((accelerations / jerks).max() / tick - _ROUNDING)))
+    ramp = max(1, int(np.ceil((accelerations / jerks).max() / tick - ROUNDING)))
     bend = 2 * ramp * tick
     way = tick * tick / 6 + tick * bend / 2 + bend * bend / 3  # by the acceleration at the end of a tick
     return accelerations, ramp, 0.125 * way * np.minimum(jerks * tick, accelerations)

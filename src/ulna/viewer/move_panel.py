@@ -9,8 +9,10 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from ulna.description.columns import Head, columns_of, fields_of, head_of, number_of, text_of
 from ulna.errors import InputError
 from ulna.robot import Robot
+from ulna.robot.joint_columns import joint_columns
 from ulna.viewer.html import copyable, marked
 from ulna.viewer.nodes import Handles
 from ulna.viewer.palette import GREEN, RED, STOPPED
@@ -131,7 +133,7 @@ class ConfigurationPanel:
 
     def _upload(self, event: viser.GuiEvent) -> None:
         with refusals_shown(event.client, "q was not loaded"):
-            self._go(first_row(self.load.value.content, self._session.robot.n_dof))
+            self._go(first_row(self.load.value.content, self._session.robot))
 
 
 def as_text(q: NDArray[np.float64]) -> str:
@@ -139,14 +141,17 @@ def as_text(q: NDArray[np.float64]) -> str:
     return ", ".join(repr(float(value)) for value in q)
 
 
-def first_row(content: bytes, n_dof: int) -> NDArray[np.float64]:
-    """The first row of a .csv file, shape (n_dof,)."""
-    lines = content[:_MOST_BYTES].decode(errors="replace").split("\n")
-    words = next((line for line in lines if line.strip()), "").replace(",", " ").split()
+def first_row(content: bytes, robot: Robot) -> NDArray[np.float64]:
+    """The first row of a .csv file, shape (n_dof,), its columns by the names of the joints if it has names."""
+    lines = text_of(content[:_MOST_BYTES]).splitlines()
+    joints, n_dof = joint_columns(robot), robot.n_dof
     try:
-        q = np.array([float(word) for word in words])
-    except ValueError:
-        raise InputError("q", f"{' '.join(words)[:60]!r}; numbers with commas between them are expected") from None
+        head = head_of(lines, joints.known) or Head(None, 0, None, decimal_comma=False, first=0)
+        columns, units = (range(head.n_columns), [1.0]) if head.names is None else columns_of(head.names, joints)
+        fields = fields_of(lines[head.first], head.separator) if head.n_columns else []
+        q = np.array([number_of(fields[column], head) for column in columns]) * units
+    except (ValueError, IndexError) as error:
+        raise InputError("q", f"{str(error)[:200]}; numbers with commas between them are expected") from None
     if len(q) != n_dof:
-        raise InputError("q", f"{len(q)} numbers, but {n_dof} are expected")
+        raise InputError("q", f"{len(q)} numbers, but {n_dof} numbers with commas between them are expected")
     return q

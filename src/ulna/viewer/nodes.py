@@ -27,8 +27,8 @@ def add_shape(
     **look: Any,
 ) -> Any:
     """Add a shape at T_parent_shape, shape (4, 4); ``look`` are further options of viser."""
-    T = np.eye(4) if T is None else T
-    look |= {"opacity": opacity, "position": T[:3, 3], "wxyz": quaternion_from_matrix(T)}
+    pose = np.eye(4) if T is None else T
+    look |= {"opacity": opacity, "position": pose[:3, 3], "wxyz": quaternion_from_matrix(pose)}
     match shape:
         case Box(extents):
             return scene.add_box(name, color, extents, **look)
@@ -37,7 +37,7 @@ def add_shape(
         case Cylinder(radius, length):
             return scene.add_cylinder(name, radius, length, color, **look)
         case HalfSpace():
-            look["position"] = T[:3, 3] - T[:3, 2] * _GROUND[2] / 2
+            look["position"] = pose[:3, 3] - pose[:3, 2] * _GROUND[2] / 2
             return scene.add_box(name, color, _GROUND, **look)
         case PointCloud(points, radius):  # a disc for each point, which is opaque
             del look["opacity"]

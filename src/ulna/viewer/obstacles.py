@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import Obstacle
 from ulna.collision.scene_file import world_from_json, world_to_json
-from ulna.collision.world import World
+from ulna.collision.world import World, exchange
 from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from ulna.errors import InputError
 from ulna.viewer.nodes import Handles, add_shape, paint, reshape
 from ulna.viewer.obstacle_form import ObstacleForm
 from ulna.viewer.palette import GROUND, MOVABLE, OBSTACLE_OPACITY, PALE, TOUCHING
-from ulna.viewer.session.scene_history import Scene, SceneHistory, scene_of
+from ulna.viewer.session.scene_history import Entry, Scene, SceneHistory, scene_of, world_of
 from ulna.viewer.typed_fields import refusals_shown
 from ulna.viewer.uploads import ENDINGS, shapes_of_file
 
@@ -122,21 +122,17 @@ class Obstacles:
         if new_name != name and new_name in self._taken:
             raise InputError("name", f"{new_name!r} is a part of the robot")
         with self.changing():
-            if new_name == name:
-                self.world.reshape(name, shape)
-                self.world.move(name, T)
-            else:
-                self.world.add(new_name, shape, T, touch_links=self.world.touch_links(name), speed=self.world.speed(name))
-                self.world.remove(name)
+            if new_name != name and new_name in self.world.names:
+                raise InputError("name", f"the world already has an object {new_name!r}; choose another name")
+            now = Entry(shape, T, self.world.touch_links(name), self.world.speed(name))
+            exchange(self.world, () if new_name == name else (name,), world_of({new_name: now}))
+            if new_name != name:
                 self.form.choose(new_name)
 
     def replace(self, world: World) -> None:
         """Replace all objects by those of another world."""
         with self.changing():
-            for name in self.world.names:
-                self.world.remove(name)
-            for name, shape, T in world.items():
-                self.world.add(name, shape, T, touch_links=world.touch_links(name), speed=world.speed(name))
+            exchange(self.world, self.world.names, world.snapshot())
 
     @contextmanager
     def changing(self) -> Iterator[None]:
@@ -163,24 +159,24 @@ class Obstacles:
         """Draw the world as it is now; what touches the robot is red."""
         with self.lock:
             known = {name: (shape, T) for name, shape, T in self.world.items()}
-            for name, (shape, T) in [*self._drawn.items()]:
+            for name, (shape, at) in [*self._drawn.items()]:
                 now = known[name][0] if name in known else None
                 if now is shape:
                     continue
                 if now is not None and reshape(self.nodes[name], shape, now):
-                    self._drawn[name] = (now, T)
+                    self._drawn[name] = (now, at)
                 else:
                     self.nodes.pop(name).remove()
                     del self._drawn[name]
-            for name, (shape, T) in known.items():
-                self._draw(name, shape, T, red=name in touching)
+            for name, (shape, at) in known.items():
+                self._draw(name, shape, at, red=name in touching)
             self.form.show(known)
             self.undo.disabled, self.redo.disabled = not self.history.can_undo, not self.history.can_redo
-            _, T = known.get(self.form.chosen, (None, None))
-            self.delete.visible = T is not None
-            self.handles.show(visible=T is not None)
-            if T is not None:
-                self.handles.put(T)
+            _, at = known.get(self.form.chosen, (None, None))
+            self.delete.visible = at is not None
+            self.handles.show(visible=at is not None)
+            if at is not None:
+                self.handles.put(at)
 
     def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
         color, opacity = TOUCHING if red else MOVABLE, 1.0 if red else OBSTACLE_OPACITY

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from ulna.collision.world import World
+from ulna.description.arrays import as_switch
 from ulna.errors import needs_extra
 from ulna.robot import Robot
 
@@ -55,9 +56,10 @@ def view(
         ...     view.url
         'http://127.0.0.1:...'
     """
+    opens = as_switch("open_browser", open_browser)
     with needs_extra("the view", "viewer", "viser", "trimesh"):
         from ulna.viewer.view import View  # noqa: PLC0415 -- needs the extra
     shown = View(robot, world, q=q, host=host, port=port, origins=tuple(origins), steer=steer, jerk=jerk)
-    if open_browser:
+    if opens:
         shown.page.open()
     return shown

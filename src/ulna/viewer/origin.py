@@ -18,12 +18,14 @@ import websockets.asyncio.server
 from websockets.datastructures import Headers
 
 from ulna.errors import UlnaError
+from ulna.viewer.messages import Incoming
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - addresses of all interfaces, and by which this machine reaches itself
 _DARK = "ulna-dark=1"
 _TITLE = b"<title>Viser</title>"
 _HEAD = Path(__file__).with_name("head.html").read_bytes()  # scripts and a style, with why each is needed
+_CLOSE_SECONDS = 0.5  # for a tab to confirm that its connection ends
 _starting = threading.Lock()
 _log = logging.getLogger(__name__)
 
@@ -51,11 +53,17 @@ def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bo
 
 @contextlib.contextmanager
 def refusing_foreign_pages(
-    host: str, others: Collection[str] = (), title: str = "Ulna", opened: Callable[[bool], object] = bool
+    host: str,
+    others: Collection[str] = (),
+    title: str = "Ulna",
+    opened: Callable[[bool], object] = bool,
+    refused: Callable[[str], object] = str,
 ) -> Iterator[None]:
     """A context in which a server of viser is started: it refuses foreign pages with status 403, and its page has the title.
 
-    ``opened`` is called when a tab connects, with whether its browser prefers dark pages, which ``head.html`` puts in a cookie.
+    ``opened`` is called when a tab connects, with whether its browser prefers dark pages, which ``head.html`` puts in a cookie;
+    ``refused`` with a sentence about an upload that is not taken. A tab that does not confirm the end of its connection is waited
+    for half a second.
 
     viser has no argument for this, so the function of websockets that it calls is replaced meanwhile.
     """
@@ -65,7 +73,8 @@ def refusing_foreign_pages(
 
         def guarding(handler: Callable, *arguments: Any, process_request: Callable, **options: Any) -> Any:
             guarded.append(_asking(process_request, host, others, title, opened))
-            return serve(_closing_if_it_fails(handler), *arguments, process_request=guarded[-1], **options)
+            options["close_timeout"] = _CLOSE_SECONDS
+            return serve(_closing_if_it_fails(handler, refused), *arguments, process_request=guarded[-1], **options)
 
         websockets.asyncio.server.serve = guarding  # type: ignore[assignment,misc]
         try:
@@ -76,10 +85,21 @@ def refusing_foreign_pages(
         raise UlnaError("this version of viser starts its server in a way that lets foreign pages in; viser 1.1.1 is known to do")
 
 
-def _closing_if_it_fails(handler: Callable) -> Callable:
-    """The handler of connections: one that fails, as by a message that viser cannot decode, is closed, with one line about it."""
+def _closing_if_it_fails(handler: Callable, refused: Callable[[str], object]) -> Callable:
+    """The handler of connections, whose messages are checked (``messages``).
+
+    One that fails, as by a message that viser cannot decode, is closed, with one line about it.
+    """
 
     async def handle(connection: Any) -> None:
+        receive, incoming = connection.recv, Incoming(refused)
+
+        async def checked() -> Any:
+            while not incoming.is_taken(message := await receive()):
+                pass
+            return message
+
+        connection.recv = checked
         try:
             await handler(connection)
         except Exception as error:  # noqa: BLE001 - viser decodes with several packages, which raise their own

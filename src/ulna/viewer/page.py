@@ -36,7 +36,7 @@ class Page:
         _refuse_busy(host, port)
         logging.getLogger("websockets").setLevel(logging.ERROR)
         try:
-            with _quiet(), refusing_foreign_pages(host, origins, title, self._first_tab):
+            with _quiet(), refusing_foreign_pages(host, origins, title, self._first_tab, self._refuse_upload):
                 self.server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
         except UlnaError:  # the server runs, but accepts foreign pages
             self.stop()
@@ -83,6 +83,10 @@ class Page:
         if not self._opened and prefers_dark:
             self.darken(dark=True)
         self._opened = True
+
+    def _refuse_upload(self, words: str) -> None:
+        for client in self.server.get_clients().values():
+            client.add_notification("The file was not uploaded", words, color="red")
 
     def stop(self) -> None:
         """Stop the server; open pages show that the connection is lost."""

@@ -20,6 +20,7 @@ from ulna.viewer.session.planned_motion import ASIDE, JERK, TILT, Curve, Plannin
 from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import HandPose
 
+_HOLD_HINT = "Whether this joint keeps its position"
 _HINT = "Drag the goal of the hand: a motion to it is planned that touches nothing, and again whenever an obstacle is moved"
 _PLAY, _PAUSE = "Play", "Pause"
 _NO_CURVES: dict[str, Curve] = {}
@@ -116,6 +117,9 @@ class PlanPanel:
         self.on_line = gui.add_checkbox(
             "Keep on the line", initial_value=False, hint=f"The hand stays within {ASIDE * 1e3:g} mm of the line", visible=False
         )
+        with gui.add_folder("Held joints", expand_by_default=False, visible=False) as self.held:
+            names = (name for name in session.robot.joint_names if name not in session.held)
+            self.holds = {name: gui.add_checkbox(f"Hold {name}", initial_value=False, hint=_HOLD_HINT) for name in names}
         self.bands = Bands(server.scene, size)
         self.plots = Plots(gui, session.robot, lambda: self._do(lambda: None))
         self._last, self._acted = time.perf_counter(), False
@@ -124,6 +128,8 @@ class PlanPanel:
         self.smooth.on_update(lambda _: self._do(self._limit_jerk))
         self.upright.on_update(lambda _: self._do(self._keep))
         self.on_line.on_update(lambda _: self._do(self._keep))
+        for box in self.holds.values():
+            box.on_update(lambda _: self._do(self._hold))
         self.play.on_click(lambda _: self._do(self.planning.play))
         self.here.on_click(lambda _: self._do(self.planning.start_here))
         self.along.on_update(self._scrub)
@@ -159,6 +165,7 @@ class PlanPanel:
             self.smooth,
             self.upright,
             self.on_line,
+            self.held,
         )
         for element in (*fields, self.mark):
             element.visible = planning.on
@@ -187,6 +194,9 @@ class PlanPanel:
 
     def _keep(self) -> None:
         self.planning.upright, self.planning.on_line = self.upright.value, self.on_line.value
+
+    def _hold(self) -> None:
+        self.planning.held = tuple(name for name, box in self.holds.items() if box.value)
 
     def _limit_jerk(self) -> None:
         self.planning.jerk = JERK if self.smooth.value else None

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from viser import GuiTabGroupHandle
 
 from ulna.collision.world import World
-from ulna.description.arrays import positive
+from ulna.description.arrays import as_switch, positive
 from ulna.description.meshes.hulls import in_place_of_meshes
 from ulna.robot import Robot
 from ulna.viewer.arm import Arm, VisibilityPanel
@@ -54,7 +54,7 @@ class View:
         steer: bool = False,
         jerk: float | None = None,
     ) -> None:
-        self.answer_time = 0.0
+        self.answer_time, begin_steering = 0.0, as_switch("steer", steer)
         self._event_time: float | None = None
         self._rehearsed = False
         self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self._moving else IDLE_S, self._failed)
@@ -62,7 +62,7 @@ class View:
         self.session = Session(robot, world, q, self.compiler.ask)
         self.page = Page(host, port, title=f"{robot.name} - Ulna", origins=origins)
         with self.page.ending_if_it_fails():
-            self._build(steer=steer, jerk=None if jerk is None else positive("jerk", jerk))
+            self._build(steer=begin_steering, jerk=None if jerk is None else positive("jerk", jerk))
         self._loop.start()
         self.page.server.on_client_connect(self._rehearse)
 

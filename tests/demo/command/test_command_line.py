@@ -34,12 +34,14 @@ def test_every_command_has_help(run, words):
     assert f"Usage: ulna {' '.join(words)}" in result.stdout
 
 
+@pytest.mark.process
 def test_a_wrong_dh_table_fails_in_a_process_of_its_own():
     result = subprocess.run([sys.executable, "-c", WRONG_TABLE], capture_output=True, text=True, timeout=240, check=False)
     assert (result.returncode, without_announcements(result.stderr)) == (1, "")
     assert "FAILED  forward kinematics, URDF against DH" in result.stdout
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
 def test_a_closed_pipe_prints_no_error():
     reading, writing = os.pipe()

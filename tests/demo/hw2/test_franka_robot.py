@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import ulna
 from ulna import pose
 
 HW2 = Path(__file__).parents[3] / "hw2"
@@ -51,6 +52,7 @@ def robot(course):
     return course.FrankaRobot(str(HW2 / "franka_robot.urdf"), np.array(DH), 7)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("script", ["test_forward_kinematics.py", "test_jacobian.py", "test_inverse_kinematics.py"])
 def test_the_script_prints_true(script):
     run = subprocess.run([sys.executable, script], cwd=HW2, capture_output=True, text=True, check=True)
@@ -110,8 +112,8 @@ def test_ik_from_zeros_outside_the_limits_of_joint_four_finds_home(robot):
 
 def test_ik_from_random_starts_finds_random_reachable_poses(robot):
     rng = np.random.default_rng(0)
-    lower, upper = robot.robot.lower, robot.robot.upper
-    for _ in range(30):
+    lower, upper = robot.lower, robot.upper
+    for _ in range(10):
         start, desired = rng.uniform(lower, upper), robot.ee(rng.uniform(lower, upper))
         found = robot.inverse_kinematics(desired, start)
         x, y, z, *rpy = robot.ee(found)
@@ -158,3 +160,86 @@ def test_a_box_that_is_not_nine_numbers_is_refused(robot, box):
 
 def test_the_parameters_of_the_robot_have_the_course_name(robot):
     assert np.allclose(robot.robot_params["origin"], ORIGIN)
+
+
+def test_the_tables_of_the_file_are_those_of_the_assignment(course):
+    np.testing.assert_array_equal(course.DH_PARAMS, DH)
+    np.testing.assert_array_equal(course.HOME, HOME)
+    panda = ulna.load("panda")
+    shapes = [(link.name, body) for link in panda.description.links for body in link.collisions]
+    for (link, position, rotation, size), (name, body) in zip(course.BOXES, shapes, strict=True):
+        assert name == f"panda_link{link}"
+        np.testing.assert_array_equal(body.shape.extents, size)
+        np.testing.assert_allclose(body.pose, pose(position, wxyz=rotation), rtol=0, atol=1e-15)
+
+
+def test_poses_and_jacobians_equal_those_of_ulna(robot, panda, q):
+    links = [panda.link_names.index(f"panda_link{k}") for k in range(1, 9)]
+    for joints in q:
+        frames = robot.forward_kinematics_urdf(joints)
+        np.testing.assert_allclose(frames[:8], panda.link_poses(joints)[links], rtol=0, atol=1e-14)
+        np.testing.assert_allclose(frames[-1], panda.forward_kinematics(joints), rtol=0, atol=1e-14)
+        np.testing.assert_allclose(robot.jacobian(joints), panda.jacobian(joints), rtol=0, atol=1e-14)
+
+
+def test_the_verdicts_on_boxes_equal_those_of_ulna(robot, panda, rng):
+    touching = 0
+    for _ in range(150):
+        joints = rng.uniform(panda.lower, panda.upper)
+        T = pose(rng.normal((0.1, 0, 0.4), 0.25), rng.uniform(-pi, pi, 3))
+        size, world = rng.uniform(0.01, 0.4, 3), ulna.World()
+        world.add("box", ulna.Box(size), T)
+        expected = panda.in_collision(joints, world, self_collision=False)
+        rpy = ulna.description.pose.rpy_from_matrix(T)
+        assert robot.check_box_collision(joints, [*T[:3, 3], *rpy, *size]) is bool(expected)
+        touching += bool(expected)
+    assert 30 < touching < 130
+
+
+def test_the_transpose_method_alone_solves_the_example_of_the_assignment(course, robot, monkeypatch):
+    monkeypatch.delattr(course.FrankaRobot, "_by_ulna")
+    desired = robot.ee(HOME)
+    desired[1] += 0.01
+    assert np.allclose(robot.ee(robot.inverse_kinematics(desired, HOME)), desired, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-6, 1.0, pi - 1e-3, pi - 1e-5, pi - 1e-9, pi])
+def test_the_rotation_vector_gives_the_rotation_back(course, rng, angle):
+    for axis in [*np.eye(3), *-np.eye(3), *rng.normal(size=(20, 3))]:
+        unit = axis / np.linalg.norm(axis)
+        R = pose(wxyz=[np.cos(angle / 2), *np.sin(angle / 2) * unit])[:3, :3]
+        vector = course.rotation_vector(R)
+        assert np.linalg.norm(vector) == pytest.approx(angle, abs=1e-7)
+        half = np.linalg.norm(vector) / 2
+        again = np.eye(3) if half == 0 else pose(wxyz=[np.cos(half), *np.sin(half) * vector / (2 * half)])[:3, :3]
+        np.testing.assert_allclose(again, R, rtol=0, atol=1e-8)
+
+
+def joint(name, kind, parent, child):
+    return f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/></joint>'
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (joint("a", "prismatic", "x", "y"), "joint a is prismatic"),
+        (joint("a", "floating", "x", "y"), "joint a is floating"),
+        (joint("a", "fixed", "x", "y") + joint("b", "fixed", "x", "z"), "joint b is the second at link x"),
+        (joint("a", "fixed", "x", "y") + joint("b", "fixed", "v", "w"), "1 of 2 joints are in a chain"),
+        (joint("a", "fixed", "x", "y") + joint("b", "fixed", "y", "x"), "0 of 2 joints are in a chain"),
+        ("", "0 of 0 joints are in a chain"),
+    ],
+)
+def test_a_urdf_that_is_no_chain_of_revolute_joints_is_refused(course, tmp_path, text, expected):
+    (tmp_path / "arm.urdf").write_text(f"<robot name='arm'>{text}</robot>")
+    with pytest.raises(ValueError, match=expected):
+        course.parse_urdf(tmp_path / "arm.urdf")
+
+
+def test_numbers_that_are_not_finite_are_refused(robot):
+    with pytest.raises(ValueError, match=r"joints: .* finite"):
+        robot.ee([*HOME[:6], np.nan])
+    with pytest.raises(ValueError, match=r"desired_ee_pos: .* finite"):
+        robot.inverse_kinematics([0.5, 0, np.inf, 0, 0, 0], HOME)
+    with pytest.raises(ValueError, match=r"box: length, width and height .* positive"):
+        robot.check_box_collision(HOME, [0.5, 0, 0.2, 0, 0, 0, 0.1, 0, 0.1])

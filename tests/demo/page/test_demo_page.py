@@ -155,6 +155,7 @@ print("done")
 """
 
 
+@pytest.mark.process
 @pytest.mark.compiler
 def test_the_light_is_grey_until_the_collision_check_is_compiled():
     path = ":".join(sys.path)

@@ -31,6 +31,7 @@ def run(hw2, **variables):
     return subprocess.run([SH, hw2 / SCRIPT.name], env=environment, cwd=hw2, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("folder", [".venv-ros1", ".venv", "venv", "../.venv-ros1", "../.venv"])
 def test_an_environment_beside_the_script_or_above_it_is_found(hw2, folder):
     ulna = hw2 / folder / "bin" / "ulna"
@@ -38,18 +39,21 @@ def test_an_environment_beside_the_script_or_above_it_is_found(hw2, folder):
     assert run(hw2).stdout == f"{ulna} ros1 description\n"
 
 
+@pytest.mark.process
 def test_the_variable_ULNA_comes_first(hw2, tmp_path):  # noqa: N802 - a variable's name
     put_ulna(hw2 / ".venv-ros1" / "bin" / "ulna")
     put_ulna(tmp_path / "named")
     assert run(hw2, ULNA=str(tmp_path / "named")).stdout.startswith(str(tmp_path / "named"))
 
 
+@pytest.mark.process
 def test_without_a_program_the_error_says_what_to_do(hw2):
     ended = run(hw2)
     assert ended.returncode == 1
     assert "ULNA=/path/to/venv/bin/ulna roslaunch hw2.launch" in ended.stderr
 
 
+@pytest.mark.process
 def test_after_a_program_that_fails_the_next_is_tried(hw2, tmp_path):
     broken = tmp_path / "bin" / "ulna"
     put_ulna(broken)

@@ -26,6 +26,7 @@ SCRIPTS = ("test_collision_boxes.py", "collision_boxes.py", "test_collision_dete
 pytestmark = pytest.mark.skipif(importlib.util.find_spec("rosgraph") is not None, reason="ROS is here")
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_a_script_of_hw2_without_ros_is_a_one_line_error(script):
     run = subprocess.run([sys.executable, script], cwd=ROOT / "hw2", capture_output=True, text=True, check=False)
@@ -35,6 +36,7 @@ def test_a_script_of_hw2_without_ros_is_a_one_line_error(script):
     assert len(run.stderr.splitlines()) == 1
 
 
+@pytest.mark.process
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to send to oneself")
 def test_ctrl_c_while_ros_is_imported_ends_a_script_without_a_traceback(tmp_path):
     (tmp_path / "rosgraph.py").write_text("import signal; signal.raise_signal(signal.SIGINT)")
@@ -44,6 +46,7 @@ def test_ctrl_c_while_ros_is_imported_ends_a_script_without_a_traceback(tmp_path
     assert (run.returncode, run.stderr) == (130, "")
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("version", ["ros1", "ros2"])
 def test_a_ros_command_without_ros_is_a_one_line_error(version):
     run = subprocess.run([sys.executable, "-m", "ulna", version, "demo"], capture_output=True, text=True, check=False)
@@ -88,6 +91,7 @@ def test_hw2_has_a_copy_of_the_settings_of_rviz_and_no_link():
     assert copy.read_text() == original.read_text()
 
 
+@pytest.mark.process
 def test_hw2_zip_holds_the_assignment_and_a_wheel_of_ulna(tmp_path):
     made = subprocess.run(["make", "hw2-zip", f"PYTHON={sys.executable}"], cwd=ROOT, capture_output=True, text=True, check=False)
     assert made.returncode == 0, made.stderr

@@ -31,6 +31,7 @@ def test_a_turning_camera_keeps_the_robot_in_the_picture(tmp_path):
         assert columns.max() < 315
 
 
+@pytest.mark.process
 def test_a_video_needs_no_display_and_no_graphics_library(tmp_path):
     """The environment is empty; on Linux, the list of loaded libraries is checked."""
     program = (

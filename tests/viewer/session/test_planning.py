@@ -220,3 +220,41 @@ def beyond_a_line(panda, motion, a, b):
     p = panda.forward_kinematics(motion.at(np.linspace(0, motion.duration, 2001)).q)[:, :3, 3] - a
     along = (b - a) / np.linalg.norm(b - a)
     return np.linalg.norm(p - (p @ along)[:, None] * along, axis=1).max()
+
+
+def test_held_joints_stay_whatever_the_goal_says_and_another_plan_is_made_for_them(planning, panda):
+    goal = panda.home + 0.1
+    planning.send_to(goal)
+    assert planning.frame(TICK)
+    assert np.allclose(planning.shown.end, goal)
+    planning.held = "panda_joint2", "panda_joint7"
+    assert planning.frame(TICK)
+    stays = np.isin(panda.joint_names, planning.held)
+    assert (planning.shown.plan.path[:, stays] == panda.home[stays]).all()
+    assert np.allclose(planning.shown.end[~stays], goal[~stays])
+    assert not planning.frame(TICK)
+
+
+def test_the_sentence_names_a_lift_that_has_to_move_and_no_joint_that_stays():
+    bar = '<collision><origin xyz="0.25 0 0"/><geometry><box size="0.5 0.04 0.04"/></geometry></collision>'
+    joints = "".join(
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><axis xyz="0 0 1"/>'
+        f'<limit lower="{low}" upper="{high}" velocity="1" effort="1"/></joint>'
+        for name, kind, parent, child, low, high in (
+            ("lift", "prismatic", "base", "slide", 0.0, 0.6),
+            ("turn", "revolute", "slide", "bar", -2.0, 2.0),
+        )
+    )
+    robot = ulna.load(f'<robot name="r"><link name="base"/><link name="slide"/><link name="bar">{bar}</link>{joints}</robot>')
+    world = ulna.World()
+    world.add("post", ulna.Box((0.06, 0.06, 0.3)), ulna.pose((0.3, 0, 0.15)))
+    session = Session(robot, world)
+    session.q = np.array([0.1, -1.0])
+    planning = Planning(session)
+    planning.turn(on=True)
+    planning.send_to([0.1, 1.0])
+    assert planning.frame(TICK)
+    assert planning.sentence.endswith("; no path was found without moving lift too")
+    planning.send_to([0.1, -0.5])
+    assert planning.frame(TICK)
+    assert planning.sentence.endswith(" edges checked")

@@ -1,7 +1,7 @@
 """A servo as one node of ROS 2, with the topics of MoveIt Servo: twists, poses and joint velocities in, commands out.
 
 Source of the names: moveit_servo, the node ``servo_node``: ``~/delta_twist_cmds``, ``~/pose_target_cmds``, ``~/delta_joint_cmds``
-and ``~/status``; a command counts for 0.1 s, as its parameter ``incoming_command_timeout`` says.
+and ``~/status``; a command counts for 0.1 s from its stamp, as its parameter ``incoming_command_timeout`` says.
 """
 
 # pyright: reportMissingImports=false
@@ -23,7 +23,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from ulna.collision.world import World
 from ulna.demo.ros.adapter import noted_signals
-from ulna.demo.ros.messages import pose_of
+from ulna.demo.ros.servo_commands import Goal, jog_goal, pose_goal, seconds_left, twist_goal
 from ulna.demo.ros.servo_settings import Output, Settings
 from ulna.errors import InputError
 from ulna.robot import Robot
@@ -34,7 +34,8 @@ try:
     from control_msgs.msg import JointJog
 except ModuleNotFoundError:  # there is no wheel of it: it comes with a system installation of ROS 2
     JointJog = None
-_TIMEOUT = 0.1  # [s]
+_TIMEOUT = 0.1  # [s] of a command, by its stamp if it has one
+_STATE_TIMEOUT = 1.0  # [s] of a measurement
 _QUEUE = 10  # messages
 _SECONDS = 1.0  # between two warnings of one kind
 
@@ -54,14 +55,19 @@ class ServoNode(Node):
         world: The objects, if any.
         settings: How it steers.
         ask: Calls functions, by ``Compiler.ask``.
+
+    Attributes:
+        now: The time by the clock of the messages' stamps [s]; ``steer`` sets that of ROS, which may be simulated.
     """
+
+    now: Callable[[], float] = staticmethod(time.time)
 
     def __init__(self, robot: Robot, world: World | None, settings: Settings, ask: Callable[..., Any]) -> None:
         super().__init__("servo_node")
         self._robot, self._settings, self._made_of, self._ask = robot, settings, (robot, world, settings), ask
         self._servo: Servo | None = None
         self._q: NDArray[np.float64] | None = None  # as measured
-        self._goal: dict[str, Any] = {}
+        self._goal: Goal = {}
         self._until = 0.0  # when the goal counts no more [s]
         self._said, self._moved = "", False
         kind, topic = _OUTPUTS[settings.output]
@@ -69,57 +75,37 @@ class ServoNode(Node):
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # also for one who listens later
         self._status = self.create_publisher(String, "~/status", kept)
         self.create_subscription(JointState, "/joint_states", self._measure, _QUEUE)
-        self.create_subscription(TwistStamped, "~/delta_twist_cmds", lambda message: self._take(self.twist, message), _QUEUE)
-        self.create_subscription(PoseStamped, "~/pose_target_cmds", lambda message: self._take(self.pose, message), _QUEUE)
+        self.create_subscription(TwistStamped, "~/delta_twist_cmds", lambda message: self._take(self._twist, message), _QUEUE)
+        self.create_subscription(PoseStamped, "~/pose_target_cmds", lambda message: self._take(self._pose, message), _QUEUE)
         if JointJog is not None:
-            self.create_subscription(JointJog, "~/delta_joint_cmds", lambda message: self._take(self.jog, message), _QUEUE)
+            self.create_subscription(JointJog, "~/delta_joint_cmds", lambda message: self._take(self._jog, message), _QUEUE)
         else:
             self.get_logger().warning("no module control_msgs here, so ~/delta_joint_cmds is not read")
         self.create_timer(1.0 / settings.rate, self._beat)
 
-    def twist(self, message: TwistStamped) -> dict[str, Any]:
-        """A goal of a twist [m/s and rad/s] in the base's axes or, with the link as its frame, in those of the link.
+    def _twist(self, message: TwistStamped) -> Goal:
+        return twist_goal(message, self._robot.base, self._settings.link)
 
-        Raises:
-            InputError: It is in another frame.
-        """
-        v, w = message.twist.linear, message.twist.angular
-        frame = message.header.frame_id.removeprefix("/")
-        if frame not in ("", self._robot.base, self._settings.link):
-            raise InputError("frame_id", f"{frame!r}; {self._robot.base!r} or {self._settings.link!r} is expected")
-        return {"twist": [v.x, v.y, v.z, w.x, w.y, w.z], "expressed_in": "link" if frame == self._settings.link else "base"}
+    def _pose(self, message: PoseStamped) -> Goal:
+        return pose_goal(message, self._robot.base)
 
-    def pose(self, message: PoseStamped) -> dict[str, Any]:
-        """A goal of a pose in the base.
+    def _jog(self, message: Any) -> Goal:
+        return jog_goal(message, self._robot)
 
-        Raises:
-            InputError: It is no pose, or in another frame.
-        """
-        frame = message.header.frame_id.removeprefix("/")
-        if frame not in ("", self._robot.base):
-            raise InputError("frame_id", f"{frame!r}; {self._robot.base!r} is expected")
-        return {"pose": pose_of(message.pose)}
-
-    def jog(self, message: Any) -> dict[str, Any]:
-        """A goal of joint velocities, of a ``control_msgs/JointJog``; joints that are not named stay.
-
-        Raises:
-            InputError: There are more or fewer velocities than names.
-        """
-        still = np.zeros(self._robot.n_dof)
-        return {"velocity": self._robot.q_of_joints(message.joint_names, message.velocities, others=still)}
-
-    def _take(self, goal_of: Callable[[Any], dict[str, Any]], message: Any) -> None:
+    def _take(self, goal_of: Callable[[Any], Goal], message: Any) -> None:
+        """Take a command, unless it is none or too old: then the one before goes on to its own end."""
         try:
-            self._goal, self._until = goal_of(message), time.monotonic() + _TIMEOUT
+            left = seconds_left(message.header.stamp, self.now(), _TIMEOUT)
+            self._goal, self._until = goal_of(message), time.monotonic() + left
         except InputError as error:
             self._warn(f"this is not a command, it is ignored: {error}")
 
     def _measure(self, message: JointState) -> None:
         try:
+            seconds_left(message.header.stamp, self.now(), _STATE_TIMEOUT)
             self._q = self._robot.q_of_joints(message.name, message.position, others=self._q)
         except InputError as error:
-            self._warn(f"these are not the arm's joints, they are ignored: {error}")
+            self._warn(f"this is not where the arm is, it is ignored: {error}")
 
     def _warn(self, text: str) -> None:
         self.get_logger().warning(text, throttle_duration_sec=_SECONDS)
@@ -195,6 +181,7 @@ def steer(robot: Robot, world: World | None, settings: Settings, ask: Callable[.
     signals = noted_signals()
     try:
         node = ServoNode(robot, world, settings, ask)
+        node.now = lambda: 1e-9 * node.get_clock().now().nanoseconds
         node.get_logger().info("the servo waits for /joint_states; Ctrl-C ends it")
         while not signals:
             rclpy.spin_once(node)  # a beat at the latest

@@ -126,9 +126,8 @@ def _make_dense(source: etree._Element) -> None:
         raise ValueError(f"the source {source.get('id')!r} reads an array that is not its own")
     if stride == len(params) == len(named) and offset == 0 and count * stride == len(values):
         return
-    if not (
-        stride >= len(params) and offset >= 0 and count >= 0 and offset + count * stride <= len(values) + stride - len(params)
-    ):
+    n_beyond = offset + count * stride - (len(values) + stride - len(params))
+    if stride < max(1, len(params)) or min(offset, count) < 0 or n_beyond > 0:
         raise ValueError(f"the source {source.get('id')!r} reads beyond its array of {len(values)} numbers")
     rows = offset + stride * np.arange(count)[:, None] + np.array(named, dtype=int)
     array.text = " ".join(map(repr, values[rows].ravel().tolist()))

@@ -62,11 +62,11 @@ class Scene:
     def _placed(self, node: etree._Element, T: Array) -> Iterator[tuple[Array, etree._Element]]:
         if not self._weights[node]:
             return  # without geometry, such as a camera: its pose is not needed
-        T = T @ _transform(node)
+        pose = T @ _transform(node)
         for instance in node.iterfind("{*}instance_geometry"):
-            yield T, instance
+            yield pose, instance
         for child in self._below(node):
-            yield from self._placed(child, T)
+            yield from self._placed(child, pose)
 
     def _below(self, node: etree._Element) -> list[etree._Element]:
         instances = [self._node(_target(one)) for one in node.iterfind("{*}instance_node")]
@@ -103,12 +103,12 @@ def _target(instance: etree._Element) -> str:
 
 def _transform(node: etree._Element) -> Array:
     """The product of a node's transformations in their order, shape (4, 4)."""
-    T = np.eye(4)
+    pose = np.eye(4)
     for element in node.iterchildren(etree.Element):
         tag = etree.QName(element).localname
         if tag in _NUMBERS:
-            T = T @ _step(tag, element.text or "")
-    return T
+            pose = pose @ _step(tag, element.text or "")
+    return pose
 
 
 def _step(tag: str, text: str) -> Array:

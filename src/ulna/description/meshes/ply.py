@@ -7,6 +7,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from ulna.description.file_costs import check_ply
+
 
 def counts(content: bytes) -> dict[str, int]:
     """How many of each element the header of a .ply states."""
@@ -14,8 +16,20 @@ def counts(content: bytes) -> dict[str, int]:
     return {kind: int(count) for kind, count in re.findall(r"^element (\w+) (\d+)", head, re.MULTILINE)}
 
 
+def _properties(content: bytes) -> list[str]:
+    """The names of the properties of a vertex that the header of a .ply states."""
+    head = content.partition(b"end_header")[0].decode(errors="replace")
+    parts = re.split(r"^element +", head, flags=re.MULTILINE)
+    vertex = next((part for part in parts if part.startswith("vertex")), "")
+    return re.findall(r"^property +(?:list +\w+ +)?\w+ +(\w+)", vertex, re.MULTILINE)
+
+
 def vertices(content: bytes) -> NDArray[np.float64]:
     """The vertices of a .ply, shape (n, 3), whether triangles use them or not."""
+    check_ply(content)
+    names = _properties(content)
+    if any(names.count(axis) != 1 for axis in "xyz"):
+        raise ValueError(f"its vertices have the properties {' '.join(names)[:100]}; one x, one y and one z are expected")
     scene = trimesh.load_scene(BytesIO(content), file_type="ply", process=False)
     points = np.concatenate([np.asarray(part.vertices) for part in scene.geometry.values()])
     stated = counts(content).get("vertex", 0)

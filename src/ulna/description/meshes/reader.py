@@ -17,13 +17,18 @@ from numpy.typing import NDArray
 from trimesh.resolvers import Resolver
 
 from ulna.description.file_bytes import regular_file_bytes
+from ulna.description.file_costs import check_ply, check_text
 from ulna.description.meshes.collada import rewritten_collada
+from ulna.description.meshes.gltf import check_gltf
 from ulna.description.meshes.mesh_files import MOST_TRIANGLES, MeshFiles, Rewritten
 from ulna.description.meshes.obj import rewritten_obj
 from ulna.description.meshes.stl import rewritten_stl
 from ulna.errors import FileError
 
 MOST_BYTES = 100_000_000
+_MAX_NUMBERS_OF_OFF = 10_000_000
+_MAX_PIXELS = 8192 * 8192  # of all textures of a file, which are decoded when the page is drawn
+_TEXTURES = ("image", "baseColorTexture", "emissiveTexture", "normalTexture", "occlusionTexture", "metallicRoughnessTexture")
 
 
 def mesh_bytes(path: Path) -> bytes:
@@ -92,6 +97,12 @@ def _rewritten(kind: str, data: bytes, *, materials: bool) -> Rewritten | None:
             return rewritten_obj(data)
         case ".dae":
             return rewritten_collada(data, materials=materials)
+        case ".ply":
+            check_ply(data)
+        case ".glb" | ".gltf":
+            check_gltf(kind, data)
+        case ".off":
+            check_text(data, _MAX_NUMBERS_OF_OFF)
     return None
 
 
@@ -119,6 +130,16 @@ def _check(scene: trimesh.Scene, rewritten: Rewritten | None) -> None:
             raise ValueError("a triangle refers to a vertex that does not exist")
         if not np.isfinite(vertices).all():
             raise ValueError("it has points that are not finite")
+    _check_textures(scene)
+
+
+def _check_textures(scene: trimesh.Scene) -> None:
+    """Compare the sizes of images, of which only the headers are read so far: a small file may be a large picture."""
+    materials = [getattr(mesh.visual, "material", None) for mesh in scene.geometry.values() if isinstance(mesh, trimesh.Trimesh)]
+    images = {id(image): image for one in materials for name in _TEXTURES if (image := getattr(one, name, None)) is not None}
+    n_pixels = sum(int(np.prod(image.size)) for image in images.values())
+    if n_pixels > _MAX_PIXELS:
+        raise ValueError(f"its textures have {n_pixels} pixels; up to {_MAX_PIXELS} are read")
 
 
 class Beside(Resolver):

@@ -7,7 +7,6 @@ fill the cache.
 
 import builtins
 import importlib.util
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,6 +14,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from ulna.engine.private_folder import absolute_path_of
 from ulna.errors import FileError
 
 
@@ -44,7 +44,7 @@ def find(name: str, module: Path) -> Named:
     repositories = _run(module.with_name("_repositories.py"), None)["REPOSITORIES"]
 
     def clone_to_cache(description_name: str, commit: str | None = None) -> str:
-        cache = Path(os.environ.get("ROBOT_DESCRIPTIONS_CACHE", "~/.cache/robot_descriptions")).expanduser()
+        cache = absolute_path_of("ROBOT_DESCRIPTIONS_CACHE") or Path("~/.cache/robot_descriptions").expanduser()
         folder = repositories[description_name].cache_path
         folder = cache / (folder if commit is None else f"{folder}-{commit}/{folder}")
         if not folder.is_dir():

@@ -4,6 +4,7 @@ A document that only defines a macro, as the course's ``franka_robot.urdf`` does
 """
 
 import json
+import math
 import re
 import subprocess
 from collections.abc import Mapping
@@ -14,13 +15,14 @@ from lxml import etree
 
 from ulna.description.child_process import child_process, last_words, printable, program_of
 from ulna.description.document import NAMESPACES, Document
+from ulna.description.file_bytes import json_value
 from ulna.description.readable import OutsideError, Readable
+from ulna.description.xacro.child.parent import MAX_LINE, MAX_SENTENCE
 from ulna.description.xml import LONGEST
 from ulna.errors import DescriptionError, InputError, did_you_mean
 
 TIME_LIMIT_S = 20.0
 MEMORY_LIMIT_BYTES = 2 << 30
-_LONGEST_MESSAGE = 7 * LONGEST  # of the child: a text of that length, each letter written as \u0000
 _START = program_of("ulna.description.xacro.child.main")
 
 
@@ -28,11 +30,11 @@ class _DiedError(Exception):
     """The child ended, or sent an invalid message."""
 
 
-def expand_xacro(document: Document, xacro_args: Mapping[str, object]) -> bytes:
+def expand_xacro(document: Document, xacro_args: Mapping[str, object], max_seconds: float = math.inf) -> bytes:
     """The URDF that a xacro document expands to.
 
     Of a document that only defines a macro, the parameters without a default come from ``xacro_args``. Files are read in the
-    document's folder, in its package and in its ``package_dirs``.
+    document's folder, in its package and in its ``package_dirs``. It ends within ``TIME_LIMIT_S``, and within ``max_seconds``.
     """
     root, source = document.root, document.source
     arguments = {str(key): str(value) for key, value in xacro_args.items()}
@@ -46,21 +48,23 @@ def expand_xacro(document: Document, xacro_args: Mapping[str, object]) -> bytes:
         "arguments": arguments,
         "longest": LONGEST,
     }
-    expanded = _expanded_by_child(request, Readable(beside, [str(Path(p).resolve()) for p in document.package_dirs]), source)
+    readable = Readable(beside, [str(Path(p).resolve()) for p in document.package_dirs])
+    expanded = _expanded_by_child(request, readable, source, min(TIME_LIMIT_S, max_seconds))
     declared = {e.get("name", "") for e in root.iter() if isinstance(e.tag, str) and etree.QName(e).localname == "arg"}
     for name in arguments:
         if name not in declared and name not in expanded["asked"]:
             known = sorted(declared | (set(expanded["asked"]) - set(arguments)))
             raise InputError("xacro_args", f"{source} has no argument {name!r}{did_you_mean(name, known)}")
     try:
-        return expanded["urdf"].encode()
-    except UnicodeEncodeError as error:
+        expanded["urdf"].decode()
+    except UnicodeDecodeError as error:
         raise DescriptionError(f"xacro: expands to text that is not Unicode ({error.reason})", source) from None
+    return expanded["urdf"]
 
 
-def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str) -> dict[str, Any]:
-    """The reply of the child to a request: ``urdf``, and as ``asked`` the names of arguments that it looked up."""
-    with child_process(_START, MEMORY_LIMIT_BYTES, TIME_LIMIT_S) as (child, late):
+def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str, seconds: float) -> dict[str, Any]:
+    """The reply of the child to a request: ``urdf`` as bytes, and as ``asked`` the names of arguments that it looked up."""
+    with child_process(_START, MEMORY_LIMIT_BYTES, seconds) as (child, late):
         left_out: dict[str, str] = {}
         try:
             left_out = _received(child)["left_out"]
@@ -69,11 +73,11 @@ def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str)
             child.kill()
             words = last_words(child, child.communicate()[1])
             if late.is_set():
-                raise DescriptionError(f"xacro: no end within {TIME_LIMIT_S:g} s; expansion stopped", source) from None
-            limits = _limits(MEMORY_LIMIT_BYTES, TIME_LIMIT_S, left_out)
+                raise DescriptionError(f"xacro: no end within {seconds:g} s; expansion stopped", source) from None
+            limits = _limits(MEMORY_LIMIT_BYTES, seconds, left_out)
             raise DescriptionError(f"xacro: the expansion died ({words}); {limits}", source) from None
     if "error" in done:
-        raise DescriptionError(f"xacro: {printable(str(done['error']))}", source)
+        raise DescriptionError(f"xacro: {printable(str(done['error'])[:MAX_SENTENCE])}", source)
     return done
 
 
@@ -82,8 +86,10 @@ def _served(child: subprocess.Popen, request: dict[str, Any], readable: Readable
     _send(child, request)
     while True:
         message = _received(child)
-        if "error" in message or (isinstance(message.get("urdf"), str) and isinstance(message.get("asked"), list)):
+        if "error" in message:
             return message
+        if isinstance(message.get("urdf"), int) and isinstance(message.get("asked"), list):
+            return {**message, "urdf": _bytes_received(child, message["urdf"])}
         _send(child, _found(message, readable))
 
 
@@ -123,17 +129,25 @@ def _text(path: str, readable: Readable) -> str:
 
 def _send(child: subprocess.Popen, message: dict[str, Any]) -> None:
     sink: IO[bytes] = child.stdin  # pyright: ignore[reportAssignmentType]
-    sink.write(json.dumps(message).encode() + b"\n")
+    sink.write(json.dumps(message, ensure_ascii=False).encode(errors="surrogatepass") + b"\n")
     sink.flush()
 
 
 def _received(child: subprocess.Popen) -> dict[str, Any]:
     source: IO[bytes] = child.stdout  # pyright: ignore[reportAssignmentType]
-    line = source.readline(_LONGEST_MESSAGE)
-    message = json.loads(line) if line.endswith(b"\n") else None
+    line = source.readline(MAX_LINE)
+    message = json_value(line) if line.endswith(b"\n") else None
     if not isinstance(message, dict):
         raise _DiedError
     return message
+
+
+def _bytes_received(child: subprocess.Popen, n: int) -> bytes:
+    source: IO[bytes] = child.stdout  # pyright: ignore[reportAssignmentType]
+    received = source.read(n) if 0 <= n <= LONGEST else b""
+    if len(received) != n:
+        raise _DiedError
+    return received
 
 
 def _limits(memory: int, seconds: float, left_out: dict[str, str]) -> str:

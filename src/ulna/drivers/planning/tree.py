@@ -116,7 +116,7 @@ def write_found(trees, space, shift, waypoints, state):
     for i in range(n_back):
         if i > 0 or at == n:
             write_shifted(trees.rows[1], other, shift, waypoints, at + i)
-        state[layout.REACHED], other = other, trees.parents[1, other]
+        state[layout.GOAL_REACHED], other = other, trees.parents[1, other]
     return at + n_back
 
 

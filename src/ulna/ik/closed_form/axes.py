@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, PRISMATIC, RATIO, TABLE_WIDTH
+from ulna.kinematics.size import length_of, size_of
 from ulna.kinematics.tree import motion_along_z, row_pose
 
 Array = NDArray[np.float64]
 N_AXES = 6
-_LEAST, _LEAST_BESIDE_SLIDES = 1e-9, 1e-3  # m: a shorter reach is the rounding of offsets
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +25,7 @@ class Axes:
         end: The pose of the end, shape (4, 4).
         chain: The table of the joints alone, with entries numbered so.
         reach: The length of all parts together [m].
+        slide: How far the longest slide may move [m].
     """
 
     directions: Array
@@ -34,40 +35,41 @@ class Axes:
     end: Array
     chain: Array
     reach: float
+    slide: float
 
     @property
     def unit(self) -> float:
-        """The length of which shares are taken [m]: the reach, or a metre where that is nothing but rounding."""
-        return self.reach if self.reach > (_LEAST_BESIDE_SLIDES if self.slides.any() else _LEAST) else 1.0
+        """The length of which shares are taken [m]: the reach, or the longest slide where that is nothing but rounding."""
+        return size_of(self.reach, self.slide)
 
 
-def axes_of(chain: Array, columns: tuple[int, ...], q: Array) -> Axes | None:
-    """The axes of the joints that some entries of q move, all others held at q (n_dof,).
+def axes_of(chain: Array, columns: tuple[int, ...], q: Array, slide: float) -> Axes | None:
+    """The axes of the joints that some entries of q move, all others held at q (n_dof,); ``slide`` as of ``Axes``.
 
     None if one of them moves no joint, several joints, or one at a ratio other than 1 and -1.
     """
-    T, before, directions, points, rows, order = np.eye(4), np.eye(4), [], [], [], []
+    pose, before, directions, points, rows, order = np.eye(4), np.eye(4), [], [], [], []
     for row in chain:
         kind, column, step = int(row[KIND]), int(row[COLUMN]), row_pose(row)
         if kind == FIXED or column not in columns:
             motion = np.eye(4) if kind == FIXED else motion_along_z(kind, row[RATIO] * q[column] + row[OFFSET])
-            T, before = T @ step @ motion, before @ step @ motion
+            pose, before = pose @ step @ motion, before @ step @ motion
             continue
         if abs(row[RATIO]) != 1.0 or column in order:
             return None
-        T, before = T @ step, before @ step
-        directions.append(row[RATIO] * T[:3, 2])
-        points.append(T[:3, 3])
+        pose, before = pose @ step, before @ step
+        directions.append(row[RATIO] * pose[:3, 2])
+        points.append(pose[:3, 3])
         rows.append([*before[:3].ravel(), kind, len(order), row[RATIO], row[OFFSET]])
         order.append(column)
-        T, before = T @ motion_along_z(kind, row[OFFSET]), np.eye(4)
+        pose, before = pose @ motion_along_z(kind, row[OFFSET]), np.eye(4)
     if len(order) != len(columns):
         return None
     rows.append([*before[:3].ravel(), FIXED, 0, 1.0, 0.0])
     table = table_of_rows(rows)
     slides = table[:-1, KIND] == PRISMATIC
-    reach = float(np.linalg.norm(table[1:, [3, 7, 11]], axis=1).sum())
-    return Axes(np.array(directions), np.array(points), slides, np.arange(len(order)), T, table, reach)
+    reach = length_of(table[1:])
+    return Axes(np.array(directions), np.array(points), slides, np.arange(len(order)), pose, table, reach, slide)
 
 
 def normal_to(h: Array) -> Array:

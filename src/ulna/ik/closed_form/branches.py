@@ -14,6 +14,7 @@ from ulna.ik.closed_form.six_joints import SixJoints, Workers, proofs_of
 from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, RATIO
+from ulna.kinematics.size import units_of
 from ulna.kinematics.tree import Tree, motion_along_z, row_pose
 from ulna.kinematics.turns import nearest_turns, turning_columns
 
@@ -130,9 +131,9 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
 def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArray[np.int64], seeds: Array) -> Branches:
     """Branches turned near the seeds, those at a limit to rounding put there."""
     lower, upper = tree.lower, tree.upper
-    turning = turning_columns(chain, tree.n_dof)
-    q = nearest_turns(q, seeds[:, None], lower - layout.AT_LIMIT, upper + layout.AT_LIMIT, turning)
-    valid = real & ((q >= lower - layout.AT_LIMIT) & (q <= upper + layout.AT_LIMIT)).all(axis=-1)
+    turning, at_limit = turning_columns(chain, tree.n_dof), layout.AT_LIMIT * units_of(chain, lower, upper)
+    q = nearest_turns(q, seeds[:, None], lower - at_limit, upper + at_limit, turning)
+    valid = real & ((q >= lower - at_limit) & (q <= upper + at_limit)).all(axis=-1)
     q = np.where(valid[..., None], np.clip(q, lower, upper), np.where(real[..., None], q, np.nan))
     return Branches(q, real, valid, proof)
 
@@ -212,7 +213,7 @@ def targets_with_held_at_zero(chain: Array, column: int, targets: Array, places:
 
 def _product(rows: Array) -> Array:
     """The pose of rows that do not move."""
-    T = np.eye(4)
+    pose = np.eye(4)
     for row in rows:
-        T = T @ row_pose(row)
-    return T
+        pose = pose @ row_pose(row)
+    return pose

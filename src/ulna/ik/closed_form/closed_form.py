@@ -35,6 +35,7 @@ from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.families import EXACT, NAMES
 from ulna.ik.closed_form.six_joints import SixJoints, six_joints
 from ulna.ik.task import Task
+from ulna.kinematics.size import longest_slide
 from ulna.kinematics.tree import Tree, entry_names, lengthened
 
 Array = NDArray[np.float64]
@@ -55,6 +56,7 @@ class ClosedForm:
         miss: By how much the axes miss the family: the largest angle [rad], or distance as a share of the arm's length.
         is_exact: Whether ``miss`` is at most 1e-12, so that the branches are all there are. Otherwise, up to 1e-3, they are
             starts of Newton steps, which may miss some, and prove nothing.
+        slide: How far the longest slide may move [m].
     """
 
     family: str
@@ -67,6 +69,7 @@ class ClosedForm:
     columns: tuple[int, ...] = field(repr=False)
     held_column: int | None = field(repr=False)
     n_free: int = field(repr=False)
+    slide: float = field(repr=False)
 
     @property
     def n_at_rest(self) -> int:
@@ -134,7 +137,8 @@ def _by_preference(order: tuple[int, ...]) -> list[int]:
 
 def _made(tree: Tree, chain: Array, order: tuple[int, ...], n_free: int, held: int | None) -> ClosedForm | None:
     columns = tuple(column for column in order if column != held)
-    forms = [six_joints(chain, columns, q, n_free) for q in _places(tree, held)]
+    slide = longest_slide(chain, tree.lower, tree.upper)
+    forms = [six_joints(chain, columns, q, n_free, slide) for q in _places(tree, held)]
     if any(form is None for form in forms):
         return None
     families = [form.family for form in forms if form is not None]
@@ -153,6 +157,7 @@ def _made(tree: Tree, chain: Array, order: tuple[int, ...], n_free: int, held: i
         columns=columns,
         held_column=held,
         n_free=n_free,
+        slide=slide,
     )
 
 
@@ -177,7 +182,7 @@ def _six_joints(form: ClosedForm, held_at: float | None, n_dof: int) -> SixJoint
     q = np.zeros(n_dof)
     if form.held_column is not None and held_at is not None:
         q[form.held_column] = held_at
-    return six_joints(form.chain, form.columns, q, form.n_free)
+    return six_joints(form.chain, form.columns, q, form.n_free, form.slide)
 
 
 def _column_of(tree: Tree, joint: str, order: tuple[int, ...]) -> int:

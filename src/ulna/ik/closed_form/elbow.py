@@ -61,8 +61,8 @@ class Elbow:
         for elbow in range(2):
             R_4 = rotations(h[3], q4[elbow])
             straight = upper + R_4 @ lower
-            R_123 = _onto(straight, np.cross(h[3], straight), p, h[0])
-            R_123 = about @ R_123[:, None]
+            onto = _onto(straight, np.cross(h[3], straight), p, h[0])
+            R_123 = about @ onto[:, None]
             R_567 = np.swapaxes(R_123 @ R_4[:, None], -1, -2) @ R
             for first, is_first in _three_turns(h[:3], R_123):
                 for last, is_last in _three_turns(h[4:], R_567):
@@ -85,7 +85,7 @@ def elbow_of(tree: Tree, link: str) -> Elbow | None:
     """The arm of a link, if it is one of seven joints with a spherical shoulder and wrist."""
     chain = tree.chain(link)
     columns = turning_order(chain)
-    axes = axes_of(chain, columns, np.zeros(tree.n_dof)) if len(columns) == _N else None
+    axes = axes_of(chain, columns, np.zeros(tree.n_dof), 0.0) if len(columns) == _N else None
     if axes is None or axes.slides.any():
         return None
     (shoulder, far_1), (wrist, far_2) = (_common(axes, part) for part in (slice(0, 3), slice(4, 7)))

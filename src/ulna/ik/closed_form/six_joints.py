@@ -84,7 +84,8 @@ class SixJoints:
     def plan(self, lower: Array, upper: Array, tolerances: tuple[float, float] = (0.0, 0.0)) -> Array:
         """What the kernels take as the bounds of all entries of q, shapes (n_dof,) (``drivers.closed_form``)."""
         turns = np.where(self.slides, _MORE_THAN_ANY, TURN)
-        return np.concatenate([tolerances, lower[self.columns], upper[self.columns], turns, 1.0 / turns])
+        units = np.where(self.slides, 1.0 / self.table[layout.FORM, layout.INVERSE_REACH], 1.0)
+        return np.concatenate([tolerances, lower[self.columns], upper[self.columns], turns, 1.0 / turns, units])
 
     def branches(self, targets: Array, seeds: Array, workers: Workers = None, plan: Array = _NO_BOUNDS) -> Found:
         """All branches of targets (n, 4, 4), which are rigid motions: q (n, 8, 6), known (n, 8) and proof (n,).
@@ -107,12 +108,12 @@ class SixJoints:
         return q, known, proof
 
 
-def six_joints(chain: Array, columns: tuple[int, ...], q: Array, n_free: int = 0) -> SixJoints | None:
+def six_joints(chain: Array, columns: tuple[int, ...], q: Array, n_free: int, slide: float) -> SixJoints | None:
     """The closed form of the joints that some entries of q move, all others held at q (n_dof,).
 
-    n_free: How many turns at the end are free (``added_joints.free_turns``).
+    slide: How far the longest slide may move [m]; n_free: How many turns at the end are free (``added_joints.free_turns``).
     """
-    own = axes_of(chain, columns, q)
+    own = axes_of(chain, columns, q, slide)
     found = []
     if own is None:
         return None

@@ -174,7 +174,7 @@ class Course:
         if cost is None:
             raise AssertionError("a rank gives a cost")
         near = self.lifts.nearest(q, self.start)
-        return cost(np.zeros(len(q), dtype=np.int64), near)
+        return cost(np.zeros(len(q), dtype=np.int64), near).of_acceptable()
 
 
 def split_as(rows: list[Array], values: NDArray) -> list[NDArray]:

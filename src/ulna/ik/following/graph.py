@@ -18,7 +18,7 @@ from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
-SAME = 1e-6  # rad or m: nearer configurations are one
+SAME = 1e-6  # rad, or of a slide a share of the arm's size: nearer configurations are one
 Key = tuple[int, int, int]  # tells edges apart: the layer, and the nodes at both ends; whole turns make no difference
 
 
@@ -189,7 +189,7 @@ class Graph:
         node, lift = np.nonzero(np.isfinite(done.costs[-1]))
         last = self.nodes[done.n_layers - 1]
         q = np.array([lifts.raised(last[i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)])
-        _, first = np.unique(np.rint(q / SAME), axis=0, return_index=True)
+        _, first = np.unique(np.rint(q / (SAME * self.course.query.units)), axis=0, return_index=True)
         return q[np.sort(first)]
 
     def _sweep(self) -> None:

@@ -80,7 +80,8 @@ def _leading_on(graph: Graph, k: int) -> Array:
     found &= np.abs(steps).max(axis=1, initial=0.0) <= course.max_step
     found &= ~course.collide(q) & ~course.edges_collide(ends, ends + steps)
     q = _distinct(course, course.lifts.first_turn(q[found]))
-    is_new = np.abs(course.lifts.steps(graph.nodes[k], q[:, None])[0]).max(axis=2).min(axis=1, initial=np.inf) > SAME
+    apart = np.abs(course.lifts.steps(graph.nodes[k], q[:, None])[0]) / course.query.units
+    is_new = apart.max(axis=2).min(axis=1, initial=np.inf) > SAME
     return at_both_limits(course, [q[is_new]])[0]
 
 
@@ -171,7 +172,8 @@ def _distinct(course: Course, q: Array) -> Array:
     """Rows of q, each once, whole turns aside."""
     kept: list[Array] = []
     for row in q:
-        if not kept or np.abs(course.lifts.steps(np.array(kept), row)[0]).max(axis=1).min() > SAME:
+        apart = np.abs(course.lifts.steps(np.array(kept).reshape(-1, len(row)), row)[0]) / course.query.units
+        if apart.max(axis=1).min(initial=np.inf) > SAME:
             kept.append(row)
     return np.array(kept).reshape(-1, q.shape[1])
 

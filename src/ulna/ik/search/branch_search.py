@@ -22,7 +22,7 @@ from ulna.kinematics.jacobian import geometric_jacobian
 from ulna.kinematics.turns import nearest_turns, turning_columns
 
 Array = NDArray[np.float64]
-DISTINCT = 1e-3  # rad or m
+DISTINCT = 1e-3  # rad, or of a slide a share of the arm's size
 EXACT = 1e-9  # rad, and of the unit of the search
 _FIRST, _MOST, _MOST_AT_LIMITS = 256, 16_384, 2048  # starts
 _MOST_BRANCHES = 256  # more than any arm of six joints has (16): what is found beyond is a continuum
@@ -106,8 +106,8 @@ def _turned_within_limits(problem: Problem, q: Array) -> Array:
 
 
 def _differences(problem: Problem, a: Array, b: Array) -> Array:
-    """|a - b| by entry, whole turns aside for joints that can make them."""
-    difference = np.abs(a - b)
+    """|a - b| by entry, whole turns aside for joints that can make them, and slides as shares of the arm's size."""
+    difference = np.abs(a - b) / problem.query.units
     turned = np.abs(difference - 2 * np.pi * np.rint(difference / (2 * np.pi)))
     return np.where(_whole_turns(problem), turned, difference)
 
@@ -140,10 +140,10 @@ def _is_continuum(problem: Problem, found: Array) -> bool:
 def _task_jacobian(problem: Problem, q: Array) -> Array:
     """The rows of the Jacobian that the task requires, in its axes, shape (..., n_rows, n_dof)."""
     query = problem.query
-    J = jacobian_in_unit(problem, geometric_jacobian(query.tree, q, query.link, "link"), query.unit)
+    rows = jacobian_in_unit(problem, geometric_jacobian(query.tree, q, query.link, "link"), query.unit)
     if query.task_axes is not None:
-        J = np.concatenate([query.task_axes.T @ J[..., :3, :], query.task_axes.T @ J[..., 3:, :]], axis=-2)
-    return J[..., np.asarray(query.options.task.slack) == 0.0, :]
+        rows = np.concatenate([query.task_axes.T @ rows[..., :3, :], query.task_axes.T @ rows[..., 3:, :]], axis=-2)
+    return rows[..., np.asarray(query.options.task.slack) == 0.0, :]
 
 
 def _spread(problem: Problem, found: Array, n: int) -> Array:

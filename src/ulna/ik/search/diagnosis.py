@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.likely_units import millimetres_in_words
 from ulna.ik.options import DEFAULT_BUDGET
 from ulna.ik.problem import STEPS, Problem, excess_of, rows_for
 from ulna.ik.result import CODES, Status
@@ -46,7 +47,8 @@ def reach_in_words(problem: Problem, i: int) -> str:
         return ""
     distance, least, most = reach.distance(_link_targets(problem, [i]), position_only=not whole_pose)
     what = "the last axis" if whole_pose else "the link"
-    return f"{what} would be {distance[0]:.4g} m from the first axis, and the arm spans {least:.4g} to {most:.4g} m"
+    hint = millimetres_in_words(float(distance[0]), float(most))
+    return f"{what} would be {distance[0]:.4g} m{hint} from the first axis, and the arm spans {least:.4g} to {most:.4g} m"
 
 
 def _link_targets(problem: Problem, order: NDArray[np.int64] | list[int]) -> Array:
@@ -127,7 +129,7 @@ def _search_at_limits(search: PoseSearch, order: NDArray[np.int64]) -> None:
 def _without_limits(problem: Problem) -> Array:
     """Bounds that leave every joint of the chain free; starts of slides are within one length of their range."""
     bounds = problem.query.limits.copy()
-    width = np.maximum(bounds[0, 3] - bounds[0, 2], 1e-3)
+    width = np.maximum(bounds[0, 3] - bounds[0, 2], 1e-3 * problem.query.units)
     for row in problem.chain:
         if int(row[KIND]) != FIXED:
             j = int(row[COLUMN])

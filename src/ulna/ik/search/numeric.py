@@ -50,15 +50,15 @@ def bound_to_one_target(run: Any, tables: tuple[Array, ...], home: Array) -> OfO
     n, of_q = len(home), (1, len(home))
 
     def in_python(T: ArrayLike, start: ArrayLike) -> tuple[Array, Array] | None:
-        T = as_floats("T", T)
-        if T.shape != _MATRIX:
+        target = as_floats("T", T)
+        if target.shape != _MATRIX:
             return None
         if start is not home:
             start = as_floats("q_seed", start)
             if start.shape != (n,):
                 return None
         q, info = np.empty(of_q), np.empty(_OF_INFO)
-        return (q[0], info) if run(*tables, T, start, q, info) else None
+        return (q[0], info) if run(*tables, target, start, q, info) else None
 
     return bind(run, "search", tables, n, (layout.N_INFO,), in_python) or in_python
 

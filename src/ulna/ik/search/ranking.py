@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,26 @@ from ulna.kinematics.jacobian import manipulability
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-Cost = Callable[[NDArray[np.int64], Array], Array]
-"""The costs (k,) of configurations (k, n_dof) that solve the targets of the numbers (k,); infinite: not acceptable."""
+
+
+class Costs(NamedTuple):
+    """The costs of k solutions, and which of them are acceptable.
+
+    Attributes:
+        values: Shape (k,), finite.
+        acceptable: Those that do not collide, shape (k,).
+    """
+
+    values: Array
+    acceptable: NDArray[np.bool_]
+
+    def of_acceptable(self) -> Array:
+        """The costs (k,), infinite where a solution is not acceptable, so that it is never the least."""
+        return np.where(self.acceptable, self.values, np.inf)
+
+
+Cost = Callable[[NDArray[np.int64], Array], Costs]
+"""The costs of configurations (k, n_dof) that solve the targets of the numbers (k,)."""
 
 
 def refuse_clearance_of_nothing(rank: str | None, world: World | None) -> None:
@@ -37,19 +56,20 @@ def cost_of(problem: Problem, collisions: CollisionFilter | None) -> Cost | None
     if rank is None and not problem.seeded and collisions is None:
         return None
 
-    def cost_of_solutions(order: NDArray[np.int64], q: Array) -> Array:
+    def cost_of_solutions(order: NDArray[np.int64], q: Array) -> Costs:
         if rank == "manipulability":
             cost = -manipulability(query.tree, q, query.link, threads=query.options.threads)
         elif rank == "mid_range":
             cost = _from_mid_range(query.tree, q)
         elif rank == "clearance" and collisions is not None:
-            cost = -collisions.clearance(q)
+            clearance = collisions.clearance(q)  # infinite where there is nothing to be clear of: then none is better
+            cost = -np.where(np.isfinite(clearance), clearance, 0.0)
         elif rank == "nearest" or problem.seeded:
             seeds = rows_for(problem.seeds, order)
             cost = np.abs(q - seeds).max(axis=-1)
         else:
             cost = np.zeros(len(q))
-        return cost if collisions is None else np.where(collisions.collides(q), np.inf, cost)
+        return Costs(cost, np.ones(len(q), dtype=bool) if collisions is None else ~collisions.collides(q))
 
     return cost_of_solutions
 

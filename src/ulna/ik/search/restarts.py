@@ -121,10 +121,10 @@ class PoseSearch:
     def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Restart) -> NDArray[np.bool_]:
         """Keep better results for some targets, and close those that are solved. Whether a target has a new solution."""
         solved = info[:, :, layout.STATUS] == layout.SOLVED
-        costs = np.full(solved.shape, np.inf)
-        costs[solved] = 0.0 if self.cost is None else self.cost(order[solved.nonzero()[0]], q[solved])
-        self._note_rejected(order, q, info, solved & np.isinf(costs))
-        chosen = np.where(np.isfinite(costs).any(axis=1), costs.argmin(axis=1), info[:, :, layout.MISSED].argmin(axis=1))
+        costs, acceptable = np.full(solved.shape, np.inf), solved.copy()
+        costs[solved], acceptable[solved] = self._costs(order[solved.nonzero()[0]], q[solved])
+        self._note_rejected(order, q, info, solved & ~acceptable)
+        chosen = np.where(acceptable.any(axis=1), costs.argmin(axis=1), info[:, :, layout.MISSED].argmin(axis=1))
         row = np.arange(len(order))
         q, info, accepted = q[row, chosen], info[row, chosen], costs[row, chosen] < self._costs_now(order)
         info[~accepted & (info[:, layout.STATUS] == layout.SOLVED), layout.STATUS] = layout.NOT_FOUND
@@ -146,8 +146,15 @@ class PoseSearch:
         """The costs of the solutions that some targets have, infinite where there is none yet."""
         costs, solved = np.full(len(order), np.inf), self.info[order, layout.STATUS] == layout.SOLVED
         if solved.any():
-            costs[solved] = 0.0 if self.cost is None else self.cost(order[solved], self.q[order[solved]])
+            costs[solved], _ = self._costs(order[solved], self.q[order[solved]])
         return costs
+
+    def _costs(self, order: NDArray[np.int64], q: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """The costs (k,) of solutions q (k, n_dof) of some targets, infinite where they are not acceptable; and which are."""
+        if self.cost is None:
+            return np.zeros(len(q)), np.ones(len(q), dtype=bool)
+        costs = self.cost(order, q)
+        return costs.of_acceptable(), costs.acceptable
 
     def _note_rejected(self, order: NDArray[np.int64], q: Array, info: Array, refused: NDArray[np.bool_]) -> None:
         for row in np.flatnonzero(refused.any(axis=1)):

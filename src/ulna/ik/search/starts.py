@@ -66,7 +66,7 @@ def closed_form_starts(
     cost = np.where(valid, np.abs(q - seeds[:, None]).max(axis=-1), np.inf)
     if cost_of is not None:
         which = np.nonzero(valid)
-        cost[which] = cost_of(order[which[0]], q[which])
+        cost[which] = cost_of(order[which[0]], q[which]).of_acceptable()
     nearest = np.argsort(cost, axis=1, kind="stable")[:, :_STARTS]
     rows = np.arange(len(order))[:, None]
     nearest = np.where(np.isfinite(cost[rows, nearest]), nearest, nearest[:, :1])

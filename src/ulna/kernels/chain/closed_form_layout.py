@@ -45,9 +45,10 @@ IS_REAL, IS_HARDLY_DETERMINED, IS_COINCIDING, IS_WITHIN = 1, 2, 4, 8  # real; ..
 COMPLETE, COINCIDE, CONTINUUM, UNPROVED = 0, 1, 2, 3
 REACHED = 1e-9  # largest RESIDUAL of a branch
 ENOUGH = 1e-12  # of RESIDUAL: below it a step of ``polish`` is not worth its time
-# No further beyond a limit than the first a joint is at it [rad or m]; further than the second it is not, however little is
-# known of its angle (``put_at_limits``).
+# No further beyond a limit than the first a joint is at it [rad, or of a slide a share of the reach]; further than the second it
+# is not, however little is known of its angle (``put_at_limits``).
 AT_LIMIT, HARDLY_BEYOND = 1e-9, 1e-3
+N_BOUNDS = 5  # numbers of each joint that bound it (``nearest_branch``)
 # Of DETERMINED, which is the fourth power of a sine or of a share of the reach: below the first an angle counts as
 # undetermined, below the second as possibly so: the rounding of other angles may have made it that large.
 UNDETERMINED, HARDLY_DETERMINED = 1e-44, 1e-36

@@ -7,7 +7,8 @@ that are fixed at a bound; the others are free. The problem is strictly convex, 
 
 1. Start at 0, clipped to the bounds.
 2. Solve for the free entries, the active ones fixed: x_f = J_f' (J_f J_f' + lambda I)^-1 (v - J_a x_a).
-   If lambda is at most LOST of the sum of squares of J, use singular values instead (``singular_values``).
+   If lambda is at most LOST of the sum of squares of J, use singular values instead (``singular_values``). For fewer than six
+   entries J_f J_f' is singular whatever the pose, so that LOST_OF_FEW counts.
 3. Move towards that solution until a free entry reaches a bound, the blocking one. Add it to the active set; repeat from 2.
 4. If no entry blocks, compute the derivative J_j' (J x - v) + lambda x_j of each active entry. Release the one that decreases
    fastest into the bounds; repeat from 2. If none decreases, x is the minimum.
@@ -23,6 +24,8 @@ _ROUNDS = 4  # times the number of entries is the limit: each may enter and leav
 _FLAT = 1e-12  # a smaller derivative counts as zero; with singular values, relative to the sum of its absolute terms
 _LOST = 1e-8  # relative to the sum of squares of J: a smaller damping would lose more than 1e-7 of itself to rounding
 
+_LOST_OF_FEW = 1e-4  # the same for fewer than six entries: then nothing above 1e-11 is lost, and their values take little time
+
 
 @routine
 def bounded_least_squares(jacobian_rows, v_rows, damping, bound_rows, x_rows, scratch):
@@ -37,7 +40,7 @@ def bounded_least_squares(jacobian_rows, v_rows, damping, bound_rows, x_rows, sc
     squares = zero
     for i in range(6 * n_dof):
         squares = squares + load(jacobian_rows, i) * load(jacobian_rows, i)
-    by_values = squares * _LOST >= damping
+    by_values = squares * (_LOST if n_dof >= 6 else _LOST_OF_FEW) >= damping
     running, rounds = zero + 1.0, 0
     while any_lane(running > 0.0) and rounds < _ROUNDS * n_dof + 1:
         rest = solve_free(jacobian_rows, v, damping, x_rows, active_rows, goal_rows, free_rows, system_rows)

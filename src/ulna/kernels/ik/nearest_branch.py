@@ -12,7 +12,7 @@ import numpy as np
 
 from ulna.engine.decorators import kernel, routine, shared_routine
 from ulna.engine.lanes import any_lane, load, rint, sqrt, store, where
-from ulna.kernels.chain.closed_form_layout import AT_LIMIT, ENOUGH, HARDLY_BEYOND, IS_WITHIN, N_KNOWN, REACHED, RESIDUAL
+from ulna.kernels.chain.closed_form_layout import AT_LIMIT, ENOUGH, HARDLY_BEYOND, IS_WITHIN, N_BOUNDS, N_KNOWN, REACHED, RESIDUAL
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import (
@@ -37,10 +37,11 @@ def nearest_branch(q_rows, known_rows, seed_rows, bound_rows, best_rows, cost_ro
     One that is written already stays where none has a smaller change.
 
     q_rows: six a branch; known_rows: N_KNOWN a branch; seed_rows: six, within the bounds; bound_rows: of each of the first n
-    joints, the arm's own, the lower bounds, the upper ones, what a whole turn adds, and 1 over it; best_rows: six, written;
+    joints, the arm's own, N_BOUNDS numbers: all lower bounds, all upper ones, what a whole turn adds, 1 over it, and the unit of
+    the joint, 1 for an angle and the reach for a slide [m], of which thresholds are shares; best_rows: six, written;
     cost_rows: one, changed: the largest change [rad or m], infinite where no branch is within.
     """
-    n = bound_rows.shape[0] // 4
+    n = bound_rows.shape[0] // N_BOUNDS
     for k in range(q_rows.shape[0] // 6):
         cost = where(load(known_rows, N_KNOWN * k + RESIDUAL) <= REACHED, 0.0, np.inf)
         for j in range(n):
@@ -57,17 +58,18 @@ def nearest_branch(q_rows, known_rows, seed_rows, bound_rows, best_rows, cost_ro
 @kernel
 def turned_towards(q, seed, bound_rows, j):
     """q of joint j, whole turns made towards the seed within the bounds; and whether it is within them."""
-    n = bound_rows.shape[0] // 4
+    n = bound_rows.shape[0] // N_BOUNDS
     lower, upper, turn = load(bound_rows, j), load(bound_rows, n + j), load(bound_rows, 2 * n + j)
+    at_limit = AT_LIMIT * load(bound_rows, 4 * n + j)
     q = q - turn * rint((q - seed) * load(bound_rows, 3 * n + j))
-    q = where(q < lower - AT_LIMIT, q + turn, where(q > upper + AT_LIMIT, q - turn, q))
-    return q, (q >= lower - AT_LIMIT) & (q <= upper + AT_LIMIT)
+    q = where(q < lower - at_limit, q + turn, where(q > upper + at_limit, q - turn, q))
+    return q, (q >= lower - at_limit) & (q <= upper + at_limit)
 
 
 @routine
 def is_any_hardly_beyond(q_rows, known_rows, bound_rows):
     """Whether ``hardly_beyond`` is true of any branch in any lane; q_rows: six a branch, known_rows: N_KNOWN a branch."""
-    n, found, bounded = bound_rows.shape[0] // 4, False, False
+    n, found, bounded = bound_rows.shape[0] // N_BOUNDS, False, False
     for j in range(n):  # a joint that can make whole turns within its bounds is never beyond them
         bounded |= any_lane(load(bound_rows, n + j) - load(bound_rows, j) < load(bound_rows, 2 * n + j))
     if not bounded:
@@ -80,11 +82,11 @@ def is_any_hardly_beyond(q_rows, known_rows, bound_rows):
 @kernel
 def hardly_beyond(q_rows, known_rows, k, bound_rows):
     """Whether branch k is real and beyond the bounds, whole turns aside, and no joint by more than HARDLY_BEYOND."""
-    n, real = bound_rows.shape[0] // 4, load(known_rows, N_KNOWN * k + RESIDUAL) <= REACHED
+    n, real = bound_rows.shape[0] // N_BOUNDS, load(known_rows, N_KNOWN * k + RESIDUAL) <= REACHED
     furthest = where(real, 0.0, np.inf)
     for j in range(n):
         _, half, away = from_middle(load(q_rows, 6 * k + j), bound_rows, j)
-        furthest = maximum(furthest, where(half < np.inf, abs(away) - half, 0.0))
+        furthest = maximum(furthest, where(half < np.inf, abs(away) - half, 0.0) / load(bound_rows, 4 * n + j))
         if not any_lane(furthest <= HARDLY_BEYOND):
             break
     return (furthest > AT_LIMIT) & (furthest <= HARDLY_BEYOND)
@@ -93,7 +95,7 @@ def hardly_beyond(q_rows, known_rows, k, bound_rows):
 @kernel
 def from_middle(q, bound_rows, j):
     """The middle of the bounds of joint j, half their width, and how far q is from the middle, whole turns aside."""
-    n = bound_rows.shape[0] // 4
+    n = bound_rows.shape[0] // N_BOUNDS
     lower, upper = load(bound_rows, j), load(bound_rows, n + j)
     middle = 0.5 * (lower + upper)
     away = q - middle
@@ -103,7 +105,7 @@ def from_middle(q, bound_rows, j):
 @routine
 def put_inside(q_rows, seed_rows, bound_rows, inside_rows):
     """Write a branch, turned towards the seed, the joints that are beyond their bounds at the nearest ones; six rows."""
-    n = bound_rows.shape[0] // 4
+    n = bound_rows.shape[0] // N_BOUNDS
     for j in range(6):
         q = load(q_rows, j)
         if j < n:
@@ -120,7 +122,7 @@ def turn_within(q_rows, known_rows, branch, seed_rows, bound_rows):
 
     q_rows: six, changed where the branch is within; known_rows: what is known of branches in one number, IS_WITHIN added.
     """
-    n, known = bound_rows.shape[0] // 4, load(known_rows, branch)
+    n, known = bound_rows.shape[0] // N_BOUNDS, load(known_rows, branch)
     real = known - 2.0 * rint(0.5 * known - 0.25) > 0.0  # IS_REAL is the lowest bit
     all_within = real
     for j in range(n):

@@ -27,7 +27,7 @@ SAMPLE, CHECKS, UNTIL, DIRECT, ACTIVE, JOINED_START, JOINED_GOAL, ITERATIONS, FI
 GOAL_ROOTS = 11  # how many of the nodes of the second tree are goals: the first ones
 PASSED, MOST = 12, 13  # how many samples were skipped; how many edges the whole search may check
 JOINED = 14  # 1 once the trees are joined
-REACHED = 15  # the root of the second tree that the path leads to
+GOAL_REACHED = 15  # the root of the second tree that the path leads to; -1 before there is one
 IN_A_ROW = 16  # how many samples were skipped since the last that was not
 FAILED = 17  # and 18: of each tree, how many edges towards samples were not free since the last that was
 ALGORITHM = 19

@@ -183,10 +183,12 @@ def _attached(held: Attached, *, touching: bool) -> Solid:
 def _obstacle(robot: Robot, name: str, shape: object, T: Array, color: Color, middle: BoundingBall) -> Solid:
     """An obstacle as it is drawn; a half-space is drawn as a slab under its surface, below the robot's middle."""
     if isinstance(shape, HalfSpace):
-        T, z, side = T.copy(), T[:3, 2], 3.0 * middle.radius  # no corner of it is behind the camera
-        T[:3, 3] = middle.centre - z * ((middle.centre - T[:3, 3]) @ z + _THICKNESS / 2)
+        pose, z, side = T.copy(), T[:3, 2], 3.0 * middle.radius  # no corner of it is behind the camera
+        pose[:3, 3] = middle.centre - z * ((middle.centre - T[:3, 3]) @ z + _THICKNESS / 2)
         shape, color = Box((side, side, _THICKNESS)), color if color == TOUCHING else GROUND
-    return Solid(f"obstacle {name}", robot.base, T, shape, color)  # type: ignore[type-var]
+    else:
+        pose = T
+    return Solid(f"obstacle {name}", robot.base, pose, shape, color)  # type: ignore[type-var]
 
 
 def _near(points: Array, world: World) -> list[Array]:

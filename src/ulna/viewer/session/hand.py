@@ -60,7 +60,7 @@ class Hand:
         joints = robot.description.joints
         self.held = tuple(joint.name for joint in joints if joint.type in BASES and joint.name in robot.joint_names)
         unhurried = tuple(_unhurried(joint) for joint in joints)
-        self._loop = Robot(replace(robot.description, joints=unhurried, text=""), home=robot.home)
+        self._loop = _within(Robot(replace(robot.description, joints=unhurried, text=""), home=robot.home), robot)
         self._servo: Servo | None = None
         self._world: World | None = None  # that of the servo
 
@@ -134,7 +134,7 @@ class Hand:
     def _servo_in(self, world: World) -> Servo:
         robot, allowed = self.robot, self.robot.allowed_collisions
         unhurried = Robot(self._loop.description, home=robot.home, attached=robot.attached, allowed=allowed)
-        return unhurried.servo(
+        return _within(unhurried, robot).servo(
             world, link=self.link, held=self.held, rate=_RATE, acceleration=_ACCELERATION, clearance=_CLEARANCE
         )
 
@@ -157,6 +157,12 @@ class Hand:
     def _miss(self, q: Array, T: Array) -> float:
         error = self._error(q, T)
         return float(error @ error)
+
+
+def _within(unhurried: Robot, robot: Robot) -> Robot:
+    """A robot with the limits of position of another one, which may be narrower than its description's."""
+    narrowed = robot.tree.narrowed
+    return unhurried if narrowed is None else unhurried.with_limits(lower=robot.lower, upper=robot.upper)
 
 
 def _words(found: IKResult) -> str:

@@ -11,6 +11,7 @@ from ulna.collision.report import Report
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
+from ulna.ik.problem import columns_of_joints
 from ulna.ik.result import IKResult
 from ulna.planning.keep import Keep
 from ulna.planning.plan import Plan, PlanStatus
@@ -88,8 +89,11 @@ def planned(
 ) -> Planned:
     """A motion from a configuration to a pose of a link, shape (4, 4), or to a configuration, shape (n_dof,).
 
+    held: joints that keep their positions, whatever a configuration to go to says of them.
     keep: whether what of the link points up at the start is kept upright, and whether its origin is kept on the line to the goal.
     """
+    if goal.ndim == 1 and held:
+        goal = np.where(columns_of_joints(robot.tree, held), start, goal)
     end = goal if goal.ndim == 2 else robot.forward_kinematics(goal, link=link)
     line = np.stack([robot.forward_kinematics(start, link=link)[:3, 3], end[:3, 3]])
     keeps = [Keep.upright(TILT, link=link)] if keep[0] else []
@@ -107,7 +111,8 @@ def planned(
         return Planned(plan, None, np.empty((0, 3)), near.q, kept_line=line)
     most = robot.velocity_limits
     velocity = np.where((most > 0) & (most < np.inf), most, _VELOCITY)
-    motion = plan.trajectory(velocity=velocity, acceleration=_ACCELERATION, jerk=jerk)
+    acceleration = np.minimum(robot.acceleration_limits, _ACCELERATION)
+    motion = plan.trajectory(velocity=velocity, acceleration=acceleration, jerk=jerk)
     q = motion.at(np.linspace(0.0, motion.duration, _POINTS)).q
     way = robot.forward_kinematics(q, link=link)[:, :3, 3]
     return Planned(plan, motion, way, motion.q[-1], curves_of(motion), line)
@@ -130,6 +135,7 @@ class Planning:
         jerk: The greatest jerk of the motion [rad/s^3 or m/s^3]; None for no limit.
         upright: Whether what of the hand points up at the start is kept upright.
         on_line: Whether the hand is kept on the line to the goal.
+        held: The joints that keep their positions, besides those of the session.
         shown: The plan; None without a goal, and while its kernels are compiled.
         waiting: Whether its kernels are being compiled.
         share: How much of the motion's time has passed, 0 to 1.
@@ -142,9 +148,11 @@ class Planning:
         self.share = 0.0
         self.jerk: float | None = None
         self.upright = self.on_line = False
+        self.held: tuple[str, ...] = ()
         self.shown: Planned | None = None
         self._goal: Array | None = None
-        self._start, self._placed = session.q, session.q
+        self._start = session.q
+        self._placed = (session.q,)  # where it has put the arm; two while it does so
         self._asked: tuple | None = None
         self._link = session.link
 
@@ -174,8 +182,7 @@ class Planning:
 
     def turn(self, *, on: bool) -> None:
         """Begin to plan, from where the arm is and without a goal; or end it."""
-        self.on, self._goal = on, None
-        self.start_here()
+        self._begin(None, on=on)
 
     def play(self) -> None:
         """Move the arm along the motion, from its beginning if it is at the end; or stop it."""
@@ -192,7 +199,8 @@ class Planning:
         """Plan if something has changed, and move the arm on by a time [s]. Returns whether the plan is another."""
         if not self.on:
             return False
-        if self._session.link != self._link or not np.array_equal(self._session.q, self._placed):
+        q = self._session.q
+        if self._session.link != self._link or not any(np.array_equal(q, placed) for placed in self._placed):
             self.start_here()
         another = self._plan()
         motion = None if self.shown is None else self.shown.motion
@@ -226,35 +234,39 @@ class Planning:
         how = "certified free" if motion.certified else "not certified"
         if self.upright or self.on_line:
             how += f", {plan.worst_violation:.0%} of the tolerance used at most"
-        return f"{plan.status}: {motion.duration:.2f} s, {how}, {plan.checks} edges checked"
+        too = f"; no path was found without moving {', '.join(plan.moved_beside)} too" if plan.moved_beside else ""
+        return f"{plan.status}: {motion.duration:.2f} s, {how}, {plan.checks} edges checked{too}"
 
     def start_here(self) -> None:
         """Plan from where the arm is."""
-        session = self._session
-        self._link, self._start, self._placed = session.link, session.q, session.q
+        self._begin(self._goal, on=self.on)
+
+    def _begin(self, goal: Array | None, *, on: bool) -> None:
+        """Plan to a goal from where the arm is. All is stored at last, with no call between, in case it is interrupted."""
+        link, q = self._session.link, self._session.q
+        self.on, self._goal, self._link, self._start, self._placed = on, goal, link, q, (q,)
         self.playing, self.share, self.shown, self.waiting, self._asked = False, 0.0, None, False, None
 
     def _plan(self) -> bool:
         if self._goal is None:
             return False
         session = self._session
-        keep = self.upright, self.on_line
-        asked = (self._goal.tobytes(), session.world.objects(), self.jerk, keep, session.robot)
+        keep, held = (self.upright, self.on_line), (*session.held, *self.held)
+        asked = (self._goal.tobytes(), session.world.objects(), self.jerk, keep, held, session.robot)
         if asked == self._asked:
             return False
-        if self.playing:
-            self._start, self.share = session.q, 0.0
-        found = session.ask(
-            NAME, planned, session.robot, self._start, self._goal, session.world, session.link, session.held, self.jerk, keep
-        )
-        self.waiting = found is None
-        self.shown, self._asked = found, None if found is None else asked
+        start, share = (session.q, 0.0) if self.playing else (self._start, self.share)
+        found = session.ask(NAME, planned, session.robot, start, self._goal, session.world, session.link, held, self.jerk, keep)
+        self._start, self.share, self.waiting, self.shown = start, share, found is None, found
+        self._asked = None if found is None else asked
         return True
 
     def _place(self, q: Array) -> None:
-        if not np.array_equal(q, self._session.q):
+        before = self._session.q
+        if not np.array_equal(q, before):
+            self._placed = before, q
             self._session.q = q
-        self._placed = self._session.q
+        self._placed = (q,)
 
 
 def _short_of(nearest: IKResult) -> str:

@@ -31,6 +31,8 @@ def ask_at_once(_name: str, question: Callable[..., Any], *arguments: Any, **opt
 class Session:
     """The state that all tabs and the program share. Each method may be called from any thread.
 
+    One that is interrupted, as by Ctrl-C, is done in whole or not at all: it stores its changes at last, with no call between.
+
     Args:
         robot: The robot.
         world: The obstacles around it; an empty world unless given.
@@ -73,8 +75,8 @@ class Session:
         self.avoiding, self.itself = False, not self.unchecked
         self.clearance = Clearance(None, refusal=self.unchecked)
         self.names = ShapeNames(robot)
-        self.q = configurations_of(robot)["home"] if q is None else q
         self._hand = Hand(robot, hand_link(robot), self.names) if robot.n_dof else None
+        self.q = configurations_of(robot)["home"] if q is None else q
         self._seen: tuple | None = None
         self._letting_go = self.waiting = self._checked = False
         self._resting = self._q if q is None and robot.n_dof else None
@@ -106,8 +108,7 @@ class Session:
             raise InputError("q", f"shape {positions.shape}; one configuration, shape ({self.robot.n_dof},), is expected")
         refuse_out_of_range(positions)
         with self.lock:
-            self._q = positions.copy()
-            self._rest()
+            self._rest(positions.copy(), self._hand)
 
     @property
     def link(self) -> str:
@@ -124,8 +125,7 @@ class Session:
             raise UnknownNameError("link", name, self.robot.link_names)
         with self.lock:
             if self._hand is not None:
-                self._hand = Hand(self.robot, name, self.names)
-                self._rest()
+                self._rest(self._q, Hand(self.robot, name, self.names))
 
     @property
     def held(self) -> tuple[str, ...]:
@@ -143,9 +143,7 @@ class Session:
         Raises:
             InputError: It is not a pose.
         """
-        with self.lock:
-            self.target, self._letting_go = as_one_pose(T_base_hand, "T_base_hand"), False
-            self._sent, self.missed = False, ""
+        self._pull(T_base_hand, sent=False)
 
     def send(self, T_base_hand: ArrayLike) -> None:
         """Send the hand to a pose, shape (4, 4), on any IK branch; the following frames move it there, or set ``missed``.
@@ -153,9 +151,7 @@ class Session:
         Raises:
             InputError: It is not a pose.
         """
-        with self.lock:
-            self.pull(T_base_hand)
-            self._sent = self._letting_go = True
+        self._pull(T_base_hand, sent=True)
 
     def let_go(self) -> None:
         """Release the hand: it goes on to its target, and then stops."""
@@ -178,8 +174,10 @@ class Session:
                 self.missed,
                 self.target is None,
             )
-            changed, self._seen = seen != self._seen, seen
-            return (changed or not self._checked) and (self._check() or changed)
+            changed = seen != self._seen
+            if changed:  # what was checked is another state: so it is checked again, also if that is interrupted
+                self._seen, self._checked = seen, False
+            return not self._checked and (self._check() or changed)
 
     @property
     def own_contacts(self) -> tuple[tuple[str, str], ...]:
@@ -203,10 +201,10 @@ class Session:
             self.q, self._resting = q, None
 
     def _take_robot(self) -> None:
-        if self._wanted is not self.robot:
-            self.robot = self._wanted
-            if self._hand is not None:
-                self._hand = Hand(self.robot, self._hand.link, self.names)
+        wanted = self._wanted
+        if wanted is not self.robot:
+            hand = None if self._hand is None else Hand(wanted, self._hand.link, self.names)
+            self.robot, self._hand = wanted, hand
 
     @property
     def moving(self) -> bool:
@@ -220,8 +218,8 @@ class Session:
         found = Clearance(None, refusal=self.unchecked)
         if not self.unchecked:
             found = self.ask(COLLISIONS, clearance, self.robot, self._q.copy(), self.world, itself=self.itself, names=self.names)
-        self._checked = found is not None
-        self.clearance = found or Clearance(None)
+        shown = Clearance(None) if found is None else found
+        self.clearance, self._checked = shown, found is not None
         return self._checked
 
     def _follow(self) -> None:
@@ -233,17 +231,21 @@ class Session:
         followed = self.ask(name, self._hand.follow, self._q.copy(), self.target.copy(), world)
         if self._sent and followed is not None and not followed.moving and not followed.reached:
             followed = self.ask(name, self._hand.place, self._q.copy(), self.target.copy(), world)
-        self.waiting = followed is None
         if followed is None:
-            return
-        self._q, self.trouble, self._on_the_way = followed.q, followed.reason, followed.moving
-        self.stopped = followed.stopped
-        if self._letting_go and not followed.moving:
-            missed = self.trouble if self._sent else ""
-            self._rest()
-            self.missed = missed
+            self.waiting = True
+        elif self._letting_go and not followed.moving:
+            self._rest(followed.q, self._hand, followed.reason if self._sent else "")
+        else:
+            self._q, self.trouble, self._on_the_way = followed.q, followed.reason, followed.moving
+            self.stopped, self.waiting = followed.stopped, False
 
-    def _rest(self) -> None:
-        """Clear the target and the reasons: nothing pulls the hand."""
-        self.target, self.trouble, self.missed, self.stopped = None, "", "", False
-        self._letting_go = self._sent = False
+    def _pull(self, T_base_hand: ArrayLike, *, sent: bool) -> None:
+        with self.lock:
+            self.target, self._letting_go = as_one_pose(T_base_hand, "T_base_hand"), sent
+            self._sent, self.missed = sent, ""
+
+    def _rest(self, q: Array, hand: Hand | None, missed: str = "") -> None:
+        """Be at q with a hand that nothing pulls, without a target and its reasons."""
+        self._q, self._hand, self.missed = q, hand, missed
+        self.target, self.trouble, self.stopped = None, "", False
+        self._letting_go = self._sent = self._on_the_way = self.waiting = False

@@ -55,10 +55,11 @@ class Steering:
 
     def turn(self, *, on: bool) -> None:
         """Begin to steer, or end it: then the arm stays where it is."""
+        until = np.zeros((2, 6))
         self.on, self.waiting, self.refusal = on, False, ""
         self.command: Command | None = None
         self._servo: Servo | None = None
-        self._until = np.zeros((2, 6))  # when each button counts as released, of negative and of positive directions [s]
+        self._until = until  # when each button counts as released, of negative and of positive directions [s]
         self._seen: tuple | None = None  # the link, q and the objects for which the servo was made, or refused
         self._owed = 0.0  # [s] of ticks
 
@@ -89,9 +90,9 @@ class Steering:
         self._owed = self._owed + seconds if servo is not None and self.moving else 0.0
         twist = self._twist()
         while servo is not None and self._owed >= 1 / RATE:
-            self._owed -= 1 / RATE
-            self.command = servo.step(twist=twist, expressed_in=self.expressed_in) if twist.any() else servo.step()
-            self._session.q = servo.q
+            command = servo.step(twist=twist, expressed_in=self.expressed_in) if twist.any() else servo.step()
+            self.command, self._owed = command, self._owed - 1 / RATE
+            self._session.q = command.q
             self._seen = self._now()
         return self.sentence != before
 
@@ -108,7 +109,7 @@ class Steering:
         now, session, servo = self._now(), self._session, self._servo
         if now == self._seen:
             return servo
-        if servo is None or self._seen is None or now[:2] != self._seen[:2]:
+        if servo is None or self._seen is None or (now[:2] != self._seen[:2] and now[:2] != (self._seen[0], servo.q.tobytes())):
             found = session.ask(NAME, started, session.robot, session.world, session.link, session.q, self.jerk)
             self._servo, self.refusal = found or (None, "")
             self.command = None

@@ -22,7 +22,10 @@ from xacro import substitution_args
 from ulna.description.xacro.child.addresses import path_of_address
 from ulna.description.xacro.child.confinement import add_audit_hook, confine
 from ulna.description.xacro.child.expressions import evaluate, offer, offer_those_of_xacro
-from ulna.description.xacro.child.parent import Parent, RefusedError
+from ulna.description.xacro.child.parent import MAX_SENTENCE, Parent, RefusedError
+
+_LONG_WORD = re.compile(r"(\S{190})\S{10,}")
+_MAX_NAMES, _MAX_NAME = 1000, 200  # of arguments that the parent is told of, and their length
 
 
 def main() -> None:
@@ -35,38 +38,39 @@ def main() -> None:
     add_audit_hook()
     parent.send({"left_out": left_out})
     try:
-        done = _expanded(parent, parent.receive())
+        parent.send_urdf(*_expanded(parent, parent.receive()))
     except RecursionError:
-        done = {"error": "a macro calls itself without end"}
+        parent.send({"error": "a macro calls itself without end"})
     except MemoryError:
-        done = {"error": "out of memory"}
+        parent.send({"error": "out of memory"})
     except Exception as error:  # noqa: BLE001 - xacro raises whatever the document's expressions raise
-        done = {"error": _sentence(error)}
-    parent.send(done)
+        parent.send({"error": _LONG_WORD.sub(r"\1...", _sentence(error)[: 2 * MAX_SENTENCE])[:MAX_SENTENCE]})
 
 
-def _expanded(parent: Parent, request: dict) -> dict[str, Any]:
+def _expanded(parent: Parent, request: dict) -> tuple[bytes, list[str]]:
+    """The URDF in UTF-8, and the names of arguments that were looked up."""
     arguments = Arguments(request["arguments"])
     _teach_xacro(parent, arguments, request["file"], request["folder"])
     document: Any = xml.dom.minidom.parseString(request["text"])  # noqa: S318 - the parent parsed it first
     xacro.process_doc(document, mappings=arguments)
-    text = document.toprettyxml(indent="  ")
+    urdf = document.toprettyxml(indent="  ").encode(errors="surrogatepass")
     longest = request["longest"]
-    if len(text) > longest:
-        raise ValueError(f"expands to {len(text) / 1e6:.0f} MB; up to {longest / 1e6:.0f} MB are read")
-    return {"urdf": text, "asked": sorted(arguments.asked)}
+    if len(urdf) > longest:
+        raise ValueError(f"expands to {len(urdf) / 1e6:.0f} MB; up to {longest / 1e6:.0f} MB are read")
+    return urdf, sorted(name for name in arguments.asked if len(name) <= _MAX_NAME)[:_MAX_NAMES]
 
 
 def _sentence(error: BaseException) -> str:
     """The error message in one line."""
     inner: BaseException | None = error
+    said = " ".join(str(error)[: 2 * MAX_SENTENCE].split())
     while inner is not None:
         if isinstance(inner, MemoryError):
-            return "out of memory " + " ".join(str(error).split())
+            return f"out of memory {said}"
         if isinstance(inner, RefusedError):
             return str(inner)
         inner = getattr(inner, "exc", None) or inner.__cause__ or inner.__context__
-    text = re.sub(r"<class '[\w.]+'>: ", "", " ".join(str(error).split()))
+    text = re.sub(r"<class '[\w.]+'>: ", "", said)
     half = len(text) // 2
     if len(text) % 2 == 1 and text[:half] == text[half + 1 :]:
         text = text[:half]

@@ -5,6 +5,9 @@ import json
 import os
 from typing import Any, BinaryIO
 
+MAX_LINE = 1_000_000  # bytes of a message of the child; the URDF follows its message as so many bytes
+MAX_SENTENCE = 1000  # characters of an error
+
 
 class RefusedError(Exception):
     """A document asked for what it may not have."""
@@ -21,8 +24,21 @@ class Parent:
         return json.loads(self._source.readline())
 
     def send(self, message: dict[str, Any]) -> None:
-        """Send a message to the parent."""
-        self._sink.write(json.dumps(message).encode() + b"\n")
+        """Send a message to the parent.
+
+        Raises:
+            RefusedError: It is longer than the parent reads.
+        """
+        line = json.dumps(message).encode() + b"\n"
+        if len(line) > MAX_LINE:
+            raise RefusedError(f"a name or a path of {len(line)} bytes; up to {MAX_LINE} are looked up")
+        self._sink.write(line)
+        self._sink.flush()
+
+    def send_urdf(self, urdf: bytes, asked: list[str]) -> None:
+        """Send the last message: the length of the URDF, the names of arguments that were looked up, and the URDF itself."""
+        self.send({"urdf": len(urdf), "asked": asked})
+        self._sink.write(urdf)
         self._sink.flush()
 
     def open(self, path: str, mode: str = "r") -> io.StringIO:

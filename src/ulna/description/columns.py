@@ -1,0 +1,312 @@
+"""Finds the columns of a table by the names that its first line gives them, with their units; without names, none are found."""
+
+import codecs
+import csv
+import re
+from collections.abc import Callable, Mapping, Sequence
+from itertools import islice
+from typing import NamedTuple
+
+LENGTH, ANGLE, TIME, NUMBER = "length", "angle", "time", "number"  # the kinds of quantities; a number has no unit
+_UNITS: dict[str, tuple[str, float]] = {
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), (LENGTH, 1.0)),
+    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), (LENGTH, 1e-3)),
+    **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre", "centimetres"), (LENGTH, 1e-2)),
+    **dict.fromkeys(("um", "\u00b5m", "\u03bcm"), (LENGTH, 1e-6)),
+    **dict.fromkeys(("in", "inch", "inches"), (LENGTH, 0.0254)),
+    **dict.fromkeys(("rad", "rads", "radian", "radians"), (ANGLE, 1.0)),
+    **dict.fromkeys(("deg", "degs", "degree", "degrees", "\u00b0"), (ANGLE, 0.017453292519943295)),
+    "mrad": (ANGLE, 1e-3),
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), (TIME, 1.0)),
+    **dict.fromkeys(("ms", "msec"), (TIME, 1e-3)),
+    **dict.fromkeys(("us", "usec", "\u00b5s", "\u03bcs"), (TIME, 1e-6)),
+    **dict.fromkeys(("ns", "nsec"), (TIME, 1e-9)),
+    **dict.fromkeys(("", "-", "1"), (NUMBER, 1.0)),
+}
+_IN_BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<]\s*([^\[\]()<>]*?)\s*[\])>]")
+_BEHIND = re.compile(r"(.+?)(?:\s+in\s+|[\s_./-]+|(?=\u00b0))([^\W\d_]+|\u00b0)")
+_PLAIN = re.compile(r"[\w\s./:\[\]()-]*")  # names that are compared by their words
+_SEPARATORS = (";", "\t", ",", None)  # None: blanks
+_COMMENTS = ("#", "//")
+_MAX_COLUMNS, _MAX_NAME = 1000, 200  # that are compared: patterns take time
+
+
+class Quantity(NamedTuple):
+    """What a column may be.
+
+    Attributes:
+        name: Its name here.
+        kind: Its kind, which says what units it may have.
+        words: A pattern of the other names that it has in files, in small letters, with one blank between words; "" for none.
+    """
+
+    name: str
+    kind: str
+    words: str = ""
+
+
+_PLACE = r"(?:.* )?(?:position|pos|translation|trans|point|points|coordinate|location)"
+_TURN = r"(?:.* )?(?:orientation|ori|rotation|rot|quaternion|quat)"
+XYZ = tuple(Quantity(x, LENGTH, rf"[tp]{x}|[tp] {x}|{_PLACE} (?:{x}|{k})") for k, x in enumerate("xyz"))
+RPY = tuple(Quantity(name, ANGLE, rf"(?:.* )?{name}") for name in ("roll", "pitch", "yaw"))
+WXYZ = tuple(Quantity(f"q{x}", NUMBER, rf"q {x}|{_TURN} q?{x}") for x in "wxyz")
+TIMES = Quantity("time", TIME, r"(?:.* )?(?:time|timestamp|stamp|t|time from start)")
+
+
+class Head(NamedTuple):
+    """How a table of text is written.
+
+    Attributes:
+        names: The names of its columns, as they are written; None if no line has them.
+        n_columns: How many columns its first row has.
+        separator: What is between two columns; None for blanks.
+        decimal_comma: Whether a comma is the point of a number.
+        first: The number of the first line with numbers, from 0.
+    """
+
+    names: tuple[str, ...] | None
+    n_columns: int
+    separator: str | None
+    decimal_comma: bool
+    first: int
+
+
+class Found(NamedTuple):
+    """The columns that were found.
+
+    Attributes:
+        at: For each name of a quantity the number of its column, from 0, and the factor from the unit in its name to m, rad or
+            s; None if its name has none.
+        others: The names of all other columns.
+    """
+
+    at: Mapping[str, tuple[int, float | None]]
+    others: tuple[str, ...]
+
+
+class Row(NamedTuple):
+    """Which columns of a table with names make a row.
+
+    Attributes:
+        known: What a column may be.
+        chosen: The names of those that make a row, in their order, of those that were found.
+        ignored: Whether a column of another name is left out; else it is refused.
+    """
+
+    known: Sequence[Quantity]
+    chosen: Callable[[Found], Sequence[str]]
+    ignored: Callable[[str], bool]
+
+
+def text_of(content: bytes) -> str:
+    """The text of a file, by its byte order mark if it has one, else UTF-8."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return content.decode("utf-16", errors="replace")
+    return content.decode("utf-8-sig", errors="replace")
+
+
+def is_row(line: str) -> bool:
+    """Whether a line is neither blank nor a comment."""
+    stripped = line.lstrip()
+    return bool(stripped) and not stripped.startswith(_COMMENTS)
+
+
+def head_of(lines: Sequence[str], known: Sequence[Quantity]) -> Head | None:
+    """How a table is written; None if it has no row of numbers.
+
+    Its names are those of the first line that is no comment, unless that has numbers. Else they are those of the last comment
+    before the numbers, if it has as many words as there are columns, and ``known`` names among them.
+
+    Raises:
+        ValueError: The line of names has another number of columns than the line after it.
+    """
+    separators = _SEPARATORS
+    start = next((k for k, line in enumerate(lines) if line.strip()), 0)
+    if stated := re.fullmatch(r"sep=(.)\s*", lines[start] if lines else ""):  # of a spreadsheet
+        separators, start = (stated[1], None), start + 1
+    rows = list(islice((k for k in range(start, len(lines)) if is_row(lines[k])), 2))
+    if not rows:
+        return None
+    head = _written(lines[rows[0]], separators, rows[0])
+    if any(is_number(field, head) for field in fields_of(lines[rows[0]], head.separator)):
+        return head._replace(names=_commented(lines[start : rows[0]], head, known))
+    if len(rows) == 1:
+        return None
+    head = _written(lines[rows[1]], separators, rows[1])
+    names = _split_names(lines[rows[0]], head)
+    if len(names) != head.n_columns:
+        few = f"line {rows[0] + 1} has {len(names)} names, but line {rows[1] + 1} has {head.n_columns} columns"
+        raise ValueError(f"{few}; a line that names none of them begins with #")
+    return head._replace(names=names)
+
+
+def _written(line: str, separators: Sequence[str | None], number: int) -> Head:
+    """How a line of numbers is written."""
+    separator = next(one for one in separators if one is None or one in line)
+    return Head(None, len(fields_of(line, separator)), separator, separator != "," and "," in line, number)
+
+
+def fields_of(line: str, separator: str | None) -> list[str]:
+    """The fields of a line, without the quotes around them, and without an empty one at its end.
+
+    Raises:
+        ValueError: One is longer than the ``csv`` module takes.
+    """
+    try:
+        fields = next(csv.reader([line.strip()], delimiter=separator or " ", skipinitialspace=True), [])
+    except csv.Error as error:
+        raise ValueError(f"{line.strip()[:60]!r} is no row: {error}") from None
+    fields = [field.strip() for field in fields if separator is not None or field]
+    return fields[:-1] if len(fields) > 1 and not fields[-1] else fields
+
+
+def number_of(field: str, head: Head) -> float:
+    """The number in a field.
+
+    Raises:
+        ValueError: It is none.
+    """
+    if "_" in field:
+        raise ValueError(field)
+    if head.decimal_comma:
+        if "." in field:
+            raise ValueError(field)
+        field = field.replace(",", ".")
+    return float(field)
+
+
+def is_number(field: str, head: Head) -> bool:
+    """Whether a field is a number."""
+    try:
+        number_of(field, head)
+    except ValueError:
+        return False
+    return True
+
+
+def find_columns(names: Sequence[str], known: Sequence[Quantity]) -> Found:
+    """The columns of quantities, by their names.
+
+    A unit is stated as in "x [mm]", "q1 (deg)" or "roll_deg".
+
+    Raises:
+        ValueError: Two columns are of one quantity, a unit is not known or of another kind, or there are more than 1000 columns.
+    """
+    if len(names) > _MAX_COLUMNS:
+        raise ValueError(f"{len(names)} columns have names; at most {_MAX_COLUMNS} are read")
+    at: dict[str, tuple[int, float | None]] = {}
+    others = []
+    for k, name in enumerate(names):
+        quantity, unit = _quantity(name, known)
+        if quantity is None:
+            others.append(name)
+            continue
+        if quantity.name in at:
+            raise ValueError(
+                f"columns {names[at[quantity.name][0]][:60]!r} and {name[:60]!r} are both {quantity.name}; one is expected"
+            )
+        at[quantity.name] = k, _factor(name, quantity, unit)
+    return Found(at, tuple(others))
+
+
+def required(found: Found, wanted: Sequence[str], names: Sequence[str]) -> tuple[list[int], list[float | None]]:
+    """The numbers of the columns that are wanted, and their factors.
+
+    Raises:
+        ValueError: One of them is not there.
+    """
+    missing = [name for name in wanted if name not in found.at]
+    if missing:
+        has = ", ".join(repr(name) for name in names[:20]) + (" ..." if len(names) > 20 else "")
+        raise ValueError(f"no column is named {', '.join(missing[:20])}; the names are {has[:400]}")
+    return [found.at[name][0] for name in wanted], [found.at[name][1] for name in wanted]
+
+
+def columns_of(names: Sequence[str], row: Row) -> tuple[list[int], list[float]]:
+    """The numbers of the columns that make a row, and their units in m, rad or s.
+
+    Raises:
+        ValueError: One is missing, there are two of it, or there is one that is not known.
+    """
+    found = find_columns(names, row.known)
+    chosen = row.chosen(found)
+    columns, factors = required(found, chosen, names)
+    strange = [name for name in found.others if not row.ignored(name)]
+    strange += [names[column] for name, (column, _) in found.at.items() if name not in chosen]
+    if strange:
+        raise ValueError(f"column {strange[0][:60]!r} is not known beside {', '.join(chosen[:20])}")
+    return columns, [1.0 if factor is None else factor for factor in factors]
+
+
+def words_of(name: str) -> str:
+    """A name in small letters, with one blank between its words."""
+    return " ".join(re.split(r"[\W_]+", name.casefold())).strip()
+
+
+def _commented(lines: Sequence[str], head: Head, known: Sequence[Quantity]) -> tuple[str, ...] | None:
+    """The names in the last comment before the numbers; None if it has none of those that are known.
+
+    Raises:
+        ValueError: It names columns, but not as many as there are, and not in the usual order.
+    """
+    comment = next((line for line in reversed(lines) if line.strip()), "").strip().lstrip("#/").strip()
+    names = _split_names(comment, head)
+    if len(names) != head.n_columns:
+        names = tuple(re.split(r"[\s,;]+", comment))
+    quantities = [_quantity(name, known)[0] for name in names[:_MAX_COLUMNS]]
+    found = [(k, one.name) for k, one in enumerate(quantities) if one is not None]
+    if not found:
+        return None
+    for skipped in {0, found[0][0]}:  # words before the names, as in "columns: x y z"
+        if len(names) - skipped == head.n_columns:
+            return names[skipped:]
+    if len(found) > 2 and found != [(k, one.name) for k, one in enumerate(known[: len(found)])]:
+        raise ValueError(f"the comment {comment[:60]!r} names {len(names)} columns, but there are {head.n_columns}")
+    return None
+
+
+def _split_names(line: str, head: Head) -> tuple[str, ...]:
+    """The names in a line, which may be separated otherwise than the numbers below it."""
+    ways = (fields_of(line, separator) for separator in (head.separator, *_SEPARATORS))
+    first, *others = islice(ways, len(_SEPARATORS) + 1)
+    names = next((names for names in (first, *others) if len(names) == head.n_columns), first)
+    return tuple(name.strip(" ,;") for name in names)
+
+
+def _quantity(name: str, known: Sequence[Quantity]) -> tuple[Quantity | None, str | None]:
+    """What a column is, and the unit in its name; None for none."""
+    name = name.strip()[:_MAX_NAME]
+    if exact := next((one for one in known if one.name == name), None):
+        return exact, None
+    if name == "%time":  # as ``rostopic echo -p`` writes it
+        return _named("time", known), "ns"
+    match = _IN_BRACKETS.fullmatch(name)
+    if match is not None and (quantity := _named(match[1], known)) is not None:
+        return quantity, match[2]
+    if (quantity := _named(name, known)) is not None:
+        return quantity, None
+    match = _BEHIND.fullmatch(name)
+    if match is not None and match[2].casefold() in _UNITS and (quantity := _named(match[1], known)) is not None:
+        return quantity, match[2]
+    return None, None
+
+
+def _named(name: str, known: Sequence[Quantity]) -> Quantity | None:
+    """The quantity of a name without a unit; None for none, or several."""
+    words = words_of(name)
+    if not words or not _PLAIN.fullmatch(name):
+        return None
+    alike = [one for one in known if one.name == name] or [one for one in known if words_of(one.name) == words]
+    if alike:
+        return alike[0] if len(alike) == 1 else None
+    return next((one for one in known if one.words and re.fullmatch(one.words, words)), None)
+
+
+def _factor(name: str, quantity: Quantity, unit: str | None) -> float | None:
+    if unit is None:
+        return None
+    kind, factor = _UNITS.get(unit.casefold(), (None, 1.0))
+    if kind != quantity.kind:
+        expected = ", ".join(one for one, (kind, _) in _UNITS.items() if kind == quantity.kind and one)
+        raise ValueError(f"the unit of column {name[:60]!r} is not known; of {quantity.name} it may be {expected}")
+    return factor

@@ -1,0 +1,169 @@
+"""Warns of lengths and angles from outside that are more likely in another unit than metres and radians.
+
+A size alone is never refused: there are arms of millimetres, and of a hundred metres. What is refused cannot be so: a camera
+that sees nothing within ``FAR``.
+"""
+
+import math
+import sys
+import warnings
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.robot_description import Description, Joint, JointType
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Sphere
+from ulna.description.structure import joints_from_root, root_link
+from ulna.errors import InputError, UnitWarning
+
+Array = NDArray[np.floating]
+FAR = 100.0  # [m]: no arm reaches as far, and no depth camera sees as far; a millimetre table of any arm has more
+_LONGEST = 10_000.0  # [m]: no arm has as many millimetres
+_DIGIT, _ROUNDING = 1e-4, 1e-8  # of a drawing in millimetres
+_NEAR = 0.005  # [m]: nearer than any camera focuses
+_LARGEST_CELL = 5.0  # [m]
+_LARGEST_PADDING = 1.0  # [m]
+_STEEP, _HIGH = 10.0, 10.0  # heights over the width of their map, and [m]
+_TWO_TURNS = 4 * math.pi
+_IN_MILLIMETRES = "are these millimetres? Lengths are metres"
+_IN_DEGREES = "are these degrees? Angles are radians"
+
+
+def warn_of_unit(name: str, message: str) -> None:
+    """Give a ``UnitWarning`` of an argument, at the line outside of Ulna that calls it."""
+    frame, level = sys._getframe(1), 2  # noqa: SLF001 - warnings takes a level, and no module, before Python 3.12
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "ulna":
+        frame, level = frame.f_back, level + 1
+    warnings.warn(f"{name}: {message}", UnitWarning, stacklevel=level)
+
+
+def check_depths(z: Array) -> None:
+    """Look at the depths of an image [m], 0 where nothing was measured.
+
+    Raises:
+        InputError: The nearest is farther than any depth camera sees.
+    """
+    seen = z[z > 0]
+    if not len(seen):
+        return
+    nearest, farthest = float(seen.min()), float(seen.max())
+    if nearest > FAR:
+        raise InputError(
+            "depth",
+            f"the nearest of {len(seen)} depths is {nearest:.4g} m, and no depth camera sees as far; "
+            "depth_scale=0.001 reads millimetres",
+        )
+    if float(np.median(seen)) > FAR:
+        warn_of_unit(
+            "depth",
+            f"half of the depths are beyond {FAR:g} m: are these millimetres (depth_scale=0.001)? "
+            "If so large a number means no measurement, max_depth= leaves it out",
+        )
+    elif farthest < _NEAR:
+        warn_of_unit("depth", f"the farthest is {farthest:.2g} m: is it scaled twice? depth_scale=1 reads metres")
+
+
+def check_points(name: str, points: Array) -> None:
+    """Look at the points of a cloud [m], shape (n, 3)."""
+    if not len(points) or max(-points.min(), points.max()) <= FAR:
+        return
+    distance = float(np.median(np.linalg.norm(points, axis=1)))
+    if distance > FAR:
+        warn_of_unit(name, f"half of them are beyond {distance:.4g} m from the origin: {_IN_MILLIMETRES}")
+
+
+def check_place(name: str, T: Array) -> None:
+    """Look at a pose (4, 4) that something of the arm's cell has."""
+    distance = math.hypot(T.item(3), T.item(7), T.item(11))
+    if distance > FAR:
+        warn_of_unit(name, f"{distance:.4g} m from the origin: {_IN_MILLIMETRES}")
+
+
+def check_cell(edge: float) -> None:
+    """Look at the edge of the cells of a grid [m]."""
+    if edge >= _LARGEST_CELL:
+        warn_of_unit("cell", f"{edge:g} m: {_IN_MILLIMETRES}")
+
+
+def check_heights(heights: Array, bottom: float, cell: float) -> None:
+    """Look at the columns of a height map: from ``bottom`` up [m], cells of an edge [m]."""
+    width, highest = cell * max(heights.shape), float(heights.max())
+    height = highest - bottom
+    if (height > _HIGH and height > _STEEP * width) or (float(heights.min()) > FAR and width < FAR):
+        warn_of_unit("heights", f"up to {highest:.4g} m, on a map of {width:.4g} m: {_IN_MILLIMETRES}")
+
+
+def check_padding(padding: float) -> None:
+    """Look at how far from a robot points count as its own [m]."""
+    if padding > _LARGEST_PADDING:
+        warn_of_unit("padding", f"what is within {padding:g} m of the robot is left out: {_IN_MILLIMETRES}")
+
+
+def check_object(name: str, shape: object, T: Array) -> None:
+    """Look at the extents of an object of a world, and at its place: a floor is wide, but thin, and may lie to one side."""
+    extents = _extents(shape)
+    if max(extents) >= FAR:
+        if min(extents) >= FAR / 10:
+            words = " x ".join(f"{extent:.4g}" for extent in extents)
+            warn_of_unit("shape", f"{name!r} is {words} m: {_IN_MILLIMETRES}")
+        return
+    check_place(f"pose of {name!r}", T)
+
+
+def _extents(shape: object) -> tuple[float, float, float]:
+    """Those of a solid [m]; nothing of clouds and grids, which are looked at when they are made, and no end to a half-space."""
+    match shape:
+        case Box():
+            x, y, z = shape.extents
+            return x, y, z
+        case Sphere():
+            return 2 * shape.radius, 2 * shape.radius, 2 * shape.radius
+        case Cylinder() | Capsule():
+            return 2 * shape.radius, 2 * shape.radius, shape.length
+        case ConvexMesh():
+            x, y, z = np.ptp(shape.vertices, axis=0).tolist()
+            return x, y, z
+        case HalfSpace():
+            return math.inf, math.inf, 0.0
+    return 0.0, 0.0, 0.0
+
+
+def check_dh_rows(rows: Array) -> None:
+    """Look at the angles of a Denavit-Hartenberg table, rows of a, d, alpha, theta_offset."""
+    largest = float(np.abs(rows[:, 2:]).max(initial=0.0))
+    if largest > 2 * math.pi + 1e-3:
+        warn_of_unit("rows", f"alpha and theta_offset are up to {largest:g} rad: {_IN_DEGREES}")
+
+
+def check_description(name: str, description: Description) -> None:
+    """Look at the length of the longest chain of a robot, slides drawn out, and at the limits of its joints.
+
+    Lengths of which one has more digits than a drawing in millimetres are computed: an arm in another unit, say.
+    """
+    joints, far = joints_from_root(description), {root_link(description): 0.0}
+    for joint in joints:
+        slide = _widest(joint) if joint.type == JointType.PRISMATIC else 0.0
+        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.origin[:3, 3])) + slide
+    length, offsets = max(far.values()), np.array([joint.origin[:3, 3] for joint in joints])
+    if FAR < length <= _LONGEST and np.abs(offsets - _DIGIT * np.rint(offsets / _DIGIT)).max() < _ROUNDING:
+        warn_of_unit(name, f"the robot reaches {length:.4g} m when stretched: {_IN_MILLIMETRES}")
+    limited = [joint for joint in joints if joint.type == JointType.REVOLUTE and joint.mimic is None]
+    widest = sorted(map(_widest, limited))
+    if len(widest) > 1 and widest[0] > _TWO_TURNS and widest[len(widest) // 2] <= 360 and widest[-1] <= 720:
+        first = limited[0]
+        words = f"{first.limits.lower:g} to {first.limits.upper:g} rad are the limits of {first.name!r}"
+        warn_of_unit(name, f"{words}, and all joints turn more than twice: {_IN_DEGREES}")
+
+
+def degrees_in_words(angles: ArrayLike) -> str:
+    """The end of a sentence that refuses angles [rad]: a question, where one is of more than two turns."""
+    return f": {_IN_DEGREES}" if np.abs(angles).max(initial=0.0) > _TWO_TURNS else ""
+
+
+def millimetres_in_words(distance: float, reach: float) -> str:
+    """What is put behind a distance that is out of a reach [m]: a question, where it is many times that."""
+    return " (millimetres?)" if distance > FAR and distance > 20 * reach else ""
+
+
+def _widest(joint: Joint) -> float:
+    return max(abs(joint.limits.lower), abs(joint.limits.upper))

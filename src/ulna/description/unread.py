@@ -1,0 +1,215 @@
+"""Finds what a URDF document says and Ulna does not read, and whether that may change a pose, a shape or a limit."""
+
+import difflib
+import re
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from lxml import etree
+
+# For each element the children and the attributes that are read, or looked at by ``inspect``.
+CHILDREN = {
+    "robot": ("link", "joint", "material"),
+    "link": ("visual", "collision", "inertial"),
+    "joint": ("parent", "child", "origin", "axis", "limit", "mimic", "safety_controller"),
+    "visual": ("origin", "geometry", "material"),
+    "collision": ("origin", "geometry"),
+    "inertial": ("origin", "mass", "inertia"),
+    "geometry": ("box", "sphere", "cylinder", "capsule", "mesh"),
+    "material": ("color",),
+}
+ATTRIBUTES = {
+    "robot": ("name", "version"),
+    "link": ("name",),
+    "visual": ("name",),
+    "collision": ("name",),
+    "material": ("name",),
+    "joint": ("name", "type"),
+    "parent": ("link",),
+    "child": ("link",),
+    "origin": ("xyz", "rpy", "quat_xyzw"),
+    "axis": ("xyz",),
+    "limit": ("lower", "upper", "velocity", "effort", "acceleration", "deceleration", "jerk"),
+    "mimic": ("joint", "multiplier", "offset"),
+    "safety_controller": ("k_velocity", "k_position", "soft_lower_limit", "soft_upper_limit"),
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "mesh": ("filename", "scale"),
+    "mass": ("value",),
+    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    "color": ("rgba",),
+}
+# What other programs read, and what changes neither a pose nor a shape, a limit or a collision.
+_OTHERS = {
+    "robot": {"gazebo", "mujoco", "ros2_control", "sensor", "transmission", "verbose"},
+    "link": {"contact", "contact_coefficients", "gravity", "kinematic", "self_filter", "sensor", "surface", "verbose"},
+    "joint": {"calibration", "dynamics"},
+    "collision": {"contact", "contact_coefficients", "material", "surface", "verbose"},
+    "geometry": {"material"},
+    "mesh": {"declare_convex"},
+}
+_OTHER_ATTRIBUTES = {
+    "joint": {"dont_collapse"},
+    "limit": {"command_effort", "current", "gear_velocity"},
+}
+RATES, RATES_SINCE = ("acceleration", "deceleration", "jerk"), (1, 2)  # of a <limit>, and since which version of URDF
+_LOOKS = {"inertial", "material", "visual"}  # nothing in them changes what is computed
+_NAMED = {"geometry", "link", "robot", "collision", *_LOOKS}  # other attributes of them are names and notes
+_LIKENESS = 0.8  # "efort" is meant to be "effort"; "gear_velocity" is something else
+_LOOP = "it closes a loop of joints, which is not kept: its links move as if it were not there"
+_FRAME = "a <link> without shapes on a fixed joint is the same frame, and is read"
+_SHAPES = "its shapes are not checked for collisions; <collision> is read"
+_REASONS = {
+    "loop_joint": _LOOP,
+    "constraint": _LOOP,
+    "ball_constraint": _LOOP,
+    "linear_bushing_rpy": _LOOP,
+    "frame": _FRAME,
+    "fixed_frame": _FRAME,
+    "collision_filter_group": "an SRDF says which links may touch (srdf=)",
+    "self_collision_checking": _SHAPES,
+    "collision_checking": _SHAPES,
+    "position_based_velocity_limits": 'limits="fr3" has those of an FR3',
+}
+
+
+class Unread(NamedTuple):
+    """A part of a document that is not read.
+
+    Attributes:
+        element: The element, or the one whose attribute or text it is.
+        what: What it is, such as "<dynamics> in <joint>".
+        message: A sentence about it; empty where it is known to be for other programs.
+        matters: Whether a pose, a shape, a limit or a collision may be otherwise with it.
+    """
+
+    element: etree._Element
+    what: str
+    message: str
+    matters: bool
+
+
+def version_of(root: etree._Element) -> tuple[int, int] | None:
+    """The version of URDF that a document states, (1, 0) where it states none; None where it is not two numbers, as in "1.0"."""
+    stated = re.fullmatch(r"([0-9]{1,4})\.([0-9]{1,4})", root.get("version", "1.0"))
+    return None if stated is None else (int(stated[1]), int(stated[2]))
+
+
+def unused_rate(limit: etree._Element, key: str) -> bool:
+    """Whether a limit of URDF 1.2 in a document of an older version is no finite number above 0, so that it limits nothing."""
+    try:
+        value = float(limit.get(key, "nan"))
+    except ValueError:
+        return True
+    return not 0.0 < value < np.inf
+
+
+def unread_parts(root: etree._Element) -> Iterator[Unread]:
+    """The elements, attributes and texts that are not read."""
+    version = version_of(root)
+    if version is None:
+        stated = f"version {root.get('version', '')[:40]!r} is not two numbers, as in '1.0', which is taken"
+        yield Unread(root, "attribute 'version' of <robot>", stated, matters=True)
+    waiting = [(root, False)]
+    while waiting:
+        element, of_looks = waiting.pop()
+        tag = str(element.tag)
+        of_looks = of_looks or tag in _LOOKS
+        yield from _attributes(element, tag, of_looks=of_looks)
+        if tag == "limit" and (version or (1, 0)) < RATES_SINCE:
+            yield from _unused_rates(element)
+        if tag in ATTRIBUTES and tag not in _NAMED and tag != "joint" and (element.text or "").strip():
+            text = " ".join((element.text or "").split())[:40]
+            yield Unread(element, f"text in <{tag}>", f"the text {text!r} in <{tag}> is not read", not of_looks)
+        if tag == "joint":
+            yield from _unused_range(element)
+        read = CHILDREN.get(tag, ())
+        known = [child for child in element.iterchildren(etree.Element) if child.tag in read]
+        waiting.extend((child, of_looks) for child in reversed(known))
+        for child in element.iterchildren(etree.Element):
+            if child.tag not in read:
+                yield _element(child, tag, of_looks=of_looks)
+
+
+def sentences(root: etree._Element, source: str) -> list[str]:
+    """A sentence with file and line for each part that matters and is not read."""
+    parts = (part for part in unread_parts(root) if part.matters)
+    return [f"{source}:{part.element.sourceline}: {of_robot(part.element)}: {part.message}" for part in parts]
+
+
+def of_robot(element: etree._Element) -> str:
+    """The joint, link or document that an element belongs to, in words."""
+    for one in (element, *element.iterancestors()):
+        if one.tag in ("joint", "link"):
+            return f"{one.tag} {one.get('name', '')!r}"
+    return "document"
+
+
+def _element(child: etree._Element, parent: str, *, of_looks: bool) -> Unread:
+    name, of_others = etree.QName(child), _OTHERS.get(parent, ())
+    tag, what = name.localname, f"<{name.localname}> in <{parent}>"
+    if name.namespace is None and (near := _nearly(tag, CHILDREN.get(parent, ()))):
+        return Unread(child, what, f"{what} is not known, and left out; did you mean <{near}>?", not of_looks)
+    if parent == "robot" and tag == "gazebo":
+        ties = next((part.tag for part in child.iterchildren("joint", "link", "model", "include")), None)
+        if ties is None:
+            return Unread(child, what, "", matters=False)
+        return Unread(child, what, f"a <{ties}> in <gazebo> is not read: what it adds or ties is missing here", matters=True)
+    is_for_others = name.namespace is not None and tag not in _REASONS
+    is_hint = tag == "collision_checking" and child.find(".//geometry") is None  # it tells Pinocchio which shapes to replace
+    if of_looks or is_for_others or is_hint or tag in of_others or (tag == "origin" and _is_identity(child)):
+        return Unread(child, what, "", matters=False)
+    reason = f": {_REASONS[tag]}" if tag in _REASONS else ""
+    return Unread(child, what, f"{what} is not read{reason}", matters=True)
+
+
+def _attributes(element: etree._Element, tag: str, *, of_looks: bool) -> Iterator[Unread]:
+    known = ATTRIBUTES.get(tag, ())
+    for key in map(str, element.attrib):
+        name = etree.QName(key)
+        if key in known or not known or (name.namespace is not None and tag != "limit"):
+            continue
+        what = f"attribute {name.localname!r} of <{tag}>"
+        if name.namespace is None and (near := _nearly(key, known)):
+            yield Unread(element, what, f"{what} is not known, and left out; did you mean {near!r}?", not of_looks)
+        elif tag in _NAMED or of_looks or name.localname in _OTHER_ATTRIBUTES.get(tag, ()):
+            yield Unread(element, what, "", matters=False)
+        else:
+            yield Unread(element, what, f"{what} is not read", matters=True)
+
+
+def _unused_rates(limit: etree._Element) -> Iterator[Unread]:
+    for key in RATES:
+        if key in limit.attrib and unused_rate(limit, key):
+            message = f"{key} {limit.get(key, '')[:40]!r} is no number above 0, so it limits nothing"
+            yield Unread(limit, f"attribute {key!r} of <limit>", message, matters=True)
+
+
+def _unused_range(joint: etree._Element) -> Iterator[Unread]:
+    """The range of a continuous joint, which has none by its type; one of a turn or more, or of nothing, limits nothing."""
+    limit = joint.find("limit")
+    if joint.get("type") != "continuous" or limit is None or not {"lower", "upper"} & set(limit.attrib):
+        return
+    what = "range of a continuous joint"
+    try:
+        width = float(limit.get("upper", "0")) - float(limit.get("lower", "0"))
+    except ValueError:
+        width = 0.0
+    message = "lower and upper of a continuous joint are not used; with type revolute they are"
+    matters = 0.0 < width < 2 * np.pi - 1e-3
+    yield Unread(limit, what, message if matters else "", matters)
+
+
+def _is_identity(origin: etree._Element) -> bool:
+    try:
+        return not np.any([float(word) for key in ("xyz", "rpy") for word in origin.get(key, "").split()])
+    except ValueError:
+        return False
+
+
+def _nearly(name: str, known: Iterable[str]) -> str | None:
+    """The known name that a misspelt one was meant to be."""
+    return next(iter(difflib.get_close_matches(name, known, n=1, cutoff=_LIKENESS)), None)

@@ -1,0 +1,36 @@
+"""Defines the size of a chain, of which thresholds for lengths are shares."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.kernels.layout import COLUMN, KIND, LARGEST, PRISMATIC, RATIO
+
+Array = NDArray[np.float64]
+_ROUNDING = 1e-9  # m: a shorter chain is the rounding of offsets
+_SHARE = 1e-5  # of the longest slide: so is a chain that is shorter beside it
+
+
+def length_of(chain: Array) -> float:
+    """The lengths of all parts of a chain together [m], slides at 0."""
+    return float(np.linalg.norm(chain[:, [3, 7, 11]], axis=1).sum())
+
+
+def longest_slide(chain: Array, lower: Array, upper: Array) -> float:
+    """How far the longest slide of a chain may move [m]; a metre where one has no end, 0 without slides."""
+    rows = chain[chain[:, KIND] == PRISMATIC]
+    columns = rows[:, COLUMN].astype(np.int64)
+    ends = (np.abs(lower[columns]) <= LARGEST) & (np.abs(upper[columns]) <= LARGEST)
+    ways = np.subtract(upper[columns], lower[columns], out=np.ones(len(rows)), where=ends)
+    return float(np.where(ends, np.abs(rows[:, RATIO]) * ways, 1.0).max(initial=0.0))
+
+
+def size_of(length: float, slide: float) -> float:
+    """The size of a chain of a length, whose longest slide moves so far [m]; a metre of one that has neither."""
+    return length if length > max(_ROUNDING, _SHARE * slide) else slide or 1.0
+
+
+def units_of(chain: Array, lower: Array, upper: Array) -> Array:
+    """The unit of each entry of q (n_dof,): 1 of an angle, and of a slide the size of the chain [m]."""
+    units, slides = np.ones(len(lower)), chain[:, KIND] == PRISMATIC
+    units[chain[slides, COLUMN].astype(np.int64)] = size_of(length_of(chain), longest_slide(chain, lower, upper))
+    return units

@@ -1,0 +1,136 @@
+"""Narrower limits of a robot, from what a caller gives: numbers, joints by name, a file ``joint_limits.yaml``."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.description.structure import Drive
+from ulna.errors import DescriptionWarning, InputError, UnknownNameError
+from ulna.kinematics.tree import Narrowed, Tree, entry_names
+from ulna.planning.motion_limits import GivenLimits, limits_of
+
+Array = NDArray[np.float64]
+Given = ArrayLike | Mapping[str, ArrayLike]
+_DIGITS = 1e-4  # of a limit, or [rad or m]: a limit that is so little wider was written with fewer digits
+_POSITIONS = "lower", "upper"
+
+
+def narrower(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given | None]) -> Narrowed:
+    """The limits of a tree, narrowed by a file and by what is given.
+
+    given: ``lower``, ``upper``, ``velocity``, ``acceleration`` and ``jerk``, as of ``Robot.with_limits``.
+
+    Raises:
+        InputError: A limit is wider than the robot's or is none, or a joint would have no range.
+        UnknownNameError: There is no such joint.
+        FileError, DescriptionError: As for ``limits_of``.
+    """
+    n, names = tree.n_dof, entry_names(tree)
+    kept = tree.narrowed or Narrowed(np.full(n, -np.inf), *(np.full(n, np.inf) for _ in range(4)))
+    rates = {"velocity": tree.velocity_limits, "acceleration": tree.acceleration_limits, "jerk": tree.jerk_limits}
+    narrowed = {"lower": tree.lower, "upper": tree.upper, **rates}
+    of_file = {} if limits is None else _of_file(limits, tree, names)
+    stated = _stated(tree, names, given)
+    for argument, each in (("limits", of_file), ("", stated)):
+        for quantity, values in each.items():
+            narrowed[quantity] = _narrowed(argument or quantity, quantity, values, narrowed[quantity], names)
+    lower, upper = narrowed["lower"], narrowed["upper"]
+    empty = np.flatnonzero(~(lower < upper) & (tree.lower < tree.upper))
+    if len(empty):
+        k = int(empty[0])
+        argument = next((name for name in _POSITIONS if name in stated), "limits")
+        range_ = f"{lower[k]:.6g} to {upper[k]:.6g}"
+        raise InputError(argument, f"{names[k]} would go from {range_}, which is no range; held= holds a joint")
+    for name, own in rates.items():
+        unchanged = ~(narrowed[name] < own) & (own > 0.0)
+        narrowed[name] = np.where(unchanged, getattr(kept, name), narrowed[name])
+    return Narrowed(**narrowed)
+
+
+def _of_file(limits: GivenLimits, tree: Tree, names: tuple[str, ...]) -> dict[str, Array]:
+    """What a file or its mapping states, NaN where it states nothing."""
+    if isinstance(limits, str) and Path(limits).suffix not in {".yaml", ".yml"}:
+        raise InputError("limits", f"{limits!r}; a file joint_limits.yaml, or the mapping of one, is expected")
+    arm = limits_of(limits, names, tree.followers, ())
+    if arm.scaling != (1.0, 1.0):
+        warnings.warn(
+            f"{arm.source}: its default scaling factors are shares that motions take, no limits; they count where limits= is "
+            "given to trajectory()",
+            DescriptionWarning,
+            stacklevel=4,
+        )
+    stated = {"velocity": arm.velocity, "acceleration": arm.acceleration, "jerk": arm.jerk}
+    for name, values in (("lower", arm.lower), ("upper", arm.upper)):
+        stated[name] = None if values is None else np.where(np.isinf(values), np.nan, values)
+    return {name: values for name, values in stated.items() if values is not None}
+
+
+def _stated(tree: Tree, names: tuple[str, ...], given: Mapping[str, Given | None]) -> dict[str, Array]:
+    """What is given of each quantity, NaN where nothing is."""
+    stated: dict[str, Array] = {}
+
+    def note(quantity: str, columns: slice | int, values: Array) -> None:
+        known = stated.setdefault(quantity, np.full(tree.n_dof, np.nan))
+        tighter = np.fmax if quantity == "lower" else np.fmin
+        known[columns] = tighter(known[columns], values)
+
+    slices = dict(zip(tree.joint_names, tree.joint_slices, strict=True)) | {name: slice(k, k + 1) for k, name in enumerate(names)}
+    for quantity, value in given.items():
+        if value is None:
+            continue
+        by_name = value if isinstance(value, Mapping) else {"": value}
+        for name, each in by_name.items():
+            follower = tree.followers.get(name)
+            if name and name not in slices and follower is None:
+                raise UnknownNameError("joint", str(name), (*tree.joint_names, *tree.followers))
+            columns = slices.get(name, slice(None)) if follower is None else slice(follower.column, None)
+            n = 1 if follower is not None else len(range(tree.n_dof)[columns])
+            values = _as_values(f"{quantity}[{name!r}]" if name else quantity, each, quantity, n)
+            if follower is None:
+                note(quantity, columns, values)
+            else:
+                note(*_of_leader(quantity, follower, float(values[0])))
+    return stated
+
+
+def _of_leader(quantity: str, follower: Drive, value: float) -> tuple[str, int, Array]:
+    """The limit of a leader that a limit of its follower is."""
+    if follower.column is None:
+        raise AssertionError("only followers that an entry of q moves are kept")
+    if quantity not in _POSITIONS:
+        return quantity, follower.column, np.array(value / abs(follower.ratio))
+    if follower.ratio < 0.0:
+        quantity = _POSITIONS[1 - _POSITIONS.index(quantity)]
+    return quantity, follower.column, np.array((value - follower.offset) / follower.ratio)
+
+
+def _as_values(argument: str, given: ArrayLike, quantity: str, n: int) -> Array:
+    """A limit of n entries of q: a number or n of them."""
+    values = as_floats(argument, given)
+    if values.shape not in {(), (n,)} or np.isnan(values).any():
+        raise InputError(argument, f"{given!r}; a number{f', or {n} of them,' if n > 1 else ''} is expected")
+    if quantity not in _POSITIONS and not (values > 0.0).all():
+        raise InputError(argument, f"{given!r}; {'numbers' if n > 1 else 'a number'} above 0 is expected")
+    return np.full(n, values)
+
+
+def _narrowed(argument: str, quantity: str, stated: Array, own: Array, names: tuple[str, ...]) -> Array:
+    """The limits of a quantity, narrowed by those that are stated; a rate of 0, as exporters write a velocity, is no limit."""
+    towards = -1.0 if quantity == "lower" else 1.0
+    most = towards * np.where((own == 0.0) & (quantity not in _POSITIONS), np.inf, own)
+    with np.errstate(invalid="ignore"):  # of limits that are infinite in both
+        wider = np.where(np.isnan(stated) | (stated == own), 0.0, towards * stated - most)
+    over = np.flatnonzero(wider > _DIGITS * np.maximum(1.0, np.abs(own)))
+    if len(over):
+        k = int(over[0])
+        wide = f"{wider[k]:.4g} wider than its own of {own[k]:.6g}"
+        raise InputError(
+            argument, f"{stated[k]:.6g} is the {quantity} limit of {names[k]}, {wide}; limits can only be narrowed"
+        )  # fmt: skip
+    return towards * np.fmin(towards * stated, most)

@@ -1,0 +1,142 @@
+"""Where a motion is farthest in each entry of q, exact between its grid points too, and whether it keeps limits of position.
+
+Along a line or a parabola an entry turns at most once, at a known length. A moving average is a polynomial of degree five in time
+between two moments at which its jerk changes. Its Bernstein coefficients bound it, and halving the time makes the bound exact (de
+Casteljau; Farin, Curves and Surfaces for CAGD, 2002).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+ROUNDING = 1e-12  # [rad or m, or of a position above 1]: of what a motion computes
+_MOST_HALVINGS = 60
+_EXACT = 1e-15  # of the size of q: bounds nearer than this to what is reached are not halved
+
+
+class Farthest(NamedTuple):
+    """The least and the greatest value of each entry of q, and when, shape (2, n_dof) each."""
+
+    q: Array
+    """[rad or m]."""
+    times: Array
+    """[s]."""
+
+    def joined(self, later: Farthest) -> Farthest:
+        """The farthest of two parts of a motion."""
+        signs = np.array([[-1.0], [1.0]])
+        return Farthest(*(np.where(signs * later.q > signs * self.q, *pair) for pair in zip(later, self, strict=True)))
+
+
+class _Farthest(Protocol):
+    def farthest(self, since: float) -> Farthest: ...
+
+
+class Beyond(NamedTuple):
+    """The joint that is farthest beyond a limit of position."""
+
+    column: int
+    """Its entry of q."""
+    position: float
+    """[rad or m]; so is ``limit``."""
+    limit: float
+    time: float
+    """[s]."""
+
+    @property
+    def amount(self) -> float:
+        """How far it is beyond the limit [rad or m]; below 0 if it is within."""
+        return abs(self.position - self.limit)
+
+    def text(self, names: Sequence[str]) -> str:
+        """The joint, its position, and by how much that is beyond which limit."""
+        which = "upper" if self.position > self.limit else "lower"
+        return f"{names[self.column]} at {self.position:.6g}, {self.amount:.3g} beyond its {which} limit of {self.limit:.6g}"
+
+
+class PositionLimits(NamedTuple):
+    """The least and the greatest position of each entry of q [rad or m], shape (n_dof,) each; infinite where there is none."""
+
+    lower: Array
+    upper: Array
+
+    def narrowed(self, other: PositionLimits | None) -> PositionLimits:
+        """The limits that keep both."""
+        if other is None:
+            return self
+        return PositionLimits(np.maximum(self.lower, other.lower), np.minimum(self.upper, other.upper))
+
+    def beyond(self, timed: _Farthest, since: float = 0.0) -> Beyond | None:
+        """Where a motion is farthest beyond them from a time on; None if it keeps them, but for rounding."""
+        return self.beyond_of(timed.farthest(since))
+
+    def beyond_of(self, farthest: Farthest) -> Beyond | None:
+        """As ``beyond``."""
+        excess = np.stack([self.lower - farthest.q[0], farthest.q[1] - self.upper])
+        excess = np.where(excess > ROUNDING * np.maximum(1.0, np.abs(farthest.q)), excess, 0.0)
+        if not excess.any():
+            return None
+        end, column = divmod(int(np.argmax(excess)), excess.shape[1])
+        limit = (self.lower, self.upper)[end][column]
+        return Beyond(column, float(farthest.q[end, column]), float(limit), float(farthest.times[end, column]))
+
+
+def farthest_of(q: Array, times: Array) -> Farthest:
+    """The farthest of some positions, shape (n, n_dof), n >= 1, at times, shape (n,) or (n, n_dof)."""
+    rows = np.stack([q.argmin(axis=0), q.argmax(axis=0)])
+    columns = np.arange(q.shape[1])
+    return Farthest(q[rows, columns], times[rows] if times.ndim == 1 else times[rows, columns])
+
+
+def farthest_between(q: Array, qd: Array, qdd: Array, times: Array) -> Farthest:
+    """The farthest of a motion that is a polynomial of degree five between two times, and whose accelerations have no jumps.
+
+    q, qd, qdd: at the times, shape (n, n_dof) each; times: shape (n,).
+    """
+    at_times, steps = farthest_of(q, times), np.diff(times)[:, None]
+    control = np.stack(
+        [
+            q[:-1],
+            q[:-1] + steps * qd[:-1] / 5,
+            q[:-1] + steps * (2 * qd[:-1] / 5 + steps * qdd[:-1] / 20),
+            q[1:] - steps * (2 * qd[1:] / 5 - steps * qdd[1:] / 20),
+            q[1:] - steps * qd[1:] / 5,
+            q[1:],
+        ]
+    )
+    least, greatest = (
+        _greatest(sign * control, sign * at_times.q[end], at_times.times[end], times) for end, sign in ((0, -1), (1, 1))
+    )
+    return Farthest(np.stack([-least[0], greatest[0]]), np.stack([least[1], greatest[1]]))
+
+
+def _greatest(control: Array, best: Array, best_times: Array, times: Array) -> tuple[Array, Array]:
+    """The greatest value of each column of polynomials, and when, shape (n_dof,) each.
+
+    control: their Bernstein coefficients, shape (6, n, n_dof); best: what they are known to reach, shape (n_dof,).
+    """
+    best, best_times = best.copy(), best_times.copy()
+    near = _EXACT * np.maximum(1.0, np.abs(best))
+    rows, columns = np.nonzero(control.max(axis=0) > best + near)
+    control, begin, end = control[:, rows, columns], times[:-1][rows], times[1:][rows]
+    for _ in range(_MOST_HALVINGS):
+        if not len(columns):
+            break
+        levels = [control]
+        while len(levels[-1]) > 1:
+            levels.append(0.5 * (levels[-1][:-1] + levels[-1][1:]))
+        middle, reached = 0.5 * (begin + end), levels[-1][0]
+        for k in np.flatnonzero(reached > best[columns]).tolist():
+            if reached[k] > best[columns[k]]:
+                best[columns[k]], best_times[columns[k]] = reached[k], middle[k]
+        halves = np.stack([level[0] for level in levels]), np.stack([level[-1] for level in levels[::-1]])
+        control, columns = np.concatenate(halves, axis=1), np.tile(columns, 2)
+        begin, end = np.concatenate([begin, middle]), np.concatenate([middle, end])
+        open_ = control.max(axis=0) > best[columns] + near[columns]
+        control, columns, begin, end = control[:, open_], columns[open_], begin[open_], end[open_]
+    return best, best_times

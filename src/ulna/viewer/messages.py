@@ -1,0 +1,75 @@
+"""Checks what a tab sends before viser acts on it: it may change the values of controls, and upload files of a limited size.
+
+viser sets whatever a message names on its own object of a control, and keeps the parts of uploads until they are complete.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+
+MAX_UPLOAD = 100_000_000  # bytes of a file, as of meshes and clouds that are read from disk
+_MAX_PARTS = 10_000
+_MAX_UPLOADS = 4  # of one tab at a time
+_CHANGED = {"value"}  # of a control, by a person
+
+
+class Incoming:
+    """The messages of one tab.
+
+    Args:
+        refused: Called with a sentence about an upload that is not taken.
+    """
+
+    def __init__(self, refused: Callable[[str], object]) -> None:
+        self._refused = refused
+        self._left: dict[str, tuple[int, int]] = {}  # bytes and parts that an upload may still send
+
+    def is_taken(self, raw: bytes | str) -> bool:
+        """Whether a message is passed on.
+
+        Raises:
+            ValueError: It is none that the page sends; its connection is to be closed.
+        """
+        if not isinstance(raw, bytes):
+            raise ValueError("a message is text")  # noqa: TRY004 - as the others
+        message = msgspec.msgpack.decode(raw)
+        if not isinstance(message, dict):
+            raise ValueError("a message is not an object")  # noqa: TRY004 - as the others
+        match message.get("type"):
+            case "GuiUpdateMessage":
+                updates = message.get("updates")
+                if not isinstance(updates, dict) or not updates.keys() <= _CHANGED:
+                    raise ValueError("a message changes something else than the value of a control")
+            case "FileTransferStartUpload":
+                return self._begins(message)
+            case "FileTransferPart":
+                return self._goes_on(message)
+        return True
+
+    def _begins(self, message: dict[str, Any]) -> bool:
+        size, parts, name = (message.get(key) for key in ("size_bytes", "part_count", "transfer_uuid"))
+        if not isinstance(size, int) or not isinstance(parts, int) or not isinstance(name, str) or min(size, parts) < 0:
+            raise ValueError("an upload has no size")
+        if size > MAX_UPLOAD or parts > _MAX_PARTS:
+            self._refused(f"a file of {size / 1e6:.0f} MB; up to {MAX_UPLOAD // 1_000_000} MB are read")
+            return False
+        if len(self._left) >= _MAX_UPLOADS or name in self._left:
+            self._refused(f"more than {_MAX_UPLOADS} files at once")
+            return False
+        if parts:
+            self._left[name] = size, parts
+        return True
+
+    def _goes_on(self, message: dict[str, Any]) -> bool:
+        name, content = message.get("transfer_uuid"), message.get("content")
+        if not isinstance(name, str) or not isinstance(content, bytes):
+            raise ValueError("a part of an upload has no content")  # noqa: TRY004 - as the others
+        if name not in self._left:  # of one that was refused
+            return False
+        size, parts = self._left.pop(name)
+        if len(content) > size or parts < 1:
+            raise ValueError("an upload is longer than it said")
+        if parts > 1:
+            self._left[name] = size - len(content), parts - 1
+        return True
