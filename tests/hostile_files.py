@@ -12,7 +12,6 @@ import base64
 import json
 import os
 import pickle
-import resource
 import struct
 import sys
 import time
@@ -233,6 +232,8 @@ def readers() -> dict[str, Callable[[Path], object]]:
 
 def outcome(read: Callable[[Path], object], path: Path) -> dict[str, object]:
     """What came of reading a file, with the error that it raised."""
+    import resource
+
     from ulna import UlnaError
 
     warnings.simplefilter("ignore")
@@ -256,6 +257,8 @@ def outcome(read: Callable[[Path], object], path: Path) -> dict[str, object]:
 
 def in_a_copy(read: Callable[[Path], object], path: Path) -> dict[str, object]:
     """The outcome in a copy of this process, which has so many seconds of the processor."""
+    import resource
+
     source, sink = os.pipe()
     child = os.fork()
     if child == 0:
@@ -276,6 +279,8 @@ def in_a_copy(read: Callable[[Path], object], path: Path) -> dict[str, object]:
 
 
 def main(folder: Path) -> None:
+    import resource
+
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     known = readers()
     print(

@@ -58,6 +58,7 @@ def test_all_queries_agree_where_a_body_rests_on_a_half_space(rng):
             assert robot.check_collision(q, world, self_collision=False).in_collision is touches
 
 
+@pytest.mark.filterwarnings("ignore::ulna.UnitWarning")  # the crowd is 100 m away
 @pytest.mark.parametrize("n", [0, 100])
 def test_a_ball_that_touches_a_cube_collides_alone_and_in_a_crowd(n):
     """In a world of many objects the tree of bounds must not lose what touches only."""
