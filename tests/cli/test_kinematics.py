@@ -172,6 +172,7 @@ def test_the_jacobian_is_printed_with_labels(run):
     assert rows["w_z"] == pytest.approx([1, 0, np.sqrt(0.5), 0, 0, 0, -1], abs=5e-6)
 
 
+@pytest.mark.filterwarnings("ignore::ulna.UnitWarning")  # a chain of 2000 m
 def test_a_wide_jacobian_is_printed_in_blocks_without_truncation(run, tmp_path):
     links = "".join(f'<link name="link{k}"/>' for k in range(21))
     joints = "".join(

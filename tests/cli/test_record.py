@@ -43,7 +43,7 @@ def test_a_video_of_a_trajectory_file_and_a_scene_file(run, tmp_path):
         ("a.csv", "0,0,0,0,0,0,0\nx\n", "--trajectory: a.csv:2: 'x' is not a row of numbers"),
         ("a.csv", "0,0,0,0,0,0,0\n1,2\n", "--trajectory: a.csv:2: 2 numbers, but 7 in the row before"),
         ("a.csv", "0,0,0,nan,0,0,0\n", "--trajectory: a.csv: row 0 is not finite"),
-        ("a.npy", "1,2", "--trajectory: a.npy is not a .npy file of numbers"),
+        ("a.npy", "1,2", "--trajectory: a.npy: it is not a .npy file of versions 1 to 3"),
     ],
 )
 def test_a_bad_trajectory_file_is_refused_in_one_line(refusal, tmp_path, name, content, message):
