@@ -35,6 +35,7 @@ def test_no_sample_of_a_free_edge_of_spheres_touches_and_few_free_ones_are_refus
     assert (refused & ~touches).sum() <= 3  # they come within the resolution
 
 
+@pytest.mark.filterwarnings("ignore::ulna.UnitWarning")  # a joint of twenty turns
 @pytest.mark.parametrize(("aside", "touches"), [(0.0, True), (0.2, False)])
 def test_a_sphere_that_comes_by_between_the_middles_of_all_intervals_is_found(aside, touches):
     """At each of the eight middles it is far away, and its distance hardly changes: its acceleration brings it near."""

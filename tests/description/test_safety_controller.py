@@ -11,6 +11,7 @@ from ulna import DescriptionError
 from ulna.description.robot_description import Safety
 from ulna.description.urdf_writer import write_urdf
 
+pytestmark = pytest.mark.filterwarnings("ignore:.*lower and upper of a continuous joint are not used")
 JOINT = """<joint name="{name}" type="{kind}"><parent link="base"/><child link="{name}"/>
 <limit lower="-1" upper="2" velocity="1" effort="1"/>{more}</joint>"""
 
