@@ -123,7 +123,7 @@ def test_while_one_thread_changes_a_world_others_find_one_of_its_states(panda):
         ended.set()
         found = set.union(*(each.result() for each in asked))
     known = np.array(sorted(states))
-    assert len(known) > 3
+    assert len(known) >= 3
     for answer in found:
         assert np.abs(known - answer).min() < 1e-12
 

@@ -28,7 +28,7 @@ def saved(tmp_path):
 
 def test_a_scene_that_would_be_too_long_to_load_is_refused_and_the_old_file_stays(saved, monkeypatch):
     before, world = saved.read_bytes(), crates()
-    world.add("scan", ulna.PointCloud(np.zeros((900, 3)), 0.01))
+    world.add("scan", ulna.PointCloud(np.ones((900, 3)), 0.01))
     monkeypatch.setattr(scene_file, "LONGEST", 5000)
     with pytest.raises(ulna.InputError, match="world: its scene has"):
         ulna.save_world(world, saved)

@@ -63,6 +63,7 @@ def test_a_zero_axis_is_accepted_for_joints_without_an_axis():
     assert one_joint("floating", '<axis xyz="0 0 0"/>').n_dof == 6
 
 
+@pytest.mark.filterwarnings("ignore:.*lower and upper of a continuous joint are not used")
 @pytest.mark.parametrize(
     ("kind", "n_dof"), [("fixed", 0), ("revolute", 1), ("continuous", 1), ("prismatic", 1), ("planar", 3), ("floating", 6)]
 )

@@ -64,7 +64,8 @@ def _joint(joint: Joint) -> etree._Element:
     element.append(_origin(joint.origin))
     if joint.type not in (JointType.FIXED, JointType.FLOATING):
         etree.SubElement(element, "axis", xyz=_words(joint.axis))
-    limits = _finite({key: getattr(joint.limits, key) for key in asdict(joint.limits)})
+    unused = {"lower", "upper"} if joint.type == JointType.CONTINUOUS else set()
+    limits = _finite({key: value for key, value in asdict(joint.limits).items() if key not in unused})
     if limits and joint.type != JointType.FIXED:
         etree.SubElement(element, "limit", limits)
     if joint.mimic is not None:
