@@ -8,6 +8,7 @@ import ulna
 from ulna.errors import InputError
 from ulna.planning.held_first import arm_beyond, arm_of
 
+pytestmark = pytest.mark.filterwarnings("ignore:.*lower and upper of a continuous joint are not used")
 SHAPE = '<collision><geometry><box size="0.05 0.05 0.05"/></geometry></collision>'
 AXES = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")
 PLACES = ("0 0 0.3", "0.1 0 0.1", "0 0 0.26", "0.1 0 0", "0.3 0 0", "0.07 0 0")
@@ -295,6 +296,7 @@ def test_one_jaw_beside_the_frame_of_a_hand_stays():
         assert_all_stays(robot, start, goal, world, [6])
 
 
+@pytest.mark.filterwarnings("ignore::ulna.UnitWarning")
 @pytest.mark.parametrize("size", [0.01, 1.0, 300.0])
 def test_a_metre_of_a_slide_counts_the_radians_that_move_the_robot_as_far(size):
     """Of a straight arm: the distances of the tip from its joints are measured, and each counts by itself in their mean."""

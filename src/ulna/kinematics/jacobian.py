@@ -48,7 +48,7 @@ class CompiledJacobian(FunctionOfLink):
         Raises:
             InputError: q has another shape or is out of range, ``out`` does not fit, or ``threads`` is no number of threads.
         """
-        fits = threads is None and (out is None or type(out) is np.ndarray)
+        fits = threads is None and (out is None or (type(out) is np.ndarray and out.flags.carray))
         if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64:
             one = q if q.flags.carray else q.copy()  # read-only, such as robot.home, it would be of another type
             J, jacobian_one = np.empty(self._shape) if out is None else out, self._one  # as a method it would take 20 ns longer
