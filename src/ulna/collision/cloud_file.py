@@ -18,7 +18,7 @@ _TYPES = {"F": "f", "I": "i", "U": "u"}  # of a .pcd, as NumPy has them
 
 
 class Meaning(NamedTuple):
-    """What the numbers of a file mean.
+    """The meaning of the numbers of a file.
 
     Attributes:
         scale: Their unit [m].

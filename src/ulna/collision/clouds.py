@@ -211,7 +211,7 @@ class PointCloud:
 
 
 def as_padding(padding: float) -> float:
-    """How far from a robot points count as its own [m]."""
+    """The distance from a robot up to which points count as its own [m]."""
     length = lengths("padding", (padding,), 1)[0]
     check_padding(length)
     return length

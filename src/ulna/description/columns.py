@@ -32,7 +32,7 @@ _MAX_COLUMNS, _MAX_NAME = 1000, 200  # that are compared: patterns take time
 
 
 class Quantity(NamedTuple):
-    """What a column may be.
+    """A quantity that a column may have.
 
     Attributes:
         name: Its name here.
@@ -54,7 +54,7 @@ TIMES = Quantity("time", TIME, r"(?:.* )?(?:time|timestamp|stamp|t|time from sta
 
 
 class Head(NamedTuple):
-    """How a table of text is written.
+    """The form of a table of text.
 
     Attributes:
         names: The names of its columns, as they are written; None if no line has them.
@@ -112,7 +112,7 @@ def is_row(line: str) -> bool:
 
 
 def head_of(lines: Sequence[str], known: Sequence[Quantity]) -> Head | None:
-    """How a table is written; None if it has no row of numbers.
+    """The form of a table; None if it has no row of numbers.
 
     Its names are those of the first line that is no comment, unless that has numbers. Else they are those of the last comment
     before the numbers, if it has as many words as there are columns, and ``known`` names among them.
@@ -141,7 +141,7 @@ def head_of(lines: Sequence[str], known: Sequence[Quantity]) -> Head | None:
 
 
 def _written(line: str, separators: Sequence[str | None], number: int) -> Head:
-    """How a line of numbers is written."""
+    """The form of a line of numbers."""
     separator = next(one for one in separators if one is None or one in line)
     return Head(None, len(fields_of(line, separator)), separator, separator != "," and "," in line, number)
 
@@ -274,7 +274,7 @@ def _split_names(line: str, head: Head) -> tuple[str, ...]:
 
 
 def _quantity(name: str, known: Sequence[Quantity]) -> tuple[Quantity | None, str | None]:
-    """What a column is, and the unit in its name; None for none."""
+    """The quantity of a column, and the unit in its name; None for none."""
     name = name.strip()[:_MAX_NAME]
     if exact := next((one for one in known if one.name == name), None):
         return exact, None

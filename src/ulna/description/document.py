@@ -61,7 +61,7 @@ def is_xacro(root: etree._Element) -> bool:
 
 
 def expanded(document: Document, xacro_args: Mapping[str, object], max_seconds: float = math.inf) -> Document:
-    """What a xacro file expands to, in so many seconds at most; any other document itself, which takes no arguments."""
+    """The expansion of a xacro file, in so many seconds at most; any other document itself, which takes no arguments."""
     if not is_xacro(document.root):
         refuse_arguments(document.source, xacro_args)
         return document

@@ -111,7 +111,7 @@ def check_object(name: str, shape: object, T: Array) -> None:
 
 
 def _extents(shape: object) -> tuple[float, float, float]:
-    """Those of a solid [m]; nothing of clouds and grids, which are looked at when they are made, and no end to a half-space."""
+    """The lengths of a solid [m]; none of clouds and grids, which are checked when they are made, nor of a half-space."""
     match shape:
         case Box():
             x, y, z = shape.extents
@@ -161,7 +161,7 @@ def degrees_in_words(angles: ArrayLike) -> str:
 
 
 def millimetres_in_words(distance: float, reach: float) -> str:
-    """What is put behind a distance that is out of a reach [m]: a question, where it is many times that."""
+    """A question behind a distance that is many times the reach [m]; empty otherwise."""
     return " (millimetres?)" if distance > FAR and distance > 20 * reach else ""
 
 

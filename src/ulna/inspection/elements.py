@@ -34,7 +34,7 @@ def number(element: etree._Element | None, key: str) -> float | None:
 
 
 def element_findings(root: etree._Element) -> Iterator[Finding]:
-    """What should be a number and is none, what is probably misspelt, and what is not read."""
+    """Findings: no number where one is expected, names that are probably misspelt, and elements that are not read."""
     unused: Counter[str] = Counter()
     others = RATES if (version_of(root) or (1, 0)) < RATES_SINCE else ()  # looked at where they are unread
     for element in root.iter(*ATTRIBUTES):

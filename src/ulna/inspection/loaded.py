@@ -78,7 +78,7 @@ def _contradictions(description: Description) -> Iterator[Finding]:
 
 
 def _narrowed(joint: Joint, drive: Drive, own: tuple[float, float]) -> tuple[float, float] | None:
-    """What the limits of a follower leave of the range of its leader, ``own``; None where they leave nearly all of it."""
+    """The range that a follower leaves its leader, of its ``own``; None where that is nearly all of it."""
     if joint.type not in (JointType.REVOLUTE, JointType.PRISMATIC) or joint.limits.lower >= joint.limits.upper:
         return None
     low, high = sorted((bound - drive.offset) / drive.ratio for bound in hard_bounds(joint))

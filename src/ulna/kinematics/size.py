@@ -16,7 +16,7 @@ def length_of(chain: Array) -> float:
 
 
 def longest_slide(chain: Array, lower: Array, upper: Array) -> float:
-    """How far the longest slide of a chain may move [m]; a metre where one has no end, 0 without slides."""
+    """The travel of the longest slide of a chain [m]; a metre where one has no end, 0 without slides."""
     rows = chain[chain[:, KIND] == PRISMATIC]
     columns = rows[:, COLUMN].astype(np.int64)
     ends = (np.abs(lower[columns]) <= LARGEST) & (np.abs(upper[columns]) <= LARGEST)

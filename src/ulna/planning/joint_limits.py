@@ -30,7 +30,7 @@ _MEANING_NOTHING = {"has_effort_limits", "max_effort", "angle_wraparound"}
 
 
 class _Stated(NamedTuple):
-    """What is said of a joint; infinite, or NaN of a magnitude, where nothing is."""
+    """The stated limits of a joint: a position without one is infinite, a magnitude NaN."""
 
     lower: float = -math.inf
     upper: float = math.inf
@@ -112,7 +112,7 @@ def _without_dots(mapping: Mapping[Any, Any]) -> dict[Any, Any]:
 
 
 def _stated(joint: Any, name: str, source: str, unknown: list[str]) -> _Stated:
-    """What a document says of a joint; the keys of it that are not known are added to ``unknown``."""
+    """Read the limits that a document states of a joint; unknown keys are added to ``unknown``."""
     if not isinstance(joint, Mapping):
         raise DescriptionError(f"{name}: a mapping is expected, not {cited(joint)}", source)
     unknown += [f"{name}.{key}" for key in joint if key not in _READ and key not in _MEANING_NOTHING]

@@ -203,7 +203,7 @@ def read_joint_limits(
 
 
 def _document(text: bytes, source: str) -> Any:
-    """What a file says."""
+    """Parse the YAML of a file."""
     try:
         return yaml_value(text, {"!degrees": lambda angle: math.radians(float(angle)), "!radians": float})
     except ValueError as error:

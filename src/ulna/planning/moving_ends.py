@@ -150,7 +150,7 @@ def stopping_distance(along: Array, speed: float, acceleration: Array) -> float:
 
 
 def braking_way(qd: Array, limits: Limits) -> Array:
-    """How far each joint moves at least until it is at rest [rad or m], with its sign, from an acceleration of 0 on.
+    """The least distance that each joint needs to stop [rad or m], with its sign, from an acceleration of 0.
 
     With a limit of jerk the acceleration grows and falls evenly, so that the mean velocity is half of the first.
     """

@@ -54,7 +54,7 @@ def narrower(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given |
 
 
 def _of_file(limits: GivenLimits, tree: Tree, names: tuple[str, ...]) -> dict[str, Array]:
-    """What a file or its mapping states, NaN where it states nothing."""
+    """Read the limits that a file or its mapping states, NaN where it states none."""
     if isinstance(limits, str) and Path(limits).suffix not in {".yaml", ".yml"}:
         raise InputError("limits", f"{limits!r}; a file joint_limits.yaml, or the mapping of one, is expected")
     arm = limits_of(limits, names, tree.followers, ())
@@ -72,7 +72,7 @@ def _of_file(limits: GivenLimits, tree: Tree, names: tuple[str, ...]) -> dict[st
 
 
 def _stated(tree: Tree, names: tuple[str, ...], given: Mapping[str, Given | None]) -> dict[str, Array]:
-    """What is given of each quantity, NaN where nothing is."""
+    """The given limits of each quantity, NaN where none is given."""
     stated: dict[str, Array] = {}
 
     def note(quantity: str, columns: slice | int, values: Array) -> None:

@@ -155,7 +155,7 @@ class Plan:
 
     @cached_property
     def moved_beside(self) -> tuple[str, ...]:
-        """Those of ``moved`` that are no part of the arm that moves, such as a lift, fingers or another arm."""
+        """The joints of ``moved`` beside the arm that moves, such as a lift, fingers or another arm."""
         if self._motion is None:
             return ()
         tree, returning = self._motion.checker.tree, self._returning
@@ -377,7 +377,7 @@ class Plan:
 
     @property
     def _of_moved(self) -> str:
-        """What is said of the joints beside the moving arm that move too."""
+        """The sentence about joints beside the moving arm that move too."""
         names, more = self.moved_beside, len(self.moved_beside) - _MOST_NAMED
         some = ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
         return f"; no path was found without moving {some} too" if names else ""

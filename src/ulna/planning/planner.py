@@ -170,7 +170,7 @@ def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], keeps: Arr
 
 
 def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Array | None) -> Motion:
-    """What may be moved on the way to goals, shape (n, n_dof)."""
+    """The joints that may move on the way to goals, shape (n, n_dof)."""
     tree, world = request.tree, request.world
     far = world.objects().farthest if world is not None and slides_without_end(tree) else 0.0
     space = make_space(tree, np.concatenate([request.start[None], q]), fixed, far)
@@ -178,7 +178,7 @@ def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Array |
 
 
 def _share_of(trial: Trial, n_trials: int, effort: Effort, options: PlanOptions, *, is_last: bool) -> tuple[int, TimeLimit]:
-    """How many edges a search may check, and how long it may take: the last one at least half of all."""
+    """The budget of a search in edges and in time; the last search has at least half of all."""
     seconds = options.time_limit
     if is_last:
         most = max(1, options.max_checks - effort.checks)

@@ -50,7 +50,7 @@ class Beyond(NamedTuple):
 
     @property
     def amount(self) -> float:
-        """How far it is beyond the limit [rad or m]; below 0 if it is within."""
+        """The distance beyond the limit [rad or m]; below 0 if it is within."""
         return abs(self.position - self.limit)
 
     def text(self, names: Sequence[str]) -> str:

@@ -36,7 +36,7 @@ class Space:
 
     @property
     def radians(self) -> Array:
-        """How much of each entry of q counts as a radian, 0 for one that the plan may not change, shape (n_dof,)."""
+        """The weight of each entry of q in radians, 0 for one that the plan may not change, shape (n_dof,)."""
         return np.where(self.moving, 1.0 / self.table[WEIGHT], 0.0)
 
     @cached_property
@@ -151,7 +151,7 @@ def along(a: Array, b: Array, apart: float) -> Array:
 
 
 def _mean_lever(tree: Tree, turns: NDArray[np.bool_]) -> float:
-    """How far away the farthest frame is that a turning joint carries, along the chain, in the mean over these joints [m].
+    """The mean over turning joints of the distance to the farthest frame that each carries, along the chain [m].
 
     Each counts by its own distance: many short fingers do not outweigh an arm. 0 without any. turns: which entries are angles.
     """

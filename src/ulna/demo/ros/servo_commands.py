@@ -58,7 +58,7 @@ def jog_goal(message: Any, robot: Robot) -> Goal:
 
 
 def seconds_left(stamp: Any, now: float, timeout: float) -> float:
-    """How long a message still counts [s], from 0 to ``timeout``: all of it where its stamp is 0, as one that was not set.
+    """The time for which a message still counts [s], 0 to ``timeout``; all of it where the stamp is 0, which nobody set.
 
     Args:
         stamp: Of its header, with ``sec`` and ``nanosec``.
