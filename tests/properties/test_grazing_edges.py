@@ -10,6 +10,7 @@ import grazing
 import solids
 import ulna
 
+pytestmark = pytest.mark.filterwarnings("ignore::ulna.UnitWarning")  # there are plates of kilometres
 I = np.eye(4)  # noqa: E741
 # Once called free: a box's extents, an obstacle, and both ends. The search for the distance stalled, and its upper bound passed
 # for the distance.
