@@ -24,7 +24,7 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, load, logical_not, splat, sqrt, store, where
 from ulna.kernels.spatial.elementary import maximum, minimum
 
-_FLAT = 1e-30  # a slope below this does not bound u, whatever the limits are
+_FLAT = 1e-12  # a slope below this does not bound u
 _UNBOUNDED = 1e300
 _MOST_STEPS = 64
 
