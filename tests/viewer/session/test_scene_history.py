@@ -96,10 +96,10 @@ def test_at_most_a_hundred_steps_are_kept(world):
     history = SceneHistory(world)
     for k in range(1, 121):
         with history.step():
-            world.move("crate", ulna.pose((k, 0, 0)))
+            world.move("crate", ulna.pose((k / 8, 0, 0)))
     for _ in range(130):
         history.undo()
-    assert world.pose("crate")[0, 3] == 20
+    assert world.pose("crate")[0, 3] == 20 / 8
 
 
 def test_other_acts_are_steps_between_those_of_the_obstacles(world):
