@@ -17,6 +17,7 @@ _STRETCHED = 0.1  # of the largest manipulability of the candidates: home is kep
 _ENOUGH = 0.5  # of the largest, for a candidate
 _MOST_BENT = 7  # joints that are tried, those nearest to the hand: 3^7 candidates
 _BEND = np.pi / 2
+_ROUNDING = 1e-9  # of the largest singular value: a smaller one is 0 but for rounding
 Array = NDArray[np.float64]
 
 
@@ -37,7 +38,9 @@ def beginning(robot: Robot, world: World) -> Array:
     link, known = hand_link(robot), np.array(list(configurations_of(robot).values()))
     driven, bent = driven_columns(robot, link), _bent(robot, known[0], link)
     both = np.concatenate([known, bent])
-    values = np.linalg.svd(robot.jacobian(both, link=link)[..., driven], compute_uv=False).prod(axis=-1)
+    sizes = np.linalg.svd(robot.jacobian(both, link=link)[..., driven], compute_uv=False)
+    rank = (sizes > _ROUNDING * sizes.max()).sum(axis=-1).max()  # a planar arm moves its hand in three directions
+    values = sizes[:, :rank].prod(axis=-1)
     if values[0] >= _STRETCHED * values.max():
         return known[0]
     free = ~_touching(robot, both, world)

@@ -14,7 +14,7 @@ import rclpy
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64MultiArray, String
+from std_msgs.msg import Float64MultiArray, Header, String
 from trajectory_msgs.msg import JointTrajectory
 
 import ulna
@@ -183,12 +183,16 @@ def test_an_arm_off_its_command_begins_again_from_where_it_is(machine, panda):
         np.testing.assert_allclose(node._servo.q, [0.3, *panda.home[1:]])
 
 
+def jog_of(joint, velocity):
+    """A message as ``control_msgs/JointJog`` has it, whose package is not on the package index."""
+    return SimpleNamespace(header=Header(), joint_names=[joint], velocities=[velocity])
+
+
 def test_a_jog_moves_the_joints_that_it_names(machine, panda):
-    """The message as ``control_msgs/JointJog`` has it, whose package is not on the package index."""
     with node_of(panda) as node:
         node._beat()
         for _ in range(50):
-            node._take(node.jog, SimpleNamespace(joint_names=["panda_joint3"], velocities=[0.2]))
+            node._take(node._jog, jog_of("panda_joint3", 0.2))
             node._beat()
         moved = node._servo.q - panda.home
         assert moved[2] == pytest.approx(0.2 * 0.48, abs=1e-2)
@@ -202,7 +206,7 @@ def test_a_limit_of_jerk_holds_from_tick_to_tick(machine, panda):
             node._beat()
             path = [node._servo.q]
             for _ in range(30):
-                node._take(node.jog, SimpleNamespace(joint_names=["panda_joint3"], velocities=[0.2]))
+                node._take(node._jog, jog_of("panda_joint3", 0.2))
                 node._beat()
                 path.append(node._servo.q)
         fastest[jerk] = np.abs(np.diff(path, 3, axis=0)).max() * 100**3
