@@ -46,6 +46,7 @@ def test_it_moves_while_a_button_is_held(view, page, panda):
 
 def test_it_moves_while_a_key_is_held_and_stops_at_a_wall(view, page, panda):
     camera = camera_of(page, view.page.server)
+    wait_to_see(page, lambda: not np.allclose(camera.position, 3.0), "the camera in its place")  # it is at (3, 3, 3) before
     before = camera.position
     page.keyboard.down("ArrowUp")
     wait_to_see(page, lambda: "limited by clearance: " in page.inner_text("body"), "what limits the hand")
