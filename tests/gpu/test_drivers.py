@@ -30,16 +30,15 @@ BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
 COLUMNS, BITS = types.Array(types.int64, 1, "C"), types.Array(types.int8, 2, "C")
 WHOLES = (types.int64,) * 3  # root, first and end
 SCENE = (A2, A2, A2, INDICES, A2, A2, A2, *WHOLES, BOOLS_2)
-BOXES = (A2, A2, types.none, INDICES, A2, types.none, A2, *WHOLES, BOOLS_2)
 # The driver, its arguments' types, and the most registers and bytes spilled (stores).
 DRIVERS = {
     "poses": (poses, (A2, A2, A3, FLAG), 76, 0),
     "jacobians": (jacobians, (A2, types.int64, A2, A2, FLAG), 80, 0),
     "frames": (frames_of(JOINTS), (A2, A2, A2, A4, FLAG), 74, 0),
-    "overlaps of boxes": (overlaps_of(JOINTS, BODIES), (*BOXES, A2, BOOLS, FLAG), 134, 0),
-    "overlaps of any shapes": (overlaps_of(JOINTS, BODIES), (*SCENE, A2, BOOLS, FLAG), 255, 64),
-    "distances of boxes": (distances_of(JOINTS, BODIES), (*BOXES, A3, A3, A3, A2, A1, FLAG), 255, 64),
-    "distances of any shapes": (distances_of(JOINTS, BODIES), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
+    "overlaps of boxes": (overlaps_of(JOINTS, BODIES, True), (*SCENE, A2, BOOLS, FLAG), 134, 0),
+    "overlaps of any shapes": (overlaps_of(JOINTS, BODIES, False), (*SCENE, A2, BOOLS, FLAG), 255, 64),
+    "distances of boxes": (distances_of(JOINTS, BODIES, True), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 64),
+    "distances of any shapes": (distances_of(JOINTS, BODIES, False), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
     "searches": (searches_of(7), (A2, A2, A2, A2, A1, A1, NEXT, A3, A2, A2, NEXT), 255, 64),
     "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 128),
     "taken": (taken, (A2, COLUMNS, A2), 33, 0),

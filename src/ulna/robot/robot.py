@@ -456,9 +456,9 @@ class Robot(Quick):
             float32: Whether poses, Jacobians and collisions of boxes are computed in float32: for cards with few float64 units.
 
         Raises:
-            DeviceError: There is no GPU that can be used.
+            DeviceError: There is no GPU that can be used, or numba-cuda cannot be used with this NumPy.
             InputError: The robot has no moving joints.
-            MissingExtraError: The extra ``cuda`` is not installed.
+            MissingExtraError: Neither the extra ``cuda12`` nor ``cuda13`` is installed.
         """
         from ulna.gpu.robot import GpuRobot  # noqa: PLC0415 - needs the extra
 
