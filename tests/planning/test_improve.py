@@ -8,7 +8,7 @@ import pytest
 import ulna
 from ulna.engine.lanes import WIDTH
 from ulna.errors import InputError
-from ulna.kernels.planning.planning_layout import BOUND, FIRST_SAMPLE, GOAL_REACHED, HIGH, LOW, SAMPLE
+from ulna.kernels.planning.planning_layout import HIGH, LOW
 from ulna.planning.search import Search
 from ulna.planning.slices import TimeLimit
 
@@ -126,11 +126,11 @@ def test_the_goal_that_is_reached_is_kept_apart_from_the_number_of_the_next_samp
     search = Search(edges, ends[0], goals, (0, 1), by_samples=True)
     assert search.finish(1, TimeLimit(None), shorten=False) is None
     assert search.goal == -1
-    before = search.state[0, SAMPLE]
+    before = search.state.sample
     found = search.finish(20_000, TimeLimit(None), shorten=False)
     assert np.array_equal(found.path[-1], goals[search.goal])
-    assert search.state[0, SAMPLE] - search.state[0, FIRST_SAMPLE] >= search.effort.iterations > before
-    assert search.state[0, GOAL_REACHED] == search.goal
+    assert search.state.sample - search.state.first_sample >= search.effort.iterations > before
+    assert search.state.goal == search.goal
 
 
 def test_nodes_cost_what_their_way_is_long_and_a_found_path_less_than_the_bound(panda, world, ends, plans):
@@ -140,11 +140,11 @@ def test_nodes_cost_what_their_way_is_long_and_a_found_path_less_than_the_bound(
     bound = 0.9 * plans[0].length
     search = Search(edges, ends[0], searched.goals, (0, 1), bound)
     path = search.finish(20_000, TimeLimit(None), shorten=False).path
-    assert search.edges.settings[BOUND] == bound
+    assert search.edges.settings[0].bound == bound
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     assert length < bound
     for tree in (0, 1):
-        n = int(search.state[0, tree])
+        n = int(search.state.nodes[tree])
         costs = search.trees.costs[tree].reshape(-1)
         nodes = search.trees.rows[tree].reshape(-1, 7, WIDTH).swapaxes(1, 2).reshape(-1, 7)
         q = nodes[:n]
