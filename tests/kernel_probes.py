@@ -12,7 +12,6 @@ from ulna.kernels.ik.damped_system import block_joints_at_bounds, solve_damped
 from ulna.kernels.ik.levenberg_marquardt import ALLOWED, CHANGE, LEAST, N_STATE, advance
 from ulna.kernels.ik.search_layout import WITH_POSTURE
 from ulna.kernels.ik.task_error import swing, task_error
-from ulna.kernels.ik.textbook import pseudo_inverse_step, transpose_step
 from ulna.kernels.spatial.elementary import first_quadrant_angle, maximum, minimum, sincos
 from ulna.kernels.spatial.se3 import (
     compose,
@@ -171,18 +170,6 @@ def one_advance(chain, posture, settings, x, out):
     store(state_rows, CHANGE, zero + (np.inf if settings[WITH_POSTURE] != 0.0 else 0.0))
     rows = (q_rows, last_rows, x[n : n + 12], x[n + 12 :], state_rows)
     advance(chain, posture, settings, rows, (scratch[: 6 * n], scratch[6 * n :]))
-
-
-def textbook_steps(n_dof, x, out):
-    """J and e give the steps of the transpose and of the pseudo-inverse, and scratch: J and e, spoilt."""
-    n = 6 * n_dof
-    jacobian_rows, error_rows = out[2 * n_dof : 2 * n_dof + n], out[2 * n_dof + n :]
-    for k in range(n):
-        store(jacobian_rows, k, load(x, k))
-    for k in range(6):
-        store(error_rows, k, load(x, n + k))
-    transpose_step(jacobian_rows, n_dof, _six(x, n), out[:n_dof])
-    pseudo_inverse_step(jacobian_rows, n_dof, error_rows, out[n_dof : 2 * n_dof])
 
 
 def columns_that_are_free(n_dof, x, out):

@@ -69,7 +69,6 @@ def cases():
         "damped system": (probes.damped_system, system, 27, (N_DOF,)),
         "advance": (probes.one_advance, np.vstack([q, poses[:12], BOUNDS]), N_ADVANCE, (CHAIN, np.zeros(N_DOF), settings())),
         "posture": (probes.one_advance, np.vstack([q, poses[:12], BOUNDS]), N_ADVANCE, (CHAIN, HALVES, settings(posture=1.0))),
-        "textbook steps": (probes.textbook_steps, np.vstack([J, e]), 8 * N_DOF + 6, (N_DOF,)),
         "free columns": (probes.columns_that_are_free, np.vstack([J, e, q, BOUNDS]), 6 * N_DOF, (N_DOF,)),
         "slack": (probes.error_of_task, np.vstack([poses, e, J]), 6 + 6 * N_DOF, (settings(WITH_SLACK, 0.5), N_DOF)),
         "pointing": (probes.error_of_task, np.vstack([poses, e, J]), 6 + 6 * N_DOF, (settings(POINTING, np.inf), N_DOF)),

@@ -19,7 +19,6 @@ from ulna.ik.problem import Query, as_names
 from ulna.ik.reason import NOTHING_TO_EXPLAIN
 from ulna.ik.result import IKResult
 from ulna.ik.search.numeric import NumericSolver
-from ulna.ik.search.textbook_methods import TextbookSolver
 from ulna.ik.solutions import IKSolutions
 from ulna.kinematics.tree import Tree
 
@@ -45,8 +44,6 @@ class Solver(Protocol):
 
 def solver_of(query: Query) -> Solver:
     """The solver of a query."""
-    if query.options.is_textbook:
-        return TextbookSolver(query)
     form = ClosedFormSolver.form_of(query)
     return NumericSolver(query) if form is None else ClosedFormSolver(query, form)
 

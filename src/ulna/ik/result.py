@@ -24,7 +24,6 @@ class Status(StrEnum):
     HELD_JOINTS = "held joints"
     IN_COLLISION = "in collision"
     SINGULAR = "singular"
-    STATIONARY = "stationary"
     BUDGET_SPENT = "budget spent"
     NOT_FOUND = "not found"
 
@@ -33,7 +32,6 @@ class Status(StrEnum):
 CODES = {
     Status.SOLVED: layout.SOLVED,
     Status.NOT_FOUND: layout.NOT_FOUND,
-    Status.STATIONARY: layout.STATIONARY,
     Status.UNREACHABLE: 10,
     Status.JOINT_LIMITS: 11,
     Status.BEYOND_MAX_STEP: 12,
@@ -49,7 +47,6 @@ _NARROWED = {
 }
 _WORDS = {
     Status.SINGULAR: "the arm cannot move in the direction that is missing",
-    Status.STATIONARY: "no direction leads nearer",
     Status.BUDGET_SPENT: "the budget ran out",
     Status.NOT_FOUND: "no start led to the target",
 }
@@ -74,7 +71,6 @@ class IKResult:
     ``held joints``           Solutions found, all with joints moved that are held; ``limit_excess`` holds by how much.
     ``in collision``          Every configuration found collides; ``collisions`` names the pairs.
     ``singular``              Limits aside, no joint reduces the error to first order: |J' e| < 0.001 |J| |e|.
-    ``stationary``            Steepest descent converged short of the target.
     ``budget spent``          ``max_iterations`` or ``time_limit`` ran out before the default number of starts was tried.
     ``not found``             None of these: ``q`` is the best configuration found.
     ========================= ========================================================================================

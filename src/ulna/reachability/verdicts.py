@@ -23,7 +23,6 @@ NUMBERS = {
     Status.IN_COLLISION: 4,
     Status.JOINT_LIMITS: 5,
     Status.SINGULAR: 6,
-    Status.STATIONARY: 7,
     Status.NOT_FOUND: 8,
     Status.BEYOND_MAX_STEP: 9,
     Status.HELD_JOINTS: 10,

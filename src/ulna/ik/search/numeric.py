@@ -12,7 +12,7 @@ seven joints branches of the closed form. Eight searches run at a time, one a la
 2. ``restarts``: rounds for a batch, of one start each, then of more and more for the targets that are left. ``ranking``: which of
    several solutions is taken. ``units``: arms that are far from a metre long are searched in a unit of their own.
 3. ``diagnosis``: for targets without a solution the nearest pose, and whether reach, limits, collision or a singularity is why.
-4. ``branch_search``: all solutions of one target. ``textbook_methods``: other steps from the seed alone, for teaching.
+4. ``branch_search``: all solutions of one target.
 """
 
 from collections.abc import Callable

@@ -26,7 +26,7 @@ def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> 
     unit = problem.query.unit
     if unit == 1.0:
         return solve(problem, order)
-    far = too_far(problem, order, unit)
+    far = _too_far(problem, order, unit)
     near_q, near_info = solve(in_unit(problem, unit), order[~far])
     in_metres(problem, unit, near_q, near_info)
     if not far.any():
@@ -37,7 +37,7 @@ def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> 
     return q, info
 
 
-def too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
+def _too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
     """Which targets (m,) exceed the range of the kernels when measured in a unit: they are out of reach."""
     seeds = rows_for(problem.seeds, order) / _slide_units(problem, unit)
     far = (np.abs(problem.targets[order, :3, 3]) > LARGEST * unit).any(axis=1)

@@ -1,9 +1,7 @@
 """Numbers the settings, the results and the status codes of IK searches, and sizes their scratch arrays."""
 
 # NOT_A_POSE: the target is no rigid motion, or the seed out of range: the caller finds out which.
-SOLVED, NOT_FOUND, NOT_A_POSE, STATIONARY = 0, 1, 2, 3
-# The textbook methods, from the seed alone.
-JACOBIAN_TRANSPOSE, DAMPED_LEAST_SQUARES, PSEUDO_INVERSE = 0, 1, 2
+SOLVED, NOT_FOUND, NOT_A_POSE = 0, 1, 2
 # What a task requires of the six components of the pose error, in the target's axes.
 WHOLE_POSE, WITH_SLACK, POINTING = 0, 1, 2
 # Entries of the settings. STEPS: the most from one start. CALM: damping in proportion to the error's size, with which a search
