@@ -71,10 +71,10 @@ def inverse_rows(robot) -> list[dict]:
     targets = [robot.forward_kinematics(x) for x in random_positions(robot, ONE, seed=0)]
     robot.inverse_kinematics(targets[0])
     solver = robot._inverse_kinematics._solver(None, *Options())  # noqa: SLF001
-    chain, plan, home, search = robot.tree.chain(robot.tip), solver.plan, solver.home, multi_start.search_one
+    tables, home, search = solver.tables, solver.home, multi_start.search_one
     q, info = np.empty((1, robot.n_dof)), np.empty((1, layout.N_INFO))
     works = {
-        "machine code": Workload(lambda T: search(chain, plan, T, home, q, info), targets),
+        "machine code": Workload(lambda T: search(*tables, T, home, q, info), targets),
         "inverse_kinematics(T)": Workload(robot.inverse_kinematics, targets),
     }
     return _rows(works, "machine code")

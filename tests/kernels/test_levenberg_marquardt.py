@@ -9,10 +9,11 @@ from assertions import assert_close
 from ulna.drivers import multi_start
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.ik.search_layout import NOT_A_POSE, NOT_FOUND, SOLVED
+from ulna.kernels.ik.search_records import SearchSettings
 from ulna.kernels.layout import LARGEST
 from ulna.kinematics.tree import build_tree
 
-search_jobs = multi_start.search_jobs
+search_jobs, Jobs = multi_start.search_jobs, multi_start.Jobs
 N, STARTS, STEPS = 5, 6, 20
 NO_TARGET = formulas.transform(p=(5.0, 0.0, 0.0))  # five metres away
 
@@ -27,15 +28,16 @@ class Search:
     def __call__(self, targets, seeds, *, order=None, posture=None, tolerance=1e-5, steps=STEPS, first_wins=False):
         n_dof, n_starts = self.tree.n_dof, len(self.shares)
         order = np.arange(len(targets)) if order is None else np.asarray(order)
-        settings = np.zeros(layout.N_SETTINGS)
-        settings[layout.POSITION_TOLERANCE] = settings[layout.ROTATION_TOLERANCE] = tolerance
-        settings[layout.STEPS] = steps
-        settings[layout.FIRST_WINS], settings[layout.WITH_POSTURE] = first_wins, posture is not None
+        records = SearchSettings.records()
+        settings = records[0]
+        settings.position_tolerance = settings.rotation_tolerance = tolerance
+        settings.steps, settings.first_wins, settings.with_posture = steps, first_wins, posture is not None
         goal = np.zeros(n_dof) if posture is None else np.array(posture)
         rows = len(order) * (1 if first_wins else n_starts)
         q, info = np.full((rows, n_dof), np.nan), np.full((rows, layout.N_INFO), np.nan)
         with np.errstate(all="ignore"):
-            search_jobs(self.chain, targets, order, np.array(seeds), self.bounds, self.shares, goal, settings, q, info)
+            jobs = Jobs(targets, order, np.array(seeds), self.bounds, self.shares, goal)
+            search_jobs(self.chain, records, jobs, q, info)
         return q.reshape(len(order), -1, n_dof), info.reshape(len(order), -1, layout.N_INFO)
 
 

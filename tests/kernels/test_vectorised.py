@@ -15,14 +15,15 @@ import kernel_probes
 from matrix import matrix
 from ulna.drivers.forward import forward_batch, forward_one, frames_batch
 from ulna.drivers.jacobian import jacobian_batch
-from ulna.drivers.multi_start import search_jobs
+from ulna.drivers.multi_start import Jobs, search_jobs
 from ulna.drivers.overlap import overlap_batch
 from ulna.engine import decorators as compiling
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import N_BRANCHES, N_KNOWN, N_ROWS
 from ulna.kernels.collision.collision_layout import NO_NODE
 from ulna.kernels.distance.epa import SCRATCH
-from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
+from ulna.kernels.ik.search_layout import N_INFO
+from ulna.kernels.ik.search_records import SearchSettings
 from ulna.kernels.layout import BODY_WIDTH, BOX, HULL
 
 pytestmark = pytest.mark.compiler
@@ -30,7 +31,7 @@ pytestmark = pytest.mark.compiler
 N, DOF, LINKS = 8, 7, 10
 CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, BODY_WIDTH))
 NO_TOUCH = np.zeros((12, 1), dtype=np.bool_)
-Q, BOUNDS, SETTINGS = np.zeros((N, DOF)), np.zeros((1, 4, DOF)), np.zeros(N_SETTINGS)
+Q, BOUNDS, SETTINGS = np.zeros((N, DOF)), np.zeros((1, 4, DOF)), SearchSettings.records()
 TARGETS, INFO, ORDER = np.zeros((N, 4, 4)), np.zeros((N, N_INFO)), np.arange(N)
 CLOSED_FORM, ROWS = np.zeros((N_ROWS, 3)), [np.zeros((n, 8)) for n in (12, 6, 12, 6 * N_BRANCHES, N_KNOWN * N_BRANCHES)]
 PAIRS, NODES = np.zeros((3, 2), dtype=np.int64), np.zeros((0, 8))
@@ -46,7 +47,7 @@ ENTRIES = {
         overlap_batch,
         (CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, NO_NODE, 0, 12, NO_TOUCH, Q, np.zeros(N, dtype=np.bool_)),
     ),
-    "search_jobs": (search_jobs, (CHAIN, TARGETS, ORDER, Q, BOUNDS, Q[:1], Q[0], SETTINGS, Q, INFO)),
+    "search_jobs": (search_jobs, (CHAIN, SETTINGS, Jobs(TARGETS, ORDER, Q, BOUNDS, Q[:1], Q[0]), Q, INFO)),
     "closed_form": (closed_form, (CLOSED_FORM, *ROWS[:2], 2, *ROWS[2:])),  # that of ``all_branches``, and shared
     "two_bodies": (kernel_modes.compiled(kernel_probes.two_bodies), TWO_BODIES),
 }

@@ -78,7 +78,7 @@ def reset_state(state_rows, allowed, with_posture, lane):
     state_rows[ENDED, lane], state_rows[LEAST, lane] = RUNNING, np.inf
     state_rows[P2, lane], state_rows[R2, lane] = np.inf, np.inf
     state_rows[TAKEN, lane], state_rows[ALLOWED, lane] = 0.0, allowed
-    state_rows[CHANGE, lane] = np.inf if with_posture != 0.0 else 0.0
+    state_rows[CHANGE, lane] = np.inf if with_posture else 0.0
 
 
 @kernel

@@ -27,7 +27,7 @@ from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.result import IKResult
 from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, N_STATE, P2, R2, RUNNING, advance
-from ulna.kernels.ik.search_layout import N_INFO, N_SYSTEM, NOT_A_POSE, NOT_FOUND, SOLVED, START, STATUS, STEPS, WITH_POSTURE
+from ulna.kernels.ik.search_layout import N_INFO, N_SYSTEM, NOT_A_POSE, NOT_FOUND, SOLVED, START, STATUS
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
@@ -204,9 +204,9 @@ def searches_of(n_dof: int):
                 write_target(matrix_pose(targets[i]), target, 0)
                 write_bounds(box, bound, 0)
                 write_start(box, seed, samples, start, q, 0)
-                reset_state(state, settings[STEPS], settings[WITH_POSTURE], 0)
+                reset_state(state, settings[0].steps, settings[0].with_posture, 0)
                 is_new = False
-            advance(chain, posture, settings, rows, (jacobian, system))
+            advance(chain, posture, settings[0], rows, (jacobian, system))
             if state[ENDED, 0] != RUNNING:
                 missed, solved = state[P2, 0] + state[R2, 0], state[ENDED, 0] == HAS_SOLVED
                 if solved or missed < best:

@@ -36,10 +36,11 @@ def searched_solutions(query: Query, T: Array, seed: Array, n_spread: int) -> Ar
     tolerance counts only if no solution is that exact, as at the border of the reach.
     """
     problem = make_problem(query, T, seed)
-    settings = problem.settings.copy()
-    for tolerance, exact in ((layout.POSITION_TOLERANCE, EXACT * query.unit), (layout.ROTATION_TOLERANCE, EXACT)):
-        settings[tolerance] = min(settings[tolerance], exact)
-    found = _branches(replace(problem, settings=settings), n_spread)
+    records = problem.settings.copy()
+    settings = records[0]
+    settings.position_tolerance = min(settings.position_tolerance, EXACT * query.unit)
+    settings.rotation_tolerance = min(settings.rotation_tolerance, EXACT)
+    found = _branches(replace(problem, settings=records), n_spread)
     if not len(found):
         found = _branches(problem, n_spread)
     return found if len(found) else _at_limits(problem, n_spread)

@@ -45,7 +45,7 @@ OfOneTarget = Callable[[ArrayLike, ArrayLike], tuple[Array, Array] | None]
 """From T and a start to q (n_dof,) and its information (1, N_INFO); None if this is not one target, or it is not solved."""
 
 
-def bound_to_one_target(run: Any, tables: tuple[Array, ...], home: Array) -> OfOneTarget:
+def bound_to_one_target(run: Any, tables: tuple[Any, ...], home: Array) -> OfOneTarget:
     """The entry ``run(*tables, T, start, q, info)``, in C if the extension is there. ``home`` as a start is not checked."""
     n, of_q = len(home), (1, len(home))
 
@@ -67,25 +67,26 @@ class NumericSolver:
     """The solver for any query by Levenberg-Marquardt; see ``ik.inverse_kinematics.Solver``.
 
     Attributes:
-        plan: What the kernels take to solve for one target with default options, from home; empty where the options differ.
+        tables: What the kernels take before one target with default options, from home; empty where the options differ.
         home: Where a search without a seed starts, shape (n_dof,).
     """
 
-    __slots__ = ("_from_home", "_from_seed", "_query", "_tolerances", "home", "in_c", "plan")
+    __slots__ = ("_from_home", "_from_seed", "_query", "_tolerances", "home", "in_c", "tables")
 
     def __init__(self, query: Query) -> None:
-        self._query, self.home, self.plan = query, query.home.copy(), np.empty(0)
+        self._query, self.home, self.tables = query, query.home.copy(), ()
         self._tolerances = query.options.tolerances
         self._from_home = self._from_seed = self.in_c = None
         if _is_usual(query):
             settings, run = query.settings.copy(), multi_start.search_one
-            settings[layout.FIRST_WINS] = layout.ANY
+            settings[0].first_wins = layout.ANY
             starts = unit_samples(query.tree, query.link, query.options.seed, 0, _MOST, from_seed=True)
-            self.plan = np.concatenate([settings, query.limits.ravel(), query.home, starts.ravel()])
-            settings[layout.FIRST_WINS], settings[layout.SEEDED_STEPS] = layout.NEAREST, SEEDED_STEPS
-            plan = np.concatenate([settings, self.plan[layout.N_SETTINGS :]])
-            self._from_home = bound_to_one_target(run, (query.chain, self.plan), self.home)
-            self._from_seed = bound_to_one_target(run, (query.chain, plan), self.home)
+            plan = np.concatenate([query.limits.ravel(), query.home, starts.ravel()])
+            self.tables = query.chain, settings, plan
+            from_seed = settings.copy()
+            from_seed[0].first_wins, from_seed[0].seeded_steps = layout.NEAREST, SEEDED_STEPS
+            self._from_home = bound_to_one_target(run, self.tables, self.home)
+            self._from_seed = bound_to_one_target(run, (query.chain, from_seed, plan), self.home)
             self.in_c = self._from_home, self.home, self._from_seed, self.search
 
     def solve(

@@ -45,7 +45,7 @@ def restarts_of(problem: Problem, n_first: int, *, seed_alone: bool) -> Iterator
     """
     budget = problem.query.options.budget
     left, first = budget, 0
-    if problem.settings[layout.WITH_POSTURE]:
+    if problem.settings[0].with_posture:
         yield Restart(0, 1, min(SEEDED_STEPS, left), from_seed=True, with_posture=True)
         left -= SEEDED_STEPS
     steps = SEEDED_STEPS if problem.seeded else STEPS
@@ -220,15 +220,15 @@ def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tu
     query, options = problem.query, problem.query.options
     n_dof = query.tree.n_dof
     starts = unit_samples(query.tree, query.link, options.seed, part.first, part.count, from_seed=part.from_seed)
-    settings = problem.settings.copy()
-    settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
+    records = problem.settings.copy()
+    settings = records[0]
+    settings.steps, settings.with_posture, settings.calm = part.steps, part.with_posture, part.calm
     q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))
 
     def piece(rows: slice) -> bool:
-        multi_start.search_jobs(
-            problem.chain, problem.targets, order[rows], problem.seeds, problem.bounds, starts, problem.posture, settings,
-            q[rows].reshape(-1, n_dof), info[rows].reshape(-1, layout.N_INFO),
-        )  # fmt: skip
+        jobs = multi_start.Jobs(problem.targets, order[rows], problem.seeds, problem.bounds, starts, problem.posture)
+        own_q, own_info = q[rows].reshape(-1, n_dof), info[rows].reshape(-1, layout.N_INFO)
+        multi_start.search_jobs(problem.chain, records, jobs, own_q, own_info)
         return True
 
     in_parts(piece, len(order), max(1, _JOBS_PER_THREAD // len(starts)), options.threads)

@@ -57,8 +57,9 @@ def in_unit(problem: Problem, unit: float) -> Problem:
         if int(row[KIND]) == PRISMATIC:
             row[RATIO], row[OFFSET] = row[RATIO] * (slides[int(row[COLUMN])] / unit), row[OFFSET] / unit
     targets[:, :3, 3] /= unit
-    settings[[layout.POSITION_TOLERANCE, *range(layout.SLACK, layout.SLACK + 3)]] /= unit
-    settings[layout.FAR] /= unit * unit
+    settings[0].position_tolerance /= unit
+    settings[0].slack[:3] /= unit
+    settings[0].far /= unit * unit
     with np.errstate(over="ignore"):  # a limit of 1e308 is none
         changed = {name: getattr(problem, name) / slides for name in ("seeds", "bounds", "posture")}
     return replace(problem, chain=chain, targets=targets, settings=settings, **changed)
