@@ -22,8 +22,7 @@ from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import N_BRANCHES, N_KNOWN, N_ROWS
 from ulna.kernels.collision.collision_layout import NO_NODE
 from ulna.kernels.distance.epa import SCRATCH
-from ulna.kernels.ik.search_layout import N_INFO
-from ulna.kernels.ik.search_records import SearchSettings
+from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 from ulna.kernels.layout import BODY_WIDTH, BOX, HULL
 
 pytestmark = pytest.mark.compiler
@@ -32,7 +31,7 @@ N, DOF, LINKS = 8, 7, 10
 CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, BODY_WIDTH))
 NO_TOUCH = np.zeros((12, 1), dtype=np.bool_)
 Q, BOUNDS, SETTINGS = np.zeros((N, DOF)), np.zeros((1, 4, DOF)), SearchSettings.records()
-TARGETS, INFO, ORDER = np.zeros((N, 4, 4)), np.zeros((N, N_INFO)), np.arange(N)
+TARGETS, INFO, ORDER = np.zeros((N, 4, 4)), SearchResult.records(N), np.arange(N)
 CLOSED_FORM, ROWS = np.zeros((N_ROWS, 3)), [np.zeros((n, 8)) for n in (12, 6, 12, 6 * N_BRANCHES, N_KNOWN * N_BRANCHES)]
 PAIRS, NODES = np.zeros((3, 2), dtype=np.int64), np.zeros((0, 8))
 

@@ -15,8 +15,8 @@ from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.lanes import WIDTH, any_lane, load
 from ulna.engine.signatures import INDICES, MATRICES, MATRIX, NUMBERS, TABLE, Array, Group
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, P2, R2, RUNNING, advance
-from ulna.kernels.ik.search_layout import NEAREST, NOT_A_POSE, SOLVED, STATUS
-from ulna.kernels.ik.search_records import SearchSettings
+from ulna.kernels.ik.search_layout import NEAREST, NOT_A_POSE, SOLVED
+from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
@@ -45,27 +45,28 @@ class Jobs(NamedTuple):
     posture: NDArray[np.float64]
 
 
-_SETTINGS, _JOBS = Array(SearchSettings, 1, constant=True), Group((MATRICES, INDICES, MATRIX, MATRICES, MATRIX, NUMBERS), Jobs)
+_SETTINGS, _RESULTS = Array(SearchSettings, 1, constant=True), Array(SearchResult, 1)
+_JOBS = Group((MATRICES, INDICES, MATRIX, MATRICES, MATRIX, NUMBERS), Jobs)
 
 
-@entry((TABLE, _SETTINGS, _JOBS, MATRIX, MATRIX))
+@entry((TABLE, _SETTINGS, _JOBS, MATRIX, _RESULTS))
 def search_jobs(chain, settings, jobs, q_out, info):
     """Search for each target of the order from every start.
 
-    settings: one. q_out: (m n_starts, n_dof) and info: (m n_starts, N_INFO), a row a job. With ``first_wins`` the order holds one
-    target, and row 0 the result, or the job that came nearest. ANY: the first job that is solved ends the search. NEAREST: the
-    first job, that of the seed, ends it by its solution; once that job has failed, or others have solutions and it hardly
-    advances, the nearest of these to the seed is taken, or the next solution that is found, if there is none yet.
+    settings: one. q_out: (m n_starts, n_dof) and info: (m n_starts,), one a job. With ``first_wins`` the order holds one target,
+    and row 0 the result, or the job that came nearest. ANY: the first job that is solved ends the search. NEAREST: the first
+    job, that of the seed, ends it by its solution; once that job has failed, or others have solutions and it hardly advances,
+    the nearest of these to the seed is taken, or the next solution that is found, if there is none yet.
     """
     run_jobs(chain, settings[0], jobs, q_out, info)
 
 
-@entry((TABLE, _SETTINGS, NUMBERS, MATRIX, NUMBERS, MATRIX, MATRIX))
+@entry((TABLE, _SETTINGS, NUMBERS, MATRIX, NUMBERS, MATRIX, _RESULTS))
 def search_one(chain, settings, plan, target, seed, q_out, info):
     """Search for one target (4, 4) from one seed (n_dof,) and samples; with few arguments: each costs a call some 50 ns.
 
     settings: one; plan: the bounds (4 n_dof numbers), the posture and the samples, one after the other; q_out: (1, n_dof);
-    info: (1, N_INFO). Returns whether it is solved.
+    info: one. Returns whether it is solved.
     """
     n_dof, order = q_out.shape[1], np.zeros(1, dtype=np.int64)
     bounds, posture, samples = plan[: 4 * n_dof], plan[4 * n_dof : 5 * n_dof], plan[5 * n_dof :]
@@ -74,7 +75,7 @@ def search_one(chain, settings, plan, target, seed, q_out, info):
         samples.reshape((samples.shape[0] // n_dof, n_dof)), posture,
     )  # fmt: skip
     run_jobs(chain, settings[0], jobs, q_out, info)
-    return info[0, STATUS] == SOLVED
+    return info[0].status == SOLVED
 
 
 @workspace
@@ -139,7 +140,7 @@ def start_job(settings, jobs, job, lane, rows, info):
         seed = jobs.seeds[min(i, jobs.seeds.shape[0] - 1)]
         if start == 0 and not (rigidity_defect(jobs.targets[i]) <= LARGEST_DEFECT and all_in_range(seed)):
             for row in range(1 if settings.first_wins != 0 else n_starts):
-                info[job + row, STATUS] = NOT_A_POSE
+                info[job + row].status = NOT_A_POSE
             job += n_starts
         else:
             write_target(matrix_pose(jobs.targets[i]), rows[2], lane)

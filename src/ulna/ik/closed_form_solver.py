@@ -22,6 +22,7 @@ from ulna.ik.search.ranking import CollisionFilter, Cost, collisions_of, cost_of
 from ulna.ik.search.restarts import PoseSearch, run_from_each
 from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.ik.search_records import Results, SearchResult
 from ulna.kinematics.turns import turned_towards, turning_columns
 
 Array = NDArray[np.float64]
@@ -79,7 +80,7 @@ class ClosedFormSolver:
         """The nearest branch of each target."""
         problem = make_problem(self._query, T, q_seed)
         targets, seeds = problem.targets, self._six.entries_of(problem.seeds)
-        angles, info = np.empty((len(targets), N_AXES)), np.empty((len(targets), layout.N_INFO))
+        angles, info = np.empty((len(targets), N_AXES)), np.empty(len(targets), SearchResult.structure)
         nearest = closed_form.nearest_branches
 
         def run(part: slice) -> bool:
@@ -91,9 +92,9 @@ class ClosedFormSolver:
         q = np.broadcast_to(problem.seeds, (len(targets), self._n)).copy()
         q[:, self._six.columns] = angles[:, : len(self._six.columns)]
         if self._form.n_free:  # the errors of the link itself, of which the joints that were added are no part
-            solved = np.flatnonzero(info[:, layout.STATUS] == layout.SOLVED)
+            solved = np.flatnonzero(info["status"] == layout.SOLVED)
             info[solved] = run_from_each(problem, solved, q[solved], 0)[1]
-        return self._with_unsolved(problem, q, info, info[:, layout.STATUS] == layout.SOLVED, None)
+        return self._with_unsolved(problem, q, info, info["status"] == layout.SOLVED, None)
 
     def _best(self, T: ArrayLike, q_seed: ArrayLike | None, world: World | None) -> IKResult:
         """The best branch of each target."""
@@ -108,13 +109,13 @@ class ClosedFormSolver:
         goal = mid_range(tree)[None] if query.options.rank == "mid_range" else problem.seeds
         q, found = _best(all_branches(self._form, tree, problem.targets, goal, query.options.threads), cost, problem)
         q, info = run_from_each(problem, np.arange(len(q)), q, 0)
-        return self._with_unsolved(problem, q, info, found & (info[:, layout.STATUS] == layout.SOLVED), collisions)
+        return self._with_unsolved(problem, q, info, found & (info["status"] == layout.SOLVED), collisions)
 
     def _with_unsolved(
-        self, problem: Problem, q: Array, info: Array, solved: Truths, collisions: CollisionFilter | None
+        self, problem: Problem, q: Array, info: Results, solved: Truths, collisions: CollisionFilter | None
     ) -> IKResult:
-        """The result for q (n, n_dof) and info (n, N_INFO), of which some are solved."""
-        if (info[:, layout.STATUS] == layout.NOT_A_POSE).any():
+        """The result for q (n, n_dof) and info (n,), of which some are solved."""
+        if (info["status"] == layout.NOT_A_POSE).any():
             refuse_no_pose(problem.targets.reshape(*problem.batch, 4, 4))
         search, rest = PoseSearch(problem, None, q, info, ~solved, np.zeros(len(q), dtype=bool)), np.flatnonzero(~solved)
         if len(rest):
@@ -123,10 +124,10 @@ class ClosedFormSolver:
             for order, more in ((rest[proved], nearest_poses), (rest[~proved], lambda some: searched(some, collisions))):
                 if len(order):
                     search.put(order, more(problem.some(order)))
-            open_ = rest[proved & (info[rest, layout.STATUS] != layout.SOLVED)]  # some are within the tolerances for all that
+            open_ = rest[proved & (info["status"][rest] != layout.SOLVED)]  # some are within the tolerances for all that
             beyond_limits = {int(rest[i]): x for i, x in excess.items() if rest[i] in open_}
-            info[open_, layout.STATUS] = CODES[Status.UNREACHABLE]
-            info[list(beyond_limits), layout.STATUS] = CODES[Status.JOINT_LIMITS]
+            info["status"][open_] = CODES[Status.UNREACHABLE]
+            info["status"][list(beyond_limits)] = CODES[Status.JOINT_LIMITS]
             search.limit_excess.update(beyond_limits)
         trace = None if not self._trace else trace_of(search) if len(rest) else _no_steps(info)
         return result_of(search, collisions, trace, f"the closed form has no solution, whatever the limits ({self._form.family})")
@@ -157,6 +158,6 @@ def _best(branches: Branches, cost: Cost, problem: Problem) -> tuple[Array, NDAr
     return np.where(found[:, None], branches.q[rows, chosen], seeds), found
 
 
-def _no_steps(info: Array) -> Array:
+def _no_steps(info: Results) -> Array:
     """The trace (1, 4) of one target that took no step: its errors."""
-    return np.array([[info[0, layout.POSITION_ERROR], info[0, layout.ROTATION_ERROR], 0.0, 0.0]])
+    return np.array([[info["position_error"][0], info["rotation_error"][0], 0.0, 0.0]])

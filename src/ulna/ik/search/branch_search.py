@@ -72,7 +72,7 @@ def _at_limits(problem: Problem, n_spread: int) -> Array:
     starts = limit_starts(problem, np.zeros(1, dtype=np.int64), _MOST_AT_LIMITS)[0]
     each = replace(problem, seeds=starts, targets=np.repeat(problem.targets, len(starts), axis=0))
     q, info = run_starts(each, np.arange(len(starts)), Restart(0, 1, 3 * STEPS, from_seed=True))
-    found = _merge(problem, np.empty((0, q.shape[-1])), q[info[:, :, layout.STATUS] == layout.SOLVED])
+    found = _merge(problem, np.empty((0, q.shape[-1])), q[info["status"] == layout.SOLVED])
     found = _spread(problem, found, n_spread) if _is_continuum(problem, found) else found
     return _nearest_first(problem, found)
 
@@ -80,7 +80,7 @@ def _at_limits(problem: Problem, n_spread: int) -> Array:
 def _solutions(problem: Problem, part: Restart) -> Array:
     """What the starts of a round find, within the limits."""
     q, info = run_starts(problem, np.zeros(1, dtype=np.int64), part)
-    q = _turned_within_limits(problem, q[0, info[0, :, layout.STATUS] == layout.SOLVED])
+    q = _turned_within_limits(problem, q[0, info["status"][0] == layout.SOLVED])
     tree = problem.query.tree
     return q[((q >= tree.lower) & (q <= tree.upper)).all(axis=1)]
 

@@ -33,6 +33,7 @@ from ulna.ik.search.ranking import CollisionFilter, collisions_of, cost_of, refu
 from ulna.ik.search.restarts import PoseSearch, Restart, run_from_each, search_with_restarts
 from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.ik.search_records import Results, SearchResult
 from ulna.kinematics.tree import entry_names
 
 Array = NDArray[np.float64]
@@ -40,16 +41,16 @@ _FEW, _MANY = 2, 16  # random starts of the first round: if any solution will do
 _MOST = 64  # starts of one target with default options, eight in each lane; and where there is no solution to find
 
 
-_MATRIX, _OF_INFO = (4, 4), (1, layout.N_INFO)
-OfOneTarget = Callable[[ArrayLike, ArrayLike], tuple[Array, Array] | None]
-"""From T and a start to q (n_dof,) and its information (1, N_INFO); None if this is not one target, or it is not solved."""
+_MATRIX = 4, 4
+OfOneTarget = Callable[[ArrayLike, ArrayLike], tuple[Array, Results] | None]
+"""From T and a start to q (n_dof,) and its information (1,); None if this is not one target, or it is not solved."""
 
 
 def bound_to_one_target(run: Any, tables: tuple[Any, ...], home: Array) -> OfOneTarget:
     """The entry ``run(*tables, T, start, q, info)``, in C if the extension is there. ``home`` as a start is not checked."""
-    n, of_q = len(home), (1, len(home))
+    n, of_q, of_info = len(home), (1, len(home)), SearchResult.structure
 
-    def in_python(T: ArrayLike, start: ArrayLike) -> tuple[Array, Array] | None:
+    def in_python(T: ArrayLike, start: ArrayLike) -> tuple[Array, Results] | None:
         target = as_floats("T", T)
         if target.shape != _MATRIX:
             return None
@@ -57,10 +58,10 @@ def bound_to_one_target(run: Any, tables: tuple[Any, ...], home: Array) -> OfOne
             start = as_floats("q_seed", start)
             if start.shape != (n,):
                 return None
-        q, info = np.empty(of_q), np.empty(_OF_INFO)
+        q, info = np.empty(of_q), np.empty(1, of_info)
         return (q[0], info) if run(*tables, target, start, q, info) else None
 
-    return bind(run, "search", tables, n, (layout.N_INFO,), in_python) or in_python
+    return bind(run, "search", tables, n, (), in_python, np.zeros(1, of_info)) or in_python
 
 
 class NumericSolver:
@@ -117,7 +118,7 @@ class NumericSolver:
         refuse_clearance_of_nothing(self._query.options.rank, world)
         collisions = collisions_of(self._query, world)
         search = searched(problem, collisions)
-        if (search.info[:, layout.STATUS] == layout.NOT_A_POSE).any():
+        if (search.info["status"] == layout.NOT_A_POSE).any():
             refuse_no_pose(T)
         return result_of(search, collisions, trace_of(search))
 
@@ -151,7 +152,7 @@ def searched(problem: Problem, collisions: CollisionFilter | None) -> PoseSearch
     cost, count = cost_of(problem, collisions), _FEW if rank is None and collisions is None else _MANY
     search = PoseSearch.of(problem, cost)
     out_of_time = search_with_restarts(search, count, close_unreachable, seed_alone=rank is None)
-    if not (search.info[:, layout.STATUS] == layout.SOLVED).all():
+    if not (search.info["status"] == layout.SOLVED).all():
         settle_open(search, out_of_time=out_of_time)
         explain_open(search, out_of_time=out_of_time)
     return search
@@ -160,7 +161,7 @@ def searched(problem: Problem, collisions: CollisionFilter | None) -> PoseSearch
 def result_of(search: PoseSearch, collisions: CollisionFilter | None, trace: Array | None, no_solution: str = "") -> IKResult:
     """What a search found, and why it found no more. no_solution: why a target that is within reach has none."""
     problem, query = search.problem, search.problem.query
-    hit = np.flatnonzero(search.info[:, layout.STATUS] == CODES[Status.IN_COLLISION])
+    hit = np.flatnonzero(search.info["status"] == CODES[Status.IN_COLLISION])
     explanation = Explanation(
         reach_excess=search.reach_excess,
         limit_excess=search.limit_excess,
@@ -181,21 +182,21 @@ def trace_of(search: PoseSearch) -> Array | None:
     return _convergence(search.problem, search.info[0], search.origins.get(0), with_posture=bool(search.with_posture[0]))
 
 
-def _convergence(problem: Problem, info: Array, origin: Array | None = None, *, with_posture: bool = False) -> Array:
+def _convergence(problem: Problem, info: Any, origin: Array | None = None, *, with_posture: bool = False) -> Array:
     """A row a step towards the result with this information: errors [m] and [rad], largest joint step, damping; (steps + 1, 4).
 
     origin: where the result was searched from, (n_dof,), if by no start of a round.
 
     A step depends on the configuration alone, so taking them one at a time gives the same result.
     """
-    start, steps = int(info[layout.START]), int(info[layout.ITERATIONS])
+    start, steps = int(info.start), int(info.iterations)
     q = _start(problem, start) if origin is None else origin
     rows, alone = [], np.zeros(1, dtype=np.int64)
     for k in range(steps + 1):
         _, (before,) = run_from_each(problem, alone, q[None], 0, with_posture=with_posture)
         (after,), _ = run_from_each(problem, alone, q[None], 1, with_posture=with_posture)
         step = np.abs(after - q).max() if k < steps else 0.0
-        rows.append([*before[[layout.POSITION_ERROR, layout.ROTATION_ERROR]], step, before[layout.DAMPING]])
+        rows.append([before.position_error, before.rotation_error, step, before.damping])
         q = after
     table = np.array(rows)
     table[1:, 2], table[0, 2] = table[:-1, 2].copy(), 0.0

@@ -1,4 +1,4 @@
-"""Numbers the results and the codes of IK searches, and sizes their scratch arrays."""
+"""Numbers the codes of IK searches, and sizes their scratch arrays."""
 
 # NOT_A_POSE: the target is no rigid motion, or the seed out of range: the caller finds out which.
 SOLVED, NOT_FOUND, NOT_A_POSE = 0, 1, 2
@@ -6,11 +6,6 @@ SOLVED, NOT_FOUND, NOT_A_POSE = 0, 1, 2
 WHOLE_POSE, WITH_SLACK, POINTING = 0, 1, 2
 # How a search for one target ends early (``drivers.multi_start``).
 ANY, NEAREST = 1, 2
-# Columns of the information, a row a result. ITERATIONS: steps from the START of the result; DAMPING: the last step's.
-# The errors are those of the configuration returned [m and rad]; from RESIDUAL on, their components in the target's axes;
-# MISSED: the squared residual of the task [m^2 + rad^2].
-STATUS, POSITION_ERROR, ROTATION_ERROR, ITERATIONS, START, DAMPING, MISSED, RESIDUAL = 0, 1, 2, 3, 4, 5, 6, 7
-N_INFO = RESIDUAL + 6
 # Scratch arrays.
 N_SYSTEM = 27  # rows: the lower triangle of a 6x6 matrix, then a vector of six
 N_TURNED = 42  # rows: six of the error, then the six columns of a 6x6 matrix

@@ -1,4 +1,4 @@
-"""Declares what IK searches are asked for, as records (``engine/records.py``)."""
+"""Declares what IK searches are asked for, and what they find, as records (``engine/records.py``)."""
 
 from typing import Annotated
 
@@ -35,3 +35,31 @@ class SearchSettings(Record):
     task: int
     slack: Annotated[NDArray[np.float64], 6]
     far: float
+
+
+class SearchResult(Record):
+    """What is known of one target, or of one job of a search.
+
+    Attributes:
+        status: SOLVED, NOT_FOUND or NOT_A_POSE, or a code that only an explanation gives (``ik.result``).
+        iterations: Steps from the start that led to the result.
+        start: The number of that start.
+        position_error: Distance of the configuration's pose from the target [m].
+        rotation_error: Angle between them [rad].
+        residual: The components of the error, in the target's axes [m, rad].
+        missed: The squared residual of the task [m^2 + rad^2].
+        damping: That of the last step.
+    """
+
+    status: int
+    iterations: int
+    start: int
+    position_error: float
+    rotation_error: float
+    residual: Annotated[NDArray[np.float64], 6]
+    missed: float
+    damping: float
+
+
+Results = NDArray[np.void]
+"""An array of such records, of any shape."""
