@@ -151,7 +151,7 @@ def test_each_option_is_passed_as_itself(panda, monkeypatch, method):
     passed = []
     monkeypatch.setattr(InverseKinematics, method, lambda _, *arguments, **__: passed.extend(arguments))
     getattr(panda, method)(np.eye(4), **given)
-    (options,) = (argument for argument in passed if isinstance(argument, Options))
+    options = passed[0].options
     assert {name: value for name, value in options._asdict().items() if name in given} == given
     assert all(value == getattr(Options(), name) for name, value in options._asdict().items() if name not in given)
     assert len(given) == {"inverse_kinematics": len(Options._fields), "all_solutions": 6}[method]

@@ -22,6 +22,7 @@ from ulna.gpu import device
 from ulna.gpu.device import cuda
 from ulna.gpu.rows import Order, put_records, put_rows, rows_of
 from ulna.ik.inverse_kinematics import InverseKinematics
+from ulna.ik.options import Request
 from ulna.ik.problem import Query, of_task
 from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.result import IKResult
@@ -135,15 +136,9 @@ class DeviceSearch:
         if not len(rest):
             return NOTHING_TO_EXPLAIN
         there, seeds = rows_of(targets, rest), self._seeds_of(rest)
-        found = self.on_host.inverse_kinematics(
-            there if batch else there[0],
-            (seeds if len(seeds) > 1 else seeds[0]) if self.seeded else None,
-            None,
-            (),
-            self.world,
-            self.query.link,
-            self.query.options,
-        )
+        targets, seed = there if batch else there[0], (seeds if len(seeds) > 1 else seeds[0]) if self.seeded else None
+        asked = Request(targets, seed, world=self.world, link=self.query.link, options=self.query.options)
+        found = self.on_host.inverse_kinematics(asked)
         put_rows(q, rest, found.q.reshape(len(rest), -1))
         put_records(info, rest, found.info)
         return found.explanation.renumbered(rest)

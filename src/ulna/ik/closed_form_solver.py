@@ -7,13 +7,13 @@ the reason are those of the search.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.world import World
 from ulna.description.pose import as_pose
 from ulna.drivers import closed_form
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.branches import Branches, all_branches
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
+from ulna.ik.options import Request
 from ulna.ik.problem import Problem, Query, excess_of, make_problem, mid_range, refuse_no_pose
 from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.result import CODES, IKResult, Status
@@ -46,7 +46,7 @@ class ClosedFormSolver:
         self._search, run = NumericSolver(query), closed_form.nearest_branch_of_one
         alone = form.columns == tuple(range(N_AXES)) and self._n == N_AXES and query.task_axes is None
         self._one = bound_to_one_target(run, self._tables, self._home) if alone else None
-        self.in_c = None if self._one is None else (self._one, self._home, self._one, self.solve)
+        self.in_c = None if self._one is None else (self._one, self._home, self._one, self._solve_plain)
 
     @staticmethod
     def form_of(query: Query) -> ClosedForm | None:
@@ -56,29 +56,27 @@ class ClosedFormSolver:
         form = closed_form_of(query.tree, query.link, task=query.options.task)
         return None if form is None or form.n_at_rest else form
 
-    def solve(
-        self,
-        T: ArrayLike,
-        q_seed: ArrayLike | None,
-        posture: ArrayLike | str | None = None,
-        held: tuple[str, ...] = (),
-        world: World | None = None,
-    ) -> IKResult:
+    def solve(self, request: Request) -> IKResult:
         """The nearest branch, or that of the best rank that is clear of the world."""
-        if posture is not None or held:
-            return self._search.search(T, q_seed, posture, held, world)
-        if world is not None or not self._by_way:
-            return self._best(T, q_seed, world)
+        T, q_seed = request.T, request.q_seed
+        if request.posture is not None or request.held:
+            return self._search.search(request)
+        if request.world is not None or not self._by_way:
+            return self._best(request)
         if self._one is not None:
             found = self._one(T, self._home if q_seed is None else q_seed)
             if found is not None:
                 explanation = Explanation(trace=_no_steps(found[1])) if self._trace else NOTHING_TO_EXPLAIN
                 return IKResult(found[0], found[1], (), self._tolerances, explanation)
-        return self._nearest(T, q_seed)
+        return self._nearest(request)
 
-    def _nearest(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
+    def _solve_plain(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
+        """What is called in C where neither search finds a solution."""
+        return self.solve(Request(T, q_seed))
+
+    def _nearest(self, request: Request) -> IKResult:
         """The nearest branch of each target."""
-        problem = make_problem(self._query, T, q_seed)
+        problem = make_problem(self._query, request.T, request.q_seed)
         targets, seeds = problem.targets, self._six.entries_of(problem.seeds)
         angles, info = np.empty((len(targets), N_AXES)), np.empty(len(targets), SearchResult.structure)
         nearest = closed_form.nearest_branches
@@ -96,13 +94,13 @@ class ClosedFormSolver:
             info[solved] = run_from_each(problem, solved, q[solved], 0)[1]
         return self._with_unsolved(problem, q, info, info["status"] == layout.SOLVED, None)
 
-    def _best(self, T: ArrayLike, q_seed: ArrayLike | None, world: World | None) -> IKResult:
+    def _best(self, request: Request) -> IKResult:
         """The best branch of each target."""
         query, tree = self._query, self._query.tree
-        refuse_clearance_of_nothing(query.options.rank, world)
-        problem = make_problem(query, T, q_seed)
+        refuse_clearance_of_nothing(query.options.rank, request.world)
+        problem = make_problem(query, request.T, request.q_seed)
         as_pose(problem.targets.reshape(*problem.batch, 4, 4))
-        collisions = collisions_of(query, world)
+        collisions = collisions_of(query, request.world)
         cost = cost_of(problem, collisions)
         if cost is None:
             raise AssertionError("a rank or a world gives a cost")

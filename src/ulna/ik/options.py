@@ -1,9 +1,11 @@
-"""Holds and checks what a caller may choose about a search, whatever the targets."""
+"""Holds what a caller asks of inverse kinematics: a request, and in it the options, which are checked here."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ulna.collision.world import World
 from ulna.description.arrays import as_count, as_number, as_switch, positive
 from ulna.errors import InputError, did_you_mean
 from ulna.ik.task import Task, as_task
@@ -56,3 +58,15 @@ class Options(NamedTuple):
     def tolerances(self) -> tuple[float, float]:
         """Largest errors that count as reached [m, rad]."""
         return self.position_tolerance, self.rotation_tolerance
+
+
+class Request(NamedTuple):
+    """One call of ``Robot.inverse_kinematics``, as the caller made it; its arguments are documented there."""
+
+    T: ArrayLike
+    q_seed: ArrayLike | None = None
+    posture: ArrayLike | str | None = None
+    held: tuple[str, ...] = ()
+    world: World | None = None
+    link: str | None = None
+    options: Options = Options()

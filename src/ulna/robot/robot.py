@@ -39,7 +39,7 @@ from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.differential import differential_ik
 from ulna.ik.followed_path import FollowedPath
 from ulna.ik.inverse_kinematics import InverseKinematics
-from ulna.ik.options import Options
+from ulna.ik.options import Options, Request
 from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
 from ulna.ik.solutions import IKSolutions
@@ -619,7 +619,9 @@ class Robot(Quick):
         options = Options(  # in their order: by name they would take 0.3 us more
             seed, task, rank, position_tolerance, rotation_tolerance, threads, max_step, max_iterations, time_limit, trace
         )
-        return self._inverse_kinematics.inverse_kinematics(target, q_seed, posture, held, world, link, options)
+        names = held if type(held) is tuple else as_names(held)
+        request = Request(target, q_seed, posture, names, world, link, options)
+        return self._inverse_kinematics.inverse_kinematics(request)
 
     @cached_property
     def closed_form(self) -> ClosedForm | None:
@@ -697,8 +699,9 @@ class Robot(Quick):
             ((256, 7), 'continuum')
         """
         options = Options(seed, task, rank, position_tolerance, rotation_tolerance, threads)
+        request = Request(T, q_seed, world=world, link=link, options=options)
         return self._inverse_kinematics.all_solutions(
-            T, q_seed, world, link, options, n_samples=n_samples, redundancy=redundancy, whole_turns=whole_turns
+            request, n_samples=n_samples, redundancy=redundancy, whole_turns=whole_turns
         )
 
     def follow(

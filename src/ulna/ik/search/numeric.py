@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.drivers import multi_start
 from ulna.engine.bound import bind
+from ulna.ik.options import Request
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, make_problem, refuse_no_pose
 from ulna.ik.reason import Explanation
 from ulna.ik.result import CODES, IKResult, Status
@@ -88,38 +88,34 @@ class NumericSolver:
             from_seed[0].first_wins, from_seed[0].seeded_steps = layout.NEAREST, SEEDED_STEPS
             self._from_home = bound_to_one_target(run, self.tables, self.home)
             self._from_seed = bound_to_one_target(run, (query.chain, from_seed, plan), self.home)
-            self.in_c = self._from_home, self.home, self._from_seed, self.search
+            self.in_c = self._from_home, self.home, self._from_seed, self._search_plain
 
-    def solve(
-        self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
-    ) -> IKResult:
+    def solve(self, request: Request) -> IKResult:
         """The first solution for one target with default options; of a search with others, or if none is found, the best."""
+        T, q_seed, posture, held, world, *_ = request
         if self._from_home is None or self._from_seed is None or posture is not None or world is not None or held:
-            return self.search(T, q_seed, posture, held, world)
+            return self.search(request)
         found = self._from_home(T, self.home) if q_seed is None else self._from_seed(T, q_seed)
         if found is None:
-            return self.search(T, q_seed)
+            return self.search(request)
         q, info = found
         if self._query.options.trace:
             explanation = Explanation(trace=_convergence(make_problem(self._query, T, q_seed), info[0]))
             return IKResult(q, info, (), self._tolerances, explanation)
         return IKResult(q, info, (), self._tolerances)
 
-    def search(
-        self,
-        T: ArrayLike,
-        q_seed: ArrayLike | None,
-        posture: ArrayLike | str | None = None,
-        held: tuple[str, ...] = (),
-        world: World | None = None,
-    ) -> IKResult:
+    def _search_plain(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
+        """What is called in C where neither search finds a solution."""
+        return self.search(Request(T, q_seed))
+
+    def search(self, request: Request) -> IKResult:
         """The best that the restarts find for any targets."""
-        problem = make_problem(self._query, T, q_seed, posture, held)
-        refuse_clearance_of_nothing(self._query.options.rank, world)
-        collisions = collisions_of(self._query, world)
+        problem = make_problem(self._query, request.T, request.q_seed, request.posture, request.held)
+        refuse_clearance_of_nothing(self._query.options.rank, request.world)
+        collisions = collisions_of(self._query, request.world)
         search = searched(problem, collisions)
         if (search.info["status"] == layout.NOT_A_POSE).any():
-            refuse_no_pose(T)
+            refuse_no_pose(request.T)
         return result_of(search, collisions, trace_of(search))
 
 
