@@ -101,9 +101,6 @@ def ask():
     for target in targets:
         worlds.placing.copy_exact(target, np.zeros((4, 4)))
     panda.inverse_kinematics(targets)
-    for method in ("jacobian_transpose", "pseudo_inverse", "damped_least_squares"):
-        panda.inverse_kinematics(targets[:200], q[:200] + 0.05, method=method)
-        panda.inverse_kinematics(targets[0], q[0] + 0.05, method=method, trace=True)
     for robot, world in ((panda, boxes), (panda, mixed), (held, mixed), (panda, None)):
         robot.in_collision(q, world), robot.signed_distance(q, world), robot.distance_gradient(q, world)
         robot.edge_in_collision(q[:50], q[50:100], world), robot.check_collision(q[:100], world, max_distance=0.05)

@@ -14,7 +14,6 @@ from ulna.description.pose import angle_between, inverse
 from ulna.drivers.planning import keeping
 from ulna.errors import InputError, TruthError, UnknownNameError
 from ulna.ik.reason import Reason
-from ulna.kernels.ik.search_layout import SLACK, TASK
 from ulna.kernels.layout import BASE, PARENT, RATIO
 from ulna.kernels.planning import planning_layout as layout
 from ulna.kinematics.forward import forward_kinematics
@@ -163,7 +162,7 @@ def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Array | None:
         frame[layout.LEVER] = np.linalg.norm(row[[3, 7, 11]])
         other = tree.frame_row(tree.root if keep.relative_to is None else keep.relative_to, keep.pose @ keep.task.frame)
         reference[: len(other)], reference[layout.SHARED] = other, _joints_of_both(tree, str(keep.link), keep.relative_to)[0]
-        projection[TASK], projection[SLACK : SLACK + 6] = keep.task.kind, AIM * slack
+        projection[layout.TASK], projection[layout.SLACK : layout.SLACK + 6] = keep.task.kind, AIM * slack
     return _frozen(table)
 
 

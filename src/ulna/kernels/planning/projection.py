@@ -16,9 +16,20 @@ from ulna.kernels.ik.damped_system import (
     solve_damped,
     within_bounds,
 )
+from ulna.kernels.ik.search_layout import POINTING
 from ulna.kernels.ik.task_error import task_error
 from ulna.kernels.layout import COLUMN, IN_BASE, JOINT, PARENT
-from ulna.kernels.planning.planning_layout import AXES, KEEP_ROWS, LEAST_LENGTH, PROJECTION, REFERENCE, SHARED, TOWARDS
+from ulna.kernels.planning.planning_layout import (
+    AXES,
+    KEEP_ROWS,
+    LEAST_LENGTH,
+    PROJECTION,
+    REFERENCE,
+    SHARED,
+    SLACK,
+    TASK,
+    TOWARDS,
+)
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, scaled
@@ -46,7 +57,9 @@ def project_step(joints, keeps, i, active, q_rows, joint_rows, bound_rows, jacob
     express(pose, IN_BASE, jacobian_rows, 6, 1)
     if int(keeps[row, AXES]) == TOWARDS:
         target = faced(pose, target, jacobian_rows)
-    e = task_error(keeps[row + PROJECTION], pose, target, pose_error(pose, target), jacobian_rows)
+    task = keeps[row + PROJECTION]
+    is_pointing, slack = int(task[TASK]) == POINTING, task[SLACK : SLACK + 6]
+    e = task_error(is_pointing, slack, pose, target, pose_error(pose, target), jacobian_rows)
     block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
     p2, r2 = error_squares(e)
     n_dof = jacobian_rows.shape[0] // 6
