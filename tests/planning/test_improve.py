@@ -8,7 +8,6 @@ import pytest
 import ulna
 from ulna.engine.lanes import WIDTH
 from ulna.errors import InputError
-from ulna.kernels.planning.planning_layout import HIGH, LOW
 from ulna.planning.search import Search
 from ulna.planning.slices import TimeLimit
 
@@ -169,10 +168,10 @@ def test_all_that_is_within_the_ellipsoid_is_within_the_limits_of_the_samples(pl
     space, start, goals = plans[0]._searched.motion.space, *(plans[0]._searched.start, plans[0]._searched.goals)
     distance = np.linalg.norm(goals[0] - start)
     within = space.within(1.3 * distance, start, goals)
-    q = rng.uniform(space.table[LOW], space.table[HIGH], (400_000, 7))
+    q = rng.uniform(space.table["low"], space.table["high"], (400_000, 7))
     q = 0.5 * (start + goals[0]) + 0.3 * (q - 0.5 * (start + goals[0]))
     inside = np.linalg.norm(q - start, axis=1) + np.linalg.norm(q - goals[0], axis=1) < 1.3 * distance
-    inside &= ((q >= space.table[LOW]) & (q <= space.table[HIGH])).all(axis=1)
+    inside &= ((q >= space.table["low"]) & (q <= space.table["high"])).all(axis=1)
     assert inside.sum() > 100
-    assert ((q[inside] >= within.table[LOW]) & (q[inside] <= within.table[HIGH])).all()
-    assert (within.table[HIGH] - within.table[LOW] < space.table[HIGH] - space.table[LOW] + 1e-15).all()
+    assert ((q[inside] >= within.table["low"]) & (q[inside] <= within.table["high"])).all()
+    assert (within.table["high"] - within.table["low"] < space.table["high"] - space.table["low"] + 1e-15).all()

@@ -15,6 +15,7 @@ from ulna.drivers.planning import search as driver
 from ulna.engine.lanes import WIDTH
 from ulna.engine.records import Records
 from ulna.kernels.collision.scene import Scene
+from ulna.kernels.planning.constraint_records import Constraints
 from ulna.kernels.planning.search_records import (
     CONFIRM,
     PAUSED,
@@ -29,7 +30,7 @@ from ulna.kernels.planning.search_records import (
     Trees,
 )
 from ulna.planning.blend import CHORDS_ALONG, IsFree, is_path_free
-from ulna.planning.kept import narrower, step_of, tightest
+from ulna.planning.kept import frozen, narrower, step_of, tightest
 from ulna.planning.slices import Pace, Slices, TimeLimit
 from ulna.planning.space import Space
 
@@ -57,7 +58,7 @@ class EdgeChecker(NamedTuple):
     settings: Records[SearchSettings]
     space: Space
     pace: Pace
-    keeps: Array | None
+    keeps: Constraints | None
 
     def below(self, bound: float, start: Array, goals: Array) -> "EdgeChecker":
         """One for paths shorter than a bound: samples are taken where such a path may pass."""
@@ -111,7 +112,7 @@ class Motion(NamedTuple):
     checker: Checker
     world: World | None
     margin: float
-    keeps: Array | None = None
+    keeps: Constraints | None = None
 
     def edges(self, *, certify: bool) -> EdgeChecker:
         """What decides whether an edge is free: certainly, or at samples. And keeps the constraints, with a little to spare."""
@@ -137,7 +138,7 @@ class Motion(NamedTuple):
     def n_free(self, paths: Array, spreads: Array) -> int:
         """How many of some paths are so from the first on (``blend.IsFree``)."""
         if self.keeps is not None:
-            self.keeps.setflags(write=False)  # an unpickled one is not, and the kernels would be compiled again for its type
+            frozen(self.keeps)  # the kernels would be compiled again for the type of unpickled ones
         return self.edges(certify=True)._replace(keeps=self.keeps).n_free(paths, spreads)
 
     def clearance(self, q: Array) -> float:

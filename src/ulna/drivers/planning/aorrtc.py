@@ -28,7 +28,7 @@ def iterate_cheaper(context, samples, trees, steps, state):
     """Steps 1 to 4; whether the trees are joined, by a path that costs less than the bound."""
     own, bound = next_tree(state), context.settings.bound
     row = read_sample(samples, context.space, state, steps[0])
-    share = samples[row, context.space.shape[1]]
+    share = samples[row, context.space.shape[0]]
     parent, cost = cheaper_step(context, trees, own, steps, state, share)
     if parent < 0:
         return False
@@ -108,7 +108,7 @@ def connect_below(context, trees, tree, steps, state, bound):
         set_cost(costs, node, cost + distance(at, new, space))
         if share == 1.0:
             return node
-        for k in range(space.shape[1]):
+        for k in range(space.shape[0]):
             at[k] = new[k]
     return -1
 

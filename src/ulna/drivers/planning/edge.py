@@ -10,7 +10,6 @@ from ulna.drivers.planning.keeping import Keeping, keeps_all
 from ulna.engine.decorators import kernel, routine, workspace
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Scene
-from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.search_records import MAX_REFUSED, SearchSettings
 from ulna.kernels.planning.space import distance
 
@@ -36,8 +35,8 @@ class EdgeContext(NamedTuple):
 def without_turns(space):
     """The space of edges from q_a straight to q_b, also where a joint that turns without end has a shorter way."""
     space = space.copy()
-    for k in range(space.shape[1]):
-        space[layout.PERIOD, k] = 0.0
+    for k in range(space.shape[0]):
+        space[k].period = 0.0
     return space
 
 

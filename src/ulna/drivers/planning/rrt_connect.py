@@ -104,6 +104,6 @@ def connect(context, trees, tree, steps, state):
             return node
         if end == BESIDE and gains_little(new, goal, way, share, space):
             return -1
-        for k in range(space.shape[1]):
+        for k in range(space.shape[0]):
             at[k] = new[k]
     return -1

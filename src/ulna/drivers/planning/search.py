@@ -10,14 +10,15 @@ from ulna.drivers.carried import carried_by
 from ulna.drivers.continuous import interval_work
 from ulna.drivers.planning.aorrtc import iterate_cheaper
 from ulna.drivers.planning.edge import EdgeContext, without_turns
-from ulna.drivers.planning.keeping import keeping_of
+from ulna.drivers.planning.keeping import CONSTRAINTS, keeping_of
 from ulna.drivers.planning.rrt_connect import iterate, joins_directly
 from ulna.drivers.planning.shortening import shorten_path
 from ulna.drivers.planning.tree import drop_repeats, rows_for, write_found
 from ulna.engine.decorators import entry, kernel
-from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, SCENES, TABLE, Array, Group
+from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, SCENES, Array, Group
 from ulna.kernels.collision.ball_motion import world_rounding
 from ulna.kernels.collision.scene import Scene
+from ulna.kernels.planning.constraint_records import Entry
 from ulna.kernels.planning.search_records import (
     AORRTC,
     FULL,
@@ -33,24 +34,24 @@ from ulna.kernels.planning.search_records import (
     Trees,
 )
 
-_SEARCH = Group((Array(SearchSettings, 1, constant=True), MATRIX, MATRIX, Array(SearchState, 1)), SearchTables)
+_SEARCH = Group((Array(SearchSettings, 1, constant=True), Array(Entry, 1), MATRIX, Array(SearchState, 1)), SearchTables)
 _TREES = Group((MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES), Trees)
 _PATH = Group((MATRIX, INDICES, MATRIX, Array(ShorteningState, 1)), Path)
 
 
-@entry(*((Group(scene, Scene), keeps, _SEARCH, _TREES, _PATH) for scene in SCENES for keeps in (NONE, TABLE)))
+@entry(*((Group(scene, Scene), keeps, _SEARCH, _TREES, _PATH) for scene in SCENES for keeps in (NONE, CONSTRAINTS)))
 def plan_slice(scene, keeps, tables, trees, path):
     """Go on with a search, and then with the shortening of the path, each until ``until`` of its state edges were checked.
 
     It is one entry, since each compiles what decides whether an edge is free, which takes longest, and since a call takes as long
     as an edge.
 
-    scene: a ``Scene``; keeps: the constraints (``planning_layout``), or None; tables: ``SearchTables``; trees: ``Trees``; path: a
+    scene: a ``Scene``; keeps: ``Constraints``, or None; tables: ``SearchTables``; trees: ``Trees``; path: a
     ``Path``. If that has waypoints already, there is no search. Returns what ``grow_trees`` or ``shorten_path`` does; NO_ROOM if
     there is not room for the path.
     """
     settings, space, search, shortening = tables.settings[0], tables.space, tables.state[0], path.state[0]
-    n_dof, of_world, keeping = space.shape[1], world_rounding(scene), keeping_of(scene.joints, keeps, space)
+    n_dof, of_world, keeping = space.shape[0], world_rounding(scene), keeping_of(scene.joints, keeps, space)
     carried, work, no_spread, steps = carried_by(scene), interval_work(n_dof), np.zeros(n_dof), np.empty((4, max(1, n_dof)))
     context = EdgeContext(scene, carried, work, settings, space, of_world, no_spread, keeping)
     if shortening.points == 0:

@@ -4,7 +4,6 @@ import numpy as np
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH, lane_of
-from ulna.kernels.planning import planning_layout as layout
 from ulna.kernels.planning.search_records import SKIPPED_PER_CHECK, SPARE_POINTS
 from ulna.kernels.planning.space import nearest_in_lanes, short_way
 
@@ -32,7 +31,7 @@ def read_sample(samples, space, state, q):
 @kernel
 def sample_entry(samples, space, row, k):
     """Entry k of q of a sample."""
-    return space[layout.LOW, k] + samples[row, k] * (space[layout.HIGH, k] - space[layout.LOW, k])
+    return space[k].low + samples[row, k] * (space[k].high - space[k].low)
 
 
 @routine
@@ -109,10 +108,10 @@ def write_found(trees, space, shift, waypoints, state):
         node = trees.parents[0, node]
     read_node(trees.rows[1], other, waypoints[n])
     same = True
-    for k in range(space.shape[1]):
+    for k in range(space.shape[0]):
         way = waypoints[n - 1, k] - waypoints[n, k]
         same = same and way == 0.0
-        shift[k] = way - short_way(way, space[layout.PERIOD, k])
+        shift[k] = way - short_way(way, space[k].period)
     at = n if n == 1 and not same else n - 1  # else the trees share a node, which is written already
     for i in range(n_back):
         if i > 0 or at == n:

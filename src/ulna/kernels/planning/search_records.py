@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.engine.records import Record, Records
+from ulna.kernels.planning.constraint_records import Entry
 
 RRT_CONNECT, AORRTC = 0, 1  # the algorithms
 # How a call ends: solved; paused at its number of checks; no room for more nodes; no sample left; an edge that is not free; no
@@ -112,8 +113,8 @@ class SearchTables(NamedTuple):
 
     settings: Records[SearchSettings]
     """Shape (1,)."""
-    space: NDArray
-    """Where samples are taken from, and how lengths are measured (``kernels.planning.space``)."""
+    space: Records[Entry]
+    """Where samples are taken from, and how lengths are measured, shape (n_dof,)."""
     samples: NDArray
     """Numbers in [0, 1), the first row that of number ``first_sample``, shape (n, n_dof or more)."""
     state: Records[SearchState]
