@@ -6,17 +6,19 @@ the eight children of a node of the BVH, it uses an ``f64x8`` as the CPU does: t
 
 import inspect
 
-from numba import types
+from numba import from_dtype, types
 
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
 from ulna.kernels.collision.scene import Carried, Near, Scene
+from ulna.kernels.ik.search_records import SearchSettings
 
 INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, TRUTH_TABLE, WHOLE = numba_types((
     signatures.INDEX_ROWS, signatures.INDICES, signatures.MATRIX, signatures.NUMBER, signatures.NUMBERS, signatures.PAIRS,
     signatures.TABLE, signatures.TRUTH_TABLE, signatures.WHOLE,
 ))  # fmt: skip
 TRUTH = types.boolean
+SETTINGS = from_dtype(SearchSettings.structure)  # of a search of inverse kinematics
 ANGLE, VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (2, 3, 4, 6, 12))  # an angle: its sine and cosine
 PAIR = types.UniTuple(ANGLE, 2)  # two angles: their middle, and the way from it to one of them
 TWO_VECTORS, THREE_VECTORS = (types.UniTuple(VECTOR, n) for n in (2, 3))
@@ -152,7 +154,11 @@ TYPES = {
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},
     "collision.overlap.overlaps_indexed": {**_each("body_rows bound_rows", MATRIX)},
-    "ik": {"rows": NUMBERS, **_each("p r", WHOLE), **_each("slack dt cosine sine running", NUMBER), "settled": TRUTH},
+    "ik": {
+        "rows": NUMBERS, "settings": SETTINGS, **_each("p r", WHOLE), **_each("slack dt cosine sine running", NUMBER),
+        **_each("settled is_pointing", TRUTH),
+    },
+    "ik.task_error.task_error": {"slack": NUMBERS},
     "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 5)},
     "ik.bounded_least_squares.minus_where": {**_each("a b", TWIST)},
     "ik.damped_system": {"v": TWIST}, "ik.singular_values.add_rotated": {"v": TWIST},

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         TruthError,
         UlnaError,
         UnitWarning,
+        UnknownArgumentError,
         UnknownNameError,
     )
     from ulna.ik.followed_path import Ending, FollowedPath, PathStatus
@@ -103,6 +104,7 @@ __all__ = [
     "TruthError",
     "UlnaError",
     "UnitWarning",
+    "UnknownArgumentError",
     "UnknownNameError",
     "VoxelGrid",
     "World",
@@ -143,6 +145,7 @@ _HOMES = {
         "TruthError",
         "UlnaError",
         "UnitWarning",
+        "UnknownArgumentError",
         "UnknownNameError",
     ),
     "ulna.ik.solutions": ("IKSolutions",),

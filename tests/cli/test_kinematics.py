@@ -248,12 +248,11 @@ def test_an_unreachable_target_prints_the_remaining_error_and_exits_1(ask, run):
     assert re.search(r"^unreachable: [\d.]+ m and [\d.]+ rad from the target after \d+ steps", result.stdout, flags=re.MULTILINE)
 
 
-def test_ik_by_jacobian_transpose_from_a_seed(ask):
+def test_ik_from_a_seed(ask):
     target = dh_pose(HOME)[:3, 3] + (0, 0.01, 0)
     seed = "0,-pi/4,0,-3pi/4,0,pi/2,pi/4"
-    answer = ask("ik", "--xyz", " ".join(map(str, target)), "--from", seed, "--method", "jacobian_transpose")
-    assert (answer.success, answer.method) == (True, "jacobian_transpose")
-    assert answer.iterations > 10
+    answer = ask("ik", "--xyz", " ".join(map(str, target)), "--from", seed)
+    assert answer.success
     assert answer.q == pytest.approx(HOME, abs=0.1)
 
 
@@ -290,7 +289,6 @@ def test_the_same_seed_gives_the_same_solution(ask):
         (["--xyz", "1,2,3", "--wxyz", "1,0,0,0", "--rpy", "0,0,0"], "--rpy, --wxyz: give one of them"),
         (["--xyz", "1,2,3", "--wxyz", "0,0,0,0"], "--wxyz: a quaternion of length zero"),
         (["--xyz", "1,2,3", "--from", "1"], "--from: 1 number, but 7 are expected: panda_joint1"),
-        (["--xyz", "1,2,3", "--method", "newton"], "--method: 'newton' is not a method"),
     ],
 )
 def test_bad_arguments_of_ik_are_refused(refusal, arguments, start):

@@ -18,6 +18,7 @@ from numba import cuda
 sys.path.insert(0, str(Path(__file__).parents[1]))  # it is run as a program
 import robots
 import ulna
+from ulna.engine.records import Record
 from ulna.gpu import device, rows
 from ulna.gpu.single import in_single
 
@@ -54,7 +55,9 @@ class Recorded:
 
 def described(argument):
     if hasattr(argument, "strides"):
-        return {"dtype": str(argument.dtype), "shape": argument.shape, "strides": argument.strides}
+        kind = argument.dtype.type
+        dtype = f"{kind.__module__}:{kind.__name__}" if issubclass(kind, Record) else str(argument.dtype)
+        return {"dtype": dtype, "shape": argument.shape, "strides": argument.strides}
     return {"type": type(argument).__name__, "value": None if argument is None else float(argument)}
 
 

@@ -42,12 +42,17 @@ def on_device(shape, strides, dtype):
     """What a launch is given: an array on the device, here without memory."""
     memory = SimpleNamespace(device_ctypes_pointer=SimpleNamespace(value=0), size=0)
     with mock.patch.object(devices, "get_context", SimpleNamespace):  # an array without rows asks for one
-        return DeviceNDArray(shape=tuple(shape), strides=tuple(strides), dtype=np.dtype(dtype), gpu_data=memory)
+        return DeviceNDArray(shape=tuple(shape), strides=tuple(strides), dtype=dtype, gpu_data=memory)
+
+
+def dtype_of(name):
+    module, _, record = name.partition(":")
+    return getattr(importlib.import_module(module), record).structure if record else np.dtype(name)
 
 
 def argument(recorded):
     if "dtype" in recorded:
-        return on_device(recorded["shape"], recorded["strides"], recorded["dtype"])
+        return on_device(recorded["shape"], recorded["strides"], dtype_of(recorded["dtype"]))
     return PLAIN[recorded["type"]](recorded["value"])
 
 
@@ -89,5 +94,5 @@ def test_what_no_launch_can_take_is_seen():
 
 
 def test_a_stride_of_zero_is_seen():
-    (kind,) = kinds_of([on_device((1, 7), (0, 8), "float64")])
+    (kind,) = kinds_of([on_device((1, 7), (0, 8), np.dtype(float))])
     assert kind.layout != "C"

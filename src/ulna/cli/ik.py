@@ -17,16 +17,13 @@ from ulna.description.pose import rpy_from_matrix
 from ulna.robot import Robot
 
 Position = Annotated[str, typer.Option(metavar="X,Y,Z", help="The position to reach, in metres.")]
-Method = Annotated[
-    str, typer.Option(metavar="NAME", help="levenberg_marquardt, jacobian_transpose, pseudo_inverse or damped_least_squares.")
-]
 Trace = Annotated[bool, typer.Option("--trace", help="Show every step.")]
 
 IK_KEYS = (
-    "robot; base; link; target: matrix, 4x4, and orientation, given or home; method; status; success; joints; units; q; lower; "
-    "upper; position_error; rotation_error; residual: x, y, z, rx, ry, rz in the target's axes; task; iterations; starts: number "
-    "of the start that led to q; reason; reach_excess, in metres; limit_excess by joint; trace: rows of position error, rotation "
-    "error, largest joint step, damping, or null."
+    "robot; base; link; target: matrix, 4x4, and orientation, given or home; status; success; joints; units; q; lower; upper; "
+    "position_error; rotation_error; residual: x, y, z, rx, ry, rz in the target's axes; task; iterations; starts: number of the "
+    "start that led to q; reason; reach_excess, in metres; limit_excess by joint; trace: rows of position error, rotation error, "
+    "largest joint step, damping, or null."
 )
 TRACK_WIDTH = 13  # characters
 _DEFAULTS = defaults_of(Robot.inverse_kinematics)
@@ -40,7 +37,6 @@ def ik(
     *,
     xyz: Position,
     orientation: Orientation,
-    method: Method = _DEFAULTS["method"],
     task: TaskName = _DEFAULTS["task"],
     trace: Trace = False,
     seed: Seed = _DEFAULTS["seed"],
@@ -52,13 +48,12 @@ def ik(
     """
     T = target_pose(robot, link, xyz, orientation)
     with as_options({"q_seed": "--from"}):
-        result = robot.inverse_kinematics(T, start, link=link, method=method, seed=seed, task=task, trace=trace)
+        result = robot.inverse_kinematics(T, start, link=link, seed=seed, task=task, trace=trace)
     data = {
         "robot": robot.name,
         "base": robot.base,
         "link": link,
         "target": {"matrix": T, "orientation": "home" if orientation is None else "given"},
-        "method": method,
         "task": task,
         **attributes(result, "status", "success"),
         **joint_columns(robot),

@@ -1,11 +1,11 @@
-"""Prints data as JSON, or as tables that truncate no number; writes figures, and shows how far a long command is."""
+"""Prints data as JSON, or as tables that truncate no number; writes figures."""
 
 import json
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import typer
@@ -19,9 +19,6 @@ from rich.text import Text
 from ulna.errors import FileError, InputError
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
-
-if TYPE_CHECKING:
-    from rich.progress import Progress, ProgressColumn
 
 Data = dict[str, object]
 PlotFile = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the joints: .png, .svg or .pdf.")]
@@ -128,15 +125,6 @@ def write_figure(figure: Any, out: Path, argument: str = "plot") -> None:
         raise InputError(argument, str(error)) from None
     except OSError as error:
         raise FileError(str(out), error.strerror or str(error)) from None
-
-
-def progress_bar(*columns: "ProgressColumn") -> "Progress":
-    """A bar on standard error if that is a terminal, nothing elsewhere."""
-    from rich.progress import Progress  # noqa: PLC0415 -- few commands take long
-
-    console = Console(stderr=True)
-    console.quiet = not console.is_terminal  # rich before 14.3 ends a disabled bar with an empty line
-    return Progress(*columns, console=console, transient=True, disable=console.quiet, speed_estimate_period=120.0)
 
 
 def title(data, text: str) -> Text:

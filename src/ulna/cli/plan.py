@@ -15,9 +15,10 @@ from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import Json, as_options, command, defaults_of
 from ulna.cli.keeps import KeepTexts, keep_of
 from ulna.cli.options import Degrees, Jerk, LinkName, Seed, link_or_hand
-from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, progress_bar, write_figure
+from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, write_figure
 from ulna.cli.targets import HOME, RPY, XYZ, Orientation, Start, numbers, positions, state_of, target_pose, words
 from ulna.description.pose import pose
+from ulna.engine.progress import progress_bar
 from ulna.errors import InputError
 from ulna.kinematics.groups import JointGroup, group_named, tip_of
 from ulna.kinematics.tree import entry_names

@@ -20,6 +20,7 @@ from ulna.collision.world import World
 from ulna.errors import InputError
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
+from ulna.ik.options import Request as IKRequest
 from ulna.ik.reason import Reason
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
@@ -229,13 +230,14 @@ def _solutions_of(request: Request, link: str, T: Array, fixed: NDArray[np.bool_
         seeds[:, fixed] = request.start[fixed]
         result = _solve(request, link, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds)
         return np.unique(result.q[result.success].reshape(-1, n), axis=0)
-    found = request.inverse_kinematics.all_solutions(
-        T, request.start, None, link, Options(seed=request.seed, task=request.task, threads=1), n_samples=request.spread
-    )
+    options = Options(seed=request.seed, task=request.task, threads=1)
+    asked = IKRequest(T, request.start, link=link, options=options)
+    found = request.inverse_kinematics.all_solutions(asked, n_samples=request.spread)
     return found.q[found.valid]
 
 
 def _solve(request: Request, link: str, T: Array, seeds: Array) -> IKResult:
     """A search for each of several poses, or for one, from seeds in which the joints are held as the request says."""
     options = Options(seed=request.seed, task=request.task)
-    return request.inverse_kinematics.inverse_kinematics(T, seeds, None, request.held, request.world, link, options)
+    asked = IKRequest(T, seeds, held=request.held, world=request.world, link=link, options=options)
+    return request.inverse_kinematics.inverse_kinematics(asked)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ulna.description.pose import inverse
 from ulna.ik.task import Task, as_task
 from ulna.kernels.layout import BASE
+from ulna.kernels.planning.constraint_records import Constraints
 from ulna.kinematics.tree import Tree
 from ulna.planning.goals import SPREAD, Goals, Request, find_goals, poses_reached
 from ulna.planning.keep import Keep
@@ -60,7 +61,7 @@ def find_kept_goals(
     fixed: NDArray[np.bool_],
     free: NDArray[np.bool_],
     keeps: tuple[Keep, ...],
-    table: Array,
+    table: Constraints,
 ) -> Goals | Plan:
     """The goals of ``find_goals``, or more, that keep the constraints of a table; or why there are none.
 
@@ -94,7 +95,7 @@ def _goals_with(
 
 def _of_more(
     request: Request, targets: dict[str, Array], beside: dict[str, Array], fixed: NDArray[np.bool_], free: NDArray[np.bool_],
-    keeps: tuple[Keep, ...], table: Array,
+    keeps: tuple[Keep, ...], table: Constraints,
 ) -> Iterator[Goals]:  # fmt: skip
     """The goals that keep the constraints, with free turns chosen so, and of more configurations."""
     link, T = next(iter(targets.items()))
@@ -112,7 +113,7 @@ def _of_more(
             yield goals
 
 
-def _kept(goals: Goals, table: Array, request: Request) -> Goals | None:
+def _kept(goals: Goals, table: Constraints, request: Request) -> Goals | None:
     """Those of the goals that keep the constraints; None if there are none."""
     kept = are_kept(table, request.tree, goals.q, goals.q)
     return Goals(goals.q[kept], goals.of[kept]) if kept.any() else None

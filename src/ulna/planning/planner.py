@@ -19,6 +19,7 @@ from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names, columns_of_joints
 from ulna.ik.reason import Reason
 from ulna.ik.task import Task, as_task
+from ulna.kernels.planning.constraint_records import Constraints
 from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
@@ -137,7 +138,7 @@ def _no_start(tree: Tree, start: Array, keeps: tuple[Keep, ...], *, within: bool
     return no_plan(tree, PlanStatus.START_OUTSIDE, violations(keeps, tree, start))
 
 
-def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], keeps: Array | None, options: PlanOptions) -> Plan:
+def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], keeps: Constraints | None, options: PlanOptions) -> Plan:
     """The first path found, by searches that hold fewer and fewer of the joints whose position is the same at both ends."""
     tree, start, (q, of) = request.tree, request.start, goals
     motion = _motion(request, q, fixed, keeps)
@@ -169,7 +170,7 @@ def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], keeps: Arr
     raise AssertionError("the last search holds no joint that may move")
 
 
-def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Array | None) -> Motion:
+def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Constraints | None) -> Motion:
     """The joints that may move on the way to goals, shape (n, n_dof)."""
     tree, world = request.tree, request.world
     far = world.objects().farthest if world is not None and slides_without_end(tree) else 0.0

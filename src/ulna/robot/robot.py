@@ -34,12 +34,12 @@ from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
 from ulna.engine.bound import Quick, put_in_c
-from ulna.errors import InputError
+from ulna.errors import InputError, UnknownArgumentError
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.differential import differential_ik
 from ulna.ik.followed_path import FollowedPath
 from ulna.ik.inverse_kinematics import InverseKinematics
-from ulna.ik.options import Options
+from ulna.ik.options import Options, Request
 from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
 from ulna.ik.solutions import IKSolutions
@@ -68,6 +68,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _PLAN = PlanOptions()
+_NO_METHODS = (
+    "the search is Levenberg-Marquardt's; lesson 3 (docs/lessons/3_inverse_kinematics.ipynb) has the textbook methods in NumPy, "
+    "hw2/franka_robot.py the Jacobian transpose"
+)
 
 
 class Robot(Quick):
@@ -537,7 +541,6 @@ class Robot(Quick):
         q_seed: ArrayLike | None = None,
         *,
         link: str | None = None,
-        method: str = "levenberg_marquardt",
         seed: int = 0,
         task: Task | str = "pose",
         world: World | None = None,
@@ -551,6 +554,7 @@ class Robot(Quick):
         time_limit: float | None = None,
         threads: int | None = None,
         trace: bool = False,
+        **unknown: Never,
     ) -> IKResult:
         """Joint positions that bring a link to a pose, within the joint limits.
 
@@ -565,8 +569,6 @@ class Robot(Quick):
                 the search from it comes first; if that fails, random starts follow, and the solution nearest to the seed is
                 returned. Otherwise the search starts from ``home`` and random configurations.
             link: The link's name; the tip unless given.
-            method: ``"levenberg_marquardt"``: many searches at once, with restarts; or, from the seed alone and for teaching,
-                ``"jacobian_transpose"``, ``"pseudo_inverse"``, ``"damped_least_squares"``.
             seed: Chooses the random configurations; without ``time_limit`` the result depends on nothing else.
             task: ``"pose"``; ``"position"``: any orientation; ``"pointing"``: position and the direction of the link's z axis;
                 or an ``ulna.Task`` (another axis, slack by component).
@@ -580,12 +582,13 @@ class Robot(Quick):
             max_step: The largest difference of any entry of q from ``q_seed`` [rad or m]; a solution beyond it is rejected.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
-            max_iterations: The largest number of steps of all starts of a search together; 16 000 (800 starts), or 10 000 for the
-                textbook methods, unless given. The closed form takes no steps.
+            max_iterations: The largest number of steps of all starts of a search together; 16 000 (800 starts) unless
+                given. The closed form takes no steps.
             time_limit: The longest time of the search [s], checked between rounds of restarts.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
                 The result is the same bit for bit.
             trace: For one target: keep the errors, the step and the damping of every step in ``result.trace``.
+            **unknown: No other argument is taken; the error says where the former ``method`` is.
 
         Returns:
             An ``IKResult``: q, success, status, errors, iterations, and the reasons. A target that is not reached is a result
@@ -596,6 +599,7 @@ class Robot(Quick):
                 message.
             UnknownNameError: There is no such link or joint.
             GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+            UnknownArgumentError: There is no such argument.
 
         Example:
             >>> import ulna
@@ -603,6 +607,9 @@ class Robot(Quick):
             >>> print(panda.inverse_kinematics(panda.forward_kinematics(panda.home) + 0.0).status)
             solved
         """
+        if unknown:
+            name = next(iter(unknown))
+            raise UnknownArgumentError("inverse_kinematics", name, _NO_METHODS if name == "method" else "")
         if isinstance(T, Keep):
             if task != "pose":
                 raise InputError("task", "a constraint has a task of its own; none is given beside it")
@@ -610,9 +617,11 @@ class Robot(Quick):
         else:
             target = T
         options = Options(  # in their order: by name they would take 0.3 us more
-            seed, task, rank, position_tolerance, rotation_tolerance, threads, method, max_step, max_iterations, time_limit, trace
+            seed, task, rank, position_tolerance, rotation_tolerance, threads, max_step, max_iterations, time_limit, trace
         )
-        return self._inverse_kinematics.inverse_kinematics(target, q_seed, posture, held, world, link, options)
+        names = held if type(held) is tuple else as_names(held)
+        request = Request(target, q_seed, posture, names, world, link, options)
+        return self._inverse_kinematics.inverse_kinematics(request)
 
     @cached_property
     def closed_form(self) -> ClosedForm | None:
@@ -690,8 +699,9 @@ class Robot(Quick):
             ((256, 7), 'continuum')
         """
         options = Options(seed, task, rank, position_tolerance, rotation_tolerance, threads)
+        request = Request(T, q_seed, world=world, link=link, options=options)
         return self._inverse_kinematics.all_solutions(
-            T, q_seed, world, link, options, n_samples=n_samples, redundancy=redundancy, whole_turns=whole_turns
+            request, n_samples=n_samples, redundancy=redundancy, whole_turns=whole_turns
         )
 
     def follow(
@@ -877,12 +887,11 @@ class Robot(Quick):
             InputError: q has another shape or an entry out of range, ``max_distance`` is not a number of at least 0, or there is
                 nothing to check.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
+            UnknownArgumentError: There is no such argument.
         """
         if unknown:
             name = next(iter(unknown))
-            raise TypeError(
-                f"check_collision() got an unexpected keyword argument {name!r}; max_distance= is how near pairs may be"
-            )
+            raise UnknownArgumentError("check_collision", name, "max_distance= is how near pairs may be")
         return self._checker.check_collision(q, world, self_collision, max_distance, threads)
 
     def distances(

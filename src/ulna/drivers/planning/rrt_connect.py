@@ -20,15 +20,15 @@ from ulna.drivers.planning.edge import passes
 from ulna.drivers.planning.extension import extend, gains_little, read_target
 from ulna.drivers.planning.tree import join, nearest_node, next_tree, pass_over, read_node
 from ulna.engine.decorators import kernel
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.search_records import BESIDE, FAILURES_PER_HALF, MAX_HALVES, MAX_SKIPPED, REACHED, STOPPED
 from ulna.kernels.planning.space import adapted_domain, distance, write_step
 
 
 @kernel
 def joins_directly(context, trees, steps, state):
     """Step 1: whether the straight edge from the first start to the next node of the second tree is free."""
-    goal = state[layout.DIRECT]
-    state[layout.DIRECT] += 1
+    goal = state.direct
+    state.direct += 1
     read_node(trees.rows[0], 0, steps[0])
     read_node(trees.rows[1], goal, steps[1])
     write_step(steps[0], steps[1], 1.0, context.space, steps[2])
@@ -55,24 +55,24 @@ def iterate(context, samples, trees, steps, state):
     rows, radii = trees.rows[own], trees.radii
     target, at, new = steps[0], steps[1], steps[2]
     read_target(context.keeping, context, samples, state, target)
-    near = nearest_node(rows, state[own], target, space)
+    near = nearest_node(rows, state.nodes[own], target, space)
     read_node(rows, near, at)
     way = distance(at, target, space)
-    if way == 0.0 or (way > radii[own, near] and state[layout.IN_A_ROW] < layout.MOST_IN_A_ROW):
-        state[layout.IN_A_ROW] += 1
+    if way == 0.0 or (way > radii[own, near] and state.skipped_in_a_row < MAX_SKIPPED):
+        state.skipped_in_a_row += 1
         pass_over(state)
         return False
-    state[layout.IN_A_ROW] = 0
-    state[layout.ITERATIONS] += 1
-    halves = min(layout.MOST_HALVES, state[layout.FAILED + own] // layout.FAILED_A_HALF)
-    write_step(at, target, min(1.0, settings[layout.RANGE] / (1 << halves) / way), space, new)
-    before, domain, least = radii[own, near], settings[layout.DOMAIN], settings[layout.LEAST_DOMAIN]
-    rate = settings[layout.ADAPTATION]
+    state.skipped_in_a_row = 0
+    state.iterations += 1
+    halves = min(MAX_HALVES, state.failures[own] // FAILURES_PER_HALF)
+    write_step(at, target, min(1.0, settings.range / (1 << halves) / way), space, new)
+    before, domain, least = radii[own, near], settings.domain, settings.min_domain
+    rate = settings.adaptation
     grown = adapted_domain(before, extended=True, domain=domain, least=least, rate=rate)
     node, _ = extend(context, trees, own, near, (at, new), grown, state)
     extended = node >= 0
     radii[own, near] = grown if extended else adapted_domain(before, extended=False, domain=domain, least=least, rate=rate)
-    state[layout.FAILED + own] = 0 if extended else state[layout.FAILED + own] + 1
+    state.failures[own] = 0 if extended else state.failures[own] + 1
     if not extended:
         return False
     other = connect(context, trees, 1 - own, steps, state)
@@ -87,23 +87,23 @@ def connect(context, trees, tree, steps, state):
     """Step 5, towards the configuration steps[2]: the node of the tree that reaches it, or -1."""
     settings, space, rows = context.settings, context.space, trees.rows[tree]
     new, at, goal = steps[0], steps[1], steps[2]
-    node = nearest_node(rows, state[tree], goal, space)
+    node = nearest_node(rows, state.nodes[tree], goal, space)
     read_node(rows, node, at)
-    for _ in range(int(settings[layout.ROOM]) - 2):
+    for _ in range(settings.max_steps):
         way = distance(at, goal, space)
         if way == 0.0:
             return node
-        if state[layout.CHECKS] >= state[layout.MOST]:
+        if state.checks >= state.max_checks:
             return -1
-        share = min(1.0, settings[layout.RANGE] / way)
+        share = min(1.0, settings.range / way)
         write_step(at, goal, share, space, new)
         node, end = extend(context, trees, tree, node, (at, new), np.inf, state)
-        if end == layout.STOPPED:
+        if end == STOPPED:
             return -1
-        if share == 1.0 and end == layout.REACHED:
+        if share == 1.0 and end == REACHED:
             return node
-        if end == layout.BESIDE and gains_little(new, goal, way, share, space):
+        if end == BESIDE and gains_little(new, goal, way, share, space):
             return -1
-        for k in range(space.shape[1]):
+        for k in range(space.shape[0]):
             at[k] = new[k]
     return -1
