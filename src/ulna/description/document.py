@@ -70,10 +70,10 @@ def is_xacro(root: etree._Element) -> bool:
 def left_over_calls(root: etree._Element) -> list[etree._Element]:
     """The calls of macros in a document with links that has nothing else of xacro: an expansion has left them."""
     ours = [e for e in root.iter() if isinstance(e.tag, str) and etree.QName(e).namespace in NAMESPACES]
+    if not ours or any(etree.QName(e).localname in _NOT_MACROS for e in ours) or all(e.tag != "link" for e in root):
+        return []
     computes = any("${" in str(v) or "$(" in str(v) for e in root.iter() for v in e.attrib.values())
-    defined = any(etree.QName(e).localname in _NOT_MACROS for e in ours)
-    has_links = any(e.tag == "link" for e in root)
-    return [] if computes or defined or not has_links else ours
+    return [] if computes else ours
 
 
 def expanded(document: Document, xacro_args: Mapping[str, object], max_seconds: float = math.inf) -> Document:
