@@ -64,8 +64,8 @@ Refused although Pinocchio reads them, since poses or limits would be guessed:
 
 Refused by both: files without links or with several roots (`test_bench`, `imu_test`, `spot_arm`, two grippers of Rethink,
 `torus_deform`), a name used twice (`r2_left_gripper`), a prismatic joint without limits (`pr2_simplified`), commas or four
-numbers in an origin (`bike`, `microtaur`), two documents in one (`humanoid`), a spherical joint (`spherical_joint_limit`), crossed limits
-(`biped2d_pybullet`).
+numbers in an origin (`bike`, `microtaur`), two documents in one (`humanoid`), a spherical joint (`spherical_joint_limit`),
+crossed limits (`biped2d_pybullet`).
 """
 
 

@@ -52,15 +52,16 @@ def parse_leniently(text: bytes, source: str) -> Parsed:
         parser = _parser()
         try:
             root = etree.fromstring(mended, parser)
-            break
         except (etree.XMLSyntaxError, ValueError) as error:
             line, message = getattr(error, "lineno", None), _message_of(error)
             faults.append(message)
             if mend is None:
                 raise DescriptionError(f"not XML: {message}", source, line) from None
             mended = mend(mended, list(parser.error_log))  # that of the error has errors of other documents too
-    _check_size(root, source)
-    return Parsed(root, mended, "" if mended is text else faults[0])
+        else:
+            _check_size(root, source)
+            return Parsed(root, mended, "" if mended is text else faults[0])
+    raise AssertionError("the last one returns or raises")
 
 
 def _parser() -> etree.XMLParser:

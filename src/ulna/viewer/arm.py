@@ -107,10 +107,12 @@ class Arm:
         """Add the collision shapes, pale: their nodes by name. Meshes that cannot be read are added to ``missing``."""
         files, found = MeshFiles(self.robot.description), {}
         links = self.robot.description.links
-        bodies = [(link.name, body) for link in links for body in link.collisions if not isinstance(body.shape, UnknownShape)]
+        bodies = [(link.name, body) for link in links for body in link.collisions]
         look = {"cast_shadow": False, "receive_shadow": False}
         for n, ((link, body), name) in enumerate(zip(bodies, self._solid_names(bodies), strict=True)):
             place = f"{self._root}/{number[link]}/solid{n}"
+            if isinstance(body.shape, UnknownShape):
+                continue
             if not isinstance(body.shape, Mesh):
                 found[name] = add_shape(self._scene, place, body.shape, FREE, PALE, body.pose, **look)
                 continue
@@ -124,8 +126,7 @@ class Arm:
 
     def _solid_names(self, bodies: list[tuple[str, Body]]) -> list[str]:
         """The names of collision shapes in reports; numbered names for a robot with meshes, which cannot be checked."""
-        shapes = [body.shape for link in self.robot.description.links for body in link.collisions]
-        if any(isinstance(shape, Mesh | UnknownShape) for shape in shapes) or not bodies:
+        if any(isinstance(body.shape, Mesh | UnknownShape) for _, body in bodies) or not bodies:
             return [f"{link}/{body.name} ({n})" for n, (link, body) in enumerate(bodies)]
         return list(self.robot.collision_names[: len(bodies)])
 
