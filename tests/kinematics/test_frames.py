@@ -104,7 +104,5 @@ def test_a_frame_that_moves_or_is_none_is_refused_with_what_to_do(ur):
 
 def test_a_base_that_is_not_above_the_tip_is_refused_by_both_names_with_what_to_do():
     advice = "load from 'base_link' on, and frame='base' states poses in 'base'"
-    with pytest.raises(
-        DescriptionError, match=rf"'tool0' is not below 'base': the chain from it ends at 'base_link'. {advice}"
-    ):
+    with pytest.raises(DescriptionError, match=rf"'tool0' is not below 'base': the chain from it ends at 'base_link'. {advice}"):
         ulna.load(UR, base="base", tip="tool0")
