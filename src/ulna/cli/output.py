@@ -95,7 +95,7 @@ def show(output: Output, *, as_json: bool) -> None:
     with console.capture() as capture:
         for part in output.table(printable(json_ready(output.data))):
             console.width = max(usual, _least_width(console, part))
-            console.print(part)
+            console.print(part, soft_wrap=isinstance(part, str | Text) and not console.is_terminal)  # a program finds whole names
     text = "\n".join(line.rstrip() for line in capture.get().split("\n"))
     write(text.translate(ASCII) if console.options.ascii_only else text)
 

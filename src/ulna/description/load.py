@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from ulna.description.document import Document, expanded, is_text, open_document, refuse_arguments
+from ulna.description.document import Document, expanded, is_text, open_document, shared_arguments, warn_of_arguments
 from ulna.description.meshes.mesh_files import with_mesh_paths
 from ulna.description.names.by_name import BUNDLED, Bundled, find_by_name
 from ulna.description.packages import as_package_dirs
@@ -36,22 +36,32 @@ def load_description(
     """
     document, bundled = _document(source, xacro_args, package_dirs)
     description = read_urdf(document)
-    if unread := sentences(document.root, document.source):
+    if unread := [*left_out_sentences(description), *sentences(document.root, document.source)]:
         more = f" ({len(unread)} such sentences: ulna inspect)" if len(unread) > 1 else ""
         warnings.warn(unread[0] + more, DescriptionWarning, stacklevel=3)
     if srdf is None and bundled is not None:
         srdf = bundled.semantics()
     if srdf is None and document.folder is not None:  # nothing lies beside a text, or a bundled robot
-        description = replace(description, srdf=srdf_beside(document, document.folder, description))
+        description = replace(description, srdf=srdf_beside(document, document.folder, description, xacro_args))
     elif srdf is not None and srdf is not False:
-        description = replace(description, srdf=_given_srdf(srdf, document, description))
+        description = replace(description, srdf=_given_srdf(srdf, document, description, xacro_args))
     return description, None if bundled is None else bundled.home
 
 
-def _given_srdf(srdf: object, document: Document, description: Description) -> Srdf:
-    """The SRDF at a path or in a text. If it has names that the robot lacks, there is one warning for all of them."""
+def left_out_sentences(description: Description) -> list[str]:
+    """A sentence with file and line for each part of a document that was left out."""
+    warned = (part for part in description.left_out if part.is_warned)
+    return [f"{description.source}:{part.line}: {part.where}: {part.message}" for part in warned]
+
+
+def _given_srdf(srdf: object, document: Document, description: Description, xacro_args: Mapping[str, object]) -> Srdf:
+    """The SRDF at a path or in a text. If it has names that the robot lacks, there is one warning for all of them.
+
+    Of a xacro file, the arguments that it defines have the values of the URDF's.
+    """
     path_or_text = _checked_source("srdf", srdf, "a path or SRDF text")
-    semantics = matched(read_srdf(expanded(open_document("srdf", path_or_text, "SRDF", document.package_dirs), {})), description)
+    opened = open_document("srdf", path_or_text, "SRDF", document.package_dirs)
+    semantics = matched(read_srdf(expanded(opened, shared_arguments(opened, xacro_args))), description)
     for first in semantics.warnings[:1]:
         count = len(semantics.warnings)
         more = f" ({count} such sentences: robot.srdf.warnings)" if count > 1 else ""
@@ -80,7 +90,7 @@ def _document(
     folders = as_package_dirs(package_dirs)
     bundled = BUNDLED.get(source) if isinstance(source, str) else None
     if bundled is not None:
-        refuse_arguments(str(source), xacro_args)
+        warn_of_arguments(str(source), xacro_args)
         return Document(bundled.text(), bundled.file, package_dirs=folders), bundled
     if isinstance(source, str) and not is_text(source) and _may_be_a_name(source):
         named = find_by_name(source)

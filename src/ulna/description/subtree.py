@@ -54,7 +54,9 @@ def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, 
     while link != base:
         joint = carriers.get(link)
         if joint is None:
-            raise DescriptionError(f"link {tip!r} is not below {base!r}: the chain from it ends at {link!r}", description.source)
+            advice = f"load from {link!r} on, and frame={base!r} states poses in {base!r}"
+            message = f"link {tip!r} is not below {base!r}: the chain from it ends at {link!r}. {advice}"
+            raise DescriptionError(message, description.source)
         joints.append(joint)
         link = joint.parent
     return tuple(reversed(joints))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.description.pose import rpy_from_matrix
 from ulna.description.robot_description import Body, Description, Joint, JointType
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Shape, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Shape, Sphere, UnknownShape
 from ulna.errors import DescriptionError, InputError
 
 
@@ -53,6 +53,8 @@ def _shape(shape: Shape) -> etree._Element:
             return etree.Element(type(shape).__name__.lower(), radius=_words([radius]), length=_words([length]))
         case Mesh(uri, scale):
             return etree.Element("mesh", filename=uri, scale=_words(scale))
+        case UnknownShape(kind):
+            raise InputError("description", f"{kind} is not known, so it cannot be written")
         case ConvexMesh():
             raise InputError("description", "URDF has no convex hulls; write the robot as it was before with_convex_hulls()")
 

@@ -44,13 +44,14 @@ def load(
         meshes: What to check in the place of collision meshes: None leaves them, and queries refuse them; ``"hulls"``: their
             convex hulls (``Robot.with_convex_hulls``); ``"decompose"``: convex pieces (``Robot.with_convex_pieces``).
 
-    A robot that reaches hundreds of metres, or joint limits that are more likely degrees, give a ``UnitWarning``.
+    Faulty parts on which no pose depends are left out, with a ``DescriptionWarning``; so is an argument that a xacro file
+    does not define. A robot that reaches hundreds of metres gives a ``UnitWarning``, and so do joint limits that are more likely
+    degrees.
 
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
         FileError: There is no such file or name, or it cannot be read.
-        InputError: A xacro file has no argument of a name in ``xacro_args``, or an argument has another type than said; or
-            ``meshes`` is none of these words.
+        InputError: An argument has another type than said, or ``meshes`` is none of these words.
         MissingExtraError: ``meshes`` needs an extra that is not installed.
         UnknownNameError: There is no such ``base`` or ``tip``.
 

@@ -45,6 +45,7 @@ from ulna.ik.result import IKResult
 from ulna.ik.solutions import IKSolutions
 from ulna.ik.task import Task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
+from ulna.kinematics.frames import Frame, goal_in_base, poses_in_base, poses_in_frame, twist_in_base
 from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups, state_named
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
 from ulna.kinematics.narrowed import narrowed_description, narrowed_tree
@@ -354,24 +355,37 @@ class Robot(Quick):
     # ---- where its links are, and how fast they move -------------------------------------------------------------------
 
     def forward_kinematics(
-        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
+        self,
+        q: ArrayLike,
+        *,
+        link: str | None = None,
+        frame: Frame | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
     ) -> Array:
         """The pose of a link.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
+            frame: The frame of the result instead of the base: any link, such as ``"base"`` of a UR, which its pendant shows, or
+                its pose T_base_frame, shape (4, 4).
             out: Written to and returned if given: a float64 array of the result's shape.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
-            T_base_link, shape (..., 4, 4).
+            T_base_link, shape (..., 4, 4); with ``frame`` T_frame_link.
 
         Raises:
             InputError: q has another shape or an entry out of range, ``out`` does not fit, or the robot has several tips and no
-                link is named.
+                link is named; or ``out`` is given beside ``frame``.
             UnknownNameError: There is no such link.
         """
+        if frame is not None:
+            if out is not None:
+                raise InputError("out", "goes with the base; with frame= an array is made")
+            of_frame = self.forward_kinematics(q, link=frame, threads=threads) if isinstance(frame, str) else None
+            return poses_in_frame(self.tree, self.forward_kinematics(q, link=link, threads=threads), frame, of_frame)
         try:
             forward = self._forward[link]
         except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link
@@ -541,6 +555,7 @@ class Robot(Quick):
         q_seed: ArrayLike | None = None,
         *,
         link: str | None = None,
+        frame: Frame | None = None,
         seed: int = 0,
         task: Task | str = "pose",
         world: World | None = None,
@@ -569,6 +584,8 @@ class Robot(Quick):
                 the search from it comes first; if that fails, random starts follow, and the solution nearest to the seed is
                 returned. Otherwise the search starts from ``home`` and random configurations.
             link: The link's name; the tip unless given.
+            frame: The frame of T, if not the base: a link that stands still, such as ``"base"`` of a UR, which its pendant
+                shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
             seed: Chooses the random configurations; without ``time_limit`` the result depends on nothing else.
             task: ``"pose"``; ``"position"``: any orientation; ``"pointing"``: position and the direction of the link's z axis;
                 or an ``ulna.Task`` (another axis, slack by component).
@@ -613,9 +630,11 @@ class Robot(Quick):
         if isinstance(T, Keep):
             if task != "pose":
                 raise InputError("task", "a constraint has a task of its own; none is given beside it")
+            if frame is not None:
+                raise InputError("frame", "goes with poses; a constraint is in the base")
             target, link, task = T.target(link)
         else:
-            target = T
+            target = T if frame is None else poses_in_base(self.tree, T, frame)
         options = Options(  # in their order: by name they would take 0.3 us more
             seed, task, rank, position_tolerance, rotation_tolerance, threads, max_step, max_iterations, time_limit, trace
         )
@@ -643,6 +662,7 @@ class Robot(Quick):
         *,
         q_seed: ArrayLike | None = None,
         link: str | None = None,
+        frame: Frame | None = None,
         task: Task | str = "pose",
         world: World | None = None,
         rank: str | None = None,
@@ -666,6 +686,8 @@ class Robot(Quick):
             q_seed: Each solution is as near to this as whole turns within the limits bring it [rad or m], shape (n_dof,);
                 ``home`` unless given.
             link: The link's name; the tip unless given.
+            frame: The frame of T, if not the base: a link that stands still, such as ``"base"`` of a UR, which its pendant
+                shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
             task: What of the pose is to be reached: ``"pose"``, ``"position"``, ``"pointing"``, or an ``ulna.Task``.
             world: Solutions that collide with it, or in which the robot touches itself, are not valid.
             rank: By what they are ordered, the best first: ``"nearest"`` to ``q_seed``, ``"manipulability"``, ``"clearance"`` or
@@ -699,7 +721,7 @@ class Robot(Quick):
             ((256, 7), 'continuum')
         """
         options = Options(seed, task, rank, position_tolerance, rotation_tolerance, threads)
-        request = Request(T, q_seed, world=world, link=link, options=options)
+        request = Request(poses_in_base(self.tree, T, frame), q_seed, world=world, link=link, options=options)
         return self._inverse_kinematics.all_solutions(
             request, n_samples=n_samples, redundancy=redundancy, whole_turns=whole_turns
         )
@@ -710,6 +732,7 @@ class Robot(Quick):
         q_start: ArrayLike | None = None,
         *,
         link: str | None = None,
+        frame: Frame | None = None,
         task: Task | str = "pose",
         max_step: float = 0.1,
         world: World | None = None,
@@ -730,6 +753,8 @@ class Robot(Quick):
             q_start: Where the arm is before the first pose [rad or m], shape (n_dof,): the path begins at most ``max_step`` from
                 it. Unless given, it may begin anywhere, and begins as near to ``home`` as that sum allows.
             link: The link's name; the tip unless given.
+            frame: The frame of T_path, if not the base: a link that stands still, such as ``"base"`` of a UR, which its pendant
+                shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
             task: What of each pose must be reached, as for ``inverse_kinematics``: ``"pointing"`` leaves the turn about the tool
                 free (welding, milling); a ``Task`` may leave a band, within which the path chooses.
             max_step: The largest step of any joint from one pose to the next [rad or m]. Another branch is rarely within 0.1 rad;
@@ -759,6 +784,7 @@ class Robot(Quick):
             ('followed', True)
         """
         options = Options(task=task, rank=rank, seed=seed, threads=threads)
+        T_path = poses_in_base(self.tree, T_path, frame, "T_path")
         return self._inverse_kinematics.follow(T_path, q_start, link, options, max_step, world)
 
     def differential_ik(
@@ -769,6 +795,7 @@ class Robot(Quick):
         *,
         link: str | None = None,
         expressed_in: str = "base",
+        frame: Frame | None = None,
         damping: float = 0.01,
         out: Array | None = None,
         threads: int | None = None,
@@ -785,6 +812,8 @@ class Robot(Quick):
                 returns to it, at its velocity limit if it is further away than that.
             link: The link's name; the tip unless given.
             expressed_in: The frame of the twist; see ``jacobian``.
+            frame: The axes of the twist instead of the base's: a link that stands still, or the frame's pose T_base_frame, shape
+                (4, 4). It goes with ``expressed_in="base"``.
             damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma
                 the smallest singular value of J; no joint moves faster than |twist| / (2 damping). A damping below 1e-4 |J|, or
                 1e-2 |J| for fewer than six joints, takes some times longer; singular values below 1e-14 |J| are within the
@@ -807,7 +836,9 @@ class Robot(Quick):
             >>> float((panda.jacobian(panda.home) @ qd)[0].round(3))
             0.1
         """
-        link = self.tree.link_or_tip(link)
+        if frame is not None and expressed_in != "base":
+            raise InputError("frame, expressed_in", "give one of them, not both")
+        link, twist = self.tree.link_or_tip(link), twist_in_base(self.tree, twist, frame)
         return differential_ik(self.tree, q, twist, dt, link, expressed_in, damping, out, threads)
 
     # ---- what it touches -----------------------------------------------------------------------------------------------
@@ -1052,6 +1083,7 @@ class Robot(Quick):
         world: World | None = None,
         *,
         link: str | None = None,
+        frame: Frame | None = None,
         task: Task | str = "pose",
         held: Iterable[str] = (),
         group: str | None = None,
@@ -1079,6 +1111,8 @@ class Robot(Quick):
             world: The objects; none unless given. The robot's links are checked against each other too.
             link: The link that is brought to the pose; the tip, of the group if one is named, unless given. Joints that do not
                 move it keep their positions, and so do those that move several links of the goal.
+            frame: The frame of a goal of poses, if not the base: a link that stands still, such as ``"base"`` of a UR, which its
+                pendant shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
             task: The components of the pose that count; see ``inverse_kinematics``.
             held: Names of joints that keep their positions.
             group: A group of the SRDF (``robot.groups``): the joints outside keep their positions. A configuration may then have
@@ -1115,6 +1149,7 @@ class Robot(Quick):
             >>> str(plan.status), plan.certified
             ('solved', True)
         """
+        goal = goal_in_base(self.tree, goal, frame)
         options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit, progress).checked()
         members, states = None if group is None else group_named(group, self.groups), self.srdf.states
         if isinstance(q_start, str):

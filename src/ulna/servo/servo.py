@@ -78,11 +78,13 @@ class Servo:
             still |= ~np.isin(np.arange(n), group.columns)
         if still.all():
             raise InputError("held", "all joints are held, so the servo would never move")
-        if not (tree.velocity_limits[~still]).all():
+        if velocity is None and not (tree.velocity_limits[~still]).all():
             names = zip(entry_names(tree), tree.velocity_limits, still, strict=True)
             slow = ", ".join(name for name, most, is_held in names if not most and not is_held)
-            raise InputError("robot", f"its description allows {slow} a velocity of 0, so a servo would never move")
+            advice = "velocity= gives one, where exporters wrote 0 for not known"
+            raise InputError("robot", f"its description allows {slow} a velocity of 0, so a servo would never move; {advice}")
         speeds = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, n, may_be_infinite=True)
+        own = np.where(tree.velocity_limits == 0.0, np.inf, tree.velocity_limits)  # 0 of a file is beside a given one no limit
         accelerations, jerks = _accelerations_of(tree, acceleration, jerk, still)
         tick = 1.0 / float(rate)
         accelerations, ramp, least = _ramps(accelerations, jerks, tick)
@@ -92,7 +94,7 @@ class Servo:
         self._chains, self._hands = _tables(tree, self._links, weights)
         self._limits = np.zeros((layout.N_LIMITS, n))
         self._limits[layout.LOWER], self._limits[layout.UPPER] = tree.least, tree.most
-        self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * tree.velocity_limits))
+        self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * own))
         self._limits[layout.ACCELERATION], self._limits[layout.ASIDE] = accelerations, aside
         self._limits[layout.JERK], self._limits[layout.ROOM] = 0.0 if jerks is None else jerks, _ROOM * least
         self._limits[layout.SPEED, still] = self._limits[layout.ROOM, still] = 0.0

@@ -14,7 +14,7 @@ from trimesh.exchange.gltf import export_glb
 from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.pose import quaternion_from_matrix
 from ulna.description.robot_description import Body
-from ulna.description.shapes import Mesh
+from ulna.description.shapes import Mesh, UnknownShape
 from ulna.errors import FileError
 from ulna.robot import Robot
 from ulna.viewer.html import listed, small_text, tree_html
@@ -106,10 +106,13 @@ class Arm:
     def _add_solids(self, number: dict[str, int]) -> dict[str, Any]:
         """Add the collision shapes, pale: their nodes by name. Meshes that cannot be read are added to ``missing``."""
         files, found = MeshFiles(self.robot.description), {}
-        bodies = [(link.name, body) for link in self.robot.description.links for body in link.collisions]
+        links = self.robot.description.links
+        bodies = [(link.name, body) for link in links for body in link.collisions]
         look = {"cast_shadow": False, "receive_shadow": False}
         for n, ((link, body), name) in enumerate(zip(bodies, self._solid_names(bodies), strict=True)):
             place = f"{self._root}/{number[link]}/solid{n}"
+            if isinstance(body.shape, UnknownShape):
+                continue
             if not isinstance(body.shape, Mesh):
                 found[name] = add_shape(self._scene, place, body.shape, FREE, PALE, body.pose, **look)
                 continue
@@ -123,7 +126,7 @@ class Arm:
 
     def _solid_names(self, bodies: list[tuple[str, Body]]) -> list[str]:
         """The names of collision shapes in reports; numbered names for a robot with meshes, which cannot be checked."""
-        if any(isinstance(body.shape, Mesh) for _, body in bodies) or not bodies:
+        if any(isinstance(body.shape, Mesh | UnknownShape) for _, body in bodies) or not bodies:
             return [f"{link}/{body.name} ({n})" for n, (link, body) in enumerate(bodies)]
         return list(self.robot.collision_names[: len(bodies)])
 

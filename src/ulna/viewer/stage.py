@@ -8,7 +8,7 @@ import viser
 
 from ulna.collision.world import World
 from ulna.description.pose import pose
-from ulna.description.shapes import HalfSpace, Mesh
+from ulna.description.shapes import HalfSpace, Mesh, UnknownShape
 from ulna.robot import Robot
 from ulna.viewer.arm import Extent
 from ulna.viewer.page import Page
@@ -116,7 +116,7 @@ def floor_height(robot: Robot, drawn: float) -> float:
     lowest = [drawn]
     for link in robot.description.links:
         for body in link.collisions if robot.tree.link_row[link.name] < 0 else ():
-            if not isinstance(body.shape, Mesh | HalfSpace):
+            if not isinstance(body.shape, Mesh | HalfSpace | UnknownShape):
                 T = places[link.name] @ body.pose
                 lowest.append(float((triangles(body.shape).vertices @ T[2, :3] + T[2, 3]).min()) - _BELOW)
     return float(np.min(lowest))

@@ -12,7 +12,7 @@ from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.reader import Beside, mesh_bytes, read_scene
 from ulna.description.pose import pose
 from ulna.description.robot_description import Body
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere, UnknownShape
 from ulna.errors import FileError
 from ulna.robot import Robot
 from ulna.viewer.plain_body import SHELL, joined, painted, plain_body
@@ -75,6 +75,8 @@ def _coloured(body: Body, files: MeshFiles) -> trimesh.Scene:
         for mesh in scene.geometry.values():
             if isinstance(mesh, trimesh.Trimesh) and not (mesh.visual and mesh.visual.defined):
                 painted(mesh, rgba)
+    elif isinstance(body.shape, UnknownShape):
+        scene = trimesh.Scene()
     else:
         scene = trimesh.Scene(painted(triangles(body.shape), rgba))
     scene.apply_transform(body.pose)
