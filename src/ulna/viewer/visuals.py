@@ -15,7 +15,7 @@ from ulna.description.robot_description import Body
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere
 from ulna.errors import FileError
 from ulna.robot import Robot
-from ulna.viewer.plain_body import SHELL, joined, painted, plain_body
+from ulna.viewer.drawn_body import SHELL, drawn_body, joined, painted
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +35,8 @@ def link_visuals(robot: Robot) -> Visuals:
         except FileError as error:
             missing[str(error)] = link.name
     if missing or not any(scene.geometry for scene in scenes.values()):
-        plain, bare = plain_body(robot), set(missing.values()) or set(scenes)
-        scenes |= {name: scene for name, scene in plain.items() if name in bare}
+        drawn, bare = drawn_body(robot), set(missing.values()) or set(scenes)
+        scenes |= {name: scene for name, scene in drawn.items() if name in bare}
     return Visuals({name: scene for name, scene in scenes.items() if scene.geometry}, tuple(missing))
 
 
