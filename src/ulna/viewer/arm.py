@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from trimesh.exchange.gltf import export_glb
 
 from ulna.description.meshes.mesh_files import MeshFiles
+from ulna.description.names.panda import INSTALL_MESHES
 from ulna.description.pose import quaternion_from_matrix
 from ulna.description.robot_description import Body
 from ulna.description.shapes import Mesh
@@ -147,7 +148,7 @@ def _extent(robot: Robot, scenes: dict[str, Any]) -> Extent:
     return Extent(np.min(points, axis=0), np.max(points, axis=0))
 
 
-REAL_ARM = "Drawn as plain tubes. For the real arm: pip install example-robot-data (131 MB, 431 MB unpacked), and start again."
+REAL_ARM = f"Drawn from its joints alone. Its own shells (4.3 MB): {INSTALL_MESHES}, and start again."
 
 
 def _show_all(nodes: Collection[Any], attribute: str, event: viser.GuiEvent) -> None:

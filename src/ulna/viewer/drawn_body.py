@@ -1,11 +1,11 @@
 """Draws a robot that has no visuals from its joints alone: shells, dark joints, and a hand with fingers.
 
-A link is a smooth union of tapered legs and of housings round its joints, as distances to a surface, which is then meshed. Where two
-links meet, a joint is of one of three forms: ``Inline``, two shells with a dark ring between them, where a link goes on along the axis;
-``Hinge``, a fork and a tongue on a dark pin, where it goes off it; and a slide on a rail.
+A link is a smooth union of tapered legs and of housings round its joints: a distance to a surface, which is then meshed. Two links
+meet in one of three forms. Inline, where a link goes on along the axis: two shells with a dark ring between them. A hinge, where it
+goes off the axis: a fork and a tongue on a dark pin. A slide on a rail.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -98,7 +98,7 @@ class _Drawing:
             for radius in map(_half_width, link.collisions)
             if radius
         ]
-        return float(np.clip(np.median(widths), 0.5 * usual, 1.6 * usual)) if widths else usual
+        return float(np.clip(np.median(widths), 0.5 * usual, (1.6 if robot.n_dof < _MANY else 1.0) * usual)) if widths else usual
 
     def _taper(self, link: str) -> float:
         """The factor of the radius of a link: from 1 at the base to _NARROWEST at the end of the longest chain."""
@@ -180,8 +180,8 @@ class _Drawing:
 
     def _is_finger(self, joint: Joint) -> bool:
         leg = _leg(joint)
-        slides = joint.type == JointType.PRISMATIC and not self._legs[joint.child]
-        return slides and float(np.linalg.norm(leg.foot)) > 1e-3 and float(np.ptp(_range(joint))) < 2 * float(np.linalg.norm(leg.foot))
+        slides, aside = joint.type == JointType.PRISMATIC and not self._legs[joint.child], float(np.linalg.norm(leg.foot))
+        return slides and aside > 1e-3 and float(np.ptp(_range(joint))) < 2 * aside
 
     def _spread(self, link: str, end: Vector) -> Vector:
         """The direction in which a hand's fingers open, of length 1: the longer side of the collision box there, or y."""
@@ -264,7 +264,7 @@ def _go(
             if aside or abs(leg.along) > _NEAR * r:
                 shells.append(cone(np.zeros(3), leg.end, start, _WAIST * r))
             middle, half = leg.end + leg.axis * (low + high) / 2, (high - low) / 2 + 1.1 * r
-            turn = align_vectors([0, 0, 1], leg.axis)[:3, :3]
+            turn = _turn_to(leg.axis)
             dark.append(_boxed(middle, turn, np.array([0.55 * r, 0.55 * r, half])))
         case _ if np.linalg.norm(leg.end) > _NEAR * r:
             body = cone(np.zeros(3), leg.end, start, 0.85 * r)
@@ -306,11 +306,12 @@ def _hand(end: Vector, spread: Vector) -> list[trimesh.Trimesh]:
     def part(middle: float, aside: float, half: tuple[float, float, float], fillet: float) -> Distance:
         return box(middle * end + aside * length * spread, turn, length * np.array(half), fillet * length)
 
-    palm = union([drum(0.1 * end, along, 0.42 * length, 0.1 * length, 0.03 * length), part(0.4, 0, (0.3, 0.95, 0.25), 0.13)], 0.1 * length)
+    flange = drum(0.1 * end, along, 0.42 * length, 0.1 * length, 0.03 * length)
+    palm = union([flange, part(0.4, 0, (0.3, 0.95, 0.25), 0.13)], 0.1 * length)
     bodies = [(palm, SHELL, 0.03), (part(0.66, 0, (0.13, 0.8, 0.03), 0.02), DARK, 0.02)]
     for side in (-1.0, 1.0):
-        finger = union([part(0.8, side * 0.3, (0.11, 0.12, 0.14), 0.04), part(0.98, side * 0.26, (0.09, 0.06, 0.14), 0.03)], 0.06 * length)
-        bodies += [(finger, PAD, 0.018)]
+        parts = [part(0.8, side * 0.3, (0.11, 0.12, 0.14), 0.04), part(0.98, side * 0.26, (0.09, 0.06, 0.14), 0.03)]
+        bodies += [(union(parts, 0.06 * length), PAD, 0.018)]
     meshes = [(mesh_of(body, cell * length), color) for body, color, cell in bodies]
     return [painted(mesh, color) for mesh, color in meshes if mesh is not None]
 
@@ -339,6 +340,11 @@ def _unit(vector: Vector) -> Vector:
     return np.asarray(vector, dtype=np.float64) / (np.linalg.norm(vector) or 1.0)
 
 
+def _turn_to(axis: Vector) -> NDArray[np.float64]:
+    """A rotation, shape (3, 3), that turns z to an axis."""
+    return np.asarray(align_vectors([0, 0, 1], axis))[:3, :3]
+
+
 def _half_width(body: Body) -> float:
     """The middle radius of a collision shape [m], across its longest side; 0 of another shape."""
     match body.shape:
@@ -352,10 +358,10 @@ def _half_width(body: Body) -> float:
 def _turned(place: Vector, axis: Vector, ends: tuple[float, float], radius: float) -> trimesh.Trimesh:
     """A disc about an axis, between two places along it from a place [m], with a rounded edge."""
     (low, high), bevel = ends, min(0.06 * radius, (ends[1] - ends[0]) / 3)
-    profile = [(0.0, low), (radius - bevel, low), (radius, low + bevel), (radius, high - bevel), (radius - bevel, high), (0.0, high)]
-    turn = align_vectors([0, 0, 1], axis)
-    turn[:3, 3] = place
-    return trimesh.creation.revolve(np.array(profile), sections=56, transform=turn)
+    edge = [(radius - bevel, low), (radius, low + bevel), (radius, high - bevel), (radius - bevel, high)]
+    turn = np.eye(4)
+    turn[:3, :3], turn[:3, 3] = _turn_to(axis), place
+    return trimesh.creation.revolve(np.array([(0.0, low), *edge, (0.0, high)]), sections=56, transform=turn)
 
 
 def _boxed(place: Vector, turn: NDArray[np.float64], half: Vector) -> trimesh.Trimesh:

@@ -101,15 +101,15 @@ def _smooth_minimum(a: Vector, b: Vector, blend: float) -> Vector:
 def mesh_of(body: Distance, cell: float) -> trimesh.Trimesh | None:
     """The surface of a body, by surface nets on cells of a side [m], larger if there were too many; None if it is empty.
 
-    1. Which corners of the grid are inside. 2. A vertex in each cell with corners of both kinds. 3. Newton's steps to the surface,
-    at most half a cell. 4. A quadrilateral round each edge of the grid that the surface crosses.
+    1. Which corners of the grid are inside. 2. A vertex in each cell with corners of both kinds. 3. A quadrilateral round each edge
+    of the grid that the surface crosses. 4. Newton's steps of the vertices to the surface.
     """
     extent = body.high - body.low
     cell = max(cell, float(np.prod(extent + 4 * cell) / _MOST_CELLS) ** (1 / 3))
     low = body.low - 2 * cell
     inside = _inside(body, low, np.ceil((extent / cell + 5) / _BLOCK).astype(int), cell)
     n = np.array(inside.shape) - 1
-    corners = sum(inside[i : n[0] + i, j : n[1] + j, k : n[2] + k] for i, j, k in np.ndindex(2, 2, 2))
+    corners = np.sum([inside[i : n[0] + i, j : n[1] + j, k : n[2] + k] for i, j, k in np.ndindex(2, 2, 2)], axis=0)
     crossed = (corners > 0) & (corners < 8)
     cells = np.argwhere(crossed)
     if not len(cells):
@@ -118,7 +118,9 @@ def mesh_of(body: Distance, cell: float) -> trimesh.Trimesh | None:
     number[crossed] = np.arange(len(cells))
     faces = np.concatenate([_quadrilaterals(inside, number, axis) for axis in range(3)])
     points, normals = _on_surface(body, low + cell * (cells + 0.5), faces, cell)
-    return trimesh.Trimesh(points, np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]]), vertex_normals=normals, process=False)
+    return trimesh.Trimesh(
+        points, np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]]), vertex_normals=normals, process=False
+    )
 
 
 def _inside(body: Distance, low: Vector, n_blocks: NDArray[np.int64], cell: float) -> NDArray[np.int8]:

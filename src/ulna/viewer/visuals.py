@@ -1,4 +1,4 @@
-"""Makes the triangles of links and shapes: meshes with their materials, shapes, or the plain body."""
+"""Makes the triangles of links and shapes: meshes with their materials, shapes, or a body that is drawn."""
 
 from dataclasses import dataclass
 
@@ -16,6 +16,7 @@ from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sp
 from ulna.errors import FileError
 from ulna.robot import Robot
 from ulna.viewer.drawn_body import SHELL, drawn_body, joined, painted
+from ulna.viewer.panda_meshes import packaged_mesh, read_packaged
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +28,7 @@ class Visuals:
 
 
 def link_visuals(robot: Robot) -> Visuals:
-    """The visuals of a robot. A link with a missing mesh gets the plain body; all links do if none has visuals."""
+    """The visuals of a robot. A link with a missing mesh gets a body that is drawn; all links do if none has visuals."""
     files, scenes, missing = MeshFiles(robot.description), {}, {}
     for link in robot.description.links:
         try:
@@ -42,8 +43,14 @@ def link_visuals(robot: Robot) -> Visuals:
 
 def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
     """The triangles of a mesh file, scaled, with its materials: the same triangles as for collision checking."""
-    path = files.find(mesh.uri)
-    scene = read_scene(path, mesh_bytes(path), Beside(files, path))
+    try:
+        path = files.find(mesh.uri)
+    except FileError:
+        if (path := packaged_mesh(mesh.uri)) is None:
+            raise
+        scene = read_packaged(path)
+    else:
+        scene = read_scene(path, mesh_bytes(path), Beside(files, path))
     for geometry in scene.geometry.values():
         if isinstance(geometry, trimesh.Trimesh):
             geometry.merge_vertices()  # for smooth shading
