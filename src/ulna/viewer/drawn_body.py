@@ -1,8 +1,8 @@
 """Draws a robot that has no visuals from its joints alone: shells, dark joints, and a hand with fingers.
 
-A link is a smooth union of tapered legs and of housings round its joints: a distance to a surface, which is then meshed. Two links
-meet in one of three forms. Inline, where a link goes on along the axis: two shells with a dark ring between them. A hinge, where it
-goes off the axis: a fork and a tongue on a dark pin. A slide on a rail.
+A link is a smooth union of tapered legs and of housings round its joints: a distance to a surface, which is then meshed. Two
+links meet in one of three forms. Inline, where a link goes on along the axis: two shells with a dark ring between them. A hinge,
+where it goes off the axis: a fork and a tongue on a dark pin. A slide on a rail.
 """
 
 from collections.abc import Iterable

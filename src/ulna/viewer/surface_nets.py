@@ -101,8 +101,8 @@ def _smooth_minimum(a: Vector, b: Vector, blend: float) -> Vector:
 def mesh_of(body: Distance, cell: float) -> trimesh.Trimesh | None:
     """The surface of a body, by surface nets on cells of a side [m], larger if there were too many; None if it is empty.
 
-    1. Which corners of the grid are inside. 2. A vertex in each cell with corners of both kinds. 3. A quadrilateral round each edge
-    of the grid that the surface crosses. 4. Newton's steps of the vertices to the surface.
+    1. Which corners of the grid are inside. 2. A vertex in each cell with corners of both kinds. 3. A quadrilateral round each
+    edge of the grid that the surface crosses. 4. Newton's steps of the vertices to the surface.
     """
     extent = body.high - body.low
     cell = max(cell, float(np.prod(extent + 4 * cell) / _MOST_CELLS) ** (1 / 3))
