@@ -33,6 +33,7 @@ OBSTACLES: tuple[Color, ...] = (
     (205, 190, 90),
     (200, 120, 165),
 )  # in a film
+AXES: dict[str, Color] = {"x": (215, 55, 75), "y": (47, 158, 68), "z": (28, 113, 216)}  # of buttons, with white letters
 GROUND: Color = (150, 160, 172)  # half-spaces among them
 CURVES: tuple[Color, ...] = (
     (0, 114, 178),
