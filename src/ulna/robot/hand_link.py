@@ -7,7 +7,7 @@ from ulna.robot.robot import Robot
 
 
 def hand_link(robot: Robot) -> str:
-    """The hand link: the tip of the longest chain, or the link that carries its fingers; of equals ``tool0``, ROS-Industrial's."""
+    """The hand link: the tip of the longest chain, or the link that carries its fingers; ``tool0`` first of equals."""
     carriers = {joint.child: joint for joint in robot.description.joints}
     tip = max(robot.tree.leaves, key=lambda link: (_count(link, carriers, robot), link == "tool0"))
     half = _count(tip, carriers, robot) / 2

@@ -111,7 +111,7 @@ class SteerPanel:
     async def _click(self, entry: int, sign: int, _: viser.GuiEvent) -> None:
         """Move by a step, unless the hand moves while a button is held."""
         if n := _STEPS[self.step.value]:
-            turns = entry > 2  # noqa: PLR2004 - of a twist
+            turns = entry > 2
             if self.steering.expressed_in == JOINTS:
                 turns = coordinates_of(self._session.robot)[entry].unit == "rad"
             self._do(lambda: self.steering.step(entry, sign, n * (_HALF_A_DEGREE if turns else _MM)))
