@@ -17,7 +17,7 @@ from ulna.demo.scenario import BOX, BOX_NAME, BOX_START, LIGHT, LIGHT_POSITION, 
 from ulna.description.pose import pose
 from ulna.viewer.arm import REAL_ARM, Arm
 from ulna.viewer.compiler import Compiler
-from ulna.viewer.html import marked, small_text
+from ulna.viewer.html import lead, marked, small_text
 from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
 from ulna.viewer.nodes import Handles
@@ -135,7 +135,7 @@ class DemoApp:
 
     def _add_widgets(self) -> None:
         gui = self.server.gui
-        gui.add_html(marked(_WHAT, MOVABLE) + small_text(_MORE))
+        gui.add_html(lead(_WHAT) + small_text(_MORE))
         if self.scene.arm.missing:
             gui.add_html(small_text(REAL_ARM))
         self.verdict = gui.add_html(marked(light_word(None), light_color(None), filled=False))

@@ -60,7 +60,7 @@ def add_stage(page: Page, extent: Extent) -> viser.GridHandle:
     server.scene.set_up_direction("+z")
     add_light(server.scene)
     distance = 1.15 * radius / np.sin(_FIELD_OF_VIEW / 2)
-    floor = add_floor(page, min(float(extent.low[2]), 0.0) - max(1e-3, 2e-3 * radius), cell, 4.0 * distance)
+    floor = add_floor(page, min(float(extent.low[2]), 0.0) - max(1e-3, 4e-3 * radius), cell, 4.0 * distance)
     server.initial_camera.fov = _FIELD_OF_VIEW
     server.initial_camera.look_at = tuple(centre)
     server.initial_camera.position = tuple(centre + distance * _FROM / np.linalg.norm(_FROM))
@@ -139,7 +139,7 @@ def height_under(world: World, extent: Extent) -> float:
             points = triangles(shape).vertices @ T[:3, :3].T + T[:3, 3]
             if np.abs(points - extent.centre).max() < _BESIDE * extent.radius:
                 lowest.append(float(points[:, 2].min()))
-    return min(lowest) - max(1e-3, 2e-3 * extent.radius)
+    return min(lowest) - max(1e-3, 4e-3 * extent.radius)
 
 
 def floor_height(robot: Robot, drawn: float) -> float:

@@ -87,7 +87,7 @@ class Steering:
         self._until[max(sign, 0), entry] = time.monotonic() + _HELD_FOR
 
     def step(self, entry: int, sign: int, size: float) -> None:
-        """Move an entry of the twist, or of q, by a size [m or rad], at the speed; braking gives back what gathering speed takes."""
+        """Move an entry of the twist, or of q, by a size [m or rad]; braking gives back what gathering speed takes."""
         self._step = entry, sign, round(size / self._speeds()[entry] * RATE)
 
     def go_free(self) -> None:
