@@ -27,11 +27,11 @@ TRAIL: Color = (0, 150, 165)  # the way of the hand along a plan
 MOVABLE: Color = (240, 170, 40)  # obstacles
 OBSTACLES: tuple[Color, ...] = (
     MOVABLE,
-    (150, 110, 190),
-    (70, 165, 155),
-    (185, 130, 85),
+    (178, 143, 220),
+    (84, 182, 170),
+    (206, 152, 104),
     (205, 190, 90),
-    (200, 120, 165),
+    (222, 144, 186),
 )  # by their order, on the page and in a film; red is not among them
 AXES: dict[str, Color] = {"x": (215, 55, 75), "y": (47, 158, 68), "z": (28, 113, 216)}  # of buttons, with white letters
 GROUND: Color = (150, 160, 172)  # half-spaces among them
