@@ -89,7 +89,7 @@ def test_fk_beyond_the_limits_warns(ask, run):
 def test_with_several_leaf_links_the_hand_is_used_and_named(run, command):
     result = run(command[0], "ur5", *command[1:])
     assert result.exit_code == 0
-    assert result.stderr == "ulna: ur5 has 2 tips; ee_link is taken, --link names another\n"
+    assert result.stderr == "ulna: ur5 has 2 tips; tool0 is taken, --link names another\n"
     assert "ee_link" in result.stdout
 
 

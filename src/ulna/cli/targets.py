@@ -125,6 +125,22 @@ def q_of(robot: AnyRobot, *, q: Positions = None, degrees: Degrees = False) -> A
 
 
 Q = Annotated[Array, Depends(q_of)]
+BeginQ = Annotated[
+    str | None,
+    typer.Option(
+        "--q",
+        metavar="NUMBERS",
+        help='Joint positions to begin with, as in "0,-pi/4,0.5 1e-3", or a state of the SRDF; bent and free unless given.',
+    ),
+]
+
+
+def beginning_of(robot: AnyRobot, *, q: BeginQ = None, degrees: Degrees = False) -> Array | None:
+    """The q of ``--q`` [rad or m], shape (n_dof,); None without it, so that the page chooses one."""
+    return None if q is None else positions("--q", q, robot, degrees=degrees)
+
+
+BeginningQ = Annotated[Array | None, Depends(beginning_of)]
 
 
 def start_of(robot: AnyRobot, *, start: Start = None, degrees: Degrees = False) -> Array | None:

@@ -21,6 +21,11 @@ def marked(words: str, color: Color, *, filled: bool = True) -> str:
     return f'<div role="status" style="{STYLE};font-weight:600"><span style="{disc}"></span> {html.escape(words)}</div>'
 
 
+def lead(words: str) -> str:
+    """What to do first, in large letters."""
+    return f'<div style="{STYLE};font-size:1.1em;font-weight:600">{html.escape(words)}</div>'
+
+
 def small_text(words: str) -> str:
     """Small text."""
     return f'<div style="{STYLE};font-size:0.85em">{html.escape(words)}</div>'
