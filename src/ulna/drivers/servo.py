@@ -77,9 +77,11 @@ from ulna.kernels.servo.pace import (
     BLURRED,
     NOT_SLOWED,
     SINGULAR,
+    ease_in,
     write_changes,
     write_growth,
-    write_paces,
+    write_pace,
+    write_part,
     write_steady,
     write_steady_bounds,
 )
@@ -184,12 +186,12 @@ def work_of(n, n_hands):
     return (
         Objective(
             np.empty(n * n), np.empty(n), np.empty(6 * n * n_hands), np.empty(max(6 * n_hands, n)), np.empty(N_SYSTEM + 6 * n),
-            np.empty(n_hands),
+            np.empty(n_hands), np.empty(n_hands, np.int64),
         ),
         (np.zeros(m * n), np.empty(m), np.empty(n, np.int64), np.empty(n), np.empty(2 * n * (n + 1)), np.empty(2 * n)),
         Steady(
             np.empty(n * n), np.empty(n), np.empty(6 * n * n_hands), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
-            np.empty(n * n), np.empty(n), np.empty(m), np.empty(n, np.int64), np.empty(n),
+            np.empty(n), np.empty(n), np.empty(n * n), np.empty(n), np.empty(m), np.empty(n, np.int64), np.empty(n),
         ),
     )  # fmt: skip
 
@@ -326,7 +328,7 @@ def advance(tick, mode, chains, goal, work, ticks, report):
 
 @routine
 def set_paces(tick, mode, chains, goal, count, work):
-    """Set the pace of each hand in the objective; the row that holds the steady motion, or -1, and what ``write_paces`` returns.
+    """Set the pace of each hand in the objective; the row that holds the steady motion, or -1, and what slows the slowest hand.
 
     There are no paces but of hands. A hand that an object stops goes along it: then what it does beside its twist has the weight
     of what it does along it.
@@ -347,24 +349,31 @@ def set_paces(tick, mode, chains, goal, count, work):
         for a in range(k):
             if steady.multiplier_rows[a] > most:
                 most, held = steady.multiplier_rows[a], steady.active_rows[a]
-    time = write_changes(chains, goal, limits, q, objective, steady)
-    least = BLURRED if write_turns(tick, k, time, steady) else 0.0
-    write_growth(goal, objective, steady, normal_rows, work_rows, k, across)
-    slowed = write_paces(goal, limits, settings, objective, steady, across, least)
+    n_hands, slowest, slowed = objective.pace_rows.shape[0], 1.0, NOT_SLOWED
+    for hand in range(n_hands):
+        write_part(goal, objective, steady, normal_rows, work_rows, k, across, hand)
+        time = write_changes(chains, goal, limits, q, objective, steady)
+        least = BLURRED if write_turns(tick, k, time, steady) else 0.0
+        write_growth(goal, objective, steady, normal_rows, work_rows, k, across, hand)
+        write_pace(goal, limits, settings, objective, steady, across, least, hand)
+        if n_hands > 1:
+            ease_in(goal, limits, settings, tick.state[layout.QD], objective, steady, hand)
+        if objective.slowing_rows[hand] > NOT_SLOWED and objective.pace_rows[hand] < slowest:
+            slowest, slowed = objective.pace_rows[hand], objective.slowing_rows[hand]
     write_pulls(limits, settings, q, objective)
     return held, slowed
 
 
 @routine
 def write_turns(tick, k, time, steady):
-    """Write how the gradients of active rows change along the steady motion in a time [s]; whether a near pair is among them."""
+    """Write how the gradients of active rows change along that part of the steady motion in a time [s]; whether one is of a pair."""
     n, scene, near, found = tick.x.shape[0], tick.scene, tick.near, False
     for a in range(k):
         row = steady.active_rows[a] - 2 * n
         if row >= 0 and not found:
             found = True
             for j in range(n):
-                steady.ahead_rows[j] = tick.state[layout.TO, j] + time * steady.x_rows[j]
+                steady.ahead_rows[j] = tick.state[layout.TO, j] + time * steady.part_rows[j]
             place_bodies(scene.joints, scene.bodies, steady.ahead_rows, near.joint_rows, near.body_rows)
         for j in range(n):
             steady.turn_rows[n * a + j] = 0.0

@@ -19,6 +19,8 @@ class Objective(NamedTuple):
     """Room for the damped system (``damped_system``)."""
     pace_rows: NDArray
     """Which share of its twist is asked of each hand."""
+    slowing_rows: NDArray
+    """What slows each hand: the joint whose acceleration does, or a negative number of ``pace``."""
 
 
 class Steady(NamedTuple):
@@ -31,6 +33,10 @@ class Steady(NamedTuple):
     """How J of each hand changes along the steady motion, as those of ``Objective``."""
     x_rows: NDArray
     """The steady motion X."""
+    part_rows: NDArray
+    """What of it is due to the twist of one hand."""
+    part_multiplier_rows: NDArray
+    """Likewise, of the multipliers."""
     kept_rows: NDArray
     """y."""
     lost_rows: NDArray
