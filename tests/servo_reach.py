@@ -16,6 +16,8 @@ DIRECTIONS = [np.array(d, float) / np.linalg.norm(d) for d in product((-1, 0, 1)
 SLOW = 0.1  # [rad/s]
 AT_END = 1e-3  # [rad]: a joint that is no farther from its end is there
 CLEARANCE = 0.01  # [m]
+RESERVE = 3e-3  # [m]: a pair that is no more than this farther apart than the clearance holds the arm
+HELD, STUCK = 500, 0.05  # ticks, and of the twist: a hand is held that came no farther along it for so long
 # x y z, roll pitch yaw of the joints' origins, published by Kinova for the Gen3 of seven joints; the greatest angle, the speed.
 _GEN3 = [
     ((0, 0, 0.15643), (np.pi, 0, 0), None, 1.3963),
@@ -140,7 +142,7 @@ def share_possible(arm, q, twist, *, ends=True, body=True):
     low = np.where(ends & (q - robot.lower < AT_END), 0.0, -limits)
     high = np.where(ends & (robot.upper - q < AT_END), 0.0, limits)
     rows = {}
-    near = robot.distances(q, within=CLEARANCE).gradient if body else np.empty((0, n))
+    near = robot.distances(q, within=CLEARANCE + RESERVE).gradient if body else np.empty((0, n))
     if len(near):
         rows = {"A_ub": np.c_[-near, np.zeros(len(near))], "b_ub": np.zeros(len(near))}
     found = linprog(np.r_[np.zeros(n), -1.0], A_eq=np.c_[J, -V], b_eq=np.zeros(len(V)), **rows, method="highs",
@@ -206,24 +208,17 @@ def judge_twist(arm, run, twist, every=100):
     unit = v / np.linalg.norm(v)
     along = moved @ unit
     off = np.linalg.norm(moved - along[..., None] * unit, axis=-1)
-    # held: half of it is not possible, and without ends and body it is
-    free = [
-        share_possible(arm, run.q[k], twist, ends=False, body=False) if s < 0.5 else 0.0
-        for k, s in zip(looks, share, strict=True)
-    ]
-    is_held = np.array(free) >= 0.5
-    worst = here = 0
-    for k, h in zip(looks, is_held, strict=True):
-        here = here + 1 if h else 0
-        named = run.statuses[k] in {"limited by position", "limited by clearance"}
-        if here > 5 * 100 / every and (np.abs(run.qd[k]).max() > SLOW or not named):
-            worst += 1
-    speed = np.linalg.norm(v)
+    speed, unnamed = np.linalg.norm(v), 0
+    for k, possible in zip(looks, share, strict=True):
+        is_stuck = k >= HELD and (along[:, k] - along[:, k - HELD]).min() < STUCK * speed * HELD / RATE
+        if possible < 0.5 and is_stuck and share_possible(arm, run.q[k], twist, ends=False, body=False) >= 0.5:
+            named = run.statuses[k] in {"limited by position", "limited by clearance"}
+            unnamed += np.abs(run.qd[k]).max() > SLOW or not named
     jacobians = [np.vstack([arm.robot.jacobian(run.q[k], link=link) for link in arm.links]) for k in looks]
     well = [k for k, J in zip(looks, jacobians, strict=True) if np.linalg.svd(J, compute_uv=False)[-1] >= 0.1]
     return Found(
         last / RATE, max(reversals(after)), (fast.max() + 1) / RATE if len(fast) else 0.0, float(off[:, : last + 1].max()),
-        float(along[:, -1].min()), worst * every / RATE, any(run.statuses[k] == "near a singularity" for k in well),
+        float(along[:, -1].min()), unnamed * every / RATE, any(run.statuses[k] == "near a singularity" for k in well),
         f"{run.statuses[-1]} {run.limiting[-1].joint or run.limiting[-1].pair or ''} at {speed:g}, off {off.max():.3f}",
     )  # fmt: skip
 

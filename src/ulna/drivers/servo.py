@@ -179,6 +179,17 @@ def servo_tick(
     return True
 
 
+@entry((MATRIX, INDICES, NUMBERS, MATRIX))
+def write_stop_positions(state, counters, settings, q_out):
+    """Write q after each tick that is left of the certified stop, whose state and counters become those of its end.
+
+    q_out: as many rows as ticks are left.
+    """
+    for k in range(q_out.shape[0]):
+        go_on_stopping(state, counters, settings)
+        copy_row(state, layout.Q, q_out, k)
+
+
 @workspace
 def work_of(n, n_hands):
     """Room for the quadratic program: its objective; rows, their bounds, the active ones, ...; and the steady motion."""
@@ -357,7 +368,7 @@ def set_paces(tick, mode, chains, goal, count, work):
         write_growth(goal, objective, steady, normal_rows, work_rows, k, across, hand)
         write_pace(goal, limits, settings, objective, steady, across, least, hand)
         if n_hands > 1:
-            ease_in(goal, limits, settings, tick.state[layout.QD], objective, steady, hand)
+            ease_in(limits, settings, tick.state[layout.QD], objective, steady, hand)
         if objective.slowing_rows[hand] > NOT_SLOWED and objective.pace_rows[hand] < slowest:
             slowest, slowed = objective.pace_rows[hand], objective.slowing_rows[hand]
     write_pulls(limits, settings, q, objective)
@@ -366,7 +377,7 @@ def set_paces(tick, mode, chains, goal, count, work):
 
 @routine
 def write_turns(tick, k, time, steady):
-    """Write how the gradients of active rows change along that part of the steady motion in a time [s]; whether one is of a pair."""
+    """Write how the gradients of active rows change along a part of the steady motion in a time [s]; whether one is of a pair."""
     n, scene, near, found = tick.x.shape[0], tick.scene, tick.near, False
     for a in range(k):
         row = steady.active_rows[a] - 2 * n

@@ -176,7 +176,7 @@ def write_pace(goal_rows, limits, settings, objective, steady, across, least, ha
 
 
 @routine
-def ease_in(goal_rows, limits, settings, qd_rows, objective, steady, hand):
+def ease_in(limits, settings, qd_rows, objective, steady, hand):
     """Let the pace of one of several hands grow only as its joints can accelerate.
 
     Else a hand that is far behind its twist would pull the joints that it shares, faster than the others can make up for it.
