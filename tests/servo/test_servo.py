@@ -406,6 +406,17 @@ def test_what_is_attached_touches_nothing_either(panda, worlds, tool):
     assert found["contacts"] == 0
 
 
+def test_the_positions_of_the_stop_are_the_commands_of_it(panda):
+    servo = panda.servo(acceleration=ACCELERATION)
+    servo.start(panda.home, np.full(7, 0.1))
+    assert len(servo.stop_positions) > 5
+    for _ in range(3):
+        servo.step()
+    positions = servo.stop_positions
+    np.testing.assert_array_equal(positions, [servo.step().q for _ in positions])
+    assert servo.stop_positions.shape == (0, 7)
+
+
 def test_the_rate_is_that_of_the_differences(panda):
     servo, _ = started(panda, rate=250)
     command = run(servo, 250, velocity=[0.2, 0, 0, 0, 0, 0, 0])

@@ -124,6 +124,8 @@ def ask_a_servo(robot, world):
         servo.step(velocity=np.full(robot.n_dof, 0.2)), servo.step(twist=np.full(6, 0.1)), servo.step(q=free[k % 40])
     for _ in range(100):
         servo.step(pose=robot.forward_kinematics(start)), servo.step()
+    servo.step(velocity=np.full(robot.n_dof, 0.2))
+    assert len(servo.stop_positions) > 0
 
 
 def ask_for_closed_forms():

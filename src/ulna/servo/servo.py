@@ -26,7 +26,6 @@ from ulna.planning.motion_limits import LARGEST, as_limits, described_limits
 from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
 from ulna.servo.servo_state import ROUNDING, ServoState
-from ulna.servo.stop import stop_positions
 
 Array = NDArray[np.float64]
 WITHIN = 1 - 1e-6  # of the limits of velocity and acceleration, so that differences of commands keep them too
@@ -143,9 +142,10 @@ class Servo:
     @property
     def stop_positions(self) -> Array:
         """The commands of the stop from now on [rad or m], shape (n, n_dof): those of ``step()`` until the arm rests."""
-        now = self._now
-        ticks, done = now.counters[[layout.TICKS, layout.DONE]].tolist()
-        return stop_positions(now.motion, self._settings, ticks, done)
+        motion, counters = self._now.motion.copy(), self._now.counters.copy()
+        positions = np.empty((max(counters[layout.TICKS] - counters[layout.DONE], 0), self._tree.n_dof))
+        driver.write_stop_positions(motion, counters, self._settings, positions)
+        return positions
 
     @property
     def tracking_error(self) -> Array:
@@ -293,7 +293,8 @@ class Servo:
 
     def warm_up(self) -> None:
         """Compile what a tick needs, or load it, so that no tick does: for a world of the kinds of shapes that it has now."""
-        self._run(layout.REST, self._goals[0], 0)
+        after = self._run(layout.REST, self._goals[0], 0)
+        driver.write_stop_positions(after.motion, after.counters, self._settings, after.motion[:0])
 
     def _to_hands(self, twist: Goal | None, pose: Goal | None, frame: int) -> Array:
         """What each hand is sent to, a row of ``servo_layout`` after the other; without those that are free."""
