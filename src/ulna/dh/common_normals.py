@@ -21,7 +21,7 @@ Where the product is not unique:
 6. Of a prismatic joint only the direction matters: its axis passes through the next frame's origin, so a and the next d are zero.
    Where the next two axes are within 1e-3 rad of parallel, it passes through the next joint's own origin.
 7. Where rule 3 would begin a normal farther away than the arm is long, since that of other axes, nearly parallel, is there, it
-   begins at the joint's own origin: a tilt that is taken as none counts with that distance.
+   begins at the joint's own origin: a tilt that is taken as none counts with that distance. Where no tilt is, rule 3 holds.
 """
 
 from dataclasses import dataclass
@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 _SLACK = 1e-9  # a turn by a quarter or a half counts as positive, also after rounding
+_ROUNDING = 1e-12  # [m]
 _AT_THE_ENDS = _NEARLY_PARALLEL = 1e-3
 
 
@@ -146,12 +147,10 @@ def _free_start(i: int, axes: Axes, points: Array, arrived: Array, *, ends_at_ti
     """Where on line i the normal to a parallel line begins."""
     if i == len(points) - 2:
         return _project(points[-1], points[i], axes.directions[i]) if ends_at_tip else points[i]
-    return points[i] if axes.prismatic[i] else _near(arrived, points[i], axes.length)
-
-
-def _near(point: Array, own: Array, longest: float) -> Array:
-    """A point, or the joint's own one where that is too far away."""
-    return point if np.linalg.norm(point - own) <= longest else own
+    if axes.prismatic[i]:
+        return points[i]
+    distance = np.linalg.norm(arrived - points[i])
+    return arrived if distance <= axes.length or axes.tilts[i] * distance <= _ROUNDING else points[i]
 
 
 def _nearest_points(p: Array, u: Array, s: Array, v: Array) -> tuple[Array, Array]:
