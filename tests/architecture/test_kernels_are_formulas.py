@@ -16,6 +16,7 @@ NAMES_ONLY = {
     "ik/search_records.py",
     "planning/constraint_records.py",
     "planning/search_records.py",
+    "planning/time_records.py",
 }  # NamedTuples and records, and no formula
 BUILTINS = {"abs", "float", "int", "max", "min", "range"}
 OF_NUMPY = {"np.ceil", "np.floor", "np.inf", "np.nan", "np.pi", "np.sqrt", "math.pi"}  # constants, and what takes plain numbers
