@@ -57,7 +57,7 @@ static PyObject *new_array_of(int type, int dimensions, npy_intp rows, npy_intp 
 static PyObject *new_record_like(PyObject *array) {
     npy_intp shape[1] = {1};
     PyArray_Descr *elements = PyArray_DESCR((PyArrayObject *)array);
-    Py_INCREF(elements);
+    Py_INCREF((PyObject *)elements);
     return PyArray_NewFromDescr(&PyArray_Type, elements, 1, shape, NULL, NULL, 0, NULL);
 }
 

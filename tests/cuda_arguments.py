@@ -59,7 +59,6 @@ TYPES = {
         **_each("chain table joints frames limits bodies others objects vertices vertices_a vertices_b", TABLE),
         **_each("matrix nodes faces edges", MATRIX),
         **_each("posture settings velocity_limits", NUMBERS),
-        "method": WHOLE,
     },
     "spatial": {"rows": NUMBERS, **_each("defect fault r00 r01 r02 r10 r11 r12 r20 r21 r22", NUMBER)},
     "spatial.se3.turned_about_z": {**_each("s c", NUMBER)},
