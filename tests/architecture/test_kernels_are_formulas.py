@@ -16,6 +16,7 @@ NAMES_ONLY = {
     "ik/search_records.py",
     "planning/constraint_records.py",
     "planning/search_records.py",
+    "planning/time_records.py",
     "servo/objective.py",
 }  # NamedTuples and records, and no formula
 BUILTINS = {"abs", "float", "int", "max", "min", "range"}

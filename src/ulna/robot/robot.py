@@ -59,7 +59,7 @@ from ulna.planning.motion_limits import GivenLimits
 from ulna.planning.narrower import Given, narrower
 from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
-from ulna.planning.planner import PlanOptions, plan_motion
+from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
 from ulna.planning.trajectory import Trajectory
 from ulna.servo.servo import Servo
 
@@ -1154,9 +1154,8 @@ class Robot(Quick):
         members, states = None if group is None else group_named(group, self.groups), self.srdf.states
         if isinstance(q_start, str):
             q_start = configuration(state_named(q_start, states, members), self.tree, self.home)
-        return plan_motion(
-            self._checker, self._inverse_kinematics, q_start, goal, world, link, task, held, members, states, keep, options
-        )
+        asked = PlanRequest(q_start, goal, world, link, task, held, members, states, keep, options)
+        return plan_motion(self._checker, self._inverse_kinematics, asked)
 
     def trajectory(
         self,

@@ -8,22 +8,20 @@ import numpy as np
 
 from ulna.drivers.carried import carried_by
 from ulna.drivers.continuous import interval_work
-from ulna.drivers.planning.aorrtc import iterate_cheaper
+from ulna.drivers.planning.aorrtc import grow_cheaper
 from ulna.drivers.planning.edge import EdgeContext, without_turns
 from ulna.drivers.planning.keeping import CONSTRAINTS, keeping_of
-from ulna.drivers.planning.rrt_connect import iterate, joins_directly
-from ulna.drivers.planning.shortening import shorten_path
-from ulna.drivers.planning.tree import drop_repeats, rows_for, write_found
-from ulna.engine.decorators import entry, kernel
+from ulna.drivers.planning.rrt_connect import grow_trees
+from ulna.drivers.planning.shortening import Cut, shorten_path
+from ulna.drivers.planning.tree import Steps, drop_repeats, rows_for, write_found
+from ulna.engine.decorators import entry
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, SCENES, Array, Group
 from ulna.kernels.collision.ball_motion import world_rounding
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning.constraint_records import Entry
 from ulna.kernels.planning.search_records import (
     AORRTC,
-    FULL,
     NO_ROOM,
-    NO_SAMPLE,
     PAUSED,
     SOLVED,
     Path,
@@ -46,51 +44,32 @@ def plan_slice(scene, keeps, tables, trees, path):
     It is one entry, since each compiles what decides whether an edge is free, which takes longest, and since a call takes as long
     as an edge.
 
-    scene: a ``Scene``; keeps: ``Constraints``, or None; tables: ``SearchTables``; trees: ``Trees``; path: a
-    ``Path``. If that has waypoints already, there is no search. Returns what ``grow_trees`` or ``shorten_path`` does; NO_ROOM if
-    there is not room for the path.
+    scene: a ``Scene``; keeps: ``Constraints``, or None; tables: ``SearchTables``; trees: ``Trees``; path: a ``Path``. If that has
+    waypoints already, there is no search. Returns what ``grow_trees`` or ``shorten_path`` does; NO_ROOM if there is not room for
+    the path.
     """
     settings, space, search, shortening = tables.settings[0], tables.space, tables.state[0], path.state[0]
     n_dof, of_world, keeping = space.shape[0], world_rounding(scene), keeping_of(scene.joints, keeps, space)
-    carried, work, no_spread, steps = carried_by(scene), interval_work(n_dof), np.zeros(n_dof), np.empty((4, max(1, n_dof)))
+    carried, work, no_spread = carried_by(scene), interval_work(n_dof), np.zeros(n_dof)
+    room = np.empty((4, max(1, n_dof)))
+    steps, cut = Steps(room[0], room[1], room[2]), Cut(room[0], room[1], room[2], room[3])
     context = EdgeContext(scene, carried, work, settings, space, of_world, no_spread, keeping)
     if shortening.points == 0:
         if not search.joined:
-            code = grow_trees(context, tables.samples, trees, steps, search)
+            if search.algorithm == AORRTC:
+                code = grow_cheaper(context, tables.samples, trees, steps, search)
+            else:
+                code = grow_trees(context, tables.samples, trees, steps, search)
             if code != SOLVED:
                 return code
-        n = write_found(trees, space, steps[0], path.waypoints, search)
+        n = write_found(trees, space, steps.target, path.waypoints, search)
         if n < 0:
             return NO_ROOM
         shortening.points, shortening.capacity = n, rows_for(n)
         left = max(1, search.until - search.checks)
         shortening.until = max(shortening.until, shortening.checks + left)
     straight = EdgeContext(scene, carried, work, settings, without_turns(space), of_world, no_spread, keeping)
-    code = shorten_path(straight, path, steps, shortening)
+    code = shorten_path(straight, path, cut, shortening)
     if code != PAUSED:
         drop_repeats(path.waypoints, shortening)
     return code
-
-
-@kernel
-def grow_trees(context, samples, trees, steps, state):
-    """Search on until the trees are joined, or ``state.until`` edges were checked, or nodes or samples run out.
-
-    Returns SOLVED, PAUSED, FULL or NO_SAMPLE.
-    """
-    capacity = trees.parents.shape[1]
-    while state.checks < state.until:
-        if state.direct < state.nodes[1]:
-            if joins_directly(context, trees, steps, state):
-                return SOLVED
-            continue
-        if max(state.nodes[0], state.nodes[1]) + context.settings.max_nodes > capacity:
-            return FULL
-        if state.sample - state.first_sample >= samples.shape[0]:
-            return NO_SAMPLE
-        if state.algorithm == AORRTC:
-            if iterate_cheaper(context, samples, trees, steps, state):
-                return SOLVED
-        elif iterate(context, samples, trees, steps, state):
-            return SOLVED
-    return PAUSED

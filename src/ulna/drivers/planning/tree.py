@@ -1,11 +1,37 @@
 """Finds, reads and adds nodes of the trees of a search, takes its samples, and writes the path that joins the trees."""
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH, lane_of
 from ulna.kernels.planning.search_records import SKIPPED_PER_CHECK, SPARE_POINTS
 from ulna.kernels.planning.space import nearest_in_lanes, short_way
+
+
+class Steps(NamedTuple):
+    """Room for three configurations of an iteration, shape (n_dof,) each."""
+
+    target: NDArray
+    """Where a step leads."""
+    at: NDArray
+    """Where it begins."""
+    new: NDArray
+    """Where it ends."""
+
+
+@kernel
+def is_full(trees, settings, state):
+    """Whether there is no room for the nodes of another iteration."""
+    return max(state.nodes[0], state.nodes[1]) + settings.max_nodes > trees.parents.shape[1]
+
+
+@kernel
+def needs_samples(samples, state):
+    """Whether the samples at hand are used up."""
+    return state.sample - state.first_sample >= samples.shape[0]
 
 
 @routine

@@ -80,11 +80,13 @@ def write_step(a, b, share, space, out):
 
 
 @kernel
-def adapted_domain(radius, extended, domain, least, rate):
+def adapted_domain(radius, settings, extended):
     """The radius of a node's domain after an extension (Jaillet, Yershova, LaValle and Simeon 2005, adaptive).
 
     Unlimited until the node cannot be extended for the first time; then it shrinks with each failure and grows with each success.
     """
     if extended:
-        return radius * (1.0 + rate)
-    return min(radius, domain) if radius > domain * 1e6 else max(least, radius * (1.0 - rate))
+        return radius * (1.0 + settings.adaptation)
+    if radius > settings.domain * 1e6:
+        return min(radius, settings.domain)
+    return max(settings.min_domain, radius * (1.0 - settings.adaptation))
