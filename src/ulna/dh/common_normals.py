@@ -19,8 +19,9 @@ Where the product is not unique:
 5. The base's z and the tip's z count as parallel to the axis beside them within 1e-3 rad: T_base_0 and T_n_tip represent any
    tilt exactly, and a common normal far away would be of no use.
 6. Of a prismatic joint only the direction matters: its axis passes through the next frame's origin, so a and the next d are zero.
-7. Where rules 3 and 6 would begin a normal farther away than the arm is long, since that of other axes, nearly parallel, is
-   there, it begins at the joint's own origin: a tilt that is taken as none counts with that distance.
+   Where the next two axes are within 1e-3 rad of parallel, it passes through the next joint's own origin.
+7. Where rule 3 would begin a normal farther away than the arm is long, since that of other axes, nearly parallel, is there, it
+   begins at the joint's own origin: a tilt that is taken as none counts with that distance. Where no tilt is, rule 3 holds.
 """
 
 from dataclasses import dataclass
@@ -30,7 +31,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 _SLACK = 1e-9  # a turn by a quarter or a half counts as positive, also after rounding
-_AT_THE_ENDS = 1e-3
+_ROUNDING = 1e-12  # [m]
+_AT_THE_ENDS = _NEARLY_PARALLEL = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +89,7 @@ def common_normals(axes: Axes, *, ends_at_tip: bool, tolerance: float) -> Normal
         tolerance: Axes within this angle [rad] are parallel; parallel ones within this distance [m] coincide.
     """
     z, parallel = axes.directions, axes.parallel(tolerance)
-    points = _with_prismatic_axes_placed(axes, parallel)
+    points = _with_prismatic_axes_placed(axes, parallel, ends_at_tip=ends_at_tip)
     last, xs, starts, ends = len(z) - 2, [np.array([1.0, 0.0, 0.0])], [], [points[0]]
     for i in range(last + 1):
         if parallel[i]:
@@ -124,17 +126,20 @@ def _measured(z: Array, xs: Array, starts: Array, ends: Array) -> Normals:
     )
 
 
-def _with_prismatic_axes_placed(axes: Axes, parallel: NDArray[np.bool_]) -> Array:
+def _with_prismatic_axes_placed(axes: Axes, parallel: NDArray[np.bool_], *, ends_at_tip: bool) -> Array:
     """The points, those of prismatic axes moved to the origin of the next frame, from the tip to the base."""
-    points, z = axes.points.copy(), axes.directions
-    for i in range(len(z) - 2, 0, -1):
+    points, z, tip = axes.points.copy(), axes.directions, len(axes.points) - 1
+    for i in range(tip - 1, 0, -1):
         if not axes.prismatic[i]:
             continue
         following = i + 1
         points[i] = points[following]
-        if following < len(z) - 1 and not axes.prismatic[following] and not parallel[following]:
-            origin = _nearest_points(points[following], z[following], points[following + 1], z[following + 1])[0]
-            points[i] = _near(origin, points[following], axes.length)
+        if following == tip or axes.prismatic[following]:
+            continue
+        if following + 1 == tip and parallel[following]:
+            points[i] = _free_start(following, axes, points, points[following], ends_at_tip=ends_at_tip)
+        elif axes.tilts[following] > _NEARLY_PARALLEL:
+            points[i] = _nearest_points(points[following], z[following], points[following + 1], z[following + 1])[0]
     return points
 
 
@@ -142,12 +147,10 @@ def _free_start(i: int, axes: Axes, points: Array, arrived: Array, *, ends_at_ti
     """Where on line i the normal to a parallel line begins."""
     if i == len(points) - 2:
         return _project(points[-1], points[i], axes.directions[i]) if ends_at_tip else points[i]
-    return points[i] if axes.prismatic[i] else _near(arrived, points[i], axes.length)
-
-
-def _near(point: Array, own: Array, longest: float) -> Array:
-    """A point, or the joint's own one where that is too far away."""
-    return point if np.linalg.norm(point - own) <= longest else own
+    if axes.prismatic[i]:
+        return points[i]
+    distance = np.linalg.norm(arrived - points[i])
+    return arrived if distance <= axes.length or axes.tilts[i] * distance <= _ROUNDING else points[i]
 
 
 def _nearest_points(p: Array, u: Array, s: Array, v: Array) -> tuple[Array, Array]:
