@@ -4,11 +4,9 @@ import re
 import warnings
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import ulna
-from pinocchio_peer import Peer, farthest_link
 from ulna import DescriptionError, DescriptionWarning, GeometryError, Severity
 
 BODY = """<link name="a"/><link name="b">{body}</link>
@@ -104,6 +102,9 @@ def test_its_poses_are_pinocchios(tmp_path, name):
     text = LEFT_OUT[name][0] if name in LEFT_OUT else QUIET[name]
     if name == "a comment before the declaration":
         text = robot_text()  # which urdfdom refuses
+    pin = pytest.importorskip("pinocchio")
+    from pinocchio_peer import Peer, farthest_link
+
     robot = ulna.load(in_file(tmp_path, text))
     text = re.sub(r'(effort|velocity)="[^"]*"', r'\1="1"', text)  # some of which Pinocchio refuses
     assert farthest_link(Peer(robot, pin.buildModelFromUrdf(str(in_file(tmp_path, text)), mimic=True)), 10) < 1e-12
@@ -135,6 +136,7 @@ def test_the_lines_of_a_mended_document_are_those_of_the_file(tmp_path):
 def test_a_mended_document_is_written_well_formed(tmp_path):
     robot = ulna.load(in_file(tmp_path, "\n<?xml version=0.0 ?>" + robot_text(more="<gazebo><a:b/></gazebo>")))
     assert ulna.load(robot.to_urdf()).joint_names == ("j",)
+    pin = pytest.importorskip("pinocchio")
     assert pin.buildModelFromXML(robot.to_urdf()).nq == 1
 
 

@@ -65,8 +65,6 @@ DEFECTS = {
     "a joint without a parent": (9, "<joint> 'shoulder' has no <parent>", '<parent link="base"/>', ""),
     "a joint without a child": (9, "<joint> 'shoulder' has no <child>", '<child link="hand"/>', ""),
     "an empty document of a robot": (None, "the robot has no links", ARM, "<robot name='arm'/>"),
-    "a model of MuJoCo": (1, "the root element is <mujoco>, not <robot>: this is not a URDF but MJCF, which is not read", ARM,
-        "<mujoco><worldbody/></mujoco>"),
     "a mistyped root": (1, "the root element is <robt>, not <robot>: this is not a URDF", ARM, "<robt></robt>"),
     "a child that names no link": (11, "<child> has no attribute 'link'", '<child link="hand"/>', "<child/>"),
     "an axis without a direction": (13, "<axis> has no attribute 'xyz'", '<axis xyz="0 0 1"/>', "<axis/>"),

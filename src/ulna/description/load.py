@@ -8,6 +8,7 @@ from typing import Literal
 
 from ulna.description.document import Document, expanded, is_text, open_document, shared_arguments, warn_of_arguments
 from ulna.description.meshes.mesh_files import with_mesh_paths
+from ulna.description.mjcf import read_mjcf
 from ulna.description.names.by_name import BUNDLED, Bundled, find_by_name
 from ulna.description.packages import as_package_dirs
 from ulna.description.references import matched
@@ -17,6 +18,7 @@ from ulna.description.srdf import read_srdf
 from ulna.description.srdf_beside import srdf_beside
 from ulna.description.unread import sentences
 from ulna.description.urdf import decoded, read_urdf
+from ulna.description.urdf_writer import write_urdf
 from ulna.errors import DescriptionWarning, InputError
 
 _SUFFIXES = (".urdf", ".xacro", ".srdf", ".xml", ".sdf", ".mjcf")
@@ -35,8 +37,9 @@ def load_description(
     Without ``srdf`` the one that lies beside the URDF is taken (``srdf_beside``); False takes none.
     """
     document, bundled = _document(source, xacro_args, package_dirs)
-    description = read_urdf(document)
-    if unread := [*left_out_sentences(description), *sentences(document.root, document.source)]:
+    is_mjcf = document.root.tag == "mujoco"
+    description = read_mjcf(document) if is_mjcf else read_urdf(document)
+    if unread := [*left_out_sentences(description), *(() if is_mjcf else sentences(document.root, document.source))]:
         more = f" ({len(unread)} such sentences: ulna inspect)" if len(unread) > 1 else ""
         warnings.warn(unread[0] + more, DescriptionWarning, stacklevel=3)
     if srdf is None and bundled is not None:
@@ -51,7 +54,8 @@ def load_description(
 def left_out_sentences(description: Description) -> list[str]:
     """A sentence with file and line for each part of a document that was left out."""
     warned = (part for part in description.left_out if part.is_warned)
-    return [f"{description.source}:{part.line}: {part.where}: {part.message}" for part in warned]
+    at = f"{description.source}:{{}}: " if description.text else f"{description.source}: "
+    return [f"{at.format(part.line)}{part.where}: {part.message}" for part in warned]
 
 
 def _given_srdf(srdf: object, document: Document, description: Description, xacro_args: Mapping[str, object]) -> Srdf:
@@ -74,6 +78,8 @@ def urdf_text(
 ) -> str:
     """The URDF text of a source, even if it cannot be loaded; of a xacro file, its expansion."""
     document, _ = _document(source, xacro_args, package_dirs)
+    if document.root.tag == "mujoco":
+        return write_urdf(read_mjcf(document))
     return with_mesh_paths(mesh_paths, decoded(document), document.folder, document.package_dirs)
 
 

@@ -17,7 +17,7 @@ from ulna.description.xml import Reader, without_namespace
 from ulna.errors import DescriptionError, cited, did_you_mean
 from ulna.kernels.layout import LARGEST
 
-_OTHER_FORMATS = {"mujoco": "MJCF", "sdf": "SDF"}
+_OTHER_FORMATS = {"mujoco": "MJCF, which ulna.load reads", "sdf": "SDF, which is not read"}
 _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 _NEWEST: tuple[int, int] = (
     1,
@@ -59,7 +59,7 @@ class _Reader(Reader):
 
     def robot(self, root: etree._Element, text: str, document: Document) -> Description:
         if root.tag != "robot":
-            other = f" but {_OTHER_FORMATS[root.tag]}, which is not read" if root.tag in _OTHER_FORMATS else ""
+            other = f" but {_OTHER_FORMATS[root.tag]}" if root.tag in _OTHER_FORMATS else ""
             raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not a URDF{other}")
         stated = version_of(root)
         self.version = self.version if stated is None else stated
