@@ -170,7 +170,7 @@ class Steering:
         moved = servo is None or seen is None or (now[:2] != seen[:2] and now[:2] != (seen[0], servo.q.tobytes()))
         if (
             moved or servo is None or not servo.qd.any()
-        ):  # at rest it starts anew among other obstacles, so that it says where it may not
+        ):  # at rest: among other obstacles it starts anew
             found = session.ask(NAME, started, session.robot, session.world, session.link, session.q, self.jerk, session.names)
             self._servo, self.refusal = found or (None, "")
             self.command = None
