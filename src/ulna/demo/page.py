@@ -147,7 +147,7 @@ class DemoApp:
         self.speed = gui.add_slider("Speed", min=0.0, max=3.0, step=0.1, initial_value=1.0, hint="1 is real time")
         self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
         self.show_boxes.on_update(lambda _: self.scene.arm.show_solids(visible=self.show_boxes.value))
-        self.page.add_dark_box()
+        self.page.add_dark_button()
         gui.add_button("Put the box back", hint="Where it stood at first").on_click(lambda _: self.put_box(pose(BOX_START)))
         self.recording = RecordButton(self.server, self.player, lambda: self.show_boxes.value)
         self.joints = JointSliders(gui, self.demo.robot, self._loop.wake)

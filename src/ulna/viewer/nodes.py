@@ -23,7 +23,7 @@ def add_shape(
     name: str,
     shape: Obstacle,
     color: Color,
-    opacity: float,
+    opacity: float | None,
     T: NDArray[np.float64] | None = None,
     **look: Any,
 ) -> Any:
@@ -49,7 +49,7 @@ def add_shape(
             return add_triangles(scene, name, triangles(shape), color, **look)
 
 
-def paint(node: Any, color: Color, opacity: float) -> None:
+def paint(node: Any, color: Color, opacity: float | None) -> None:
     """Give a shape that was added another colour, and opacity unless it is a cloud."""
     if isinstance(node, viser.PointCloudHandle):
         node.colors = np.array(color, dtype=np.uint8)

@@ -186,7 +186,7 @@ class Obstacles:
 
     def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
         own = self._colors.setdefault(name, OBSTACLES[len(self._colors) % len(OBSTACLES)])
-        color, opacity = TOUCHING if red else own, 1.0
+        color, opacity = TOUCHING if red else own, None  # of 1.0 it would be sorted among what is translucent
         if isinstance(shape, HalfSpace):  # everything above it is seen in front of it
             color, opacity = TOUCHING if red else GROUND, PALE
         if name not in self._drawn:

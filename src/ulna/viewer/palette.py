@@ -45,8 +45,8 @@ CURVES: tuple[Color, ...] = (
     (120, 94, 240),
     (110, 110, 110),
 )  # of joints in a plot, which colour-blind people can distinguish; after M. Okabe and K. Ito, 2008
-FLOOR_CELLS: tuple[Color, Color] = ((206, 211, 219), (56, 61, 69))  # the floor's lines on a light page, and on a dark one
-FLOOR_SECTIONS: tuple[Color, Color] = ((158, 166, 178), (92, 99, 110))
+FLOOR_CELLS: Color = (148, 156, 168)  # the floor's thin lines: all tabs have the same, on light pages and on dark ones
+FLOOR_SECTIONS: Color = (124, 132, 145)
 TO_SUN = (0.9, 0.25, 1.5)  # the direction to the sun, on the page and in a film
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
 FAINT = 0.1  # of the two shapes between which the distance is shown

@@ -42,10 +42,10 @@ def add_floor(page: Page, height: float, cell: float, fade: float) -> viser.Grid
         fade_strength=1.6,
         cell_size=cell,
         section_size=6 * cell,
-        cell_thickness=0.8,
-        section_thickness=1.1,
-        cell_color=FLOOR_CELLS[page.dark],
-        section_color=FLOOR_SECTIONS[page.dark],
+        cell_thickness=0.5,
+        section_thickness=0.9,
+        cell_color=FLOOR_CELLS,
+        section_color=FLOOR_SECTIONS,
         shadow_opacity=_SHADOW,
         position=(0.0, 0.0, height),
     )
@@ -70,12 +70,12 @@ def add_stage(page: Page, extent: Extent) -> viser.GridHandle:
 
 
 class SightPanel:
-    """Buttons for the sides from which a tab sees the scene, and a checkbox for dark colours."""
+    """Buttons for the sides from which a tab sees the scene, and a button for dark colours."""
 
     def __init__(self, page: Page) -> None:
         self._server = server = page.server
         self.sides = server.gui.add_button_group("See from", tuple(_SIDES))
-        page.add_dark_box()
+        page.add_dark_button()
         self.sides.on_click(self._turn)
 
     def _turn(self, event: viser.GuiEvent) -> None:

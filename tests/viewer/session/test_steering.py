@@ -160,3 +160,12 @@ def test_while_its_kernels_are_compiled_it_waits(panda, world, clock):
     steered.turn(on=True)
     assert (run(steered, clock, 0.2, (1, 1)) == panda.home).all()
     assert steered.sentence == "steering waits for the compiler"
+
+
+def test_an_obstacle_that_comes_into_a_resting_arm_is_named_at_once(panda, steered, clock):
+    run(steered, clock, 0.1)
+    assert steered.can_move
+    steered._session.world.add("crate", ulna.Box((0.1, 0.1, 0.1)), panda.forward_kinematics(panda.home))
+    run(steered, clock, 0.1)
+    assert "and crate touch" in steered.sentence
+    assert not steered.can_move

@@ -166,7 +166,11 @@ class Steering:
         now, session, servo = self._now(), self._session, self._servo
         if now == self._seen:
             return servo
-        if servo is None or self._seen is None or (now[:2] != self._seen[:2] and now[:2] != (self._seen[0], servo.q.tobytes())):
+        seen = self._seen
+        moved = servo is None or seen is None or (now[:2] != seen[:2] and now[:2] != (seen[0], servo.q.tobytes()))
+        if (
+            moved or servo is None or not servo.qd.any()
+        ):  # at rest: among other obstacles it starts anew
             found = session.ask(NAME, started, session.robot, session.world, session.link, session.q, self.jerk, session.names)
             self._servo, self.refusal = found or (None, "")
             self.command = None
