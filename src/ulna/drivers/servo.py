@@ -77,6 +77,7 @@ from ulna.kernels.servo.pace import (
     BLURRED,
     NOT_SLOWED,
     SINGULAR,
+    are_apart,
     keep_on_line,
     set_apart,
     write_changes,
@@ -367,7 +368,7 @@ def set_paces(tick, mode, chains, goal, count, work):
     write_growth(goal, objective, steady, normal_rows, work_rows, k, across)
     for hand in range(n_hands):
         write_pace(goal, limits, settings, objective, steady, across, least, hand)
-        if n_hands > 1:
+        if are_apart(goal):
             write_part(goal, objective, steady, normal_rows, work_rows, k, across, hand)
             set_apart(limits, settings, tick.state[layout.QD], objective, steady, hand)
         if across > 1.0:

@@ -171,6 +171,15 @@ def write_pace(goal_rows, limits, settings, objective, steady, across, least, ha
     objective.pace_rows[hand], objective.slowing_rows[hand] = pace, found
 
 
+@kernel
+def are_apart(goal_rows):
+    """Whether one of several hands has a twist: hands that all go to poses share their joints by the squares alone."""
+    n_twists = 0
+    for i in range(goal_rows.shape[0] // HAND_WIDTH):
+        n_twists += 1 if goal_rows[HAND_WIDTH * i + GIVEN] != POSE else 0
+    return n_twists > 0 and goal_rows.shape[0] > HAND_WIDTH
+
+
 @routine
 def set_apart(limits, settings, qd_rows, objective, steady, hand):
     """Change the pace of one of several hands by the part of the steady motion that is due to it.
