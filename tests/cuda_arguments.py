@@ -12,6 +12,7 @@ from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
 from ulna.kernels.collision.scene import Carried, Near, Scene
 from ulna.kernels.ik.search_records import SearchSettings
+from ulna.kernels.servo.objective import Objective, Steady
 
 INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, TRUTH_TABLE, WHOLE = numba_types((
     signatures.INDEX_ROWS, signatures.INDICES, signatures.MATRIX, signatures.NUMBER, signatures.NUMBERS, signatures.PAIRS,
@@ -39,6 +40,9 @@ CARRIED = types.NamedTuple((
 ), Carried)  # fmt: skip
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 NEAR = types.NamedTuple((NUMBERS, NUMBERS, MATRIX, INDEX_ROWS, INDICES, INDICES, INDICES, POLYTOPE), Near)
+
+OBJECTIVE = types.NamedTuple((*(NUMBERS,) * 6, INDICES), Objective)
+STEADY = types.NamedTuple((*(NUMBERS,) * 11, INDICES, NUMBERS), Steady)
 
 
 def _each(names: str, numba_type) -> dict:
@@ -164,12 +168,15 @@ TYPES = {
     "ik.nearest_branch": {**_each("q seed most inverse_reach", NUMBER), **_each("branch k steps", WHOLE)},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "servo": {
-        **_each("limits state points", MATRIX), **_each("counters active_rows", INDICES), **_each("goal hand rows", NUMBERS),
-        **_each("n m mode ticks worst", WHOLE), **_each("tick below", NUMBER), "chains": TABLE, "w": TWIST,
+        **_each("limits state points", MATRIX), **_each("counters active_rows", INDICES), **_each("goal rows", NUMBERS),
+        **_each("n m mode ticks worst hand", WHOLE), **_each("tick below across reserve least growth by", NUMBER),
+        **_each("excess columns", NUMBERS), **_each("v w change", TWIST), "chains": TABLE,
+        "objective": OBJECTIVE, "steady": STEADY,
     },
+    "servo.pace.share_worth": {"root": NUMBER},
+    "servo.desired_motion": {"arrays": OBJECTIVE, "hand": NUMBERS},
     "servo.braking": {"after": MATRIX, **_each("x t before", NUMBER), "widened": TRUTH},
     "servo.ramped_stop": {"after": MATRIX, **_each("x t before base slope low high least greatest", NUMBER)},
-    "servo.desired_motion.write_objective": {"arrays": types.UniTuple(NUMBERS, 5)},
     "servo.desired_motion.approach": {"e": NUMBER},
 }  # fmt: skip
 

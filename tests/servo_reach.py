@@ -17,7 +17,7 @@ SLOW = 0.1  # [rad/s]
 AT_END = 1e-3  # [rad]: a joint that is no farther from its end is there
 CLEARANCE = 0.01  # [m]
 RESERVE = 3e-3  # [m]: a pair that is no more than this farther apart than the clearance holds the arm
-HELD, STUCK = 500, 0.05  # ticks, and of the twist: a hand is held that came no farther along it for so long
+HELD, STUCK = 500, 1e-3  # ticks, [m]: a hand is held that came no farther than this along its line in so long
 # x y z, roll pitch yaw of the joints' origins, published by Kinova for the Gen3 of seven joints; the greatest angle, the speed.
 _GEN3 = [
     ((0, 0, 0.15643), (np.pi, 0, 0), None, 1.3963),
@@ -210,7 +210,7 @@ def judge_twist(arm, run, twist, every=100):
     off = np.linalg.norm(moved - along[..., None] * unit, axis=-1)
     speed, unnamed = np.linalg.norm(v), 0
     for k, possible in zip(looks, share, strict=True):
-        is_stuck = k >= HELD and (along[:, k] - along[:, k - HELD]).min() < STUCK * speed * HELD / RATE
+        is_stuck = k >= HELD and (along[:, k] - along[:, k - HELD]).min() < STUCK
         if possible < 0.5 and is_stuck and share_possible(arm, run.q[k], twist, ends=False, body=False) >= 0.5:
             named = run.statuses[k] in {"limited by position", "limited by clearance"}
             unnamed += np.abs(run.qd[k]).max() > SLOW or not named

@@ -77,7 +77,9 @@ from ulna.kernels.servo.pace import (
     BLURRED,
     NOT_SLOWED,
     SINGULAR,
-    ease_in,
+    are_apart,
+    keep_on_line,
+    set_apart,
     write_changes,
     write_growth,
     write_pace,
@@ -202,7 +204,7 @@ def work_of(n, n_hands):
         (np.zeros(m * n), np.empty(m), np.empty(n, np.int64), np.empty(n), np.empty(2 * n * (n + 1)), np.empty(2 * n)),
         Steady(
             np.empty(n * n), np.empty(n), np.empty(6 * n * n_hands), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
-            np.empty(n), np.empty(n), np.empty(n * n), np.empty(n), np.empty(m), np.empty(n, np.int64), np.empty(n),
+            np.empty(n), np.empty(n * n), np.empty(n), np.empty(m), np.empty(n, np.int64), np.empty(n),
         ),
     )  # fmt: skip
 
@@ -361,14 +363,16 @@ def set_paces(tick, mode, chains, goal, count, work):
             if steady.multiplier_rows[a] > most:
                 most, held = steady.multiplier_rows[a], steady.active_rows[a]
     n_hands, slowest, slowed = objective.pace_rows.shape[0], 1.0, NOT_SLOWED
+    time = write_changes(chains, goal, limits, q, objective, steady)
+    least = BLURRED if write_turns(tick, k, time, steady) else 0.0
+    write_growth(goal, objective, steady, normal_rows, work_rows, k, across)
     for hand in range(n_hands):
-        write_part(goal, objective, steady, normal_rows, work_rows, k, across, hand)
-        time = write_changes(chains, goal, limits, q, objective, steady)
-        least = BLURRED if write_turns(tick, k, time, steady) else 0.0
-        write_growth(goal, objective, steady, normal_rows, work_rows, k, across, hand)
         write_pace(goal, limits, settings, objective, steady, across, least, hand)
-        if n_hands > 1:
-            ease_in(limits, settings, tick.state[layout.QD], objective, steady, hand)
+        if are_apart(goal):
+            write_part(goal, objective, steady, normal_rows, work_rows, k, across, hand)
+            set_apart(limits, settings, tick.state[layout.QD], objective, steady, hand)
+        if across > 1.0:
+            keep_on_line(goal, objective, steady, hand)
         if objective.slowing_rows[hand] > NOT_SLOWED and objective.pace_rows[hand] < slowest:
             slowest, slowed = objective.pace_rows[hand], objective.slowing_rows[hand]
     write_pulls(limits, settings, q, objective)
@@ -377,14 +381,14 @@ def set_paces(tick, mode, chains, goal, count, work):
 
 @routine
 def write_turns(tick, k, time, steady):
-    """Write how the gradients of active rows change along a part of the steady motion in a time [s]; whether one is of a pair."""
+    """Write how the gradients of active rows change along the steady motion in a time [s]; whether a near pair is among them."""
     n, scene, near, found = tick.x.shape[0], tick.scene, tick.near, False
     for a in range(k):
         row = steady.active_rows[a] - 2 * n
         if row >= 0 and not found:
             found = True
             for j in range(n):
-                steady.ahead_rows[j] = tick.state[layout.TO, j] + time * steady.part_rows[j]
+                steady.ahead_rows[j] = tick.state[layout.TO, j] + time * steady.x_rows[j]
             place_bodies(scene.joints, scene.bodies, steady.ahead_rows, near.joint_rows, near.body_rows)
         for j in range(n):
             steady.turn_rows[n * a + j] = 0.0

@@ -35,8 +35,6 @@ class Steady(NamedTuple):
     """The steady motion X."""
     part_rows: NDArray
     """What of it is due to the twist of one hand."""
-    part_multiplier_rows: NDArray
-    """Likewise, of the multipliers."""
     kept_rows: NDArray
     """y."""
     lost_rows: NDArray

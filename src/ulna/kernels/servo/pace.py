@@ -2,8 +2,7 @@
 
 Let X be the joint velocities that follow the twists w in full, however fast: the solution of the quadratic program without limits
 of velocity and acceleration, but with ends of joints and near pairs (the steady motion). So H X = J^T M w, with H = J^T M J and
-the damping, M the weights of what is along and beside a twist. The arm is to move with s X, s being the pace. Of several hands
-each has its own pace, by what of X its twist alone asks for: hands that share a waist do not slow each other. Along X its
+the damping, M the weights of what is along and beside a twist. The arm is to move with s X, s being the pace. Along X its
 Jacobian changes by J', by a difference of J here and a little ahead, and X by z - y (on the active rows):
 
     H y = J^T M (J' X),    H z = J'^T M (w - J X)
@@ -18,10 +17,13 @@ however near that is. So with B = |y| + |z|
 the speed |s X| is at most sqrt(a d), which a deceleration of a / 2 brings down to zero in d, and near the end at most d / lag,
 which is less where d is below a lag^2. Elsewhere the pace is 1, unless the twist asks for a greater acceleration than there is.
 
+Of several hands each has its own pace, by the joints that move it. Where little of X is due to its own twist, it is slowed as
+little, unless it is near a singularity: slowing it would not help the others.
+
 Last, a hand is not followed where a unit of the joints moves it by too little along its twist, now and a little ahead: there the
 arm is stretched, and joints to spare would turn for nothing. So the arm rests very near the end of its reach. On the way back
-the hand moves more a little ahead, so that a twist the other way is followed at once. A pose is not looked at in this way: it
-ends by itself.
+the hand moves more a little ahead, so that a twist the other way is followed at once. So it is with a pose: where it is out of
+reach, joints to spare would turn on for little.
 
 Source: the acceleration along a path is that of Bobrow, Dubowsky and Gibson (1985); slowing by the singular values is that of
 Nakamura and Hanafusa (1986).
@@ -39,6 +41,7 @@ _SHARE = 0.7  # of the acceleration
 _CLOSE, _LAG_TICKS = 0.025, 8.0  # [rad or m], ticks: nearer to the end than a lag^2 the approach is exponential, with this lag
 _WORTH = 1e-3, 2e-3  # [m/rad, or rad/rad]: where a unit of the joints moves a hand by less along its twist it rests; by more not
 _SOON = 0.05  # [rad or m]: so far ahead
+_PART = 0.25  # of the steady motion: a hand is slowed in full that asks for more
 _BESIDE = 0.01, 0.02  # of what is along a twist: with less beside it a hand follows, and with more it rests
 _LEAST_ALONG = 0.05  # of a twist: what is along it counts as so much here, since damping leaves little where an arm is stretched
 _RATE = 1e3  # [1/s], at which a joint may come to its end, or a pair nearer
@@ -86,32 +89,26 @@ def write_steady(objective, normal_rows, m, work_rows, steady):
 
 @routine
 def write_part(goal_rows, objective, steady, normal_rows, work_rows, k, across, hand):
-    """Write what of the steady motion, of which k rows are active, is due to the twist of a hand; of one hand it is all."""
-    n, only = steady.x_rows.shape[0], goal_rows.shape[0] == HAND_WIDTH
-    for a in range(k):
-        steady.part_multiplier_rows[a] = steady.multiplier_rows[a] if only else 0.0
-    for j in range(n):
-        steady.part_rows[j] = steady.x_rows[j]
-    if only:
-        return
-    columns, w = objective.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)], load_six(objective.desired_rows, 6 * hand)
+    """Write what of the steady motion, of which k rows are active, is due to the twist of one of several hands."""
+    n, w = steady.x_rows.shape[0], load_six(objective.desired_rows, 6 * hand)
+    columns = objective.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)]
     v = weighted(w, w, 1.0 if goal_rows[HAND_WIDTH * hand + GIVEN] == POSE else across)
+    for a in range(k):
+        steady.value_rows[a] = 0.0
     for j in range(n):
         steady.part_rows[j] = column_dot(columns, j, v)
-    solve_on_rows(steady.h_rows, normal_rows, steady.active_rows, steady.part_multiplier_rows, k, steady.part_rows, work_rows)
-    for a in range(k):
-        steady.part_multiplier_rows[a] = -steady.part_multiplier_rows[a]
+    solve_on_rows(steady.h_rows, normal_rows, steady.active_rows, steady.value_rows, k, steady.part_rows, work_rows)
 
 
 @routine
 def write_changes(chains, goal_rows, limits, q_rows, objective, steady):
-    """Write how J of each hand changes along a part of the steady motion; return the time [s] to where it is compared."""
+    """Write how J of each hand changes along the steady motion; return the time [s] to where the difference is taken."""
     fastest = _STILL
     for j in range(q_rows.shape[0]):
-        fastest = max(fastest, abs(steady.part_rows[j]))
+        fastest = max(fastest, abs(steady.x_rows[j]))
     time = _AHEAD / fastest
     for j in range(q_rows.shape[0]):
-        steady.ahead_rows[j] = q_rows[j] + time * steady.part_rows[j]
+        steady.ahead_rows[j] = q_rows[j] + time * steady.x_rows[j]
     write_jacobians(chains, goal_rows, limits, steady.ahead_rows, steady.jacobian_rows)
     weigh_jacobians(goal_rows, steady.jacobian_rows)
     for i in range(steady.jacobian_rows.shape[0]):
@@ -120,17 +117,17 @@ def write_changes(chains, goal_rows, limits, q_rows, objective, steady):
 
 
 @routine
-def write_growth(goal_rows, objective, steady, normal_rows, work_rows, k, across, hand):
-    """Write y and z of the part of a hand, with k active rows."""
+def write_growth(goal_rows, objective, steady, normal_rows, work_rows, k, across):
+    """Write y and z, with k active rows."""
     n = steady.x_rows.shape[0]
     for j in range(n):
         steady.kept_rows[j], steady.lost_rows[j] = 0.0, 0.0
     for i in range(goal_rows.shape[0] // HAND_WIDTH):
         columns, changes = objective.jacobian_rows[6 * n * i : 6 * n * (i + 1)], steady.jacobian_rows[6 * n * i : 6 * n * (i + 1)]
         w, beside = load_six(objective.desired_rows, 6 * i), 1.0 if goal_rows[HAND_WIDTH * i + GIVEN] == POSE else across
-        change, left = _ZERO, w if i == hand else _ZERO
+        change, left = _ZERO, w
         for j in range(n):
-            change, left = add_column(change, changes, j, steady.part_rows[j]), add_column(left, columns, j, -steady.part_rows[j])
+            change, left = add_column(change, changes, j, steady.x_rows[j]), add_column(left, columns, j, -steady.x_rows[j])
         change, left = weighted(change, w, beside), weighted(left, w, beside)
         for j in range(n):
             steady.kept_rows[j] += column_dot(columns, j, change)
@@ -138,12 +135,12 @@ def write_growth(goal_rows, objective, steady, normal_rows, work_rows, k, across
     for a in range(k):
         steady.value_rows[a] = 0.0
         for j in range(n):
-            steady.lost_rows[j] += steady.part_multiplier_rows[a] * steady.turn_rows[n * a + j]
+            steady.lost_rows[j] += steady.multiplier_rows[a] * steady.turn_rows[n * a + j]
     solve_on_rows(steady.h_rows, normal_rows, steady.active_rows, steady.value_rows, k, steady.lost_rows, work_rows)
     for a in range(k):
         steady.value_rows[a] = 0.0
         for j in range(n):
-            steady.value_rows[a] += steady.turn_rows[n * a + j] * steady.part_rows[j]
+            steady.value_rows[a] += steady.turn_rows[n * a + j] * steady.x_rows[j]
     solve_on_rows(steady.h_rows, normal_rows, steady.active_rows, steady.value_rows, k, steady.kept_rows, work_rows)
 
 
@@ -153,46 +150,76 @@ def write_pace(goal_rows, limits, settings, objective, steady, across, least, ha
 
     least: the distance to the end of the reach that is reckoned with at least [rad or m]: gradients of pairs may jump.
     """
-    n, given, root = steady.x_rows.shape[0], goal_rows[HAND_WIDTH * hand + GIVEN], sqrt(goal_rows[HAND_WIDTH * hand + WEIGHT])
+    n, root = steady.x_rows.shape[0], sqrt(goal_rows[HAND_WIDTH * hand + WEIGHT])
     columns, w = objective.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)], load_six(objective.desired_rows, 6 * hand)
     changes, change, v = steady.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)], _ZERO, _ZERO
     size, rate, growth, joint, found, pace = 0.0, 0.0, 0.0, NOT_SLOWED, NOT_SLOWED, 1.0
     for j in range(n):
-        x, a = steady.part_rows[j], limits[ACCELERATION, j]
-        v, change = add_column(v, columns, j, x), add_column(change, changes, j, x)
-        size, rate = max(size, abs(x)), max(rate, abs(x) / a)
-        grows = (abs(steady.kept_rows[j]) + abs(steady.lost_rows[j])) / a
-        if grows > growth:
-            growth, joint = grows, j
+        v, change = add_column(v, columns, j, steady.x_rows[j]), add_column(change, changes, j, steady.x_rows[j])
+        if is_moved_by(columns, j):
+            x, a = abs(steady.x_rows[j]), limits[ACCELERATION, j]
+            grows = (abs(steady.kept_rows[j]) + abs(steady.lost_rows[j])) / a
+            size, rate = max(size, x), max(rate, x / a)
+            if grows > growth:
+                growth, joint = grows, j
     if size > _STILL:
         pace = pace_of(size, rate, min(growth, rate * size / max(least, 1e-300)), settings)
-        if across > 1.0 and given != POSE:
+        if across > 1.0:
             pace *= share_worth(v, change, w, size, root)
     if pace < 1.0:
         found = SINGULAR if size_of(v) < _SINGULAR * size * root else joint
     objective.pace_rows[hand], objective.slowing_rows[hand] = pace, found
-    if across > 1.0 and given != POSE and size_of(w) > SMALL:
-        objective.pace_rows[hand] *= share_along(columns, w, steady.x_rows)
+
+
+@kernel
+def are_apart(goal_rows):
+    """Whether one of several hands has a twist: hands that all go to poses share their joints by the squares alone."""
+    n_twists = 0
+    for i in range(goal_rows.shape[0] // HAND_WIDTH):
+        n_twists += 1 if goal_rows[HAND_WIDTH * i + GIVEN] != POSE else 0
+    return n_twists > 0 and goal_rows.shape[0] > HAND_WIDTH
 
 
 @routine
-def ease_in(limits, settings, qd_rows, objective, steady, hand):
-    """Let the pace of one of several hands grow only as its joints can accelerate.
+def set_apart(limits, settings, qd_rows, objective, steady, hand):
+    """Change the pace of one of several hands by the part of the steady motion that is due to it.
 
-    Else a hand that is far behind its twist would pull the joints that it shares, faster than the others can make up for it.
+    It is slowed by no more than this is of the whole. And it grows only as the joints can accelerate: else a hand that is far
+    behind its twist would pull the joints that it shares, faster than the others can make up for it.
     """
-    n, rate, joint = qd_rows.shape[0], 0.0, NOT_SLOWED
+    n, rate, joint, size, whole = qd_rows.shape[0], 0.0, NOT_SLOWED, 0.0, _STILL
     columns, w = objective.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)], load_six(objective.desired_rows, 6 * hand)
     now, full = _ZERO, _ZERO
     for j in range(n):
         now, full = add_column(now, columns, j, qd_rows[j]), add_column(full, columns, j, steady.part_rows[j])
+        size, whole = max(size, abs(steady.part_rows[j])), max(whole, abs(steady.x_rows[j]))
         if abs(steady.part_rows[j]) > rate * limits[ACCELERATION, j]:
             rate, joint = abs(steady.part_rows[j]) / limits[ACCELERATION, j], j
+    if objective.slowing_rows[hand] != SINGULAR:
+        objective.pace_rows[hand] = 1.0 - (1.0 - objective.pace_rows[hand]) * min(1.0, size / (_PART * whole))
     most = dot_six(full, w)
     if most > SMALL * SMALL and rate > 0.0:
         pace = max(dot_six(now, w) / most, 0.0) + settings[LAG] / rate
         if pace < objective.pace_rows[hand]:
             objective.pace_rows[hand], objective.slowing_rows[hand] = pace, joint
+
+
+@routine
+def keep_on_line(goal_rows, objective, steady, hand):
+    """Let a hand with a twist rest where the steady motion would lead it off its line."""
+    n, w = steady.x_rows.shape[0], load_six(objective.desired_rows, 6 * hand)
+    if goal_rows[HAND_WIDTH * hand + GIVEN] != POSE and size_of(w) > SMALL:
+        columns = objective.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)]
+        objective.pace_rows[hand] *= share_along(columns, w, steady.x_rows)
+
+
+@kernel
+def is_moved_by(columns, j):
+    """Whether entry j of q moves a hand."""
+    moves = 0.0
+    for k in range(6):
+        moves = max(moves, abs(columns[6 * j + k]))
+    return moves > 0.0
 
 
 @kernel
