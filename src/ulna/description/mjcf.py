@@ -111,7 +111,7 @@ class _Reader:
         """Add the link of a body, with its joints."""
         model, name = self.model, self.name("body", body)
         parent = self.name("body", int(model.body_parentid[body]))
-        T = pose(model.body_pos[body], wxyz=model.body_quat[body])
+        place = pose(model.body_pos[body], wxyz=model.body_quat[body])
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
         joints = list(range(first, first + count)) if count else []
         for k, number in enumerate(joints):
@@ -122,14 +122,14 @@ class _Reader:
             if kind == self.mujoco.mjtJoint.mjJNT_SLIDE:
                 at = np.eye(4)  # a slide has no place
             if kind == self.mujoco.mjtJoint.mjJNT_FREE:
-                T, at, child = np.eye(4), np.eye(4), name
-            self.joints.append(self.joint(number, parent, child, T @ at))
+                place, at, child = np.eye(4), np.eye(4), name
+            self.joints.append(self.joint(number, parent, child, place @ at))
             if child != name:
                 self.links.append(Link(child))
-            T, parent = inverse(at), child
+            place, parent = inverse(at), child
         if parent != name:
             z = np.array([0.0, 0.0, 1.0])
-            self.joints.append(Joint(f"{name}_fixed", JointType.FIXED, parent, name, T, z))
+            self.joints.append(Joint(f"{name}_fixed", JointType.FIXED, parent, name, place, z))
         self.links.append(Link(name, *self.bodies(body)))
 
     def joint(self, number: int, parent: str, child: str, origin: Array) -> Joint:
