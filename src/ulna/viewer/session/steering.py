@@ -168,9 +168,7 @@ class Steering:
             return servo
         seen = self._seen
         moved = servo is None or seen is None or (now[:2] != seen[:2] and now[:2] != (seen[0], servo.q.tobytes()))
-        if (
-            moved or servo is None or not servo.qd.any()
-        ):  # at rest: among other obstacles it starts anew
+        if moved or servo is None or not servo.qd.any():  # at rest: among other obstacles it starts anew
             found = session.ask(NAME, started, session.robot, session.world, session.link, session.q, self.jerk, session.names)
             self._servo, self.refusal = found or (None, "")
             self.command = None
