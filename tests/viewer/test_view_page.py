@@ -42,13 +42,13 @@ def test_visuals_shapes_frames_and_names_are_shown_and_hidden(view, page, camera
     elbow = project(camera, panda.forward_kinematics(panda.home, link="panda_link4")[:3, 3])
 
     def drawn():
-        return np.count_nonzero(around(pixels(page), elbow, 12).max(axis=-1) < 245) > 200
+        return np.count_nonzero(around(pixels(page), elbow, 12).max(axis=-1) < 215) > 200
 
     wait_to_see(page, drawn, "the elbow")
     page.get_by_role("checkbox", name="Visuals").uncheck()
     wait_to_see(page, lambda: not drawn(), "nothing at the elbow")
     page.get_by_role("checkbox", name="Link names").check()
-    wait_to_see(page, lambda: np.count_nonzero(around(pixels(page), elbow, 12).max(axis=-1) < 245) > 50, "its name")
+    wait_to_see(page, lambda: np.count_nonzero(around(pixels(page), elbow, 12).max(axis=-1) < 215) > 50, "its name")
     page.get_by_role("checkbox", name="Link frames").check()
     wait_to_see(page, lambda: count(around(pixels(page), elbow, 40), "blue") > 20, "the blue axis of link 4")
     page.get_by_role("checkbox", name="Link frames").uncheck()

@@ -22,7 +22,7 @@ from ulna.viewer.nodes import add_shape, add_triangles, grown
 from ulna.viewer.palette import FAINT, FREE, PALE, STRONG, TINT, TOUCHING
 from ulna.viewer.visuals import glb_of, link_visuals, read_mesh
 
-_OVER = 1e-3  # of the robot's size: how far over a surface another is drawn that would flicker into it
+_OVER = 3e-3  # of the robot's size: how far over a surface another is drawn that would flicker into it
 _STILL = 1e-6  # [m or 1] a link that moved by less is not sent to the page again
 
 
@@ -100,7 +100,9 @@ class Arm:
                 node.color = TOUCHING if name in names else FREE
                 node.opacity = STRONG if name in names or name in self.attached else PALE
         self._touching = tuple(names)
-        red = {self._link_of[name] for name in names if name in self._link_of} & self.visuals.keys()
+        rows = self.robot.tree.link_row
+        bodies = {rows[self._link_of[name]] for name in names if name in self._link_of}  # a hand is fixed to its flange
+        red = {link for link in self.visuals if rows[link] in bodies}
         for link in red - self._tints.keys():
             k, mesh = self.robot.link_names.index(link), grown(self.visuals[link].to_mesh(), _OVER * self.extent.radius)
             look = {"opacity": TINT, "cast_shadow": False, "receive_shadow": False}

@@ -48,7 +48,9 @@ class Ghost:
             for k, (link, visual) in enumerate(self._arm.visuals.items()):
                 if robot.tree.link_row[link] < 0:
                     continue
-                self._nodes[link] = add_triangles(self._scene, f"{self._root}/{k}", grown(visual.to_mesh(), 1e-3), color, **look)
+                self._nodes[link] = add_triangles(
+                    self._scene, f"{self._root}/{k}", grown(visual.to_mesh(), 3e-3 * self._arm.extent.radius), color, **look
+                )
         if q is not None:
             poses = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
             still = dict(zip(robot.link_names, robot.link_poses(now), strict=True))

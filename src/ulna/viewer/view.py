@@ -249,7 +249,7 @@ class View:
         self.arm.move_to(session.q)
         self.arm.mark_touching(report.touching if report is not None else ())
         pair = session.clearance.nearest
-        self.arm.show_near("" if pair is None else pair.name_a)
+        self.arm.show_near("" if pair is None or pair.signed_distance <= 0.0 else pair.name_a)  # what touches is red
         self.clearance.show(session.clearance)
         self.allow.visible = bool(session.own_contacts)
         if session.robot is not self._told:
