@@ -22,8 +22,9 @@ little, unless it is near a singularity: slowing it would not help the others.
 
 Last, a hand is not followed where a unit of the joints moves it by too little along its twist, now and a little ahead: there the
 arm is stretched, and joints to spare would turn for nothing. So the arm rests very near the end of its reach. On the way back
-the hand moves more a little ahead, so that a twist the other way is followed at once. So it is with a pose: where it is out of
-reach, joints to spare would turn on for little.
+the hand moves more a little ahead, so that a twist the other way is followed at once. So it is with the pose of an only
+hand: where it is out of reach, joints to spare would turn on for little. Of several hands one is nearly at its pose while the
+joints still move for another.
 
 Source: the acceleration along a path is that of Bobrow, Dubowsky and Gibson (1985); slowing by the singular values is that of
 Nakamura and Hanafusa (1986).
@@ -164,7 +165,7 @@ def write_pace(goal_rows, limits, settings, objective, steady, across, least, ha
                 growth, joint = grows, j
     if size > _STILL:
         pace = pace_of(size, rate, min(growth, rate * size / max(least, 1e-300)), settings)
-        if across > 1.0:
+        if across > 1.0 and (goal_rows.shape[0] == HAND_WIDTH or goal_rows[HAND_WIDTH * hand + GIVEN] != POSE):
             pace *= share_worth(v, change, w, size, root)
     if pace < 1.0:
         found = SINGULAR if size_of(v) < _SINGULAR * size * root else joint
