@@ -40,7 +40,7 @@ def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name
     leaves = leaf_links(description)
     if len(leaves) != 1:
         tips = ", ".join(map(repr, leaves[:8])) + (" ..." if len(leaves) > 8 else "")
-        best = "tool0" if "tool0" in leaves else leaves[0]
+        best = "tool0" if "tool0" in leaves else next(iter(leaves))
         message = f"the robot has {len(leaves)} tips: {tips}; choose one when it is loaded, as in ulna.load(..., tip={best!r})"
         raise InputError("T_flange_tool", message)
     refuse_no_name(name)

@@ -7,6 +7,7 @@ without a GPU needs neither.
 
 import importlib
 from functools import cache
+from importlib.metadata import version
 from itertools import accumulate
 from operator import mul
 from typing import Any
@@ -17,7 +18,7 @@ from ulna.errors import DeviceError, InputError
 
 try:
     import numba.cuda  # of numba_cuda; the one that comes with Numba itself is older
-    import numba_cuda  # pyright: ignore[reportMissingImports]
+    import numba_cuda  # noqa: F401 # pyright: ignore[reportMissingImports]
 
     cuda: Any = numba.cuda
 except ModuleNotFoundError as error:
@@ -104,7 +105,7 @@ def refuse_numpy_without_compiler() -> None:
     try:
         importlib.import_module("numba.cuda.np.arrayobj")
     except AttributeError as error:
-        problem = f"numba-cuda {numba_cuda.__version__} cannot be used with NumPy {np.__version__} ({error})"
+        problem = f"numba-cuda {version('numba-cuda')} cannot be used with NumPy {np.__version__} ({error})"
         raise DeviceError(f"{problem}; install an older one: pip install 'numpy<2.5'") from error
     except ModuleNotFoundError:  # the simulator has no compiler
         pass
