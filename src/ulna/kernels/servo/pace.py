@@ -238,7 +238,9 @@ def share_worth(v, change, w, size, root):
 
     v, change: how the hand moves by a motion of the joints, whose greatest velocity is ``size``, and how that changes.
     """
-    unit, (least, most) = scaled_six(w, 1.0 / max(size_of(w), SMALL)), _WORTH
+    if size_of(w) <= SMALL:  # a hand that is at its pose
+        return 1.0
+    unit, (least, most) = scaled_six(w, 1.0 / size_of(w)), _WORTH
     worth = (dot_six(v, unit) + max(dot_six(change, unit), 0.0) * _SOON / size) / (size * root)
     return min(max((worth - least) / (most - least), 0.0), 1.0)
 
