@@ -41,6 +41,7 @@ _AHEAD = 1e-4  # [rad or m]: how far the joint that moves farthest is ahead wher
 _SHARE = 0.7  # of the acceleration
 _CLOSE, _LAG_TICKS = 0.025, 8.0  # [rad or m], ticks: nearer to the end than a lag^2 the approach is exponential, with this lag
 _WORTH = 1e-3, 2e-3  # [m/rad, or rad/rad]: where a unit of the joints moves a hand by less along its twist it rests; by more not
+_SLOW = 1e-3, 2e-3  # [m/s, rad/s]: a twist that is slower than the first moves a hand whatever it is worth
 _SOON = 0.05  # [rad or m]: so far ahead
 _PART = 0.25  # of the steady motion: a hand is slowed in full that asks for more
 _BESIDE = 0.01, 0.02  # of what is along a twist: with less beside it a hand follows, and with more it rests
@@ -236,13 +237,14 @@ def pace_of(size, rate, growth, settings):
 def share_worth(v, change, w, size, root):
     """0 where a unit of the joints moves a hand by too little along its twist, now and a little ahead, and 1 where it does not.
 
-    v, change: how the hand moves by a motion of the joints, whose greatest velocity is ``size``, and how that changes.
+    v, change: how the hand moves by a motion of the joints, whose greatest velocity is ``size``, and how that changes. A hand
+    with a slow twist, as near its pose, is not slowed: there the joints move for something else, such as the posture.
     """
-    if size_of(w) <= SMALL:  # a hand that is at its pose
-        return 1.0
-    unit, (least, most) = scaled_six(w, 1.0 / size_of(w)), _WORTH
+    wanted, (least, most), (slow, fast) = size_of(w), _WORTH, _SLOW
+    unit = scaled_six(w, 1.0 / max(wanted, SMALL))
     worth = (dot_six(v, unit) + max(dot_six(change, unit), 0.0) * _SOON / size) / (size * root)
-    return min(max((worth - least) / (most - least), 0.0), 1.0)
+    share = max((worth - least) / (most - least), (fast * root - wanted) / ((fast - slow) * root))
+    return min(max(share, 0.0), 1.0)
 
 
 @kernel
