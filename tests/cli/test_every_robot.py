@@ -12,7 +12,7 @@ from ulna.cli.dh import dh
 from ulna.cli.fk import fk
 from ulna.cli.ik import ik
 from ulna.cli.info import info
-from ulna.cli.options import link_or_hand
+from ulna.cli.options import named_or_hand
 from ulna.cli.output import json_ready
 
 NOT_LOADED = {"alex_psyonic_hands", "ur3", "kr210l150"}  # tests/crosscheck has the reasons
@@ -36,7 +36,7 @@ def data_of(command, *arguments, **options):
 
 
 def check_commands(robot, capsys):
-    link = link_or_hand(robot)
+    link = named_or_hand(robot, link=None, as_json=False)
     said = capsys.readouterr().err
     assert (link in said) == (robot.tip is None)
     shown = [data_of(info, robot), data_of(fk, robot, robot.home, link)]

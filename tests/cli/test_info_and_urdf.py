@@ -34,7 +34,7 @@ def test_info_of_the_panda_has_the_boxes_of_the_assignment(ask):
 
 
 def test_a_program_that_reads_info_finds_whole_names_in_one_line(run):
-    (line,) = (line for line in run("info").stdout.splitlines() if line.startswith("links (10)"))
+    (line,) = (line for line in run("info", COLUMNS=None).stdout.splitlines() if line.startswith("links (10)"))
     assert line.endswith("panda_link8, panda_ee")
 
 

@@ -1,6 +1,7 @@
 """Prints data as JSON, or as tables that truncate no number; writes figures."""
 
 import json
+import os
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
@@ -92,10 +93,11 @@ def show(output: Output, *, as_json: bool) -> None:
         return
     console = make_console()
     usual = console.width
+    is_read = not console.is_terminal and "COLUMNS" not in os.environ  # by a program, which finds whole names
     with console.capture() as capture:
         for part in output.table(printable(json_ready(output.data))):
             console.width = max(usual, _least_width(console, part))
-            console.print(part, soft_wrap=isinstance(part, str | Text) and not console.is_terminal)  # a program finds whole names
+            console.print(part, soft_wrap=is_read and isinstance(part, str | Text))
     text = "\n".join(line.rstrip() for line in capture.get().split("\n"))
     write(text.translate(ASCII) if console.options.ascii_only else text)
 
