@@ -45,8 +45,8 @@ DRIVERS = {
     "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 128),
     "taken": (taken, (A2, COLUMNS, A2), 33, 0),
     "put": (put, (A2, COLUMNS, A2), 35, 0),
-    "put records": (put_each, (RESULTS, COLUMNS, RESULTS), 40, 0),
-    "statuses": (_write_statuses, (RESULTS, COLUMNS), 15, 0),
+    "put records": (put_each, (RESULTS, COLUMNS, RESULTS), 127, 0),
+    "statuses": (_write_statuses, (RESULTS, COLUMNS), 13, 0),
 }
 
 
