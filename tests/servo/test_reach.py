@@ -1,4 +1,11 @@
-"""A servo at the end of its reach: it slows along the line, comes to rest without swinging, and names what holds it."""
+"""A servo at the end of its reach: it slows along the line, comes to rest without swinging, and names what holds it.
+
+``python tests/servo/test_reach.py panda ur5`` tries these arms (all, unless named) in 26 directions at three speeds, and at
+poses out of reach, and prints what fails: some hours. The tests are some of these, each known to pass.
+"""
+
+import sys
+from itertools import product
 
 import numpy as np
 import pytest
@@ -10,7 +17,6 @@ from servo_reach import DIRECTIONS, SLOW, farthest, held, judge_pose, judge_twis
 BESIDE = 0.02  # [m]
 NEAR_ENOUGH = 0.01  # [m] of the farthest place
 REST = 3.0  # [s]
-NOT_YET = {("gen3", 1, 0.5), ("gen3", 24, 0.5), ("two hands", 2, 0.5), ("two hands", 24, 0.5)}
 
 
 @pytest.fixture(scope="module")
@@ -56,32 +62,12 @@ def test_an_arm_that_a_twist_stretches_slows_along_its_line_and_rests_there(arm,
     assert_rests(arm(name), direction, speed, 8.0)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("speed", [0.02, 0.1, 0.5])
-@pytest.mark.parametrize("direction", range(len(DIRECTIONS)))
-@pytest.mark.parametrize("name", servo_reach.ARMS)
-def test_so_does_each_arm_in_each_direction(arm, name, direction, speed):
-    if (name, direction, speed) in NOT_YET:
-        pytest.xfail("a joint that is free to turn, or a hand that shares a waist, turns round more than once")
-    assert_rests(arm(name), direction, speed, 20.0)
-
-
 @pytest.mark.parametrize(
     ("name", "direction", "beyond"),
     [("panda", 15, 0.05), ("panda", 21, 0.05), ("panda", 25, 1.0), ("panda", 15, 1.0), ("gen3", 8, 0.05), ("gen3", 24, 1.0)],
 )
 def test_a_pose_out_of_reach_is_approached_without_a_swing_at_the_end(arm, name, direction, beyond):
     found = judge_pose(arm(name), direction, beyond, 8.0)
-    assert found.reversals <= 1, found
-    assert found.rest <= REST, found
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("beyond", [0.05, 0.3, 1.0])
-@pytest.mark.parametrize("direction", range(len(DIRECTIONS)))
-@pytest.mark.parametrize("name", servo_reach.ARMS)
-def test_so_is_it_by_each_arm_in_each_direction(arm, name, direction, beyond):
-    found = judge_pose(arm(name), direction, beyond, 15.0)
     assert found.reversals <= 1, found
     assert found.rest <= REST, found
 
@@ -153,3 +139,26 @@ def test_what_holds_it_is_named_and_it_does_not_slide_along_it(panda):
     moved = (panda.forward_kinematics(command.q) - panda.forward_kinematics(panda.home))[:3, 3]
     assert moved[0] < -0.15
     assert np.abs(moved[1:]).max() < 2e-3
+
+
+def sweep(names):
+    """Print what fails, and of how many."""
+    failed = []
+    for name in names:
+        arm = servo_reach.arm(name)
+        for direction, speed in product(range(len(DIRECTIONS)), (0.02, 0.1, 0.5)):
+            try:
+                assert_rests(arm, direction, speed, 20.0)
+            except AssertionError as error:
+                failed.append((name, direction, speed))
+                print(f"{name}, direction {direction}, {speed} m/s: {error}", flush=True)  # noqa: T201
+        for direction, beyond in product(range(len(DIRECTIONS)), (0.05, 0.3, 1.0)):
+            found = judge_pose(arm, direction, beyond, 15.0)
+            if found.reversals > 1 or found.rest > REST:
+                failed.append((name, direction, beyond))
+                print(f"{name}, direction {direction}, {beyond} m out of reach: {found}", flush=True)  # noqa: T201
+    print(f"{len(failed)} of {len(names) * 2 * 3 * len(DIRECTIONS)} failed")  # noqa: T201
+
+
+if __name__ == "__main__":
+    sweep(sys.argv[1:] or servo_reach.ARMS)
