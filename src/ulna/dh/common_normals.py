@@ -19,7 +19,8 @@ Where the product is not unique:
 5. The base's z and the tip's z count as parallel to the axis beside them within 1e-3 rad: T_base_0 and T_n_tip represent any
    tilt exactly, and a common normal far away would be of no use.
 6. Of a prismatic joint only the direction matters: its axis passes through the next frame's origin, so a and the next d are zero.
-   Where the next two axes are within 1e-3 rad of parallel, it passes through the next joint's own origin.
+   Where the two axes after it are within 1e-3 rad of parallel, that frame is far away or free: it passes through the next joint's
+   own origin, or in a standard table that ends there through the point that is level with the tip.
 7. Where rule 3 would begin a normal farther away than the arm is long, since that of other axes, nearly parallel, is there, it
    begins at the joint's own origin: a tilt that is taken as none counts with that distance. Where no tilt is, rule 3 holds.
 """
@@ -31,8 +32,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 _SLACK = 1e-9  # a turn by a quarter or a half counts as positive, also after rounding
-_ROUNDING = 1e-12  # [m]
-_AT_THE_ENDS = _NEARLY_PARALLEL = 1e-3
+_ROUNDING = 1e-12  # [m]: what a tilt of rounding alone makes of a distance
+NEARLY_PARALLEL = 1e-3  # [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,7 @@ class Axes:
     def parallel(self, tolerance: float) -> NDArray[np.bool_]:
         """For each line whether the next one is parallel to it, by rule 5 at the ends."""
         within = np.full(len(self.directions) - 1, tolerance)
-        within[[0, -1]] = max(tolerance, _AT_THE_ENDS)
+        within[[0, -1]] = max(tolerance, NEARLY_PARALLEL)
         return self.tilts <= within
 
     @property
@@ -138,7 +139,7 @@ def _with_prismatic_axes_placed(axes: Axes, parallel: NDArray[np.bool_], *, ends
             continue
         if following + 1 == tip and parallel[following]:
             points[i] = _free_start(following, axes, points, points[following], ends_at_tip=ends_at_tip)
-        elif axes.tilts[following] > _NEARLY_PARALLEL:
+        elif axes.tilts[following] > NEARLY_PARALLEL:
             points[i] = _nearest_points(points[following], z[following], points[following + 1], z[following + 1])[0]
     return points
 

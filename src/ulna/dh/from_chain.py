@@ -14,7 +14,7 @@ from ulna.description.pose import angle_between, inverse
 from ulna.description.robot_description import Description, Joint, JointType, Mimic
 from ulna.description.structure import moving_joints
 from ulna.description.subtree import chain_joints
-from ulna.dh.common_normals import Axes, Normals, common_normals
+from ulna.dh.common_normals import NEARLY_PARALLEL, Axes, Normals, common_normals
 from ulna.dh.table import DHTable, around_the_motion, checked_convention
 from ulna.errors import InputError
 from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST, OFFSET, PRISMATIC, RATIO
@@ -24,7 +24,7 @@ from ulna.kinematics.tree import Tree, motion_along_z, row_pose
 
 Array = NDArray[np.float64]
 _ROUNDING = 1e-14  # of a number that went through the products of a chain
-_WORTH_A_NOTE, _NEARLY_PARALLEL = 1e-12, 1e-3  # rad: below the first it is rounding, below the second it may be a mistake
+_WORTH_A_NOTE = 1e-12  # rad: below it is rounding; below NEARLY_PARALLEL it may be a mistake
 _N_CONFIGURATIONS = 1000
 
 
@@ -137,7 +137,7 @@ def _refuse_far_normals(chain: DHChain, axes: Axes, rows: Array, tolerance: floa
     if np.abs(rows).max(initial=0.0) <= LARGEST:
         return
     tilts = np.where(axes.tilts > tolerance, axes.tilts, np.inf)[1:-1]
-    i = int(np.argmin([*tilts, _NEARLY_PARALLEL])) + 1
+    i = int(np.argmin([*tilts, NEARLY_PARALLEL])) + 1
     if i > len(tilts):
         raise InputError("link", f"its chain reaches further than {LARGEST:g} m")
     message = f"{_pair(chain, i)} are {tilts[i - 1]:.2g} rad from parallel, and their common normal lies beyond {LARGEST:g} m"
@@ -146,7 +146,7 @@ def _refuse_far_normals(chain: DHChain, axes: Axes, rows: Array, tolerance: floa
 
 def _notes(chain: DHChain, axes: Axes, tolerance: float) -> Iterator[str]:
     for i, tilt in enumerate(axes.tilts[1:-1], start=1):
-        if tolerance < tilt < _NEARLY_PARALLEL:
+        if tolerance < tilt < NEARLY_PARALLEL:
             hint = f"and not taken as parallel, as tolerance={_above(tilt):g} would"
             yield f"{_pair(chain, i)} are {tilt:.2g} rad from parallel, {hint}"
         elif _WORTH_A_NOTE < tilt <= tolerance:
