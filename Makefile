@@ -12,7 +12,7 @@ HIGHER = tests/kernels tests/wheel
 BUT =
 ARGS ?=
 
-.PHONY: demo video lint test test-all test-lowest test-without-demo test-cuda test-gpu test-franka test-ros1 test-ros2 test-wheel test-wheel-brief
+.PHONY: demo video lint test test-all test-lowest test-newest test-without-demo test-cuda test-gpu test-franka test-ros1 test-ros2 test-wheel test-wheel-brief
 .PHONY: bench bench-gpu docs wheel hw2-zip clean
 
 demo: $(VENV)/.demo
@@ -24,7 +24,7 @@ ifeq ($(ROS),1)
 video: .venv-ros1/.ready
 	.venv-ros1/bin/ulna ros1 record hw2/demo.mp4 $(ARGS)
 else
-video: $(VENV)/.video
+video: $(VENV)/.demo
 	$(RUN)/ulna record hw2/demo.mp4 $(ARGS)
 endif
 
@@ -76,6 +76,16 @@ bench-gpu: .venv-cuda/.ready
 test-lowest: .venv-lowest/.ready
 	.venv-lowest/bin/python -m pytest -n auto -m "not slow" tests/engine tests/kinematics tests/collision tests/ik tests/cli \
 	    tests/description tests/inspection tests/planning tests/reachability $(ARGS)
+
+# The tests of the core, of descriptions and meshes, with the newest of everything: of Python 3.13 unless NEWEST names another, and of each
+# package. Elsewhere NumPy is held back by an older Python.
+NEWEST_TESTS = tests/engine tests/kinematics tests/collision tests/ik tests/description tests/inspection tests/planning
+NEWEST ?= $(or $(shell PYENV_VERSION=3.13.0 pyenv which python3.13 2>/dev/null),python3.13)
+test-newest:
+	@$(NEWEST) --version >/dev/null 2>&1 || { echo "make test-newest: no $(NEWEST); install Python 3.13 (pyenv install 3.13.0, or from \
+	python.org), or name another: make test-newest NEWEST=python3.14" >&2; exit 1; }
+	$(MAKE) .venv-newest/.ready
+	.venv-newest/bin/python -m pytest -n auto -m "not slow and not matrix and not process" $(NEWEST_TESTS) $(ARGS)
 
 # All tests of the library in a copy without the demo, hw2 and their tests: the demo is a guest.
 test-without-demo: $(VENV)/.dev
@@ -148,18 +158,18 @@ hw2-zip:
 	@test -f hw2/demo.mp4 || echo "hw2.zip has no video: make video, then make hw2-zip again" >&2
 	@echo "hw2.zip: unzip it, then pip install -r hw2/requirements.txt"
 
-# The environment to work in: what the demo needs, what a video needs too (with the meshes it shows a Franka, not tubes), and all for the
-# tests. Entry points, by which the demo adds its commands, count once the package is installed again: pyproject.toml is newer then.
-$(VENV)/.demo $(VENV)/.video $(VENV)/.dev: pyproject.toml | $(RUN)/python
+# The environment to work in: what the demo and a video need, with the Panda's own shells, and all for the tests. The shells are 4.3 MB of a
+# package that asks for a simulator and an older Python, neither of which they need; without them the arm is drawn from its joints. Entry
+# points, by which the demo adds its commands, count once the package is installed again: pyproject.toml is newer then.
+$(VENV)/.demo $(VENV)/.dev: pyproject.toml | $(RUN)/python
 	$(RUN)/python -m pip install --quiet --disable-pip-version-check --upgrade 'pip>=25.1'
 	$(RUN)/python -m pip install --quiet --disable-pip-version-check --editable $(INSTALLED)
+	-$(RUN)/python -m pip install --quiet --disable-pip-version-check --no-deps --ignore-requires-python dm-robotics-panda==0.4.8
 	touch $(READY)
 $(VENV)/.demo: INSTALLED = '.[viewer]'
 $(VENV)/.demo: READY = $(VENV)/.demo
-$(VENV)/.video: INSTALLED = '.[viewer,meshes]'
-$(VENV)/.video: READY = $(VENV)/.demo $(VENV)/.video
 $(VENV)/.dev: INSTALLED = '.[viewer,meshes]' --group dev
-$(VENV)/.dev: READY = $(VENV)/.demo $(VENV)/.video $(VENV)/.dev
+$(VENV)/.dev: READY = $(VENV)/.demo $(VENV)/.dev
 
 $(RUN)/python:
 	$(PYTHON) -m venv $(VENV)
@@ -190,6 +200,10 @@ OTHERWISE =
 	$(@D)/bin/uv pip install --quiet --python $(@D)/bin/python --resolution lowest-direct --editable '.[viewer]' --group core
 .venv-lowest/.ready: INSTALLED = --editable '.[viewer]'
 .venv-lowest/.ready: GROUP = core
+.venv-newest/.ready: PYTHON = $(NEWEST)
+.venv-newest/.ready: VENV_OPTIONS = --clear
+.venv-newest/.ready: INSTALLED = --upgrade --upgrade-strategy eager --editable '.[viewer]'
+.venv-newest/.ready: GROUP = newest
 .venv-wheel/.ready: INSTALLED = "$$(ls -t $(WHEEL_DIR)/ulna-*-abi3-*.whl | head -1)[viewer,meshes]"
 .venv-wheel/.ready: GROUP = tests
 # Debian's own Python, which sees Debian's rospy; what is in the environment comes first.

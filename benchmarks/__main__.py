@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks import first_use
 from benchmarks.account import account_rows
 from benchmarks.bounds import bound_rows, copy_ns, peak_ns
 from benchmarks.cold_cache import cold_rows
@@ -21,7 +22,6 @@ from benchmarks.markdown import page
 from benchmarks.peer import PEERS, Peer, make_peer
 from benchmarks.processors import one_processor
 from benchmarks.scaling import joint_rows, size_rows
-from ulna.bench import first_use
 from ulna.bench.arms import NAMES, load_arm, path_positions
 from ulna.bench.protocol import PROTOCOLS, Forward, Solver, follow_path, ulna_solver
 from ulna.bench.timing import installed_version, machine_facts, time_each

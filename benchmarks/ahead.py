@@ -25,7 +25,7 @@ from ulna.bench.timing import Workload, time_interleaved
 from ulna.drivers import multi_start
 from ulna.engine.ahead import is_ahead, level
 from ulna.ik.options import Options
-from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.ik.search_records import SearchResult
 
 PASSES, ONE = 201, 64
 LOAD = "import ulna; robot = ulna.load('panda'); q = robot.home; T = robot.forward_kinematics(q)"
@@ -71,10 +71,10 @@ def inverse_rows(robot) -> list[dict]:
     targets = [robot.forward_kinematics(x) for x in random_positions(robot, ONE, seed=0)]
     robot.inverse_kinematics(targets[0])
     solver = robot._inverse_kinematics._solver(None, *Options())  # noqa: SLF001
-    chain, plan, home, search = robot.tree.chain(robot.tip), solver.plan, solver.home, multi_start.search_one
-    q, info = np.empty((1, robot.n_dof)), np.empty((1, layout.N_INFO))
+    tables, home, search = solver.tables, solver.home, multi_start.search_one
+    q, info = np.empty((1, robot.n_dof)), SearchResult.records()
     works = {
-        "machine code": Workload(lambda T: search(chain, plan, T, home, q, info), targets),
+        "machine code": Workload(lambda T: search(*tables, T, home, q, info), targets),
         "inverse_kinematics(T)": Workload(robot.inverse_kinematics, targets),
     }
     return _rows(works, "machine code")

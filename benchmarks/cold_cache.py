@@ -2,7 +2,7 @@
 
 from tempfile import TemporaryDirectory
 
-from ulna.bench.first_use import time_steps
+from benchmarks.first_use import time_steps
 
 
 def cold_rows():

@@ -22,6 +22,11 @@ static int fits(Bound *bound, const Overload *overload, const Way *way) {
         kind += kinds_of(kind);
     }
     for (const char *axes = way->rest; *axes; axes++, kind++) {
+        int64_t slots[MOST_SLOTS];
+        if (*axes == 'r') {
+            if (kind->what != 'a' || kind->type != NPY_VOID || take_argument(kind, bound->like, slots) < 0) return 0;
+            continue;
+        }
         int dimensions = *axes == 't' ? 2 : *axes == 'i' ? 1 : *axes - '0';
         int type = *axes == 't' ? NPY_BOOL : *axes == 'i' ? NPY_INT64 : NPY_DOUBLE;
         if (*axes == 'd' ? kind->what != 'd' : kind->what != 'a' || kind->dimensions != dimensions || kind->type != type) return 0;
@@ -55,11 +60,12 @@ static int read_numbers(Bound *bound, const Way *way, PyObject *numbers) {
 }
 
 PyObject *bind_entry(PyObject *module, PyObject *arguments) {
-    PyObject *entry, *leading, *numbers, *otherwise, *of_entry, *function = NULL;
+    PyObject *entry, *leading, *numbers, *otherwise, *like = Py_None, *of_entry, *function = NULL;
     const char *name;
     Py_ssize_t n;
     (void)module;
-    if (!PyArg_ParseTuple(arguments, "OsO!nO!O", &entry, &name, &PyTuple_Type, &leading, &n, &PyTuple_Type, &numbers, &otherwise)) {
+    if (!PyArg_ParseTuple(arguments, "OsO!nO!O|O", &entry, &name, &PyTuple_Type, &leading, &n, &PyTuple_Type, &numbers, &otherwise,
+                          &like)) {
         return NULL;
     }
     const Way *way = way_of(name);
@@ -73,10 +79,12 @@ PyObject *bind_entry(PyObject *module, PyObject *arguments) {
     Py_INCREF(of_entry);
     Py_INCREF(leading);
     Py_INCREF(otherwise);
+    Py_INCREF(like);
     bound->way = way;
     bound->entry = (Entry *)of_entry;
     bound->leading = leading;
     bound->otherwise = otherwise;
+    bound->like = like;
     bound->n = n;
     if (!read_numbers(bound, way, numbers) && !choose_overload(bound, way)) {
         PyMethodDef method = {bound->entry->name, (PyCFunction)(void (*)(void))way->call, METH_FASTCALL | METH_KEYWORDS, NULL};
@@ -99,6 +107,7 @@ static int visit_bound(PyObject *self, visitproc visit, void *arg) {
     Py_VISIT(Py_TYPE(self));
     Py_VISIT(bound->leading);
     Py_VISIT(bound->otherwise);
+    Py_VISIT(bound->like);
     return 0;
 }
 
@@ -109,6 +118,7 @@ static void free_bound(PyObject *self) {
     Py_XDECREF((PyObject *)bound->entry);
     Py_XDECREF(bound->leading);
     Py_XDECREF(bound->otherwise);
+    Py_XDECREF(bound->like);
     PyObject_GC_Del(self);
     Py_DECREF(type);
 }

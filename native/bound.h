@@ -17,7 +17,7 @@ typedef struct {
     const char *name;
     Call call;
     const char *rest; /* what follows the leading arguments: arrays of float64, by their number of axes; 't': truths, 2 axes;
-                         'i': whole numbers, 1 axis; 'd': a number */
+                         'i': whole numbers, 1 axis; 'r': records like those given; 'd': a number */
     char result;
     int n_numbers;
 } Way;
@@ -30,6 +30,7 @@ typedef struct {
     const Overload *overload;
     PyObject *leading;   /* what the slots point into */
     PyObject *otherwise;
+    PyObject *like;      /* an array of the records that the way returns, or None */
     int n_slots;
     npy_intp n;          /* entries of q */
     npy_intp numbers[2];
@@ -40,7 +41,7 @@ extern PyType_Spec bound_spec;
 extern PyTypeObject *bound_type;
 extern const Way POSE, TRUTH, NUMBER, SEARCH, BRANCHES, COPY, EDGE;
 
-/* bind(entry, way, leading, n, numbers, otherwise): see bound.c. */
+/* bind(entry, way, leading, n, numbers, otherwise, like=None): see bound.c. */
 PyObject *bind_entry(PyObject *module, PyObject *arguments);
 /* What a function that bind made is bound to, or NULL if it is another function, or of another way. */
 Bound *bound_of(PyObject *function, const Way *way);

@@ -4,16 +4,27 @@ Each argument becomes slots of 8 bytes: a number one, an array its address and i
 shapes are not: callers in Python have checked them, as they have for code compiled by Numba. */
 #include "entry.h"
 
+#include <stdio.h>
 #include <string.h>
 
 PyTypeObject *entry_type;
 
 int kinds_of(const Kind *kind) { return kind->what == '(' ? 1 + kind->dimensions : 1; }
 
+/* Whether an array has records of the class and the size that the machine code was compiled for. */
+static int has_records(const Kind *kind, PyArrayObject *array) {
+    PyObject *name = PyArray_ITEMSIZE(array) == kind->size ? PyType_GetName(PyArray_DESCR(array)->typeobj) : NULL;
+    int same = name && PyUnicode_CompareWithASCIIString(name, kind->record) == 0;
+    Py_XDECREF(name);
+    PyErr_Clear();
+    return same;
+}
+
 static int take_array(const Kind *kind, PyObject *argument, int64_t *slots) {
     if (!PyArray_CheckExact(argument)) return -1;
     PyArrayObject *array = (PyArrayObject *)argument;
     if (PyArray_NDIM(array) != kind->dimensions || PyArray_TYPE(array) != kind->type) return -1;
+    if (kind->type == NPY_VOID && !has_records(kind, array)) return -1;
     if (!(kind->constant ? PyArray_ISCARRAY_RO(array) : PyArray_ISCARRAY(array))) return -1;
     slots[0] = (int64_t)(intptr_t)PyArray_DATA(array);
     for (int k = 0; k < kind->dimensions; k++) slots[1 + k] = PyArray_DIM(array, k);
@@ -115,8 +126,16 @@ static int type_of_code(char code) {
     case 'h': return NPY_INT32;
     case 'f': return NPY_FLOAT;
     case 'u': return NPY_UINT8;
+    case '[': return NPY_VOID;
     default: return -1;
     }
+}
+
+/* Reads the class and the size of records, such as "SearchState 168]"; returns what follows, or NULL. */
+static const char *read_record(const char *text, Kind *kind) {
+    int used = 0;
+    if (sscanf(text, "%47[^] ] %d]%n", kind->record, &kind->size, &used) != 2 || !used) return NULL;
+    return text + used;
 }
 
 /* Reads one argument of a signature (src/ulna/engine/signatures.py); returns what follows, or NULL. */
@@ -131,6 +150,7 @@ static const char *read_kind(const char *text, Overload *overload, int within) {
         if (text[1] != 'r' && text[1] != 'w') return NULL;
         kind->constant = text[1] == 'r';
         kind->type = type_of_code(text[2]);
+        if (kind->type == NPY_VOID) return read_record(text + 3, kind);
         return kind->type < 0 ? NULL : text + 3;
     }
     if (*text != '(' || within) return NULL;

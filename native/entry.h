@@ -14,6 +14,7 @@
 
 #define MOST_SLOTS 96
 #define MOST_KINDS 48
+#define MOST_NAME 48
 
 /* Machine code as src/ulna/engine/emit.py wraps it: slots of 8 bytes in, one slot out. Nonzero: it could not get memory. */
 typedef int32_t (*Function)(const int64_t *slots, int64_t *result);
@@ -24,6 +25,8 @@ typedef struct {
     int dimensions; /* of an array; the parts of a tuple */
     int type;       /* NumPy's number of the elements' type */
     int constant;   /* only read, so that it may be read-only */
+    char record[MOST_NAME]; /* of an array of records: the name of their class (src/ulna/engine/records.py), else empty */
+    int size;       /* and their size in bytes */
 } Kind;
 
 typedef struct {

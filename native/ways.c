@@ -6,7 +6,7 @@
     edge      f(q_a, q_b, resolution)       entry(*leading, q_a[None], q_b[None], resolution, status, free) -> bool; whether it touches,
                                             for the two codes in ``numbers``, how far it is free, and q there
     copy      f(T)                          entry(*leading, T, out) -> bool; an array of the shape ``numbers``, which T has too
-    search    f(target, seed)               entry(*leading, target, seed, q, info) -> bool; q and info, of as many as ``numbers`` says,
+    search    f(target, seed)               entry(*leading, target, seed, q, info) -> bool; q and info, an array of one record,
                                             or None if there is no solution
     branches  f(target)                     entry(*leading, target, q, truths) -> int; q, both rows of truths, and the code; or None if
                                             the code proves nothing. ``numbers``: of branches, and of codes that prove something
@@ -52,6 +52,13 @@ static PyObject *new_array_of(int type, int dimensions, npy_intp rows, npy_intp 
     npy_intp shape[2] = {rows, columns};
     PyArray_Descr *elements = PyArray_DescrFromType(type);
     return PyArray_NewFromDescr(&PyArray_Type, elements, dimensions, shape, NULL, NULL, 0, NULL); /* SimpleNew asks for more first */
+}
+
+static PyObject *new_record_like(PyObject *array) {
+    npy_intp shape[1] = {1};
+    PyArray_Descr *elements = PyArray_DESCR((PyArrayObject *)array);
+    Py_INCREF((PyObject *)elements);
+    return PyArray_NewFromDescr(&PyArray_Type, elements, 1, shape, NULL, NULL, 0, NULL);
 }
 
 static PyObject *new_array(int dimensions, npy_intp rows, npy_intp columns) {
@@ -146,12 +153,12 @@ int search_of(Bound *bound, PyObject *target, PyObject *seed, PyObject **q, PyOb
     int64_t copy[MOST_SLOTS], good;
     if (!is_matrix(target, 4, 4, 0) || !is_vector(seed, bound->n)) return -2;
     *q = new_array(1, bound->n, 0);
-    *info = new_array(2, 1, bound->numbers[0]);
+    *info = new_record_like(bound->like);
     if (*q && *info) {
         int64_t *slots = slots_of(bound, copy), *next = put_matrix(slots + bound->n_slots, data_of(target), 4, 4);
         next = put_vector(next, data_of(seed), bound->n);
         next = put_matrix(next, data_of(*q), 1, bound->n);
-        put_matrix(next, data_of(*info), 1, bound->numbers[0]);
+        put_vector(next, data_of(*info), 1);
         int failed = run_machine_code(bound->entry, bound->overload, slots, &good);
         if (!failed && good) return 1;
     }
@@ -272,7 +279,7 @@ const Way TRUTH = {"truth", call_truth, "1", 'i', 2};
 const Way NUMBER = {"number", call_number, "22", 'b', 1};
 const Way EDGE = {"edge", call_edge, "22di1", 'b', 2};
 const Way COPY = {"copy", call_copy, "22", 'b', 2};
-const Way SEARCH = {"search", call_search, "2122", 'b', 1};
+const Way SEARCH = {"search", call_search, "212r", 'b', 0};
 const Way BRANCHES = {"branches", call_branches, "22t", 'i', 2};
 
 const Way *way_of(const char *name) {

@@ -6,17 +6,20 @@ the eight children of a node of the BVH, it uses an ``f64x8`` as the CPU does: t
 
 import inspect
 
-from numba import types
+from numba import from_dtype, types
 
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
 from ulna.kernels.collision.scene import Carried, Near, Scene
+from ulna.kernels.ik.search_records import SearchSettings
+from ulna.kernels.servo.objective import Objective, Steady
 
 INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, TRUTH_TABLE, WHOLE = numba_types((
     signatures.INDEX_ROWS, signatures.INDICES, signatures.MATRIX, signatures.NUMBER, signatures.NUMBERS, signatures.PAIRS,
     signatures.TABLE, signatures.TRUTH_TABLE, signatures.WHOLE,
 ))  # fmt: skip
 TRUTH = types.boolean
+SETTINGS = from_dtype(SearchSettings.structure)  # of a search of inverse kinematics
 ANGLE, VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (2, 3, 4, 6, 12))  # an angle: its sine and cosine
 PAIR = types.UniTuple(ANGLE, 2)  # two angles: their middle, and the way from it to one of them
 TWO_VECTORS, THREE_VECTORS = (types.UniTuple(VECTOR, n) for n in (2, 3))
@@ -38,6 +41,9 @@ CARRIED = types.NamedTuple((
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 NEAR = types.NamedTuple((NUMBERS, NUMBERS, MATRIX, INDEX_ROWS, INDICES, INDICES, INDICES, POLYTOPE), Near)
 
+OBJECTIVE = types.NamedTuple((*(NUMBERS,) * 6, INDICES), Objective)
+STEADY = types.NamedTuple((*(NUMBERS,) * 11, INDICES, NUMBERS), Steady)
+
 
 def _each(names: str, numba_type) -> dict:
     return dict.fromkeys(names.split(), numba_type)
@@ -57,7 +63,6 @@ TYPES = {
         **_each("chain table joints frames limits bodies others objects vertices vertices_a vertices_b", TABLE),
         **_each("matrix nodes faces edges", MATRIX),
         **_each("posture settings velocity_limits", NUMBERS),
-        "method": WHOLE,
     },
     "spatial": {"rows": NUMBERS, **_each("defect fault r00 r01 r02 r10 r11 r12 r20 r21 r22", NUMBER)},
     "spatial.se3.turned_about_z": {**_each("s c", NUMBER)},
@@ -152,19 +157,26 @@ TYPES = {
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},
     "collision.overlap.overlaps_indexed": {**_each("body_rows bound_rows", MATRIX)},
-    "ik": {"rows": NUMBERS, **_each("p r", WHOLE), **_each("slack dt cosine sine running", NUMBER), "settled": TRUTH},
+    "ik": {
+        "rows": NUMBERS, "settings": SETTINGS, **_each("p r", WHOLE), **_each("slack dt cosine sine running", NUMBER),
+        **_each("settled is_pointing", TRUTH),
+    },
+    "ik.task_error.task_error": {"slack": NUMBERS},
     "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 5)},
     "ik.bounded_least_squares.minus_where": {**_each("a b", TWIST)},
     "ik.damped_system": {"v": TWIST}, "ik.singular_values.add_rotated": {"v": TWIST},
     "ik.nearest_branch": {**_each("q seed most inverse_reach", NUMBER), **_each("branch k steps", WHOLE)},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "servo": {
-        **_each("limits state points", MATRIX), **_each("counters active_rows", INDICES), **_each("goal hand rows", NUMBERS),
-        **_each("n m mode ticks worst", WHOLE), **_each("tick below", NUMBER), "chains": TABLE, "w": TWIST,
+        **_each("limits state points", MATRIX), **_each("counters active_rows", INDICES), **_each("goal rows", NUMBERS),
+        **_each("n m mode ticks worst hand", WHOLE), **_each("tick below across reserve least growth by", NUMBER),
+        **_each("excess columns", NUMBERS), **_each("v w change", TWIST), "chains": TABLE,
+        "objective": OBJECTIVE, "steady": STEADY,
     },
+    "servo.pace.share_worth": {"root": NUMBER},
+    "servo.desired_motion": {"arrays": OBJECTIVE, "hand": NUMBERS},
     "servo.braking": {"after": MATRIX, **_each("x t before", NUMBER), "widened": TRUTH},
     "servo.ramped_stop": {"after": MATRIX, **_each("x t before base slope low high least greatest", NUMBER)},
-    "servo.desired_motion.write_objective": {"arrays": types.UniTuple(NUMBERS, 5)},
     "servo.desired_motion.approach": {"e": NUMBER},
 }  # fmt: skip
 

@@ -1,7 +1,4 @@
-"""The methods of inverse kinematics, by name, and the solutions within the limits of one target."""
-
-TEXTBOOK = ("jacobian_transpose", "pseudo_inverse", "damped_least_squares")
-METHODS = ("levenberg_marquardt", *TEXTBOOK)
+"""The solutions within the limits of one target."""
 
 
 def valid_solutions(robot, T, **named):

@@ -10,9 +10,8 @@ from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
 from ulna.kernels.distance.pairs import body_of, pair_distance, pair_overlap
 from ulna.kernels.ik.damped_system import block_joints_at_bounds, solve_damped
 from ulna.kernels.ik.levenberg_marquardt import ALLOWED, CHANGE, LEAST, N_STATE, advance
-from ulna.kernels.ik.search_layout import WITH_POSTURE
+from ulna.kernels.ik.search_layout import POINTING
 from ulna.kernels.ik.task_error import swing, task_error
-from ulna.kernels.ik.textbook import pseudo_inverse_step, transpose_step
 from ulna.kernels.spatial.elementary import first_quadrant_angle, maximum, minimum, sincos
 from ulna.kernels.spatial.se3 import (
     compose,
@@ -168,21 +167,9 @@ def one_advance(chain, posture, settings, x, out):
         store(state_rows, k, zero)
     store(state_rows, LEAST, zero + np.inf)
     store(state_rows, ALLOWED, zero + 20.0)
-    store(state_rows, CHANGE, zero + (np.inf if settings[WITH_POSTURE] != 0.0 else 0.0))
+    store(state_rows, CHANGE, zero + (np.inf if settings[0].with_posture else 0.0))
     rows = (q_rows, last_rows, x[n : n + 12], x[n + 12 :], state_rows)
-    advance(chain, posture, settings, rows, (scratch[: 6 * n], scratch[6 * n :]))
-
-
-def textbook_steps(n_dof, x, out):
-    """J and e give the steps of the transpose and of the pseudo-inverse, and scratch: J and e, spoilt."""
-    n = 6 * n_dof
-    jacobian_rows, error_rows = out[2 * n_dof : 2 * n_dof + n], out[2 * n_dof + n :]
-    for k in range(n):
-        store(jacobian_rows, k, load(x, k))
-    for k in range(6):
-        store(error_rows, k, load(x, n + k))
-    transpose_step(jacobian_rows, n_dof, _six(x, n), out[:n_dof])
-    pseudo_inverse_step(jacobian_rows, n_dof, error_rows, out[n_dof : 2 * n_dof])
+    advance(chain, posture, settings[0], rows, (scratch[: 6 * n], scratch[6 * n :]))
 
 
 def columns_that_are_free(n_dof, x, out):
@@ -197,7 +184,8 @@ def error_of_task(settings, n_dof, x, out):
     """Pose, target, e and J give the error that a task counts and the rows of J, in the target's axes."""
     for k in range(6 * n_dof):
         store(out, 6 + k, load(x, 30 + k))
-    e = task_error(settings, load_pose(x, 0), load_pose(x, 1), _six(x, 24), out[6 : 6 + 6 * n_dof])
+    is_pointing, slack = settings[0].task == POINTING, settings[0].slack
+    e = task_error(is_pointing, slack, load_pose(x, 0), load_pose(x, 1), _six(x, 24), out[6 : 6 + 6 * n_dof])
     for k in range(6):
         store(out, k, e[k])
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from ulna.collision.report import Pair, Report
     from ulna.collision.scene_file import load_world, save_world
     from ulna.collision.world import World
+    from ulna.description.controllers import pose_as, pose_from
     from ulna.description.pose import pose
     from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Mesh, Sphere
     from ulna.dh.table import DHTable
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
         TruthError,
         UlnaError,
         UnitWarning,
+        UnknownArgumentError,
         UnknownNameError,
     )
     from ulna.ik.followed_path import Ending, FollowedPath, PathStatus
@@ -103,6 +105,7 @@ __all__ = [
     "TruthError",
     "UlnaError",
     "UnitWarning",
+    "UnknownArgumentError",
     "UnknownNameError",
     "VoxelGrid",
     "World",
@@ -111,6 +114,8 @@ __all__ = [
     "load",
     "load_world",
     "pose",
+    "pose_as",
+    "pose_from",
     "reachability_map",
     "save_world",
     "view",
@@ -123,6 +128,7 @@ _HOMES = {
     "ulna.collision.world": ("World",),
     "ulna.collision.clouds": ("PointCloud",),
     "ulna.collision.grids": ("HeightMap", "VoxelGrid"),
+    "ulna.description.controllers": ("pose_as", "pose_from"),
     "ulna.description.pose": ("pose",),
     "ulna.description.shapes": ("Box", "Capsule", "ConvexMesh", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
     "ulna.dh.table": ("DHTable",),
@@ -143,6 +149,7 @@ _HOMES = {
         "TruthError",
         "UlnaError",
         "UnitWarning",
+        "UnknownArgumentError",
         "UnknownNameError",
     ),
     "ulna.ik.solutions": ("IKSolutions",),

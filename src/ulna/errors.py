@@ -61,6 +61,17 @@ class InputError(UlnaError, ValueError):
         return type(self), (self.argument, self.message)
 
 
+class UnknownArgumentError(UlnaError, TypeError):
+    """A keyword argument that a function does not have. ``argument`` is its name, ``function`` that of the function."""
+
+    def __init__(self, function: str, argument: str, hint: str = "") -> None:
+        super().__init__(f"{function}() got an unexpected keyword argument {argument!r}{hint and f'; {hint}'}")
+        self.function, self.argument, self.hint = function, argument, hint
+
+    def __reduce__(self):
+        return type(self), (self.function, self.argument, self.hint)
+
+
 class TruthError(UlnaError, ValueError):
     """The truth value of a result of several, which is ambiguous. ``use`` names the array of their truth values."""
 

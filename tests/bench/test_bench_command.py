@@ -7,10 +7,10 @@ import sys
 
 import numpy as np
 import pytest
+from benchmarks import first_use
 from benchmarks.cold_cache import cold_rows
 from typer.testing import CliRunner
 
-from ulna.bench import first_use
 from ulna.bench.timing import installed_version, machine_facts
 from ulna.cli.app import app
 from ulna.errors import UlnaError

@@ -12,8 +12,9 @@ from ulna.cli.dh import dh
 from ulna.cli.fk import fk
 from ulna.cli.ik import ik
 from ulna.cli.info import info
-from ulna.cli.options import link_or_hand
+from ulna.cli.options import named_or_hand
 from ulna.cli.output import json_ready
+from ulna.cli.targets import Target
 
 NOT_LOADED = {"alex_psyonic_hands", "ur3", "kr210l150"}  # tests/crosscheck has the reasons
 URDFS = [file for file in example_urdfs() if file.stem not in NOT_LOADED]
@@ -36,14 +37,14 @@ def data_of(command, *arguments, **options):
 
 
 def check_commands(robot, capsys):
-    link = link_or_hand(robot)
+    link = named_or_hand(robot, link=None, as_json=False)
     said = capsys.readouterr().err
     assert (link in said) == (robot.tip is None)
-    shown = [data_of(info, robot), data_of(fk, robot, robot.home, link)]
+    shown = [data_of(info, robot), data_of(fk, robot, q=robot.home, link=link, frame=None)]
     assert shown[0]["hand"] == link
     T = robot.forward_kinematics(robot.home, link=link)
     if robot.n_dof:
-        found = data_of(ik, robot, link, None, xyz=",".join(map(repr, T[:3, 3].tolist())), orientation=T)
+        found = data_of(ik, robot, link, None, xyz=",".join(map(repr, T[:3, 3].tolist())), target=Target(None, T, None))
         assert found["success"]
         np.testing.assert_allclose(robot.forward_kinematics(found["q"], link=link), T, atol=3e-5)
         shown.append(found)

@@ -5,6 +5,8 @@ import pytest
 
 import ulna
 from ulna.cli.follow import draw_joints
+from ulna.cli.rows import read_poses
+from ulna.description.controllers import controller_named
 from ulna.ik.followed_path import FollowedPath
 from ulna.ik.reason import NO_REASON
 from ulna.ik.solutions import Proof
@@ -128,3 +130,23 @@ def test_a_file_that_holds_no_poses_is_refused(tmp_path, refusal, content, messa
     file = tmp_path / "poses.csv"
     file.write_text(content)
     assert message in refusal("follow", "panda", "--path", str(file))
+
+
+HEADS = {"no names": "", "another order": "C,B,A,X,Y,Z", "units": "X [m],Y [m],Z [m],A [rad],B [rad],C [rad]"}
+
+
+@pytest.mark.parametrize("head", HEADS.values(), ids=list(HEADS))
+def test_rows_of_a_controller_are_in_its_units_and_under_its_labels(line, tmp_path, head):
+    T, _ = line
+    numbers = ulna.pose_as(T, "KUKA")
+    if "C,B" in head:
+        numbers = numbers[:, [5, 4, 3, 0, 1, 2]]
+    elif head:
+        numbers = np.hstack([numbers[:, :3] / 1000, np.radians(numbers[:, 3:])])
+    np.savetxt(tmp_path / "rows.csv", numbers, delimiter=",", header=head, comments="", fmt="%.17g")
+    if not head:
+        (tmp_path / "rows.csv").write_text((tmp_path / "rows.csv").read_text().lstrip("\n"))
+    poses = read_poses(tmp_path / "rows.csv", controller_named("KUKA"))
+    np.testing.assert_allclose(poses, T, rtol=0, atol=1e-12)
+    np.save(tmp_path / "rows.npy", ulna.pose_as(T, "ABB"))
+    np.testing.assert_allclose(read_poses(tmp_path / "rows.npy", controller_named("ABB")), T, rtol=0, atol=1e-12)

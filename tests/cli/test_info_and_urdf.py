@@ -33,6 +33,11 @@ def test_info_of_the_panda_has_the_boxes_of_the_assignment(ask):
     assert shapes[11]["extents"] == [0.08, 0.22, 0.17]
 
 
+def test_a_program_that_reads_info_finds_whole_names_in_one_line(run):
+    (line,) = (line for line in run("info", COLUMNS=None).stdout.splitlines() if line.startswith("links (10)"))
+    assert line.endswith("panda_link8, panda_ee")
+
+
 def test_info_prints_one_line_for_each_joint(run):
     shown = run("info").stdout
     assert "panda: 7 dof, panda_link0 to panda_ee" in shown

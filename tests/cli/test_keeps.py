@@ -23,6 +23,9 @@ PLANE = ulna.pose((0.4, 0, 0.5), (0, 0.1, 0))
         ("inside=0.4,0,0.5,0,0.1,0,1,2,0.5", ulna.Keep.inside((1, 2, 0.5), PLANE)),
         ("camera:looking=0.4,0,0.5,3deg", ulna.Keep.looking_at((0.4, 0, 0.5), within=np.radians(3), link="camera")),
         ("together=left,right", ulna.Keep.together("left", "right")),
+        ('together="left,hand", right', ulna.Keep.together("left,hand", "right")),
+        ('together="the left hand","right",2mm,1deg', ulna.Keep.together("the left hand", "right", within=(2e-3, np.radians(1)))),
+        ("left,hand:upright=0.1", ulna.Keep.upright(0.1, link="left,hand")),
         ("together=left,right,2mm,1deg", ulna.Keep.together("left", "right", within=(2e-3, np.radians(1)))),
     ],
 )
@@ -52,6 +55,7 @@ def test_degrees_are_of_angles_without_a_unit():
         ("line=0,0,0,1mm", "6 are expected"),
         ("line=0,0,0,0,0,0,1mm", "other than the first"),
         ("inside=0,0,0,0,0,0,1,1,1,1mm", "no tolerance"),
+        ('together="left,right', "a name with a comma stands in double quotes"),
         ("together=left", "LINK,LINK"),
         ("together=left,left", "never moves"),
         ("together=left,right,1mm", "such as 1mm,5deg"),

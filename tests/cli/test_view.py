@@ -1,9 +1,11 @@
 """``ulna view`` as a program, and scene files at the command line."""
 
+import importlib
 import json
 import socket
 import sys
 
+import numpy as np
 import pytest
 
 import ulna
@@ -91,7 +93,29 @@ def test_meshes_that_are_not_shown_are_one_sentence(tmp_path, capsys):
         wait_for(lambda: "ulna: " in (tmp_path / "output").read_text(), "the sentence")
     said = [line for line in (tmp_path / "output").read_text().splitlines() if line.startswith("ulna: ")]
     reason = "base.stl: no such file; `ulna inspect` lists where they were looked for"
-    assert said == [f"ulna: plain shapes are shown in place of 2 of its meshes: {reason}"]
+    assert said == [f"ulna: bodies are drawn in place of 2 of its meshes: {reason}"]
     warn_of_missing(["package://example-robot-data/link0.dae: no such file; tried /a/link0.dae; /b/link0.dae"] * 9)
-    advice = "pip install 'ulna[meshes]' brings them"
-    assert capsys.readouterr().err == f"ulna: plain shapes are shown in place of 9 of its meshes: {advice}\n"
+    advice = "pip install --no-deps --ignore-requires-python dm-robotics-panda==0.4.8 brings them"
+    assert capsys.readouterr().err == f"ulna: bodies are drawn in place of 9 of its meshes: {advice}\n"
+
+
+@pytest.mark.parametrize("command", ["view", "servo"])
+def test_a_stretched_arm_begins_bent_and_free_by_the_command_too(run, monkeypatch, command):
+    """The commands, not the class: without --q the page chooses, with it the person."""
+    begun = []
+
+    def served(shown):
+        with shown:
+            wait_for(lambda: np.any(shown.q) or "given" in begun, "a bent arm")
+            begun.append((shown.session.robot, shown.q, shown.world))
+
+    monkeypatch.setattr(importlib.import_module(f"ulna.cli.{command}"), "serve", served)
+    box = ("--box", "0.5,0.1,0.2,0,0,0,0.1,0.3,0.4")
+    result = run(command, "ur5", *box, "--no-open", "--port", free_port())
+    assert result.exit_code == 0, result.output
+    robot, q, world = begun.pop()
+    assert np.linalg.svd(robot.jacobian(q, link="tool0"), compute_uv=False).min() > 0.05
+    assert not robot.in_collision(q, world)
+    begun.append("given")
+    assert run(command, "ur5", *box, "--no-open", "--port", free_port(), "--q", "home").exit_code == 0
+    assert np.array_equal(begun.pop()[1], np.zeros(6))

@@ -60,8 +60,7 @@ for q in (ready, batch, batch.tolist(), np.broadcast_to(ready, (2, 3, 7)), batch
         robot.edge_in_collision(q, panda.home, scene)
         robot.servo(scene, acceleration=1.0).warm_up()
 panda.differential_ik(panda.home, np.ones((4, 6)), 0.01)
-for method in ("levenberg_marquardt", "jacobian_transpose", "pseudo_inverse", "damped_least_squares"):
-    panda.inverse_kinematics(target, method=method), panda.inverse_kinematics(targets, panda.home, method=method)
+panda.inverse_kinematics(target), panda.inverse_kinematics(targets, panda.home)
 panda.inverse_kinematics(target, panda.home, posture="mid_range", trace=True)
 panda.inverse_kinematics(targets, batch, max_step=0.5, held=["panda_joint1"])
 panda.inverse_kinematics(target, world=mixed, rank="clearance"), panda.inverse_kinematics(target, task="pointing", rank="nearest")

@@ -1,4 +1,4 @@
-"""The points of meshes of real robots, as Assimp reads them for Coal; every file of the collections: benchmarks.meshes."""
+"""The points of meshes of real robots, as Assimp reads them for Coal."""
 
 from functools import cache
 from pathlib import Path

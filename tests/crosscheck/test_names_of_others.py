@@ -1,4 +1,4 @@
-"""What docs/conventions.md says of Pinocchio and of Coal is so. (Of Robotics Toolbox and MuJoCo: benchmarks/conventions.py.)"""
+"""What docs/conventions.md says of Pinocchio and of Coal is so."""
 
 import coal
 import numpy as np

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna import FileError, InputError, UlnaError
+from ulna import DescriptionWarning, FileError, InputError, UlnaError
 
 ARM = """<robot name="arm">
   <link name="base"/>
@@ -78,9 +78,9 @@ def test_unreadable_text_is_refused_with_an_ulna_error(source):
 
 
 @pytest.mark.parametrize("source", [ARM, "panda"], ids=["a plain URDF", "a bundled robot"])
-def test_xacro_arguments_for_a_plain_urdf_are_refused(source):
-    with pytest.raises(InputError, match=r"xacro_args: .* takes no arguments"):
-        ulna.load(source, xacro_args={"hand": "true"})
+def test_xacro_arguments_for_what_is_not_xacro_change_nothing_and_are_warned_of(source):
+    with pytest.warns(DescriptionWarning, match=r"is not a xacro file, so it takes no arguments: 'hand' of xacro_args"):
+        assert ulna.load(source, xacro_args={"hand": "true"}).link_names == ulna.load(source).link_names
 
 
 def test_xacro_arguments_that_are_not_a_mapping_are_refused():

@@ -73,10 +73,13 @@ def test_package_dirs_allow_a_folder(place):
     assert files(place, package_dirs=[place / "secret"]).find("../../secret/key.stl").is_file()
 
 
-def test_a_parent_folder_is_a_package_only_with_a_package_xml(place):
+def test_a_parent_folder_is_a_package_only_with_a_package_xml_or_a_folder_for_meshes(place):
     (place / "robot/package.xml").unlink()
-    with pytest.raises(FileError, match=r"has no package\.xml"):
-        files(place).find("package://robot/meshes/arm.stl")
+    assert files(place).find("package://robot/meshes/arm.stl").is_file()
+    (place / "robot/meshes").rename(place / "robot/parts")
+    with pytest.raises(FileError, match=r"has no package\.xml; if it is the package: package_dirs=\['.*robot'\]$"):
+        files(place).find("package://robot/parts/arm.stl")
+    assert files(place, package_dirs=[place / "robot"]).find("package://robot/parts/arm.stl").is_file()
 
 
 def test_the_error_for_a_missing_mesh_lists_the_paths_tried(place):

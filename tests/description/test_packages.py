@@ -160,11 +160,12 @@ def test_every_path_that_was_tried_is_listed(tmp_path, monkeypatch):
     assert tried == [folder / "arm_description" / "meshes" / "hand.stl" for folder in folders]
 
 
-def test_a_plain_path_is_relative_to_the_description_only(tmp_path):
+def test_a_plain_path_is_relative_to_the_description_and_then_to_package_dirs(tmp_path):
     file = put(tmp_path)
     found, tried = resolve_uri("meshes/hand.stl", tmp_path / "arm_description", [tmp_path])
-    assert (found, tried) == (file, [file])
-    assert resolve_uri("meshes/hand.stl", tmp_path, [tmp_path / "arm_description"])[0] is None
+    assert (found, tried) == (file, [file, tmp_path / "meshes" / "hand.stl"])
+    assert resolve_uri("meshes/hand.stl", tmp_path, [tmp_path / "arm_description"])[0] == file
+    assert resolve_uri("meshes/hand.stl", tmp_path)[0] is None
     assert resolve_uri(str(file), None)[0] == file
 
 

@@ -20,7 +20,7 @@ from ulna.description.xacro.child import main as program
 names = {**vars(os), **vars(socket), **vars(subprocess), "open": open, "__import__": __import__}
 program.evaluate = lambda text, lookup: eval(text, {"__builtins__": names})
 """
-NO_HOOK, UNCONFINED = "program.add_audit_hook = lambda: None\n", "program.confine = lambda *_: {}\n"
+UNCONFINED = "program.confine = lambda *_: {}\n"
 ESCAPES = {
     "read": "open('/etc/hostname').read()",
     "write": "open('MARK', 'w')",
@@ -48,7 +48,7 @@ def expanded(name: str, place: Path) -> tuple:
 @CONFINED
 @pytest.mark.parametrize("name", ESCAPES)
 def test_a_confined_child_refuses_what_an_unchecked_expression_tries(name, tmp_path, monkeypatch):
-    switch_off_the_check(monkeypatch, NO_HOOK)
+    switch_off_the_check(monkeypatch)
     if name == "run":
         assert expanded(name, tmp_path) in {("-1",), ("32512",)}  # by which system() says that there was no shell
     else:
@@ -60,15 +60,6 @@ def test_a_confined_child_refuses_what_an_unchecked_expression_tries(name, tmp_p
 @pytest.mark.process
 @pytest.mark.parametrize("name", ["read", "write", "run", "connect", "import"])
 def test_without_confinement_an_unchecked_expression_succeeds(name, tmp_path, monkeypatch):
-    switch_off_the_check(monkeypatch, NO_HOOK + UNCONFINED)
+    switch_off_the_check(monkeypatch, UNCONFINED)
     assert len(expanded(name, tmp_path)) == 1
     assert name not in ("write", "run") or (tmp_path / "mark").exists()
-
-
-@pytest.mark.process
-@pytest.mark.parametrize("name", ESCAPES)
-def test_without_confinement_the_audit_hook_refuses_what_does_not_reach_for_it(name, tmp_path, monkeypatch):
-    switch_off_the_check(monkeypatch, UNCONFINED)
-    with pytest.raises(DescriptionError, match="a description may not do this"):
-        expanded(name, tmp_path)
-    assert not (tmp_path / "mark").exists()

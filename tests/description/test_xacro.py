@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna import DescriptionError, InputError
+from ulna import DescriptionError, DescriptionWarning, InputError
 from ulna.description.xacro import expansion as xacro
 
 COURSE = Path(__file__).parent / "data" / "franka_robot.urdf"
@@ -114,7 +114,7 @@ def test_an_argument_overrides_its_default(tmp_path):
 def test_a_file_that_only_declares_the_namespace_is_a_plain_urdf(tmp_path):
     file = written(tmp_path, '<link name="a"/>')
     assert ulna.load(file).to_urdf() == file.read_text()
-    with pytest.raises(InputError, match=r"xacro_args: r\.urdf\.xacro is not a xacro file, so it takes no arguments"):
+    with pytest.warns(DescriptionWarning, match=r"^r\.urdf\.xacro is not a xacro file, so it takes no arguments: 'n'"):
         ulna.load(file, xacro_args={"n": "b"})
 
 

@@ -83,7 +83,6 @@ CALLERS = [
     "collision.checker",
     "ik.search.restarts",
     "ik.search.numeric",
-    "ik.search.textbook_methods",
     "ik.differential",
     "robot",
     "drivers",

@@ -138,10 +138,6 @@ BATCHES = {
     "distances": (600, lambda arm, q, **how: arm.distances(q, WORLD, within=0.2, **how).gradient),
     "check_collision": (600, lambda arm, q, **how: np.array([str(r) for r in arm.check_collision(q, WORLD, **how)])),
     "inverse_kinematics": (3000, lambda arm, q, **how: arm.inverse_kinematics(arm.forward_kinematics(q), **how).q),
-    "inverse_kinematics, textbook": (
-        200,
-        lambda arm, q, **how: arm.inverse_kinematics(arm.forward_kinematics(q), q + 0.01, method="pseudo_inverse", **how).q,
-    ),
     "inverse_kinematics, world": (
         300,
         lambda arm, q, **how: arm.inverse_kinematics(arm.forward_kinematics(q), world=WORLD, rank="clearance", **how).q,

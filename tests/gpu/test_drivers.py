@@ -14,37 +14,39 @@ import pytest
 
 pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its own: make test-cuda")
 
-from numba import types
+from numba import from_dtype, types
 
 from ulna.gpu.collision import distances_of, overlaps_of
 from ulna.gpu.forward import frames_of, jacobians, poses
-from ulna.gpu.rows import column, converted, put, taken
-from ulna.gpu.search import searches_of
+from ulna.gpu.rows import converted, put, put_each, taken
+from ulna.gpu.search import _write_statuses, searches_of
 from ulna.gpu.single import in_single
 from ulna.gpu.solutions import branches
+from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 
 JOINTS, BODIES = 11, 12  # the Panda
 A1, A2, A3, A4 = (types.Array(types.float64, n, "C") for n in (1, 2, 3, 4))
 FLAG, NEXT, INDICES = types.Array(types.int32, 1, "C"), types.Array(types.int64, 1, "C"), types.Array(types.int64, 2, "C")
 BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
 COLUMNS, BITS = types.Array(types.int64, 1, "C"), types.Array(types.int8, 2, "C")
+SETTINGS, RESULTS = (types.Array(from_dtype(of.structure), 1, "C") for of in (SearchSettings, SearchResult))
 WHOLES = (types.int64,) * 3  # root, first and end
 SCENE = (A2, A2, A2, INDICES, A2, A2, A2, *WHOLES, BOOLS_2)
-BOXES = (A2, A2, types.none, INDICES, A2, types.none, A2, *WHOLES, BOOLS_2)
 # The driver, its arguments' types, and the most registers and bytes spilled (stores).
 DRIVERS = {
     "poses": (poses, (A2, A2, A3, FLAG), 76, 0),
     "jacobians": (jacobians, (A2, types.int64, A2, A2, FLAG), 80, 0),
     "frames": (frames_of(JOINTS), (A2, A2, A2, A4, FLAG), 74, 0),
-    "overlaps of boxes": (overlaps_of(JOINTS, BODIES), (*BOXES, A2, BOOLS, FLAG), 134, 0),
-    "overlaps of any shapes": (overlaps_of(JOINTS, BODIES), (*SCENE, A2, BOOLS, FLAG), 255, 64),
-    "distances of boxes": (distances_of(JOINTS, BODIES), (*BOXES, A3, A3, A3, A2, A1, FLAG), 255, 64),
-    "distances of any shapes": (distances_of(JOINTS, BODIES), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
-    "searches": (searches_of(7), (A2, A2, A2, A2, A1, A1, NEXT, A3, A2, A2, NEXT), 255, 64),
+    "overlaps of boxes": (overlaps_of(JOINTS, BODIES, True), (*SCENE, A2, BOOLS, FLAG), 134, 0),
+    "overlaps of any shapes": (overlaps_of(JOINTS, BODIES, False), (*SCENE, A2, BOOLS, FLAG), 255, 64),
+    "distances of boxes": (distances_of(JOINTS, BODIES, True), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 64),
+    "distances of any shapes": (distances_of(JOINTS, BODIES, False), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
+    "searches": (searches_of(7), (A2, A2, A2, A2, A1, SETTINGS, NEXT, A3, A2, RESULTS, NEXT), 255, 64),
     "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 128),
     "taken": (taken, (A2, COLUMNS, A2), 33, 0),
     "put": (put, (A2, COLUMNS, A2), 35, 0),
-    "column": (column, (A2, types.int64, A1), 15, 0),
+    "put records": (put_each, (RESULTS, COLUMNS, RESULTS), 127, 0),
+    "statuses": (_write_statuses, (RESULTS, COLUMNS), 13, 0),
 }
 
 

@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 import robots
-from ik_methods import METHODS, TEXTBOOK
 from invalid_poses import INVALID_POSES
 from ulna import InputError, Robot, Task
-from ulna.drivers import multi_start, single_start
+from ulna.drivers import multi_start
 
 search_jobs = multi_start.search_jobs
-follow_each = single_start.follow_each
 
 
 def read_only(a):
@@ -37,7 +35,6 @@ SAID = {
     "held": {"held": []},
     "task": {"task": Task.pose()},
     "task by a word": {"task": str(np.array("pose"))},
-    "method by a word": {"method": str(np.array("levenberg_marquardt"))},
     "seed": {"seed": np.int64(0)},
     "tolerance": {"position_tolerance": np.float64(1e-5)},
     "time_limit": {"time_limit": 1e6},
@@ -92,11 +89,10 @@ def test_the_fast_path_and_the_general_one_refuse_the_same_seeds_in_the_same_wor
 
 
 @pytest.mark.parametrize("name", INVALID_POSES)
-@pytest.mark.parametrize("method", METHODS)
-def test_the_fast_path_and_the_general_one_refuse_the_same_targets_in_the_same_words(panda, name, method):
+def test_the_fast_path_and_the_general_one_refuse_the_same_targets_in_the_same_words(panda, name):
     T, _ = INVALID_POSES[name]
-    short = refusal(lambda: panda.inverse_kinematics(T, method=method))
-    assert short == refusal(lambda: panda.inverse_kinematics(T.tolist(), method=method, max_iterations=7))
+    short = refusal(lambda: panda.inverse_kinematics(T))
+    assert short == refusal(lambda: panda.inverse_kinematics(T.tolist(), max_iterations=7))
     assert short.startswith("T: ")
 
 
@@ -105,8 +101,7 @@ def test_the_fast_path_and_the_general_one_refuse_the_same_targets_in_the_same_w
 def test_no_form_of_input_is_compiled_for_anew(panda, targets, q):
     """Each signature costs a compilation of ten seconds, once."""
     panda.inverse_kinematics(targets)
-    panda.inverse_kinematics(targets, method="pseudo_inverse")
-    before = len(search_jobs.signatures), len(follow_each.signatures)
+    before = len(search_jobs.signatures)
     for change in (np.asfortranarray, read_only, np.ndarray.tolist, lambda a: a[::-1]):
         for options in (
             {},
@@ -118,9 +113,7 @@ def test_no_form_of_input_is_compiled_for_anew(panda, targets, q):
             panda.inverse_kinematics(change(targets), max_iterations=30, **options)
         panda.inverse_kinematics(change(targets), q_seed=change(q), max_step=0.3, max_iterations=30)
         panda.inverse_kinematics(change(targets), task=Task.pointing((1, 0, 0)), rank="nearest", max_iterations=30)
-        for options in ({}, {"q_seed": change(q)}, {"held": "panda_joint2"}):
-            panda.inverse_kinematics(change(targets), method="pseudo_inverse", max_iterations=30, **options)
-    assert (len(search_jobs.signatures), len(follow_each.signatures)) == before
+    assert len(search_jobs.signatures) == before
 
 
 # ---- threads and pickles
@@ -133,7 +126,6 @@ def test_threads_that_share_a_robot_get_the_bits_of_one(panda, targets, q):
         lambda k: panda.inverse_kinematics(targets[: k + 1], threads=2),
         lambda k: panda.inverse_kinematics(targets[k], task="position", rank="nearest"),
         lambda k: panda.inverse_kinematics(targets[k], seed=k, position_tolerance=1e-6 * (k + 1)),
-        lambda k: panda.inverse_kinematics(targets[k], method=TEXTBOOK[k % 3], max_iterations=50),
     ]
 
     def ask(k):
@@ -174,7 +166,7 @@ def test_a_result_cannot_be_changed(panda, targets):
             setattr(result, name, None)
 
 
-@pytest.mark.parametrize("options", [{}, {"rank": "mid_range"}, {"posture": "mid_range"}, {"method": "damped_least_squares"}])
+@pytest.mark.parametrize("options", [{}, {"rank": "mid_range"}, {"posture": "mid_range"}])
 @pytest.mark.parametrize("name", ["panda", "UR5"])
 def test_one_target_may_have_many_seeds(name, options, panda, rng):
     robot = panda if name == "panda" else Robot.from_dh(robots.UR5, convention="standard", limits=[(-3, 3)] * 6)

@@ -175,6 +175,7 @@ def test_a_mesh_outside_is_named_and_not_read(tmp_path, by):
     (path.parent / "linked.stl").symlink_to(secret)
     path.write_text(re.sub("<(sphere|cylinder|box) [^>]*/>", f'<mesh filename="{by.format(tmp_path)}"/>', SOUND))
     messages = {finding.message for finding in ulna.inspect(path).findings}
-    reason = "lies outside the description's folder, its package and package_dirs, so it is not read"
-    assert messages == {f"mesh {by.rpartition('/')[2]} cannot be read: {reason}"}
+    reason = "lies outside the description's folder, its package or repository and package_dirs, so it is not read"
+    advice = f"if it is meant: package_dirs=['{tmp_path}'] (--package-dir {tmp_path})"
+    assert messages == {f"mesh {by.rpartition('/')[2]} cannot be read: {reason}; {advice}"}
     assert any("120 x 30 x 60" in finding.message for finding in ulna.inspect(path, package_dirs=[tmp_path]).findings)

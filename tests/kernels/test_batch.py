@@ -6,7 +6,6 @@ import pytest
 import kernel_modes
 from ulna.drivers.batch import gather, gather_poses, scatter_matrices, scatter_matrix, scatter_rows
 from ulna.engine.lanes import load_columns, store, store_columns
-from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
 from ulna.kernels.spatial.se3 import load_pose
 
 PLACES = [(0, 0), (1, 0), (0, 5), (1, 5)]
@@ -102,32 +101,3 @@ def test_columns_past_the_end_of_a_row_are_those_of_the_next(rng):
     batch, rows = rng.normal(size=(9, 7)), np.empty((8, 8))
     kernel_modes.compiled(loaded)(batch, 0, 0, rows)
     assert np.array_equal(rows.T, [batch.reshape(-1)[7 * lane : 7 * lane + 8] for lane in range(8)])
-
-
-def test_the_settings_and_the_information_have_a_place_for_each_name():
-    from ulna.kernels.ik import search_layout as layout
-
-    settings = (
-        layout.POSITION_TOLERANCE,
-        layout.ROTATION_TOLERANCE,
-        layout.STEPS,
-        layout.CALM,
-        layout.FIRST_WINS,
-        layout.WITH_POSTURE,
-        layout.TASK,
-        layout.FAR,
-        layout.SEEDED_STEPS,
-        *range(layout.SLACK, layout.SLACK + 6),
-    )
-    information = (
-        layout.STATUS,
-        layout.POSITION_ERROR,
-        layout.ROTATION_ERROR,
-        layout.ITERATIONS,
-        layout.START,
-        layout.DAMPING,
-        layout.MISSED,
-        *range(layout.RESIDUAL, layout.RESIDUAL + 6),
-    )
-    assert sorted(settings) == list(range(N_SETTINGS))
-    assert sorted(information) == list(range(N_INFO))

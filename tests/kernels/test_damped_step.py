@@ -7,7 +7,8 @@ import formulas
 import kernel_probes as probes
 from assertions import assert_close
 from ulna.kernels.ik.levenberg_marquardt import CHANGE, LAMBDA, LEAST, N_STATE, P2, R2
-from ulna.kernels.ik.search_layout import N_SETTINGS, N_SYSTEM, POSITION_TOLERANCE, ROTATION_TOLERANCE, WITH_POSTURE
+from ulna.kernels.ik.search_layout import N_SYSTEM
+from ulna.kernels.ik.search_records import SearchSettings
 
 N = 16
 LINK = "panda_ee"
@@ -69,9 +70,9 @@ class Advance:
 
     def __init__(self, run, panda, q, targets, bounds, posture=None, tolerance=0.0):
         self.panda, self.q, self.targets, self.bounds, self.posture = panda, q, targets, bounds, posture
-        settings, chain = np.zeros(N_SETTINGS), panda.tree.chain(LINK)
-        settings[POSITION_TOLERANCE] = settings[ROTATION_TOLERANCE] = tolerance
-        settings[WITH_POSTURE] = posture is not None
+        settings, chain = SearchSettings.records(), panda.tree.chain(LINK)
+        settings[0].position_tolerance = settings[0].rotation_tolerance = tolerance
+        settings[0].with_posture = posture is not None
         rows = np.vstack([q.T, targets[:, :3].reshape(-1, 12).T, bounds.reshape(-1, 14).T])
         goal = np.zeros(7) if posture is None else posture
         out = run(probes.one_advance, rows, 14 + N_STATE + 42 + N_SYSTEM, chain, goal, settings)

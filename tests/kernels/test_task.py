@@ -6,7 +6,8 @@ import pytest
 import formulas
 import kernel_probes as probes
 from assertions import assert_close
-from ulna.kernels.ik.search_layout import N_SETTINGS, POINTING, SLACK, TASK, WITH_SLACK
+from ulna.kernels.ik.search_layout import POINTING, WITH_SLACK
+from ulna.kernels.ik.search_records import SearchSettings
 
 N = 24
 
@@ -56,8 +57,8 @@ def counted(run, rng, task, slack, e):
     """The error that is counted, the rows of J, and both given, in the target's axes."""
     n = len(e)
     pose, target, J = random_rotations(rng, n), random_rotations(rng, n), rng.normal(size=(n, 6, 7))
-    settings = np.zeros(N_SETTINGS)
-    settings[TASK], settings[SLACK : SLACK + 6] = task, slack
+    settings = SearchSettings.records()
+    settings[0].task, settings[0].slack[:] = task, slack
     turn = np.array([np.kron(np.eye(2), R) for R in target])  # of both halves, from the target's axes into the base's
     poses = [[formulas.transform(R)[:3].ravel() for R in rotations] for rotations in (pose, target)]
     in_base = np.einsum("nij,nj->ni", turn, e)

@@ -22,7 +22,8 @@ from ulna.dh.from_table import description_from_dh
 from ulna.ik.closed_form.closed_form import closed_form_of, joints_at
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.ik.levenberg_marquardt import N_STATE
-from ulna.kernels.ik.search_layout import N_SETTINGS, N_SYSTEM, POINTING, SLACK, TASK, WHOLE_POSE, WITH_POSTURE, WITH_SLACK
+from ulna.kernels.ik.search_layout import N_SYSTEM, POINTING, WHOLE_POSE, WITH_SLACK
+from ulna.kernels.ik.search_records import SearchSettings
 from ulna.kernels.layout import BODY_WIDTH, BOX, HULL, N_VERTICES, SHAPE
 from ulna.kinematics.tree import build_tree
 
@@ -68,8 +69,7 @@ def cases():
         "jacobian": (probes.jacobian_of_chain, q, 6 * N_DOF + 12 + 6 * len(CHAIN), (CHAIN, 1, N_DOF)),
         "damped system": (probes.damped_system, system, 27, (N_DOF,)),
         "advance": (probes.one_advance, np.vstack([q, poses[:12], BOUNDS]), N_ADVANCE, (CHAIN, np.zeros(N_DOF), settings())),
-        "posture": (probes.one_advance, np.vstack([q, poses[:12], BOUNDS]), N_ADVANCE, (CHAIN, HALVES, settings(posture=1.0))),
-        "textbook steps": (probes.textbook_steps, np.vstack([J, e]), 8 * N_DOF + 6, (N_DOF,)),
+        "posture": (probes.one_advance, np.vstack([q, poses[:12], BOUNDS]), N_ADVANCE, (CHAIN, HALVES, settings(posture=True))),
         "free columns": (probes.columns_that_are_free, np.vstack([J, e, q, BOUNDS]), 6 * N_DOF, (N_DOF,)),
         "slack": (probes.error_of_task, np.vstack([poses, e, J]), 6 + 6 * N_DOF, (settings(WITH_SLACK, 0.5), N_DOF)),
         "pointing": (probes.error_of_task, np.vstack([poses, e, J]), 6 + 6 * N_DOF, (settings(POINTING, np.inf), N_DOF)),
@@ -110,11 +110,11 @@ def branch_inputs(poses):
     return np.vstack([poses * 0.4, signs, np.zeros((6, N)), np.ones((6, N))])
 
 
-def settings(task=WHOLE_POSE, about_z=0.0, posture=0.0):
+def settings(task=WHOLE_POSE, about_z=0.0, posture=False):
     """Of a search whose target is never met."""
-    numbers = np.zeros(N_SETTINGS)
-    numbers[TASK], numbers[SLACK + 5], numbers[WITH_POSTURE] = task, about_z, posture
-    return numbers
+    records = SearchSettings.records()
+    records[0].task, records[0].slack[5], records[0].with_posture = task, about_z, posture
+    return records
 
 
 def random_pose(rng):

@@ -15,15 +15,14 @@ import kernel_probes
 from matrix import matrix
 from ulna.drivers.forward import forward_batch, forward_one, frames_batch
 from ulna.drivers.jacobian import jacobian_batch
-from ulna.drivers.multi_start import search_jobs
+from ulna.drivers.multi_start import Jobs, search_jobs
 from ulna.drivers.overlap import overlap_batch
-from ulna.drivers.single_start import follow_each
 from ulna.engine import decorators as compiling
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import N_BRANCHES, N_KNOWN, N_ROWS
 from ulna.kernels.collision.collision_layout import NO_NODE
 from ulna.kernels.distance.epa import SCRATCH
-from ulna.kernels.ik.search_layout import N_INFO, N_SETTINGS
+from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 from ulna.kernels.layout import BODY_WIDTH, BOX, HULL
 
 pytestmark = pytest.mark.compiler
@@ -31,8 +30,8 @@ pytestmark = pytest.mark.compiler
 N, DOF, LINKS = 8, 7, 10
 CHAIN, FRAMES, BOXES = np.zeros((8, 17)), np.zeros((LINKS, 14)), np.zeros((12, BODY_WIDTH))
 NO_TOUCH = np.zeros((12, 1), dtype=np.bool_)
-Q, BOUNDS, SETTINGS = np.zeros((N, DOF)), np.zeros((1, 4, DOF)), np.zeros(N_SETTINGS)
-TARGETS, INFO, ORDER, TRACE = np.zeros((N, 4, 4)), np.zeros((N, N_INFO)), np.arange(N), np.zeros((0, 4))
+Q, BOUNDS, SETTINGS = np.zeros((N, DOF)), np.zeros((1, 4, DOF)), SearchSettings.records()
+TARGETS, INFO, ORDER = np.zeros((N, 4, 4)), SearchResult.records(N), np.arange(N)
 CLOSED_FORM, ROWS = np.zeros((N_ROWS, 3)), [np.zeros((n, 8)) for n in (12, 6, 12, 6 * N_BRANCHES, N_KNOWN * N_BRANCHES)]
 PAIRS, NODES = np.zeros((3, 2), dtype=np.int64), np.zeros((0, 8))
 
@@ -47,13 +46,12 @@ ENTRIES = {
         overlap_batch,
         (CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, NO_NODE, 0, 12, NO_TOUCH, Q, np.zeros(N, dtype=np.bool_)),
     ),
-    "search_jobs": (search_jobs, (CHAIN, TARGETS, ORDER, Q, BOUNDS, Q[:1], Q[0], SETTINGS, Q, INFO)),
-    "follow_each": (follow_each, (0, CHAIN, TARGETS, Q, BOUNDS, SETTINGS, Q, INFO, TRACE)),
+    "search_jobs": (search_jobs, (CHAIN, SETTINGS, Jobs(TARGETS, ORDER, Q, BOUNDS, Q[:1], Q[0]), Q, INFO)),
     "closed_form": (closed_form, (CLOSED_FORM, *ROWS[:2], 2, *ROWS[2:])),  # that of ``all_branches``, and shared
     "two_bodies": (kernel_modes.compiled(kernel_probes.two_bodies), TWO_BODIES),
 }
 # Targets come and results go lane by lane, a tree is searched and a depth worked out in plain numbers.
-IN_PART = {"closed_form", "search_jobs", "follow_each", "overlap_batch", "two_bodies"}
+IN_PART = {"closed_form", "search_jobs", "overlap_batch", "two_bodies"}
 ARITHMETIC = re.compile(r"= f(?:mul|add|sub)\b[^\n]*<8 x double>|@llvm\.fmuladd\.v8f64|@llvm\.fma\.v8f64")
 
 

@@ -4,8 +4,8 @@ import pytest
 
 from ulna.planning.timing import double_s
 
-# Length, velocity, acceleration, jerk; the duration by ruckig 0.19.4 (Berscheid and Kroeger 2021). `python -m benchmarks.jerk`
-# compares thousands. Each case has other phases.
+# Length, velocity, acceleration, jerk; the duration by ruckig 0.19.4 (Berscheid and Kroeger 2021).
+# Each case has other phases.
 CASES = {
     "all seven phases": ((2.0, 1.0, 2.0, 10.0), 2.7),
     "the acceleration is not reached": ((2.0, 1.0, 5.0, 10.0), 2.632455532033676),

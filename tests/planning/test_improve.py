@@ -8,7 +8,6 @@ import pytest
 import ulna
 from ulna.engine.lanes import WIDTH
 from ulna.errors import InputError
-from ulna.kernels.planning.planning_layout import BOUND, FIRST_SAMPLE, GOAL_REACHED, HIGH, LOW, SAMPLE
 from ulna.planning.search import Search
 from ulna.planning.slices import TimeLimit
 
@@ -126,11 +125,11 @@ def test_the_goal_that_is_reached_is_kept_apart_from_the_number_of_the_next_samp
     search = Search(edges, ends[0], goals, (0, 1), by_samples=True)
     assert search.finish(1, TimeLimit(None), shorten=False) is None
     assert search.goal == -1
-    before = search.state[0, SAMPLE]
+    before = search.state.sample
     found = search.finish(20_000, TimeLimit(None), shorten=False)
     assert np.array_equal(found.path[-1], goals[search.goal])
-    assert search.state[0, SAMPLE] - search.state[0, FIRST_SAMPLE] >= search.effort.iterations > before
-    assert search.state[0, GOAL_REACHED] == search.goal
+    assert search.state.sample - search.state.first_sample >= search.effort.iterations > before
+    assert search.state.goal == search.goal
 
 
 def test_nodes_cost_what_their_way_is_long_and_a_found_path_less_than_the_bound(panda, world, ends, plans):
@@ -140,11 +139,11 @@ def test_nodes_cost_what_their_way_is_long_and_a_found_path_less_than_the_bound(
     bound = 0.9 * plans[0].length
     search = Search(edges, ends[0], searched.goals, (0, 1), bound)
     path = search.finish(20_000, TimeLimit(None), shorten=False).path
-    assert search.edges.settings[BOUND] == bound
+    assert search.edges.settings[0].bound == bound
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
     assert length < bound
     for tree in (0, 1):
-        n = int(search.state[0, tree])
+        n = int(search.state.nodes[tree])
         costs = search.trees.costs[tree].reshape(-1)
         nodes = search.trees.rows[tree].reshape(-1, 7, WIDTH).swapaxes(1, 2).reshape(-1, 7)
         q = nodes[:n]
@@ -169,10 +168,10 @@ def test_all_that_is_within_the_ellipsoid_is_within_the_limits_of_the_samples(pl
     space, start, goals = plans[0]._searched.motion.space, *(plans[0]._searched.start, plans[0]._searched.goals)
     distance = np.linalg.norm(goals[0] - start)
     within = space.within(1.3 * distance, start, goals)
-    q = rng.uniform(space.table[LOW], space.table[HIGH], (400_000, 7))
+    q = rng.uniform(space.table["low"], space.table["high"], (400_000, 7))
     q = 0.5 * (start + goals[0]) + 0.3 * (q - 0.5 * (start + goals[0]))
     inside = np.linalg.norm(q - start, axis=1) + np.linalg.norm(q - goals[0], axis=1) < 1.3 * distance
-    inside &= ((q >= space.table[LOW]) & (q <= space.table[HIGH])).all(axis=1)
+    inside &= ((q >= space.table["low"]) & (q <= space.table["high"])).all(axis=1)
     assert inside.sum() > 100
-    assert ((q[inside] >= within.table[LOW]) & (q[inside] <= within.table[HIGH])).all()
-    assert (within.table[HIGH] - within.table[LOW] < space.table[HIGH] - space.table[LOW] + 1e-15).all()
+    assert ((q[inside] >= within.table["low"]) & (q[inside] <= within.table["high"])).all()
+    assert (within.table["high"] - within.table["low"] < space.table["high"] - space.table["low"] + 1e-15).all()

@@ -9,7 +9,7 @@ import pytest
 
 import ulna
 from ulna.drivers.planning import keeping
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.constraint_records import Entry
 from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.kept_goals import shortest_turn
 
@@ -102,9 +102,9 @@ def test_edges_of_a_batch_are_judged_as_one_by_one(panda):
 def test_a_projection_keeps_the_constraint_and_the_limits(panda, name):
     start = panda.home
     keeps = as_keeps(constraints(panda.forward_kinematics(start))[name], panda.tree, start)
-    space = np.zeros((layout.N_SPACE, 7))
-    space[layout.LOW], space[layout.HIGH] = panda.lower, panda.upper
-    space[layout.LOW, 2] = space[layout.HIGH, 2] = start[2]
+    space = Entry.records(7)
+    space["low"], space["high"] = panda.lower, panda.upper
+    space["low"][2] = space["high"][2] = start[2]
     room = keeping.keeping_of(panda.tree.joints, table_of(keeps, panda.tree), space)
     q = np.clip(start + np.random.default_rng(1).normal(scale=0.4, size=(8, 7)), panda.lower, panda.upper)
     q[:, 2], q[0] = start[2], start

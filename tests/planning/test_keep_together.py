@@ -8,7 +8,7 @@ import pytest
 import two_arms
 import ulna
 from ulna.drivers.planning import keeping
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.constraint_records import Entry
 from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.kept_goals import poses_beside
 
@@ -115,9 +115,9 @@ def test_a_projection_keeps_the_constraint_and_the_limits(name):
     T = seen(robot, start, link, other)
     keep = with_links(constraints(T, T[:3, 3] + T[:3, :3] @ (0.3 * AXIS))[name.split()[0]], link, other)
     keeps = as_keeps(keep, robot.tree, start)
-    space = np.zeros((layout.N_SPACE, robot.n_dof))
-    space[layout.LOW], space[layout.HIGH] = robot.lower, robot.upper
-    space[layout.LOW, 2] = space[layout.HIGH, 2] = start[2]
+    space = Entry.records(robot.n_dof)
+    space["low"], space["high"] = robot.lower, robot.upper
+    space["low"][2] = space["high"][2] = start[2]
     room = keeping.keeping_of(robot.tree.joints, table_of(keeps, robot.tree), space)
     q = start + np.random.default_rng(1).normal(scale=0.4, size=(8, robot.n_dof))
     q[:, 2], q[0] = start[2], start

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.search_records import MAX_REFUSED, SearchState
 from ulna.planning.slices import Pace, Slices, TimeLimit
 
 BALL = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
@@ -41,7 +41,7 @@ def test_hulls_that_touch_are_named_with_the_edges_that_they_stopped(ur5):
     assert (plan.status, found.limit, found.effort) == ("budget spent", "max_checks", plan.effort)
     first = found.stops[0]
     assert (first.link, first.other, first.of_robot) == ("base_link", "upper_arm_link", True)
-    assert found.edges == layout.MOST_REFUSED >= first.edges > found.edges / 2
+    assert found.edges == MAX_REFUSED >= first.edges > found.edges / 2
     assert [stop.edges for stop in found.stops] == sorted((stop.edges for stop in found.stops), reverse=True)
     assert f"the last 32 refused edges: base_link and upper_arm_link ({first.edges})" in str(plan)
     assert "max_checks=2000" in str(plan)
@@ -92,7 +92,7 @@ def test_the_reason_says_that_the_time_ended_the_search():
 
 
 def test_the_time_is_counted_from_the_end_of_the_first_slice():
-    limit, state = TimeLimit(1e-9), np.zeros(layout.N_STATE, dtype=np.int64)
+    limit, state = TimeLimit(1e-9), SearchState.records()[0]
     slices = Slices(10**6, limit, Pace())
     assert slices.another(state)
     time.sleep(1e-3)  # the kernels are compiled

@@ -94,5 +94,9 @@ def test_q_is_in_the_order_of_the_joints_from_the_root_and_files_may_list_them_i
     assert [s.stop - s.start for s in robot.joint_slices] == [formulas.N_POSITIONS[joint.type] for joint in independent]
     assert [s.start for s in robot.joint_slices] == [0, *(s.stop for s in robot.joint_slices[:-1])][: len(independent)]
     assert robot.link_names == tuple(link.name for link in description.links)
-    leaves = {link.name for link in description.links} - {joint.parent for joint in description.joints}
+    leaves, moved = {link.name for link in description.links} - {joint.parent for joint in description.joints}, set()
+    for joint in formulas.joints_from_root(description):
+        if formulas.N_POSITIONS[joint.type] or joint.parent in moved:
+            moved.add(joint.child)
+    leaves = leaves & moved or leaves
     assert robot.tip == (leaves.pop() if len(leaves) == 1 else None)

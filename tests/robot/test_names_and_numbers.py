@@ -55,8 +55,8 @@ def test_an_origin_that_is_too_far_is_refused_with_its_line():
         <origin xyz="5e6 0 0"/></joint></robot>"""
     with pytest.raises(ulna.DescriptionError, match=r"^URDF text:3: joint 'j': its origin is beyond 1e\+06 m$"):
         ulna.load(text)
-    ball = '<visual><origin xyz="0 -2e6 0"/><geometry><sphere radius="1"/></geometry></visual>'
-    with pytest.raises(ulna.DescriptionError, match=r"^URDF text:1: visual '': its origin is beyond 1e\+06 m$"):
+    ball = '<collision><origin xyz="0 -2e6 0"/><geometry><sphere radius="1"/></geometry></collision>'
+    with pytest.raises(ulna.DescriptionError, match=r"^URDF text:1: collision '': its origin is beyond 1e\+06 m$"):
         ulna.load(f'<robot name="m"><link name="a">{ball}</link></robot>')
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ulna.kernels.servo.quadratic_program import minimise
+from ulna.kernels.servo.quadratic_program import minimise, solve_on_rows
 
 
 def solved(H, f, G, b, x):
@@ -59,3 +59,20 @@ def test_a_point_that_no_row_lets_go_stays(rng):
     G, b = np.concatenate([np.eye(3), -np.eye(3)]), np.concatenate([x_0, -x_0])
     x, _ = solved(np.eye(3), rng.normal(size=3), G, b, x_0)
     np.testing.assert_array_equal(x, x_0)
+
+
+@pytest.mark.parametrize("k", [0, 1, 3])
+def test_a_system_is_solved_on_the_active_rows(rng, k):
+    """By the conditions of Karush, Kuhn and Tucker, in one system by NumPy."""
+    n = 7
+    for _ in range(50):
+        H, b, G, values, _ = problem(rng, n, k, 1e-2)
+        free, active, work = np.zeros(n), np.arange(k)[::-1].copy(), np.zeros(2 * n * (n + 1))
+        factor = H.ravel().copy()
+        minimise(factor, b.copy(), np.zeros(0), np.zeros(0), 0, free, np.zeros(n, dtype=np.int64), np.zeros(n), work)
+        x, multipliers = b.copy(), np.concatenate([values[active], np.zeros(n - k)])
+        solve_on_rows(factor, G.ravel(), active, multipliers, k, x, work)
+        rows = G[active].reshape(k, n)
+        right = np.linalg.solve(np.block([[H, rows.T], [rows, np.zeros((k, k))]]), np.r_[b, values[active]])
+        np.testing.assert_allclose(x, right[:n], rtol=1e-6, atol=1e-8 * np.abs(right[:n]).max())
+        np.testing.assert_allclose(multipliers[:k], right[n:], rtol=1e-6, atol=1e-6 * np.abs(right).max())

@@ -406,6 +406,17 @@ def test_what_is_attached_touches_nothing_either(panda, worlds, tool):
     assert found["contacts"] == 0
 
 
+def test_the_positions_of_the_stop_are_the_commands_of_it(panda):
+    servo = panda.servo(acceleration=ACCELERATION)
+    servo.start(panda.home, np.full(7, 0.1))
+    assert len(servo.stop_positions) > 5
+    for _ in range(3):
+        servo.step()
+    positions = servo.stop_positions
+    np.testing.assert_array_equal(positions, [servo.step().q for _ in positions])
+    assert servo.stop_positions.shape == (0, 7)
+
+
 def test_the_rate_is_that_of_the_differences(panda):
     servo, _ = started(panda, rate=250)
     command = run(servo, 250, velocity=[0.2, 0, 0, 0, 0, 0, 0])
@@ -448,3 +459,21 @@ def test_a_tick_tries_few_shares_and_the_next_one_the_others():
             first = driver.next_share(first, only)
             assert max(only - 1, 0) in range(first, first + driver.TRIES)
             assert only in range(first, first + driver.TRIES)
+
+
+def test_a_velocity_of_0_in_a_file_means_not_known_where_one_is_given():
+    """Exporters write velocity="0"; a motion takes velocity= then, and so does a servo."""
+    joint = (
+        '<joint name="{0}" type="revolute"><parent link="{1}"/><child link="{2}"/><origin xyz="0.3 0 0"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="0"/></joint>'
+    )
+    links = "".join(
+        f'<link name="{name}"><collision><geometry><sphere radius="0.01"/></geometry></collision></link>' for name in "abc"
+    )
+    robot = ulna.load(f'<robot name="r">{links}{joint.format("j", "a", "b")}{joint.format("k", "b", "c")}</robot>')
+    with pytest.raises(ulna.InputError, match=r"a velocity of 0, so a servo would never move; velocity= gives one"):
+        robot.servo(acceleration=1.0)
+    servo = robot.servo(acceleration=1.0, velocity=0.5, rate=1000)
+    servo.start(np.zeros(2))
+    speeds = [np.abs(servo.step(velocity=[0.4, 0.4]).qd).max() for _ in range(600)]
+    assert 0.39 < max(speeds) <= 0.5

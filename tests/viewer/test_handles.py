@@ -7,7 +7,7 @@ import pytest
 
 import ulna
 from coroutines import run_coroutine
-from ulna.viewer.nodes import Handles
+from ulna.viewer.nodes import Handles, on_level
 
 
 class Scene:
@@ -69,3 +69,41 @@ def test_handles_dragged_in_two_tabs_are_held_until_both_release(scene, handles)
     assert not handles.take_release()
     scene.send_event("end", client=2)
     assert handles.take_release()
+
+
+def test_a_drag_along_the_floor_stays_on_the_level_of_the_grabbed_point_and_on_the_line_of_sight(rng):
+    for eye, seen, point in rng.uniform(-1, 1, (50, 3, 3)) + np.array([[0, 0, 3], [0, 0, 0], [0, 0, 0]]):
+        found = on_level(eye, seen, point)
+        assert found[2] == pytest.approx(point[2])
+        np.testing.assert_allclose(np.cross(found - eye, seen - eye), 0.0, atol=1e-9)
+
+
+def test_a_drag_that_only_grazes_the_floor_is_parallel_to_the_screen():
+    eye, point = np.array([0.0, 0, 1.0]), np.array([1.0, 0, 0])
+    for seen in ([1.0, 0, 1.0], [1.0, 0, 0.99], [1.0, 0, 2.0], [1.0, 0, 0.9]):
+        assert np.array_equal(on_level(eye, np.array(seen), point), seen)
+
+
+def test_what_handles_hold_is_dragged_as_by_them(scene, handles):
+    listeners = []
+    node = SimpleNamespace(on_drag=lambda *_, **options: lambda dragged: listeners.append((options.get("modifier"), dragged)))
+    handles.grip(node, lambda: ulna.pose((1, 0, 0)))
+    camera = SimpleNamespace(camera=SimpleNamespace(position=(1.0, 0, 10.0)))
+
+    def send(phase, end, modifier=None):
+        event = SimpleNamespace(
+            phase=phase, client_id=0, client=camera, modifier=modifier, start_position=(1.0, 0, 0), end_position=end
+        )
+        run_coroutine(dict(listeners)[modifier](event))
+
+    send("start", (1.0, 0, 0))
+    assert handles.dragged
+    send("update", (1.2, 0.1, 1.0))
+    assert handles.take()
+    np.testing.assert_allclose(handles.pose[:3, 3], (1 + 0.2 * 10 / 9, 0.1 * 10 / 9, 0.0))
+    send("end", (1.0, 0.3, 0.0))
+    assert handles.take_release()
+    np.testing.assert_allclose(handles.pose[:3, 3], (1.0, 0.3, 0.0))
+    send("start", (1.0, 0, 0), "shift")
+    send("update", (1.0, 0, 0.5), "shift")
+    np.testing.assert_allclose(handles.pose[:3, 3], (1.0, 0.0, 0.5))

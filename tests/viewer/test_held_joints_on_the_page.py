@@ -18,7 +18,7 @@ def test_a_ticked_joint_keeps_its_position_and_so_do_those_that_need_not_move(op
         planning = view.plans.planning
         page = open_page(view.url)
         page.get_by_role("tab", name="Plan").click()
-        page.get_by_label("Plan a motion").click()
+        page.get_by_role("button", name="Plan a motion").click()
         wait_to_see(page, lambda: "no goal yet" in page.inner_text("body"), "the request for a goal")
         page.get_by_text("Held joints").click()
         page.get_by_label("Hold left_joint3", exact=True).click()

@@ -33,6 +33,13 @@ def rests(view, page):
     return view.q
 
 
+def rested(page, camera):
+    """Whether the camera is away from where viser has it at first, and stays where it is for half a second."""
+    before = camera.position
+    page.wait_for_timeout(500)
+    return np.array_equal(before, camera.position) and not np.allclose(before, 3.0)
+
+
 def test_it_moves_while_a_button_is_held(view, page, panda):
     button = page.get_by_role("button", name="move -z")
     button.hover()
@@ -46,7 +53,7 @@ def test_it_moves_while_a_button_is_held(view, page, panda):
 
 def test_it_moves_while_a_key_is_held_and_stops_at_a_wall(view, page, panda):
     camera = camera_of(page, view.page.server)
-    wait_to_see(page, lambda: not np.allclose(camera.position, 3.0), "the camera in its place")  # it is at (3, 3, 3) before
+    wait_to_see(page, lambda: rested(page, camera), "a camera that rests: the page places it in several steps")
     before = camera.position
     page.keyboard.down("ArrowUp")
     wait_to_see(page, lambda: "limited by clearance: " in page.inner_text("body"), "what limits the hand")

@@ -138,7 +138,7 @@ def test_bound_functions_are_freed():
     assert sys.getrefcount(tree) <= before + 1
 
 
-UNREADABLE = ("x", "(1wd", "d" * 100, "1", "((d))", "9wd" * 10)
+UNREADABLE = ("x", "(1wd", "d" * 100, "1", "((d))", "9wd" * 10, "1w[", "1w[Tally]", "1w[Tally 16", "1w[ 16]", f"1w[{'T' * 60} 8]")
 
 
 @pytest.mark.parametrize("overloads", [[], (1,), ((0, "d"),), *(((1, text),) for text in UNREADABLE)])

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from ulna.bench.arms import load_arm, longest_reach, random_positions
-from ulna.bench.first_use import first_use_rows, memory_rows, size_rows
 from ulna.bench.protocol import PROTOCOLS, STEP_BOUND, follow_path, run_protocol, ulna_solver
 from ulna.bench.timing import Workload, machine_facts, time_interleaved
 from ulna.collision.world import World
@@ -63,7 +62,7 @@ WORKLOADS = {"fk": forward_workloads, "jacobian": jacobian_workloads, "ik": ik_w
 
 
 Rows = list[dict[str, object]]
-SUBJECTS = (*WORKLOADS, "load")
+SUBJECTS = tuple(WORKLOADS)
 _UNREACHABLE_SHARE = 10  # each uses the whole budget of steps, so a tenth of the targets is enough
 
 
@@ -81,8 +80,6 @@ def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str,
         if subject == "ik":
             data["protocols"] = [row for name, arm in arms.items() for row in protocol_rows(name, arm, n, left_out)]
             data["tracking"] = [row for name, arm in arms.items() for row in tracking_rows(name, arm, n)]
-        if subject == "load":
-            data.update(first_use=first_use_rows(), memory=memory_rows(), size=size_rows())
     return {**data, "left_out": left_out}
 
 

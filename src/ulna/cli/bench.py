@@ -21,7 +21,7 @@ Targets = Annotated[int, typer.Option("--n", min=1, help="Targets of each protoc
 
 BENCH_KEYS = (
     "machine; fk, jacobian, ik, collision: robot, work, median_ns, lower_ns and upper_ns (quartiles) of one problem, per_second; "
-    "protocols; tracking; first_use; memory; size; left_out: what was not measured, and why. Each is a list of rows."
+    "protocols; tracking; left_out: what was not measured, and why. Each is a list of rows."
 )
 
 

@@ -15,6 +15,7 @@ from ulna.collision.clouds import PointCloud
 from ulna.collision.scene_file import load_world
 from ulna.collision.world import World
 from ulna.description.meshes.hulls import in_place_of_meshes, n_collision_meshes
+from ulna.description.names.panda import INSTALL_MESHES
 from ulna.description.pose import pose
 from ulna.description.shapes import Box
 from ulna.errors import FileError, GeometryError, MissingExtraError
@@ -121,7 +122,7 @@ def warn_of_missing(meshes: Sequence[str]) -> None:
     if not meshes:
         return
     if meshes[0].startswith("package://example-robot-data/"):
-        advice = "pip install 'ulna[meshes]' brings them"
+        advice = f"{INSTALL_MESHES} brings them"
     else:
         advice = f"{meshes[0].partition('; tried')[0]}; `ulna inspect` lists where they were looked for"
-    warn(f"plain shapes are shown in place of {len(meshes)} of its meshes: {advice}")
+    warn(f"bodies are drawn in place of {len(meshes)} of its meshes: {advice}")

@@ -14,7 +14,8 @@ from ulna.cli.depends import Json, as_options, command, defaults_of
 from ulna.cli.options import AnyRobot, Link, TaskName
 from ulna.cli.output import Output, PlotFile, attributes, joint_columns, limit, make_table, number, write_figure
 from ulna.cli.rows import read_poses
-from ulna.cli.targets import StartQ
+from ulna.cli.targets import ControllerName, StartQ, StatedIn
+from ulna.description.controllers import controller_named
 from ulna.description.file_bytes import write_table
 from ulna.errors import needs_extra
 from ulna.ik.followed_path import FollowedPath
@@ -51,6 +52,8 @@ def follow(
     start: StartQ,
     *,
     T_path: Poses,
+    frame: StatedIn,
+    controller: ControllerName = None,
     world: Obstacles,
     csv: Out = None,
     plot: PlotFile = None,
@@ -68,8 +71,9 @@ def follow(
     """
     if world is not None:
         robot = checked_robot(robot, meshes=meshes, as_json=as_json)
-    with as_options({"q_start": "--from"}):
-        found = robot.follow(read_poses(T_path), start, link=link, task=task, max_step=max_step, world=world, rank=rank)
+    poses = read_poses(T_path, None if controller is None else controller_named(controller, "--controller"))
+    with as_options({"q_start": "--from", "frame": "--frame"}):
+        found = robot.follow(poses, start, link=link, frame=frame, task=task, max_step=max_step, world=world, rank=rank)
     if csv is not None:
         write_table(csv, found.joint_names, found.q[: found.ends_at])  # the rows that are reached
     if plot is not None:

@@ -12,21 +12,18 @@ from rich.text import Text
 from ulna.cli.depends import as_options, command, defaults_of
 from ulna.cli.options import AnyRobot, Link, Seed, TaskName
 from ulna.cli.output import Output, attributes, count_of, joint_columns, limit, make_table, number
-from ulna.cli.targets import Orientation, StartQ, target_pose
+from ulna.cli.targets import StartQ, TargetPose, target_pose
 from ulna.description.pose import rpy_from_matrix
 from ulna.robot import Robot
 
-Position = Annotated[str, typer.Option(metavar="X,Y,Z", help="The position to reach, in metres.")]
-Method = Annotated[
-    str, typer.Option(metavar="NAME", help="levenberg_marquardt, jacobian_transpose, pseudo_inverse or damped_least_squares.")
-]
+Position = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="The position to reach, in metres.")]
 Trace = Annotated[bool, typer.Option("--trace", help="Show every step.")]
 
 IK_KEYS = (
-    "robot; base; link; target: matrix, 4x4, and orientation, given or home; method; status; success; joints; units; q; lower; "
-    "upper; position_error; rotation_error; residual: x, y, z, rx, ry, rz in the target's axes; task; iterations; starts: number "
-    "of the start that led to q; reason; reach_excess, in metres; limit_excess by joint; trace: rows of position error, rotation "
-    "error, largest joint step, damping, or null."
+    "robot; base; link; target: matrix, 4x4, orientation, given or home, and frame, a link, a matrix or null; status; "
+    "success; joints; units; q; lower; upper; position_error; rotation_error; residual: x, y, z, rx, ry, rz in the axes of the "
+    "target; task; iterations; starts: number of the start that led to q; reason; reach_excess, in metres; limit_excess by "
+    "joint; trace: rows of position error, rotation error, largest joint step, damping, or null."
 )
 TRACK_WIDTH = 13  # characters
 _DEFAULTS = defaults_of(Robot.inverse_kinematics)
@@ -38,27 +35,27 @@ def ik(
     link: Link,
     start: StartQ,
     *,
-    xyz: Position,
-    orientation: Orientation,
-    method: Method = _DEFAULTS["method"],
+    xyz: Position = None,
+    target: TargetPose,
     task: TaskName = _DEFAULTS["task"],
     trace: Trace = False,
     seed: Seed = _DEFAULTS["seed"],
 ) -> Output:
     """Inverse kinematics: joint positions that bring a link to a pose.
 
-    As in: ulna ik --xyz "0.4,0,0.5" --rpy "pi,0,0".
-    Exit status 0 if solved, 1 if not. Without --rpy or --wxyz the link keeps the orientation that it has at home.
+    As in: ulna ik --xyz "0.4,0,0.5" --rpy "pi,0,0", or ulna ik --pose "400,0,500,0,180,0" --controller KUKA.
+    Exit status 0 if solved, 1 if not. Without --rpy, --wxyz or --rotvec the link keeps the orientation that it has at home.
     """
-    T = target_pose(robot, link, xyz, orientation)
-    with as_options({"q_seed": "--from"}):
-        result = robot.inverse_kinematics(T, start, link=link, method=method, seed=seed, task=task, trace=trace)
+    T = target_pose(robot, link, xyz, target)
+    is_turned = target.whole is not None or target.orientation is not None
+    with as_options({"q_seed": "--from", "frame": "--frame"}):
+        how = {"seed": seed, "task": task, "trace": trace}
+        result = robot.inverse_kinematics(T, start, link=link, frame=target.frame, **how)
     data = {
         "robot": robot.name,
         "base": robot.base,
         "link": link,
-        "target": {"matrix": T, "orientation": "home" if orientation is None else "given"},
-        "method": method,
+        "target": {"matrix": T, "orientation": "given" if is_turned else "home", "frame": target.frame},
         "task": task,
         **attributes(result, "status", "success"),
         **joint_columns(robot),

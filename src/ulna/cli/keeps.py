@@ -1,5 +1,6 @@
 """Reads constraints from the command line: ``--keep upright=5deg``."""
 
+import csv
 import re
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any, NamedTuple
@@ -55,7 +56,7 @@ def keep_of(text: str, *, degrees: bool = False) -> Keep:
     head, _, rest = text.partition("=")
     link, colon, name = head.rpartition(":")
     options: dict[str, Any] = {"link": link} if colon else {}
-    values = words(rest)
+    values = _words(rest)
     tolerances: list[tuple[str, float]] = []
     while values and (match := _WITH_UNIT.fullmatch(values[-1])):
         unit, factor = _UNITS[match[2]]
@@ -72,6 +73,17 @@ def keep_of(text: str, *, degrees: bool = False) -> Keep:
         elif tolerances:
             options["within"] = _within(text, tolerances, kind.units)[0]
         return kind.make(numbers("--keep", ",".join(values), kind.entries, degrees=degrees), **options)
+
+
+def _words(text: str) -> list[str]:
+    """The words of a text; those in double quotes may have commas and blanks, as names of links do."""
+    if '"' not in text:
+        return words(text)
+    try:
+        return [word.strip() for word in next(csv.reader([text], skipinitialspace=True, strict=True))]
+    except csv.Error:
+        message = f'{text!r}: a name with a comma stands in double quotes, as in together="left,hand",right'
+        raise InputError("--keep", message) from None
 
 
 def _together(text: str, links: list[str], tolerances: list[tuple[str, float]]) -> Keep:

@@ -93,7 +93,15 @@ def load_robot(loading: Loading, *, robot: RobotName = "panda") -> Robot:
 AnyRobot = Annotated[Robot, Depends(load_robot)]
 
 
-def link_or_hand(robot: AnyRobot, *, link: LinkName = None, as_json: Json = False) -> str:
+def link_or_hand(robot: AnyRobot, loading: Loading, *, link: LinkName = None, as_json: Json = False) -> str:
+    """The link of ``named_or_hand``, which is below that of ``--base``."""
+    if link is not None and loading["base"] is not None and link not in robot.link_names:
+        advice = f"--frame {robot.base} states poses in {robot.base!r} of the whole robot"
+        raise InputError("--base, --link", f"{link!r} is not below {robot.base!r}, or is no link; {advice}")
+    return named_or_hand(robot, link=link, as_json=as_json)
+
+
+def named_or_hand(robot: Robot, *, link: str | None, as_json: bool) -> str:
     """The named link; otherwise the tip; otherwise the hand, whose name is printed on standard error unless JSON has it."""
     known = robot.tip if link is None else link
     if known is not None:

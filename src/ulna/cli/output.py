@@ -1,11 +1,12 @@
-"""Prints data as JSON, or as tables that truncate no number; writes figures, and shows how far a long command is."""
+"""Prints data as JSON, or as tables that truncate no number; writes figures."""
 
 import json
+import os
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import typer
@@ -19,9 +20,6 @@ from rich.text import Text
 from ulna.errors import FileError, InputError
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
-
-if TYPE_CHECKING:
-    from rich.progress import Progress, ProgressColumn
 
 Data = dict[str, object]
 PlotFile = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the joints: .png, .svg or .pdf.")]
@@ -95,10 +93,11 @@ def show(output: Output, *, as_json: bool) -> None:
         return
     console = make_console()
     usual = console.width
+    is_read = not console.is_terminal and "COLUMNS" not in os.environ  # by a program, which finds whole names
     with console.capture() as capture:
         for part in output.table(printable(json_ready(output.data))):
             console.width = max(usual, _least_width(console, part))
-            console.print(part)
+            console.print(part, soft_wrap=is_read and isinstance(part, str | Text))
     text = "\n".join(line.rstrip() for line in capture.get().split("\n"))
     write(text.translate(ASCII) if console.options.ascii_only else text)
 
@@ -128,15 +127,6 @@ def write_figure(figure: Any, out: Path, argument: str = "plot") -> None:
         raise InputError(argument, str(error)) from None
     except OSError as error:
         raise FileError(str(out), error.strerror or str(error)) from None
-
-
-def progress_bar(*columns: "ProgressColumn") -> "Progress":
-    """A bar on standard error if that is a terminal, nothing elsewhere."""
-    from rich.progress import Progress  # noqa: PLC0415 -- few commands take long
-
-    console = Console(stderr=True)
-    console.quiet = not console.is_terminal  # rich before 14.3 ends a disabled bar with an empty line
-    return Progress(*columns, console=console, transient=True, disable=console.quiet, speed_estimate_period=120.0)
 
 
 def title(data, text: str) -> Text:

@@ -14,10 +14,11 @@ from rich.progress import TextColumn, TimeElapsedColumn
 from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import Json, as_options, command, defaults_of
 from ulna.cli.keeps import KeepTexts, keep_of
-from ulna.cli.options import Degrees, Jerk, LinkName, Seed, link_or_hand
-from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, progress_bar, write_figure
-from ulna.cli.targets import HOME, RPY, XYZ, Orientation, Start, numbers, positions, state_of, target_pose, words
+from ulna.cli.options import Degrees, Jerk, LinkName, Seed, named_or_hand
+from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, write_figure
+from ulna.cli.targets import HOME, RPY, XYZ, Start, TargetPose, numbers, positions, state_of, target_pose, words
 from ulna.description.pose import pose
+from ulna.engine.progress import progress_bar
 from ulna.errors import InputError
 from ulna.kinematics.groups import JointGroup, group_named, tip_of
 from ulna.kinematics.tree import entry_names
@@ -88,7 +89,7 @@ def plan(
     start: Start = None,
     to: Goal = None,
     xyz: Position = None,
-    orientation: Orientation,
+    target: TargetPose,
     goals: Goals = None,
     link: LinkName = None,
     group: GroupName = None,
@@ -116,11 +117,11 @@ def plan(
     As in: ulna plan --to "1,-pi/4,0,-3pi/4,0,pi/2,pi/4" --csv motion.csv. It starts at home unless --from says where. Exit
     status 0 if a motion is found, 1 if not.
     """
-    if sum(bool(given) for given in (to is not None, xyz is not None, goals)) != 1:
-        raise InputError("--to, --xyz, --goal", "one of them is expected")
-    if xyz is None and (link is not None or orientation is not None):
+    if sum(bool(given) for given in (to is not None, xyz is not None, target.whole is not None, goals)) != 1:
+        raise InputError("--to, --xyz, --pose, --goal", "one of them is expected")
+    if (to is not None or goals) and (link is not None or target.is_given):
         other = "--goal names its links and their orientations" if goals else "--to gives positions of all joints"
-        raise InputError("--link, --rpy, --wxyz", f"go with --xyz; {other}")
+        raise InputError("--link, --rpy, --wxyz, --rotvec, --frame", f"go with --xyz and --pose; {other}")
     if limits is not None:
         with as_options({"limits": "--limits"}):
             robot = _within_positions(robot, limits)
@@ -131,19 +132,20 @@ def plan(
     elif goals:
         goal = _poses(goals, robot, degrees=degrees)
     else:
-        link = tip_of(members) if members and link is None else link_or_hand(robot, link=link, as_json=as_json)
-        goal = target_pose(robot, link, str(xyz), orientation)
+        link = tip_of(members) if members and link is None else named_or_hand(robot, link=link, as_json=as_json)
+        goal = target_pose(robot, link, xyz, target)
     keeps = [keep_of(text, degrees=degrees) for text in keep or ()]
     options = {
         "keep": "--keep",
         "held": "--held",
         "q_start": "--from",
-        "goal": "--goal" if goals else "--xyz" if to is None else "--to",
+        "goal": "--goal" if goals else "--to" if to is not None else "--xyz" if target.whole is None else "--pose",
+        "frame": "--frame",
     }
     with as_options(options), search_shown() as progress:
         found = robot.plan(
-            begin, goal, world, link=link, held=held or (), group=group, keep=keeps, certify=not sampled, clearance=clearance,
-            seed=seed, max_checks=max_checks, time_limit=time_limit, escape=escape, progress=progress,
+            begin, goal, world, link=link, frame=target.frame, held=held or (), group=group, keep=keeps, certify=not sampled,
+            clearance=clearance, seed=seed, max_checks=max_checks, time_limit=time_limit, escape=escape, progress=progress,
         )  # fmt: skip
     motion = None
     if found:

@@ -15,10 +15,11 @@ from typer.core import TyperGroup
 
 from ulna.cli.cell import Meshes, Obstacles, checked_robot
 from ulna.cli.depends import Json, command, defaults_of
-from ulna.cli.options import LinkName, Loading, OnPage, RobotName, Seed, TaskName, link_or_hand, load_robot
-from ulna.cli.output import Data, Output, make_table, printable, progress_bar, warn, write_figure
+from ulna.cli.options import LinkName, Loading, OnPage, RobotName, Seed, TaskName, load_robot, named_or_hand
+from ulna.cli.output import Data, Output, make_table, printable, warn, write_figure
 from ulna.cli.targets import XYZ, numbers
 from ulna.collision.world import World
+from ulna.engine.progress import progress_bar
 from ulna.errors import ClusterError, needs_extra
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.reachability_map import reachability_map
@@ -109,7 +110,7 @@ def compute(
     --resume continues.
     """
     arm = load_robot(loading, robot=robot)
-    tip = link_or_hand(arm, link=link, as_json=as_json)
+    tip = named_or_hand(arm, link=link, as_json=as_json)
     if itself and world is None:
         world = World()
     if world is not None or keep_clearance:

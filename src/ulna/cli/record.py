@@ -12,11 +12,12 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemaini
 from ulna.cli.cell import Obstacles, warn_of_missing
 from ulna.cli.depends import command
 from ulna.cli.options import Degrees, Loading, load_robot
-from ulna.cli.output import printable, progress_bar
+from ulna.cli.output import printable
 from ulna.cli.plugins import FILMS, Film, load_plugins
 from ulna.cli.rows import read_motion, read_trajectory
 from ulna.cli.targets import Positions, q_of
 from ulna.collision.world import World
+from ulna.engine.progress import progress_bar
 from ulna.errors import InputError, needs_extra
 from ulna.robot import Robot
 

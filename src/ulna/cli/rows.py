@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.columns import (
+    ANGLE,
+    LENGTH,
     NUMBER,
     RPY,
     TIMES,
@@ -25,6 +27,7 @@ from ulna.description.columns import (
     text_of,
     words_of,
 )
+from ulna.description.controllers import Controller, pose_from
 from ulna.description.file_bytes import file_bytes
 from ulna.description.file_costs import check_numbers
 from ulna.description.pose import as_pose, pose
@@ -67,12 +70,16 @@ def read_motion(path: Path, robot: Robot) -> tuple[float, NDArray[np.float64]]:
     return float(times[-1]), np.column_stack([np.interp(even, times, column) for column in rows[:, 1 : 1 + n].T])
 
 
-def read_poses(path: Path) -> NDArray[np.float64]:
+def read_poses(path: Path, controller: Controller | None = None) -> NDArray[np.float64]:
     """The poses of a file, shape (n, 4, 4): of a .npy file of that shape, or of rows of numbers.
+
+    With a controller a row is as that states a pose, in its units; names of columns are then its labels.
 
     A row is x, y, z, roll, pitch, yaw; or x, y, z, w, x, y, z with the orientation as a quaternion; or the 12 or 16 numbers of a
     matrix, row by row. Columns with names may be in another order: x, y, z and roll, pitch, yaw, or qw, qx, qy, qz.
     """
+    if controller is not None:
+        return _poses_of_controller(path, controller)
     rows = _read(_PATH, path, _OF_POSES)
     if rows.ndim == 3:
         rows = rows.reshape(len(rows), -1)
@@ -81,6 +88,18 @@ def read_poses(path: Path) -> NDArray[np.float64]:
     _refuse_infinite(_PATH, path, rows)
     poses = np.array([_POSES[rows.shape[1]](row) for row in rows])
     return as_pose(poses, _PATH)
+
+
+def _poses_of_controller(path: Path, controller: Controller) -> NDArray[np.float64]:
+    turns = NUMBER if controller.turns == "wxyz" else ANGLE
+    per = np.array([controller.per_metre] * 3 + [controller.per_radian] * (len(controller.labels) - 3))
+    known = [Quantity(label, LENGTH if k < 3 else turns, "", 1.0 / per[k]) for k, label in enumerate(controller.labels)]
+    rows = _read(_PATH, path, Row(known, lambda _: controller.labels, _OF_POSES.ignored))
+    if rows.ndim != 2 or rows.shape[1] != len(known) or not len(rows):
+        expected = f"rows of {', '.join(controller.labels)} [{controller.units}] are expected"
+        raise InputError(_PATH, f"{path.name} has shape {rows.shape}; {expected}")
+    _refuse_infinite(_PATH, path, rows)
+    return pose_from(rows * per, controller.name)
 
 
 def _of_matrix(row: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -141,7 +160,7 @@ def _array(option: str, path: Path, content: bytes, row: Row) -> NDArray[np.floa
     try:
         array = np.load(BytesIO(content), allow_pickle=False)
         if array.dtype.names is None:
-            return np.asarray(array, dtype=np.float64)
+            return _in_si(np.asarray(array, dtype=np.float64), row)
         fields = {name: np.asarray(array[name], dtype=np.float64).reshape(-1) for name in array.dtype.names}
     except (ValueError, TypeError, EOFError):
         raise InputError(option, f"{path.name} is not a .npy file of numbers") from None
@@ -181,4 +200,11 @@ def _table(option: str, path: Path, content: bytes, row: Row) -> NDArray[np.floa
             raise InputError(option, f"{path.name}:{k}: {line.strip()[:60]!r} is not a row of numbers") from None
         if len(fields) != head.n_columns:
             raise InputError(option, f"{path.name}:{k}: {len(fields)} numbers, but {head.n_columns} in the row before")
-    return np.array(rows, dtype=np.float64) * scales
+    table = np.array(rows, dtype=np.float64)
+    return _in_si(table, row) if columns is None else table * scales
+
+
+def _in_si(table: NDArray[np.float64], row: Row) -> NDArray[np.float64]:
+    """A table without names, each column in its usual unit, in m, rad or s."""
+    units = np.array([one.unit for one in row.known])
+    return table if (units == 1.0).all() or table.shape[-1:] != units.shape else table * units

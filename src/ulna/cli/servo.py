@@ -3,13 +3,13 @@
 from ulna.cli.cell import Obstacles, ShownRobot
 from ulna.cli.depends import command
 from ulna.cli.options import Jerk, OnPage
-from ulna.cli.targets import Q
+from ulna.cli.targets import BeginningQ
 from ulna.cli.view import serve
 from ulna.viewer.open_page import view
 
 
 @command
-def servo(robot: ShownRobot, world: Obstacles, q: Q, page: OnPage, *, jerk: Jerk = None) -> None:
+def servo(robot: ShownRobot, world: Obstacles, q: BeginningQ, page: OnPage, *, jerk: Jerk = None) -> None:
     """Steer a robot's hand in the browser: hold a button, or an arrow key; it touches nothing, and says what limits it.
 
     Shift with a key turns the hand. Ctrl-C ends it.

@@ -1,9 +1,9 @@
-"""Reads numbers, a q or a pose from the command line: ``--q``, ``--from``, ``--xyz``, ``--rpy``, ``--wxyz``."""
+"""Reads numbers, a q or a pose from the command line: ``--q``, ``--from``, ``--xyz``, ``--rpy``, ``--pose``, ``--frame``."""
 
 import math
 import re
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ulna.cli.depends import Depends
 from ulna.cli.options import AnyRobot, Degrees
 from ulna.cli.output import warn
+from ulna.description.controllers import CONTROLLERS, controller_named, pose_from
 from ulna.description.pose import pose
 from ulna.errors import InputError, UnknownNameError
 from ulna.kinematics.groups import JointGroup, state_named
@@ -21,6 +22,7 @@ from ulna.robot.coordinates import Coordinate, coordinates_of
 XYZ = (Coordinate("x", "m"), Coordinate("y", "m"), Coordinate("z", "m"))
 RPY = (Coordinate("roll", "rad"), Coordinate("pitch", "rad"), Coordinate("yaw", "rad"))
 WXYZ = tuple(Coordinate(name, "") for name in "wxyz")
+ROTVEC = (Coordinate("rx", "rad"), Coordinate("ry", "rad"), Coordinate("rz", "rad"))
 BOX = (*XYZ, *RPY, Coordinate("length", "m"), Coordinate("width", "m"), Coordinate("height", "m"))
 _DECIMAL = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _WITH_PI = re.compile(rf"([+-]?)(?:({_DECIMAL})\*?)?pi(?:/({_DECIMAL}))?")
@@ -92,12 +94,53 @@ RollPitchYaw = Annotated[
 Quaternion = Annotated[str | None, typer.Option(metavar="W,X,Y,Z", help="The orientation as a quaternion instead.")]
 
 
+RotationVector = Annotated[
+    str | None, typer.Option(metavar="RX,RY,RZ", help="Or as a rotation vector, as Universal Robots state it.")
+]
+WholePose = Annotated[
+    str | None,
+    typer.Option(
+        "--pose",
+        metavar="NUMBERS",
+        help="Position and orientation as --controller states them; else x, y, z, roll, pitch, yaw.",
+    ),
+]
+ControllerName = Annotated[
+    str | None,
+    typer.Option("--controller", metavar="NAME", help=f"Whose units and angles poses have: {', '.join(CONTROLLERS)}."),
+]
+FrameText = Annotated[
+    str | None,
+    typer.Option(
+        "--frame",
+        metavar="FRAME",
+        help='The frame of poses: a link that stands still, or its "x,y,z,roll,pitch,yaw".',
+    ),
+]
+
+
 def q_of(robot: AnyRobot, *, q: Positions = None, degrees: Degrees = False) -> Array:
     """The q of ``--q`` [rad or m], shape (n_dof,); home without it."""
     return robot.home if q is None else positions("--q", q, robot, degrees=degrees)
 
 
 Q = Annotated[Array, Depends(q_of)]
+BeginQ = Annotated[
+    str | None,
+    typer.Option(
+        "--q",
+        metavar="NUMBERS",
+        help='Joint positions to begin with, as in "0,-pi/4,0.5 1e-3", or a state of the SRDF; bent and free unless given.',
+    ),
+]
+
+
+def beginning_of(robot: AnyRobot, *, q: BeginQ = None, degrees: Degrees = False) -> Array | None:
+    """The q of ``--q`` [rad or m], shape (n_dof,); None without it, so that the page chooses one."""
+    return None if q is None else positions("--q", q, robot, degrees=degrees)
+
+
+BeginningQ = Annotated[Array | None, Depends(beginning_of)]
 
 
 def start_of(robot: AnyRobot, *, start: Start = None, degrees: Degrees = False) -> Array | None:
@@ -108,22 +151,91 @@ def start_of(robot: AnyRobot, *, start: Start = None, degrees: Degrees = False) 
 StartQ = Annotated[Array | None, Depends(start_of)]
 
 
-def orientation_of(*, rpy: RollPitchYaw = None, wxyz: Quaternion = None, degrees: Degrees = False) -> Array | None:
-    """The orientation of ``--rpy`` or ``--wxyz`` as a pose at the origin, shape (4, 4); None without them."""
-    if rpy is not None and wxyz is not None:
-        raise InputError("--rpy, --wxyz", "give one of them, not both")
+def orientation_of(
+    *, rpy: RollPitchYaw = None, wxyz: Quaternion = None, rotvec: RotationVector = None, degrees: Degrees = False
+) -> Array | None:
+    """The orientation of ``--rpy``, ``--wxyz`` or ``--rotvec`` as a pose at the origin, shape (4, 4); None without them."""
+    given = [name for name, text in (("--rpy", rpy), ("--wxyz", wxyz), ("--rotvec", rotvec)) if text is not None]
+    if len(given) > 1:
+        raise InputError(", ".join(given), f"give one of them, not {'both' if len(given) == 2 else 'all'}")
     if wxyz is not None:
         return pose(wxyz=numbers("--wxyz", wxyz, WXYZ))
+    if rotvec is not None:
+        return pose(rotvec=numbers("--rotvec", rotvec, ROTVEC, degrees=degrees))
     return None if rpy is None else pose(rpy=numbers("--rpy", rpy, RPY, degrees=degrees))
 
 
 Orientation = Annotated[Array | None, Depends(orientation_of)]
 
 
-def target_pose(robot: Robot, link: str, xyz: str, orientation: Array | None) -> Array:
-    """The pose of ``--xyz``, shape (4, 4); the link is turned as at home unless an orientation is given."""
-    T = robot.forward_kinematics(robot.home, link=link) if orientation is None else orientation
-    T[:3, 3] = numbers("--xyz", xyz, XYZ)
+class Target(NamedTuple):
+    """What says the pose of a link.
+
+    Attributes:
+        whole: The pose of ``--pose``, shape (4, 4); None without it.
+        orientation: That of ``--rpy``, ``--wxyz`` or ``--rotvec``, shape (4, 4); None without them.
+        frame: The frame in which it is stated: a link, or T_base_frame, shape (4, 4); None for the base.
+    """
+
+    whole: Array | None
+    orientation: Array | None
+    frame: str | Array | None
+
+    @property
+    def is_given(self) -> bool:
+        """Whether any of its options is given."""
+        return self.whole is not None or self.orientation is not None or self.frame is not None
+
+
+def frame_of(*, frame: FrameText = None) -> str | Array | None:
+    """The frame of ``--frame``: the name of a link, or T_base_frame, shape (4, 4); None without it."""
+    if frame is None or is_name(frame):
+        return frame
+    xyz_rpy = numbers("--frame", frame, (*XYZ, *RPY))
+    return pose(xyz_rpy[:3], xyz_rpy[3:])
+
+
+StatedIn = Annotated[str | Array | None, Depends(frame_of)]
+
+
+def target_of(
+    orientation: Orientation,
+    frame: StatedIn,
+    *,
+    whole: WholePose = None,
+    controller: ControllerName = None,
+    degrees: Degrees = False,
+) -> Target:
+    """What ``--pose``, the options of an orientation, and ``--frame`` say."""
+    if whole is None:
+        if controller is not None:
+            raise InputError("--controller", "goes with --pose")
+        return Target(None, orientation, frame)
+    if orientation is not None:
+        raise InputError("--pose", "has an orientation; none is expected beside it")
+    if controller is None:
+        xyz_rpy = numbers("--pose", whole, (*XYZ, *RPY), degrees=degrees)
+        return Target(pose(xyz_rpy[:3], xyz_rpy[3:]), None, frame)
+    said = controller_named(controller, "--controller")
+    values = numbers("--pose", whole, [Coordinate(label, "") for label in said.labels])
+    return Target(pose_from(values, said.name), None, frame)
+
+
+TargetPose = Annotated[Target, Depends(target_of)]
+
+
+def target_pose(robot: Robot, link: str, xyz: str | None, target: Target) -> Array:
+    """The pose of ``--pose`` or ``--xyz`` in its frame, shape (4, 4).
+
+    With ``--xyz`` the link is turned as at home unless an orientation is given.
+    """
+    if (target.whole is None) == (xyz is None):
+        raise InputError("--xyz, --pose", "one of them is expected")
+    if target.whole is not None:
+        return target.whole
+    at_home = robot.forward_kinematics(robot.home, link=link, frame=target.frame)
+    T = at_home if target.orientation is None else target.orientation
+    T[:3, 3] = numbers("--xyz", str(xyz), XYZ)
     return T
 
 

@@ -14,7 +14,7 @@ from ulna.cli.cell import Obstacles, ShownRobot, warn_of_missing
 from ulna.cli.depends import command
 from ulna.cli.options import OnPage
 from ulna.cli.output import printable
-from ulna.cli.targets import Q
+from ulna.cli.targets import BeginningQ
 from ulna.viewer.open_page import view as open_view
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ _PATIENCE_S = 2.0
 
 
 @command
-def view(robot: ShownRobot, world: Obstacles, q: Q, page: OnPage) -> None:
+def view(robot: ShownRobot, world: Obstacles, q: BeginningQ, page: OnPage) -> None:
     """Any robot in the browser: drag its hand, move its joints, put obstacles in its way; see distances and what it touches.
 
     Ctrl-C ends it.

@@ -12,9 +12,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsed
 from rich.text import Text
 
 from ulna.cli.depends import Json, command
-from ulna.cli.output import Data, Output, make_table, progress_bar
+from ulna.cli.output import Data, Output, make_table
 from ulna.drivers import DRIVERS
 from ulna.engine.ahead import FOLDER, is_ahead
+from ulna.engine.progress import progress_bar
 from ulna.engine.threads import default_threads
 from ulna.errors import FileError
 

@@ -5,7 +5,7 @@ from math import hypot, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Shape, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Shape, Sphere, UnknownShape
 from ulna.errors import GeometryError
 from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 
@@ -26,7 +26,7 @@ def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[floa
         first_vertex: Where the vertices of this shape (``shape_vertices``) begin in those of the table.
 
     Raises:
-        GeometryError: It is a mesh as a file gives it, which need not be convex.
+        GeometryError: It is a mesh as a file gives it, which need not be convex, or a shape that is not known.
     """
     match shape:
         case Sphere(radius):
@@ -41,6 +41,8 @@ def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[floa
             return HALF_SPACE, 0.0, 0.0, 0.0, 0.0, 0, 0, inf
         case ConvexMesh(vertices=vertices):
             return hull_columns(vertices, first_vertex)
+        case UnknownShape(kind):
+            raise GeometryError(f"{kind} is not known, so it cannot be checked; box, sphere, cylinder, capsule and mesh are")
         case _:
             raise GeometryError(f"a {type(shape).__name__} has no collision kernel; {_ADVICE}")
     return *columns, hypot(*columns[1:4]) + columns[4]

@@ -17,20 +17,21 @@ from ulna.demo.scenario import BOX, BOX_NAME, BOX_START, LIGHT, LIGHT_POSITION, 
 from ulna.description.pose import pose
 from ulna.viewer.arm import REAL_ARM, Arm
 from ulna.viewer.compiler import Compiler
-from ulna.viewer.html import marked, small_text
+from ulna.viewer.html import lead, marked, small_text
 from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
 from ulna.viewer.nodes import Handles
 from ulna.viewer.page import HOST, Page
-from ulna.viewer.palette import FLOOR_CELLS, GREEN, MOVABLE, RED, UNKNOWN
+from ulna.viewer.palette import GREEN, MOVABLE, RED, UNKNOWN
 from ulna.viewer.readings import Notice
-from ulna.viewer.stage import stand_back_where_narrow
+from ulna.viewer.stage import add_floor, add_light, stand_back_where_narrow
 
 FRAMES_PER_SECOND = 30.0
 STOP_WITHIN_S = 2.0
-_WHAT = (
-    "A university assignment (hw2 in the repository): the Panda repeats a trajectory. Drag the box by its arrows; the light says "
-    "which of the arm's twelve boxes it touches."
+_WHAT = "Drag the orange box into the arm."
+_MORE = (
+    "The Panda repeats a trajectory, and the light says which of its twelve boxes touch. The box moves along the floor, with "
+    "Shift up and down too. Press ? for the keys. This is a university assignment: hw2 in the repository."
 )
 _AROUND = "The arm goes between the corners of its trajectory by certified plans, made anew when the box is moved into its way"
 _FOLLOW_S = 0.1  # interval at which the sliders are set while the arm moves
@@ -83,7 +84,7 @@ class DemoApp:
 
     def _build(self) -> None:
         self.scene = DemoScene(self.server, self.demo, self._loop.wake)
-        self.page.floor = self.scene.floor
+        add_floor(self.page, -2e-3, 0.1, 9.0)
         self._add_widgets()
         self.player.move_to(self.player.q)
 
@@ -134,7 +135,7 @@ class DemoApp:
 
     def _add_widgets(self) -> None:
         gui = self.server.gui
-        gui.add_html(small_text(_WHAT))
+        gui.add_html(lead(_WHAT) + small_text(_MORE))
         if self.scene.arm.missing:
             gui.add_html(small_text(REAL_ARM))
         self.verdict = gui.add_html(marked(light_word(None), light_color(None), filled=False))
@@ -146,7 +147,7 @@ class DemoApp:
         self.speed = gui.add_slider("Speed", min=0.0, max=3.0, step=0.1, initial_value=1.0, hint="1 is real time")
         self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
         self.show_boxes.on_update(lambda _: self.scene.arm.show_solids(visible=self.show_boxes.value))
-        self.page.add_dark_box()
+        self.page.add_dark_button()
         gui.add_button("Put the box back", hint="Where it stood at first").on_click(lambda _: self.put_box(pose(BOX_START)))
         self.recording = RecordButton(self.server, self.player, lambda: self.show_boxes.value)
         self.joints = JointSliders(gui, self.demo.robot, self._loop.wake)
@@ -198,7 +199,7 @@ class DemoScene:
     def __init__(self, server: viser.ViserServer, demo: Demo, moved: Callable[[], None]) -> None:
         scene = server.scene
         scene.set_up_direction("+z")
-        self.floor = scene.add_grid("/floor", width=2.4, height=2.4, cell_size=0.1, section_size=0.6, cell_color=FLOOR_CELLS[0])
+        add_light(scene)
         server.initial_camera.position = (1.75, -1.45, 1.0)
         server.initial_camera.look_at = (0.2, 0.0, 0.36)
         server.initial_camera.fov = 0.7
@@ -210,7 +211,7 @@ class DemoScene:
         )
         self.handles = Handles(scene, "/movable", 0.22, moved)
         self.handles.put(demo.world.pose(BOX_NAME))
-        scene.add_box("/movable/box", MOVABLE, BOX.extents)
+        self.handles.grip(scene.add_box("/movable/box", MOVABLE, BOX.extents))
 
     def draw_report(self, report: Report | None) -> None:
         """Set the colour of the light, its text, and the boxes that touch; grey while the report is not known."""

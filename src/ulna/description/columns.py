@@ -38,11 +38,13 @@ class Quantity(NamedTuple):
         name: Its name here.
         kind: Its kind, which says what units it may have.
         words: A pattern of the other names that it has in files, in small letters, with one blank between words; "" for none.
+        unit: Its unit in m, rad or s where the name of a column has none.
     """
 
     name: str
     kind: str
     words: str = ""
+    unit: float = 1.0
 
 
 _PLACE = r"(?:.* )?(?:position|pos|translation|trans|point|points|coordinate|location)"
@@ -235,7 +237,8 @@ def columns_of(names: Sequence[str], row: Row) -> tuple[list[int], list[float]]:
     strange += [names[column] for name, (column, _) in found.at.items() if name not in chosen]
     if strange:
         raise ValueError(f"column {strange[0][:60]!r} is not known beside {', '.join(chosen[:20])}")
-    return columns, [1.0 if factor is None else factor for factor in factors]
+    usual = {one.name: one.unit for one in row.known}
+    return columns, [usual[name] if factor is None else factor for name, factor in zip(chosen, factors, strict=True)]
 
 
 def words_of(name: str) -> str:

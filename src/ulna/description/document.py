@@ -2,6 +2,7 @@
 
 import math
 import re
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,11 +11,12 @@ from pathlib import Path
 from lxml import etree
 
 from ulna.description.file_bytes import file_bytes
-from ulna.description.xml import LONGEST, parse
-from ulna.errors import FileError, InputError
+from ulna.description.xml import LONGEST, XACRO_NAMESPACE, Parsed, parse_leniently
+from ulna.errors import DescriptionWarning, FileError, InputError
 
-NAMESPACES = ("http://www.ros.org/wiki/xacro", "http://ros.org/wiki/xacro", "http://wiki.ros.org/xacro")
+NAMESPACES = (XACRO_NAMESPACE, "http://ros.org/wiki/xacro", "http://wiki.ros.org/xacro")
 """Those of xacro."""
+_NOT_MACROS = {"macro", "property", "arg", "include", "if", "unless", "insert_block", "call", "element", "attribute", "eval"}
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,12 @@ class Document:
     @cached_property
     def root(self) -> etree._Element:
         """Its root element, parsed once."""
-        return parse(self.text, self.source)
+        return self.parsed.root
+
+    @cached_property
+    def parsed(self) -> Parsed:
+        """Its root element with its text, mended where its XML is not well-formed."""
+        return parse_leniently(self.text, self.source)
 
 
 def is_text(source: str) -> bool:
@@ -60,10 +67,23 @@ def is_xacro(root: etree._Element) -> bool:
     return declared and any("${" in str(v) or "$(" in str(v) for e in root.iter() for v in e.attrib.values())
 
 
+def left_over_calls(root: etree._Element) -> list[etree._Element]:
+    """The calls of macros in a document with links that has nothing else of xacro: an expansion has left them."""
+    ours = [e for e in root.iter() if isinstance(e.tag, str) and etree.QName(e).namespace in NAMESPACES]
+    if not ours or any(etree.QName(e).localname in _NOT_MACROS for e in ours) or all(e.tag != "link" for e in root):
+        return []
+    computes = any("${" in str(v) or "$(" in str(v) for e in root.iter() for v in e.attrib.values())
+    return [] if computes else ours
+
+
 def expanded(document: Document, xacro_args: Mapping[str, object], max_seconds: float = math.inf) -> Document:
-    """The expansion of a xacro file, in so many seconds at most; any other document itself, which takes no arguments."""
-    if not is_xacro(document.root):
-        refuse_arguments(document.source, xacro_args)
+    """The expansion of a xacro file, in so many seconds at most; any other document itself, which takes no arguments.
+
+    A document with links that only calls macros, and is not named ``.xacro``, is the result of an expansion: it is itself too.
+    """
+    left_over = not document.file.endswith(".xacro") and bool(left_over_calls(document.root))
+    if left_over or not is_xacro(document.root):
+        warn_of_arguments(document.source, xacro_args)
         return document
     from ulna.description.xacro.expansion import expand_xacro  # noqa: PLC0415 - plain URDF needs no child process
 
@@ -71,10 +91,18 @@ def expanded(document: Document, xacro_args: Mapping[str, object], max_seconds: 
     return replace(document, text=text, source=f"{document.source} (expanded; `ulna urdf` prints it)")
 
 
-def refuse_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
-    """Refuse arguments for a document that takes none."""
+def shared_arguments(document: Document, xacro_args: Mapping[str, object]) -> dict[str, object]:
+    """Those of the arguments that a document defines: an SRDF has some of its URDF."""
+    defined = {e.get("name") for e in document.root.iter() if isinstance(e.tag, str) and etree.QName(e).localname == "arg"}
+    return {name: value for name, value in xacro_args.items() if name in defined}
+
+
+def warn_of_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
+    """Warn of arguments for a document that takes none: they may be those of the other one of two that are compared."""
     if xacro_args:
-        raise InputError("xacro_args", f"{source} is not a xacro file, so it takes no arguments")
+        names = ", ".join(map(repr, xacro_args))
+        sentence = f"{source} is not a xacro file, so it takes no arguments: {names} of xacro_args change nothing"
+        warnings.warn(sentence, DescriptionWarning, stacklevel=6)
 
 
 def _encoded(argument: str, source: str) -> bytes:

@@ -6,8 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from ulna.description.document import Document, expanded, is_text, open_document, refuse_arguments
+from ulna.description.document import Document, expanded, is_text, open_document, shared_arguments, warn_of_arguments
 from ulna.description.meshes.mesh_files import with_mesh_paths
+from ulna.description.mjcf import read_mjcf
 from ulna.description.names.by_name import BUNDLED, Bundled, find_by_name
 from ulna.description.packages import as_package_dirs
 from ulna.description.references import matched
@@ -17,6 +18,7 @@ from ulna.description.srdf import read_srdf
 from ulna.description.srdf_beside import srdf_beside
 from ulna.description.unread import sentences
 from ulna.description.urdf import decoded, read_urdf
+from ulna.description.urdf_writer import write_urdf
 from ulna.errors import DescriptionWarning, InputError
 
 _SUFFIXES = (".urdf", ".xacro", ".srdf", ".xml", ".sdf", ".mjcf")
@@ -35,23 +37,35 @@ def load_description(
     Without ``srdf`` the one that lies beside the URDF is taken (``srdf_beside``); False takes none.
     """
     document, bundled = _document(source, xacro_args, package_dirs)
-    description = read_urdf(document)
-    if unread := sentences(document.root, document.source):
+    is_mjcf = document.root.tag == "mujoco"
+    description = read_mjcf(document) if is_mjcf else read_urdf(document)
+    if unread := [*left_out_sentences(description), *(() if is_mjcf else sentences(document.root, document.source))]:
         more = f" ({len(unread)} such sentences: ulna inspect)" if len(unread) > 1 else ""
         warnings.warn(unread[0] + more, DescriptionWarning, stacklevel=3)
     if srdf is None and bundled is not None:
         srdf = bundled.semantics()
     if srdf is None and document.folder is not None:  # nothing lies beside a text, or a bundled robot
-        description = replace(description, srdf=srdf_beside(document, document.folder, description))
+        description = replace(description, srdf=srdf_beside(document, document.folder, description, xacro_args))
     elif srdf is not None and srdf is not False:
-        description = replace(description, srdf=_given_srdf(srdf, document, description))
+        description = replace(description, srdf=_given_srdf(srdf, document, description, xacro_args))
     return description, None if bundled is None else bundled.home
 
 
-def _given_srdf(srdf: object, document: Document, description: Description) -> Srdf:
-    """The SRDF at a path or in a text. If it has names that the robot lacks, there is one warning for all of them."""
+def left_out_sentences(description: Description) -> list[str]:
+    """A sentence with file and line for each part of a document that was left out."""
+    warned = (part for part in description.left_out if part.is_warned)
+    at = f"{description.source}:{{}}: " if description.text else f"{description.source}: "
+    return [f"{at.format(part.line)}{part.where}: {part.message}" for part in warned]
+
+
+def _given_srdf(srdf: object, document: Document, description: Description, xacro_args: Mapping[str, object]) -> Srdf:
+    """The SRDF at a path or in a text. If it has names that the robot lacks, there is one warning for all of them.
+
+    Of a xacro file, the arguments that it defines have the values of the URDF's.
+    """
     path_or_text = _checked_source("srdf", srdf, "a path or SRDF text")
-    semantics = matched(read_srdf(expanded(open_document("srdf", path_or_text, "SRDF", document.package_dirs), {})), description)
+    opened = open_document("srdf", path_or_text, "SRDF", document.package_dirs)
+    semantics = matched(read_srdf(expanded(opened, shared_arguments(opened, xacro_args))), description)
     for first in semantics.warnings[:1]:
         count = len(semantics.warnings)
         more = f" ({count} such sentences: robot.srdf.warnings)" if count > 1 else ""
@@ -64,6 +78,8 @@ def urdf_text(
 ) -> str:
     """The URDF text of a source, even if it cannot be loaded; of a xacro file, its expansion."""
     document, _ = _document(source, xacro_args, package_dirs)
+    if document.root.tag == "mujoco":
+        return write_urdf(read_mjcf(document))
     return with_mesh_paths(mesh_paths, decoded(document), document.folder, document.package_dirs)
 
 
@@ -80,7 +96,7 @@ def _document(
     folders = as_package_dirs(package_dirs)
     bundled = BUNDLED.get(source) if isinstance(source, str) else None
     if bundled is not None:
-        refuse_arguments(str(source), xacro_args)
+        warn_of_arguments(str(source), xacro_args)
         return Document(bundled.text(), bundled.file, package_dirs=folders), bundled
     if isinstance(source, str) and not is_text(source) and _may_be_a_name(source):
         named = find_by_name(source)

@@ -4,6 +4,7 @@ import os
 import re
 import sys
 from collections.abc import Iterable, Iterator
+from itertools import islice
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -14,6 +15,7 @@ from ulna.errors import InputError
 _NAME = re.compile(r"<name>([^<]*+)</name>")
 _LONGEST = 1_000_000  # bytes of a package.xml that are read
 _LEVELS_ABOVE = 6  # folders
+_MAX_NAMES = 10_000  # of one folder that are compared
 
 
 def as_package_dirs(package_dirs: Iterable[str | Path]) -> tuple[Path, ...]:
@@ -91,21 +93,94 @@ def _is_package(folder: Path, name: str) -> bool:
     return declared is not None and declared[1].strip() == name
 
 
+_MESHES = {"mesh", "meshes", "visual", "collision", "assets", "stl", "obj", "dae"}
+_TREE_LEVELS = 3  # folders above a description that has no package and no repository
+_FIND = re.compile(r"\$\(find ([^)\s]+)\)/?(.*)", re.DOTALL)
+NETWORK = ("http:", "https:", "ftp:")
+
+
+def own_tree(folder: Path | None) -> Path | None:
+    """The folder that a description shares with its meshes, which it may read; None if it is that of the description alone.
+
+    It is its package, or the repository around it, or the nearest of the three folders above with one for meshes in it. It is
+    never a home folder or one above, in which a ``meshes`` would be somebody else's.
+    """
+    if folder is None:
+        return None
+    above, home = folders_above(folder), Path(os.path.expanduser("~")).resolve()  # noqa: PTH111 - it may not be known
+    above = above[: next((k for k, path in enumerate(above) if home.is_relative_to(path)), len(above))]
+    for kinds in (("package.xml",), (".git", "model.config", "manifest.xml")):
+        for path in above:
+            if any((path / kind).exists() for kind in kinds):
+                return path
+    return next((path for path in above[1 : 1 + _TREE_LEVELS] if _has_folder_for_meshes(path)), None)
+
+
+def _has_folder_for_meshes(folder: Path) -> bool:
+    try:
+        with os.scandir(folder) as entries:
+            names = [entry.name.lower() for entry in islice(entries, _MAX_NAMES)]
+    except OSError:
+        return False
+    return not _MESHES.isdisjoint(names)
+
+
 def places(uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> dict[Path, Path | None]:
     """The possible paths of an address in order of preference, each with the folder of its package, or None.
 
-    The address is ``package://``, ``file://`` or a plain path, the last two relative to the description. It may be
-    percent-encoded, but a plain path is first tried as written. An address that leaves its package by ``..`` has no file.
+    The address is ``package://``, ``model://`` or ``$(find ...)``, or ``file:`` or a plain path, the last two relative to the
+    description. It may be percent-encoded, but a plain path is first tried as written; backslashes may separate. An address that
+    leaves its package by ``..`` has no file. After the places that it means, the folders of the description's own tree are
+    tried: a package may have another name there than in the address, or a path begin at its package.
     """
-    scheme, _, rest = uri.partition("://")
-    if scheme == "package":
+    package_dirs = list(package_dirs)
+    found: dict[Path, Path | None] = {}
+    for one in dict.fromkeys((uri, uri.replace("\\", "/"))):
+        for path, package in _places_of(one, description_folder, package_dirs):
+            found.setdefault(path, package)
+    return found
+
+
+def _places_of(uri: str, folder: Path | None, package_dirs: list[str | Path]) -> Iterator[tuple[Path, Path | None]]:
+    find = _FIND.fullmatch(uri.removeprefix("file://"))
+    scheme, _, rest = ("package", "", f"{find[1]}/{find[2]}") if find else uri.partition("://")
+    if uri.startswith(NETWORK):
+        return
+    tree = own_tree(folder)
+    levels = [] if folder is None or tree is None else [path for path in folders_above(folder) if path.is_relative_to(tree)]
+    if scheme in ("package", "model"):
         name, _, inside = rest.partition("/")
         inside = os.path.normpath(unquote(inside).lstrip("/"))
         if not name or name.startswith(".") or inside.startswith(".."):
-            return {}
-        return {folder / inside: folder for folder in package_folders(name, description_folder, package_dirs)}
-    names = (path_of_address(rest),) if scheme == "file" else (uri, unquote(uri))
-    return dict.fromkeys((description_folder or Path()) / name for name in names)
+            return
+        yield from ((package / inside, package) for package in package_folders(name, folder, package_dirs))
+        yield from ((level / inside, None) for level in levels)
+        return
+    if uri.startswith("file:"):
+        path = uri.removeprefix("file:").removeprefix("//").removeprefix("localhost")
+        names = (path_of_address(path),)
+    else:
+        names = (uri, unquote(uri))
+    for name in names:
+        yield (folder or Path()) / name, None
+    for level in (*levels, *map(Path, package_dirs)):
+        yield from ((level / name, None) for name in names if not os.path.isabs(name))  # noqa: PTH117 - text
+
+
+def case_twin(path: Path) -> Path | None:
+    """A file that differs from a missing one in upper and lower case only, in its folder or in the folder's name."""
+    for folder in (path.parent, path.parent.parent):
+        try:
+            with os.scandir(folder) as entries:
+                names = [entry.name for entry in islice(entries, _MAX_NAMES)]
+        except OSError:
+            continue
+        below = path.relative_to(folder)
+        for name in (one for one in names if one.casefold() == below.parts[0].casefold()):
+            twin = folder.joinpath(name, *below.parts[1:])
+            if twin.is_file():
+                return twin
+    return None
 
 
 def resolve_uri(

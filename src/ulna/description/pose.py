@@ -13,29 +13,41 @@ from ulna.kernels.layout import EXACT_DEFECT, LARGEST, LARGEST_DEFECT
 _ROUNDING = 2 * EXACT_DEFECT
 
 
-def pose(xyz: ArrayLike = (0.0, 0.0, 0.0), rpy: ArrayLike | None = None, *, wxyz: ArrayLike | None = None) -> NDArray[np.float64]:
+def pose(
+    xyz: ArrayLike = (0.0, 0.0, 0.0),
+    rpy: ArrayLike | None = None,
+    *,
+    wxyz: ArrayLike | None = None,
+    rotvec: ArrayLike | None = None,
+) -> NDArray[np.float64]:
     """The homogeneous matrix of a position and an orientation.
 
     Args:
         xyz: Position [m], shape (..., 3).
         rpy: Roll, pitch, yaw [rad], shape (..., 3); the rotation is Rz(yaw) Ry(pitch) Rx(roll), as in URDF.
         wxyz: A quaternion instead, shape (..., 4), w first; normalised here.
+        rotvec: A rotation vector instead [rad], shape (..., 3): along the axis, as long as the angle, as Universal Robots state
+            it. ``pose_from`` takes poses of other controllers.
 
     Returns:
         T, shape (..., 4, 4).
 
     Raises:
-        InputError: A shape is another, an entry is not finite, a quaternion has length zero, or both ``rpy`` and ``wxyz`` are
-            given.
+        InputError: A shape is another, an entry is not finite, a quaternion has length zero, or two of ``rpy``, ``wxyz`` and
+            ``rotvec`` are given.
 
     Example:
         >>> pose((0.5, 0.0, 0.21))[:3, 3]
         array([0.5 , 0.  , 0.21])
     """
     xyz = _finite("xyz", xyz, 3)
-    if rpy is not None and wxyz is not None:
-        raise InputError("rpy, wxyz", "give one of them, not both")
-    rotation = matrix_from_quaternion(wxyz) if wxyz is not None else matrix_from_rpy((0, 0, 0) if rpy is None else rpy)
+    given = [name for name, turn in (("rpy", rpy), ("wxyz", wxyz), ("rotvec", rotvec)) if turn is not None]
+    if len(given) > 1:
+        raise InputError(", ".join(given), f"give one of them, not {'both' if len(given) == 2 else 'all'}")
+    if rotvec is not None:
+        rotation = matrix_from_rotation_vector(rotvec)
+    else:
+        rotation = matrix_from_quaternion(wxyz) if wxyz is not None else matrix_from_rpy((0, 0, 0) if rpy is None else rpy)
     try:
         batch = np.broadcast_shapes(xyz.shape[:-1], rotation.shape[:-2])
     except ValueError:
@@ -89,6 +101,21 @@ def matrix_from_quaternion(wxyz: ArrayLike) -> NDArray[np.float64]:
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def matrix_from_rotation_vector(rotvec: ArrayLike) -> NDArray[np.float64]:
+    """The rotation matrix, shape (..., 3, 3), of rotation vectors [rad], shape (..., 3)."""
+    rotvec = _finite("rotvec", rotvec, 3)
+    angle = np.linalg.norm(rotvec, axis=-1, keepdims=True)
+    return matrix_from_quaternion(np.concatenate([np.cos(angle / 2), np.sinc(angle / (2 * np.pi)) / 2 * rotvec], axis=-1))
+
+
+def rotation_vector_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
+    """The rotation vector [rad], shape (..., 3), at most pi long, of rotation matrices (..., 3, 3) or poses (..., 4, 4)."""
+    wxyz = quaternion_from_matrix(R)
+    half = np.linalg.norm(wxyz[..., 1:], axis=-1, keepdims=True)  # the sine of half the angle
+    angle = 2 * np.arctan2(half, wxyz[..., :1])
+    return wxyz[..., 1:] * np.where(half < 1e-150, 2.0, angle / np.where(half < 1e-150, 1.0, half))
 
 
 def quaternion_from_matrix(R: ArrayLike) -> NDArray[np.float64]:

@@ -66,8 +66,8 @@ class Readable:
             reason = self.admit_package(folder, given=folder in given)
             if not reason:
                 return str(folder)
-            reasons.append(f"{folder} {reason}")
-        raise OutsideError(f"$(find {name}): {reasons[0]}; if it is the one, name its folder in package_dirs")
+            reasons.append(f"{folder} {reason}; if it is the one: package_dirs=[{str(folder)!r}]")
+        raise OutsideError(f"$(find {name}): {reasons[0]}")
 
     def admit_package(self, folder: Path, *, given: bool) -> str:
         """Allow reading a package. Returns why not, if so: a package that was not ``given`` may be any folder of that name."""
@@ -107,7 +107,8 @@ class Readable:
 
     def _check(self, path: str) -> None:
         if not self.admits(path):
-            raise OutsideError(f"reads {path}, which lies outside the document's folder, its package and package_dirs")
+            advice = f"if it is meant: package_dirs=[{os.path.dirname(os.path.realpath(path))!r}]"  # noqa: PTH120 - text
+            raise OutsideError(f"reads {path}, which lies outside the document's folder, its package and package_dirs; {advice}")
 
 
 def _names_in(folders: Iterable[str], part: str) -> Iterator[tuple[str, str]]:

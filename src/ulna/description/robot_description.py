@@ -148,11 +148,29 @@ def _remake(kind: type, contents: tuple):
 
 
 @dataclass(frozen=True)
+class LeftOut:
+    """A faulty part of a document that was left out, since no pose depends on it; or read as other programs read it.
+
+    Attributes:
+        where: The joint, the link or the document.
+        message: What is left out, and why.
+        line: Its line.
+        is_warned: Whether ``load`` warns of it, and not only ``inspect``.
+    """
+
+    where: str
+    message: str
+    line: int | None = None
+    is_warned: bool = True
+
+
+@dataclass(frozen=True)
 class Description:
     """A robot: its links and joints in the order of the file. ``source`` names the file or text, for messages.
 
     ``folder`` is where that file lies and ``package_dirs`` where its packages do, to find its meshes.
     ``srdf`` is its semantic description, whose names are all the robot's; empty where none was given.
+    ``left_out`` has the faulty parts that were left out.
     """
 
     name: str
@@ -163,3 +181,4 @@ class Description:
     folder: Path | None = None
     package_dirs: tuple[Path, ...] = ()
     srdf: Srdf = field(default=Srdf(), repr=False)
+    left_out: tuple[LeftOut, ...] = field(default=(), repr=False)

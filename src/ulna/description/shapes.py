@@ -135,7 +135,14 @@ class HalfSpace:
     """All that lies below the plane z = 0 of its frame, without end: a floor, or a wall if its frame is turned."""
 
 
-Shape = Box | Sphere | Cylinder | Capsule | Mesh | ConvexMesh
+@dataclass(frozen=True)
+class UnknownShape:
+    """A collision shape that is not known: poses can be computed, collisions cannot. ``kind`` is its name in the description."""
+
+    kind: str
+
+
+Shape = Box | Sphere | Cylinder | Capsule | Mesh | ConvexMesh | UnknownShape
 """What a link can have. A description gives meshes as files; ``robot.with_convex_hulls()`` takes their hulls."""
 Solid = Box | Sphere | Cylinder | Capsule | ConvexMesh | HalfSpace
 """What a collision query can take."""

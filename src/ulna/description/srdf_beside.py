@@ -5,12 +5,12 @@ import os
 import re
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
 
-from ulna.description.document import Document, expanded
+from ulna.description.document import Document, expanded, shared_arguments
 from ulna.description.file_bytes import regular_file_bytes
 from ulna.description.packages import folders_above, package_folders
 from ulna.description.readable import Readable
@@ -30,7 +30,7 @@ _PACKAGE_NAME = re.compile(r"\w[\w.-]*")
 _log = logging.getLogger(__name__)
 
 
-def srdf_beside(document: Document, folder: Path, description: Description) -> Srdf:
+def srdf_beside(document: Document, folder: Path, description: Description, xacro_args: Mapping[str, object]) -> Srdf:
     """The SRDF beside a URDF in a folder, its references checked. Empty if no file fits, or several do and none is preferred.
 
     1. Files are looked for in the URDF's folder; in ``srdf`` beside that folder, if that is in the URDF's package; and in
@@ -52,7 +52,7 @@ def srdf_beside(document: Document, folder: Path, description: Description) -> S
             n_unread += 1
             continue
         try:
-            srdf = replace(_read(path, document.package_dirs, description), found_at=str(path))
+            srdf = replace(_read(path, document.package_dirs, description, xacro_args), found_at=str(path))
         except (OSError, DescriptionError, InputError) as error:
             if rank < len(found.likely):
                 found.pass_over(f"{path} lies beside the URDF and is not used: {error}")
@@ -185,8 +185,8 @@ def _manifest(package: Path) -> tuple[str, set[str]]:
     return name, {text for tag, text in children if tag.endswith("depend") and tag not in ("buildtool_depend", "test_depend")}
 
 
-def _read(path: Path, package_dirs: tuple[Path, ...], description: Description) -> Srdf:
-    """The SRDF in a file."""
+def _read(path: Path, package_dirs: tuple[Path, ...], description: Description, xacro_args: Mapping[str, object]) -> Srdf:
+    """The SRDF in a file; the arguments that a xacro file defines have the values of the URDF's."""
     content = regular_file_bytes(path, _MAX_BYTES)
     if len(content) > _MAX_BYTES:
         raise DescriptionError(f"has more than {_MAX_BYTES // 1_000_000} MB; srdf= reads it (--srdf)", path.name)
@@ -194,7 +194,7 @@ def _read(path: Path, package_dirs: tuple[Path, ...], description: Description) 
     name = document.root.get("name", "")
     if "$" not in name:  # else it is known once it is expanded
         _refuse_other(name, path, description)
-    srdf = read_srdf(expanded(document, {}, max_seconds=_MAX_SECONDS_EACH))
+    srdf = read_srdf(expanded(document, shared_arguments(document, xacro_args), max_seconds=_MAX_SECONDS_EACH))
     _refuse_other(srdf.name, path, description)
     known = {link.name for link in description.links}
     missing = [link for link in dict.fromkeys(_links(srdf)) if link not in known]

@@ -39,7 +39,10 @@ def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name
     """The robot with one more link fixed to its only tip."""
     leaves = leaf_links(description)
     if len(leaves) != 1:
-        raise InputError("T_flange_tool", f"the robot has {len(leaves)} tips; cut out one chain first (base=..., tip=...)")
+        tips = ", ".join(map(repr, leaves[:8])) + (" ..." if len(leaves) > 8 else "")
+        best = "tool0" if "tool0" in leaves else next(iter(leaves))
+        message = f"the robot has {len(leaves)} tips: {tips}; choose one when it is loaded, as in ulna.load(..., tip={best!r})"
+        raise InputError("T_flange_tool", message)
     refuse_no_name(name)
     if name in {link.name for link in description.links}:
         raise InputError("name", f"the robot already has a link {name!r}")
@@ -54,7 +57,9 @@ def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, 
     while link != base:
         joint = carriers.get(link)
         if joint is None:
-            raise DescriptionError(f"link {tip!r} is not below {base!r}: the chain from it ends at {link!r}", description.source)
+            advice = f"load from {link!r} on, and frame={base!r} states poses in {base!r}"
+            message = f"link {tip!r} is not below {base!r}: the chain from it ends at {link!r}. {advice}"
+            raise DescriptionError(message, description.source)
         joints.append(joint)
         link = joint.parent
     return tuple(reversed(joints))

@@ -130,7 +130,7 @@ def unread_parts(root: etree._Element) -> Iterator[Unread]:
         known = [child for child in element.iterchildren(etree.Element) if child.tag in read]
         waiting.extend((child, of_looks) for child in reversed(known))
         for child in element.iterchildren(etree.Element):
-            if child.tag not in read:
+            if child.tag not in read and (known or tag != "geometry"):  # of an unknown shape the reader says it
                 yield _element(child, tag, of_looks=of_looks)
 
 

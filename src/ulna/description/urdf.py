@@ -8,16 +8,16 @@ import numpy as np
 from lxml import etree
 from numpy.typing import NDArray
 
-from ulna.description.document import Document
+from ulna.description.document import NAMESPACES, Document
 from ulna.description.pose import pose
-from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
-from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from ulna.description.unread import RATES_SINCE, unused_rate, version_of
+from ulna.description.robot_description import Body, Description, Joint, JointType, LeftOut, Limits, Link, Mimic, Safety
+from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, UnknownShape
+from ulna.description.unread import ATTRIBUTES, RATES_SINCE, of_robot, unused_rate, version_of
 from ulna.description.xml import Reader, without_namespace
-from ulna.errors import DescriptionError, did_you_mean
+from ulna.errors import DescriptionError, cited, did_you_mean
 from ulna.kernels.layout import LARGEST
 
-_OTHER_FORMATS = {"mujoco": "MJCF", "sdf": "SDF"}
+_OTHER_FORMATS = {"mujoco": "MJCF, which ulna.load reads", "sdf": "SDF, which is not read"}
 _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 _NEWEST: tuple[int, int] = (
     1,
@@ -33,7 +33,7 @@ def read_urdf(document: Document) -> Description:
 
 def decoded(document: Document) -> str:
     """The text of an XML document, without the encoding that it declares."""
-    text, declared = document.text, document.root.getroottree().docinfo.encoding or "utf-8"
+    text, declared = document.parsed.text, document.root.getroottree().docinfo.encoding or "utf-8"
     marks = {b"\xff\xfe\0\0": "utf-32", b"\0\0\xfe\xff": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
     encoding = next((name for mark, name in marks.items() if text.startswith(mark)), declared)
     try:
@@ -51,10 +51,15 @@ class _Reader(Reader):
         super().__init__(source)
         self.materials: dict[str, tuple[float, float, float, float]] = {}
         self.version: tuple[int, int] = (1, 0)
+        self.left_out: list[LeftOut] = []
+
+    def leave_out(self, element: etree._Element, message: str, *, is_warned: bool = True) -> None:
+        """Note a faulty part on which no pose depends."""
+        self.left_out.append(LeftOut(of_robot(element), message, element.sourceline, is_warned))
 
     def robot(self, root: etree._Element, text: str, document: Document) -> Description:
         if root.tag != "robot":
-            other = f" but {_OTHER_FORMATS[root.tag]}, which is not read" if root.tag in _OTHER_FORMATS else ""
+            other = f" but {_OTHER_FORMATS[root.tag]}" if root.tag in _OTHER_FORMATS else ""
             raise self.fail(root, f"the root element is <{root.tag}>, not <robot>: this is not a URDF{other}")
         stated = version_of(root)
         self.version = self.version if stated is None else stated
@@ -63,10 +68,17 @@ class _Reader(Reader):
             raise self.fail(
                 root, f"is URDF {root.get('version')}; versions up to {newest} are read, and what is newer may matter"
             )
+        if document.parsed.mended:
+            message = f"is not well-formed XML, as other programs may say: {document.parsed.mended}"
+            self.leave_out(root, message, is_warned=False)
+        for call in (child for child in root.iter(etree.Element) if etree.QName(child).namespace in NAMESPACES):
+            name = etree.QName(call).localname
+            message = f"<xacro:{name}> is left out: nothing in this document defines that macro, so what it adds is missing"
+            self.leave_out(call, message)
         for material in root.iterfind("material"):
             color = self.color(material)
             if color is not None:
-                self.materials[self.attribute(material, "name")] = color
+                self.materials[material.get("name", "")] = color
         return Description(
             name=root.get("name", ""),
             links=tuple(self.link(element) for element in root.iterfind("link")),
@@ -75,6 +87,7 @@ class _Reader(Reader):
             text=text,
             folder=document.folder,
             package_dirs=document.package_dirs,
+            left_out=tuple(self.left_out),
         )
 
     def link(self, element: etree._Element) -> Link:
@@ -87,27 +100,46 @@ class _Reader(Reader):
         )
 
     def bodies(self, link: etree._Element, tag: str, link_name: str) -> Iterator[Body]:
+        """The shapes of a link. A faulty visual is left out; a collision shape that is not known stays, as such."""
         elements = link.findall(tag)
         for k, element in enumerate(elements):
-            geometry = self.only(element, "geometry")
-            if geometry is None or len(geometry) == 0:
-                raise self.fail(element, f"link {link_name!r}: <{tag}> has no <geometry>")
-            material = self.only(element, "material")
-            yield Body(
-                name=element.get("name") or (f"{link_name}_{tag}" + (f"_{k + 1}" if len(elements) > 1 else "")),
-                shape=self.shape(self.geometry(geometry, link_name), link_name),
-                pose=self.origin(element),
-                color=None if material is None else self.color(material),
-            )
+            name = element.get("name") or (f"{link_name}_{tag}" + (f"_{k + 1}" if len(elements) > 1 else ""))
+            try:
+                yield Body(name, self.shape(element, tag), self.origin(element), self.color_of(element))
+            except DescriptionError as error:
+                if tag != "visual":
+                    raise
+                message = f"{error.message}: this visual is left out, so it is not drawn"
+                self.left_out.append(LeftOut(of_robot(element), message, error.line))
 
-    def geometry(self, element: etree._Element, link_name: str) -> etree._Element:
-        """The one shape in a geometry; other elements in it, such as a material, are ignored."""
-        shapes = [child for child in element if child.tag in _SHAPES]
+    def shape(self, body: etree._Element, tag: str) -> Shape:
+        """The one shape in a visual or collision; other elements in its geometry, such as a material, are ignored."""
+        geometry = self.only(body, "geometry")
+        children = [] if geometry is None else list(geometry)
+        shapes = [child for child in children if child.tag in _SHAPES]
         if len(shapes) > 1:
-            raise self.fail(shapes[1], f"link {link_name!r}: one <geometry> has {len(shapes)} shapes; one is expected")
-        return shapes[0] if shapes else element[0]
+            raise self.fail(shapes[1], f"{of_robot(body)}: one <geometry> has {len(shapes)} shapes; one is expected")
+        element = shapes[0] if shapes else next(iter(children), None)
+        if element is not None and shapes and not self.is_foreign(element):
+            return self.known_shape(element)
+        kind = "an empty <geometry>" if element is None else f"<{element.tag}>"
+        if element is not None and shapes:
+            kind += " with " + ", ".join(f"{key}={cited(value)}" for key, value in element.attrib.items() if key != "filename")
+        if tag == "visual":
+            raise self.fail(body if element is None else element, f"geometry {kind} is not known")
+        message = f"collision geometry {kind} is not known: poses can be computed, collisions cannot"
+        self.leave_out(body if element is None else element, message)
+        return UnknownShape(kind)
 
-    def shape(self, element: etree._Element, link_name: str) -> Shape:
+    def is_foreign(self, shape: etree._Element) -> bool:
+        """Whether a shape is measured as in other formats: a capsule by its end points, a mesh by one or four factors."""
+        if shape.tag == "mesh":
+            return bool(shape.get("filename")) and "scale" in shape.attrib and len(self.numbers(shape, "scale")) != 3
+        needed = [key for key in ATTRIBUTES[str(shape.tag)] if key != "scale"]
+        others = set(shape.attrib) - set(ATTRIBUTES[str(shape.tag)])
+        return bool(others) and not all(key in shape.attrib for key in needed)
+
+    def known_shape(self, element: etree._Element) -> Shape:
         if element.tag == "box":
             return Box(self.triple(element, "size", low=0.0))
         if element.tag == "sphere":
@@ -115,18 +147,28 @@ class _Reader(Reader):
         if element.tag in ("cylinder", "capsule"):
             kind = Cylinder if element.tag == "cylinder" else Capsule
             return kind(self.number(element, "radius", low=0.0), self.number(element, "length", low=0.0))
-        if element.tag == "mesh":
-            scale = self.triple(element, "scale") if "scale" in element.attrib else (1.0, 1.0, 1.0)
-            return Mesh(self.attribute(element, "filename"), scale)
-        raise self.fail(
-            element, f"link {link_name!r}: geometry <{element.tag}> is not known; box, sphere, cylinder, capsule and mesh are"
-        )
+        scale = self.triple(element, "scale") if "scale" in element.attrib else (1.0, 1.0, 1.0)
+        return Mesh(self.attribute(element, "filename"), scale)
+
+    def color_of(self, body: etree._Element) -> tuple[float, float, float, float] | None:
+        """The colour of a body: that of its first material."""
+        materials = body.findall("material")
+        if len(materials) > 1:
+            self.leave_out(materials[1], f"<{body.tag}> has {len(materials)} <material>: the first is used")
+        return self.color(materials[0]) if materials else None
 
     def color(self, material: etree._Element) -> tuple[float, float, float, float] | None:
-        element = self.only(material, "color")
-        if element is None:
+        """The colour of a material; None with a note if it has none that can be read."""
+        elements = material.findall("color")
+        if not elements:
             return self.materials.get(material.get("name", ""))
-        red, green, blue, alpha = self.vector(element, "rgba", 4)
+        if len(elements) > 1:
+            self.leave_out(elements[1], f"<material> {material.get('name')!r} has {len(elements)} <color>: the first is used")
+        try:
+            red, green, blue, alpha = self.vector(elements[0], "rgba", 4)
+        except DescriptionError as error:
+            self.leave_out(elements[0], f"{error.message}: this colour is left out")
+            return None
         return red, green, blue, alpha
 
     def joint(self, element: etree._Element) -> Joint:
@@ -141,7 +183,7 @@ class _Reader(Reader):
             limits=self.limits(element, name, kind),
             mimic=self.mimic(element, name, kind),
             line=element.sourceline,
-            safety=self.safety(element, name),
+            safety=self.safety(element, name, kind),
         )
 
     def joint_type(self, element: etree._Element) -> JointType:
@@ -153,19 +195,20 @@ class _Reader(Reader):
         return JointType(value)
 
     def axis(self, element: etree._Element, name: str, kind: JointType) -> NDArray[np.float64]:
+        """The axis of a joint as a unit vector. One that has none by its type has x or z, whatever the document says."""
+        if kind in (JointType.FIXED, JointType.FLOATING):
+            return np.array([1.0, 0.0, 0.0] if kind == JointType.FIXED else [0.0, 0.0, 1.0])
         child = self.only(element, "axis")
         axis = np.array([1.0, 0.0, 0.0] if child is None else self.vector(child, "xyz", 3))
-        if kind == JointType.FLOATING:
-            return np.array([0.0, 0.0, 1.0])
         axis = axis / (np.abs(axis).max() or 1.0)
         length = float(np.linalg.norm(axis))
-        if kind == JointType.FIXED:
-            return axis if length == 0 else axis / length
         if length < 1e-9:
             raise self.fail(element, f"joint {name!r}: axis {tuple(axis.tolist())} has no direction, but the joint is {kind}")
         return axis / length
 
     def limits(self, element: etree._Element, name: str, kind: JointType) -> Limits:
+        if kind == JointType.FIXED:
+            return Limits()
         child = self.only(element, "limit")
         bounded = kind in (JointType.REVOLUTE, JointType.PRISMATIC)
         if child is None:
@@ -173,7 +216,7 @@ class _Reader(Reader):
                 hint = "; a joint without limits is of type 'continuous'" if kind == JointType.REVOLUTE else ""
                 raise self.fail(element, f"joint {name!r}: a {kind} joint needs a <limit>{hint}")
             return Limits()
-        effort, velocity = (self.number(child, key, math.inf, 0.0) for key in ("effort", "velocity"))
+        effort, velocity = (self.most(child, key) for key in ("effort", "velocity"))
         acceleration, jerk = (self.rate(child, key) for key in ("acceleration", "jerk"))
         deceleration = self.rate(child, "deceleration") if "deceleration" in child.attrib else acceleration
         if not bounded:
@@ -186,14 +229,24 @@ class _Reader(Reader):
             raise self.fail(child, f"joint {name!r}: lower limit {lower} is above upper limit {upper}")
         return Limits(lower, upper, velocity, effort, acceleration, deceleration, jerk)
 
+    def most(self, limit: etree._Element, key: str) -> float:
+        """A limit on effort or velocity: none with a note where it is no number of at least 0, by which files say "not known"."""
+        try:
+            return self.number(limit, key, math.inf, 0.0)
+        except DescriptionError:
+            unlimited = limit.get(key, "").strip().lower() in ("inf", "infinity", "+inf")
+            message = f"{key}={cited(limit.get(key))} is no number of at least 0: taken as unlimited"
+            self.leave_out(limit, message, is_warned=key == "velocity" and not unlimited)
+            return math.inf
+
     def rate(self, limit: etree._Element, key: str) -> float:
         """A limit of URDF 1.2; in an older version it is read too, but for a value that is not above 0, which limits nothing."""
         if self.version < RATES_SINCE and unused_rate(limit, key):
             return math.inf
         return self.number(limit, key, math.inf, 0.0)
 
-    def safety(self, element: etree._Element, name: str) -> Safety | None:
-        child = self.only(element, "safety_controller")
+    def safety(self, element: etree._Element, name: str, kind: JointType) -> Safety | None:
+        child = None if kind == JointType.FIXED else self.only(element, "safety_controller")
         if child is None:
             return None
         lower, upper = self.number(child, "soft_lower_limit", -math.inf), self.number(child, "soft_upper_limit", math.inf)
@@ -202,12 +255,10 @@ class _Reader(Reader):
         return Safety(self.number(child, "k_velocity"), self.number(child, "k_position", 0.0), lower, upper)
 
     def mimic(self, element: etree._Element, name: str, kind: JointType) -> Mimic | None:
-        child = self.only(element, "mimic")
+        child = None if kind == JointType.FIXED else self.only(element, "mimic")
         if child is None:
             return None
         if kind not in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
-            if kind == JointType.FIXED:
-                return None
             raise self.fail(child, f"joint {name!r}: a {kind} joint cannot mimic another")
         return Mimic(self.attribute(child, "joint"), self.number(child, "multiplier", 1.0), self.number(child, "offset", 0.0))
 

@@ -1,7 +1,7 @@
 """Writes a description as URDF text: for robots without a file, or parts of one."""
 
 import math
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 from lxml import etree
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.description.pose import rpy_from_matrix
 from ulna.description.robot_description import Body, Description, Joint, JointType
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Shape, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Shape, Sphere, UnknownShape
 from ulna.errors import DescriptionError, InputError
 
 
@@ -22,6 +22,26 @@ def write_urdf(description: Description) -> str:
             element.extend(_body(tag, body) for body in bodies)
     robot.extend(_joint(joint) for joint in description.joints)
     return etree.tostring(robot, pretty_print=True, encoding="unicode")
+
+
+def without_hulls(description: Description) -> Description:
+    """The description without the shapes that URDF does not have, to be looked at as URDF."""
+    kept = (Box, Sphere, Cylinder, Capsule, Mesh)
+    links = (
+        replace(
+            link,
+            visuals=tuple(body for body in link.visuals if isinstance(body.shape, kept)),
+            collisions=tuple(body for body in link.collisions if isinstance(body.shape, kept)),
+        )
+        for link in description.links
+    )
+    joints = (replace(joint, type=JointType.CONTINUOUS) if _is_endless(joint) else joint for joint in description.joints)
+    return replace(description, links=tuple(links), joints=tuple(joints))
+
+
+def _is_endless(joint: Joint) -> bool:
+    """Whether a slide has no limits, which URDF cannot say."""
+    return joint.type == JointType.PRISMATIC and math.isinf(joint.limits.lower)
 
 
 def _version(description: Description) -> dict[str, str]:
@@ -53,6 +73,8 @@ def _shape(shape: Shape) -> etree._Element:
             return etree.Element(type(shape).__name__.lower(), radius=_words([radius]), length=_words([length]))
         case Mesh(uri, scale):
             return etree.Element("mesh", filename=uri, scale=_words(scale))
+        case UnknownShape(kind):
+            raise InputError("description", f"{kind} is not known, so it cannot be written")
         case ConvexMesh():
             raise InputError("description", "URDF has no convex hulls; write the robot as it was before with_convex_hulls()")
 

@@ -2,6 +2,7 @@
 
 import math
 import re
+from typing import NamedTuple
 
 from lxml import etree
 
@@ -9,31 +10,103 @@ from ulna.errors import DescriptionError, cited
 
 LONGEST = 64_000_000  # bytes; the largest of the robots in docs/robots.md has a hundredth of this
 MOST_ELEMENTS = 300_000  # some 75 000 links: seconds, and a few hundred megabytes
+_BEFORE = rb"(?>\s+|<!--(?>.*?-->))*+"  # what may stand before the root, but not before a declaration
+_DECLARATION = re.compile(rb"\A(?:\xef\xbb\xbf)?(" + _BEFORE + rb")<\?xml\b([^>]{0,200})>", re.DOTALL)
+_ROOT = re.compile(_BEFORE + rb"(?:<\?(?>.*?\?>)" + _BEFORE + rb")?(?:<![^\[>]*>" + _BEFORE + rb")?<[\w.:-]+", re.DOTALL)
+_PREFIX = re.compile(r"Namespace prefix (\S+) ")
+_MAX_PREFIXES = 100
+XACRO_NAMESPACE = "http://www.ros.org/wiki/xacro"
+
+
+class Parsed(NamedTuple):
+    """A parsed document.
+
+    Attributes:
+        root: Its root element.
+        text: Its text, well-formed.
+        mended: How it was not well-formed; empty if it was.
+    """
+
+    root: etree._Element
+    text: bytes
+    mended: str = ""
 
 
 def parse(text: bytes, source: str) -> etree._Element:
     """The root element of a document."""
+    return parse_leniently(text, source).root
+
+
+def parse_leniently(text: bytes, source: str) -> Parsed:
+    """The root of a document, also of one with a faulty XML declaration or undeclared prefixes, as the parsers of others read.
+
+    What is mended changes no element and no line: urdfdom, MuJoCo and PyBullet ignore a version, blanks before a declaration,
+    missing quotes in it, and namespaces.
+    """
     if len(text) > LONGEST:
         raise DescriptionError(f"is {len(text) / 1e6:.0f} MB long; up to {LONGEST / 1e6:.0f} MB are read", source)
-    parser = etree.XMLParser(
-        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True, remove_pis=True
-    )
     if b"<!ENTITY" in text:
         raise DescriptionError("declares XML entities, which a robot description does not need; they are refused", source)
-    try:
-        root = etree.fromstring(text, parser)
-    except (etree.XMLSyntaxError, ValueError) as error:
-        line, message = getattr(error, "lineno", None), str(getattr(error, "msg", error))
-        message = re.split(r",? (?:use|try) XML_PARSE", message, maxsplit=1)[0]
-        message = re.sub(r"\s*, line \d+, column \d+$", "", " ".join(message.split()))
-        raise DescriptionError(f"not XML: {message}", source, line) from None
+    mended, faults = text, []
+    for mend in (_with_declaration, _with_prefixes, None):
+        parser = _parser()
+        try:
+            root = etree.fromstring(mended, parser)
+        except (etree.XMLSyntaxError, ValueError) as error:
+            line, message = getattr(error, "lineno", None), _message_of(error)
+            faults.append(message)
+            if mend is None:
+                raise DescriptionError(f"not XML: {message}", source, line) from None
+            mended = mend(mended, list(parser.error_log))  # that of the error has errors of other documents too
+        else:
+            _check_size(root, source)
+            return Parsed(root, mended, "" if mended is text else faults[0])
+    raise AssertionError("the last one returns or raises")
+
+
+def _parser() -> etree.XMLParser:
+    return etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True, remove_pis=True
+    )
+
+
+def _message_of(error: Exception) -> str:
+    message = re.split(r",? (?:use|try) XML_PARSE", str(getattr(error, "msg", error)), maxsplit=1)[0]
+    return re.sub(r"\s*, line \d+, column \d+$", "", " ".join(message.split()))
+
+
+def _with_declaration(text: bytes, _log: list) -> bytes:
+    """The text with a correct XML declaration at its start in place of a faulty one, or of one that stands later."""
+    declared = _DECLARATION.match(text)
+    if declared is None:
+        return text
+    encoding = re.search(rb"""encoding\s*=\s*["']?([A-Za-z][\w.-]*)""", declared[2])
+    stated = b"" if encoding is None else b' encoding="%s"' % encoding[1]
+    lines = b"\n" * declared[2].count(b"\n")
+    return b'<?xml version="1.0"%s?>' % stated + declared[1] + lines + text[declared.end() :]
+
+
+def _with_prefixes(text: bytes, log: list) -> bytes:
+    """The text with its undeclared prefixes declared in the root, if these are its only faults in the log of its parser."""
+    found = [_PREFIX.match(one.message) for one in log if one.type_name == "NS_ERR_UNDEFINED_NAMESPACE"]
+    prefixes = dict.fromkeys(one[1] for one in found if one is not None)
+    root = _ROOT.match(text.removeprefix(b"\xef\xbb\xbf"))
+    if not prefixes or len(found) < len(log) or len(prefixes) > _MAX_PREFIXES or root is None:
+        return text
+    uris = {prefix: XACRO_NAMESPACE if prefix == "xacro" else f"undeclared:{prefix}" for prefix in prefixes}
+    declared = "".join(f' xmlns:{prefix}="{uri}"' for prefix, uri in uris.items()).encode()
+    end = root.end() + len(text) - len(text.removeprefix(b"\xef\xbb\xbf"))
+    return text[:end] + declared + text[end:]
+
+
+def _check_size(root: etree._Element, source: str) -> None:
+    """Refuse too many elements, and entities that the text hides in another encoding."""
     count = sum(1 for _ in root.iter())
     if count > MOST_ELEMENTS:
         raise DescriptionError(f"has {count} elements; up to {MOST_ELEMENTS} are read", source)
     dtd = root.getroottree().docinfo.internalDTD
     if dtd is not None and dtd.entities():  # pyright: ignore[reportAttributeAccessIssue]
         raise DescriptionError("declares XML entities, which a robot description does not need; they are refused", source)
-    return root
 
 
 def without_namespace(root: etree._Element) -> etree._Element:

@@ -16,7 +16,7 @@ from ulna.drivers.branch_rows import (
 from ulna.drivers.lane_state import store_state, write_result, write_target
 from ulna.engine.decorators import entry, kernel, workspace
 from ulna.engine.lanes import WIDTH, lane_of, load, splat, store, where, zero_rows
-from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, TRUTH_ROWS, WHOLE
+from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, TRUTH_ROWS, WHOLE, Array
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import (
     IS_REAL,
@@ -30,11 +30,13 @@ from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
 from ulna.kernels.ik.levenberg_marquardt import HAS_FAILED, HAS_SOLVED, N_STATE
 from ulna.kernels.ik.nearest_branch import is_any_hardly_beyond, nearest_branch, polish, turn_within
-from ulna.kernels.ik.search_layout import NOT_A_POSE, SOLVED, STATUS
+from ulna.kernels.ik.search_layout import NOT_A_POSE, SOLVED
+from ulna.kernels.ik.search_records import SearchResult
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import load_pose, matrix_pose, rigidity_defect
 
+_RESULTS = Array(SearchResult, 1)
 _FEW = 4  # targets that take no longer one by one
 N_OPTIONS = 2  # of a plan
 
@@ -144,19 +146,19 @@ def polish_all(chain, targets, q, bounds, inverse_reach, steps, errors):
     return True
 
 
-@entry((TABLE, TABLE, NUMBERS, MATRICES, MATRIX, MATRIX, MATRIX))
+@entry((TABLE, TABLE, NUMBERS, MATRICES, MATRIX, MATRIX, _RESULTS))
 def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
     """For each target (n, 4, 4) the branch nearest to its seed within the limits; True if all are solved.
 
     plan: the tolerances [m, rad], then of each of the arm's own joints, the first of six: the lower limits, the upper ones, what
     a whole turn adds (for a joint that slides more than the limits allow), 1 over it, and its unit. seeds: (n or 1, 6); q_out:
-    (n, 6); info: (n, N_INFO), as of a search (``search_layout``). Fewer than _FEW targets are computed one by one, a branch a
+    (n, 6); info: (n,), as of a search (``search_records``). Fewer than _FEW targets are computed one by one, a branch a
     lane, the others eight at a time, a target a lane: with the same machine code, so to the same bits.
     """
     return run_targets(table, chain, plan, targets, seeds, q_out, info)
 
 
-@entry((TABLE, TABLE, NUMBERS, MATRIX, NUMBERS, MATRIX, MATRIX))
+@entry((TABLE, TABLE, NUMBERS, MATRIX, NUMBERS, MATRIX, _RESULTS))
 def nearest_branch_of_one(table, chain, plan, target, seed, q_out, info):
     """``nearest_branches`` for one target (4, 4) and one seed (6,)."""
     return run_targets(table, chain, plan, target.reshape((1, 4, 4)), seed.reshape((1, N_AXES)), q_out, info)
@@ -186,8 +188,8 @@ def run_targets(table, chain, plan, targets, seeds, q_out, info):
             i, chosen = min(start + lane, n - 1), lane if step > 1 else least_lane(best[3])
             write_result(best[2], rows[2], best[4], chosen, 0, i, q_out, info)
             if not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seeds[min(i, seeds.shape[0] - 1)])):
-                info[i, STATUS] = NOT_A_POSE
-            good &= info[i, STATUS] == SOLVED
+                info[i].status = NOT_A_POSE
+            good &= info[i].status == SOLVED
     return good
 
 

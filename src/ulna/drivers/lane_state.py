@@ -19,19 +19,7 @@ from ulna.kernels.ik.levenberg_marquardt import (
     RUNNING,
     TAKEN,
 )
-from ulna.kernels.ik.search_layout import (
-    DAMPING,
-    ITERATIONS,
-    MISSED,
-    N_SYSTEM,
-    NOT_FOUND,
-    POSITION_ERROR,
-    RESIDUAL,
-    ROTATION_ERROR,
-    SOLVED,
-    START,
-    STATUS,
-)
+from ulna.kernels.ik.search_layout import N_SYSTEM, NOT_FOUND, SOLVED
 from ulna.kernels.spatial.vectors import rotate_inverse
 
 LOWER, UPPER, LOW, HIGH = 0, 1, 2, 3  # of the bounds: where q may be, and where starts are taken from
@@ -78,7 +66,7 @@ def reset_state(state_rows, allowed, with_posture, lane):
     state_rows[ENDED, lane], state_rows[LEAST, lane] = RUNNING, np.inf
     state_rows[P2, lane], state_rows[R2, lane] = np.inf, np.inf
     state_rows[TAKEN, lane], state_rows[ALLOWED, lane] = 0.0, allowed
-    state_rows[CHANGE, lane] = np.inf if with_posture != 0.0 else 0.0
+    state_rows[CHANGE, lane] = np.inf if with_posture else 0.0
 
 
 @kernel
@@ -93,7 +81,7 @@ def store_state(state_rows, ended, p2, r2, steps, e):
 
 @routine
 def write_result(q_rows, target_rows, state_rows, lane, start, row, q_out, info):
-    """Write the result of a lane to a row."""
+    """Write the result of a lane to a row of q and of the information."""
     for j in range(q_out.shape[1]):
         q_out[row, j] = q_rows[j, lane]
     e = (
@@ -106,10 +94,11 @@ def write_result(q_rows, target_rows, state_rows, lane, start, row, q_out, info)
         target_rows[8, lane], target_rows[9, lane], target_rows[10, lane], 0.0,
     )  # fmt: skip
     v, w = rotate_inverse(target, (e[0], e[1], e[2])), rotate_inverse(target, (e[3], e[4], e[5]))
-    info[row, STATUS] = SOLVED if state_rows[ENDED, lane] == HAS_SOLVED else NOT_FOUND
-    info[row, ITERATIONS], info[row, START], info[row, DAMPING] = state_rows[TAKEN, lane] - 1.0, start, state_rows[LAMBDA, lane]
-    info[row, MISSED] = state_rows[P2, lane] + state_rows[R2, lane]
-    info[row, POSITION_ERROR] = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
-    info[row, ROTATION_ERROR] = sqrt(e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
+    found = info[row]
+    found.status = SOLVED if state_rows[ENDED, lane] == HAS_SOLVED else NOT_FOUND
+    found.iterations, found.start, found.damping = int(state_rows[TAKEN, lane]) - 1, start, state_rows[LAMBDA, lane]
+    found.missed = state_rows[P2, lane] + state_rows[R2, lane]
+    found.position_error = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
+    found.rotation_error = sqrt(e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
     for k in range(3):
-        info[row, RESIDUAL + k], info[row, RESIDUAL + 3 + k] = v[k], w[k]
+        found.residual[k], found.residual[3 + k] = v[k], w[k]

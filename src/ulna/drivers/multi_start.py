@@ -5,24 +5,18 @@ own, so that a hard target never delays the other lanes. Lanes are independent: 
 whatever jobs the other lanes have.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ulna.drivers.lane_state import reset_state, search_state, write_bounds, write_result, write_start, write_target
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.lanes import WIDTH, any_lane, load
-from ulna.engine.signatures import INDICES, MATRICES, MATRIX, NUMBERS, TABLE
+from ulna.engine.signatures import INDICES, MATRICES, MATRIX, NUMBERS, TABLE, Array, Group
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, P2, R2, RUNNING, advance
-from ulna.kernels.ik.search_layout import (
-    FIRST_WINS,
-    N_SETTINGS,
-    NEAREST,
-    NOT_A_POSE,
-    SEEDED_STEPS,
-    SOLVED,
-    STATUS,
-    STEPS,
-    WITH_POSTURE,
-)
+from ulna.kernels.ik.search_layout import NEAREST, NOT_A_POSE, SOLVED
+from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
@@ -31,51 +25,73 @@ _PATIENCE = 15  # steps of the seed's job
 _WORTH_WAITING = 0.9  # of the square of its error
 
 
-@entry((TABLE, MATRICES, INDICES, MATRIX, MATRICES, MATRIX, NUMBERS, NUMBERS, MATRIX, MATRIX))
-def search_jobs(chain, targets, order, seeds, bounds, samples, posture, settings, q_out, info):
-    """Search for each target of ``order`` from every start.
+class Jobs(NamedTuple):
+    """The targets of a search and the starts of each.
 
-    targets: (n, 4, 4); order: (m,) of them; seeds: (n or 1, n_dof); bounds: (n or 1, 4, n_dof) of ``lane_state``; samples:
-    (n_starts, n_dof), how far from LOW to HIGH each entry of a start lies, NaN for the seed's own; posture: (n_dof,).
-    q_out: (m n_starts, n_dof) and info: (m n_starts, N_INFO), a row a job. With FIRST_WINS ``order`` holds one target, and row 0
-    the result, or the job that came nearest. ANY: the first job that is solved ends the search. NEAREST: the first job, that
-    of the seed, ends it by its solution; once that job has failed, or others have solutions and it hardly advances, the
-    nearest of these to the seed is taken, or the next solution that is found, if there is none yet.
+    Attributes:
+        targets: Poses, shape (n, 4, 4).
+        order: Those that are searched for, by their numbers, shape (m,).
+        seeds: Where to start, shape (n or 1, n_dof).
+        bounds: Where q may be, and where starts are taken from (``lane_state``), shape (n or 1, 4, n_dof).
+        samples: How far from LOW to HIGH each entry of a start lies, NaN for the seed's own, shape (n_starts, n_dof).
+        posture: The configuration that is preferred, shape (n_dof,); read if the settings say so.
     """
-    run_jobs(chain, targets, order, seeds, bounds, samples, posture, settings, q_out, info)
+
+    targets: NDArray[np.float64]
+    order: NDArray[np.int64]
+    seeds: NDArray[np.float64]
+    bounds: NDArray[np.float64]
+    samples: NDArray[np.float64]
+    posture: NDArray[np.float64]
 
 
-@entry((TABLE, NUMBERS, MATRIX, NUMBERS, MATRIX, MATRIX))
-def search_one(chain, plan, target, seed, q_out, info):
+_SETTINGS, _RESULTS = Array(SearchSettings, 1, constant=True), Array(SearchResult, 1)
+_JOBS = Group((MATRICES, INDICES, MATRIX, MATRICES, MATRIX, NUMBERS), Jobs)
+
+
+@entry((TABLE, _SETTINGS, _JOBS, MATRIX, _RESULTS))
+def search_jobs(chain, settings, jobs, q_out, info):
+    """Search for each target of the order from every start.
+
+    settings: one. q_out: (m n_starts, n_dof) and info: (m n_starts,), one a job. With ``first_wins`` the order holds one target,
+    and row 0 the result, or the job that came nearest. ANY: the first job that is solved ends the search. NEAREST: the first
+    job, that of the seed, ends it by its solution; once that job has failed, or others have solutions and it hardly advances,
+    the nearest of these to the seed is taken, or the next solution that is found, if there is none yet.
+    """
+    run_jobs(chain, settings[0], jobs, q_out, info)
+
+
+@entry((TABLE, _SETTINGS, NUMBERS, MATRIX, NUMBERS, MATRIX, _RESULTS))
+def search_one(chain, settings, plan, target, seed, q_out, info):
     """Search for one target (4, 4) from one seed (n_dof,) and samples; with few arguments: each costs a call some 50 ns.
 
-    plan: the settings, the bounds (4 n_dof numbers), the posture and the samples, one after the other; q_out: (1, n_dof); info:
-    (1, N_INFO). Returns whether it is solved.
+    settings: one; plan: the bounds (4 n_dof numbers), the posture and the samples, one after the other; q_out: (1, n_dof);
+    info: one. Returns whether it is solved.
     """
     n_dof, order = q_out.shape[1], np.zeros(1, dtype=np.int64)
-    settings, rest = plan[:N_SETTINGS], plan[N_SETTINGS:]
-    bounds, posture, samples = rest[: 4 * n_dof], rest[4 * n_dof : 5 * n_dof], rest[5 * n_dof :]
-    run_jobs(
-        chain, target.reshape((1, 4, 4)), order, seed.reshape((1, n_dof)), bounds.reshape((1, 4, n_dof)),
-        samples.reshape((samples.shape[0] // n_dof, n_dof)), posture, settings, q_out, info,
+    bounds, posture, samples = plan[: 4 * n_dof], plan[4 * n_dof : 5 * n_dof], plan[5 * n_dof :]
+    jobs = Jobs(
+        target.reshape((1, 4, 4)), order, seed.reshape((1, n_dof)), bounds.reshape((1, 4, n_dof)),
+        samples.reshape((samples.shape[0] // n_dof, n_dof)), posture,
     )  # fmt: skip
-    return info[0, STATUS] == SOLVED
+    run_jobs(chain, settings[0], jobs, q_out, info)
+    return info[0].status == SOLVED
 
 
 @workspace
-def run_jobs(chain, targets, order, seeds, bounds, samples, posture, settings, q_out, info):
+def run_jobs(chain, settings, jobs, q_out, info):
     """Keep the lanes busy until no job is left."""
-    n_dof, n_jobs = q_out.shape[1], order.shape[0] * samples.shape[0]
+    n_dof, n_starts = q_out.shape[1], jobs.samples.shape[0]
     rows, scratch = search_state(n_dof)
-    jobs = np.full(WIDTH, -1)
-    first_wins, found, best = settings[FIRST_WINS] != 0.0, False, np.inf
-    waiting, nearest = settings[FIRST_WINS] == NEAREST, np.inf  # for the job of the seed, and the distance of what others found
+    own = np.full(WIDTH, -1)  # the job of each lane
+    first_wins, found, best = settings.first_wins != 0, False, np.inf
+    waiting, nearest = settings.first_wins == NEAREST, np.inf  # for the job of the seed, and the distance of what others found
     following, running, steps, before = 0, 0, 0, np.inf
     for lane in range(WIDTH):
-        jobs[lane], following = start_job(targets, order, seeds, bounds, samples, settings, following, n_jobs, lane, rows, info)
-        running += jobs[lane] >= 0
+        own[lane], following = start_job(settings, jobs, following, lane, rows, info)
+        running += own[lane] >= 0
     while running > 0 and not found:
-        advance(chain, posture, settings, rows, scratch)
+        advance(chain, jobs.posture, settings, rows, scratch)
         steps += 1
         if waiting and steps % _PATIENCE == 0:
             missed = rows[4][P2, 0] + rows[4][R2, 0]  # the seed's job is in the first lane from the beginning
@@ -83,26 +99,24 @@ def run_jobs(chain, targets, order, seeds, bounds, samples, posture, settings, q
         if found or not any_lane(load(rows[4], ENDED) > RUNNING):
             continue
         for lane in range(WIDTH):
-            if jobs[lane] < 0 or rows[4][ENDED, lane] == RUNNING:
+            if own[lane] < 0 or rows[4][ENDED, lane] == RUNNING:
                 continue
             solved = first_wins and rows[4][ENDED, lane] == HAS_SOLVED
             missed = rows[4][P2, lane] + rows[4][R2, lane]
-            if waiting and solved and jobs[lane] > 0:
-                away = distance(rows[1], lane, seeds[min(order[0], seeds.shape[0] - 1)])
+            if waiting and solved and own[lane] > 0:
+                away = distance(rows[1], lane, jobs.seeds[min(jobs.order[0], jobs.seeds.shape[0] - 1)])
                 better, nearest, best = away < nearest, min(away, nearest), 0.0
             else:
                 better = solved or not first_wins or missed < best
-                found = solved or (nearest < np.inf and jobs[lane] == 0)
-                waiting, best = waiting and jobs[lane] > 0, min(best, missed)
+                found = solved or (nearest < np.inf and own[lane] == 0)
+                waiting, best = waiting and own[lane] > 0, min(best, missed)
             if better:
-                row = 0 if first_wins else jobs[lane]
-                write_result(rows[1], rows[2], rows[4], lane, jobs[lane] % samples.shape[0], row, q_out, info)
+                row = 0 if first_wins else own[lane]
+                write_result(rows[1], rows[2], rows[4], lane, own[lane] % n_starts, row, q_out, info)
             if found:
                 break
-            jobs[lane], following = start_job(
-                targets, order, seeds, bounds, samples, settings, following, n_jobs, lane, rows, info
-            )
-            running -= jobs[lane] < 0
+            own[lane], following = start_job(settings, jobs, following, lane, rows, info)
+            running -= own[lane] < 0
 
 
 @kernel
@@ -115,25 +129,25 @@ def distance(q_rows, lane, seed):
 
 
 @routine
-def start_job(targets, order, seeds, bounds, samples, settings, job, n_jobs, lane, rows, info):
+def start_job(settings, jobs, job, lane, rows, info):
     """Start the first valid job from ``job`` on in a lane. Returns it, or -1 if none is left, and the one after.
 
     A target that is no pose, or whose seed is out of range, gets its status in the information and is skipped.
     """
-    n_starts = samples.shape[0]
-    while job < n_jobs:
-        i, start = order[job // n_starts], job % n_starts
-        seed = seeds[min(i, seeds.shape[0] - 1)]
-        if start == 0 and not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seed)):
-            for row in range(1 if settings[FIRST_WINS] != 0.0 else n_starts):
-                info[job + row, STATUS] = NOT_A_POSE
+    n_starts = jobs.samples.shape[0]
+    while job < jobs.order.shape[0] * n_starts:
+        i, start = jobs.order[job // n_starts], job % n_starts
+        seed = jobs.seeds[min(i, jobs.seeds.shape[0] - 1)]
+        if start == 0 and not (rigidity_defect(jobs.targets[i]) <= LARGEST_DEFECT and all_in_range(seed)):
+            for row in range(1 if settings.first_wins != 0 else n_starts):
+                info[job + row].status = NOT_A_POSE
             job += n_starts
         else:
-            write_target(matrix_pose(targets[i]), rows[2], lane)
-            box = bounds[min(i, bounds.shape[0] - 1)]
+            write_target(matrix_pose(jobs.targets[i]), rows[2], lane)
+            box = jobs.bounds[min(i, jobs.bounds.shape[0] - 1)]
             write_bounds(box, rows[3], lane)
-            write_start(box, seed, samples, start, rows[0], lane)
-            steps = settings[SEEDED_STEPS] if start == 0 and settings[SEEDED_STEPS] > 0.0 else settings[STEPS]
-            reset_state(rows[4], steps, settings[WITH_POSTURE], lane)
+            write_start(box, seed, jobs.samples, start, rows[0], lane)
+            steps = settings.seeded_steps if start == 0 and settings.seeded_steps > 0 else settings.steps
+            reset_state(rows[4], steps, settings.with_posture, lane)
             return job, job + 1
     return -1, job

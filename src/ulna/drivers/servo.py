@@ -44,7 +44,7 @@ from ulna.engine.lanes import sqrt
 from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TABLE, WHOLE
 from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding, write_motion
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
-from ulna.kernels.collision.contacts import copy_row, find_near_pairs, write_gradient
+from ulna.kernels.collision.contacts import copy_row, find_near_pairs, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import Apart, Near, Scene
 from ulna.kernels.ik.search_layout import N_SYSTEM
@@ -63,7 +63,30 @@ from ulna.kernels.servo.braking import (
     write_tick,
     write_velocity_box,
 )
-from ulna.kernels.servo.desired_motion import SMALL, missed, pose_squares, write_objective
+from ulna.kernels.servo.desired_motion import (
+    SMALL,
+    across_of,
+    missed,
+    pose_squares,
+    write_objective,
+    write_pulls,
+    write_squares,
+)
+from ulna.kernels.servo.objective import Objective, Steady
+from ulna.kernels.servo.pace import (
+    BLURRED,
+    NOT_SLOWED,
+    SINGULAR,
+    are_apart,
+    keep_on_line,
+    set_apart,
+    write_changes,
+    write_growth,
+    write_pace,
+    write_part,
+    write_steady,
+    write_steady_bounds,
+)
 from ulna.kernels.servo.quadratic_program import minimise
 from ulna.kernels.spatial.elementary import all_in_range
 
@@ -95,7 +118,7 @@ class Tick(NamedTuple):
     of_world: float
     near: Near
     gradients: NDArray
-    """Of the distances of the near pairs, shape (MOST_PAIRS, n_dof) [m/rad or 1]."""
+    """Of the distances of the near pairs, shape (MOST_PAIRS + 1, n_dof) [m/rad or 1]: the last is worked on."""
     excess: NDArray
     """How much farther each is apart than it has to be, and last the least of all (``find_near_pairs``)."""
     wider: NDArray
@@ -134,7 +157,7 @@ def servo_tick(
     scene, n = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch), limits.shape[1]
     tick = Tick(
         scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, layout.MOST_PAIRS, 0),
-        np.empty((layout.MOST_PAIRS, n)), np.empty(layout.MOST_PAIRS + 1), wider, moving,
+        np.empty((layout.MOST_PAIRS + 1, n)), np.empty(layout.MOST_PAIRS + 1), wider, moving,
         np.empty((layout.MOST_TOUCHING, PAIR_WIDTH), np.int64), limits, settings, state, counters,
         np.empty(n), np.empty(n), np.empty((4, n)), np.zeros((layout.N_STATE, n)),
     )  # fmt: skip
@@ -158,13 +181,31 @@ def servo_tick(
     return True
 
 
+@entry((MATRIX, INDICES, NUMBERS, MATRIX))
+def write_stop_positions(state, counters, settings, q_out):
+    """Write q after each tick that is left of the certified stop, whose state and counters become those of its end.
+
+    q_out: as many rows as ticks are left.
+    """
+    for k in range(q_out.shape[0]):
+        go_on_stopping(state, counters, settings)
+        copy_row(state, layout.Q, q_out, k)
+
+
 @workspace
 def work_of(n, n_hands):
-    """Room for the quadratic program: H, f, J, what is desired, the damped system, rows, their bounds, the active ones, ..."""
+    """Room for the quadratic program: its objective; rows, their bounds, the active ones, ...; and the steady motion."""
     m = 2 * n + layout.MOST_PAIRS
     return (
-        (np.empty(n * n), np.empty(n), np.empty(6 * n * n_hands), np.empty(max(6 * n_hands, n)), np.empty(N_SYSTEM + 6 * n)),
+        Objective(
+            np.empty(n * n), np.empty(n), np.empty(6 * n * n_hands), np.empty(max(6 * n_hands, n)), np.empty(N_SYSTEM + 6 * n),
+            np.empty(n_hands), np.empty(n_hands, np.int64),
+        ),
         (np.zeros(m * n), np.empty(m), np.empty(n, np.int64), np.empty(n), np.empty(2 * n * (n + 1)), np.empty(2 * n)),
+        Steady(
+            np.empty(n * n), np.empty(n), np.empty(6 * n * n_hands), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+            np.empty(n), np.empty(n * n), np.empty(n), np.empty(m), np.empty(n, np.int64), np.empty(n),
+        ),
     )  # fmt: skip
 
 
@@ -258,7 +299,7 @@ def is_free(tick, q_a, q_b, spread, margin, time):
 def advance(tick, mode, chains, goal, work, ticks, report):
     """Steps 1 to 5, with a stop of so many ticks after this one; the status."""
     state, counters, settings, limits = tick.state, tick.counters, tick.settings, tick.limits
-    objective, rows = work
+    objective, rows, _ = work
     normal_rows, bound_rows, active_rows, multiplier_rows, work_rows, box_rows = rows
     n, certified = limits.shape[1], counters[layout.CERTIFIED] == 1
     time = max((1 + ticks) * settings[layout.TICK], time_left(tick))
@@ -272,15 +313,16 @@ def advance(tick, mode, chains, goal, work, ticks, report):
     way = way_to_rest(settings, ticks)
     m = write_rows(tick, count, way, box_rows, normal_rows, bound_rows)
     write_objective(mode, chains, goal, limits, settings, state[layout.Q], objective)
-    keep_reserve(tick, count, way, objective[0], objective[1])
-    k = minimise(objective[0], objective[1], normal_rows, bound_rows, m, tick.x, active_rows, multiplier_rows, work_rows)
+    found = set_paces(tick, mode, chains, goal, count, work)
+    keep_reserve(tick, count, way, objective.h_rows, objective.f_rows)
+    k = minimise(objective.h_rows, objective.f_rows, normal_rows, bound_rows, m, tick.x, active_rows, multiplier_rows, work_rows)
     for j in range(n):
         tick.x[j] = min(max(tick.x[j], box_rows[j]), box_rows[n + j])
     nearer = come_nearer(tick, mode, chains, goal, least)
-    miss = missed(mode, goal, objective[2], objective[3], tick.x)
+    miss = missed(mode, goal, objective.jacobian_rows, objective.desired_rows, tick.x)
     status = layout.IN_COLLISION
     if counters[layout.TOUCHING] == 0:
-        status = status_of_rows(tick, nearer, miss, k, active_rows, multiplier_rows, box_rows, ticks, report)
+        status = status_of_rows(tick, found, nearer, miss, k, rows, ticks, report)
     share = certified_share(tick, certified, least, time)
     report[layout.SHARE] = share
     if share == 0.0:
@@ -295,6 +337,78 @@ def advance(tick, mode, chains, goal, work, ticks, report):
     if status == layout.FOLLOWING and counters[layout.DONE] >= counters[layout.TICKS]:
         return layout.AT_REST
     return status
+
+
+@routine
+def set_paces(tick, mode, chains, goal, count, work):
+    """Set the pace of each hand in the objective; the row that holds the steady motion, or -1, and what slows the slowest hand.
+
+    There are no paces but of hands. A hand that an object stops goes along it: then what it does beside its twist has the weight
+    of what it does along it.
+    """
+    if mode != layout.HANDS:
+        return -1, NOT_SLOWED
+    objective, rows, steady = work
+    normal_rows, work_rows, n, q = rows[0], rows[4], tick.limits.shape[1], tick.state[layout.Q]
+    limits, settings, across, m = tick.limits, tick.settings, across_of(goal, tick.limits, tick.limits.shape[1]), 2 * n + count
+    write_steady_bounds(limits, q, tick.excess, RESERVE, steady.bound_rows[:m])
+    k = write_steady(objective, normal_rows, m, work_rows, steady)
+    if across > 1.0 and is_at_object(tick, k, steady):
+        across = 1.0
+        write_squares(goal, settings, objective, across)
+        k = write_steady(objective, normal_rows, m, work_rows, steady)
+    held, most = -1, 0.0
+    if missed(layout.HANDS, goal, objective.jacobian_rows, objective.desired_rows, steady.x_rows) > _SAME:
+        for a in range(k):
+            if steady.multiplier_rows[a] > most:
+                most, held = steady.multiplier_rows[a], steady.active_rows[a]
+    n_hands, slowest, slowed = objective.pace_rows.shape[0], 1.0, NOT_SLOWED
+    time = write_changes(chains, goal, limits, q, objective, steady)
+    least = BLURRED if write_turns(tick, k, time, steady) else 0.0
+    write_growth(goal, objective, steady, normal_rows, work_rows, k, across)
+    for hand in range(n_hands):
+        write_pace(goal, limits, settings, objective, steady, across, least, hand)
+        if are_apart(goal):
+            write_part(goal, objective, steady, normal_rows, work_rows, k, across, hand)
+            set_apart(limits, settings, tick.state[layout.QD], objective, steady, hand)
+        if across > 1.0:
+            keep_on_line(goal, objective, steady, hand)
+        if objective.slowing_rows[hand] > NOT_SLOWED and objective.pace_rows[hand] < slowest:
+            slowest, slowed = objective.pace_rows[hand], objective.slowing_rows[hand]
+    write_pulls(limits, settings, q, objective)
+    return held, slowed
+
+
+@routine
+def write_turns(tick, k, time, steady):
+    """Write how the gradients of active rows change along the steady motion in a time [s]; whether a near pair is among them."""
+    n, scene, near, found = tick.x.shape[0], tick.scene, tick.near, False
+    for a in range(k):
+        row = steady.active_rows[a] - 2 * n
+        if row >= 0 and not found:
+            found = True
+            for j in range(n):
+                steady.ahead_rows[j] = tick.state[layout.TO, j] + time * steady.x_rows[j]
+            place_bodies(scene.joints, scene.bodies, steady.ahead_rows, near.joint_rows, near.body_rows)
+        for j in range(n):
+            steady.turn_rows[n * a + j] = 0.0
+        if row >= 0:
+            body, other, spare = near.pair_rows[row, PAIR_BODY], near.pair_rows[row, PAIR_OTHER], layout.MOST_PAIRS
+            write_contact(scene, near.body_rows, body, other, near.scratch, near.contact_rows, spare)
+            write_gradient(scene, near.joint_rows, body, other, near.contact_rows, tick.gradients, spare)
+            for j in range(n):
+                steady.turn_rows[n * a + j] = (tick.gradients[spare, j] - tick.gradients[row, j]) / time
+    return found
+
+
+@kernel
+def is_at_object(tick, k, steady):
+    """Whether an object of the world holds the steady motion, of which so many rows are active."""
+    n, found = tick.limits.shape[1], False
+    for a in range(k):
+        row = steady.active_rows[a] - 2 * n
+        found = found or (row >= 0 and tick.near.pair_rows[row, PAIR_OTHER] >= tick.scene.bodies.shape[0])
+    return found
 
 
 @routine
@@ -527,10 +641,19 @@ def accept(tick):
 
 
 @kernel
-def status_of_rows(tick, nearer, miss, k, active_rows, multiplier_rows, box_rows, ticks, report):
-    """What limits the velocity found: the active row of the greatest multiplier, which goes to the report."""
+def status_of_rows(tick, found, nearer, miss, k, rows, ticks, report):
+    """What limits the velocity found: the steady motion, or the active row of the greatest multiplier. It goes to the report.
+
+    found: what ``set_paces`` returned.
+    """
     if miss <= _SAME:
         return layout.FOLLOWING
+    if found[0] >= 0:
+        return status_held(tick, found[0], report)
+    if found[1] > NOT_SLOWED:
+        report[layout.ENTRY] = found[1]  # -1 near a singularity
+        return layout.NEAR_SINGULARITY if found[1] == SINGULAR else layout.LIMITED_BY_ACCELERATION
+    active_rows, multiplier_rows, box_rows = rows[2], rows[3], rows[5]
     n, most, row = tick.x.shape[0], 0.0, -1
     for a in range(k):
         if multiplier_rows[a] > most:
@@ -542,6 +665,17 @@ def status_of_rows(tick, nearer, miss, k, active_rows, multiplier_rows, box_rows
         return layout.LIMITED_BY_CLEARANCE
     report[layout.ENTRY] = row % n
     return limit_reached(box_rows[row], tick.state, tick.limits, tick.settings, ticks, row % n)
+
+
+@kernel
+def status_held(tick, row, report):
+    """The status where a row holds the steady motion, which goes to the report."""
+    n = tick.x.shape[0]
+    if row >= 2 * n:
+        write_pair(tick, row - 2 * n, report)
+        return layout.LIMITED_BY_CLEARANCE
+    report[layout.ENTRY] = row % n
+    return layout.LIMITED_BY_POSITION
 
 
 @kernel

@@ -3,18 +3,23 @@
 import numpy as np
 
 from ulna.engine.decorators import entry
-from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS
+from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, Group
 from ulna.kernels.planning import moving_average
 from ulna.kernels.planning.time_optimal import write_bounds, write_controllable, write_fastest, write_times
+from ulna.kernels.planning.time_records import PathIntervals, Timing
+
+_INTERVALS = Group((MATRIX, MATRIX, MATRIX, NUMBERS), PathIntervals)
+_TIMING = Group((NUMBERS, NUMBERS, NUMBERS), Timing)
 
 
-@entry((MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS, INDICES, NUMBERS, NUMBERS, NUMBERS))
-def time_sections(slopes, ends, bends, steps, acceleration, ceilings, borders, x, u, times):
+@entry((_INTERVALS, NUMBERS, NUMBERS, INDICES, _TIMING))
+def time_sections(intervals, acceleration, ceilings, borders, timing):
     """Time each section of a path, from x at its first grid point to the ceiling at its last (``kernels.planning.time_optimal``).
 
-    slopes, ends, bends: (N, n_dof); steps: (N,); acceleration: (n_dof,); ceilings: (N + 1,), 0 where the motion rests; borders:
-    the first grid point of each section, and the last of all; x: (N + 1,), u: (N,), times: (N + 1,).
+    intervals: ``PathIntervals``; acceleration: (n_dof,); ceilings: (N + 1,), 0 where the motion rests; borders: the first grid
+    point of each section, and the last of all; timing: a ``Timing``.
     """
+    (slopes, ends, bends, steps), (x, u, times) = intervals, timing
     n = acceleration.shape[0]
     beta, bounds = np.empty(x.shape[0]), np.empty(4 * slopes.size)
     for section in range(borders.shape[0] - 1):

@@ -56,14 +56,20 @@ Way = Literal["pose", "truth", "number", "edge", "copy", "search", "branches"]
 ``pose``: ``f(q, out=None, threads=None)``, an array of the shape ``numbers``. ``truth``: ``f(q)``, False or True for the two
 codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``edge``: ``f(q_a, q_b,
 resolution)``, False or True for the two codes in ``numbers``, how far it is free, and q there. ``copy``: ``f(T)``, an array of
-the shape ``numbers``, which T has too. ``search``: ``f(target, seed)``, q and the ``numbers[0]`` numbers about it, or None if
-there is no solution. ``branches``: ``f(target)``, q of shape (``numbers[0]``, n), which of them are within the limits, which are
+the shape ``numbers``, which T has too. ``search``: ``f(target, seed)``, q and a record about it in an array, or None if there
+is no solution. ``branches``: ``f(target)``, q of shape (``numbers[0]``, n), which of them are within the limits, which are
 real, and a code below ``numbers[1]``; or None.
 """
 
 
 def bind(
-    entry: Callable[..., Any], way: Way, leading: tuple, n: int, numbers: tuple[int, ...], otherwise: Callable[..., Any]
+    entry: Callable[..., Any],
+    way: Way,
+    leading: tuple,
+    n: int,
+    numbers: tuple[int, ...],
+    otherwise: Callable[..., Any],
+    like: Any = None,
 ) -> Callable[..., Any] | None:
     """A function of one q of ``n`` entries that calls an entry; None where there is no extension, or Python runs the entry.
 
@@ -74,13 +80,14 @@ def bind(
         n: The number of entries of q, at least 1.
         numbers: Of the way.
         otherwise: Called with the same arguments where q is no array as the machine code takes it, or is refused by it.
+        like: For ``search``: an array of the record that it returns.
     """
     calls = extension() if n >= 1 else None
     if calls is None:
         return None
     if not isinstance(getattr(entry, "__self__", None), calls.Entry):
         entry = _compiled_now(entry, leading, calls)
-    return None if entry is None else calls.bind(entry, way, leading, n, numbers, otherwise)
+    return None if entry is None else calls.bind(entry, way, leading, n, numbers, otherwise, like)
 
 
 def call_in_c(of: type[Called]) -> None:

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-from numba import config, njit, types
+from numba import config, from_dtype, njit, types
 
 import ulna.engine.lane_lowering
 import ulna.engine.lane_rows  # noqa: F401 - for their effect: Numba knows the number that is eight numbers
@@ -27,7 +27,6 @@ from ulna.engine.signatures import Array, Group, Kind, Signature
 
 _njit: Any = njit  # its annotations leave out some of our flags
 _DOCUMENTED = {"fastmath", "error_model", "nogil", "forceinline"}
-_ELEMENTS = {"bool": "boolean"}  # as Numba calls them, where the name is another than NumPy's
 
 
 def is_disabled() -> bool:
@@ -163,9 +162,10 @@ def _garbage_kept() -> Iterator[None]:
 
 def _numba_type(kind: Kind) -> types.Type:
     if isinstance(kind, Group):
-        return types.Tuple(tuple(map(_numba_type, kind.parts)))
+        parts = tuple(map(_numba_type, kind.parts))
+        return types.Tuple(parts) if kind.of is tuple else types.BaseTuple.from_types(parts, kind.of)
     if isinstance(kind, Array):
-        element = getattr(types, _ELEMENTS.get(kind.element, kind.element))
+        element = from_dtype(kind.dtype)
         return types.Array(element, kind.dimensions, "C", readonly=kind.constant)
     return getattr(types, kind.name)
 

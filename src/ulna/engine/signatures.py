@@ -3,11 +3,13 @@
 They are described here without the compiler: what was compiled ahead is found by the same description.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import wraps
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+
+from ulna.engine.records import Record
 
 
 class Scalar(NamedTuple):
@@ -20,20 +22,30 @@ class Scalar(NamedTuple):
 
 
 class Array(NamedTuple):
-    """An array of so many axes; one that is ``constant`` is only read, so that it may be read-only."""
+    """An array of so many axes; one that is ``constant`` is only read, so that it may be read-only.
 
-    element: str
+    element: the name of its elements' type, or the class of its records.
+    """
+
+    element: str | type[Record]
     dimensions: int
     constant: bool = False
 
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The type of its elements, as NumPy has it."""
+        return np.dtype(self.element) if isinstance(self.element, str) else self.element.structure
+
     def __str__(self) -> str:
-        return f"{self.dimensions}{'r' if self.constant else 'w'}{_CODES[self.element]}"
+        code = _CODES[self.element] if isinstance(self.element, str) else f"[{self.element.__name__} {self.dtype.itemsize}]"
+        return f"{self.dimensions}{'r' if self.constant else 'w'}{code}"
 
 
 class Group(NamedTuple):
-    """A tuple of arguments."""
+    """A tuple of arguments, or a named tuple of the class ``of``: an argument that is passed whole."""
 
     parts: tuple[Scalar | Array, ...]
+    of: type[tuple] = tuple
 
     def __str__(self) -> str:
         return f"({''.join(map(str, self.parts))})"
@@ -47,19 +59,25 @@ _CODES = {"float64": "d", "int64": "i", "bool": "b", "int32": "h", "float32": "f
 def fits(value: object, kind: Kind) -> bool:
     """Whether a value has a type that an entry takes as it is."""
     if isinstance(kind, Group):
-        return type(value) is tuple and len(value) == len(kind.parts) and all(map(fits, value, kind.parts))
+        return type(value) is kind.of and len(value) == len(kind.parts) and all(map(fits, value, kind.parts))
     if isinstance(kind, Scalar):
         types = {"int64": (int, np.int64), "float64": float, "none": type(None)}[kind.name]
         return isinstance(value, types) and not isinstance(value, bool)
     return (
         type(value) is np.ndarray
-        and value.dtype == kind.element
+        and value.dtype == kind.dtype
         and value.dtype.isnative
         and value.ndim == kind.dimensions
         and value.flags.c_contiguous
         and value.flags.aligned
         and (value.flags.writeable or kind.constant)
     )
+
+
+def parts_of(signature: Signature) -> Iterator[Scalar | Array]:
+    """All that a signature has, the parts of its tuples one by one."""
+    for kind in signature:
+        yield from kind.parts if isinstance(kind, Group) else (kind,)
 
 
 def checked(function: Callable, signature: Signature) -> Callable:

@@ -14,7 +14,7 @@ from ulna.engine.announcements import Announcements, quietly
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES, is_plain
 from ulna.engine.entries import Entries
-from ulna.engine.signatures import NONE
+from ulna.engine.signatures import NONE, parts_of
 
 
 class Job(NamedTuple):
@@ -43,11 +43,11 @@ class Compiled(NamedTuple):
 
 
 def all_jobs(entries: Entries) -> list[Job]:
-    """Every signature of every entry; those that take longest, estimated by the number of their arguments, first."""
+    """Every signature of every entry; those that take longest, estimated by the number of what they take, first."""
     if is_plain():
         return []
     jobs = [
-        (-k, -len(signature), Job(entries, name, k))
+        (-k, -len([*parts_of(signature)]), Job(entries, name, k))
         for name in entries.names()
         for k, signature in enumerate(ENTRIES[entries.marked(name)].signatures)
     ]
@@ -89,7 +89,7 @@ def compile_one(job: Job) -> Compiled:
     signature = numba_types(signatures[job.signature])
     hits = entry.stats.cache_hits[signature]
     entry.compile(signature)
-    shapes = "" if len(signatures) == 1 else "boxes" if NONE in signatures[job.signature] else "any"
+    shapes = "" if len(signatures) == 1 else "boxes" if NONE in parts_of(signatures[job.signature]) else "any"
     seconds, was_cached = time.perf_counter() - start, entry.stats.cache_hits[signature] > hits
     return Compiled(job.name.rpartition(".")[2], shapes, seconds, was_cached)
 

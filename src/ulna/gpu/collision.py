@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.objects import numbers_below, table_of
 from ulna.collision.world import World
+from ulna.engine.decorators import kernel
 from ulna.engine.lanes import WIDTH
 from ulna.gpu import device
 from ulna.gpu.device import cuda
@@ -33,15 +34,13 @@ class DeviceScene(NamedTuple):
     """A scene on the device.
 
     Attributes:
-        parts: The arguments of the drivers.
-        sizes: The numbers of its joints and bodies.
-        of_boxes: Whether all shapes are boxes.
+        parts: The arguments of the drivers: tables and numbers. A table that the scene lacks is one without rows.
+        sizes: The numbers of its joints and bodies, and whether all shapes are boxes.
         number: Over which its tables are: float32 for boxes alone.
     """
 
     parts: tuple
-    sizes: tuple[int, int]
-    of_boxes: bool
+    sizes: tuple[int, int, bool]
     number: Any
 
 
@@ -65,35 +64,47 @@ def _on_device(scene: Scene, number: Any) -> DeviceScene:
     number = number if of_boxes else np.float64
     solids = table_of(scene.objects, scene.nodes, numbers)
     every = scene._replace(objects=solids, nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(solids))
-    parts = tuple(device.on_device(_over(number, part)) if isinstance(part, np.ndarray) else part for part in every)
-    return DeviceScene(parts, (len(scene.joints), len(scene.bodies)), of_boxes, number)
+    parts = tuple(part if isinstance(part, int) else device.on_device(_over(number, part)) for part in every)
+    return DeviceScene(parts, (len(scene.joints), len(scene.bodies), of_boxes), number)
 
 
-def _over(number: Any, part: NDArray[Any]) -> NDArray[Any]:
-    """A table over a number; one of whole numbers or of bools as it is."""
+def _over(number: Any, part: NDArray[Any] | None) -> NDArray[Any]:
+    """A table over a number; one of whole numbers or of bools as it is. A launch takes no None: it is a table without rows."""
+    if part is None:
+        return np.empty((0, 3), number)
     return part.astype(number) if part.dtype == np.float64 else part
 
 
 def distance_scratch(scene: DeviceScene, n: int) -> list[Any]:
     """Scratch for as many threads as measure n distances, or as there is memory for; boxes need none."""
     threads, shapes = max(1, min(n, _MOST_DISTANCES)), [(1, 1)] * len(SCRATCH)
-    if not scene.of_boxes:
+    if not scene.sizes[-1]:
         threads = max(1, int(min(threads, _MOST_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))))))
         shapes = list(SCRATCH)
     return [cuda.device_array((threads, *shape), np.float64) for shape in shapes]
 
 
+@kernel
+def _scene_of_shapes(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch):
+    return Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
+
+
+@kernel
+def _scene_of_boxes(joints, bodies, _vertices, pairs, objects, _points, nodes, root, first, end, may_touch):
+    return Scene(joints, bodies, None, pairs, objects, None, nodes, root, first, end, may_touch)
+
+
 @cache
-def overlaps_of(n_joints: int, n_bodies: int):
+def overlaps_of(n_joints: int, n_bodies: int, of_boxes: bool):
     """The driver for robots of these sizes: whether each q touches anything, to the bools of out, shape (n,)."""
-    of_joints, of_bodies = 12 * n_joints, 12 * n_bodies
+    of_joints, of_bodies, as_scene = 12 * n_joints, 12 * n_bodies, _scene_of_boxes if of_boxes else _scene_of_shapes
 
     def overlaps(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, out, out_of_range):
         i = cuda.grid(1)
         if i < q.shape[0]:
             if not all_in_range(q[i]):
                 out_of_range[0] = 1
-            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
+            scene = as_scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
             joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
             place_bodies(joints, bodies, q[i], joint_rows, body_rows)
             out[i] = overlaps_unindexed(scene, body_rows, q[i, 0]) > 0.0
@@ -102,12 +113,12 @@ def overlaps_of(n_joints: int, n_bodies: int):
 
 
 @cache
-def distances_of(n_joints: int, n_bodies: int):
+def distances_of(n_joints: int, n_bodies: int, of_boxes: bool):
     """The driver for robots of these sizes: the least signed distance of each q to out, shape (n,).
 
     The scratch of EPA is an array for each thread: points (m, ...), faces (m, ...) and edges (m, ...). So m threads do all.
     """
-    of_joints, of_bodies = 12 * n_joints, 12 * n_bodies
+    of_joints, of_bodies, as_scene = 12 * n_joints, 12 * n_bodies, _scene_of_boxes if of_boxes else _scene_of_shapes
 
     def distances(
         joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
@@ -115,7 +126,7 @@ def distances_of(n_joints: int, n_bodies: int):
     ):  # fmt: skip
         thread = cuda.grid(1)
         if thread < corners.shape[0]:
-            scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
+            scene = as_scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
             joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
             scratch = corners[thread], faces[thread], edges[thread]
             for i in range(thread, q.shape[0], corners.shape[0]):

@@ -1,6 +1,6 @@
 """Compiles drivers for a GPU and runs them over batches, by numba-cuda.
 
-The extra ``cuda``, a GPU and its driver are needed only where something is run. With
+The extra ``cuda12`` or ``cuda13``, a GPU and its driver are needed only where something is run. With
 ``NUMBA_ENABLE_CUDASIM=1`` and ``NUMBA_DISABLE_JIT=1`` threads are simulated in plain Python, for tests.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import DeviceError, InputError, MissingExtraError
-from ulna.gpu.device_array import cuda, is_on_device, with_dlpack
+from ulna.gpu.device_array import cuda, in_c_order, is_on_device, refuse_numpy_without_compiler, with_dlpack
 
 THREADS = 128  # of a block
 PIECE = 1 << 17  # problems that are copied and computed together where arrays are on the host
@@ -23,14 +23,18 @@ Rows = Any
 def require_device() -> None:
     """Refuse to go on without a GPU."""
     if cuda is None:
-        raise MissingExtraError("a GPU", "cuda")
+        raise MissingExtraError("a GPU with a driver of CUDA 13 (cuda12 for one of CUDA 12)", "cuda13")
+    refuse_numpy_without_compiler()
     if not cuda.is_available():
         raise DeviceError("no NVIDIA GPU was found, or its driver is not installed")
 
 
 def on_device(array: NDArray) -> Any:
-    """A copy of an array on the device."""
-    return with_dlpack(cuda.to_device(np.ascontiguousarray(array)))
+    """A copy of an array on the device, with the strides of its shape.
+
+    ``np.ascontiguousarray`` keeps an axis of length 1 whose stride is 0 (``x[None]``), which Numba takes for no C order.
+    """
+    return with_dlpack(cuda.to_device(np.array(array, order="C")))
 
 
 def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.float64) -> Any:
@@ -41,7 +45,7 @@ def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.
         raise InputError(name, f"{own.dtype} of shape {tuple(own.shape)} on the device; {expected}")
     if not own.is_c_contiguous():
         raise InputError(name, "an array on the device has to be C-contiguous")
-    return own.reshape(int(np.prod(own.shape[: len(own.shape) - len(shape)], dtype=np.int64)), *shape)
+    return in_c_order(own.reshape(int(np.prod(own.shape[: len(own.shape) - len(shape)], dtype=np.int64)), *shape))
 
 
 @cache

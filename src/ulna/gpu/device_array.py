@@ -5,12 +5,16 @@ has the first; the second is that of cuda.core, on which numba-cuda depends. Bot
 without a GPU needs neither.
 """
 
+import importlib
 from functools import cache
+from importlib.metadata import version
+from itertools import accumulate
+from operator import mul
 from typing import Any
 
 import numpy as np
 
-from ulna.errors import InputError
+from ulna.errors import DeviceError, InputError
 
 try:
     import numba.cuda  # of numba_cuda; the one that comes with Numba itself is older
@@ -69,10 +73,42 @@ def description(view: Any) -> dict[str, Any]:
 
 
 def with_dlpack(array: Any) -> Any:
-    """An array of Numba on the device that has ``__dlpack__`` too; the simulator's as it is."""
+    """An array of Numba on the device in C order that has ``__dlpack__`` too; the simulator's as it is."""
     if cuda.config.ENABLE_CUDASIM:
         return array
-    return _class_with_dlpack()(shape=array.shape, strides=array.strides, dtype=array.dtype, gpu_data=array.gpu_data)
+    strides = _c_strides(array)
+    return _class_with_dlpack()(shape=array.shape, strides=strides, dtype=array.dtype, gpu_data=array.gpu_data)
+
+
+def in_c_order(array: Any) -> Any:
+    """A contiguous array of Numba on the device with the strides of its shape, not copied.
+
+    An axis of length 1 may have any stride, and Numba compiles an array with another one for strides that vary.
+    """
+    if array.strides == _c_strides(array):
+        return array
+    return array.copy() if cuda.config.ENABLE_CUDASIM else with_dlpack(array)
+
+
+def _c_strides(array: Any) -> tuple[int, ...]:
+    """The strides of an array's shape in C order, in bytes."""
+    sizes = accumulate((max(n, 1) for n in array.shape[:0:-1]), mul, initial=array.dtype.itemsize)
+    return tuple(sizes)[: len(array.shape)][::-1]
+
+
+def refuse_numpy_without_compiler() -> None:
+    """Refuse a NumPy that numba-cuda cannot be imported with: up to 0.30.4 it asks for a name that NumPy 2.5 has no more.
+
+    Raises:
+        DeviceError: numba-cuda cannot be imported with this NumPy.
+    """
+    try:
+        importlib.import_module("numba.cuda.np.arrayobj")
+    except AttributeError as error:
+        problem = f"numba-cuda {version('numba-cuda')} cannot be used with NumPy {np.__version__} ({error})"
+        raise DeviceError(f"{problem}; install an older one: pip install 'numpy<2.5'") from error
+    except ModuleNotFoundError:  # the simulator has no compiler
+        pass
 
 
 @cache

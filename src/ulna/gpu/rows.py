@@ -32,13 +32,12 @@ def put_rows(array: Any, order: Order, rows: NDArray[Any]) -> None:
     _launch(put, len(order), device.on_device(rows), device.on_device(order), array)
 
 
-def column_of(array: Any, k: int) -> NDArray[Any]:
-    """A column of an array (n, m), on the host."""
+def put_records(array: Any, order: Order, records: NDArray[Any]) -> None:
+    """Write records of the host to some places of an array of them (n,)."""
     if not device.is_on_device(array):
-        return array[:, k]
-    out = cuda.device_array(len(array), array.dtype)
-    _launch(column, len(array), array, k, out)
-    return out.copy_to_host()
+        array[order] = records
+        return
+    _launch(put_each, len(order), device.on_device(records), device.on_device(order), array)
 
 
 def as_float64(rows: Any) -> Any:
@@ -89,8 +88,8 @@ def put(rows, order, out):
             out[order[i], k] = rows[i, k]
 
 
-def column(rows, k, out):
-    """Write column k of rows (n, m) to out (n,)."""
+def put_each(records, order, out):
+    """Write records (k,) to the places of out (n,) that an order (k,) names."""
     i = cuda.grid(1)
-    if i < out.shape[0]:
-        out[i] = rows[i, k]
+    if i < records.shape[0]:
+        out[order[i]] = records[i]

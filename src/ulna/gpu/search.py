@@ -20,14 +20,16 @@ from ulna.collision.world import World
 from ulna.drivers.lane_state import reset_state, write_bounds, write_result, write_start, write_target
 from ulna.gpu import device
 from ulna.gpu.device import cuda
-from ulna.gpu.rows import Order, column_of, put_rows, rows_of
+from ulna.gpu.rows import Order, put_records, put_rows, rows_of
 from ulna.ik.inverse_kinematics import InverseKinematics
+from ulna.ik.options import Request
 from ulna.ik.problem import Query, of_task
 from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.result import IKResult
 from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, N_STATE, P2, R2, RUNNING, advance
-from ulna.kernels.ik.search_layout import N_INFO, N_SYSTEM, NOT_A_POSE, NOT_FOUND, SOLVED, START, STATUS, STEPS, WITH_POSTURE
+from ulna.kernels.ik.search_layout import N_SYSTEM, NOT_A_POSE, NOT_FOUND, SOLVED
+from ulna.kernels.ik.search_records import Results, SearchResult
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
@@ -72,14 +74,14 @@ class DeviceSearch:
     collides: Callable[[Any], NDArray[np.bool_]]
 
     def of(self, targets: Any, batch: tuple[int, ...]) -> tuple[Any, Any, Explanation]:
-        """q (n, n_dof), info (n, N_INFO) and what is known of the unsolved, for targets (n, 4, 4), NumPy's or on the device.
+        """q (n, n_dof), info (n,) and what is known of the unsolved, for targets (n, 4, 4), NumPy's or on the device.
 
         Results are where the targets are.
         """
         q, info = self._round(targets, self.seeds, 0)
         if not device.is_on_device(targets):
             q, info = (array.copy_to_host() if device.is_on_device(array) else array for array in (q, info))
-        solved = column_of(info, STATUS) == SOLVED
+        solved = _statuses(info) == SOLVED
         colliding = _NONE if self.world is None else self._colliding(q, np.flatnonzero(solved))
         if solved.all() and not len(colliding):
             return q, info, NOTHING_TO_EXPLAIN
@@ -98,11 +100,11 @@ class DeviceSearch:
         """Search for some targets from the starts of round k; those that still have no solution that is clear."""
         there = self._round(rows_of(targets, order), self._seeds_of(order), k)
         more, its_info = (array.copy_to_host() if device.is_on_device(array) else array for array in there)
-        its_info[:, START] += k * _STARTS
-        good = its_info[:, STATUS] == SOLVED
+        its_info["start"] += k * _STARTS
+        good = its_info["status"] == SOLVED
         good[self._colliding(more, np.flatnonzero(good))] = False
         put_rows(q, order[good], more[good])
-        put_rows(info, order[good], its_info[good])
+        put_records(info, order[good], its_info[good])
         return order[~good]
 
     def _seeds_of(self, order: Order) -> Array:
@@ -112,8 +114,8 @@ class DeviceSearch:
         """q and info of a search for each target from the starts of round k, on the device."""
         query, (n, n_dof) = self.query, (len(targets), self.query.tree.n_dof)
         if query.unit != 1.0 or not n:  # of arms of an unusual size the search is in a unit of its own: all is left to the CPU
-            info = np.zeros((n, N_INFO))
-            info[:, STATUS] = NOT_FOUND
+            info = np.zeros(n, SearchResult.structure)
+            info["status"] = NOT_FOUND
             q = np.zeros((n, n_dof))
             return (device.on_device(q), device.on_device(info)) if device.is_on_device(targets) else (q, info)
         first = max(0, k * _STARTS - 1)
@@ -123,7 +125,7 @@ class DeviceSearch:
         if query.task_axes is not None:
             targets = of_task(query, targets.copy_to_host() if device.is_on_device(targets) else targets)
         there = targets if device.is_on_device(targets) else device.on_device(targets)
-        q, info = device.results_for(there, (n, n_dof)), device.results_for(there, (n, N_INFO))
+        q, info = device.results_for(there, (n, n_dof)), device.results_for(there, (n,), SearchResult.structure)
         following = device.on_device(np.zeros(1, dtype=np.int64))
         driver = device.compiled(searches_of(n_dof))
         driver[device.blocks(min(n, _SEARCHES)), device.THREADS](*constants, following, there, q, info, following)
@@ -134,17 +136,11 @@ class DeviceSearch:
         if not len(rest):
             return NOTHING_TO_EXPLAIN
         there, seeds = rows_of(targets, rest), self._seeds_of(rest)
-        found = self.on_host.inverse_kinematics(
-            there if batch else there[0],
-            (seeds if len(seeds) > 1 else seeds[0]) if self.seeded else None,
-            None,
-            (),
-            self.world,
-            self.query.link,
-            self.query.options,
-        )
+        targets, seed = there if batch else there[0], (seeds if len(seeds) > 1 else seeds[0]) if self.seeded else None
+        asked = Request(targets, seed, world=self.world, link=self.query.link, options=self.query.options)
+        found = self.on_host.inverse_kinematics(asked)
         put_rows(q, rest, found.q.reshape(len(rest), -1))
-        put_rows(info, rest, found.info)
+        put_records(info, rest, found.info)
         return found.explanation.renumbered(rest)
 
 
@@ -164,13 +160,29 @@ class DeviceResult(IKResult):
             object.__setattr__(self, name, value)
 
     @cached_property
-    def info(self) -> Array:  # pyright: ignore[reportIncompatibleVariableOverride] - it is as read-only
-        """What is known of each target, a row each."""
+    def info(self) -> Results:  # pyright: ignore[reportIncompatibleVariableOverride] - it is as read-only
+        """What is known of each target."""
         return self.__dict__["_there"].copy_to_host()
 
     def __reduce__(self) -> Any:
         q: Any = self.q
         return IKResult, (q.copy_to_host(), self.info, self._batch, self.tolerances, self.explanation)
+
+
+def _statuses(info: Any) -> NDArray[np.int64]:
+    """The statuses of results, on the host."""
+    if not device.is_on_device(info):
+        return info["status"]
+    out = cuda.device_array(len(info), np.int64)
+    device.compiled(_write_statuses)[device.blocks(len(info)), device.THREADS](info, out)
+    return out.copy_to_host()
+
+
+def _write_statuses(info, out):
+    """Write the statuses of results (n,) to out (n,), one a thread."""
+    i = cuda.grid(1)
+    if i < out.shape[0]:
+        out[i] = info[i].status
 
 
 @cache
@@ -195,18 +207,18 @@ def searches_of(n_dof: int):
         while i < targets.shape[0]:
             seed = seeds[min(i, seeds.shape[0] - 1)]
             if start == 0 and is_new and not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seed)):
-                info[i, STATUS] = NOT_A_POSE
+                info[i].status = NOT_A_POSE
                 i = cuda.atomic.add(following, 0, 1)
                 continue
             if is_new:
                 if start == 0:
-                    best, info[i, STATUS] = np.inf, NOT_FOUND
+                    best, info[i].status = np.inf, NOT_FOUND
                 write_target(matrix_pose(targets[i]), target, 0)
                 write_bounds(box, bound, 0)
                 write_start(box, seed, samples, start, q, 0)
-                reset_state(state, settings[STEPS], settings[WITH_POSTURE], 0)
+                reset_state(state, settings[0].steps, settings[0].with_posture, 0)
                 is_new = False
-            advance(chain, posture, settings, rows, (jacobian, system))
+            advance(chain, posture, settings[0], rows, (jacobian, system))
             if state[ENDED, 0] != RUNNING:
                 missed, solved = state[P2, 0] + state[R2, 0], state[ENDED, 0] == HAS_SOLVED
                 if solved or missed < best:

@@ -7,13 +7,13 @@ the reason are those of the search.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.world import World
 from ulna.description.pose import as_pose
 from ulna.drivers import closed_form
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.branches import Branches, all_branches
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
+from ulna.ik.options import Request
 from ulna.ik.problem import Problem, Query, excess_of, make_problem, mid_range, refuse_no_pose
 from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
 from ulna.ik.result import CODES, IKResult, Status
@@ -22,6 +22,7 @@ from ulna.ik.search.ranking import CollisionFilter, Cost, collisions_of, cost_of
 from ulna.ik.search.restarts import PoseSearch, run_from_each
 from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.ik.search_records import Results, SearchResult
 from ulna.kinematics.turns import turned_towards, turning_columns
 
 Array = NDArray[np.float64]
@@ -45,7 +46,7 @@ class ClosedFormSolver:
         self._search, run = NumericSolver(query), closed_form.nearest_branch_of_one
         alone = form.columns == tuple(range(N_AXES)) and self._n == N_AXES and query.task_axes is None
         self._one = bound_to_one_target(run, self._tables, self._home) if alone else None
-        self.in_c = None if self._one is None else (self._one, self._home, self._one, self.solve)
+        self.in_c = None if self._one is None else (self._one, self._home, self._one, self._solve_plain)
 
     @staticmethod
     def form_of(query: Query) -> ClosedForm | None:
@@ -55,31 +56,29 @@ class ClosedFormSolver:
         form = closed_form_of(query.tree, query.link, task=query.options.task)
         return None if form is None or form.n_at_rest else form
 
-    def solve(
-        self,
-        T: ArrayLike,
-        q_seed: ArrayLike | None,
-        posture: ArrayLike | str | None = None,
-        held: tuple[str, ...] = (),
-        world: World | None = None,
-    ) -> IKResult:
+    def solve(self, request: Request) -> IKResult:
         """The nearest branch, or that of the best rank that is clear of the world."""
-        if posture is not None or held:
-            return self._search.search(T, q_seed, posture, held, world)
-        if world is not None or not self._by_way:
-            return self._best(T, q_seed, world)
+        T, q_seed = request.T, request.q_seed
+        if request.posture is not None or request.held:
+            return self._search.search(request)
+        if request.world is not None or not self._by_way:
+            return self._best(request)
         if self._one is not None:
             found = self._one(T, self._home if q_seed is None else q_seed)
             if found is not None:
                 explanation = Explanation(trace=_no_steps(found[1])) if self._trace else NOTHING_TO_EXPLAIN
                 return IKResult(found[0], found[1], (), self._tolerances, explanation)
-        return self._nearest(T, q_seed)
+        return self._nearest(request)
 
-    def _nearest(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
+    def _solve_plain(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
+        """What is called in C where neither search finds a solution."""
+        return self.solve(Request(T, q_seed))
+
+    def _nearest(self, request: Request) -> IKResult:
         """The nearest branch of each target."""
-        problem = make_problem(self._query, T, q_seed)
+        problem = make_problem(self._query, request.T, request.q_seed)
         targets, seeds = problem.targets, self._six.entries_of(problem.seeds)
-        angles, info = np.empty((len(targets), N_AXES)), np.empty((len(targets), layout.N_INFO))
+        angles, info = np.empty((len(targets), N_AXES)), np.empty(len(targets), SearchResult.structure)
         nearest = closed_form.nearest_branches
 
         def run(part: slice) -> bool:
@@ -91,30 +90,30 @@ class ClosedFormSolver:
         q = np.broadcast_to(problem.seeds, (len(targets), self._n)).copy()
         q[:, self._six.columns] = angles[:, : len(self._six.columns)]
         if self._form.n_free:  # the errors of the link itself, of which the joints that were added are no part
-            solved = np.flatnonzero(info[:, layout.STATUS] == layout.SOLVED)
+            solved = np.flatnonzero(info["status"] == layout.SOLVED)
             info[solved] = run_from_each(problem, solved, q[solved], 0)[1]
-        return self._with_unsolved(problem, q, info, info[:, layout.STATUS] == layout.SOLVED, None)
+        return self._with_unsolved(problem, q, info, info["status"] == layout.SOLVED, None)
 
-    def _best(self, T: ArrayLike, q_seed: ArrayLike | None, world: World | None) -> IKResult:
+    def _best(self, request: Request) -> IKResult:
         """The best branch of each target."""
         query, tree = self._query, self._query.tree
-        refuse_clearance_of_nothing(query.options.rank, world)
-        problem = make_problem(query, T, q_seed)
+        refuse_clearance_of_nothing(query.options.rank, request.world)
+        problem = make_problem(query, request.T, request.q_seed)
         as_pose(problem.targets.reshape(*problem.batch, 4, 4))
-        collisions = collisions_of(query, world)
+        collisions = collisions_of(query, request.world)
         cost = cost_of(problem, collisions)
         if cost is None:
             raise AssertionError("a rank or a world gives a cost")
         goal = mid_range(tree)[None] if query.options.rank == "mid_range" else problem.seeds
         q, found = _best(all_branches(self._form, tree, problem.targets, goal, query.options.threads), cost, problem)
         q, info = run_from_each(problem, np.arange(len(q)), q, 0)
-        return self._with_unsolved(problem, q, info, found & (info[:, layout.STATUS] == layout.SOLVED), collisions)
+        return self._with_unsolved(problem, q, info, found & (info["status"] == layout.SOLVED), collisions)
 
     def _with_unsolved(
-        self, problem: Problem, q: Array, info: Array, solved: Truths, collisions: CollisionFilter | None
+        self, problem: Problem, q: Array, info: Results, solved: Truths, collisions: CollisionFilter | None
     ) -> IKResult:
-        """The result for q (n, n_dof) and info (n, N_INFO), of which some are solved."""
-        if (info[:, layout.STATUS] == layout.NOT_A_POSE).any():
+        """The result for q (n, n_dof) and info (n,), of which some are solved."""
+        if (info["status"] == layout.NOT_A_POSE).any():
             refuse_no_pose(problem.targets.reshape(*problem.batch, 4, 4))
         search, rest = PoseSearch(problem, None, q, info, ~solved, np.zeros(len(q), dtype=bool)), np.flatnonzero(~solved)
         if len(rest):
@@ -123,10 +122,10 @@ class ClosedFormSolver:
             for order, more in ((rest[proved], nearest_poses), (rest[~proved], lambda some: searched(some, collisions))):
                 if len(order):
                     search.put(order, more(problem.some(order)))
-            open_ = rest[proved & (info[rest, layout.STATUS] != layout.SOLVED)]  # some are within the tolerances for all that
+            open_ = rest[proved & (info["status"][rest] != layout.SOLVED)]  # some are within the tolerances for all that
             beyond_limits = {int(rest[i]): x for i, x in excess.items() if rest[i] in open_}
-            info[open_, layout.STATUS] = CODES[Status.UNREACHABLE]
-            info[list(beyond_limits), layout.STATUS] = CODES[Status.JOINT_LIMITS]
+            info["status"][open_] = CODES[Status.UNREACHABLE]
+            info["status"][list(beyond_limits)] = CODES[Status.JOINT_LIMITS]
             search.limit_excess.update(beyond_limits)
         trace = None if not self._trace else trace_of(search) if len(rest) else _no_steps(info)
         return result_of(search, collisions, trace, f"the closed form has no solution, whatever the limits ({self._form.family})")
@@ -157,6 +156,6 @@ def _best(branches: Branches, cost: Cost, problem: Problem) -> tuple[Array, NDAr
     return np.where(found[:, None], branches.q[rows, chosen], seeds), found
 
 
-def _no_steps(info: Array) -> Array:
+def _no_steps(info: Results) -> Array:
     """The trace (1, 4) of one target that took no step: its errors."""
-    return np.array([[info[0, layout.POSITION_ERROR], info[0, layout.ROTATION_ERROR], 0.0, 0.0]])
+    return np.array([[info["position_error"][0], info["rotation_error"][0], 0.0, 0.0]])

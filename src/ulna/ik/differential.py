@@ -50,21 +50,21 @@ def differential_ik(
     damping, dt = positive("damping", damping), positive("dt", dt)
     if damping > _MOST_DAMPING:
         raise InputError("damping", f"{damping!r}; at most {_MOST_DAMPING:g} is expected, so that its square is finite")
-    lam = damping**2
+    step = driver.ControlStep(chain, frame, tree.limits, tree.velocity_limits, damping**2, dt)
     if q.ndim == twist.ndim == 1:
         refuse_unless_threads(threads)
         out = as_out(out, q.shape, q, twist)
         size = N_PER_JOINT * tree.n_dof + N_SYSTEM + N_TURNED
         if len(_work.numbers) < size:
             _work.numbers = np.empty(size)
-        good = driver.differential_one(chain, frame, tree.limits, tree.velocity_limits, lam, dt, q, twist, _work.numbers, out)
+        good = driver.differential_one(step, q, twist, _work.numbers, out)
     else:
         batch, qs, twists = rows_of_both(q, twist, "q", "twist")
         out = as_out(out, (*batch, tree.n_dof), q, twist)
-        robot, of_rows = (chain, frame, tree.limits, tree.velocity_limits), flat(out)
+        of_rows = flat(out)
 
         def run(part: slice) -> bool:
-            return driver.differential_batch(*robot, lam, dt, qs[part], twists[part], of_rows[part])
+            return driver.differential_batch(step, qs[part], twists[part], of_rows[part])
 
         good = in_parts(run, len(qs), threads=threads)
     if not good:

@@ -1,6 +1,6 @@
 """Chooses the solvers of inverse kinematics by their interface, and keeps what is prepared for the next call."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import lru_cache, partial
 from typing import Any, Protocol
 
@@ -14,12 +14,11 @@ from ulna.ik.all_solutions import AllSolutions
 from ulna.ik.closed_form_solver import ClosedFormSolver
 from ulna.ik.followed_path import FollowedPath
 from ulna.ik.following.follow import follow
-from ulna.ik.options import Options
-from ulna.ik.problem import Query, as_names
+from ulna.ik.options import Options, Request
+from ulna.ik.problem import Query
 from ulna.ik.reason import NOTHING_TO_EXPLAIN
 from ulna.ik.result import IKResult
 from ulna.ik.search.numeric import NumericSolver
-from ulna.ik.search.textbook_methods import TextbookSolver
 from ulna.ik.solutions import IKSolutions
 from ulna.kinematics.tree import Tree
 
@@ -36,17 +35,13 @@ class Solver(Protocol):
 
     in_c: tuple | None
 
-    def solve(
-        self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
-    ) -> IKResult:
-        """The result for the targets T, shape (..., 4, 4). The arguments are those of ``Robot.inverse_kinematics``."""
+    def solve(self, request: Request) -> IKResult:
+        """The result for the targets of a request."""
         ...
 
 
 def solver_of(query: Query) -> Solver:
     """The solver of a query."""
-    if query.options.is_textbook:
-        return TextbookSolver(query)
     form = ClosedFormSolver.form_of(query)
     return NumericSolver(query) if form is None else ClosedFormSolver(query, form)
 
@@ -69,43 +64,24 @@ class InverseKinematics:
         """By link: what ``native/method.c`` needs to list all solutions with default options, after the first call."""
         self._all_of = lru_cache(_MOST_KEPT, typed=True)(partial(_all_of, self._query, self.quick_solutions))
 
-    def inverse_kinematics(
-        self,
-        T: ArrayLike,
-        q_seed: ArrayLike | None,
-        posture: ArrayLike | str | None,
-        held: Iterable[str],
-        world: World | None,
-        link: str | None,
-        options: Options = _DEFAULTS,
-    ) -> IKResult:
+    def inverse_kinematics(self, request: Request) -> IKResult:
         """The result of the solver of the link and options; see ``Robot.inverse_kinematics``."""
-        held = held if type(held) is tuple else as_names(held)
         try:
-            solver = self._solver(link, *options)
+            solver = self._solver(request.link, *request.options)
         except TypeError:  # an argument that has no hash
-            solver = self._solver.__wrapped__(link, *options)
-        return solver.solve(T, q_seed, posture, held, world)
+            solver = self._solver.__wrapped__(request.link, *request.options)
+        return solver.solve(request)
 
     def all_solutions(
-        self,
-        T: ArrayLike,
-        q_seed: ArrayLike | None,
-        world: World | None,
-        link: str | None,
-        options: Options,
-        *,
-        n_samples: int,
-        redundancy: str | None = None,
-        whole_turns: bool = False,
+        self, request: Request, *, n_samples: int, redundancy: str | None = None, whole_turns: bool = False
     ) -> IKSolutions:
         """All solutions for poses, with what is proved of them; see ``Robot.all_solutions``."""
         n_samples = as_count("n_samples", n_samples, 1)
         try:
-            every = self._all_of(link, redundancy, *options)
+            every = self._all_of(request.link, redundancy, *request.options)
         except TypeError:  # an argument that has no hash
-            every = self._all_of.__wrapped__(link, redundancy, *options)
-        return every.all_solutions(T, n_samples, whole_turns=whole_turns, q_seed=q_seed, world=world)
+            every = self._all_of.__wrapped__(request.link, redundancy, *request.options)
+        return every.all_solutions(request.T, n_samples, whole_turns=whole_turns, q_seed=request.q_seed, world=request.world)
 
     def follow(
         self,
@@ -119,7 +95,7 @@ class InverseKinematics:
         """The joint path through poses; see ``Robot.follow``."""
 
         def solve(T: Array, seed: Array) -> IKResult:
-            return self.inverse_kinematics(T, seed, None, (), world, link, Options(task=options.task))
+            return self.inverse_kinematics(Request(T, seed, world=world, link=link, options=Options(task=options.task)))
 
         return follow(self._query(link, options), T_path, q_start, max_step, world, solve)
 

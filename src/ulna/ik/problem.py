@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.checker import Checker
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
+from ulna.engine.records import Records
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.options import Options
-from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.ik.search_records import SearchSettings
 from ulna.kernels.layout import COLUMN, KIND, LARGEST, PRISMATIC, RATIO
 from ulna.kinematics.positions import as_positions, refuse_out_of_range, rows_of
 from ulna.kinematics.reach import Reach, reach_of
@@ -77,15 +78,14 @@ class Query:
         return np.array([[*self.tree.bounds, *usual_range(*self.tree.bounds)]])
 
     @cached_property
-    def settings(self) -> Array:
-        """The settings of the kernels (``kernels.ik.search_layout``), shape (N_SETTINGS,)."""
-        settings, options = np.zeros(layout.N_SETTINGS), self.options
-        settings[layout.POSITION_TOLERANCE] = options.position_tolerance
-        settings[layout.ROTATION_TOLERANCE] = options.rotation_tolerance
-        settings[layout.STEPS], settings[layout.TASK] = STEPS, options.task.kind
-        settings[layout.FAR] = self._far_square
-        settings[layout.SLACK : layout.SLACK + 6] = options.task.slack
-        return settings
+    def settings(self) -> Records[SearchSettings]:
+        """The settings of the kernels, one record."""
+        records, options = SearchSettings.records(), self.options
+        settings = records[0]
+        settings.position_tolerance, settings.rotation_tolerance = options.tolerances
+        settings.steps, settings.task, settings.far = STEPS, options.task.kind, self._far_square
+        settings.slack[:] = options.task.slack
+        return records
 
     @property
     def _far_square(self) -> float:
@@ -160,7 +160,7 @@ class Problem:
         bounds: Where q may be and where starts are taken from, shape (n or 1, 4, n_dof).
         is_narrowed: Whether the bounds are narrower than the limits.
         posture: Shape (n_dof,); read if the settings say so.
-        settings: Those of the kernels, shape (N_SETTINGS,).
+        settings: Those of the kernels, one record.
         nearest_to: Of solutions that differ by whole turns the nearest to these is taken, shape (n or 1, n_dof); None: any.
     """
 
@@ -173,7 +173,7 @@ class Problem:
     bounds: Array
     is_narrowed: bool
     posture: Array
-    settings: Array
+    settings: Records[SearchSettings]
     nearest_to: Array | None
 
     def some(self, order: NDArray[np.int64]) -> "Problem":
@@ -204,7 +204,7 @@ def make_problem(
     if query.options.trace and batch:
         raise InputError("trace", "a trace is of one target, shape (4, 4)")
     settings = query.settings.copy()
-    settings[layout.WITH_POSTURE] = posture is not None
+    settings[0].with_posture = posture is not None
     columns, step = columns_of_joints(tree, held), np.inf if max_step is None else max_step
     clipped = np.clip(seeds, tree.lower, tree.upper)
     return Problem(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ulna.errors import TruthError
 from ulna.ik.reason import NO_REASON, NOTHING_TO_EXPLAIN, Explanation, Reason
 from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.ik.search_records import Results
 
 Array = NDArray[np.float64]
 
@@ -24,7 +25,6 @@ class Status(StrEnum):
     HELD_JOINTS = "held joints"
     IN_COLLISION = "in collision"
     SINGULAR = "singular"
-    STATIONARY = "stationary"
     BUDGET_SPENT = "budget spent"
     NOT_FOUND = "not found"
 
@@ -33,7 +33,6 @@ class Status(StrEnum):
 CODES = {
     Status.SOLVED: layout.SOLVED,
     Status.NOT_FOUND: layout.NOT_FOUND,
-    Status.STATIONARY: layout.STATIONARY,
     Status.UNREACHABLE: 10,
     Status.JOINT_LIMITS: 11,
     Status.BEYOND_MAX_STEP: 12,
@@ -49,12 +48,11 @@ _NARROWED = {
 }
 _WORDS = {
     Status.SINGULAR: "the arm cannot move in the direction that is missing",
-    Status.STATIONARY: "no direction leads nearer",
     Status.BUDGET_SPENT: "the budget ran out",
     Status.NOT_FOUND: "no start led to the target",
 }
 _ROUNDING = 1e-9  # mm or degrees: a sentence calls less 0
-_OF_CODE = {float(code): status for status, code in CODES.items()}
+_OF_CODE = {code: status for status, code in CODES.items()}
 
 
 class IKResult:
@@ -74,7 +72,6 @@ class IKResult:
     ``held joints``           Solutions found, all with joints moved that are held; ``limit_excess`` holds by how much.
     ``in collision``          Every configuration found collides; ``collisions`` names the pairs.
     ``singular``              Limits aside, no joint reduces the error to first order: |J' e| < 0.001 |J| |e|.
-    ``stationary``            Steepest descent converged short of the target.
     ``budget spent``          ``max_iterations`` or ``time_limit`` ran out before the default number of starts was tried.
     ``not found``             None of these: ``q`` is the best configuration found.
     ========================= ========================================================================================
@@ -86,15 +83,15 @@ class IKResult:
     """Joint positions [rad or m], shape (..., n_dof), always within the limits."""
     tolerances: tuple[float, float]
     """The largest errors that count as reached [m, rad]."""
-    info: Array
-    """The kernels' row for each target (``kernels.ik.search_layout``), shape (n, N_INFO)."""
+    info: Results
+    """What the kernels know of each target (``kernels.ik.search_records``), shape (n,)."""
     explanation: Explanation
     """What is known about the targets that were not reached."""
 
     def __init__(
         self,
         q: Array,
-        info: Array,
+        info: Results,
         batch: tuple[int, ...],
         tolerances: tuple[float, float],
         explanation: Explanation = NOTHING_TO_EXPLAIN,
@@ -115,33 +112,33 @@ class IKResult:
     @property
     def success(self) -> bool | NDArray[np.bool_]:
         """Whether the errors that the task counts are within the tolerances."""
-        found = self.info[:, layout.STATUS] == layout.SOLVED
+        found = self.info["status"] == layout.SOLVED
         return found.reshape(self._batch) if self._batch else bool(found[0])
 
     @property
     def status(self) -> Status | NDArray[np.str_]:
         """How the search ended; see above."""
         if not self._batch:
-            return _OF_CODE[self.info[0, layout.STATUS]]
+            return _OF_CODE[self.info["status"][0]]
         words = np.empty(len(self.info), dtype="<U16")
         for code, word in _OF_CODE.items():
-            words[self.info[:, layout.STATUS] == code] = word
+            words[self.info["status"] == code] = word
         return words.reshape(self._batch)
 
     @property
     def position_error(self) -> float | Array:
         """Distance of the link's origin from the target's [m], by forward kinematics of ``q``, whatever the task."""
-        return self._column(layout.POSITION_ERROR)
+        return self._field("position_error")
 
     @property
     def rotation_error(self) -> float | Array:
         """Angle of the rotation that is left [rad], whatever the task: also what the task leaves free."""
-        return self._column(layout.ROTATION_ERROR)
+        return self._field("rotation_error")
 
     @property
     def residual(self) -> Array:
         """The pose error by component, shape (..., 6): x, y, z [m], rotation vector [rad], in the target's axes."""
-        rows = self.info[:, layout.RESIDUAL : layout.RESIDUAL + 6]
+        rows = self.info["residual"]
         R = self.explanation.task_axes
         if R is not None:
             rows = np.hstack([rows[:, :3] @ R.T, rows[:, 3:] @ R.T])
@@ -150,13 +147,13 @@ class IKResult:
     @property
     def iterations(self) -> int | NDArray[np.int64]:
         """Steps taken from the start that led to ``q``; for results found beyond the limits, since they were moved within."""
-        steps = self.info[:, layout.ITERATIONS].astype(np.int64)
-        return steps.reshape(self._batch) if self._batch else int(steps[0])
+        steps = self.info["iterations"]
+        return steps.reshape(self._batch).copy() if self._batch else int(steps[0])
 
     @property
     def starts(self) -> int | NDArray[np.int64]:
         """The number of the start that led to ``q``: 1 is the seed, the others are random."""
-        starts = self.info[:, layout.START].astype(np.int64) + 1
+        starts = self.info["start"] + 1
         return starts.reshape(self._batch) if self._batch else int(starts[0])
 
     @property
@@ -209,8 +206,8 @@ class IKResult:
     def __repr__(self) -> str:
         return f"<IKResult: {self}>"
 
-    def _column(self, column: int) -> Any:
-        return self.info[:, column].reshape(self._batch).copy() if self._batch else float(self.info[0, column])
+    def _field(self, name: str) -> Any:
+        return self.info[name].reshape(self._batch).copy() if self._batch else float(self.info[name][0])
 
     def _by_target(self, known: Mapping[int, Any], shape: tuple[int, ...]) -> Any:
         values = np.zeros((len(self.info), *shape))

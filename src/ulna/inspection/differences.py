@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ulna.description.pose import angle_between, rpy_from_matrix
 from ulna.description.robot_description import Body, Description, Joint, JointType, Link, Mimic
-from ulna.description.shapes import ConvexMesh, Mesh, Shape
+from ulna.description.shapes import ConvexMesh, Mesh, Shape, UnknownShape
 from ulna.description.structure import joints_from_root
 from ulna.inspection.result import Difference, Tolerances
 from ulna.robot import Robot
@@ -125,6 +125,8 @@ def _near(one, other, tolerance: float) -> bool:
 def _shape_words(shape: Shape) -> str:
     if isinstance(shape, ConvexMesh):
         return f"convex mesh of {len(shape.vertices)} vertices"
+    if isinstance(shape, UnknownShape):
+        return shape.kind
     if isinstance(shape, Mesh):
         return f"mesh {shape.uri}" + (f", scale ({_words(shape.scale)})" if shape.scale != (1.0, 1.0, 1.0) else "")
     return f"{type(shape).__name__.lower()}, " + ", ".join(f"{key} {_words(np.ravel(m))}" for key, m in asdict(shape).items())

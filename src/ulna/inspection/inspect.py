@@ -12,8 +12,10 @@ from lxml import etree
 
 from ulna.description.document import Document, expanded, is_text
 from ulna.description.file_bytes import file_bytes
+from ulna.description.load import left_out_sentences
 from ulna.description.packages import as_package_dirs
 from ulna.description.unread import sentences
+from ulna.description.urdf_writer import without_hulls, write_urdf
 from ulna.description.xml import LONGEST, parse
 from ulna.errors import DescriptionError, DescriptionWarning, InputError, UnitWarning
 from ulna.ik.closed_form.closed_form import closed_form_of
@@ -81,8 +83,12 @@ def _findings(document: Inspected, reach: float | None) -> Iterator[Finding]:
         yield Finding(ERROR, "document", message, line)
     if root is None:
         return
+    left_out = () if document.robot is None else document.robot.description.left_out
     own = [*element_findings(root), *name_findings(root), *joint_findings(root), *shape_findings(root), *inertia_findings(root)]
+    lines = {part.line for part in left_out}  # what has a finding as a fault there is not refused
+    own = [one for one in own if one.severity != ERROR or one.line not in lines]
     yield from own if error is None else _without_repeated(own, line)
+    yield from (Finding(WARNING, part.where, part.message, part.line) for part in left_out)
     yield from mesh_findings(root, document)
     yield from (Finding(WARNING, "document", sentence) for sentence in document.warnings)
     if document.robot is not None and reach is not None:
@@ -129,8 +135,10 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
         root = None if does_not_expand else _elements(text, name, folder, xacro_args, folders)
         return Inspected(name, folder, folders, root, None, error)
     description = robot.description
-    root = parse(description.text.encode(), description.source)
-    unread = sentences(root, description.source)[:1]  # the first one is said by ``load``, and each of them has its finding
+    text = description.text or write_urdf(without_hulls(description))  # of MJCF: its links and joints as URDF
+    root = parse(text.encode(), description.source)
+    # Of what is not read or left out, load says the first, and each has its finding.
+    unread = [*left_out_sentences(description), *sentences(root, description.source)][:1]
     said = tuple(str(one.message) for one in caught if not str(one.message).startswith(tuple(unread)))
     return Inspected(description.source, description.folder, description.package_dirs, root, robot, None, said)
 

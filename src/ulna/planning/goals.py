@@ -20,12 +20,15 @@ from ulna.collision.world import World
 from ulna.errors import InputError
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
+from ulna.ik.options import Request as IKRequest
 from ulna.ik.reason import Reason
 from ulna.ik.result import IKResult, Status
 from ulna.ik.task import Task
+from ulna.kernels.planning.constraint_records import Constraints
 from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree
+from ulna.planning.keep import Keep
 from ulna.planning.plan import Plan, PlanStatus, no_plan
 from ulna.planning.space import same_entries
 from ulna.planning.targets import Targets, joint_of, own_columns
@@ -62,6 +65,9 @@ class Request(NamedTuple):
         held: The joints that keep their positions.
         task: The components of a pose that count.
         seed: Chooses the starts of the search for a pose.
+        fixed: The entries of q that keep their positions, shape (n_dof,).
+        keeps: The constraints; ``narrow``: the same for the kernels, slightly narrower, or None without any.
+        beside: By link: its pose seen from the goal's link, of all that are kept at one (``kept_goals.poses_beside``).
         spread: How many configurations of a pose are looked for.
     """
 
@@ -73,6 +79,10 @@ class Request(NamedTuple):
     held: tuple[str, ...]
     task: Task | str
     seed: int
+    fixed: NDArray[np.bool_]
+    keeps: tuple[Keep, ...]
+    narrow: Constraints | None
+    beside: Mapping[str, Array]
     spread: int = SPREAD
 
     @property
@@ -115,23 +125,24 @@ def _in_words(pair: Pair, margin: float) -> str:
     )
 
 
-def find_goals(request: Request, targets: Targets, fixed: NDArray[np.bool_], free: NDArray[np.bool_]) -> Goals | Plan:
+def free_goals(request: Request, targets: Targets, free: NDArray[np.bool_]) -> Goals | Plan:
     """The free configurations of a goal; or, if no configuration is free, a plan whose reason says why.
 
-    fixed: the entries of q that keep their positions, shape (n_dof,); free: which of the configurations given are, shape (n,).
+    free: which of the configurations given are, shape (n,).
 
     Raises:
         InputError: A configuration moves a joint that keeps its position.
     """
     if isinstance(targets, np.ndarray):
-        return _of_configurations(request, targets, fixed, free)
+        return _of_configurations(request, targets, free)
     link, T = next(iter(targets.items()))
     if T.ndim == 2:
-        return _of_links(request, targets, fixed)
-    return _of_poses(request, link, T, fixed) if len(targets) == 1 else _of_several(request, targets, fixed)
+        return _of_links(request, targets)
+    return _of_poses(request, link, T) if len(targets) == 1 else _of_several(request, targets)
 
 
-def _of_configurations(request: Request, q: Array, fixed: NDArray[np.bool_], free: NDArray[np.bool_]) -> Goals | Plan:
+def _of_configurations(request: Request, q: Array, free: NDArray[np.bool_]) -> Goals | Plan:
+    fixed = request.fixed
     if fixed.any() and (moved := ~same_entries(request.tree, request.start, q) & fixed).any():
         row, k = np.argwhere(moved)[0]
         way = f"joint {joint_of(k, request.tree)!r} is to go from {request.start[k]:.6g} to {q[row, k]:.6g}"
@@ -143,9 +154,9 @@ def _of_configurations(request: Request, q: Array, fixed: NDArray[np.bool_], fre
     return no_plan(request.tree, PlanStatus.GOAL_IN_COLLISION, request.collision(q[0]))
 
 
-def _of_poses(request: Request, link: str, poses: Array, fixed: NDArray[np.bool_]) -> Goals | Plan:
+def _of_poses(request: Request, link: str, poses: Array) -> Goals | Plan:
     """The free configurations in which a link is at one of some poses (n, 4, 4)."""
-    rows, of = [], []
+    rows, of, fixed = [], [], request.fixed
     for i, T in enumerate(poses):
         found = _solutions_of(request, link, T, fixed)
         found[:, fixed] = request.start[fixed]
@@ -163,10 +174,10 @@ def _of_poses(request: Request, link: str, poses: Array, fixed: NDArray[np.bool_
     return no_plan(request.tree, PlanStatus.GOAL_UNREACHABLE, Reason(str(result), result))
 
 
-def _of_links(request: Request, poses: Mapping[str, Array], fixed: NDArray[np.bool_]) -> Goals | Plan:
+def _of_links(request: Request, poses: Mapping[str, Array]) -> Goals | Plan:
     """The free configurations in which each link is at its pose (4, 4), nearest to the start first."""
-    tree = request.tree
-    alone, own, each = _of_one_link(request, fixed), own_columns(poses, tree), {}
+    tree, fixed = request.tree, request.fixed
+    alone, own, each = _of_one_link(request), own_columns(poses, tree), {}
     for link, T in poses.items():
         found = _solutions_of(alone, link, T, fixed | ~own[link])
         if not len(found):
@@ -185,26 +196,26 @@ def _of_links(request: Request, poses: Mapping[str, Array], fixed: NDArray[np.bo
     return no_plan(tree, PlanStatus.GOAL_IN_COLLISION, request.collision(q[0]))
 
 
-def _of_several(request: Request, targets: Mapping[str, Array], fixed: NDArray[np.bool_]) -> Goals | Plan:
+def _of_several(request: Request, targets: Mapping[str, Array]) -> Goals | Plan:
     """The free configurations in which each link is at its pose of one of several, shape (n, 4, 4) each."""
-    found = [_of_links(request, dict(zip(targets, poses, strict=True)), fixed) for poses in zip(*targets.values(), strict=True)]
+    found = [_of_links(request, dict(zip(targets, poses, strict=True))) for poses in zip(*targets.values(), strict=True)]
     goals = {i: each.q for i, each in enumerate(found) if isinstance(each, Goals)}
     if not goals:
         return found[0]
     return Goals(np.concatenate(list(goals.values())), np.repeat(list(goals), [len(q) for q in goals.values()]))
 
 
-def poses_reached(request: Request, poses: Mapping[str, Array], link: str, fixed: NDArray[np.bool_], most: int) -> Array:
+def poses_reached(request: Request, poses: Mapping[str, Array], link: str, most: int) -> Array:
     """The poses of one of several links, shape (n, 4, 4), in the solutions for its task that are nearest to the start."""
     own = own_columns(poses, request.tree)[link]
-    found = _solutions_of(_of_one_link(request, fixed), link, poses[link], fixed | ~own)
+    found = _solutions_of(_of_one_link(request), link, poses[link], request.fixed | ~own)
     return forward_kinematics(request.tree, _nearest_first(found, request.start, own)[:most], link)
 
 
-def _of_one_link(request: Request, fixed: NDArray[np.bool_]) -> Request:
-    """The request for one of several links, which holds the joints of the ``fixed`` entries of q, and touches nothing."""
+def _of_one_link(request: Request) -> Request:
+    """The request for one of several links, which holds the joints of all fixed entries of q, and touches nothing."""
     slices = zip(request.tree.joint_names, request.tree.joint_slices, strict=True)
-    return request._replace(world=None, held=tuple(name for name, part in slices if fixed[part].any()))
+    return request._replace(world=None, held=tuple(name for name, part in slices if request.fixed[part].any()))
 
 
 def _choices(each: Mapping[str, Array], own: Mapping[str, NDArray[np.bool_]], start: Array, n_each: int) -> Array:
@@ -229,13 +240,14 @@ def _solutions_of(request: Request, link: str, T: Array, fixed: NDArray[np.bool_
         seeds[:, fixed] = request.start[fixed]
         result = _solve(request, link, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds)
         return np.unique(result.q[result.success].reshape(-1, n), axis=0)
-    found = request.inverse_kinematics.all_solutions(
-        T, request.start, None, link, Options(seed=request.seed, task=request.task, threads=1), n_samples=request.spread
-    )
+    options = Options(seed=request.seed, task=request.task, threads=1)
+    asked = IKRequest(T, request.start, link=link, options=options)
+    found = request.inverse_kinematics.all_solutions(asked, n_samples=request.spread)
     return found.q[found.valid]
 
 
 def _solve(request: Request, link: str, T: Array, seeds: Array) -> IKResult:
     """A search for each of several poses, or for one, from seeds in which the joints are held as the request says."""
     options = Options(seed=request.seed, task=request.task)
-    return request.inverse_kinematics.inverse_kinematics(T, seeds, None, request.held, request.world, link, options)
+    asked = IKRequest(T, seeds, held=request.held, world=request.world, link=link, options=options)
+    return request.inverse_kinematics.inverse_kinematics(asked)

@@ -130,8 +130,8 @@ def _rows(tree: Tree) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.
     That counts rows, and links without child links.
     """
     parents, columns = (tree.joints[:, column].astype(np.int64) for column in (PARENT, COLUMN))
-    carriers = np.array([*parents, *(tree.link_row[link] for link in tree.leaves)], dtype=np.int64)
-    return parents, columns, np.bincount(carriers[carriers != BASE], minlength=len(parents))
+    carriers = [row for row in (*parents.tolist(), *(tree.link_row[link] for link in tree.leaves)) if row != BASE]
+    return parents, columns, np.bincount(np.array(carriers, dtype=np.int64), minlength=len(parents))
 
 
 def _turns_alone(tree: Tree) -> Mask:
@@ -139,7 +139,9 @@ def _turns_alone(tree: Tree) -> Mask:
     found = np.zeros(tree.n_dof, dtype=bool)
     for part in tree.joint_slices:
         found[part] = part.stop - part.start == 1
-    found[tree.joints[tree.joints[:, KIND] != REVOLUTE, COLUMN].astype(np.int64)] = False
+    slides = tree.joints[:, KIND] != REVOLUTE
+    columns = tree.joints[slides, COLUMN].astype(np.int64)
+    found[columns] = False
     return found
 
 

@@ -14,9 +14,9 @@ from ulna.description.pose import angle_between, inverse
 from ulna.drivers.planning import keeping
 from ulna.errors import InputError, TruthError, UnknownNameError
 from ulna.ik.reason import Reason
-from ulna.kernels.ik.search_layout import SLACK, TASK
-from ulna.kernels.layout import BASE, PARENT, RATIO
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.ik.search_layout import POINTING
+from ulna.kernels.layout import BASE, FRAME_WIDTH, PARENT, RATIO
+from ulna.kernels.planning.constraint_records import ALL_AXES, MIN_LENGTH, NO_AXIS, TOWARDS, Z_AXIS, Constraint, Constraints
 from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.positions import as_positions, for_kernel, refuse_out_of_range, rows_of_both
@@ -30,9 +30,11 @@ _PARALLEL = 1e-9  # a cosine: what is nearer to a plane is in it
 _NARROWER = 0.998  # times a tolerance: that of a search, so that parts of what it found are certified again wherever they are cut
 
 
-def _frozen(table: Array) -> Array:
-    table.setflags(write=False)
-    return table
+def frozen(keeps: Constraints) -> Constraints:
+    """Constraints whose arrays are read-only, as an entry takes them; unpickled ones are not."""
+    keeps.frames.setflags(write=False)
+    keeps.allowed.setflags(write=False)
+    return keeps
 
 
 class Violation(NamedTuple):
@@ -148,55 +150,60 @@ def _refuse_contradiction(a: Keep, b: Keep) -> None:
             raise InputError("keep", f"two constraints of {a.link!r} contradict each other: they are {angle:.3g} rad apart")
 
 
-def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Array | None:
-    """What the kernels read (``planning_layout``), shape (KEEP_ROWS n, KEEP_WIDTH); None of none."""
+def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Constraints | None:
+    """What the kernels read; None of none."""
     if not keeps:
         return None
-    table = np.zeros((layout.KEEP_ROWS * len(keeps), layout.KEEP_WIDTH))
-    for keep, (frame, reference, projection) in zip(keeps, table.reshape(len(keeps), layout.KEEP_ROWS, -1), strict=True):
-        row, slack, turn = tree.frame_row(str(keep.link), keep.task.frame), np.array(keep.task.slack), keep.task.slack[3]
-        frame[: len(row)], frame[layout.AWAY : layout.AWAY + 3] = row, slack[:3]
-        if turn < np.inf:
-            compared = layout.TOWARDS if keep.towards else layout.Z_AXIS
-            frame[layout.AXES] = compared if keep.keeps_axis else layout.ALL_AXES
-            frame[layout.CHORD] = 2.0 * np.sin(0.5 * turn) * (1.0 if keep.keeps_axis else np.sqrt(2.0))
-        frame[layout.LEVER] = np.linalg.norm(row[[3, 7, 11]])
-        other = tree.frame_row(tree.root if keep.relative_to is None else keep.relative_to, keep.pose @ keep.task.frame)
-        reference[: len(other)], reference[layout.SHARED] = other, _joints_of_both(tree, str(keep.link), keep.relative_to)[0]
-        projection[TASK], projection[SLACK : SLACK + 6] = keep.task.kind, AIM * slack
-    return _frozen(table)
+    frames, allowed = np.zeros((2 * len(keeps), FRAME_WIDTH)), Constraint.records(len(keeps))
+    for i, keep in enumerate(keeps):
+        frames[2 * i] = tree.frame_row(str(keep.link), keep.task.frame)
+        frames[2 * i + 1] = tree.frame_row(
+            tree.root if keep.relative_to is None else keep.relative_to, keep.pose @ keep.task.frame
+        )
+        _write_allowed(keep, float(np.linalg.norm(frames[2 * i, [3, 7, 11]])), allowed[i])
+        allowed[i].shared = _joints_of_both(tree, str(keep.link), keep.relative_to)[0]
+    return frozen(Constraints(frames, allowed))
 
 
-def narrower(table: Array | None) -> Array | None:
-    """A table of constraints whose tolerances are slightly smaller."""
-    if table is None:
+def _write_allowed(keep: Keep, lever: float, allowed: Constraint) -> None:
+    """Write what a constraint allows. lever: how far the origin of its frame is from the joint's [m]."""
+    slack, turn, allowed.lever = np.array(keep.task.slack), keep.task.slack[3], lever
+    allowed.away[:], allowed.slack[:], allowed.is_pointing = slack[:3], AIM * slack, keep.task.kind == POINTING
+    if turn < np.inf:
+        compared = TOWARDS if keep.towards else Z_AXIS
+        allowed.axes = compared if keep.keeps_axis else ALL_AXES
+        allowed.chord = 2.0 * np.sin(0.5 * turn) * (1.0 if keep.keeps_axis else np.sqrt(2.0))
+
+
+def narrower(keeps: Constraints | None) -> Constraints | None:
+    """Constraints whose tolerances are slightly smaller."""
+    if keeps is None:
         return None
-    table = table.copy()
-    table[:: layout.KEEP_ROWS, layout.AWAY : layout.AWAY + 3] *= _NARROWER
-    table[:: layout.KEEP_ROWS, layout.CHORD] *= _NARROWER
-    return _frozen(table)
+    allowed = keeps.allowed.copy()
+    allowed["away"] *= _NARROWER
+    allowed["chord"] *= _NARROWER
+    return frozen(keeps._replace(allowed=allowed))
 
 
-def step_of(table: Array | None) -> float:
+def step_of(keeps: Constraints | None) -> float:
     """How long a step along constraints may be, of eight parts; infinite without any."""
-    return np.inf if table is None else float(8 * np.sqrt(_BENT * tightest(table)))
+    return np.inf if keeps is None else float(8 * np.sqrt(_BENT * tightest(keeps)))
 
 
-def tightest(table: Array) -> float:
+def tightest(keeps: Constraints) -> float:
     """The least tolerance of constraints [m or rad]."""
-    frames = table[:: layout.KEEP_ROWS]
-    chords = np.where(frames[:, layout.AXES] != layout.NO_AXIS, frames[:, layout.CHORD], np.inf)
-    return float(min(chords.min(), frames[:, layout.AWAY : layout.AWAY + 3].min()))
+    chords = np.where(keeps.allowed["axes"] != NO_AXIS, keeps.allowed["chord"], np.inf)
+    return float(min(chords.min(), keeps.allowed["away"].min()))
 
 
-def are_kept(table: Array | None, tree: Tree, a: Array, b: Array) -> NDArray[np.bool_]:
+def are_kept(table: Constraints | None, tree: Tree, a: Array, b: Array) -> NDArray[np.bool_]:
     """Which edges from a to b, shape (n, n_dof) each, certainly keep all constraints."""
     if table is None:
         return np.ones(len(a), dtype=bool)
     return _shares(table, tree, a.copy(), b.copy(), 1.0, keeping.APART, 1.0) <= 1.0
 
 
-def worst_violation(table: Array | None, tree: Tree, path: Array) -> float:
+def worst_violation(table: Constraints | None, tree: Tree, path: Array) -> float:
     """A bound of the share of a tolerance that is used on a path, shape (n, n_dof); 0 without constraints."""
     if table is None:
         return 0.0
@@ -236,7 +243,7 @@ def _violations_of(keep: Keep, tree: Tree, q: Array) -> list[Violation]:
         there = reference[:3, 2]
         if keep.towards:
             there = reference[:3, 3] - T[:3, 3]
-            there = there / max(float(np.linalg.norm(there)), layout.LEAST_LENGTH)
+            there = there / max(float(np.linalg.norm(there)), MIN_LENGTH)
         angle = 2.0 * float(np.arcsin(min(1.0, np.linalg.norm(T[:3, 2] - there) / 2.0)))
     values = zip(("x", "y", "z", "angle"), (*away, angle), slack[:4], strict=True)
     return [
@@ -246,9 +253,8 @@ def _violations_of(keep: Keep, tree: Tree, q: Array) -> list[Violation]:
     ]
 
 
-def _shares(table: Array, tree: Tree, a: Array, b: Array, level: float, apart: float, most: float) -> Array:
+def _shares(table: Constraints, tree: Tree, a: Array, b: Array, level: float, apart: float, most: float) -> Array:
     """A bound of the share of a tolerance that is used on each edge, shape (n,); see ``drivers.planning.keeping``."""
     shares = np.zeros(len(a))
-    if len(table):
-        keeping.shares_of_edges(tree.joints, _frozen(table), for_kernel(a), for_kernel(b), level, apart, most, shares)
+    keeping.shares_of_edges(tree.joints, frozen(table), for_kernel(a), for_kernel(b), level, apart, most, shares)
     return shares

@@ -18,7 +18,7 @@ from ulna.description.pose import inverse
 from ulna.ik.task import Task, as_task
 from ulna.kernels.layout import BASE
 from ulna.kinematics.tree import Tree
-from ulna.planning.goals import SPREAD, Goals, Request, find_goals, poses_reached
+from ulna.planning.goals import SPREAD, Goals, Request, free_goals, poses_reached
 from ulna.planning.keep import Keep
 from ulna.planning.kept import are_kept, violations
 from ulna.planning.plan import Plan, PlanStatus, no_plan
@@ -53,68 +53,58 @@ def poses_beside(targets: Targets, keeps: tuple[Keep, ...], tree: Tree) -> dict[
     return found if all(columns.any() for columns in own_columns({link: None, **found}, tree).values()) else {}
 
 
-def find_kept_goals(
-    request: Request,
-    targets: Targets,
-    beside: dict[str, Array],
-    fixed: NDArray[np.bool_],
-    free: NDArray[np.bool_],
-    keeps: tuple[Keep, ...],
-    table: Array,
-) -> Goals | Plan:
-    """The goals of ``find_goals``, or more, that keep the constraints of a table; or why there are none.
+def find_goals(request: Request, targets: Targets, free: NDArray[np.bool_]) -> Goals | Plan:
+    """The free goals, or more, that keep the constraints of a request; or why there are none.
 
-    beside: of ``poses_beside``.
+    free: which of the configurations given are free, shape (n,).
     """
-    first = _goals_with(request, targets, beside, fixed, free)
-    if isinstance(first, Plan):
+    first = _goals_with(request, targets, free)
+    if isinstance(first, Plan) or request.narrow is None:
         return first
-    goals = _kept(first, table, request)
+    goals = _kept(first, request)
     if goals is None and isinstance(targets, dict):
-        goals = next(_of_more(request, targets, beside, fixed, free, keeps, table), None)
-    return no_plan(request.tree, PlanStatus.GOAL_OUTSIDE, violations(keeps, request.tree, first.q[0])) if goals is None else goals
+        goals = next(_of_more(request, targets, free), None)
+    if goals is None:
+        return no_plan(request.tree, PlanStatus.GOAL_OUTSIDE, violations(request.keeps, request.tree, first.q[0]))
+    return goals
 
 
-def _goals_with(
-    request: Request, targets: Targets, beside: dict[str, Array], fixed: NDArray[np.bool_], free: NDArray[np.bool_]
-) -> Goals | Plan:
-    """``find_goals`` with a pose for each link beside the goal's. What the task leaves free is as some solutions have it."""
+def _goals_with(request: Request, targets: Targets, free: NDArray[np.bool_]) -> Goals | Plan:
+    """The free goals with a pose for each link beside the goal's. What the task leaves free is as some solutions have it."""
+    beside = request.beside
     if not beside or not isinstance(targets, dict):
-        return find_goals(request, targets, fixed, free)
+        return free_goals(request, targets, free)
     link, poses = next((link, T.reshape(-1, 4, 4)) for link, T in targets.items())
     of = np.arange(len(poses))
     if any(as_task(request.task).slack):
-        reached = [poses_reached(request, {**beside, link: T}, link, fixed, _MOST_POSES) for T in poses]
+        reached = [poses_reached(request, {**beside, link: T}, link, _MOST_POSES) for T in poses]
         if any(map(len, reached)):  # else the task's own inverse kinematics says why
             of, poses = np.repeat(of, [len(T) for T in reached]), np.concatenate(reached)
             request = request._replace(task="pose")
-    goals = find_goals(request, {link: poses, **{name: poses @ T for name, T in beside.items()}}, fixed, free)
+    goals = free_goals(request, {link: poses, **{name: poses @ T for name, T in beside.items()}}, free)
     return goals._replace(of=of[goals.of]) if isinstance(goals, Goals) else goals
 
 
-def _of_more(
-    request: Request, targets: dict[str, Array], beside: dict[str, Array], fixed: NDArray[np.bool_], free: NDArray[np.bool_],
-    keeps: tuple[Keep, ...], table: Array,
-) -> Iterator[Goals]:  # fmt: skip
+def _of_more(request: Request, targets: dict[str, Array], free: NDArray[np.bool_]) -> Iterator[Goals]:
     """The goals that keep the constraints, with free turns chosen so, and of more configurations."""
     link, T = next(iter(targets.items()))
     ways = [(targets, request)]
     if T.ndim == 3:
-        for keep in (each for each in keeps if each.link == link and each.relative_to is None and not each.towards):
+        for keep in (each for each in request.keeps if each.link == link and each.relative_to is None and not each.towards):
             found = [turned_onto(keep, pose, as_task(request.task)) for pose in T]
             if all(each is not None for each in found):
                 poses, tasks = zip(*found, strict=True)
                 ways.insert(0, ({link: np.array(poses)}, request._replace(task=tasks[0])))
     for each, asked in ways:
-        more = _goals_with(asked._replace(spread=_MORE * SPREAD), each, beside, fixed, free)
-        goals = None if isinstance(more, Plan) else _kept(more, table, request)
+        more = _goals_with(asked._replace(spread=_MORE * SPREAD), each, free)
+        goals = None if isinstance(more, Plan) else _kept(more, request)
         if goals is not None:
             yield goals
 
 
-def _kept(goals: Goals, table: Array, request: Request) -> Goals | None:
+def _kept(goals: Goals, request: Request) -> Goals | None:
     """Those of the goals that keep the constraints; None if there are none."""
-    kept = are_kept(table, request.tree, goals.q, goals.q)
+    kept = are_kept(request.narrow, request.tree, goals.q, goals.q)
     return Goals(goals.q[kept], goals.of[kept]) if kept.any() else None
 
 

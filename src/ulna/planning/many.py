@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
+from ulna.engine.progress import progress_bar
 from ulna.engine.threads import in_rows
 from ulna.errors import InputError, UnknownNameError
 from ulna.planning.plan import Plan
@@ -74,13 +75,9 @@ def _planned(
 @contextmanager
 def _bar() -> Iterator[Callable[[int, int], None]]:
     """What is called with the plans done and those of all: a bar of rich on a terminal, nothing elsewhere."""
-    from rich.console import Console  # noqa: PLC0415 - rich is needed for nothing else, and takes long to import
-    from rich.progress import Progress, TextColumn  # noqa: PLC0415
+    from rich.progress import Progress, TextColumn  # noqa: PLC0415 - rich is needed for nothing else, and takes long to import
 
-    console = Console(stderr=True)
-    console.quiet = not console.is_terminal  # rich before 14.3 ends a disabled bar with an empty line
-    columns = *Progress.get_default_columns(), TextColumn("{task.fields[rate]}")
-    with Progress(*columns, console=console, transient=True, disable=console.quiet) as bar:
+    with progress_bar(*Progress.get_default_columns(), TextColumn("{task.fields[rate]}")) as bar:
         task = bar.add_task("planning", total=None, rate="")
 
         def show(done: int, total: int) -> None:

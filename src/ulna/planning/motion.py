@@ -13,11 +13,24 @@ from ulna.collision.objects import Objects
 from ulna.collision.world import World
 from ulna.drivers.planning import search as driver
 from ulna.engine.lanes import WIDTH
+from ulna.engine.records import Records
 from ulna.kernels.collision.scene import Scene
-from ulna.kernels.planning import planning_layout as layout
-from ulna.kernels.planning.planning_layout import Path, Trees
+from ulna.kernels.planning.constraint_records import Constraints
+from ulna.kernels.planning.search_records import (
+    CONFIRM,
+    PAUSED,
+    SHORTEN,
+    SOLVED,
+    SPARE_POINTS,
+    Path,
+    SearchSettings,
+    SearchState,
+    SearchTables,
+    ShorteningState,
+    Trees,
+)
 from ulna.planning.blend import CHORDS_ALONG, IsFree, is_path_free
-from ulna.planning.kept import narrower, step_of, tightest
+from ulna.planning.kept import frozen, narrower, step_of, tightest
 from ulna.planning.slices import Pace, Slices, TimeLimit
 from ulna.planning.space import Space
 
@@ -27,7 +40,7 @@ _FEW = 8  # of more joints most samples are far from every node, and fewer long 
 RESOLUTION = 1e-4  # [m]
 SAMPLES_APART = 1 / 32  # [rad]: of an edge that is not certified
 _DOMAIN, _LEAST_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # times RANGE, for up to seven joints; and the rate
-_MOST_STEPS = 4096  # of one iteration
+_MOST_STEPS = 4094  # of one iteration
 
 
 class EdgeChecker(NamedTuple):
@@ -35,22 +48,23 @@ class EdgeChecker(NamedTuple):
 
     Attributes:
         scene: The robot and the world.
-        settings: ``planning_layout``'s.
+        settings: Of the search, one record, which is only read.
         space: What may be moved.
         pace: How many edges are checked in one slice.
         keeps: The constraints (``kept.table_of``), or None.
     """
 
     scene: Scene
-    settings: Array
+    settings: Records[SearchSettings]
     space: Space
     pace: Pace
-    keeps: Array | None
+    keeps: Constraints | None
 
     def below(self, bound: float, start: Array, goals: Array) -> "EdgeChecker":
         """One for paths shorter than a bound: samples are taken where such a path may pass."""
         settings = self.settings.copy()
-        settings[layout.BOUND] = bound
+        settings[0].bound = bound
+        settings.setflags(write=False)
         return self._replace(settings=settings, space=self.space.within(bound, start, goals))
 
     def checked(self, waypoints: Array, *, shorten: bool = False) -> Array | None:
@@ -59,34 +73,27 @@ class EdgeChecker(NamedTuple):
 
     def counted(self, waypoints: Array, *, shorten: bool = False) -> tuple[Array | None, int]:
         """``checked``, and how many edges were."""
-        path, state = self._path(waypoints, no_rows((0, waypoints.shape[1])), layout.SHORTEN if shorten else layout.CONFIRM)
-        found = path.waypoints[: state[1, layout.POINTS]].copy() if self._ends_free(path, state) else None
-        return found, int(state[1, layout.CHECKS])
+        path = _path_of(waypoints, no_rows((0, waypoints.shape[1])), SHORTEN if shorten else CONFIRM)
+        found = path.waypoints[: path.state[0].points].copy() if self._ends_free(path) else None
+        return found, int(path.state[0].checks)
 
     def n_free(self, paths: Array, spreads: Array) -> int:
         """How many of some paths are free from the first on (``blend.IsFree``)."""
         m, n, n_dof = paths.shape
         beside = np.zeros((m, n, n_dof))
         beside[:, :-1] = spreads
-        path, state = self._path(paths.reshape(m * n, n_dof), beside.reshape(m * n, n_dof), layout.CONFIRM)
+        path = _path_of(paths.reshape(m * n, n_dof), beside.reshape(m * n, n_dof), CONFIRM)
         path.known[n - 1 : m * n : n] = 1  # from the end of a path to the start of the next
-        return m if self._ends_free(path, state) else int(state[1, layout.AT] - 1) // n
+        return m if self._ends_free(path) else int(path.state[0].at - 1) // n
 
-    def _path(self, waypoints: Array, spreads: Array, first_pass: int) -> tuple[Path, NDArray[np.int64]]:
-        """The arrays of a path that is to be checked, and the state with which that begins."""
-        (n, n_dof), state = waypoints.shape, np.zeros((2, layout.N_STATE), dtype=np.int64)
-        path, shortening = new_path(2 * n + layout.SPARE_POINTS, n_dof)._replace(spreads=spreads), state[1]
-        path.waypoints[:n] = waypoints
-        shortening[layout.POINTS], shortening[layout.PASS], shortening[layout.ROWS] = n, first_pass, len(path.waypoints)
-        return path, state
-
-    def _ends_free(self, path: Path, state: NDArray[np.int64]) -> bool:
-        """Check a path, and shorten it if the state says so; whether each of its edges is free."""
-        trees, samples, slices = _no_trees(), no_rows((0, path.waypoints.shape[1])), Slices(2**62, TimeLimit(None), self.pace)
-        while slices.another(state[1]):
-            code = driver.plan_slice(*self.scene, self.keeps, self.settings, self.space.table, samples, *trees, *path, state)
-            if code != layout.PAUSED:
-                return code == layout.SOLVED
+    def _ends_free(self, path: Path) -> bool:
+        """Check a path, and shorten it if its state says so; whether each of its edges is free."""
+        samples, slices = no_rows((0, path.waypoints.shape[1])), Slices(2**62, TimeLimit(None), self.pace)
+        tables = SearchTables(self.settings, self.space.table, samples, SearchState.records())
+        while slices.another(path.state[0]):
+            code = driver.plan_slice(self.scene, self.keeps, tables, _no_trees(), path)
+            if code != PAUSED:
+                return code == SOLVED
         raise AssertionError("shortening ends by itself")
 
 
@@ -105,7 +112,7 @@ class Motion(NamedTuple):
     checker: Checker
     world: World | None
     margin: float
-    keeps: Array | None = None
+    keeps: Constraints | None = None
 
     def edges(self, *, certify: bool) -> EdgeChecker:
         """What decides whether an edge is free: certainly, or at samples. And keeps the constraints, with a little to spare."""
@@ -131,7 +138,7 @@ class Motion(NamedTuple):
     def n_free(self, paths: Array, spreads: Array) -> int:
         """How many of some paths are so from the first on (``blend.IsFree``)."""
         if self.keeps is not None:
-            self.keeps.setflags(write=False)  # an unpickled one is not, and the kernels would be compiled again for its type
+            frozen(self.keeps)  # the kernels would be compiled again for the type of unpickled ones
         return self.edges(certify=True)._replace(keeps=self.keeps).n_free(paths, spreads)
 
     def clearance(self, q: Array) -> float:
@@ -144,9 +151,18 @@ class Motion(NamedTuple):
 _kept: WeakKeyDictionary[Checker, tuple[Objects, Scene, Pace]] = WeakKeyDictionary()  # of a robot's last world
 
 
-def new_path(capacity: int, n_dof: int) -> Path:
+def new_path(capacity: int, n_dof: int, state: Records[ShorteningState]) -> Path:
     """Room for a path of which nothing is known."""
-    return Path(np.empty((capacity, n_dof)), np.zeros(capacity, dtype=np.int64), no_rows((0, n_dof)))
+    return Path(np.empty((capacity, n_dof)), np.zeros(capacity, dtype=np.int64), no_rows((0, n_dof)), state)
+
+
+def _path_of(waypoints: Array, spreads: Array, first_pass: int) -> Path:
+    """A path that is to be checked, shape (n, n_dof)."""
+    n, n_dof = waypoints.shape
+    path = new_path(2 * n + SPARE_POINTS, n_dof, ShorteningState.records())._replace(spreads=spreads)
+    path.waypoints[:n], state = waypoints, path.state[0]
+    state.points, state.stage, state.capacity = n, first_pass, len(path.waypoints)
+    return path
 
 
 @lru_cache(maxsize=64)
@@ -163,17 +179,17 @@ def _no_trees() -> Trees:
 
 
 @lru_cache(maxsize=64)
-def _settings(n_moving: int, diameter: float, margin: float, step: float, *, certify: bool) -> Array:
-    """``planning_layout``'s settings, which are only read. step: the longest stride along constraints; infinite without any."""
-    settings = np.zeros(layout.N_SETTINGS)
-    longest = RANGE * min(1.0, _FEW / max(1, n_moving))
-    settings[layout.STRIDE], settings[layout.STRIDES] = min(longest, step), np.ceil(2.0 * longest / min(longest, step))
-    settings[layout.NODES_A_STEP] = WIDTH * settings[layout.STRIDES] if step < np.inf else 1
-    settings[layout.RANGE], settings[layout.RESOLUTION], settings[layout.MARGIN] = longest, RESOLUTION, margin
-    settings[layout.SAMPLED] = 0.0 if certify else SAMPLES_APART
+def _settings(n_moving: int, diameter: float, margin: float, step: float, *, certify: bool) -> Records[SearchSettings]:
+    """Settings of a search, shape (1,), which are only read. step: the longest stride along constraints; infinite without any."""
+    records = SearchSettings.records()
+    settings, longest = records[0], RANGE * min(1.0, _FEW / max(1, n_moving))
+    settings.range, settings.resolution, settings.margin = longest, RESOLUTION, margin
+    settings.sample_spacing = 0.0 if certify else SAMPLES_APART
     wide = RANGE * np.sqrt(max(1.0, n_moving / 7))  # as the distances of samples grow
-    settings[layout.DOMAIN] = _DOMAIN * wide if n_moving <= _FEW else np.inf
-    settings[layout.LEAST_DOMAIN] = _LEAST_DOMAIN * wide
-    settings[layout.ADAPTATION] = _ADAPTATION
-    settings[layout.ROOM] = min(4 + np.ceil(diameter / longest), _MOST_STEPS)
-    return settings
+    settings.domain = _DOMAIN * wide if n_moving <= _FEW else np.inf
+    settings.min_domain, settings.adaptation = _LEAST_DOMAIN * wide, _ADAPTATION
+    settings.stride, settings.max_strides = min(longest, step), int(np.ceil(2.0 * longest / min(longest, step)))
+    settings.max_steps = int(min(2 + np.ceil(diameter / longest), _MOST_STEPS))
+    settings.max_nodes = (settings.max_steps + 2) * (WIDTH * settings.max_strides if step < np.inf else 1)
+    records.setflags(write=False)
+    return records

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,14 +19,15 @@ from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names, columns_of_joints
 from ulna.ik.reason import Reason
 from ulna.ik.task import Task, as_task
+from ulna.kernels.planning.constraint_records import Constraints
 from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
-from ulna.planning.goals import Goals, Request, find_goals
+from ulna.planning.goals import Goals, Request
 from ulna.planning.held_first import Trial, arm_beyond, arm_of, trials_of
 from ulna.planning.keep import Keep
 from ulna.planning.kept import are_kept, as_keeps, narrower, table_of, violations
-from ulna.planning.kept_goals import find_kept_goals, poses_beside
+from ulna.planning.kept_goals import find_goals, poses_beside
 from ulna.planning.motion import Motion
 from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
 from ulna.planning.search import Effort, Found, Search
@@ -75,38 +76,27 @@ class PlanOptions(NamedTuple):
         )
 
 
-def plan_motion(
-    checker: Checker,
-    inverse_kinematics: InverseKinematics,
-    q_start: ArrayLike,
-    goal: ArrayLike | Mapping[str, ArrayLike],
-    world: World | None,
-    link: str | None,
-    task: Task | str,
-    held: Iterable[str],
-    group: JointGroup | None,
-    states: tuple[GroupState, ...],
-    keep: Keep | Iterable[Keep],
-    options: PlanOptions,
-) -> Plan:
-    """A motion from q_start to a goal; see ``Robot.plan``."""
-    tree, names, _ = checker.tree, as_names(held), as_task(task)
-    if link is not None and link not in tree.link_names:
-        raise UnknownNameError("link", str(link), tree.link_names)
-    start, within = _as_start(q_start, checker)
-    targets = as_targets(goal, link, tree, start, group, states)
-    names += _outside(group, tree)
-    refuse_no_world(world)
-    if world is not None:
-        world = world.snapshot()  # what is planned in does not change under the plan
-    keeps = as_keeps(keep, tree, start, link, group)
-    table = table_of(keeps, tree)
-    if keeps and options.escape:
-        raise InputError("escape", "the way out of a contact keeps no constraint; it does not go with keep=")
-    request = Request(checker, inverse_kinematics, world, options.clearance, start, names, task, options.seed)
-    beside = poses_beside(targets, keeps, tree) if keeps else {}
-    fixed = columns_of_joints(tree, names) | fixed_for({**targets, **beside} if isinstance(targets, dict) else targets, tree)
-    narrow = narrower(table)
+@dataclass(frozen=True)
+class PlanRequest:
+    """What ``Robot.plan`` is asked for; documented there. ``states`` are those of the SRDF, and the options are checked."""
+
+    q_start: ArrayLike
+    goal: ArrayLike | Mapping[str, ArrayLike]
+    world: World | None
+    link: str | None
+    task: Task | str
+    held: Iterable[str]
+    group: JointGroup | None
+    states: tuple[GroupState, ...]
+    keep: Keep | Iterable[Keep]
+    options: PlanOptions
+
+
+def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: PlanRequest) -> Plan:
+    """A motion from a start to a goal; see ``Robot.plan``."""
+    options, tree = asked.options, checker.tree
+    request, targets, within = _checked(checker, inverse_kinematics, asked)
+    start, fixed, keeps, narrow = request.start, request.fixed, request.keeps, request.narrow
     if not within or (narrow is not None and not are_kept(narrow, tree, start[None], start[None])[0]):
         return _no_start(tree, start, keeps, within=within)
     depth, first = 0.0, start
@@ -118,16 +108,51 @@ def plan_motion(
             return no_plan(tree, PlanStatus.START_IN_COLLISION, request.collision(start))
         first, depth = left
         request = request._replace(start=first)
-    if narrow is None:
-        goals = find_goals(request, targets, fixed, free[1:])
-    else:
-        goals = find_kept_goals(request, targets, beside, fixed, free[1:], keeps, narrow)
+    goals = find_goals(request, targets, free[1:])
     if isinstance(goals, Plan):
         return goals
-    plan = _search(request, goals, fixed, table, options)
+    plan = _search(request, goals, table_of(keeps, tree), options)
     if first is not start and plan:
         return replace(plan, path=np.concatenate([start[None], plan.path]), escaped=True, escape=depth)
     return plan
+
+
+def _checked(checker: Checker, inverse_kinematics: InverseKinematics, asked: PlanRequest) -> tuple[Request, Targets, bool]:
+    """What is asked for, checked; the goal; and whether the start is within the limits.
+
+    Raises:
+        InputError, UnknownNameError: See ``Robot.plan``.
+    """
+    tree, link, group, options = checker.tree, asked.link, asked.group, asked.options
+    names, _ = as_names(asked.held), as_task(asked.task)
+    if link is not None and link not in tree.link_names:
+        raise UnknownNameError("link", str(link), tree.link_names)
+    start, within = _as_start(asked.q_start, checker)
+    targets = as_targets(asked.goal, link, tree, start, group, asked.states)
+    names += _outside(group, tree)
+    refuse_no_world(asked.world)
+    world = None if asked.world is None else asked.world.snapshot()  # what is planned in does not change under the plan
+    keeps = as_keeps(asked.keep, tree, start, link, group)
+    if keeps and options.escape:
+        raise InputError("escape", "the way out of a contact keeps no constraint; it does not go with keep=")
+    beside = poses_beside(targets, keeps, tree) if keeps else {}
+    fixed = columns_of_joints(tree, names) | fixed_for({**targets, **beside} if isinstance(targets, dict) else targets, tree)
+    narrow = narrower(table_of(keeps, tree))
+    request = Request(
+        checker,
+        inverse_kinematics,
+        world,
+        options.clearance,
+        start,
+        names,
+        asked.task,
+        options.seed,
+        fixed,
+        keeps,
+        narrow,
+        beside,
+    )
+    return request, targets, within
 
 
 def _no_start(tree: Tree, start: Array, keeps: tuple[Keep, ...], *, within: bool) -> Plan:
@@ -137,9 +162,9 @@ def _no_start(tree: Tree, start: Array, keeps: tuple[Keep, ...], *, within: bool
     return no_plan(tree, PlanStatus.START_OUTSIDE, violations(keeps, tree, start))
 
 
-def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], keeps: Array | None, options: PlanOptions) -> Plan:
+def _search(request: Request, goals: Goals, keeps: Constraints | None, options: PlanOptions) -> Plan:
     """The first path found, by searches that hold fewer and fewer of the joints whose position is the same at both ends."""
-    tree, start, (q, of) = request.tree, request.start, goals
+    tree, start, fixed, (q, of) = request.tree, request.start, request.fixed, goals
     motion = _motion(request, q, fixed, keeps)
     if len(q) > 1:
         order = np.argsort(motion.space.lengths(motion.space.shortest_way(q - start)), kind="stable")
@@ -169,7 +194,7 @@ def _search(request: Request, goals: Goals, fixed: NDArray[np.bool_], keeps: Arr
     raise AssertionError("the last search holds no joint that may move")
 
 
-def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Array | None) -> Motion:
+def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Constraints | None) -> Motion:
     """The joints that may move on the way to goals, shape (n, n_dof)."""
     tree, world = request.tree, request.world
     far = world.objects().farthest if world is not None and slides_without_end(tree) else 0.0

@@ -10,8 +10,22 @@ from numpy.typing import NDArray
 
 from ulna.drivers.planning import search as driver
 from ulna.engine.lanes import WIDTH
-from ulna.kernels.planning import planning_layout as layout
-from ulna.kernels.planning.planning_layout import Trees
+from ulna.engine.records import Records
+from ulna.kernels.planning.search_records import (
+    AORRTC,
+    CONFIRM,
+    FULL,
+    MAX_REFUSED,
+    NO_ROOM,
+    NOT_FREE,
+    SHORTEN,
+    SOLVED,
+    SPARE_POINTS,
+    SearchState,
+    SearchTables,
+    ShorteningState,
+    Trees,
+)
 from ulna.planning.motion import EdgeChecker, new_path, no_rows
 from ulna.planning.slices import Slices, TimeLimit
 
@@ -69,7 +83,6 @@ class Search:
         bound: The length that the path is to stay below; if finite, the algorithm is AORRTC, else RRT-Connect.
         by_samples: Whether the straight ways from the start to the goals are left out: they were tried.
         progress: Called after each slice with the number of edges checked so far, and of all that may be.
-        state: Of the search and of the shortening (``planning_layout``), shape (2, N_STATE).
         trees: The trees.
     """
 
@@ -80,13 +93,14 @@ class Search:
     bound: float = np.inf
     by_samples: bool = False
     progress: Callable[[int, int], object] | None = None
-    state: NDArray[np.int64] = field(init=False)
     trees: Trees = field(init=False)
+    _states: Records[SearchState] = field(init=False)
+    _shortenings: Records[ShorteningState] = field(init=False)
 
     def __post_init__(self) -> None:
-        n_goals, room = len(self.goals), int(self.edges.settings[layout.ROOM] * self.edges.settings[layout.NODES_A_STEP])
+        n_goals, room = len(self.goals), int(self.edges.settings[0].max_nodes)
         capacity = -(-max(_FIRST_CAPACITY, 2 * (n_goals + room)) // WIDTH) * WIDTH
-        self.state = _first_state(n_goals).copy()
+        self._states, self._shortenings = _first_state(n_goals).copy(), ShorteningState.records()
         rows = np.empty((2, capacity // WIDTH * len(self.start), WIDTH))
         parents, radii = np.empty((2, capacity), dtype=np.int64), np.empty((2, capacity))
         parents[:, :n_goals], radii[:, :n_goals] = -1, np.inf
@@ -94,14 +108,19 @@ class Search:
         _write_roots(self.start[None], rows[0])
         _write_roots(self.goals, rows[1])
         if self.by_samples or self.bound < np.inf:
-            self.state[0, layout.DIRECT] = _NONE
+            self.state.direct = _NONE
         if self.bound < np.inf:
-            self.state[0, layout.ALGORITHM] = layout.AORRTC
+            self.state.algorithm = AORRTC
             costs = np.full((2, capacity // WIDTH, WIDTH), np.inf)
             costs[0, 0, 0] = 0.0
             costs[1].reshape(-1)[:n_goals] = 0.0
             self.edges = self.edges.below(self.bound, self.start, self.goals)
-        self.trees = Trees(rows, parents, radii, costs, np.empty((layout.MOST_REFUSED, 2, len(self.start))))
+        self.trees = Trees(rows, parents, radii, costs, np.empty((MAX_REFUSED, 2, len(self.start))))
+
+    @property
+    def state(self) -> SearchState:
+        """State of the search."""
+        return self._states[0]
 
     def finish(self, max_checks: int, limit: TimeLimit, *, shorten: bool) -> Found | None:
         """Search on, up to so many checked edges in all or until the time is over; None if there is no path.
@@ -109,56 +128,56 @@ class Search:
         A path is confirmed edge by edge: shortened, or as it is where that fails. Of the samples that are skipped, 64 count as
         one edge.
         """
-        found = self._found(max_checks, limit, layout.SHORTEN if shorten else layout.CONFIRM)
+        found = self._found(max_checks, limit, SHORTEN if shorten else CONFIRM)
         if found is None or found.confirmed or not shorten:
             return found
-        return self._found(max_checks, limit, layout.CONFIRM)
+        return self._found(max_checks, limit, CONFIRM)
 
     def _found(self, max_checks: int, limit: TimeLimit, first_pass: int) -> Found | None:
         scene, settings, space, pace, keeps = self.edges
         slices = Slices(max_checks, limit, pace)
-        search, shortening = self.state
-        search[layout.MOST] = max_checks
-        if search[layout.JOINED]:  # the path is made ready again
-            shortening[layout.POINTS] = shortening[layout.AT] = shortening[layout.OTHER] = 0
-            slices.go_over(-int(shortening[layout.CHECKS]))
-        shortening[layout.PASS] = first_pass
-        n_dof = len(self.start)
-        path = new_path(_WAYPOINTS, n_dof)
-        while slices.another(shortening if search[layout.JOINED] else search):
-            searching = not search[layout.JOINED]
-            code = driver.plan_slice(*scene, keeps, settings, space.table, self._samples(), *self.trees, *path, self.state)
+        search, shortening, n_dof = self.state, self._shortenings[0], len(self.start)
+        search.max_checks = max_checks
+        if search.joined:  # the path is made ready again
+            shortening.points = shortening.at = shortening.target = shortening.failures = shortening.halvings = 0
+            slices.go_over(-int(shortening.checks))
+        shortening.stage = first_pass
+        path = new_path(_WAYPOINTS, n_dof, self._shortenings)
+        while slices.another(shortening if search.joined else search):
+            searching = not search.joined
+            tables = SearchTables(settings, space.table, self._samples(), self._states)
+            code = driver.plan_slice(scene, keeps, tables, self.trees, path)
             if self.progress is not None:
                 self.progress(self.effort.checks, max_checks)
-            if code in {layout.SOLVED, layout.NOT_FREE}:
-                return Found(path.waypoints[: shortening[layout.POINTS]].copy(), code == layout.SOLVED)
-            if searching and search[layout.JOINED]:
-                slices.go_over(int(search[layout.CHECKS]))
-            if code == layout.FULL:
+            if code in {SOLVED, NOT_FREE}:
+                return Found(path.waypoints[: shortening.points].copy(), code == SOLVED)
+            if searching and search.joined:
+                slices.go_over(int(search.checks))
+            if code == FULL:
                 self._grow()
-            if code == layout.NO_ROOM:
-                path = new_path(2 * int(search[layout.STARTS] + search[layout.GOALS]) + layout.SPARE_POINTS, n_dof)
+            if code == NO_ROOM:
+                path = new_path(2 * int(search.nodes.sum()) + SPARE_POINTS, n_dof, self._shortenings)
         return None
 
     @property
     def effort(self) -> Effort:
         """What it took so far, the shortening too."""
-        search = self.state[0].tolist()
-        return Effort(search[layout.CHECKS] + int(self.state[1, layout.CHECKS]), search[layout.ITERATIONS], *search[:2])
+        search = self.state
+        return Effort(int(search.checks + self._shortenings[0].checks), int(search.iterations), *search.nodes.tolist())
 
     @property
     def goal(self) -> int:
         """Which goal was reached, -1 without a path."""
-        return int(self.state[0, layout.GOAL_REACHED])
+        return int(self.state.goal)
 
     @property
     def refused(self) -> Array:
-        """The last edges that were not free, at most ``MOST_REFUSED``, shape (n, 2, n_dof)."""
-        return self.trees.refused[: self.state[0, layout.REFUSED]]
+        """The last edges that were not free, at most ``MAX_REFUSED``, shape (n, 2, n_dof)."""
+        return self.trees.refused[: self.state.refused]
 
     def _samples(self) -> Array:
-        block = int(self.state[0, layout.SAMPLE]) // _BLOCK
-        self.state[0, layout.FIRST_SAMPLE] = block * _BLOCK
+        block = int(self.state.sample) // _BLOCK
+        self.state.first_sample = block * _BLOCK
         return samples(len(self.start) + (self.bound < np.inf), self.stream, block)
 
     def _grow(self) -> None:
@@ -174,13 +193,12 @@ class Search:
 
 
 @lru_cache(maxsize=64)
-def _first_state(n_goals: int) -> NDArray[np.int64]:
-    """The state of a search that has not begun."""
-    state = np.zeros((2, layout.N_STATE), dtype=np.int64)
-    search = state[0]
-    search[:2], search[layout.ACTIVE], search[layout.GOAL_ROOTS] = (1, n_goals), 1, n_goals
-    search[layout.GOAL_REACHED] = -1
-    return state
+def _first_state(n_goals: int) -> Records[SearchState]:
+    """The state of a search that has not begun, shape (1,)."""
+    states = SearchState.records()
+    search = states[0]
+    search.nodes[:], search.active, search.goal_roots, search.goal = (1, n_goals), 1, n_goals, -1
+    return states
 
 
 def _write_roots(roots: Array, rows: Array) -> None:

@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ulna.description.arrays import as_number
 from ulna.errors import UlnaError
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.search_records import SearchState, ShorteningState
 
 MOST_CHECKS = 2**62 - 1
 _FIRST_SLICE, _LONGEST_SLICE = 64, 0.02  # checked edges; seconds
@@ -84,20 +83,20 @@ class Slices:
         self._most, self._limit, self._pace, self._before, self._ran = max_checks, limit, pace, 0, False
         self._last = time.perf_counter()
 
-    def another(self, state: NDArray[np.int64]) -> bool:
-        """Whether there is another slice; if so, state[UNTIL] is set."""
+    def another(self, state: SearchState | ShorteningState) -> bool:
+        """Whether there is another slice; if so, ``state.until`` is set."""
         now, stopped = time.perf_counter(), getattr(_here, "stopped", None)
         if stopped is not None and stopped.is_set():
             raise StoppedError
         if self._ran:
             self._limit.begin(now)
-        if state[layout.CHECKS] >= self._most or self._limit.is_over():
+        if state.checks >= self._most or self._limit.is_over():
             return False
-        checks = int(state[layout.CHECKS])
+        checks = int(state.checks)
         if self._ran:
             self._pace.adapt(now - self._last, checks - self._before)
         self._last, self._before, self._ran = now, checks, True
-        state[layout.UNTIL] = min(self._most, checks + self._pace.checks)
+        state.until = min(self._most, checks + self._pace.checks)
         return True
 
     def go_over(self, checks: int) -> None:

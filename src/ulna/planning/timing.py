@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
+from ulna.kernels.planning.time_records import PathIntervals, Timing
 from ulna.planning.blend import Grid
 from ulna.planning.positions import Farthest, farthest_of
 
@@ -208,13 +209,12 @@ def _ends(grid: Grid) -> Array:
 def _timed(grid: Grid, acceleration: Array, ceilings: Array, speeds: Speeds) -> tuple[TimedPath, Array]:
     """The fastest motion below the ceilings of (ds/dt)^2, and what that is at the grid points, shape (n + 1,)."""
     n = len(grid.steps)
-    x, u, times = np.zeros(n + 1), np.zeros(n), np.zeros(n + 1)
-    x[0] = speeds.start**2
+    intervals = PathIntervals(grid.slopes, _ends(grid), grid.bends, grid.steps)
+    timing = Timing(np.zeros(n + 1), np.zeros(n), np.zeros(n + 1))
+    timing.x[0] = speeds.start**2
     limits = np.ascontiguousarray(acceleration * _WITHIN)
-    time_parameterisation.time_sections(
-        grid.slopes, _ends(grid), grid.bends, grid.steps, limits, ceilings, grid.borders, x, u, times
-    )
-    return TimedPath(grid, Profile(times, np.sqrt(x[:-1]), u, np.zeros(n))), x
+    time_parameterisation.time_sections(intervals, limits, ceilings, grid.borders, timing)
+    return TimedPath(grid, Profile(timing.times, np.sqrt(timing.x[:-1]), timing.u, np.zeros(n))), timing.x
 
 
 def along_lines(lines: Grid, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:

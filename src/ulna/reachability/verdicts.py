@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ulna.collision.world import World
 from ulna.ik.result import CODES, Status
 from ulna.ik.solutions import Proof
-from ulna.kernels.ik import search_layout as layout
 from ulna.reachability.specification import Specification
 from ulna.robot import Robot
 
@@ -23,7 +22,6 @@ NUMBERS = {
     Status.IN_COLLISION: 4,
     Status.JOINT_LIMITS: 5,
     Status.SINGULAR: 6,
-    Status.STATIONARY: 7,
     Status.NOT_FOUND: 8,
     Status.BEYOND_MAX_STEP: 9,
     Status.HELD_JOINTS: 10,
@@ -59,7 +57,7 @@ def _searched(
     specification: Specification, robot: Robot, world: World | None, targets: Array, threads: int
 ) -> tuple[NDArray[np.int8], Array]:
     result = robot.inverse_kinematics(targets, world=world, threads=threads, **specification.search)
-    return OF_CODES[result.info[:, layout.STATUS].astype(np.int64)], result.q
+    return OF_CODES[result.info["status"]], result.q
 
 
 def _by_closed_form(specification: Specification, robot: Robot, world: World | None, targets: Array, threads: int) -> Verdicts:

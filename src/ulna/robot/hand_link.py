@@ -7,9 +7,9 @@ from ulna.robot.robot import Robot
 
 
 def hand_link(robot: Robot) -> str:
-    """The hand link: the tip of the longest chain, or the link that carries its fingers."""
+    """The hand link: the tip of the longest chain, or the link that carries its fingers; ``tool0`` first of equals."""
     carriers = {joint.child: joint for joint in robot.description.joints}
-    tip = max(robot.tree.leaves, key=lambda link: _count(link, carriers, robot))
+    tip = max(robot.tree.leaves, key=lambda link: (_count(link, carriers, robot), link == "tool0"))
     half = _count(tip, carriers, robot) / 2
     for joint in _way(tip, carriers):
         fingers = [one for one in robot.description.joints if one.parent == joint.parent and one.type != JointType.FIXED]

@@ -28,9 +28,10 @@ def load(
     """The robot of a description.
 
     Args:
-        source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text. Or the
-            name of a robot of the packages example-robot-data (``"ur5"``, ``"talos"``) or robot_descriptions (``"ur5e"``), where
-            they are installed; nothing is downloaded. A bundled name comes first, then a file, then these in their order.
+        source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text; or MJCF,
+            a model of MuJoCo (``pip install 'ulna[mujoco]'``). Or the name of a robot of the packages example-robot-data
+            (``"ur5"``, ``"talos"``) or robot_descriptions (``"ur5e"``), where they are installed; nothing is downloaded. A
+            bundled name comes first, then a file, then these in their order.
         xacro_args: Arguments of a xacro file, or of the one macro that it defines; and the values of ``$(env NAME)`` in it.
         package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie, or such packages themselves. A
             xacro file reads files in them, in its own folder and in its package, and nowhere else.
@@ -44,13 +45,14 @@ def load(
         meshes: What to check in the place of collision meshes: None leaves them, and queries refuse them; ``"hulls"``: their
             convex hulls (``Robot.with_convex_hulls``); ``"decompose"``: convex pieces (``Robot.with_convex_pieces``).
 
-    A robot that reaches hundreds of metres, or joint limits that are more likely degrees, give a ``UnitWarning``.
+    Faulty parts on which no pose depends are left out, with a ``DescriptionWarning``; so is an argument that a xacro file
+    does not define. A robot that reaches hundreds of metres gives a ``UnitWarning``, and so do joint limits that are more likely
+    degrees.
 
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
         FileError: There is no such file or name, or it cannot be read.
-        InputError: A xacro file has no argument of a name in ``xacro_args``, or an argument has another type than said; or
-            ``meshes`` is none of these words.
+        InputError: An argument has another type than said, or ``meshes`` is none of these words.
         MissingExtraError: ``meshes`` needs an extra that is not installed.
         UnknownNameError: There is no such ``base`` or ``tip``.
 

@@ -34,17 +34,18 @@ from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
 from ulna.engine.bound import Quick, put_in_c
-from ulna.errors import InputError
+from ulna.errors import InputError, UnknownArgumentError
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.differential import differential_ik
 from ulna.ik.followed_path import FollowedPath
 from ulna.ik.inverse_kinematics import InverseKinematics
-from ulna.ik.options import Options
+from ulna.ik.options import Options, Request
 from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
 from ulna.ik.solutions import IKSolutions
 from ulna.ik.task import Task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
+from ulna.kinematics.frames import Frame, goal_in_base, poses_in_base, poses_in_frame, twist_in_base
 from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups, state_named
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
 from ulna.kinematics.narrowed import narrowed_description, narrowed_tree
@@ -58,7 +59,7 @@ from ulna.planning.motion_limits import GivenLimits
 from ulna.planning.narrower import Given, narrower
 from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
-from ulna.planning.planner import PlanOptions, plan_motion
+from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
 from ulna.planning.trajectory import Trajectory
 from ulna.servo.servo import Servo
 
@@ -68,6 +69,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _PLAN = PlanOptions()
+_NO_METHODS = (
+    "the search is Levenberg-Marquardt's; lesson 3 (docs/lessons/3_inverse_kinematics.ipynb) has the textbook methods in NumPy, "
+    "hw2/franka_robot.py the Jacobian transpose"
+)
 
 
 class Robot(Quick):
@@ -350,24 +355,37 @@ class Robot(Quick):
     # ---- where its links are, and how fast they move -------------------------------------------------------------------
 
     def forward_kinematics(
-        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
+        self,
+        q: ArrayLike,
+        *,
+        link: str | None = None,
+        frame: Frame | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
     ) -> Array:
         """The pose of a link.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
+            frame: The frame of the result instead of the base: any link, such as ``"base"`` of a UR, which its pendant shows, or
+                its pose T_base_frame, shape (4, 4).
             out: Written to and returned if given: a float64 array of the result's shape.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
 
         Returns:
-            T_base_link, shape (..., 4, 4).
+            T_base_link, shape (..., 4, 4); with ``frame`` T_frame_link.
 
         Raises:
             InputError: q has another shape or an entry out of range, ``out`` does not fit, or the robot has several tips and no
-                link is named.
+                link is named; or ``out`` is given beside ``frame``.
             UnknownNameError: There is no such link.
         """
+        if frame is not None:
+            if out is not None:
+                raise InputError("out", "goes with the base; with frame= an array is made")
+            of_frame = self.forward_kinematics(q, link=frame, threads=threads) if isinstance(frame, str) else None
+            return poses_in_frame(self.tree, self.forward_kinematics(q, link=link, threads=threads), frame, of_frame)
         try:
             forward = self._forward[link]
         except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link
@@ -456,9 +474,9 @@ class Robot(Quick):
             float32: Whether poses, Jacobians and collisions of boxes are computed in float32: for cards with few float64 units.
 
         Raises:
-            DeviceError: There is no GPU that can be used.
+            DeviceError: There is no GPU that can be used, or numba-cuda cannot be used with this NumPy.
             InputError: The robot has no moving joints.
-            MissingExtraError: The extra ``cuda`` is not installed.
+            MissingExtraError: Neither the extra ``cuda12`` nor ``cuda13`` is installed.
         """
         from ulna.gpu.robot import GpuRobot  # noqa: PLC0415 - needs the extra
 
@@ -537,7 +555,7 @@ class Robot(Quick):
         q_seed: ArrayLike | None = None,
         *,
         link: str | None = None,
-        method: str = "levenberg_marquardt",
+        frame: Frame | None = None,
         seed: int = 0,
         task: Task | str = "pose",
         world: World | None = None,
@@ -551,6 +569,7 @@ class Robot(Quick):
         time_limit: float | None = None,
         threads: int | None = None,
         trace: bool = False,
+        **unknown: Never,
     ) -> IKResult:
         """Joint positions that bring a link to a pose, within the joint limits.
 
@@ -565,8 +584,8 @@ class Robot(Quick):
                 the search from it comes first; if that fails, random starts follow, and the solution nearest to the seed is
                 returned. Otherwise the search starts from ``home`` and random configurations.
             link: The link's name; the tip unless given.
-            method: ``"levenberg_marquardt"``: many searches at once, with restarts; or, from the seed alone and for teaching,
-                ``"jacobian_transpose"``, ``"pseudo_inverse"``, ``"damped_least_squares"``.
+            frame: The frame of T, if not the base: a link that stands still, such as ``"base"`` of a UR, which its pendant
+                shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
             seed: Chooses the random configurations; without ``time_limit`` the result depends on nothing else.
             task: ``"pose"``; ``"position"``: any orientation; ``"pointing"``: position and the direction of the link's z axis;
                 or an ``ulna.Task`` (another axis, slack by component).
@@ -580,12 +599,13 @@ class Robot(Quick):
             max_step: The largest difference of any entry of q from ``q_seed`` [rad or m]; a solution beyond it is rejected.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
-            max_iterations: The largest number of steps of all starts of a search together; 16 000 (800 starts), or 10 000 for the
-                textbook methods, unless given. The closed form takes no steps.
+            max_iterations: The largest number of steps of all starts of a search together; 16 000 (800 starts) unless
+                given. The closed form takes no steps.
             time_limit: The longest time of the search [s], checked between rounds of restarts.
             threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
                 The result is the same bit for bit.
             trace: For one target: keep the errors, the step and the damping of every step in ``result.trace``.
+            **unknown: No other argument is taken; the error says where the former ``method`` is.
 
         Returns:
             An ``IKResult``: q, success, status, errors, iterations, and the reasons. A target that is not reached is a result
@@ -596,6 +616,7 @@ class Robot(Quick):
                 message.
             UnknownNameError: There is no such link or joint.
             GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+            UnknownArgumentError: There is no such argument.
 
         Example:
             >>> import ulna
@@ -603,16 +624,23 @@ class Robot(Quick):
             >>> print(panda.inverse_kinematics(panda.forward_kinematics(panda.home) + 0.0).status)
             solved
         """
+        if unknown:
+            name = next(iter(unknown))
+            raise UnknownArgumentError("inverse_kinematics", name, _NO_METHODS if name == "method" else "")
         if isinstance(T, Keep):
             if task != "pose":
                 raise InputError("task", "a constraint has a task of its own; none is given beside it")
+            if frame is not None:
+                raise InputError("frame", "goes with poses; a constraint is in the base")
             target, link, task = T.target(link)
         else:
-            target = T
+            target = T if frame is None else poses_in_base(self.tree, T, frame)
         options = Options(  # in their order: by name they would take 0.3 us more
-            seed, task, rank, position_tolerance, rotation_tolerance, threads, method, max_step, max_iterations, time_limit, trace
+            seed, task, rank, position_tolerance, rotation_tolerance, threads, max_step, max_iterations, time_limit, trace
         )
-        return self._inverse_kinematics.inverse_kinematics(target, q_seed, posture, held, world, link, options)
+        names = held if type(held) is tuple else as_names(held)
+        request = Request(target, q_seed, posture, names, world, link, options)
+        return self._inverse_kinematics.inverse_kinematics(request)
 
     @cached_property
     def closed_form(self) -> ClosedForm | None:
@@ -634,6 +662,7 @@ class Robot(Quick):
         *,
         q_seed: ArrayLike | None = None,
         link: str | None = None,
+        frame: Frame | None = None,
         task: Task | str = "pose",
         world: World | None = None,
         rank: str | None = None,
@@ -657,6 +686,8 @@ class Robot(Quick):
             q_seed: Each solution is as near to this as whole turns within the limits bring it [rad or m], shape (n_dof,);
                 ``home`` unless given.
             link: The link's name; the tip unless given.
+            frame: The frame of T, if not the base: a link that stands still, such as ``"base"`` of a UR, which its pendant
+                shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
             task: What of the pose is to be reached: ``"pose"``, ``"position"``, ``"pointing"``, or an ``ulna.Task``.
             world: Solutions that collide with it, or in which the robot touches itself, are not valid.
             rank: By what they are ordered, the best first: ``"nearest"`` to ``q_seed``, ``"manipulability"``, ``"clearance"`` or
@@ -690,8 +721,9 @@ class Robot(Quick):
             ((256, 7), 'continuum')
         """
         options = Options(seed, task, rank, position_tolerance, rotation_tolerance, threads)
+        request = Request(poses_in_base(self.tree, T, frame), q_seed, world=world, link=link, options=options)
         return self._inverse_kinematics.all_solutions(
-            T, q_seed, world, link, options, n_samples=n_samples, redundancy=redundancy, whole_turns=whole_turns
+            request, n_samples=n_samples, redundancy=redundancy, whole_turns=whole_turns
         )
 
     def follow(
@@ -700,6 +732,7 @@ class Robot(Quick):
         q_start: ArrayLike | None = None,
         *,
         link: str | None = None,
+        frame: Frame | None = None,
         task: Task | str = "pose",
         max_step: float = 0.1,
         world: World | None = None,
@@ -720,6 +753,8 @@ class Robot(Quick):
             q_start: Where the arm is before the first pose [rad or m], shape (n_dof,): the path begins at most ``max_step`` from
                 it. Unless given, it may begin anywhere, and begins as near to ``home`` as that sum allows.
             link: The link's name; the tip unless given.
+            frame: The frame of T_path, if not the base: a link that stands still, such as ``"base"`` of a UR, which its pendant
+                shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
             task: What of each pose must be reached, as for ``inverse_kinematics``: ``"pointing"`` leaves the turn about the tool
                 free (welding, milling); a ``Task`` may leave a band, within which the path chooses.
             max_step: The largest step of any joint from one pose to the next [rad or m]. Another branch is rarely within 0.1 rad;
@@ -749,6 +784,7 @@ class Robot(Quick):
             ('followed', True)
         """
         options = Options(task=task, rank=rank, seed=seed, threads=threads)
+        T_path = poses_in_base(self.tree, T_path, frame, "T_path")
         return self._inverse_kinematics.follow(T_path, q_start, link, options, max_step, world)
 
     def differential_ik(
@@ -759,6 +795,7 @@ class Robot(Quick):
         *,
         link: str | None = None,
         expressed_in: str = "base",
+        frame: Frame | None = None,
         damping: float = 0.01,
         out: Array | None = None,
         threads: int | None = None,
@@ -775,6 +812,8 @@ class Robot(Quick):
                 returns to it, at its velocity limit if it is further away than that.
             link: The link's name; the tip unless given.
             expressed_in: The frame of the twist; see ``jacobian``.
+            frame: The axes of the twist instead of the base's: a link that stands still, or the frame's pose T_base_frame, shape
+                (4, 4). It goes with ``expressed_in="base"``.
             damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma
                 the smallest singular value of J; no joint moves faster than |twist| / (2 damping). A damping below 1e-4 |J|, or
                 1e-2 |J| for fewer than six joints, takes some times longer; singular values below 1e-14 |J| are within the
@@ -797,7 +836,9 @@ class Robot(Quick):
             >>> float((panda.jacobian(panda.home) @ qd)[0].round(3))
             0.1
         """
-        link = self.tree.link_or_tip(link)
+        if frame is not None and expressed_in != "base":
+            raise InputError("frame, expressed_in", "give one of them, not both")
+        link, twist = self.tree.link_or_tip(link), twist_in_base(self.tree, twist, frame)
         return differential_ik(self.tree, q, twist, dt, link, expressed_in, damping, out, threads)
 
     # ---- what it touches -----------------------------------------------------------------------------------------------
@@ -877,12 +918,11 @@ class Robot(Quick):
             InputError: q has another shape or an entry out of range, ``max_distance`` is not a number of at least 0, or there is
                 nothing to check.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
+            UnknownArgumentError: There is no such argument.
         """
         if unknown:
             name = next(iter(unknown))
-            raise TypeError(
-                f"check_collision() got an unexpected keyword argument {name!r}; max_distance= is how near pairs may be"
-            )
+            raise UnknownArgumentError("check_collision", name, "max_distance= is how near pairs may be")
         return self._checker.check_collision(q, world, self_collision, max_distance, threads)
 
     def distances(
@@ -1043,6 +1083,7 @@ class Robot(Quick):
         world: World | None = None,
         *,
         link: str | None = None,
+        frame: Frame | None = None,
         task: Task | str = "pose",
         held: Iterable[str] = (),
         group: str | None = None,
@@ -1070,6 +1111,8 @@ class Robot(Quick):
             world: The objects; none unless given. The robot's links are checked against each other too.
             link: The link that is brought to the pose; the tip, of the group if one is named, unless given. Joints that do not
                 move it keep their positions, and so do those that move several links of the goal.
+            frame: The frame of a goal of poses, if not the base: a link that stands still, such as ``"base"`` of a UR, which its
+                pendant shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
             task: The components of the pose that count; see ``inverse_kinematics``.
             held: Names of joints that keep their positions.
             group: A group of the SRDF (``robot.groups``): the joints outside keep their positions. A configuration may then have
@@ -1106,13 +1149,13 @@ class Robot(Quick):
             >>> str(plan.status), plan.certified
             ('solved', True)
         """
+        goal = goal_in_base(self.tree, goal, frame)
         options = PlanOptions(certify, clearance, seed, max_checks, shorten, escape, time_limit, progress).checked()
         members, states = None if group is None else group_named(group, self.groups), self.srdf.states
         if isinstance(q_start, str):
             q_start = configuration(state_named(q_start, states, members), self.tree, self.home)
-        return plan_motion(
-            self._checker, self._inverse_kinematics, q_start, goal, world, link, task, held, members, states, keep, options
-        )
+        asked = PlanRequest(q_start, goal, world, link, task, held, members, states, keep, options)
+        return plan_motion(self._checker, self._inverse_kinematics, asked)
 
     def trajectory(
         self,

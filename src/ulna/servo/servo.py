@@ -26,7 +26,6 @@ from ulna.planning.motion_limits import LARGEST, as_limits, described_limits
 from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
 from ulna.servo.servo_state import ROUNDING, ServoState
-from ulna.servo.stop import stop_positions
 
 Array = NDArray[np.float64]
 WITHIN = 1 - 1e-6  # of the limits of velocity and acceleration, so that differences of commands keep them too
@@ -78,11 +77,13 @@ class Servo:
             still |= ~np.isin(np.arange(n), group.columns)
         if still.all():
             raise InputError("held", "all joints are held, so the servo would never move")
-        if not (tree.velocity_limits[~still]).all():
+        if velocity is None and not (tree.velocity_limits[~still]).all():
             names = zip(entry_names(tree), tree.velocity_limits, still, strict=True)
             slow = ", ".join(name for name, most, is_held in names if not most and not is_held)
-            raise InputError("robot", f"its description allows {slow} a velocity of 0, so a servo would never move")
+            advice = "velocity= gives one, where exporters wrote 0 for not known"
+            raise InputError("robot", f"its description allows {slow} a velocity of 0, so a servo would never move; {advice}")
         speeds = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, n, may_be_infinite=True)
+        own = np.where(tree.velocity_limits == 0.0, np.inf, tree.velocity_limits)  # 0 of a file is beside a given one no limit
         accelerations, jerks = _accelerations_of(tree, acceleration, jerk, still)
         tick = 1.0 / float(rate)
         accelerations, ramp, least = _ramps(accelerations, jerks, tick)
@@ -92,7 +93,7 @@ class Servo:
         self._chains, self._hands = _tables(tree, self._links, weights)
         self._limits = np.zeros((layout.N_LIMITS, n))
         self._limits[layout.LOWER], self._limits[layout.UPPER] = tree.least, tree.most
-        self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * tree.velocity_limits))
+        self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * own))
         self._limits[layout.ACCELERATION], self._limits[layout.ASIDE] = accelerations, aside
         self._limits[layout.JERK], self._limits[layout.ROOM] = 0.0 if jerks is None else jerks, _ROOM * least
         self._limits[layout.SPEED, still] = self._limits[layout.ROOM, still] = 0.0
@@ -141,9 +142,10 @@ class Servo:
     @property
     def stop_positions(self) -> Array:
         """The commands of the stop from now on [rad or m], shape (n, n_dof): those of ``step()`` until the arm rests."""
-        now = self._now
-        ticks, done = now.counters[[layout.TICKS, layout.DONE]].tolist()
-        return stop_positions(now.motion, self._settings, ticks, done)
+        motion, counters = self._now.motion.copy(), self._now.counters.copy()
+        positions = np.empty((max(counters[layout.TICKS] - counters[layout.DONE], 0), self._tree.n_dof))
+        driver.write_stop_positions(motion, counters, self._settings, positions)
+        return positions
 
     @property
     def tracking_error(self) -> Array:
@@ -291,7 +293,8 @@ class Servo:
 
     def warm_up(self) -> None:
         """Compile what a tick needs, or load it, so that no tick does: for a world of the kinds of shapes that it has now."""
-        self._run(layout.REST, self._goals[0], 0)
+        after = self._run(layout.REST, self._goals[0], 0)
+        driver.write_stop_positions(after.motion, after.counters, self._settings, after.motion[:0])
 
     def _to_hands(self, twist: Goal | None, pose: Goal | None, frame: int) -> Array:
         """What each hand is sent to, a row of ``servo_layout`` after the other; without those that are free."""

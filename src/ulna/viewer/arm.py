@@ -9,19 +9,20 @@ from typing import Any
 import numpy as np
 import viser
 from numpy.typing import NDArray
-from trimesh.exchange.gltf import export_glb
 
 from ulna.description.meshes.mesh_files import MeshFiles
+from ulna.description.names.panda import INSTALL_MESHES
 from ulna.description.pose import quaternion_from_matrix
 from ulna.description.robot_description import Body
-from ulna.description.shapes import Mesh
+from ulna.description.shapes import Mesh, UnknownShape
 from ulna.errors import FileError
 from ulna.robot import Robot
 from ulna.viewer.html import listed, small_text, tree_html
-from ulna.viewer.nodes import add_shape, add_triangles
-from ulna.viewer.palette import FREE, PALE, STRONG, TOUCHING
-from ulna.viewer.visuals import link_visuals, read_mesh
+from ulna.viewer.nodes import add_shape, add_triangles, grown
+from ulna.viewer.palette import FAINT, FREE, PALE, STRONG, TINT, TOUCHING
+from ulna.viewer.visuals import glb_of, link_visuals, read_mesh
 
+_OVER = 3e-3  # of the robot's size: how far over a surface another is drawn that would flicker into it
 _STILL = 1e-6  # [m or 1] a link that moved by less is not sent to the page again
 
 
@@ -67,9 +68,7 @@ class Arm:
         ]
         self._places = np.zeros((len(self.frames), 4, 4))
         number = {name: k for k, name in enumerate(robot.link_names)}
-        self.looks = [
-            self._scene.add_glb(f"{root}/{number[name]}/body", export_glb(scene)) for name, scene in visuals.scenes.items()
-        ]
+        self.looks = [self._scene.add_glb(f"{root}/{number[name]}/body", glb_of(scene)) for name, scene in visuals.scenes.items()]
         self.names = [
             self._scene.add_label(f"{root}/{k}/name", name, visible=False, font_screen_scale=0.9, anchor=f"bottom-{side}")  # type: ignore[arg-type]
             for (k, name), side in zip(_names_by_origin(robot), cycle(("right", "left")), strict=False)
@@ -79,7 +78,11 @@ class Arm:
             held.name: add_shape(self._scene, f"{root}/{number[held.link]}/held{k}", held.shape, FREE, STRONG, held.T_link_object)
             for k, held in enumerate(robot.attached)
         }
+        self._link_of = {name: link for name, (link, _) in zip(self.solids, self._bodies, strict=False)}
+        self._link_of |= {held.name: held.link for held in robot.attached}
         self._touching: tuple[str, ...] = ()
+        self._tints: dict[str, Any] = {}  # the red over each link that has touched anything
+        self._near, self._solids_shown = "", True
 
     def move_to(self, q: NDArray[np.float64]) -> None:
         """Move every link to its pose at q, shape (n_dof,)."""
@@ -91,30 +94,51 @@ class Arm:
         self._places[moved] = places[moved]
 
     def mark_touching(self, names: Collection[str]) -> None:
-        """Show the collision shapes of these names opaque and red, the others pale; attached objects are always opaque."""
+        """Show the collision shapes of these names opaque and red, and their links; the others pale, but attached objects."""
         for name, node in (self.solids | self.attached).items():
             if (name in self._touching) != (name in names):
                 node.color = TOUCHING if name in names else FREE
                 node.opacity = STRONG if name in names or name in self.attached else PALE
         self._touching = tuple(names)
+        rows = self.robot.tree.link_row
+        bodies = {rows[self._link_of[name]] for name in names if name in self._link_of}  # a hand is fixed to its flange
+        red = {link for link in self.visuals if rows[link] in bodies}
+        for link in red - self._tints.keys():
+            k, mesh = self.robot.link_names.index(link), grown(self.visuals[link].to_mesh(), _OVER * self.extent.radius)
+            look = {"opacity": TINT, "cast_shadow": False, "receive_shadow": False}
+            self._tints[link] = add_triangles(self._scene, f"{self._root}/{k}/touching", mesh, TOUCHING, **look)
+        for link, node in self._tints.items():
+            node.visible = link in red
+
+    def show_near(self, name: str) -> None:
+        """Show the shape between which and an obstacle the distance is shown, faintly if shapes are not shown; empty for none."""
+        if name != self._near and not self._solids_shown:
+            for shape, visible in ((self._near, False), (name, True)):
+                if shape in self.solids:
+                    self.solids[shape].visible = visible
+                    self.solids[shape].opacity = FAINT if visible and shape not in self._touching else PALE
+        self._near = name
 
     def show_solids(self, *, visible: bool) -> None:
         """Show or hide the collision shapes."""
-        for node in self.solids.values():
-            node.visible = visible
+        self._solids_shown = visible
+        for name, node in self.solids.items():
+            node.visible = visible or name == self._near
 
     def _add_solids(self, number: dict[str, int]) -> dict[str, Any]:
         """Add the collision shapes, pale: their nodes by name. Meshes that cannot be read are added to ``missing``."""
         files, found = MeshFiles(self.robot.description), {}
-        bodies = [(link.name, body) for link in self.robot.description.links for body in link.collisions]
+        bodies = self._bodies = [(link.name, body) for link in self.robot.description.links for body in link.collisions]
         look = {"cast_shadow": False, "receive_shadow": False}
         for n, ((link, body), name) in enumerate(zip(bodies, self._solid_names(bodies), strict=True)):
             place = f"{self._root}/{number[link]}/solid{n}"
+            if isinstance(body.shape, UnknownShape):
+                continue
             if not isinstance(body.shape, Mesh):
                 found[name] = add_shape(self._scene, place, body.shape, FREE, PALE, body.pose, **look)
                 continue
             try:
-                mesh = read_mesh(body.shape, files).apply_transform(body.pose).to_mesh()
+                mesh = grown(read_mesh(body.shape, files).apply_transform(body.pose).to_mesh(), _OVER * self.extent.radius)
             except FileError as error:
                 self.missing = tuple(dict.fromkeys((*self.missing, str(error))))
             else:
@@ -123,7 +147,7 @@ class Arm:
 
     def _solid_names(self, bodies: list[tuple[str, Body]]) -> list[str]:
         """The names of collision shapes in reports; numbered names for a robot with meshes, which cannot be checked."""
-        if any(isinstance(body.shape, Mesh) for _, body in bodies) or not bodies:
+        if any(isinstance(body.shape, Mesh | UnknownShape) for _, body in bodies) or not bodies:
             return [f"{link}/{body.name} ({n})" for n, (link, body) in enumerate(bodies)]
         return list(self.robot.collision_names[: len(bodies)])
 
@@ -147,7 +171,7 @@ def _extent(robot: Robot, scenes: dict[str, Any]) -> Extent:
     return Extent(np.min(points, axis=0), np.max(points, axis=0))
 
 
-REAL_ARM = "Drawn as plain tubes. For the real arm: pip install example-robot-data (131 MB, 431 MB unpacked), and start again."
+REAL_ARM = f"Drawn from its joints alone. Its own shells (4.3 MB): {INSTALL_MESHES}, and start again."
 
 
 def _show_all(nodes: Collection[Any], attribute: str, event: viser.GuiEvent) -> None:
@@ -167,7 +191,10 @@ class VisibilityPanel:
             ("Link names", None, arm.names, "visible"),
         ):
             box = gui.add_checkbox(name, initial_value=name == "Visuals", disabled=not nodes, hint=hint)
-            box.on_update(partial(_show_all, nodes, attribute))
+            if name == "Collision shapes":
+                box.on_update(lambda event: arm.show_solids(visible=event.target.value))
+            else:
+                box.on_update(partial(_show_all, nodes, attribute))
         arm.show_solids(visible=False)
         if arm.missing:
             with gui.add_folder(f"Missing meshes ({len(arm.missing)})", expand_by_default=False):

@@ -11,7 +11,7 @@ from ulna.viewer.palette import Color
 from ulna.viewer.session.ellipsoid import Mobility
 
 STYLE = "padding:0.35em 0.75em;line-height:1.35"
-_BUTTON = "border:1px solid #228be6;border-radius:2px;background:transparent;color:#228be6;padding:0.2em 0.7em;cursor:pointer"
+BUTTON = "border:1px solid #228be6;border-radius:2px;background:transparent;color:#228be6;padding:0.2em 0.7em;cursor:pointer"
 
 
 def marked(words: str, color: Color, *, filled: bool = True) -> str:
@@ -21,6 +21,11 @@ def marked(words: str, color: Color, *, filled: bool = True) -> str:
     return f'<div role="status" style="{STYLE};font-weight:600"><span style="{disc}"></span> {html.escape(words)}</div>'
 
 
+def lead(words: str) -> str:
+    """What to do first, in large letters."""
+    return f'<div style="{STYLE};font-size:1.1em;font-weight:600">{html.escape(words)}</div>'
+
+
 def small_text(words: str) -> str:
     """Small text."""
     return f'<div style="{STYLE};font-size:0.85em">{html.escape(words)}</div>'
@@ -28,7 +33,7 @@ def small_text(words: str) -> str:
 
 def copyable(words: str, label: str, copied: str) -> str:
     """Small text, and below it a button that copies another text."""
-    button = f'<button data-copy="{html.escape(copied, quote=True)}" style="{_BUTTON}">{label}</button>'
+    button = f'<button data-copy="{html.escape(copied, quote=True)}" style="{BUTTON}">{label}</button>'
     return f'<div style="padding:0 0.75em 0.4em;font-size:0.8em">{html.escape(words)}<br>{button}</div>'
 
 

@@ -92,7 +92,7 @@ class MapView:
         )
         self.told = gui.add_html(small_text("Click a voxel to see its solutions."))
         self.solution = gui.add_slider("Solution", min=1, max=2, step=1, initial_value=1, visible=False)
-        self.page.add_dark_box()
+        self.page.add_dark_button()
         self.axis.on_update(lambda event: self._take_axis() if event.client is not None else None)
         self.plane.on_update(lambda event: self._take_plane() if event.client is not None else None)
         self.least.on_update(lambda event: self._draw() if event.client is not None else None)

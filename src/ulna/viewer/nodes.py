@@ -14,6 +14,7 @@ from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
 from ulna.viewer.palette import Color
 from ulna.viewer.visuals import triangles
 
+_GRAZING, _FARTHEST = 0.05, 4.0  # a drag along the floor: the least sine of the sight to it, and how much farther than now
 _GROUND = (4.0, 4.0, 0.004)  # the box that is drawn for a half-space [m]
 
 
@@ -22,7 +23,7 @@ def add_shape(
     name: str,
     shape: Obstacle,
     color: Color,
-    opacity: float,
+    opacity: float | None,
     T: NDArray[np.float64] | None = None,
     **look: Any,
 ) -> Any:
@@ -48,7 +49,7 @@ def add_shape(
             return add_triangles(scene, name, triangles(shape), color, **look)
 
 
-def paint(node: Any, color: Color, opacity: float) -> None:
+def paint(node: Any, color: Color, opacity: float | None) -> None:
     """Give a shape that was added another colour, and opacity unless it is a cloud."""
     if isinstance(node, viser.PointCloudHandle):
         node.colors = np.array(color, dtype=np.uint8)
@@ -69,6 +70,20 @@ def add_triangles(scene: viser.SceneApi, name: str, mesh: Any, color: Color, **l
     return scene.add_mesh_simple(name, np.asarray(mesh.vertices), np.asarray(mesh.faces), color=color, flat_shading=True, **look)
 
 
+def on_level(eye: NDArray[Any], seen: NDArray[Any], point: NDArray[Any]) -> NDArray[Any]:
+    """Where the line from the eye through a seen point meets the level of another point; the seen point if it is too far away."""
+    down, way = float(point[2] - eye[2]), seen - eye
+    share = down / way[2] if abs(way[2]) > _GRAZING * float(np.linalg.norm(way)) else -1.0
+    return eye + share * way if 0.0 < share < _FARTHEST else seen
+
+
+def grown(mesh: Any, by: float) -> Any:
+    """A mesh of trimesh whose vertices are moved outwards [m], so that it does not flicker into what it lies on."""
+    mesh = mesh.copy()
+    mesh.vertices = mesh.vertices + by * mesh.vertex_normals
+    return mesh
+
+
 class Handles:
     """A transform control. ``moved`` is called, in the server's thread, whenever a person moves or releases it.
 
@@ -79,6 +94,7 @@ class Handles:
     def __init__(self, scene: viser.SceneApi, name: str, size: float, moved: Callable[[], None], *, visible: bool = True) -> None:
         self.control = scene.add_transform_controls(name, scale=size, line_width=3.0, depth_test=False, visible=visible)
         self._holders: set[int | None] = set()
+        self._from = np.zeros(3), np.zeros(3)  # where a drag of what it moves began: its position, and the grabbed point
         self.moved_by_hand = self._let_go = False
         self._moved = moved
         self.control.on_update(self._update)
@@ -107,6 +123,34 @@ class Handles:
         """Move it to a pose, shape (4, 4), unless a person drags it or has just moved it."""
         if not self._holders and not self.moved_by_hand:
             self.control.position, self.control.wxyz = T[:3, 3], quaternion_from_matrix(T)
+
+    def grip(self, node: Any, grabbed: Callable[[], NDArray[Any] | None] = lambda: None) -> None:
+        """Let a node be dragged itself: parallel to the floor, with shift parallel to the screen.
+
+        Args:
+            node: The node.
+            grabbed: Called when a drag begins; returns the pose to which the handles go first, shape (4, 4), unless None.
+        """
+
+        async def dragged(event: viser.SceneNodeDragEvent) -> None:
+            if event.phase == "start":
+                T = grabbed()
+                if T is not None:
+                    self.control.position, self.control.wxyz = T[:3, 3], quaternion_from_matrix(T)
+                self._holders.add(event.client_id)
+                self._from = np.array(self.control.position), np.array(event.start_position)
+            else:
+                eye, (position, point) = np.asarray(event.client.camera.position), self._from
+                to = np.array(event.end_position)
+                self.control.position = position + (to if event.modifier else on_level(eye, to, point)) - point
+                self.moved_by_hand = True
+            if event.phase == "end":
+                self._holders.discard(event.client_id)
+                self._let_go = True
+            self._moved()
+
+        node.on_drag("left")(dragged)
+        node.on_drag("left", modifier="shift")(dragged)
 
     def show(self, *, visible: bool) -> None:
         """Show or hide it. Hiding releases it, as the page does not send the end of such a drag."""

@@ -21,7 +21,7 @@ from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from ulna.errors import InputError
 from ulna.viewer.nodes import Handles, add_shape, paint, reshape
 from ulna.viewer.obstacle_form import ObstacleForm
-from ulna.viewer.palette import GROUND, MOVABLE, OBSTACLE_OPACITY, PALE, TOUCHING
+from ulna.viewer.palette import GROUND, OBSTACLES, PALE, TOUCHING, Color
 from ulna.viewer.session.scene_history import Entry, Scene, SceneHistory, scene_of, world_of
 from ulna.viewer.typed_fields import refusals_shown
 from ulna.viewer.uploads import ENDINGS, shapes_of_file
@@ -61,9 +61,10 @@ class Obstacles:
         taken: Collection[str] = (),
     ) -> None:
         self._server, self.world, self._place, self.moved, self._taken = server, world, place, moved, taken
-        self._edge = round(_EDGE * size, 2) or 0.01
+        self._edge, self._reach = round(_EDGE * size, 2) or 0.01, 0.25 * size
         self.nodes: dict[str, Any] = {}
         self._drawn: dict[str, tuple[Obstacle, NDArray[np.float64]]] = {}
+        self._colors: dict[str, Color] = {}  # of each obstacle that was drawn, also after it was deleted: undone, it is the same
         self._count = 0
         self.lock, self.history = threading.RLock(), SceneHistory(world)
         self._grabbed: Scene = {}  # the obstacle that is dragged, as it was before
@@ -108,8 +109,13 @@ class Obstacles:
         stem = f"new {kind.lower()}" if f"{kind.lower()} 1" in self._taken else kind.lower()
         with self.changing():
             name = self._free(f"{stem} {n}" for n in count(1))
-            self.world.add(name, _NEW[kind](self._edge), pose(self._place))
+            self.world.add(name, _NEW[kind](self._edge), pose(self._free_place()))
             self.form.choose(name)
+
+    def covers(self, point: NDArray[np.float64]) -> bool:
+        """Whether the handles of the chosen obstacle and others at a point [m], shape (3,), would lie in each other."""
+        chosen = self.chosen
+        return chosen is not None and float(np.linalg.norm(scene_of(self.world)[chosen].T[:3, 3] - point)) < self._reach
 
     def remove(self) -> None:
         """Delete the chosen obstacle."""
@@ -179,7 +185,8 @@ class Obstacles:
                 self.handles.put(at)
 
     def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
-        color, opacity = TOUCHING if red else MOVABLE, 1.0 if red else OBSTACLE_OPACITY
+        own = self._colors.setdefault(name, OBSTACLES[len(self._colors) % len(OBSTACLES)])
+        color, opacity = TOUCHING if red else own, None  # of 1.0 it would be sorted among what is translucent
         if isinstance(shape, HalfSpace):  # everything above it is seen in front of it
             color, opacity = TOUCHING if red else GROUND, PALE
         if name not in self._drawn:
@@ -187,10 +194,20 @@ class Obstacles:
             node = self.nodes[name] = add_shape(self._server.scene, f"/obstacles/{self._count}", shape, color, opacity, T)
             if not isinstance(shape, PointCloud):  # viser has no clicks on them
                 node.on_click(lambda _: self._pick(name))
+                if not isinstance(shape, HalfSpace):
+                    self.handles.grip(node, lambda: self._grab(name))
         elif not np.array_equal(self._drawn[name][1], T):
             self.nodes[name].position, self.nodes[name].wxyz = T[:3, 3], quaternion_from_matrix(T)
         paint(self.nodes[name], color, opacity)
         self._drawn[name] = (shape, T)
+
+    def _grab(self, name: str) -> NDArray[np.float64] | None:
+        """Choose an obstacle that somebody begins to drag. Returns its pose, shape (4, 4)."""
+        with self.lock:
+            if self.form.chosen != name:
+                self.form.choose(name)
+                self.form.take()
+            return scene_of(self.world)[name].T if name in self.world.names else None
 
     def _pick(self, name: str) -> None:
         with self.lock:
@@ -231,6 +248,16 @@ class Obstacles:
                     name = self._free(f"{own} {n}" if n > 1 else own for n in count(1))
                     self.world.add(name, shape)
                     self.form.choose(name)
+
+    def _free_place(self) -> NDArray[np.float64]:
+        """A place for a new obstacle, beside those that are there [m], shape (3,)."""
+        others = np.array([T[:3, 3] for _, _, T in self.world.items()]).reshape(-1, 3)
+        ways = [
+            np.array([0.0, 0.0, 0.0]),
+            *(2.0 * self._edge * np.array([0.0, side * k, 0.0]) for k in range(1, 9) for side in (1, -1)),
+        ]
+        free = (place for place in self._place + ways if not (np.abs(others - place).max(axis=1) < self._edge).any())
+        return next(free, self._place)
 
     def _free(self, names: Iterable[str]) -> str:
         """The first of the names that neither an obstacle nor a part of the robot has."""

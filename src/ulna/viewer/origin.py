@@ -22,7 +22,6 @@ from ulna.viewer.messages import Incoming
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - addresses of all interfaces, and by which this machine reaches itself
-_DARK = "ulna-dark=1"
 _TITLE = b"<title>Viser</title>"
 _HEAD = Path(__file__).with_name("head.html").read_bytes()  # scripts and a style, with why each is needed
 _CLOSE_SECONDS = 0.5  # for a tab to confirm that its connection ends
@@ -56,14 +55,12 @@ def refusing_foreign_pages(
     host: str,
     others: Collection[str] = (),
     title: str = "Ulna",
-    opened: Callable[[bool], object] = bool,
     refused: Callable[[str], object] = str,
 ) -> Iterator[None]:
     """A context in which a server of viser is started: it refuses foreign pages with status 403, and its page has the title.
 
-    ``opened`` is called when a tab connects, with whether its browser prefers dark pages, which ``head.html`` puts in a cookie;
-    ``refused`` with a sentence about an upload that is not taken. A tab that does not confirm the end of its connection is waited
-    for half a second.
+    ``refused`` is called with a sentence about an upload that is not taken. A tab that does not confirm the end of its connection
+    is waited for half a second.
 
     viser has no argument for this, so the function of websockets that it calls is replaced meanwhile.
     """
@@ -72,7 +69,7 @@ def refusing_foreign_pages(
         serve = websockets.asyncio.server.serve  # read under the lock: another thread may have replaced it before
 
         def guarding(handler: Callable, *arguments: Any, process_request: Callable, **options: Any) -> Any:
-            guarded.append(_asking(process_request, host, others, title, opened))
+            guarded.append(_asking(process_request, host, others, title))
             options["close_timeout"] = _CLOSE_SECONDS
             return serve(_closing_if_it_fails(handler, refused), *arguments, process_request=guarded[-1], **options)
 
@@ -111,14 +108,12 @@ def _closing_if_it_fails(handler: Callable, refused: Callable[[str], object]) ->
     return handle
 
 
-def _asking(process_request: Callable, host: str, others: Collection[str], title: str, opened: Callable) -> Callable:
+def _asking(process_request: Callable, host: str, others: Collection[str], title: str) -> Callable:
     """The handler of requests: it refuses foreign pages, and leaves the others to viser."""
 
     def ask(connection: Any, request: Any) -> Any:
         if not is_own_page(request.headers, host, others):
             return connection.respond(http.HTTPStatus.FORBIDDEN, "This page is not one of this server.\n")
-        if "Sec-WebSocket-Key" in request.headers and "Origin" in request.headers:
-            opened(_DARK in "; ".join(request.headers.get_all("Cookie")).split("; "))
         document = _asks_for_page(request)
         response = process_request(connection, request)
         return _completed(response, title) if document else response

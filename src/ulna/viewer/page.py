@@ -14,8 +14,8 @@ import rich
 import viser
 
 from ulna.errors import InputError, UlnaError
+from ulna.viewer.html import BUTTON
 from ulna.viewer.origin import EVERYWHERE, refusing_foreign_pages
-from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS
 
 HOST = "127.0.0.1"
 _silence = threading.Lock()
@@ -27,24 +27,21 @@ class Page:
     Attributes:
         server: The server.
         url: The address of the page.
-        dark: Whether it is dark; at first as the browser prefers in which it is first opened.
-        floor: The floor, whose lines are darker on a dark page; None until it is set.
+        floor: The floor; None until it is set.
     """
 
     def __init__(self, host: str = HOST, port: int = 8080, *, title: str = "Ulna", origins: Collection[str] = ()) -> None:
-        self._opened = False
         _refuse_busy(host, port)
         logging.getLogger("websockets").setLevel(logging.ERROR)
         try:
-            with _quiet(), refusing_foreign_pages(host, origins, title, self._first_tab, self._refuse_upload):
+            with _quiet(), refusing_foreign_pages(host, origins, title, self._refuse_upload):
                 self.server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
         except UlnaError:  # the server runs, but accepts foreign pages
             self.stop()
             raise
         self.server.request_share_url = lambda verbose=True: None  # noqa: ARG005 - a page must not open a tunnel to the world
         self.floor: viser.GridHandle | None = None
-        self._dark_box: viser.GuiCheckboxHandle | None = None
-        self.darken(dark=False)
+        self.server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False)
         self.server.gui.main_panel.dock_right()  # people can still move or fold it
         name = EVERYWHERE.get(host, host)
         name = f"[{name}]" if ":" in name else name
@@ -64,25 +61,11 @@ class Page:
             self.stop()
             raise
 
-    def darken(self, *, dark: bool) -> None:
-        """Show the page in light or dark colours, the floor and its checkbox with it."""
-        self.dark = dark
-        self.server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, dark_mode=dark)
-        if self.floor is not None:
-            self.floor.cell_color, self.floor.section_color = FLOOR_CELLS[dark], FLOOR_SECTIONS[dark]
-        if self._dark_box is not None and self._dark_box.value != dark:
-            self._dark_box.value = dark
-
-    def add_dark_box(self) -> None:
-        """Add the checkbox for dark colours where the panel is now."""
-        box = self._dark_box = self.server.gui.add_checkbox("Dark", initial_value=self.dark)
-        box.on_update(lambda _: self.darken(dark=box.value))
-
-    def _first_tab(self, prefers_dark: bool) -> None:  # noqa: FBT001 - as ``origin`` calls it
-        """Begin as the first tab's browser prefers: all tabs show the same."""
-        if not self._opened and prefers_dark:
-            self.darken(dark=True)
-        self._opened = True
+    def add_dark_button(self) -> None:
+        """Add a button where the panel is now that changes between light and dark colours in the browser that shows the page."""
+        self.server.gui.add_html(
+            f'<div style="padding:0 0.75em 0.5em"><button data-dark style="{BUTTON}">Light or dark</button></div>'
+        )
 
     def _refuse_upload(self, words: str) -> None:
         for client in self.server.get_clients().values():

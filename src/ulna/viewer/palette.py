@@ -27,12 +27,13 @@ TRAIL: Color = (0, 150, 165)  # the way of the hand along a plan
 MOVABLE: Color = (240, 170, 40)  # obstacles
 OBSTACLES: tuple[Color, ...] = (
     MOVABLE,
-    (150, 110, 190),
-    (70, 165, 155),
-    (185, 130, 85),
+    (178, 143, 220),
+    (84, 182, 170),
+    (206, 152, 104),
     (205, 190, 90),
-    (200, 120, 165),
-)  # in a film
+    (222, 144, 186),
+)  # by their order, on the page and in a film; red is not among them
+AXES: dict[str, Color] = {"x": (215, 55, 75), "y": (47, 158, 68), "z": (28, 113, 216)}  # of buttons, with white letters
 GROUND: Color = (150, 160, 172)  # half-spaces among them
 CURVES: tuple[Color, ...] = (
     (0, 114, 178),
@@ -44,10 +45,12 @@ CURVES: tuple[Color, ...] = (
     (120, 94, 240),
     (110, 110, 110),
 )  # of joints in a plot, which colour-blind people can distinguish; after M. Okabe and K. Ito, 2008
-FLOOR_CELLS: tuple[Color, Color] = ((225, 228, 232), (48, 52, 58))  # the floor's lines on a light page, and on a dark one
-FLOOR_SECTIONS: tuple[Color, Color] = ((190, 194, 200), (84, 90, 98))
+FLOOR_CELLS: Color = (148, 156, 168)  # the floor's thin lines: all tabs have the same, on light pages and on dark ones
+FLOOR_SECTIONS: Color = (124, 132, 145)
+TO_SUN = (0.9, 0.25, 1.5)  # the direction to the sun, on the page and in a film
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
-OBSTACLE_OPACITY = 0.6  # of one that touches nothing; otherwise 1
+FAINT = 0.1  # of the two shapes between which the distance is shown
+TINT = 0.7  # of the red over a link that touches
 
 ShapeT = TypeVar("ShapeT", Box, Cylinder)
 

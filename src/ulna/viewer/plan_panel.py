@@ -12,7 +12,7 @@ from ulna.description.pose import quaternion_from_matrix
 from ulna.ik.task import Task
 from ulna.viewer.arm import Arm
 from ulna.viewer.html import marked, small_text
-from ulna.viewer.nodes import Handles, add_triangles
+from ulna.viewer.nodes import Handles, add_triangles, grown
 from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN, Color
 from ulna.viewer.plots import Plots
 from ulna.viewer.session.beginning import configurations_of
@@ -21,7 +21,10 @@ from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import HandPose
 
 _HOLD_HINT = "Whether this joint keeps its position"
-_HINT = "Drag the goal of the hand: a motion to it is planned that touches nothing, and again whenever an obstacle is moved"
+_WHAT = (
+    "Drag the goal of the hand: a motion to it is planned that touches nothing. It is planned again whenever the goal or an "
+    "obstacle is moved."
+)
 _PLAY, _PAUSE = "Play", "Pause"
 _NO_CURVES: dict[str, Curve] = {}
 _GHOST_OPACITY = 0.3
@@ -37,21 +40,26 @@ class Ghost:
         self._scene, self._arm, self._root = server.scene, arm, root
         self._nodes: dict[str, Any] = {}
 
-    def show(self, q: NDArray[np.float64] | None, color: Color) -> None:
-        """Show it at q, shape (n_dof,), in a colour; hide it if q is None."""
+    def show(self, q: NDArray[np.float64] | None, color: Color, now: NDArray[np.float64]) -> None:
+        """Show it at q, shape (n_dof,), in a colour, but for links that are there now; hide it if q is None."""
         robot = self._arm.robot
         if q is not None and not self._nodes:
             look = {"opacity": _GHOST_OPACITY, "cast_shadow": False, "receive_shadow": False}
             for k, (link, visual) in enumerate(self._arm.visuals.items()):
                 if robot.tree.link_row[link] < 0:
                     continue
-                self._nodes[link] = add_triangles(self._scene, f"{self._root}/{k}", visual.to_mesh(), color, **look)
+                self._nodes[link] = add_triangles(
+                    self._scene, f"{self._root}/{k}", grown(visual.to_mesh(), 3e-3 * self._arm.extent.radius), color, **look
+                )
         if q is not None:
             poses = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
+            still = dict(zip(robot.link_names, robot.link_poses(now), strict=True))
             for link, node in self._nodes.items():
                 node.position, node.wxyz, node.color = poses[link][:3, 3], quaternion_from_matrix(poses[link]), color
-        for node in self._nodes.values():
-            node.visible = q is not None
+                node.visible = not np.allclose(poses[link], still[link], atol=1e-3)
+        if q is None:
+            for node in self._nodes.values():
+                node.visible = False
 
 
 class Bands:
@@ -101,7 +109,8 @@ class PlanPanel:
         self.line = server.scene.add_line_segments("/plan/line", nothing, TRAIL, thickness=0.008 * size, visible=False)
         gui = server.gui
         refusal = session.unchecked
-        self.on = gui.add_checkbox("Plan a motion", initial_value=False, disabled=bool(refusal), hint=refusal or _HINT)
+        gui.add_html(small_text(_WHAT))
+        self.begin = gui.add_button("Plan a motion", disabled=bool(refusal), hint=refusal or None)
         self.sentence = gui.add_html(small_text(refusal) if refusal else "")
         self.known = gui.add_button_group("Plan to", tuple(self._known), visible=False)
         self.pose = HandPose(gui, self.planning, moved, "Goal", visible=False)
@@ -120,10 +129,12 @@ class PlanPanel:
         with gui.add_folder("Held joints", expand_by_default=False, visible=False) as self.held:
             names = (name for name in session.robot.joint_names if name not in session.held)
             self.holds = {name: gui.add_checkbox(f"Hold {name}", initial_value=False, hint=_HOLD_HINT) for name in names}
+        self.end = gui.add_button("End planning", color="gray", visible=False)
         self.bands = Bands(server.scene, size)
         self.plots = Plots(gui, session.robot, lambda: self._do(lambda: None))
         self._last, self._acted = time.perf_counter(), False
-        self.on.on_update(lambda _: self._do(lambda: self.planning.turn(on=self.on.value)))
+        for button, on in ((self.begin, True), (self.end, False)):
+            button.on_click(lambda _, on=on: self._do(lambda: self.planning.turn(on=on)))
         self.known.on_click(lambda event: self._do(lambda: self.planning.send_to(self._known[event.target.value])))
         self.smooth.on_update(lambda _: self._do(self._limit_jerk))
         self.upright.on_update(lambda _: self._do(self._keep))
@@ -167,8 +178,9 @@ class PlanPanel:
             self.on_line,
             self.held,
         )
-        for element in (*fields, self.mark):
+        for element in (*fields, self.mark, self.end):
             element.visible = planning.on
+        self.begin.visible = not planning.on
         self.handles.show(visible=planning.on)
         motion = None if shown is None else shown.motion
         self.play.disabled = self.along.disabled = motion is None
@@ -177,12 +189,13 @@ class PlanPanel:
             self.pose.show()
             color = UNKNOWN if shown is None else GREEN if motion is not None else RED
             self.mark.color = color
-            self.sentence.content = marked(planning.sentence, color, filled=shown is not None)
+            self.sentence.content = marked(planning.sentence, color, filled=shown is not None and motion is None)
         elif not self._session.unchecked:
             self.sentence.content = ""
         self.play.label = _PAUSE if planning.playing else _PLAY
         self.along.value = round(planning.share, 3)
-        self.ghost.show(shown.end if shown is not None and planning.on else None, GREEN if motion is not None else RED)
+        end = shown.end if shown is not None and planning.on else None
+        self.ghost.show(end, GREEN if motion is not None else RED, self._session.q)
         self.plots.show(_NO_CURVES if shown is None or not planning.on else shown.curves)
         self.line.visible = motion is not None
         if shown is not None and motion is not None:

@@ -8,13 +8,16 @@ import viser
 
 from ulna.collision.world import World
 from ulna.description.pose import pose
-from ulna.description.shapes import HalfSpace, Mesh
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Mesh, Sphere, UnknownShape
 from ulna.robot import Robot
 from ulna.viewer.arm import Extent
 from ulna.viewer.page import Page
-from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS
+from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS, TO_SUN
 from ulna.viewer.visuals import triangles
 
+_SUN, _SKY, _REFLECTIONS = 2.2, 1.4, 0.08  # intensities
+_BESIDE = 4.0  # radii of the robot: obstacles farther away do not lower the floor
+_SHADOW = 0.28  # of the shadows on the floor: their opacity
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
 _FROM = np.array([0.77, -0.72, 0.36])  # the direction from the robot to the camera
 _SIDES = {"aslant": _FROM, "front": (1.0, 0.0, 0.0), "left": (0.0, 1.0, 0.0), "top": (1e-3, 0.0, 1.0)}  # x is forward, y left
@@ -22,24 +25,42 @@ _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
 _ASPECT = 1.1  # width by height of the narrowest scene in which the robot fits at this distance
 
 
+def add_light(scene: viser.SceneApi) -> None:
+    """A sun with shadows, from where the recorder has it, and the light of the sky. viser's tone mapping cannot be changed."""
+    scene.configure_default_lights(enabled=False)
+    scene.configure_environment_map("studio", environment_intensity=_REFLECTIONS)
+    scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(198, 204, 214), intensity=_SKY)
+    scene.add_light_directional("/light/sun", intensity=_SUN, cast_shadow=True, position=tuple(10.0 * np.array(TO_SUN)))
+
+
+def add_floor(page: Page, height: float, cell: float, fade: float) -> viser.GridHandle:
+    """The floor's lines at a height [m], with cells of a side [m]; they fade out at a distance from the camera [m]."""
+    floor = page.floor = page.server.scene.add_grid(
+        "/floor",
+        infinite_grid=True,
+        fade_distance=fade,
+        fade_strength=1.6,
+        cell_size=cell,
+        section_size=6 * cell,
+        cell_thickness=0.5,
+        section_thickness=0.9,
+        cell_color=FLOOR_CELLS,
+        section_color=FLOOR_SECTIONS,
+        shadow_opacity=_SHADOW,
+        position=(0.0, 0.0, height),
+    )
+    return floor
+
+
 def add_stage(page: Page, extent: Extent) -> viser.GridHandle:
-    """Set the floor under the lowest point, z up, and a camera that sees all of the robot. Returns the floor."""
+    """Set the light, the floor under the lowest point, z up, and a camera that sees all of the robot. Returns the floor."""
     server = page.server
     radius, centre = extent.radius, extent.centre
     cell = next((step for step in _STEPS if step > radius / 10), _STEPS[-1])
-    height = min(float(extent.low[2]), 0.0) - 1e-3
     server.scene.set_up_direction("+z")
-    floor = page.floor = server.scene.add_grid(
-        "/floor",
-        width=24 * cell * np.ceil(radius / (6 * cell)),
-        height=24 * cell * np.ceil(radius / (6 * cell)),
-        cell_size=cell,
-        section_size=6 * cell,
-        cell_color=FLOOR_CELLS[page.dark],
-        section_color=FLOOR_SECTIONS[page.dark],
-        position=(0.0, 0.0, height),
-    )
+    add_light(server.scene)
     distance = 1.15 * radius / np.sin(_FIELD_OF_VIEW / 2)
+    floor = add_floor(page, min(float(extent.low[2]), 0.0) - max(1e-3, 4e-3 * radius), cell, 4.0 * distance)
     server.initial_camera.fov = _FIELD_OF_VIEW
     server.initial_camera.look_at = tuple(centre)
     server.initial_camera.position = tuple(centre + distance * _FROM / np.linalg.norm(_FROM))
@@ -49,12 +70,12 @@ def add_stage(page: Page, extent: Extent) -> viser.GridHandle:
 
 
 class SightPanel:
-    """Buttons for the sides from which a tab sees the scene, and a checkbox for dark colours."""
+    """Buttons for the sides from which a tab sees the scene, and a button for dark colours."""
 
     def __init__(self, page: Page) -> None:
         self._server = server = page.server
         self.sides = server.gui.add_button_group("See from", tuple(_SIDES))
-        page.add_dark_box()
+        page.add_dark_button()
         self.sides.on_click(self._turn)
 
     def _turn(self, event: viser.GuiEvent) -> None:
@@ -110,13 +131,24 @@ class Floor:
                 self._world.remove(NAME)
 
 
+def height_under(world: World, extent: Extent) -> float:
+    """The height of a floor under the obstacles near a robot [m]: what stands on it is not cut by it."""
+    lowest = [0.0]
+    for _, shape, T in world.items():
+        if isinstance(shape, Box | Sphere | Cylinder | Capsule | ConvexMesh):
+            points = triangles(shape).vertices @ T[:3, :3].T + T[:3, 3]
+            if np.abs(points - extent.centre).max() < _BESIDE * extent.radius:
+                lowest.append(float(points[:, 2].min()))
+    return min(lowest) - max(1e-3, 4e-3 * extent.radius)
+
+
 def floor_height(robot: Robot, drawn: float) -> float:
     """The height of a floor [m] that the fixed links do not touch: at most ``drawn``, the height of the drawn one [m]."""
     places = dict(zip(robot.link_names, robot.link_poses(robot.home), strict=True))
     lowest = [drawn]
     for link in robot.description.links:
         for body in link.collisions if robot.tree.link_row[link.name] < 0 else ():
-            if not isinstance(body.shape, Mesh | HalfSpace):
+            if not isinstance(body.shape, Mesh | HalfSpace | UnknownShape):
                 T = places[link.name] @ body.pose
                 lowest.append(float((triangles(body.shape).vertices @ T[2, :3] + T[2, 3]).min()) - _BELOW)
     return float(np.min(lowest))

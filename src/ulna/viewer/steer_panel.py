@@ -1,20 +1,27 @@
-"""Steers the hand by buttons that are held, or by their keys (``head.html``), and shows what limits it."""
+"""Steers the hand or single joints by buttons that are held, or by their keys (``head.html``), and shows what limits it."""
 
 import time
 from collections.abc import Callable
 from functools import partial
 
+import numpy as np
 import viser
 
+from ulna.robot.coordinates import coordinates_of
 from ulna.servo.command import CommandStatus
 from ulna.viewer.html import marked, small_text
-from ulna.viewer.palette import GREEN, RED, STOPPED, UNKNOWN
+from ulna.viewer.palette import AXES, GREEN, RED, STOPPED, UNKNOWN
 from ulna.viewer.session.session import Session
-from ulna.viewer.session.steering import Steering
+from ulna.viewer.session.steering import JOINTS, Steering
 
 _KEYS = {"x": ("↑", "↓"), "y": ("←", "→"), "z": ("PgUp", "PgDn")}  # of the positive and of the negative direction
-_HINT = "Hold a button, or its key, and the hand moves; it touches nothing, and comes to rest when you let go"
-_AXES = {"base": "base", "hand": "link"}
+_WHAT = (
+    "Hold a button, or its key, and the hand moves until you let go. It touches nothing: before an obstacle it slows down and "
+    "stops, and a sentence says why."
+)
+_AXES = {"base": "base", "hand": "link", "joints": JOINTS}
+_STEPS = {"while held": 0.0, "1 mm or 0.5°": 1.0, "1 cm or 5°": 10.0, "5 cm or 25°": 50.0}  # [mm or half a degree]
+_MM, _HALF_A_DEGREE = 1e-3, np.radians(0.5)
 _LONGEST_FRAME = 0.1  # [s] after a pause the arm does not jump
 _EVERY = 10.0  # [1/s]: messages of a button that is held
 _FINE = {
@@ -34,24 +41,37 @@ class SteerPanel:
     ) -> None:
         self._session, self._moved, self.steering = session, moved, Steering(session, jerk)
         refusal = session.unchecked
-        self.on = gui.add_checkbox("Steer the hand", initial_value=False, disabled=bool(refusal), hint=refusal or _HINT)
+        gui.add_html(small_text(_WHAT))
+        self.begin = gui.add_button("Steer the hand", disabled=bool(refusal), hint=refusal or None)
         self.sentence = gui.add_html(small_text(refusal) if refusal else "")
+        self.free = gui.add_button("Go to a free pose", hint="The nearest that is found, at once", color="orange", visible=False)
+        self.axes = gui.add_dropdown("Move along", tuple(_AXES), initial_value="base", visible=False)
+        self.step = gui.add_dropdown("Step", tuple(_STEPS), initial_value="while held", visible=False)
         self.speed = gui.add_slider("Speed [m/s]", min=0.01, max=0.5, step=0.01, initial_value=self.steering.speed, visible=False)
-        self.axes = gui.add_dropdown("Axes", tuple(_AXES), initial_value="base", visible=False)
         self.buttons = [
-            gui.add_button(f"{word} {'+-'[k]}{axis}  [{shift}{keys[k]}]", visible=False)
+            gui.add_button(f"{word} {'+-'[k]}{axis}  [{shift}{_KEYS[axis][k]}]", color=AXES[axis], visible=False)
             for word, shift in (("move", ""), ("turn", "⇧"))
-            for axis, keys in _KEYS.items()
+            for k in (0, 1)
+            for axis in _KEYS
+        ]
+        self.joints = [
+            gui.add_button(f"{'-+'[k]} {coordinate.name}", color="gray", visible=False)
+            for coordinate in coordinates_of(session.robot)
             for k in (0, 1)
         ]
-        for k, button in enumerate(self.buttons):
-            button.on_hold(partial(self._hold, k // 2, 1 - 2 * (k % 2)), callback_hz=_EVERY)
-        self.on.on_update(lambda _: self._do(lambda: self.steering.turn(on=self.on.value)))
+        self.stop = gui.add_button("End steering", color="gray", visible=False)
+        hand = [(3 * turn + axis, 1 - 2 * k) for turn in (0, 1) for k in (0, 1) for axis in range(3)]
+        joints = [(k // 2, 2 * (k % 2) - 1) for k in range(len(self.joints))]
+        for button, (entry, sign) in zip((*self.buttons, *self.joints), (*hand, *joints), strict=True):
+            button.on_hold(partial(self._hold, entry, sign), callback_hz=_EVERY)
+            button.on_click(partial(self._click, entry, sign))
+        self.begin.on_click(lambda _: self._do(lambda: self.steering.turn(on=True)))
+        self.stop.on_click(lambda _: self._do(lambda: self.steering.turn(on=False)))
+        self.free.on_click(lambda _: self._do(self.steering.go_free))
         self.speed.on_update(lambda _: self._do(self._choose))
         self.axes.on_update(lambda _: self._do(self._choose))
         self._last, self._acted = time.perf_counter(), True
         if on and not refusal:
-            self.on.value = True
             self.steering.turn(on=True)
 
     @property
@@ -69,16 +89,32 @@ class SteerPanel:
     def show(self) -> None:
         """Show the buttons, and what limits the hand."""
         steering, command = self.steering, self.steering.command
-        for element in (self.speed, self.axes, *self.buttons):
+        self.begin.visible = not steering.on
+        for element in (self.speed, self.axes, self.step, self.stop):
             element.visible = steering.on
+        by_joints = steering.expressed_in == JOINTS
+        for buttons, shown in ((self.buttons, not by_joints), (self.joints, by_joints)):
+            for button in buttons:
+                button.visible, button.disabled = steering.on and shown, not steering.can_move
+        self.free.visible = bool(steering.refusal) and steering.on
         color = UNKNOWN if command is None else GREEN if command.status in _FINE else STOPPED
         if steering.refusal or (command is not None and command.status == CommandStatus.NOT_CERTIFIED):
             color = RED
         if not self._session.unchecked:
-            self.sentence.content = marked(steering.sentence, color, filled=command is not None) if steering.on else ""
+            filled = bool(steering.refusal) or (command is not None and command.status not in _FINE)
+            self.sentence.content = marked(steering.sentence, color, filled=filled) if steering.on else ""
 
     async def _hold(self, entry: int, sign: int, _: viser.GuiEvent) -> None:
-        self._do(lambda: self.steering.hold(entry, sign))
+        if not _STEPS[self.step.value]:
+            self._do(lambda: self.steering.hold(entry, sign))
+
+    async def _click(self, entry: int, sign: int, _: viser.GuiEvent) -> None:
+        """Move by a step, unless the hand moves while a button is held."""
+        if n := _STEPS[self.step.value]:
+            turns = entry > 2
+            if self.steering.expressed_in == JOINTS:
+                turns = coordinates_of(self._session.robot)[entry].unit == "rad"
+            self._do(lambda: self.steering.step(entry, sign, n * (_HALF_A_DEGREE if turns else _MM)))
 
     def _choose(self) -> None:
         self.steering.speed, self.steering.expressed_in = self.speed.value, _AXES[self.axes.value]

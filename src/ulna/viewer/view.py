@@ -24,7 +24,7 @@ from ulna.viewer.page import HOST, Page
 from ulna.viewer.plan_panel import PlanPanel
 from ulna.viewer.readings import ClearancePanel, EllipsoidPanel, Notice
 from ulna.viewer.session.session import Session
-from ulna.viewer.stage import Floor, SightPanel, add_stage, floor_height
+from ulna.viewer.stage import Floor, SightPanel, add_stage, floor_height, height_under
 from ulna.viewer.steer_panel import SteerPanel
 
 FRAME_S = 1 / 60
@@ -57,6 +57,7 @@ class View:
         self.answer_time, begin_steering = 0.0, as_switch("steer", steer)
         self._event_time: float | None = None
         self._rehearsed = False
+        self._modes = False, False  # whether it planned and steered in the last frame
         self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self._moving else IDLE_S, self._failed)
         self.compiler = Compiler(self._loop.wake)
         self.session = Session(robot, world, q, self.compiler.ask)
@@ -73,6 +74,7 @@ class View:
         self.arm.move_to(session.q)
         extent = self.arm.extent
         ground = add_stage(self.page, extent)
+        self._floor_height, self._under = float(ground.position[2]), ()
         self.clearance = ClearancePanel(server, extent.radius)
         self.allow = server.gui.add_button(
             "Allow these contacts", hint="These links may touch from now on; Ctrl-Z takes it back", visible=False
@@ -211,6 +213,7 @@ class View:
                 self.hand.take()
             news = self.compiler.take_news()
             chosen = self.obstacles.take()
+            self._end_one_mode()
             planned = self.plans is not None and self.plans.take()
             steered = self.steer is not None and self.steer.take()
             if session.frame() or chosen or news or planned or steered:
@@ -218,6 +221,23 @@ class View:
             elif self.hand is not None:
                 self.hand.show()
             self.notice.show_compiling(self.compiler.names if self.compiler.busy_for > _LOADING_S else ())
+
+    def _end_one_mode(self) -> None:
+        """Either plan or steer: whichever was begun last."""
+        if self._planning and self._steering and self.plans is not None and self.steer is not None:
+            if self._modes[0]:
+                self.plans.planning.turn(on=False)
+            else:
+                self.steer.steering.turn(on=False)
+        self._modes = self._planning, self._steering
+
+    @property
+    def _planning(self) -> bool:
+        return self.plans is not None and self.plans.planning.on
+
+    @property
+    def _steering(self) -> bool:
+        return self.steer is not None and self.steer.steering.on
 
     def _failed(self, error: Exception | None) -> None:
         """Show on the page why a frame has failed; None removes the message."""
@@ -228,10 +248,15 @@ class View:
         hits = () if report is None else [pair for pair in report.pairs if pair.signed_distance <= 0.0]
         self.arm.move_to(session.q)
         self.arm.mark_touching(report.touching if report is not None else ())
+        pair = session.clearance.nearest
+        self.arm.show_near("" if pair is None or pair.signed_distance <= 0.0 else pair.name_a)  # what touches is red
         self.clearance.show(session.clearance)
         self.allow.visible = bool(session.own_contacts)
         if session.robot is not self._told:
             self._tell_allowed(session.robot)
+        if self._under != (under := session.world.objects()) and self.page.floor is not None:
+            self._under = under
+            self.page.floor.position = (0.0, 0.0, min(self._floor_height, height_under(session.world, self.arm.extent)))
         self.obstacles.show({pair.name_b for pair in hits if pair.link_b is None})
         self.ellipsoid.show()
         self.floor.show()
@@ -239,7 +264,8 @@ class View:
         self.configuration.show(session.q)
         if self.hand is not None:
             self.hand.show()
-            self.hand.handles.show(visible=self.plans is None or not self.plans.planning.on)
+            planning = self.plans is not None and self.plans.planning.on
+            self.hand.handles.show(visible=not planning and not self.obstacles.covers(session.hand_pose[:3, 3]))
         for panel in (self.plans, self.steer):
             if panel is not None:
                 panel.show()

@@ -1,10 +1,14 @@
-"""Makes the triangles of links and shapes: meshes with their materials, shapes, or the plain body."""
+"""Makes the triangles of links and shapes: meshes with their materials, shapes, or a body that is drawn."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from trimesh.exchange.gltf import export_glb
+from trimesh.visual import TextureVisuals
+from trimesh.visual.material import PBRMaterial
 
 from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import HeightMap, VoxelGrid
@@ -12,10 +16,11 @@ from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.reader import Beside, mesh_bytes, read_scene
 from ulna.description.pose import pose
 from ulna.description.robot_description import Body
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere, UnknownShape
 from ulna.errors import FileError
 from ulna.robot import Robot
-from ulna.viewer.plain_body import SHELL, joined, painted, plain_body
+from ulna.viewer.drawn_body import SHELL, drawn_body, joined, painted
+from ulna.viewer.panda_meshes import packaged_mesh, read_packaged
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +32,7 @@ class Visuals:
 
 
 def link_visuals(robot: Robot) -> Visuals:
-    """The visuals of a robot. A link with a missing mesh gets the plain body; all links do if none has visuals."""
+    """The visuals of a robot. A link with a missing mesh gets a body that is drawn; all links do if none has visuals."""
     files, scenes, missing = MeshFiles(robot.description), {}, {}
     for link in robot.description.links:
         try:
@@ -35,19 +40,49 @@ def link_visuals(robot: Robot) -> Visuals:
         except FileError as error:
             missing[str(error)] = link.name
     if missing or not any(scene.geometry for scene in scenes.values()):
-        plain, bare = plain_body(robot), set(missing.values()) or set(scenes)
-        scenes |= {name: scene for name, scene in plain.items() if name in bare}
+        drawn, bare = drawn_body(robot), set(missing.values()) or set(scenes)
+        scenes |= {name: scene for name, scene in drawn.items() if name in bare}
     return Visuals({name: scene for name, scene in scenes.items() if scene.geometry}, tuple(missing))
 
 
 def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
     """The triangles of a mesh file, scaled, with its materials: the same triangles as for collision checking."""
-    path = files.find(mesh.uri)
-    scene = read_scene(path, mesh_bytes(path), Beside(files, path))
+    try:
+        path = files.find(mesh.uri)
+    except FileError:
+        if (path := packaged_mesh(mesh.uri)) is None:
+            raise
+        scene = read_packaged(path)
+    else:
+        scene = read_scene(path, mesh_bytes(path), Beside(files, path))
     for geometry in scene.geometry.values():
         if isinstance(geometry, trimesh.Trimesh):
             geometry.merge_vertices()  # for smooth shading
     return scene.apply_transform(np.diag([*mesh.scale, 1.0]))
+
+
+def glb_of(scene: trimesh.Scene) -> bytes:
+    """A scene as a file for the page. Its colours are of linear light there, as glTF has them; here they are as on a screen."""
+    before = {name: mesh.visual for name, mesh in scene.geometry.items() if isinstance(mesh, trimesh.Trimesh)}
+    for name, visual in before.items():
+        if isinstance(visual, TextureVisuals) and (material := _in_linear_light(visual.material)) is not None:
+            scene.geometry[name].visual = TextureVisuals(uv=visual.uv, material=material)
+    try:
+        return export_glb(scene)
+    finally:
+        for name, visual in before.items():
+            scene.geometry[name].visual = visual
+
+
+def _in_linear_light(material: Any) -> PBRMaterial | None:
+    """A material without a texture, with its colour in linear light; None for one with a texture."""
+    pbr = material if isinstance(material, PBRMaterial) else material.to_pbr()
+    if pbr.baseColorTexture is not None:
+        return None
+    rgba = np.asarray(material.main_color, dtype=np.float64) / 255.0
+    light = np.where(rgba <= 0.04045, rgba / 12.92, ((rgba + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
+    rough = 0.5 if pbr.roughnessFactor is None else pbr.roughnessFactor
+    return PBRMaterial(baseColorFactor=[*light[:3], rgba[3]], metallicFactor=0.0, roughnessFactor=rough, alphaMode=pbr.alphaMode)
 
 
 def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh | PointCloud | HeightMap | VoxelGrid) -> trimesh.Trimesh:
@@ -75,6 +110,8 @@ def _coloured(body: Body, files: MeshFiles) -> trimesh.Scene:
         for mesh in scene.geometry.values():
             if isinstance(mesh, trimesh.Trimesh) and not (mesh.visual and mesh.visual.defined):
                 painted(mesh, rgba)
+    elif isinstance(body.shape, UnknownShape):
+        scene = trimesh.Scene()
     else:
         scene = trimesh.Scene(painted(triangles(body.shape), rgba))
     scene.apply_transform(body.pose)

@@ -203,6 +203,60 @@ def test_the_transpose_method_alone_solves_the_example_of_the_assignment(course,
     assert np.allclose(robot.ee(robot.inverse_kinematics(desired, HOME)), desired, rtol=0, atol=1e-9)
 
 
+def test_descent_never_climbs_and_ends_at_the_target(course, robot, monkeypatch):
+    target = pose((0.1, 0.2, -0.1)) @ robot.forward_kinematics_urdf(HOME)[-1]
+    monkeypatch.setattr(course, "PATIENCE", np.inf)
+    squares = []
+    for steps in range(0, 200, 5):
+        monkeypatch.setattr(course, "MAX_STEPS", steps)
+        q, has_arrived = robot._descend(target, np.array(HOME))
+        e = course._error(target, robot.forward_kinematics_urdf(q)[-1])
+        squares.append(e @ e)
+        assert not has_arrived
+    assert squares == sorted(squares, reverse=True)
+    assert squares[-1] < 0.01 * squares[0]
+
+
+def planar_arm(course, folder, n):
+    """An arm of n joints about parallel axes, with links of one metre along x."""
+    limits, metre = '<limit lower="-9" upper="9"/>', '<origin xyz="1 0 0"/>'
+    inside = [f"{limits}{metre if k else ''}<axis xyz='0 0 1'/></joint>" for k in range(n)]
+    joints = [joint(f"{k}", "revolute", f"link {k}", f"link {k + 1}").replace("</joint>", inside[k]) for k in range(n)]
+    tip = joint("tip", "fixed", f"link {n}", "tip").replace("</joint>", f"{metre}</joint>")
+    (folder / "arm.urdf").write_text(f"<robot name='arm'>{''.join(joints)}{tip}</robot>")
+    return course.FrankaRobot(folder / "arm.urdf", np.zeros((n, 4)), n)
+
+
+def test_descent_without_a_direction_ends_where_it_began(course, tmp_path):
+    """A stretched arm cannot shorten to first order."""
+    q, has_arrived = planar_arm(course, tmp_path, 2)._descend(pose((1, 0, 0.1034)), np.zeros(2))
+    assert not has_arrived
+    np.testing.assert_array_equal(q, [0, 0])
+
+
+def test_descent_that_has_come_to_rest_is_at_the_least_error(course, tmp_path, monkeypatch):
+    """One joint, a target beyond its circle: of 5 - 4 sin q + q^2 the least."""
+    monkeypatch.setattr(course, "PATIENCE", np.inf)
+    q, has_arrived = planar_arm(course, tmp_path, 1)._descend(pose((0, 2, 0.1034)), np.array([0.3]))
+    assert not has_arrived
+    assert 2 * np.cos(q[0]) == pytest.approx(q[0], abs=1e-6)
+
+
+@pytest.mark.slow
+def test_random_targets_from_random_starts_are_all_reached(course, robot, monkeypatch):
+    """Within the limits, about half of them by the Jacobian transpose alone."""
+    left_to_ulna, by_ulna = [], course.FrankaRobot._by_ulna
+    monkeypatch.setattr(course.FrankaRobot, "_by_ulna", lambda *it: left_to_ulna.append(it) or by_ulna(*it))
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        start, goal = rng.uniform(robot.lower, robot.upper, (2, 7))
+        found = robot.inverse_kinematics(robot.ee(goal), start)
+        e = course._error(*(robot.forward_kinematics_urdf(joints)[-1] for joints in (goal, found)))
+        assert max(np.linalg.norm(e[:3]), np.linalg.norm(e[3:])) < 1e-8
+        assert ((robot.lower <= found) & (found <= robot.upper)).all()
+    assert 15 < len(left_to_ulna) < 45
+
+
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-6, 1.0, pi - 1e-3, pi - 1e-5, pi - 1e-9, pi])
 def test_the_rotation_vector_gives_the_rotation_back(course, rng, angle):
     for axis in [*np.eye(3), *-np.eye(3), *rng.normal(size=(20, 3))]:

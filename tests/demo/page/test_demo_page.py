@@ -53,7 +53,7 @@ def test_the_arm_is_drawn_where_forward_kinematics_puts_it(app, page, still):
     wrist, hand = (app.demo.robot.forward_kinematics(app.player.q, link=link)[:3, 3] for link in ("panda_link6", "panda_link8"))
 
     def arm_is_there(image):
-        return all(np.count_nonzero(around(image, project(still, p), 10).max(axis=-1) < 245) > 200 for p in (wrist, hand))
+        return all(np.count_nonzero(around(image, project(still, p), 10).max(axis=-1) < 215) > 200 for p in (wrist, hand))
 
     wait_to_see(page, lambda: arm_is_there(pixels(page)), "the arm")
     app.set_configuration(app.demo.robot.home + np.array([2.5, 0, 0, 0, 0, 0, 0]))

@@ -164,7 +164,7 @@ def test_the_rotation_vector_equals_scipys(rng):
 
 
 @pytest.mark.parametrize(
-    ("name", "link"), [("panda", "panda_ee"), ("ur5", "ee_link"), ("pr2", "r_gripper_palm_link"), ("tiago", "hand_palm_link")]
+    ("name", "link"), [("panda", "panda_ee"), ("ur5", "tool0"), ("pr2", "r_gripper_palm_link"), ("tiago", "hand_palm_link")]
 )
 def test_the_hand_link_of_known_robots(name, link):
     assert hand_link(ulna.load(name)) == link

@@ -63,6 +63,26 @@ def test_the_hand_moves_as_the_button_says_and_rests_when_it_is_let_go(panda, st
     assert steered.sentence == "at rest"
 
 
+def test_the_way_out_is_a_free_pose_near_by_from_which_it_can_be_steered(panda, steered, clock):
+    steered._session.world.add("crate", ulna.Box((0.1, 0.1, 0.1)), panda.forward_kinematics(panda.home))
+    run(steered, clock, 0.1)
+    steered.go_free()
+    q, world = steered._session.q, steered._session.world
+    assert panda.signed_distance(q, world, self_collision=False) > 0.009
+    assert np.abs(q - panda.home).max() < 0.8
+    run(steered, clock, 0.1)
+    assert steered.can_move
+    assert (run(steered, clock, 0.3, (2, 1))[-1] != q).any()
+
+
+def test_where_no_free_pose_is_near_it_says_so(panda, steered, clock):
+    steered._session.world.add("all of it", ulna.Box((4.0, 4.0, 4.0)))
+    run(steered, clock, 0.1)
+    steered.go_free()
+    assert "no free pose" in steered.sentence
+    assert np.array_equal(steered._session.q, panda.home)
+
+
 def test_the_jerk_is_limited_if_it_is_to_be(panda, clock):
     steered = Steering(Session(panda, ulna.World()), jerk=50.0)
     steered.turn(on=True)
@@ -71,6 +91,25 @@ def test_the_jerk_is_limited_if_it_is_to_be(panda, clock):
     assert np.abs(went[-1] - panda.home).max() > 1e-3
     run(steered, clock, 1.5)
     assert steered.sentence == "at rest"
+
+
+def test_a_step_is_as_long_as_it_says_and_then_the_arm_rests(panda, steered, clock):
+    before = panda.forward_kinematics(panda.home)
+    run(steered, clock, 0.1)
+    steered.step(1, -1, 0.02)
+    after = panda.forward_kinematics(run(steered, clock, 1.5)[-1])
+    np.testing.assert_allclose((after - before)[:3, 3], (0, -0.02, 0), atol=1e-3)
+    assert steered.sentence == "at rest"
+
+
+def test_a_single_joint_is_moved_while_held_and_by_a_step(panda, steered, clock):
+    steered.expressed_in = "joints"
+    went = run(steered, clock, 0.5, (3, 1))
+    assert went[-1][3] - panda.home[3] > 0.05
+    np.testing.assert_allclose(np.delete(went[-1] - panda.home, 3), 0.0, atol=1e-9)
+    rest = run(steered, clock, 1.0)[-1]
+    steered.step(0, 1, np.radians(5))
+    np.testing.assert_allclose(run(steered, clock, 1.5)[-1] - rest, np.eye(7)[0] * np.radians(5), atol=2e-3)
 
 
 def test_axes_of_the_hand(panda, steered, clock):
@@ -93,7 +132,9 @@ def test_where_it_touches_already_it_refuses_and_says_why_until_it_was_moved(pan
     steered._session.world.add("crate", ulna.Box((0.1, 0.1, 0.1)), panda.forward_kinematics(panda.home))
     went = run(steered, clock, 0.3, (1, 1))
     assert (went == panda.home).all()
-    assert "not certainly free" in steered.sentence
+    assert steered.sentence.startswith("panda_link7 (box 12) and crate")
+    assert "go to a free pose" in steered.sentence
+    assert not steered.can_move
     steered._session.world.remove("crate")
     assert (run(steered, clock, 0.3, (1, 1))[-1] != panda.home).any()
 
@@ -119,3 +160,12 @@ def test_while_its_kernels_are_compiled_it_waits(panda, world, clock):
     steered.turn(on=True)
     assert (run(steered, clock, 0.2, (1, 1)) == panda.home).all()
     assert steered.sentence == "steering waits for the compiler"
+
+
+def test_an_obstacle_that_comes_into_a_resting_arm_is_named_at_once(panda, steered, clock):
+    run(steered, clock, 0.1)
+    assert steered.can_move
+    steered._session.world.add("crate", ulna.Box((0.1, 0.1, 0.1)), panda.forward_kinematics(panda.home))
+    run(steered, clock, 0.1)
+    assert "and crate touch" in steered.sentence
+    assert not steered.can_move

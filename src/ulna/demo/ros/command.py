@@ -9,11 +9,12 @@ import typer
 from ulna.cli.cell import Obstacles, ShownRobot
 from ulna.cli.depends import as_options, command
 from ulna.cli.options import Jerk, LinkName
-from ulna.cli.output import printable, progress_bar, warn, write
+from ulna.cli.output import printable, warn, write
 from ulna.demo.ros.adapter import load_ros, node_compiler
 from ulna.demo.ros.description import robot_description
 from ulna.demo.ros.servo_settings import Output, Settings
 from ulna.demo.scenario import RATE_HZ, Demo
+from ulna.engine.progress import progress_bar
 from ulna.errors import needs_extra
 from ulna.robot import load
 from ulna.robot.hand_link import hand_link

@@ -3,6 +3,7 @@
 A description may come from a stranger, so not every file that it names is opened (``readable``).
 """
 
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -10,7 +11,7 @@ from urllib.parse import unquote
 
 from lxml import etree
 
-from ulna.description.packages import places, resolve_uri
+from ulna.description.packages import NETWORK, case_twin, own_tree, places, resolve_uri
 from ulna.description.readable import Readable
 from ulna.errors import FileError, InputError, did_you_mean
 
@@ -31,7 +32,7 @@ class Rewritten(NamedTuple):
     n_triangles: int
 
 
-_OUTSIDE = "lies outside the description's folder, its package and package_dirs, so it is not read"
+_OUTSIDE = "lies outside the description's folder, its package or repository and package_dirs, so it is not read"
 MESHES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 
 
@@ -46,14 +47,17 @@ class Located(Protocol):
 
 
 class MeshFiles:
-    """Finds meshes in the description's folder, its package, ``package_dirs``, and packages found; and nowhere else.
+    """Finds meshes in the description's own tree (``own_tree``), ``package_dirs``, and packages found; and nowhere else.
 
-    A description from elsewhere could refer to ``file:///etc/passwd`` or use ``..``, and the viewer would serve that file.
+    A stranger's description could name any mesh of this machine, as ``file:///home/me/secret.stl`` or by ``..``, and the page
+    would show it. What the description's tree has, and what the caller names, may be read.
     """
 
     def __init__(self, description: Located) -> None:
         self.folder, self.package_dirs = description.folder, description.package_dirs
         self.readable = Readable(self.folder, [str(folder) for folder in self.package_dirs])
+        if (tree := own_tree(self.folder)) is not None:
+            self.readable.admit(tree)
 
     def find(self, uri: str) -> Path:
         """The file behind ``package://``, ``file://`` or a path that is relative to the description."""
@@ -75,6 +79,8 @@ class MeshFiles:
 
     def _readable(self, uri: str) -> Path:
         packages = places(uri, self.folder, self.package_dirs)
+        if uri.startswith(NETWORK):
+            raise FileError(uri, "lies on the network, and nothing is downloaded: save it beside the description")
         if not packages:
             raise FileError(uri, "leads out of its package, so it is not read")
         admitted = [path for path, package in packages.items() if package is not None or self.readable.admits(str(path))]
@@ -86,14 +92,37 @@ class MeshFiles:
             reason = "" if package is None else self.readable.admit_package(package, given=path in given)  # for its textures too
             if not reason and self.readable.admits(path):
                 return path
-            reasons.append(f"{package} {reason}; if it is the package, name its folder in package_dirs" if reason else _OUTSIDE)
-        raise FileError(uri, reasons[0] if reasons else _refusal(packages, admitted))
+            advice = f"{package} {reason}; if it is the package: package_dirs=[{str(package)!r}]"
+            reasons.append(advice if reason else f"{_OUTSIDE}; {self._advice(path)}")
+        raise FileError(uri, reasons[0] if reasons else self._refusal(uri, packages, admitted))
+
+    def _refusal(self, uri: str, packages: dict[Path, Path | None], admitted: list[Path]) -> str:
+        """Why nothing was found, and the argument that finds it."""
+        outside = [path for path in packages if path not in admitted]
+        if outside and (there := next((path for path in outside if path.is_file()), None)):
+            return f"{_OUTSIDE}; {self._advice(there)}"
+        if outside and not any(".." in Path(uri).parts or path.is_absolute() for path in outside):
+            return f"is relative, and a text lies in no folder: package_dirs=[...] names the one in which {uri!r} is"
+        if outside and not admitted:
+            return f"{_OUTSIDE}; and no file is there"
+        tried = f"no such file; tried {'; '.join(map(str, admitted))}"
+        if twin := next((twin for path in admitted if (twin := case_twin(path)) is not None), None):
+            return f"{tried}. Only upper and lower case differ from {twin}: rename one of them"
+        package = next((uri.partition("://")[2].partition("/")[0] for path in packages.values() if path is not None), "")
+        missing = package and not any(path is not None and path.is_dir() for path in packages.values())
+        return f"{tried}. package_dirs=[...] names the folder in which the package {package!r} lies" if missing else tried
+
+    def _advice(self, path: Path) -> str:
+        """The argument of ``load`` that lets a file be read: the folder that it shares with the description, or its own."""
+        real, home = path.resolve(), Path(os.path.expanduser("~")).resolve()  # noqa: PTH111 - it may not be known
+        shared = real.parent
+        if self.folder is not None:
+            common = Path(os.path.commonpath([real.parent, self.folder.resolve()]))
+            shared = real.parent if home.is_relative_to(common) or len(common.parts) < _SHALLOWEST else common
+        return f"if it is meant: package_dirs=[{str(shared)!r}] (--package-dir {shared})"
 
 
-def _refusal(packages: dict[Path, Path | None], admitted: list[Path]) -> str:
-    return _OUTSIDE if len(admitted) < len(packages) else f"no such file; tried {'; '.join(map(str, admitted))}"
-
-
+_SHALLOWEST = 3  # parts of a path: "/", "home", "me"
 _KINDS = ("given", "file")
 _NAMING_FILES = ("mesh", "texture")
 

@@ -7,6 +7,7 @@ import json
 import math
 import re
 import subprocess
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
@@ -19,7 +20,7 @@ from ulna.description.file_bytes import json_value
 from ulna.description.readable import OutsideError, Readable
 from ulna.description.xacro.child.parent import MAX_LINE, MAX_SENTENCE
 from ulna.description.xml import LONGEST
-from ulna.errors import DescriptionError, InputError, did_you_mean
+from ulna.errors import DescriptionError, DescriptionWarning, did_you_mean
 
 TIME_LIMIT_S = 20.0
 MEMORY_LIMIT_BYTES = 2 << 30
@@ -54,12 +55,17 @@ def expand_xacro(document: Document, xacro_args: Mapping[str, object], max_secon
     for name in arguments:
         if name not in declared and name not in expanded["asked"]:
             known = sorted(declared | (set(expanded["asked"]) - set(arguments)))
-            raise InputError("xacro_args", f"{source} has no argument {name!r}{did_you_mean(name, known)}")
+            _warn(f"{source} has no argument {name!r}, so that of xacro_args changes nothing{did_you_mean(name, known)}")
     try:
         expanded["urdf"].decode()
     except UnicodeDecodeError as error:
         raise DescriptionError(f"xacro: expands to text that is not Unicode ({error.reason})", source) from None
     return expanded["urdf"]
+
+
+def _warn(sentence: str) -> None:
+    """Warn of an argument that a document does not define: launch files of makers pass some, which xacro ignores."""
+    warnings.warn(sentence, DescriptionWarning, stacklevel=7)
 
 
 def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str, seconds: float) -> dict[str, Any]:

@@ -13,10 +13,10 @@ its own tree and of the other. They are lower bounds of the cost to come and to 
 """
 
 from ulna.drivers.planning.edge import passes
-from ulna.drivers.planning.tree import add_node, join, next_tree, pass_over, read_node, read_sample
-from ulna.engine.decorators import routine
+from ulna.drivers.planning.tree import add_node, is_full, join, needs_samples, next_tree, pass_over, read_node, read_sample
+from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH, lane_of
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.search_records import FULL, NO_SAMPLE, PAUSED, SOLVED
 from ulna.kernels.planning.space import distance, nearest_below_in_lanes, write_step
 
 _GOLDEN = 0.6180339887498949  # golden-ratio sequence: draw k of a parent uses frac(share + k phi)
@@ -24,17 +24,30 @@ _MOST_PARENTS = 8
 INF = float("inf")
 
 
+@kernel
+def grow_cheaper(context, samples, trees, steps, state):
+    """As ``rrt_connect.grow_trees``, by these iterations."""
+    while state.checks < state.until:
+        if is_full(trees, context.settings, state):
+            return FULL
+        if needs_samples(samples, state):
+            return NO_SAMPLE
+        if iterate_cheaper(context, samples, trees, steps, state):
+            return SOLVED
+    return PAUSED
+
+
 @routine
 def iterate_cheaper(context, samples, trees, steps, state):
     """Steps 1 to 4; whether the trees are joined, by a path that costs less than the bound."""
-    own, bound = next_tree(state), context.settings[layout.BOUND]
-    row = read_sample(samples, context.space, state, steps[0])
-    share = samples[row, context.space.shape[1]]
+    own, bound = next_tree(state), context.settings.bound
+    row = read_sample(samples, context.space, state, steps.target)
+    share = samples[row, context.space.shape[0]]
     parent, cost = cheaper_step(context, trees, own, steps, state, share)
     if parent < 0:
         return False
     parent, cost = cheaper_parent(context, trees, own, steps, state, parent, cost, share)
-    node = add_node(trees, own, state, steps[2], parent, INF)
+    node = add_node(trees, own, state, steps.new, parent, INF)
     set_cost(trees.costs[own], node, cost)
     other = connect_below(context, trees, 1 - own, steps, state, bound - cost)
     if other < 0:
@@ -45,40 +58,40 @@ def iterate_cheaper(context, samples, trees, steps, state):
 
 @routine
 def cheaper_step(context, trees, tree, steps, state, share):
-    """Steps 1 and 2, from the sample steps[0] to steps[2]: the node that takes the step, -1 if none does, and the end's cost."""
-    space, bound, rows, costs = context.space, context.settings[layout.BOUND], trees.rows[tree], trees.costs[tree]
-    target, at, new = steps[0], steps[1], steps[2]
+    """Steps 1 and 2, from the sample ``target`` to ``new``: the node that takes the step, -1 if none does, and the end's cost."""
+    space, bound, rows, costs = context.space, context.settings.bound, trees.rows[tree], trees.costs[tree]
+    target, at, new = steps.target, steps.at, steps.new
     least = from_roots(trees, tree, target, at, space, state)
     most = bound - from_roots(trees, 1 - tree, target, at, space, state)
-    node = nearest_below(rows, costs, state[tree], target, least + share * (most - least), space) if least < most else -1
+    node = nearest_below(rows, costs, state.nodes[tree], target, least + share * (most - least), space) if least < most else -1
     cost = INF
     if node >= 0:
         read_node(rows, node, at)
         way = distance(at, target, space)
         if way > 0.0:
-            write_step(at, target, min(1.0, context.settings[layout.RANGE] / way), space, new)
+            write_step(at, target, min(1.0, context.settings.range / way), space, new)
             cost = cost_of(costs, node) + distance(at, new, space)
     if cost == INF or cost + from_roots(trees, 1 - tree, new, at, space, state) >= bound:
         pass_over(state)
         return -1, INF
     read_node(rows, node, at)
-    state[layout.ITERATIONS] += 1
+    state.iterations += 1
     return (node, cost) if passes(context, at, new, trees.refused, state) else (-1, INF)
 
 
 @routine
 def cheaper_parent(context, trees, tree, steps, state, parent, cost, share):
-    """Step 3: a parent of the configuration steps[2] that makes it cheaper than ``cost``, if one is drawn; and that cost."""
-    space, rows, costs, at, new = context.space, trees.rows[tree], trees.costs[tree], steps[1], steps[2]
+    """Step 3: a parent of the configuration ``new`` that makes it cheaper than ``cost``, if one is drawn; and that cost."""
+    space, rows, costs, at, new = context.space, trees.rows[tree], trees.costs[tree], steps.at, steps.new
     least = from_roots(trees, tree, new, at, space, state)
     for _ in range(_MOST_PARENTS):
         share = (share + _GOLDEN) % 1.0
-        candidate = nearest_below(rows, costs, state[tree], new, least + share * (cost - least), space)
+        candidate = nearest_below(rows, costs, state.nodes[tree], new, least + share * (cost - least), space)
         if candidate < 0:
             break
         read_node(rows, candidate, at)
         way = distance(at, new, space)
-        if candidate == parent or way > context.settings[layout.RANGE] or cost_of(costs, candidate) + way >= cost:
+        if candidate == parent or way > context.settings.range or cost_of(costs, candidate) + way >= cost:
             break
         if not passes(context, at, new, trees.refused, state):
             break
@@ -88,20 +101,20 @@ def cheaper_parent(context, trees, tree, steps, state, parent, cost, share):
 
 @routine
 def connect_below(context, trees, tree, steps, state, bound):
-    """Step 4, towards the configuration steps[2]: the node of the tree that reaches it for less than a bound, or -1."""
-    space, new, at, goal = context.space, steps[0], steps[1], steps[2]
+    """Step 4, towards the configuration ``new``: the node of the tree that reaches it for less than a bound, or -1."""
+    space, new, at, goal = context.space, steps.target, steps.at, steps.new
     rows, costs = trees.rows[tree], trees.costs[tree]
-    node = nearest_below(rows, costs, state[tree], goal, bound, space)
+    node = nearest_below(rows, costs, state.nodes[tree], goal, bound, space)
     if node < 0:
         return -1
     read_node(rows, node, at)
-    for _ in range(int(context.settings[layout.ROOM]) - 2):
+    for _ in range(context.settings.max_steps):
         way, cost = distance(at, goal, space), cost_of(costs, node)
         if way == 0.0:
             return node if cost < bound else -1
-        if cost + way >= bound or state[layout.CHECKS] >= state[layout.MOST]:
+        if cost + way >= bound or state.checks >= state.max_checks:
             return -1
-        share = min(1.0, context.settings[layout.RANGE] / way)
+        share = min(1.0, context.settings.range / way)
         write_step(at, goal, share, space, new)
         if not passes(context, at, new, trees.refused, state):
             return -1
@@ -109,7 +122,7 @@ def connect_below(context, trees, tree, steps, state, bound):
         set_cost(costs, node, cost + distance(at, new, space))
         if share == 1.0:
             return node
-        for k in range(space.shape[1]):
+        for k in range(space.shape[0]):
             at[k] = new[k]
     return -1
 
@@ -118,7 +131,7 @@ def connect_below(context, trees, tree, steps, state, bound):
 def from_roots(trees, tree, q, at, space, state):
     """The distance of q from the nearest root of a tree."""
     least = INF
-    for root in range(1 if tree == 0 else state[layout.GOAL_ROOTS]):
+    for root in range(1 if tree == 0 else state.goal_roots):
         read_node(trees.rows[tree], root, at)
         least = min(least, distance(at, q, space))
     return least

@@ -5,24 +5,25 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.carried import carried_by
-from ulna.drivers.continuous import BREADTH, edge_is_free, edge_is_free_at_samples, interval_work
-from ulna.drivers.planning.keeping import Keeping, keeping_of, keeps_all
+from ulna.drivers.continuous import BREADTH, edge_is_free, edge_is_free_at_samples
+from ulna.drivers.planning.keeping import Keeping, keeps_all
 from ulna.engine.decorators import kernel, routine, workspace
 from ulna.engine.lanes import WIDTH
-from ulna.kernels.collision.ball_motion import world_rounding
 from ulna.kernels.collision.scene import Scene
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.search_records import MAX_REFUSED, SearchSettings
 from ulna.kernels.planning.space import distance
 
 
 class EdgeContext(NamedTuple):
-    """All that ``is_free`` needs besides an edge: the scene with its workspaces, the settings, the space."""
+    """All that ``is_free`` needs besides an edge: the scene with its workspaces, the settings, the space.
+
+    An entry makes it, since Numba lets no function return a record.
+    """
 
     scene: Scene
     carried: NamedTuple
     work: tuple
-    settings: NDArray
+    settings: SearchSettings
     space: NDArray
     of_world: float
     no_spread: NDArray
@@ -31,22 +32,12 @@ class EdgeContext(NamedTuple):
 
 
 @workspace
-def context_of(scene, settings, space, keeps):
-    """The context of a scene, and of constraints."""
-    carried, work, keeping = carried_by(scene), interval_work(space.shape[1]), keeping_of(scene.joints, keeps, space)
-    return EdgeContext(scene, carried, work, settings, space, world_rounding(scene), np.zeros(space.shape[1]), keeping)
-
-
-@workspace
-def without_turns(context):
-    """The context of edges from q_a straight to q_b, also where a joint that turns without end has a shorter way."""
-    space = context.space.copy()
-    for k in range(space.shape[1]):
-        space[layout.PERIOD, k] = 0.0
-    return EdgeContext(
-        context.scene, context.carried, context.work, context.settings, space, context.of_world, context.no_spread,
-        context.keeping,
-    )  # fmt: skip
+def without_turns(space):
+    """The space of edges from q_a straight to q_b, also where a joint that turns without end has a shorter way."""
+    space = space.copy()
+    for k in range(space.shape[0]):
+        space[k].period = 0.0
+    return space
 
 
 @routine
@@ -57,7 +48,7 @@ def is_free(context, q_a, q_b, spread):
     """
     if not keeps_all(context.scene.joints, context.keeping, context.work, q_a, q_b, spread):
         return False
-    return is_clear(context, q_a, q_b, spread, context.settings[layout.RESOLUTION])
+    return is_clear(context, q_a, q_b, spread, context.settings.resolution)
 
 
 @routine
@@ -67,7 +58,7 @@ def is_clear(context, q_a, q_b, spread, resolution):
     resolution: of the certificate [m]; infinite for one look at the edge.
     """
     scene, carried, work, settings, of_world = context.scene, context.carried, context.work, context.settings, context.of_world
-    margin, sampled = settings[layout.MARGIN], settings[layout.SAMPLED]
+    margin, sampled = settings.margin, settings.sample_spacing
     if sampled > 0.0:
         n_blocks = max(1, int(np.ceil(distance(q_a, q_b, context.space) / (sampled * WIDTH))))
         return edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world)
@@ -77,7 +68,7 @@ def is_clear(context, q_a, q_b, spread, resolution):
 @kernel
 def passes(context, q_a, q_b, refused, state):
     """Count an edge of a search; whether it is free. One that is not is kept in ``refused``, in the place of the oldest."""
-    state[layout.CHECKS] += 1
+    state.checks += 1
     if is_free(context, q_a, q_b, context.no_spread):
         return True
     keep(q_a, q_b, refused, state)
@@ -87,7 +78,7 @@ def passes(context, q_a, q_b, refused, state):
 @routine
 def keep(q_a, q_b, refused, state):
     """Keep an edge that is not free."""
-    place = state[layout.REFUSED] % layout.MOST_REFUSED
-    state[layout.REFUSED] += 1
+    place = state.refused % MAX_REFUSED
+    state.refused += 1
     for k in range(refused.shape[2]):
         refused[place, 0, k], refused[place, 1, k] = q_a[k], q_b[k]

@@ -14,7 +14,7 @@ from ulna.drivers.planning.keeping import keeps_all, project
 from ulna.drivers.planning.tree import add_node, read_sample, sample_entry
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.search_records import BESIDE, REACHED, STOPPED
 from ulna.kernels.planning.space import distance, write_step
 
 LEAST_PROGRESS = 0.25  # of a stride: less leads nowhere
@@ -25,7 +25,7 @@ def extend(context, trees, tree, near, step, radius, state):
     """Add the nodes of a step from a node of a tree. Returns the last node, or -1 if none was added, and how the step ended.
 
     step: the node's configuration, and the one to reach, which becomes the last node's. The end is STOPPED, BESIDE or REACHED
-    (``planning_layout``).
+    (``search_records``).
     """
     return extend_by(context.keeping, context, trees, tree, near, step, radius, state)
 
@@ -36,30 +36,30 @@ def extend_by(keeping, context, trees, tree, near, step, radius, state):
     if keeping is not None:
         return extend_along(context, trees, tree, near, step[0], step[1], radius, state)
     if not passes(context, step[0], step[1], trees.refused, state):
-        return -1, layout.STOPPED
-    return add_node(trees, tree, state, step[1], near, radius), layout.REACHED
+        return -1, STOPPED
+    return add_node(trees, tree, state, step[1], near, radius), REACHED
 
 
 @routine
 def extend_along(context, trees, tree, near, at, new, radius, state):
     """``extend`` along the constraints; ``at`` is moved to the last node."""
-    curve, settings, space, node, end = context.keeping.curve, context.settings, context.space, near, layout.BESIDE
+    curve, settings, space, node, end = context.keeping.curve, context.settings, context.space, near, BESIDE
     aim = curve[WIDTH + 1]
-    for _ in range(int(settings[layout.STRIDES])):
+    for _ in range(settings.max_strides):
         left = distance(at, new, space)
-        share = min(1.0, settings[layout.STRIDE] / left)
+        share = min(1.0, settings.stride / left)
         write_step(at, new, share, space, aim)
         n, end = write_curve(context, at, aim, state)
         for i in range(n):
             node = add_node(trees, tree, state, curve[i], node, radius)
         if n > 0:
             copy_point(curve[n - 1], at)
-        if end == layout.STOPPED:
+        if end == STOPPED:
             keep(at, curve[WIDTH], trees.refused, state)
-        if end == layout.STOPPED or share == 1.0:
+        if end == STOPPED or share == 1.0:
             break
-        end = layout.BESIDE
-        if gains_little(at, new, left, share, space) or state[layout.CHECKS] >= state[layout.MOST]:
+        end = BESIDE
+        if gains_little(at, new, left, share, space) or state.checks >= state.max_checks:
             break
     copy_point(at, new)
     return (node if node != near else -1), end
@@ -85,22 +85,22 @@ def write_curve(context, q_a, q_b, state):
     All its edges are free and keep the constraints. Where it is STOPPED, the last row has what could not be reached.
     """
     rows, curve, n, done = context.keeping.way_rows, context.keeping.curve, 0, 0
-    state[layout.CHECKS] += 1
+    state.checks += 1
     if keeps_all(context.scene.joints, context.keeping, context.work, q_a, q_b, context.no_spread):
-        free = is_clear(context, q_a, q_b, context.no_spread, context.settings[layout.RESOLUTION])
+        free = is_clear(context, q_a, q_b, context.no_spread, context.settings.resolution)
         copy_point(q_b, curve[0 if free else WIDTH])
-        return (1, layout.REACHED) if free else (0, layout.STOPPED)
+        return (1, REACHED) if free else (0, STOPPED)
     write_way(q_a, q_b, rows)
     project(context.scene.joints, context.keeping, q_a, context.no_spread, rows)
-    end = layout.REACHED
+    end = REACHED
     for k in range(q_b.shape[0]):
-        end = end if rows[k, WIDTH - 1] == q_b[k] else layout.BESIDE
-    size = WIDTH // 2 if end == layout.REACHED else WIDTH
+        end = end if rows[k, WIDTH - 1] == q_b[k] else BESIDE
+    size = WIDTH // 2 if end == REACHED else WIDTH
     while done < WIDTH and size > 0:
         size = min(size, WIDTH - done)
         for k in range(q_b.shape[0]):
             curve[WIDTH, k] = rows[k, done + size - 1]
-        state[layout.CHECKS] += 1
+        state.checks += 1
         before = curve[n - 1] if n > 0 else q_a
         if keeps_all(context.scene.joints, context.keeping, context.work, before, curve[WIDTH], context.no_spread):
             copy_point(curve[WIDTH], curve[n])
@@ -110,7 +110,7 @@ def write_curve(context, q_a, q_b, state):
     clear = clear_until(context, q_a, n, state)
     if clear < n:
         copy_point(curve[clear], curve[WIDTH])
-    return clear, end if clear == n and done == WIDTH else layout.STOPPED
+    return clear, end if clear == n and done == WIDTH else STOPPED
 
 
 @routine
@@ -121,8 +121,8 @@ def clear_until(context, q_a, n, state):
         size = min(size, n - done)
         before = curve[done - 1] if done > 0 else q_a
         write_spread(curve, done, size, before, spread)
-        state[layout.CHECKS] += 1
-        if is_clear(context, before, curve[done + size - 1], spread, np.inf if size > 1 else context.settings[layout.RESOLUTION]):
+        state.checks += 1
+        if is_clear(context, before, curve[done + size - 1], spread, np.inf if size > 1 else context.settings.resolution):
             done += size
         elif size == 1:
             return done
@@ -166,15 +166,15 @@ def read_target(keeping, context, samples, state, q):
 def read_sample_along(context, samples, state, q):
     """Write the configuration of the next sample to q, projected onto the constraints, eight samples at once."""
     rows, block, space = context.keeping.sample_rows, context.keeping.sampled, context.space
-    if block[0] != state[layout.SAMPLE] // WIDTH:
-        block[0] = state[layout.SAMPLE] // WIDTH
+    if block[0] != state.sample // WIDTH:
+        block[0] = state.sample // WIDTH
         for lane in range(WIDTH):
-            row = min(block[0] * WIDTH + lane - state[layout.FIRST_SAMPLE], samples.shape[0] - 1)
+            row = min(block[0] * WIDTH + lane - state.first_sample, samples.shape[0] - 1)
             for k in range(q.shape[0]):
                 rows[k, lane] = sample_entry(samples, space, row, k)
         for k in range(q.shape[0]):
             q[k] = rows[k, 0]
         project(context.scene.joints, context.keeping, q, context.no_spread, rows)
     for k in range(q.shape[0]):
-        q[k] = rows[k, state[layout.SAMPLE] % WIDTH]
-    state[layout.SAMPLE] += 1
+        q[k] = rows[k, state.sample % WIDTH]
+    state.sample += 1

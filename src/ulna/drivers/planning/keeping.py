@@ -20,11 +20,11 @@ from ulna.drivers.carried import steps_of
 from ulna.drivers.continuous import BREADTH, interval_work, split_next, write_places
 from ulna.engine.decorators import entry, kernel, routine, shared_routine, workspace
 from ulna.engine.lanes import WIDTH, any_lane, empty_rows, load, splat, store
-from ulna.engine.signatures import MATRIX, NUMBER, NUMBERS, TABLE
+from ulna.engine.signatures import MATRIX, NUMBER, NUMBERS, TABLE, Array, Group
 from ulna.kernels.chain.poses import tree_poses
 from ulna.kernels.collision.ball_motion import INSTANT, write_steps, write_twists
 from ulna.kernels.ik.search_layout import N_SYSTEM
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.constraint_records import Constraint, Constraints
 from ulna.kernels.planning.keeping import keep_shares, write_keep_bounds
 from ulna.kernels.planning.projection import project_step
 
@@ -48,8 +48,8 @@ class Moving(NamedTuple):
 class Keeping(NamedTuple):
     """Constraints, with room to bound and to project them."""
 
-    keeps: NDArray
-    """The constraints (``planning_layout``), KEEP_ROWS rows each."""
+    keeps: Constraints
+    """The constraints."""
     slacks: NDArray
     """What rounding and the spread add to each (``kernels.planning.keeping``), shape (n, 3)."""
     share_rows: NDArray
@@ -73,16 +73,29 @@ class Keeping(NamedTuple):
 
 @workspace
 def keeping_of(joints, keeps, space):
-    """Constraints with their room, or None. space: where configurations are projected, with n_dof columns."""
+    """Constraints with their room, or None. space: where configurations are projected."""
     if keeps is None:
         return None
-    n, n_joints, n_dof = keeps.shape[0] // layout.KEEP_ROWS, joints.shape[0], space.shape[1]
+    return room_of(joints, keeps, bounds_of(space))
+
+
+@workspace
+def bounds_of(space):
+    """Lower and then upper bounds of q, 2 n_dof rows."""
+    n_dof = space.shape[0]
     bound_rows = empty_rows(2 * n_dof)
     for k in range(n_dof):
-        turns = space[layout.PERIOD, k] > 0.0
+        turns = space[k].period > 0.0
         for lane in range(WIDTH):
-            bound_rows[k, lane] = -_INF if turns else space[layout.LOW, k]
-            bound_rows[n_dof + k, lane] = _INF if turns else space[layout.HIGH, k]
+            bound_rows[k, lane] = -_INF if turns else space[k].low
+            bound_rows[n_dof + k, lane] = _INF if turns else space[k].high
+    return bound_rows
+
+
+@workspace
+def room_of(joints, keeps, bound_rows):
+    """Constraints with their room. bound_rows: of q; none if nothing is projected."""
+    n, n_joints, n_dof = keeps.allowed.shape[0], joints.shape[0], bound_rows.shape[0] // 2
     moving = Moving(
         steps_of(joints), np.empty((2 * n, n_joints + 1)), np.empty((2 * n, n_joints + 1)),
         empty_rows(12 * n_joints), empty_rows(6 * n_joints),
@@ -94,10 +107,13 @@ def keeping_of(joints, keeps, space):
     )  # fmt: skip
 
 
-@entry((TABLE, TABLE, MATRIX, MATRIX, NUMBER, NUMBER, NUMBER, NUMBERS))
+CONSTRAINTS = Group((TABLE, Array(Constraint, 1, constant=True)), Constraints)
+
+
+@entry((TABLE, CONSTRAINTS, MATRIX, MATRIX, NUMBER, NUMBER, NUMBER, NUMBERS))
 def shares_of_edges(joints, keeps, q_a, q_b, level, apart, most, shares):
     """Write to shares, shape (n,), the bound of the edge from each row of q_a to that of q_b; see ``greatest_share``."""
-    keeping, work, no_spread = keeping_of(joints, keeps, q_a[:0]), interval_work(q_a.shape[1]), np.zeros(q_a.shape[1])
+    keeping, work, no_spread = room_of(joints, keeps, empty_rows(0)), interval_work(q_a.shape[1]), np.zeros(q_a.shape[1])
     for e in range(q_a.shape[0]):
         shares[e] = greatest_share(joints, keeping, work, q_a[e], q_b[e], no_spread, level, apart, most)
     return True
@@ -168,7 +184,7 @@ def project(joints, keeping, near, no_spread, q_rows):
         active = load(keeping.share_rows, 0) > 1.0 - APART
         if not any_lane(active):
             return
-        for i in range(keeping.keeps.shape[0] // layout.KEEP_ROWS):
+        for i in range(keeping.keeps.allowed.shape[0]):
             step_towards(joints, keeping, i, active, q_rows)
 
 
@@ -176,5 +192,4 @@ def project(joints, keeping, near, no_spread, q_rows):
 def step_towards(joints, keeping, i, active, q_rows):
     """Move the active lanes by one step towards constraint i."""
     tree_poses(joints, q_rows, keeping.moving.joint_rows)
-    rows = keeping.moving.joint_rows, keeping.bound_rows, keeping.jacobian_rows, keeping.system_rows
-    project_step(joints, keeping.keeps, i, active, q_rows, *rows)
+    project_step(joints, keeping, i, active, q_rows)

@@ -18,22 +18,52 @@ import numpy as np
 
 from ulna.drivers.planning.edge import passes
 from ulna.drivers.planning.extension import extend, gains_little, read_target
-from ulna.drivers.planning.tree import join, nearest_node, next_tree, pass_over, read_node
+from ulna.drivers.planning.tree import is_full, join, nearest_node, needs_samples, next_tree, pass_over, read_node
 from ulna.engine.decorators import kernel
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.search_records import (
+    BESIDE,
+    FAILURES_PER_HALF,
+    FULL,
+    MAX_HALVES,
+    MAX_SKIPPED,
+    NO_SAMPLE,
+    PAUSED,
+    REACHED,
+    SOLVED,
+    STOPPED,
+)
 from ulna.kernels.planning.space import adapted_domain, distance, write_step
+
+
+@kernel
+def grow_trees(context, samples, trees, steps, state):
+    """Search until the trees are joined, or ``state.until`` edges were checked, or nodes or samples run out.
+
+    Returns SOLVED, PAUSED, FULL or NO_SAMPLE.
+    """
+    while state.checks < state.until:
+        if state.direct < state.nodes[1]:
+            if joins_directly(context, trees, steps, state):
+                return SOLVED
+        elif is_full(trees, context.settings, state):
+            return FULL
+        elif needs_samples(samples, state):
+            return NO_SAMPLE
+        elif iterate(context, samples, trees, steps, state):
+            return SOLVED
+    return PAUSED
 
 
 @kernel
 def joins_directly(context, trees, steps, state):
     """Step 1: whether the straight edge from the first start to the next node of the second tree is free."""
-    goal = state[layout.DIRECT]
-    state[layout.DIRECT] += 1
-    read_node(trees.rows[0], 0, steps[0])
-    read_node(trees.rows[1], goal, steps[1])
-    write_step(steps[0], steps[1], 1.0, context.space, steps[2])
+    goal, at, end = state.direct, steps.at, steps.new
+    state.direct += 1
+    read_node(trees.rows[0], 0, steps.target)
+    read_node(trees.rows[1], goal, at)
+    write_step(steps.target, at, 1.0, context.space, end)
     node = 0
-    if not passes(context, steps[0], steps[2], trees.refused, state):
+    if not passes(context, steps.target, end, trees.refused, state):
         node = connect_along(context.keeping, context, trees, goal, steps, state)
     if node >= 0:
         join(state, 0, node, goal)
@@ -45,37 +75,24 @@ def connect_along(keeping, context, trees, goal, steps, state):
     """With constraints, where the straight edge to the first goal is not free: the node by which they lead there, or -1."""
     if keeping is None:
         return -1
-    return connect(context, trees, 0, steps, state) if goal == 0 else -1
+    return connect(context, trees, 0, steps.new, (steps.at, steps.target), state) if goal == 0 else -1
 
 
 @kernel
 def iterate(context, samples, trees, steps, state):
     """Steps 2 to 5; whether the trees are joined."""
-    settings, space, own = context.settings, context.space, next_tree(state)
-    rows, radii = trees.rows[own], trees.radii
-    target, at, new = steps[0], steps[1], steps[2]
-    read_target(context.keeping, context, samples, state, target)
-    near = nearest_node(rows, state[own], target, space)
-    read_node(rows, near, at)
+    target, at, new, space, own = steps.target, steps.at, steps.new, context.space, next_tree(state)
+    read_target(context.keeping, context, samples, state, target)  # 2
+    near = nearest_node(trees.rows[own], state.nodes[own], target, space)  # 3
+    read_node(trees.rows[own], near, at)
     way = distance(at, target, space)
-    if way == 0.0 or (way > radii[own, near] and state[layout.IN_A_ROW] < layout.MOST_IN_A_ROW):
-        state[layout.IN_A_ROW] += 1
-        pass_over(state)
+    if is_skipped(way, trees.radii[own, near], state):
         return False
-    state[layout.IN_A_ROW] = 0
-    state[layout.ITERATIONS] += 1
-    halves = min(layout.MOST_HALVES, state[layout.FAILED + own] // layout.FAILED_A_HALF)
-    write_step(at, target, min(1.0, settings[layout.RANGE] / (1 << halves) / way), space, new)
-    before, domain, least = radii[own, near], settings[layout.DOMAIN], settings[layout.LEAST_DOMAIN]
-    rate = settings[layout.ADAPTATION]
-    grown = adapted_domain(before, extended=True, domain=domain, least=least, rate=rate)
-    node, _ = extend(context, trees, own, near, (at, new), grown, state)
-    extended = node >= 0
-    radii[own, near] = grown if extended else adapted_domain(before, extended=False, domain=domain, least=least, rate=rate)
-    state[layout.FAILED + own] = 0 if extended else state[layout.FAILED + own] + 1
-    if not extended:
+    write_step(at, target, min(1.0, longest_step(context.settings, own, state) / way), space, new)  # 4
+    node = grow(context, trees, own, near, (at, new), state)
+    if node < 0:
         return False
-    other = connect(context, trees, 1 - own, steps, state)
+    other = connect(context, trees, 1 - own, new, (at, target), state)  # 5
     if other < 0:
         return False
     join(state, own, node, other)
@@ -83,27 +100,56 @@ def iterate(context, samples, trees, steps, state):
 
 
 @kernel
-def connect(context, trees, tree, steps, state):
-    """Step 5, towards the configuration steps[2]: the node of the tree that reaches it, or -1."""
-    settings, space, rows = context.settings, context.space, trees.rows[tree]
-    new, at, goal = steps[0], steps[1], steps[2]
-    node = nearest_node(rows, state[tree], goal, space)
+def is_skipped(way, radius, state):
+    """Step 3: whether a sample so far away from the nearest node, which has a domain of a radius, is skipped."""
+    if way == 0.0 or (way > radius and state.skipped_in_a_row < MAX_SKIPPED):
+        state.skipped_in_a_row += 1
+        pass_over(state)
+        return True
+    state.skipped_in_a_row = 0
+    state.iterations += 1
+    return False
+
+
+@kernel
+def longest_step(settings, own, state):
+    """Step 4: how long a step of a tree towards a sample may be."""
+    return settings.range / (1 << min(MAX_HALVES, state.failures[own] // FAILURES_PER_HALF))
+
+
+@kernel
+def grow(context, trees, own, near, step, state):
+    """Step 4: extend a tree by a step from a node, and adapt the node's domain. The last node, or -1 if none was added."""
+    settings, radii = context.settings, trees.radii
+    before = radii[own, near]
+    grown = adapted_domain(before, settings, extended=True)
+    node, _ = extend(context, trees, own, near, step, grown, state)
+    radii[own, near] = grown if node >= 0 else adapted_domain(before, settings, extended=False)
+    state.failures[own] = 0 if node >= 0 else state.failures[own] + 1
+    return node
+
+
+@kernel
+def connect(context, trees, tree, goal, step, state):
+    """Step 5, towards a configuration: the node of the tree that reaches it, or -1. step: room for two configurations."""
+    settings, space, rows, (at, new) = context.settings, context.space, trees.rows[tree], step
+    node = nearest_node(rows, state.nodes[tree], goal, space)
     read_node(rows, node, at)
-    for _ in range(int(settings[layout.ROOM]) - 2):
+    for _ in range(settings.max_steps):
         way = distance(at, goal, space)
         if way == 0.0:
             return node
-        if state[layout.CHECKS] >= state[layout.MOST]:
+        if state.checks >= state.max_checks:
             return -1
-        share = min(1.0, settings[layout.RANGE] / way)
+        share = min(1.0, settings.range / way)
         write_step(at, goal, share, space, new)
         node, end = extend(context, trees, tree, node, (at, new), np.inf, state)
-        if end == layout.STOPPED:
+        if end == STOPPED:
             return -1
-        if share == 1.0 and end == layout.REACHED:
+        if share == 1.0 and end == REACHED:
             return node
-        if end == layout.BESIDE and gains_little(new, goal, way, share, space):
+        if end == BESIDE and gains_little(new, goal, way, share, space):
             return -1
-        for k in range(space.shape[1]):
+        for k in range(space.shape[0]):
             at[k] = new[k]
     return -1

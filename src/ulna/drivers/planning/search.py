@@ -6,77 +6,70 @@ and its bits do not depend on where. There is no clock in it: the samples are gi
 
 import numpy as np
 
-from ulna.drivers.planning.aorrtc import iterate_cheaper
-from ulna.drivers.planning.edge import context_of, without_turns
-from ulna.drivers.planning.rrt_connect import iterate, joins_directly
-from ulna.drivers.planning.shortening import shorten_path
-from ulna.drivers.planning.tree import drop_repeats, rows_for, write_found
-from ulna.engine.decorators import entry, kernel
-from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, NUMBERS, SCENES, TABLE
+from ulna.drivers.carried import carried_by
+from ulna.drivers.continuous import interval_work
+from ulna.drivers.planning.aorrtc import grow_cheaper
+from ulna.drivers.planning.edge import EdgeContext, without_turns
+from ulna.drivers.planning.keeping import CONSTRAINTS, keeping_of
+from ulna.drivers.planning.rrt_connect import grow_trees
+from ulna.drivers.planning.shortening import Cut, shorten_path
+from ulna.drivers.planning.tree import Steps, drop_repeats, rows_for, write_found
+from ulna.engine.decorators import entry
+from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, SCENES, Array, Group
+from ulna.kernels.collision.ball_motion import world_rounding
 from ulna.kernels.collision.scene import Scene
-from ulna.kernels.planning import planning_layout as layout
-from ulna.kernels.planning.planning_layout import Path, Trees
+from ulna.kernels.planning.constraint_records import Entry
+from ulna.kernels.planning.search_records import (
+    AORRTC,
+    NO_ROOM,
+    PAUSED,
+    SOLVED,
+    Path,
+    SearchSettings,
+    SearchState,
+    SearchTables,
+    ShorteningState,
+    Trees,
+)
 
-_TREES = MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES  # the types of ``Trees``
-_PATH = MATRIX, INDICES, MATRIX  # and of a ``Path``
+_SEARCH = Group((Array(SearchSettings, 1, constant=True), Array(Entry, 1), MATRIX, Array(SearchState, 1)), SearchTables)
+_TREES = Group((MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES), Trees)
+_PATH = Group((MATRIX, INDICES, MATRIX, Array(ShorteningState, 1)), Path)
 
 
-@entry(*((*scene, keeps, NUMBERS, MATRIX, MATRIX, *_TREES, *_PATH, INDEX_ROWS) for scene in SCENES for keeps in (NONE, TABLE)))
-def plan_slice(
-    joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
-    keeps, settings, space, samples, rows, parents, radii, costs, refused, waypoints, known, spreads, state,
-):  # fmt: skip
-    """Go on with a search, and then with the shortening of the path, until state[0, UNTIL] or state[1, UNTIL] edges were checked.
+@entry(*((Group(scene, Scene), keeps, _SEARCH, _TREES, _PATH) for scene in SCENES for keeps in (NONE, CONSTRAINTS)))
+def plan_slice(scene, keeps, tables, trees, path):
+    """Go on with a search, and then with the shortening of the path, each until ``until`` of its state edges were checked.
 
     It is one entry, since each compiles what decides whether an edge is free, which takes longest, and since a call takes as long
-    as an edge. It is called with a ``Scene``, ``Trees`` and a ``Path``, each with a star.
+    as an edge.
 
-    keeps: the constraints (``planning_layout``), or None; samples: (n, n_dof or more) of numbers in [0, 1), the
-    first that of index state[0, FIRST_SAMPLE]; state: (2, N_STATE) whole numbers, of the search and of the shortening. If there
-    are waypoints already, there is no search. Returns what ``grow_trees`` or ``shorten_path`` does; NO_ROOM if there is not room
-    for the path.
+    scene: a ``Scene``; keeps: ``Constraints``, or None; tables: ``SearchTables``; trees: ``Trees``; path: a ``Path``. If that has
+    waypoints already, there is no search. Returns what ``grow_trees`` or ``shorten_path`` does; NO_ROOM if there is not room for
+    the path.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
-    trees, path = Trees(rows, parents, radii, costs, refused), Path(waypoints, known, spreads)
-    context, steps = context_of(scene, settings, space, keeps), np.empty((4, max(1, space.shape[1])))
-    search, shortening = state[0], state[1]
-    if shortening[layout.POINTS] == 0:
-        if search[layout.JOINED] == 0:
-            code = grow_trees(context, samples, trees, steps, search)
-            if code != layout.SOLVED:
+    settings, space, search, shortening = tables.settings[0], tables.space, tables.state[0], path.state[0]
+    n_dof, of_world, keeping = space.shape[0], world_rounding(scene), keeping_of(scene.joints, keeps, space)
+    carried, work, no_spread = carried_by(scene), interval_work(n_dof), np.zeros(n_dof)
+    room = np.empty((4, max(1, n_dof)))
+    steps, cut = Steps(room[0], room[1], room[2]), Cut(room[0], room[1], room[2], room[3])
+    context = EdgeContext(scene, carried, work, settings, space, of_world, no_spread, keeping)
+    if shortening.points == 0:
+        if not search.joined:
+            if search.algorithm == AORRTC:
+                code = grow_cheaper(context, tables.samples, trees, steps, search)
+            else:
+                code = grow_trees(context, tables.samples, trees, steps, search)
+            if code != SOLVED:
                 return code
-        n = write_found(trees, space, steps[0], path.waypoints, search)
+        n = write_found(trees, space, steps.target, path.waypoints, search)
         if n < 0:
-            return layout.NO_ROOM
-        shortening[layout.POINTS], shortening[layout.ROWS] = n, rows_for(n)
-        left = max(1, search[layout.UNTIL] - search[layout.CHECKS])
-        shortening[layout.UNTIL] = max(shortening[layout.UNTIL], shortening[layout.CHECKS] + left)
-    code = shorten_path(without_turns(context), path, steps, shortening)
-    if code != layout.PAUSED:
+            return NO_ROOM
+        shortening.points, shortening.capacity = n, rows_for(n)
+        left = max(1, search.until - search.checks)
+        shortening.until = max(shortening.until, shortening.checks + left)
+    straight = EdgeContext(scene, carried, work, settings, without_turns(space), of_world, no_spread, keeping)
+    code = shorten_path(straight, path, cut, shortening)
+    if code != PAUSED:
         drop_repeats(path.waypoints, shortening)
     return code
-
-
-@kernel
-def grow_trees(context, samples, trees, steps, state):
-    """Search on until the trees are joined, or state[UNTIL] edges were checked, or nodes or samples run out.
-
-    Returns SOLVED, PAUSED, FULL or NO_SAMPLE; if solved, state[JOINED_START] and state[JOINED_GOAL] are the nodes that join.
-    """
-    capacity = trees.parents.shape[1]
-    most = context.settings[layout.ROOM] * context.settings[layout.NODES_A_STEP]
-    while state[layout.CHECKS] < state[layout.UNTIL]:
-        if state[layout.DIRECT] < state[layout.GOALS]:
-            if joins_directly(context, trees, steps, state):
-                return layout.SOLVED
-            continue
-        if max(state[layout.STARTS], state[layout.GOALS]) + most > capacity:
-            return layout.FULL
-        if state[layout.SAMPLE] - state[layout.FIRST_SAMPLE] >= samples.shape[0]:
-            return layout.NO_SAMPLE
-        if state[layout.ALGORITHM] == layout.AORRTC:
-            if iterate_cheaper(context, samples, trees, steps, state):
-                return layout.SOLVED
-        elif iterate(context, samples, trees, steps, state):
-            return layout.SOLVED
-    return layout.PAUSED

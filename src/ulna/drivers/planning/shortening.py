@@ -1,9 +1,13 @@
 """Shortens a path of free edges."""
 
+from typing import NamedTuple
+
+from numpy.typing import NDArray
+
 from ulna.drivers.planning.edge import is_free
 from ulna.drivers.planning.extension import gains_little, write_curve
 from ulna.engine.decorators import kernel, routine
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.search_records import BESIDE, CONFIRM, NOT_FREE, PAUSED, REACHED, SOLVED, STOPPED
 from ulna.kernels.planning.space import distance, write_step
 
 N_ATTEMPTS = 48  # of pass 2
@@ -14,11 +18,24 @@ WORTH_A_CUT = 1e-3  # of the length of a path: what gains less is not tried
 _FIRST_SHARE, _SECOND_SHARE = 0.7548776662466927, 0.5698402909980532  # of the plastic number: Roberts's sequence R2 (2018)
 
 
-@routine
-def shorten_path(context, path, ends, state):
-    """Shorten a path in place until nothing is gained, or state[UNTIL] edges were checked.
+class Cut(NamedTuple):
+    """Room for a short cut, shape (n_dof,) each."""
 
-    Of its waypoints state[POINTS] are in use. Returns SOLVED, PAUSED or NOT_FREE. The passes:
+    first: NDArray
+    """Where it begins."""
+    second: NDArray
+    """Where it ends."""
+    at: NDArray
+    """Along constraints: where a step of it begins."""
+    new: NDArray
+    """And where it ends."""
+
+
+@routine
+def shorten_path(context, path, cut, state):
+    """Shorten a path in place until nothing is gained, or ``state.until`` edges were checked.
+
+    Of its waypoints ``state.points`` are in use. Returns SOLVED, PAUSED or NOT_FREE. The passes:
 
     1. From each point in turn, go straight to the farthest point that a free edge reaches (Geraerts and Overmars, Creating
        high-quality paths for motion planning, IJRR 2007).
@@ -29,45 +46,45 @@ def shorten_path(context, path, ends, state):
     4. Leave out each point without which the edge is free.
     5. Confirm every edge of the path that was not found free as it is now. Returns NOT_FREE if one is not free.
     """
-    while state[layout.CHECKS] < state[layout.UNTIL]:
-        if state[layout.PASS] == layout.CONFIRM:
-            if state[layout.AT] >= state[layout.POINTS] - 1:
-                return layout.SOLVED
+    while state.checks < state.until:
+        if state.stage == CONFIRM:
+            if state.at >= state.points - 1:
+                return SOLVED
             if not confirms(context, path, state):
-                return layout.NOT_FREE
-        elif not goes_on(context, path, ends, state):
-            state[layout.AT], state[layout.OTHER] = 0, 0
-            state[layout.PASS] += 1
-    return layout.PAUSED
+                return NOT_FREE
+        elif not goes_on(context, path, cut, state):
+            state.at = state.target = state.failures = state.halvings = 0
+            state.stage += 1
+    return PAUSED
 
 
 @kernel
-def goes_on(context, path, ends, state):
+def goes_on(context, path, cut, state):
     """One edge of the pass; whether the pass goes on."""
-    if state[layout.PASS] == 0:
+    if state.stage == 0:
         return context.keeping is None and jump(context, path, state)
-    if state[layout.PASS] == 1:
-        return short_cut(context, path, ends, state)
-    if state[layout.PASS] < LEAVE_OUT:
-        return cut_corner(context, path, ends, state)
+    if state.stage == 1:
+        return short_cut(context, path, cut, state)
+    if state.stage < LEAVE_OUT:
+        return cut_corner(context, path, cut, state)
     return leave_out(context, path, state)
 
 
 @kernel
 def is_open(context, q_a, q_b, state):
     """Count an edge; whether it is free."""
-    state[layout.CHECKS] += 1
+    state.checks += 1
     return is_free(context, q_a, q_b, context.no_spread)
 
 
 @kernel
 def confirms(context, path, state):
     """Whether the next edge of the path, or what lies within its spread, is free, one way or the other."""
-    i, points, spreads = state[layout.AT], path.waypoints, path.spreads
-    state[layout.AT] += 1
+    i, points, spreads = state.at, path.waypoints, path.spreads
+    state.at += 1
     if path.known[i] == 1:
         return True
-    state[layout.CHECKS] += 1
+    state.checks += 1
     spread = spreads[i] if spreads.shape[0] > 0 else context.no_spread
     return is_free(context, points[i], points[i + 1], spread) or is_free(context, points[i + 1], points[i], spread)
 
@@ -75,98 +92,98 @@ def confirms(context, path, state):
 @kernel
 def jump(context, path, state):
     """One edge of pass 1; whether the pass goes on."""
-    n, i = state[layout.POINTS], state[layout.AT]
+    n, i = state.points, state.at
     if i >= n - 2:
         return False
-    j = n - 1 if state[layout.OTHER] == 0 else state[layout.OTHER]
+    j = n - 1 if state.target == 0 else state.target
     if is_open(context, path.waypoints[i], path.waypoints[j], state):
         replace_points(path, state, i + 1, j, 0)
         path.known[i], j = 1, i + 1
-    state[layout.OTHER] = j - 1
+    state.target = j - 1
     if j - 1 <= i + 1:
-        state[layout.AT], state[layout.OTHER] = i + 1, 0
+        state.at, state.target = i + 1, 0
     return True
 
 
 @kernel
 def leave_out(context, path, state):
     """One edge of pass 4; whether the pass goes on."""
-    i = state[layout.AT]
-    if i >= state[layout.POINTS] - 2:
+    i = state.at
+    if i >= state.points - 2:
         return False
     if is_open(context, path.waypoints[i], path.waypoints[i + 2], state):
         replace_points(path, state, i + 1, i + 2, 0)
         path.known[i] = 1
     else:
-        state[layout.AT] += 1
+        state.at += 1
     return True
 
 
 @kernel
-def short_cut(context, path, ends, state):
+def short_cut(context, path, cut, state):
     """One attempt of pass 2; whether the pass goes on."""
-    points, n, attempt, space = path.waypoints, state[layout.POINTS], state[layout.AT], context.space
-    if n < 3 or attempt >= N_ATTEMPTS or n + 2 > state[layout.ROWS]:
+    points, n, attempt, space = path.waypoints, state.points, state.at, context.space
+    if n < 3 or attempt >= N_ATTEMPTS or n + 2 > state.capacity:
         return False
-    state[layout.AT] += 1
+    state.at += 1
     total = length_of(points, n, space)
     x, y = (0.5 + attempt * _FIRST_SHARE) % 1.0, (0.5 + attempt * _SECOND_SHARE) % 1.0
-    i, before = write_place(points, n, min(x, y) * total, space, ends[0])
-    j, after = write_place(points, n, max(x, y) * total, space, ends[1])
+    i, before = write_place(points, n, min(x, y) * total, space, cut.first)
+    j, after = write_place(points, n, max(x, y) * total, space, cut.second)
     most = after - before - WORTH_A_CUT * total
-    if i == j or distance(ends[0], ends[1], space) > most:
+    if i == j or distance(cut.first, cut.second, space) > most:
         return True
-    return short_cut_by(context.keeping, context, path, (i, j), ends, most, state)
+    return short_cut_by(context.keeping, context, path, (i, j), cut, most, state)
 
 
 @kernel
-def short_cut_by(keeping, context, path, edges, ends, most, state):
+def short_cut_by(keeping, context, path, edges, cut, most, state):
     """The edge of a short cut between two places on edges, or with constraints the edges; whether the pass goes on."""
     i, j = edges
     points = path.waypoints
     if keeping is not None:
-        return short_cut_along(context, path, i, j, ends, most, state)
-    if is_open(context, ends[0], ends[1], state):
+        return short_cut_along(context, path, i, j, cut, most, state)
+    if is_open(context, cut.first, cut.second, state):
         replace_points(path, state, i + 1, j + 1, 2)
-        write_point(points, i + 1, ends[0])
-        write_point(points, i + 2, ends[1])
+        write_point(points, i + 1, cut.first)
+        write_point(points, i + 2, cut.second)
         path.known[i + 1] = 1
     return True
 
 
 @routine
-def short_cut_along(context, path, i, j, ends, most, state):
+def short_cut_along(context, path, i, j, cut, most, state):
     """Make a short cut between two places on edges i and j, along the constraints, if it is not longer than ``most``.
 
     The pass ends after N_FAILURES in a row: one that leads along constraints takes as many edges as a part of the path has.
     """
     points, last = path.waypoints, path.waypoints.shape[0] - 1
-    n = write_detour(context, path, ends, most, state)
-    state[layout.OTHER] = 0 if n > 0 else state[layout.OTHER] + 1
+    n = write_detour(context, path, cut, most, state)
+    state.failures = 0 if n > 0 else state.failures + 1
     if n > 0:
         replace_points(path, state, i + 1, j + 1, n + 1)
-        write_point(points, i + 1, ends[0])
+        write_point(points, i + 1, cut.first)
         for m in range(n):
             write_point(points, i + 2 + m, points[last - m])
             path.known[i + 1 + m] = 1
-    return state[layout.OTHER] < N_FAILURES
+    return state.failures < N_FAILURES
 
 
 @routine
-def write_detour(context, path, ends, most, state):
-    """Write the corners of a way from ends[0] to ends[1] along the constraints to the last rows of a path; how many.
+def write_detour(context, path, cut, most, state):
+    """Write the corners of a way from cut.first to cut.second along the constraints to the last rows of a path; how many.
 
-    From the last row on backwards. Without ends[0]; 0 if there is no way, or it is longer than ``most``, or there is no room.
+    From the last row on backwards. Without cut.first; 0 if there is no way, or it is longer than ``most``, or there is no room.
     """
-    space, points, curve, at, new, n, way = context.space, path.waypoints, context.keeping.curve, ends[2], ends[3], 0, 0.0
+    space, points, curve, at, new, n, way = context.space, path.waypoints, context.keeping.curve, cut.at, cut.new, 0, 0.0
     for k in range(at.shape[0]):
-        at[k] = ends[0, k]
+        at[k] = cut.first[k]
     while True:
-        left = distance(at, ends[1], space)
-        share = min(1.0, context.settings[layout.STRIDE] / left)
-        write_step(at, ends[1], share, space, new)
+        left = distance(at, cut.second, space)
+        share = min(1.0, context.settings.stride / left)
+        write_step(at, cut.second, share, space, new)
         n_more, end = write_curve(context, at, new, state)
-        if end == layout.STOPPED or state[layout.POINTS] + 2 * (n + n_more + 1) > state[layout.ROWS]:
+        if end == STOPPED or state.points + 2 * (n + n_more + 1) > state.capacity:
             return 0
         for m in range(n_more):
             way += distance(at, curve[m], space)
@@ -174,43 +191,43 @@ def write_detour(context, path, ends, most, state):
             n += 1
             for k in range(at.shape[0]):
                 at[k] = curve[m, k]
-        after = distance(at, ends[1], space)
-        if way + after > most or (end == layout.BESIDE and gains_little(at, ends[1], left, share, space)):
+        after = distance(at, cut.second, space)
+        if way + after > most or (end == BESIDE and gains_little(at, cut.second, left, share, space)):
             return 0
-        if share == 1.0 and end == layout.REACHED:
+        if share == 1.0 and end == REACHED:
             return n
 
 
 @kernel
-def cut_corner(context, path, ends, state):
+def cut_corner(context, path, cut, state):
     """One edge of pass 3; whether the pass goes on."""
-    points, n, i, space = path.waypoints, state[layout.POINTS], state[layout.AT] + 1, context.space
-    if i >= n - 1 or n + 1 > state[layout.ROWS]:
+    points, n, i, space = path.waypoints, state.points, state.at + 1, context.space
+    if i >= n - 1 or n + 1 > state.capacity:
         return False
-    share = 0.5 / (1 << state[layout.OTHER])  # a power would call exp2, which is not in the wheel
-    write_step(points[i], points[i - 1], share, space, ends[0])
-    write_step(points[i], points[i + 1], share, space, ends[1])
+    share = 0.5 / (1 << state.halvings)  # a power would call exp2, which is not in the wheel
+    write_step(points[i], points[i - 1], share, space, cut.first)
+    write_step(points[i], points[i + 1], share, space, cut.second)
     around = share * (distance(points[i - 1], points[i], space) + distance(points[i], points[i + 1], space))
-    if around - distance(ends[0], ends[1], space) < WORTH_A_CUT * length_of(points, n, space):
-        state[layout.AT], state[layout.OTHER] = i, 0
+    if around - distance(cut.first, cut.second, space) < WORTH_A_CUT * length_of(points, n, space):
+        state.at, state.halvings = i, 0
         return True
-    if is_open(context, ends[0], ends[1], state):
+    if is_open(context, cut.first, cut.second, state):
         replace_points(path, state, i, i + 1, 2)
-        write_point(points, i, ends[0])
-        write_point(points, i + 1, ends[1])
+        write_point(points, i, cut.first)
+        write_point(points, i + 1, cut.second)
         path.known[i] = 1
-        state[layout.AT], state[layout.OTHER] = i + 1, 0
-    elif state[layout.OTHER] + 1 < N_HALVINGS:
-        state[layout.OTHER] += 1
+        state.at, state.halvings = i + 1, 0
+    elif state.halvings + 1 < N_HALVINGS:
+        state.halvings += 1
     else:
-        state[layout.AT], state[layout.OTHER] = i, 0
+        state.at, state.halvings = i, 0
     return True
 
 
 @routine
 def replace_points(path, state, i, j, n_new):
     """Make room for n_new points in place of the points i to j - 1 of a path, i > 0; of the new edges none is known."""
-    points, known, n, shift = path.waypoints, path.known, state[layout.POINTS], n_new - (j - i)
+    points, known, n, shift = path.waypoints, path.known, state.points, n_new - (j - i)
     for m in range(n - j):
         source = n - 1 - m if shift > 0 else j + m
         for k in range(points.shape[1]):
@@ -218,7 +235,7 @@ def replace_points(path, state, i, j, n_new):
         known[source + shift] = known[source]
     for m in range(i - 1, i + n_new):
         known[m] = 0
-    state[layout.POINTS] = n + shift
+    state.points = n + shift
 
 
 @routine

@@ -1,28 +1,54 @@
 """Finds, reads and adds nodes of the trees of a search, takes its samples, and writes the path that joins the trees."""
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH, lane_of
-from ulna.kernels.planning import planning_layout as layout
+from ulna.kernels.planning.search_records import SKIPPED_PER_CHECK, SPARE_POINTS
 from ulna.kernels.planning.space import nearest_in_lanes, short_way
+
+
+class Steps(NamedTuple):
+    """Room for three configurations of an iteration, shape (n_dof,) each."""
+
+    target: NDArray
+    """Where a step leads."""
+    at: NDArray
+    """Where it begins."""
+    new: NDArray
+    """Where it ends."""
+
+
+@kernel
+def is_full(trees, settings, state):
+    """Whether there is no room for the nodes of another iteration."""
+    return max(state.nodes[0], state.nodes[1]) + settings.max_nodes > trees.parents.shape[1]
+
+
+@kernel
+def needs_samples(samples, state):
+    """Whether the samples at hand are used up."""
+    return state.sample - state.first_sample >= samples.shape[0]
 
 
 @routine
 def next_tree(state):
     """Which tree grows next: the other one, unless this one is less than half as large."""
-    own = state[layout.ACTIVE]
-    if state[1 - own] < 2 * state[own]:
+    own = state.active
+    if state.nodes[1 - own] < 2 * state.nodes[own]:
         own = 1 - own
-        state[layout.ACTIVE] = own
+        state.active = own
     return own
 
 
 @routine
 def read_sample(samples, space, state, q):
     """Write the configuration of the next sample to q; returns the row of the sample."""
-    row = state[layout.SAMPLE] - state[layout.FIRST_SAMPLE]
-    state[layout.SAMPLE] += 1
+    row = state.sample - state.first_sample
+    state.sample += 1
     for k in range(q.shape[0]):
         q[k] = sample_entry(samples, space, row, k)
     return row
@@ -31,15 +57,15 @@ def read_sample(samples, space, state, q):
 @kernel
 def sample_entry(samples, space, row, k):
     """Entry k of q of a sample."""
-    return space[layout.LOW, k] + samples[row, k] * (space[layout.HIGH, k] - space[layout.LOW, k])
+    return space[k].low + samples[row, k] * (space[k].high - space[k].low)
 
 
 @routine
 def pass_over(state):
     """Count a sample that is skipped; so many of them are one checked edge of the budget."""
-    state[layout.PASSED] += 1
-    if state[layout.PASSED] % layout.PASSED_A_CHECK == 0:
-        state[layout.CHECKS] += 1
+    state.skipped += 1
+    if state.skipped % SKIPPED_PER_CHECK == 0:
+        state.checks += 1
 
 
 @routine
@@ -65,7 +91,7 @@ def read_node(rows, node, q):
 @routine
 def add_node(trees, tree, state, q, parent, radius):
     """Add a node to a tree; its number."""
-    rows, node, n_dof = trees.rows[tree], state[tree], q.shape[0]
+    rows, node, n_dof = trees.rows[tree], state.nodes[tree], q.shape[0]
     if node % WIDTH == 0:  # the first of its block: there are no others yet
         for k in range(n_dof):
             for lane in range(1, WIDTH):
@@ -73,15 +99,15 @@ def add_node(trees, tree, state, q, parent, radius):
     for k in range(n_dof):
         rows[node // WIDTH * n_dof + k, node % WIDTH] = q[k]
     trees.parents[tree, node], trees.radii[tree, node] = parent, radius
-    state[tree] += 1
+    state.nodes[tree] += 1
     return node
 
 
 @routine
 def join(state, tree, node, other):
     """Note the node of a tree and the one of the other tree at which a path joins them."""
-    state[layout.JOINED_START], state[layout.JOINED_GOAL] = (node, other) if tree == 0 else (other, node)
-    state[layout.JOINED] = 1
+    state.joined_start, state.joined_goal = (node, other) if tree == 0 else (other, node)
+    state.joined = True
 
 
 @routine
@@ -99,7 +125,7 @@ def write_found(trees, space, shift, waypoints, state):
 
     The second part is turned by whole turns to where the first one ends. shift: room for these, shape (n_dof,).
     """
-    node, other = state[layout.JOINED_START], state[layout.JOINED_GOAL]
+    node, other = state.joined_start, state.joined_goal
     n, n_back = branch_length(trees.parents, 0, node), branch_length(trees.parents, 1, other)
     if rows_for(n + n_back) > waypoints.shape[0]:
         return -1
@@ -108,22 +134,22 @@ def write_found(trees, space, shift, waypoints, state):
         node = trees.parents[0, node]
     read_node(trees.rows[1], other, waypoints[n])
     same = True
-    for k in range(space.shape[1]):
+    for k in range(space.shape[0]):
         way = waypoints[n - 1, k] - waypoints[n, k]
         same = same and way == 0.0
-        shift[k] = way - short_way(way, space[layout.PERIOD, k])
+        shift[k] = way - short_way(way, space[k].period)
     at = n if n == 1 and not same else n - 1  # else the trees share a node, which is written already
     for i in range(n_back):
         if i > 0 or at == n:
             write_shifted(trees.rows[1], other, shift, waypoints, at + i)
-        state[layout.GOAL_REACHED], other = other, trees.parents[1, other]
+        state.goal, other = other, trees.parents[1, other]
     return at + n_back
 
 
 @routine
 def rows_for(n):
     """For how many waypoints there is to be room, to shorten a path of n."""
-    return 2 * n + layout.SPARE_POINTS
+    return 2 * n + SPARE_POINTS
 
 
 @routine
@@ -139,7 +165,7 @@ def write_shifted(rows, node, shift, waypoints, i):
 def drop_repeats(waypoints, state):
     """Leave out the waypoints that are equal to the one before."""
     n = 1
-    for i in range(1, state[layout.POINTS]):
+    for i in range(1, state.points):
         same = True
         for k in range(waypoints.shape[1]):
             same = same and waypoints[i, k] == waypoints[n - 1, k]
@@ -147,4 +173,4 @@ def drop_repeats(waypoints, state):
             for k in range(waypoints.shape[1]):
                 waypoints[n, k] = waypoints[i, k]
             n += 1
-    state[layout.POINTS] = n
+    state.points = n

@@ -140,13 +140,13 @@ class Course:
         else:
             guesses = np.clip(guesses, *self.query.tree.bounds)
         q, info = run_from_each(problem, order, guesses, SEEDED_STEPS)
-        return q, info[:, layout.STATUS] == layout.SOLVED
+        return q, info["status"] == layout.SOLVED
 
     def searched(self, order: NDArray[np.int64], n_starts: int) -> list[Array]:
         """For each of some poses (m,) what a search finds from the start and from random starts, shape (k, n_dof)."""
         problem = replace(self.problem, nearest_to=None)
         q, info = run_starts(problem, order, Restart(0, n_starts, STEPS, from_seed=True))
-        return [row[good] for row, good in zip(q, info[..., layout.STATUS] == layout.SOLVED, strict=True)]
+        return [row[good] for row, good in zip(q, info["status"] == layout.SOLVED, strict=True)]
 
     def clear(self, rows: list[Array]) -> list[Array]:
         """For each list of configurations (m, n_dof) those that do not collide."""

@@ -36,10 +36,11 @@ def searched_solutions(query: Query, T: Array, seed: Array, n_spread: int) -> Ar
     tolerance counts only if no solution is that exact, as at the border of the reach.
     """
     problem = make_problem(query, T, seed)
-    settings = problem.settings.copy()
-    for tolerance, exact in ((layout.POSITION_TOLERANCE, EXACT * query.unit), (layout.ROTATION_TOLERANCE, EXACT)):
-        settings[tolerance] = min(settings[tolerance], exact)
-    found = _branches(replace(problem, settings=settings), n_spread)
+    records = problem.settings.copy()
+    settings = records[0]
+    settings.position_tolerance = min(settings.position_tolerance, EXACT * query.unit)
+    settings.rotation_tolerance = min(settings.rotation_tolerance, EXACT)
+    found = _branches(replace(problem, settings=records), n_spread)
     if not len(found):
         found = _branches(problem, n_spread)
     return found if len(found) else _at_limits(problem, n_spread)
@@ -71,7 +72,7 @@ def _at_limits(problem: Problem, n_spread: int) -> Array:
     starts = limit_starts(problem, np.zeros(1, dtype=np.int64), _MOST_AT_LIMITS)[0]
     each = replace(problem, seeds=starts, targets=np.repeat(problem.targets, len(starts), axis=0))
     q, info = run_starts(each, np.arange(len(starts)), Restart(0, 1, 3 * STEPS, from_seed=True))
-    found = _merge(problem, np.empty((0, q.shape[-1])), q[info[:, :, layout.STATUS] == layout.SOLVED])
+    found = _merge(problem, np.empty((0, q.shape[-1])), q[info["status"] == layout.SOLVED])
     found = _spread(problem, found, n_spread) if _is_continuum(problem, found) else found
     return _nearest_first(problem, found)
 
@@ -79,7 +80,7 @@ def _at_limits(problem: Problem, n_spread: int) -> Array:
 def _solutions(problem: Problem, part: Restart) -> Array:
     """What the starts of a round find, within the limits."""
     q, info = run_starts(problem, np.zeros(1, dtype=np.int64), part)
-    q = _turned_within_limits(problem, q[0, info[0, :, layout.STATUS] == layout.SOLVED])
+    q = _turned_within_limits(problem, q[0, info["status"][0] == layout.SOLVED])
     tree = problem.query.tree
     return q[((q >= tree.lower) & (q <= tree.upper)).all(axis=1)]
 

@@ -1,6 +1,7 @@
 """Finds why a target was not reached: out of reach, limits in the way, collision, or a singularity."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ def close_unreachable(search: PoseSearch) -> None:
     beyond = excess > slack + options.position_tolerance + turned * np.linalg.norm(reach.end_point)
     for i, value in zip(order[beyond], excess[beyond], strict=True):
         search.reach_excess[int(i)] = float(value - slack)
-    search.info[order[beyond], layout.STATUS] = CODES[Status.UNREACHABLE]
+    search.info["status"][order[beyond]] = CODES[Status.UNREACHABLE]
     search.open[order[beyond]] = False
 
 
@@ -89,7 +90,7 @@ def _close_collided(search: PoseSearch) -> NDArray[np.int64]:
 
 
 def _set(search: PoseSearch, targets: NDArray[np.int64], status: Status) -> None:
-    search.info[targets, layout.STATUS] = CODES[status]
+    search.info["status"][targets] = CODES[status]
 
 
 def _search_beyond(search: PoseSearch, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.int64]:
@@ -104,7 +105,7 @@ def _search_beyond(search: PoseSearch, order: NDArray[np.int64], bounds: Array, 
     if status == Status.JOINT_LIMITS:
         q = turned_towards(q, own[:, :, 0], own[:, :, 1], turning_columns(problem.chain, problem.query.tree.n_dof))
     excess = excess_of(q, own[:, :, 0], own[:, :, 1])
-    cost = np.where(info[:, :, layout.STATUS] == layout.SOLVED, excess.max(axis=-1), np.inf)
+    cost = np.where(info["status"] == layout.SOLVED, excess.max(axis=-1), np.inf)
     solved = np.isfinite(cost.min(axis=1))
     if solved.any():
         search.run_from(order[solved], q[solved], STEPS)
@@ -142,28 +143,28 @@ def _without_limits(problem: Problem) -> Array:
 def settle_open(search: PoseSearch, *, out_of_time: bool) -> None:
     """Let the best configurations of unsolved targets converge to the nearest pose that can be reached from there."""
     problem = search.problem
-    rest = np.flatnonzero((search.info[:, layout.STATUS] != layout.SOLVED) & (search.info[:, layout.STATUS] != layout.NOT_A_POSE))
+    rest = np.flatnonzero((search.info["status"] != layout.SOLVED) & (search.info["status"] != layout.NOT_A_POSE))
     if out_of_time or problem.query.options.budget < DEFAULT_BUDGET or not len(rest):
         return
     part = Restart(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True)
     before, with_posture = search.info[rest], search.with_posture[rest]
     q, info = run_starts(replace(problem, seeds=search.q), rest, part)
-    for column in (layout.START, layout.ITERATIONS):  # of the search: the steps that follow do not count
-        info[:, :, column] = before[:, None, column]
+    for name in ("start", "iterations"):  # of the search: the steps that follow do not count
+        info[name] = before[name][:, None]
     search.keep(rest, q, info, part)
     search.with_posture[rest] = with_posture
-    unsolved = search.info[rest, layout.STATUS] != layout.SOLVED
-    search.info[rest[unsolved], layout.STATUS] = before[unsolved, layout.STATUS]
+    unsolved = search.info["status"][rest] != layout.SOLVED
+    search.info["status"][rest[unsolved]] = before["status"][unsolved]
 
 
-def _is_singular(problem: Problem, i: int, q: Array, info: Array) -> bool:
+def _is_singular(problem: Problem, i: int, q: Array, info: Any) -> bool:
     """Whether, limits aside, no joint reduces the error to first order: J' e = 0, for an arm of six joints or more."""
     query = problem.query
     if query.options.task.kind != layout.WHOLE_POSE:
         return False
     J = jacobian_in_unit(problem, geometric_jacobian(query.tree, q, query.link, "base"), query.unit)
     R = problem.targets[i, :3, :3]
-    e = np.concatenate([R @ info[layout.RESIDUAL : layout.RESIDUAL + 3], R @ info[layout.RESIDUAL + 3 : layout.RESIDUAL + 6]])
+    e = np.concatenate([R @ info.residual[:3], R @ info.residual[3:]])
     e[:3] /= query.unit
     moves = (np.abs(J).max(axis=0) > 0).sum() >= 6
     return bool(moves and np.linalg.norm(J.T @ e) < _SINGULAR * np.linalg.norm(e) * np.linalg.norm(J, 2))

@@ -12,7 +12,7 @@ seven joints branches of the closed form. Eight searches run at a time, one a la
 2. ``restarts``: rounds for a batch, of one start each, then of more and more for the targets that are left. ``ranking``: which of
    several solutions is taken. ``units``: arms that are far from a metre long are searched in a unit of their own.
 3. ``diagnosis``: for targets without a solution the nearest pose, and whether reach, limits, collision or a singularity is why.
-4. ``branch_search``: all solutions of one target. ``textbook_methods``: other steps from the seed alone, for teaching.
+4. ``branch_search``: all solutions of one target.
 """
 
 from collections.abc import Callable
@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.drivers import multi_start
 from ulna.engine.bound import bind
+from ulna.ik.options import Request
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, make_problem, refuse_no_pose
 from ulna.ik.reason import Explanation
 from ulna.ik.result import CODES, IKResult, Status
@@ -33,6 +33,7 @@ from ulna.ik.search.ranking import CollisionFilter, collisions_of, cost_of, refu
 from ulna.ik.search.restarts import PoseSearch, Restart, run_from_each, search_with_restarts
 from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.ik.search_records import Results, SearchResult
 from ulna.kinematics.tree import entry_names
 
 Array = NDArray[np.float64]
@@ -40,16 +41,16 @@ _FEW, _MANY = 2, 16  # random starts of the first round: if any solution will do
 _MOST = 64  # starts of one target with default options, eight in each lane; and where there is no solution to find
 
 
-_MATRIX, _OF_INFO = (4, 4), (1, layout.N_INFO)
-OfOneTarget = Callable[[ArrayLike, ArrayLike], tuple[Array, Array] | None]
-"""From T and a start to q (n_dof,) and its information (1, N_INFO); None if this is not one target, or it is not solved."""
+_MATRIX = 4, 4
+OfOneTarget = Callable[[ArrayLike, ArrayLike], tuple[Array, Results] | None]
+"""From T and a start to q (n_dof,) and its information (1,); None if this is not one target, or it is not solved."""
 
 
-def bound_to_one_target(run: Any, tables: tuple[Array, ...], home: Array) -> OfOneTarget:
+def bound_to_one_target(run: Any, tables: tuple[Any, ...], home: Array) -> OfOneTarget:
     """The entry ``run(*tables, T, start, q, info)``, in C if the extension is there. ``home`` as a start is not checked."""
-    n, of_q = len(home), (1, len(home))
+    n, of_q, of_info = len(home), (1, len(home)), SearchResult.structure
 
-    def in_python(T: ArrayLike, start: ArrayLike) -> tuple[Array, Array] | None:
+    def in_python(T: ArrayLike, start: ArrayLike) -> tuple[Array, Results] | None:
         target = as_floats("T", T)
         if target.shape != _MATRIX:
             return None
@@ -57,67 +58,64 @@ def bound_to_one_target(run: Any, tables: tuple[Array, ...], home: Array) -> OfO
             start = as_floats("q_seed", start)
             if start.shape != (n,):
                 return None
-        q, info = np.empty(of_q), np.empty(_OF_INFO)
+        q, info = np.empty(of_q), np.empty(1, of_info)
         return (q[0], info) if run(*tables, target, start, q, info) else None
 
-    return bind(run, "search", tables, n, (layout.N_INFO,), in_python) or in_python
+    return bind(run, "search", tables, n, (), in_python, np.zeros(1, of_info)) or in_python
 
 
 class NumericSolver:
     """The solver for any query by Levenberg-Marquardt; see ``ik.inverse_kinematics.Solver``.
 
     Attributes:
-        plan: What the kernels take to solve for one target with default options, from home; empty where the options differ.
+        tables: What the kernels take before one target with default options, from home; empty where the options differ.
         home: Where a search without a seed starts, shape (n_dof,).
     """
 
-    __slots__ = ("_from_home", "_from_seed", "_query", "_tolerances", "home", "in_c", "plan")
+    __slots__ = ("_from_home", "_from_seed", "_query", "_tolerances", "home", "in_c", "tables")
 
     def __init__(self, query: Query) -> None:
-        self._query, self.home, self.plan = query, query.home.copy(), np.empty(0)
+        self._query, self.home, self.tables = query, query.home.copy(), ()
         self._tolerances = query.options.tolerances
         self._from_home = self._from_seed = self.in_c = None
         if _is_usual(query):
             settings, run = query.settings.copy(), multi_start.search_one
-            settings[layout.FIRST_WINS] = layout.ANY
+            settings[0].first_wins = layout.ANY
             starts = unit_samples(query.tree, query.link, query.options.seed, 0, _MOST, from_seed=True)
-            self.plan = np.concatenate([settings, query.limits.ravel(), query.home, starts.ravel()])
-            settings[layout.FIRST_WINS], settings[layout.SEEDED_STEPS] = layout.NEAREST, SEEDED_STEPS
-            plan = np.concatenate([settings, self.plan[layout.N_SETTINGS :]])
-            self._from_home = bound_to_one_target(run, (query.chain, self.plan), self.home)
-            self._from_seed = bound_to_one_target(run, (query.chain, plan), self.home)
-            self.in_c = self._from_home, self.home, self._from_seed, self.search
+            plan = np.concatenate([query.limits.ravel(), query.home, starts.ravel()])
+            self.tables = query.chain, settings, plan
+            from_seed = settings.copy()
+            from_seed[0].first_wins, from_seed[0].seeded_steps = layout.NEAREST, SEEDED_STEPS
+            self._from_home = bound_to_one_target(run, self.tables, self.home)
+            self._from_seed = bound_to_one_target(run, (query.chain, from_seed, plan), self.home)
+            self.in_c = self._from_home, self.home, self._from_seed, self._search_plain
 
-    def solve(
-        self, T: ArrayLike, q_seed: ArrayLike | None, posture: ArrayLike | str | None, held: tuple[str, ...], world: World | None
-    ) -> IKResult:
+    def solve(self, request: Request) -> IKResult:
         """The first solution for one target with default options; of a search with others, or if none is found, the best."""
+        T, q_seed, posture, held, world, *_ = request
         if self._from_home is None or self._from_seed is None or posture is not None or world is not None or held:
-            return self.search(T, q_seed, posture, held, world)
+            return self.search(request)
         found = self._from_home(T, self.home) if q_seed is None else self._from_seed(T, q_seed)
         if found is None:
-            return self.search(T, q_seed)
+            return self.search(request)
         q, info = found
         if self._query.options.trace:
             explanation = Explanation(trace=_convergence(make_problem(self._query, T, q_seed), info[0]))
             return IKResult(q, info, (), self._tolerances, explanation)
         return IKResult(q, info, (), self._tolerances)
 
-    def search(
-        self,
-        T: ArrayLike,
-        q_seed: ArrayLike | None,
-        posture: ArrayLike | str | None = None,
-        held: tuple[str, ...] = (),
-        world: World | None = None,
-    ) -> IKResult:
+    def _search_plain(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
+        """What is called in C where neither search finds a solution."""
+        return self.search(Request(T, q_seed))
+
+    def search(self, request: Request) -> IKResult:
         """The best that the restarts find for any targets."""
-        problem = make_problem(self._query, T, q_seed, posture, held)
-        refuse_clearance_of_nothing(self._query.options.rank, world)
-        collisions = collisions_of(self._query, world)
+        problem = make_problem(self._query, request.T, request.q_seed, request.posture, request.held)
+        refuse_clearance_of_nothing(self._query.options.rank, request.world)
+        collisions = collisions_of(self._query, request.world)
         search = searched(problem, collisions)
-        if (search.info[:, layout.STATUS] == layout.NOT_A_POSE).any():
-            refuse_no_pose(T)
+        if (search.info["status"] == layout.NOT_A_POSE).any():
+            refuse_no_pose(request.T)
         return result_of(search, collisions, trace_of(search))
 
 
@@ -150,7 +148,7 @@ def searched(problem: Problem, collisions: CollisionFilter | None) -> PoseSearch
     cost, count = cost_of(problem, collisions), _FEW if rank is None and collisions is None else _MANY
     search = PoseSearch.of(problem, cost)
     out_of_time = search_with_restarts(search, count, close_unreachable, seed_alone=rank is None)
-    if not (search.info[:, layout.STATUS] == layout.SOLVED).all():
+    if not (search.info["status"] == layout.SOLVED).all():
         settle_open(search, out_of_time=out_of_time)
         explain_open(search, out_of_time=out_of_time)
     return search
@@ -159,7 +157,7 @@ def searched(problem: Problem, collisions: CollisionFilter | None) -> PoseSearch
 def result_of(search: PoseSearch, collisions: CollisionFilter | None, trace: Array | None, no_solution: str = "") -> IKResult:
     """What a search found, and why it found no more. no_solution: why a target that is within reach has none."""
     problem, query = search.problem, search.problem.query
-    hit = np.flatnonzero(search.info[:, layout.STATUS] == CODES[Status.IN_COLLISION])
+    hit = np.flatnonzero(search.info["status"] == CODES[Status.IN_COLLISION])
     explanation = Explanation(
         reach_excess=search.reach_excess,
         limit_excess=search.limit_excess,
@@ -180,21 +178,21 @@ def trace_of(search: PoseSearch) -> Array | None:
     return _convergence(search.problem, search.info[0], search.origins.get(0), with_posture=bool(search.with_posture[0]))
 
 
-def _convergence(problem: Problem, info: Array, origin: Array | None = None, *, with_posture: bool = False) -> Array:
+def _convergence(problem: Problem, info: Any, origin: Array | None = None, *, with_posture: bool = False) -> Array:
     """A row a step towards the result with this information: errors [m] and [rad], largest joint step, damping; (steps + 1, 4).
 
     origin: where the result was searched from, (n_dof,), if by no start of a round.
 
     A step depends on the configuration alone, so taking them one at a time gives the same result.
     """
-    start, steps = int(info[layout.START]), int(info[layout.ITERATIONS])
+    start, steps = int(info.start), int(info.iterations)
     q = _start(problem, start) if origin is None else origin
     rows, alone = [], np.zeros(1, dtype=np.int64)
     for k in range(steps + 1):
         _, (before,) = run_from_each(problem, alone, q[None], 0, with_posture=with_posture)
         (after,), _ = run_from_each(problem, alone, q[None], 1, with_posture=with_posture)
         step = np.abs(after - q).max() if k < steps else 0.0
-        rows.append([*before[[layout.POSITION_ERROR, layout.ROTATION_ERROR]], step, before[layout.DAMPING]])
+        rows.append([before.position_error, before.rotation_error, step, before.damping])
         q = after
     table = np.array(rows)
     table[1:, 2], table[0, 2] = table[:-1, 2].copy(), 0.0

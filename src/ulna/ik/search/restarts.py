@@ -7,6 +7,7 @@ seed, its bounds and the random seed: not on what else is in the batch, nor on h
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from ulna.ik.search.ranking import Cost
 from ulna.ik.search.starts import closed_form_starts, unit_samples
 from ulna.ik.search.units import solved_in_unit
 from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.ik.search_records import Results, SearchResult
 from ulna.kinematics.turns import nearest_turns, turning_columns
 
 Array = NDArray[np.float64]
@@ -45,7 +47,7 @@ def restarts_of(problem: Problem, n_first: int, *, seed_alone: bool) -> Iterator
     """
     budget = problem.query.options.budget
     left, first = budget, 0
-    if problem.settings[layout.WITH_POSTURE]:
+    if problem.settings[0].with_posture:
         yield Restart(0, 1, min(SEEDED_STEPS, left), from_seed=True, with_posture=True)
         left -= SEEDED_STEPS
     steps = SEEDED_STEPS if problem.seeded else STEPS
@@ -67,7 +69,7 @@ class PoseSearch:
         problem: The targets.
         cost: Which of several solutions is taken; None if the first is as good as any.
         q: Shape (n, n_dof).
-        info: Shape (n, N_INFO).
+        info: Shape (n,).
         open: Whether a target is still searched for, shape (n,).
         rejected: For each target one configuration that solves it and collides, with its information.
         origins: The configurations from which other results were searched.
@@ -79,10 +81,10 @@ class PoseSearch:
     problem: Problem
     cost: Cost | None
     q: Array
-    info: Array
+    info: Results
     open: NDArray[np.bool_]
     with_posture: NDArray[np.bool_]
-    rejected: dict[int, tuple[Array, Array]] = field(default_factory=dict)
+    rejected: dict[int, tuple[Array, Any]] = field(default_factory=dict)
     origins: dict[int, Array] = field(default_factory=dict)
     reach_excess: dict[int, float] = field(default_factory=dict)
     limit_excess: dict[int, Array] = field(default_factory=dict)
@@ -91,8 +93,8 @@ class PoseSearch:
     def of(cls, problem: Problem, cost: Cost | None) -> "PoseSearch":
         """A search that has not begun."""
         n, n_dof = len(problem.targets), problem.query.tree.n_dof
-        info = np.zeros((n, layout.N_INFO))
-        info[:, layout.STATUS], info[:, layout.MISSED] = layout.NOT_FOUND, np.inf
+        info = np.zeros(n, SearchResult.structure)
+        info["status"], info["missed"] = layout.NOT_FOUND, np.inf
         return cls(problem, cost, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool), np.zeros(n, dtype=bool))
 
     def run(self, part: Restart) -> None:
@@ -112,28 +114,29 @@ class PoseSearch:
         each = self.problem.some(np.repeat(order, k))
         seeds = np.clip(origins.reshape(-1, n_dof), each.bounds[:, 0], each.bounds[:, 1])
         part = Restart(0, 1, steps, from_seed=True)
-        q, info = (rows.reshape(m, k, -1) for rows in run_starts(replace(each, seeds=seeds), np.arange(m * k), part))
-        info[:, :, layout.START] = np.arange(k)
-        info[info[:, :, layout.STATUS] != layout.SOLVED, layout.MISSED] = np.inf
+        q, info = run_starts(replace(each, seeds=seeds), np.arange(m * k), part)
+        q, info = q.reshape(m, k, n_dof), info.reshape(m, k)
+        info["start"] = np.arange(k)
+        info["missed"][info["status"] != layout.SOLVED] = np.inf
         for row in np.flatnonzero(self.keep(order, q, info, part)):
-            self.origins[int(order[row])] = seeds[row * k + int(self.info[order[row], layout.START])]
+            self.origins[int(order[row])] = seeds[row * k + int(self.info["start"][order[row]])]
 
-    def keep(self, order: NDArray[np.int64], q: Array, info: Array, part: Restart) -> NDArray[np.bool_]:
+    def keep(self, order: NDArray[np.int64], q: Array, info: Results, part: Restart) -> NDArray[np.bool_]:
         """Keep better results for some targets, and close those that are solved. Whether a target has a new solution."""
-        solved = info[:, :, layout.STATUS] == layout.SOLVED
+        solved = info["status"] == layout.SOLVED
         costs, acceptable = np.full(solved.shape, np.inf), solved.copy()
         costs[solved], acceptable[solved] = self._costs(order[solved.nonzero()[0]], q[solved])
         self._note_rejected(order, q, info, solved & ~acceptable)
-        chosen = np.where(acceptable.any(axis=1), costs.argmin(axis=1), info[:, :, layout.MISSED].argmin(axis=1))
+        chosen = np.where(acceptable.any(axis=1), costs.argmin(axis=1), info["missed"].argmin(axis=1))
         row = np.arange(len(order))
         q, info, accepted = q[row, chosen], info[row, chosen], costs[row, chosen] < self._costs_now(order)
-        info[~accepted & (info[:, layout.STATUS] == layout.SOLVED), layout.STATUS] = layout.NOT_FOUND
-        info[:, layout.START] += part.first + (not part.from_seed)
-        was_solved = self.info[order, layout.STATUS] == layout.SOLVED
-        better = accepted | (~was_solved & ~(info[:, layout.MISSED] >= self.info[order, layout.MISSED]))
+        info["status"][~accepted & (info["status"] == layout.SOLVED)] = layout.NOT_FOUND
+        info["start"] += part.first + (not part.from_seed)
+        was_solved = self.info["status"][order] == layout.SOLVED
+        better = accepted | (~was_solved & ~(info["missed"] >= self.info["missed"][order]))
         self.q[order[better]], self.info[order[better]] = q[better], info[better]
         self.with_posture[order[better]] = part.with_posture
-        self.open[order[accepted | (info[:, layout.STATUS] == layout.NOT_A_POSE)]] = False
+        self.open[order[accepted | (info["status"] == layout.NOT_A_POSE)]] = False
         return accepted
 
     def put(self, order: NDArray[np.int64], other: "PoseSearch") -> None:
@@ -144,7 +147,7 @@ class PoseSearch:
 
     def _costs_now(self, order: NDArray[np.int64]) -> Array:
         """The costs of the solutions that some targets have, infinite where there is none yet."""
-        costs, solved = np.full(len(order), np.inf), self.info[order, layout.STATUS] == layout.SOLVED
+        costs, solved = np.full(len(order), np.inf), self.info["status"][order] == layout.SOLVED
         if solved.any():
             costs[solved], _ = self._costs(order[solved], self.q[order[solved]])
         return costs
@@ -156,7 +159,7 @@ class PoseSearch:
         costs = self.cost(order, q)
         return costs.of_acceptable(), costs.acceptable
 
-    def _note_rejected(self, order: NDArray[np.int64], q: Array, info: Array, refused: NDArray[np.bool_]) -> None:
+    def _note_rejected(self, order: NDArray[np.int64], q: Array, info: Results, refused: NDArray[np.bool_]) -> None:
         for row in np.flatnonzero(refused.any(axis=1)):
             k = refused[row].argmax()
             self.rejected.setdefault(int(order[row]), (q[row, k].copy(), info[row, k].copy()))
@@ -165,7 +168,7 @@ class PoseSearch:
 def run_from_branches(search: PoseSearch) -> None:
     """Start from branches of a closed form: for open targets, and for all where the best is wanted."""
     ranked = search.problem.query.options.rank is not None
-    wanted = search.info[:, layout.STATUS] != layout.NOT_A_POSE if ranked else search.open
+    wanted = search.info["status"] != layout.NOT_A_POSE if ranked else search.open
     if not wanted.any():
         return
     order, starts = closed_form_starts(search.problem, np.flatnonzero(wanted), search.cost if ranked else None)
@@ -197,16 +200,16 @@ def search_with_restarts(search: PoseSearch, n_first: int, give_up: Callable[[Po
     return False
 
 
-def run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
-    """The results of every start of a round for some targets: q (m, n_starts, n_dof), info (m, n_starts, N_INFO)."""
+def run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Results]:
+    """The results of every start of a round for some targets: q (m, n_starts, n_dof), info (m, n_starts)."""
     q, info = solved_in_unit(problem, order, lambda problem, order: _run_starts(problem, order, part))
     return _as_near_as_turns(problem, order, q), info
 
 
 def run_from_each(
     problem: Problem, order: NDArray[np.int64], q: Array, steps: int, *, with_posture: bool = False
-) -> tuple[Array, Array]:
-    """The results for some targets (m,), each from a configuration q (m, n_dof) of its own: q (m, n_dof), info (m, N_INFO).
+) -> tuple[Array, Results]:
+    """The results for some targets (m,), each from a configuration q (m, n_dof) of its own: q (m, n_dof), info (m,).
 
     With no step the information is that of q itself.
     """
@@ -216,19 +219,19 @@ def run_from_each(
     return q[:, 0], info[:, 0]
 
 
-def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Array]:
+def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tuple[Array, Results]:
     query, options = problem.query, problem.query.options
     n_dof = query.tree.n_dof
     starts = unit_samples(query.tree, query.link, options.seed, part.first, part.count, from_seed=part.from_seed)
-    settings = problem.settings.copy()
-    settings[layout.STEPS], settings[layout.WITH_POSTURE], settings[layout.CALM] = part.steps, part.with_posture, part.calm
-    q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts), layout.N_INFO))
+    records = problem.settings.copy()
+    settings = records[0]
+    settings.steps, settings.with_posture, settings.calm = part.steps, part.with_posture, part.calm
+    q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts)), SearchResult.structure)
 
     def piece(rows: slice) -> bool:
-        multi_start.search_jobs(
-            problem.chain, problem.targets, order[rows], problem.seeds, problem.bounds, starts, problem.posture, settings,
-            q[rows].reshape(-1, n_dof), info[rows].reshape(-1, layout.N_INFO),
-        )  # fmt: skip
+        jobs = multi_start.Jobs(problem.targets, order[rows], problem.seeds, problem.bounds, starts, problem.posture)
+        own_q, own_info = q[rows].reshape(-1, n_dof), info[rows].reshape(-1)
+        multi_start.search_jobs(problem.chain, records, jobs, own_q, own_info)
         return True
 
     in_parts(piece, len(order), max(1, _JOBS_PER_THREAD // len(starts)), options.threads)

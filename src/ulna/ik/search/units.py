@@ -11,33 +11,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.problem import Problem, rows_for
-from ulna.kernels.ik import search_layout as layout
+from ulna.kernels.ik.search_records import Results
 from ulna.kernels.layout import COLUMN, KIND, LARGEST, OFFSET, PRISMATIC, RATIO, REVOLUTE
 
 Array = NDArray[np.float64]
 
 
-Solve = Callable[[Problem, NDArray[np.int64]], tuple[Array, Array]]
-"""Gives q (m, ..., n_dof) and info (m, ..., N_INFO) for some targets (m,) of a problem."""
+Solve = Callable[[Problem, NDArray[np.int64]], tuple[Array, Results]]
+"""Gives q (m, ..., n_dof) and info (m, ...) for some targets (m,) of a problem."""
 
 
-def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> tuple[Array, Array]:
+def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> tuple[Array, Results]:
     """The results of a solver for some targets (m,), computed in the unit of the robot and returned in metres."""
     unit = problem.query.unit
     if unit == 1.0:
         return solve(problem, order)
-    far = too_far(problem, order, unit)
+    far = _too_far(problem, order, unit)
     near_q, near_info = solve(in_unit(problem, unit), order[~far])
     in_metres(problem, unit, near_q, near_info)
     if not far.any():
         return near_q, near_info
-    q, info = np.empty((len(order), *near_q.shape[1:])), np.empty((len(order), *near_info.shape[1:]))
+    q, info = np.empty((len(order), *near_q.shape[1:])), np.empty((len(order), *near_info.shape[1:]), near_info.dtype)
     q[~far], info[~far] = near_q, near_info
     q[far], info[far] = solve(problem, order[far])
     return q, info
 
 
-def too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
+def _too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
     """Which targets (m,) exceed the range of the kernels when measured in a unit: they are out of reach."""
     seeds = rows_for(problem.seeds, order) / _slide_units(problem, unit)
     far = (np.abs(problem.targets[order, :3, 3]) > LARGEST * unit).any(axis=1)
@@ -57,17 +57,19 @@ def in_unit(problem: Problem, unit: float) -> Problem:
         if int(row[KIND]) == PRISMATIC:
             row[RATIO], row[OFFSET] = row[RATIO] * (slides[int(row[COLUMN])] / unit), row[OFFSET] / unit
     targets[:, :3, 3] /= unit
-    settings[[layout.POSITION_TOLERANCE, *range(layout.SLACK, layout.SLACK + 3)]] /= unit
-    settings[layout.FAR] /= unit * unit
+    settings[0].position_tolerance /= unit
+    settings[0].slack[:3] /= unit
+    settings[0].far /= unit * unit
     with np.errstate(over="ignore"):  # a limit of 1e308 is none
         changed = {name: getattr(problem, name) / slides for name in ("seeds", "bounds", "posture")}
     return replace(problem, chain=chain, targets=targets, settings=settings, **changed)
 
 
-def in_metres(problem: Problem, unit: float, q: Array, info: Array) -> None:
-    """Convert the result of a search in a unit back to metres, in place: q (..., n_dof), info (..., N_INFO) but for MISSED."""
+def in_metres(problem: Problem, unit: float, q: Array, info: Results) -> None:
+    """Convert the result of a search in a unit back to metres, in place: q (..., n_dof), info (...) but for what it missed."""
     q *= _slide_units(problem, unit)
-    info[..., [layout.POSITION_ERROR, *range(layout.RESIDUAL, layout.RESIDUAL + 3)]] *= unit
+    info["position_error"] *= unit
+    info["residual"][..., :3] *= unit
 
 
 def jacobian_in_unit(problem: Problem, J: Array, unit: float) -> Array:

@@ -8,9 +8,9 @@ then the upper bounds (2 n_dof); the state, as numbered below.
    (the better of the last two is its result), or when it is negligible; failed when its steps are used up before.
 3. Every lane moves by J' (J J' + lambda I)^-1 e with lambda = c |e|^2 + 1e-12 (Sugihara, IEEE Trans. Robotics 2011), kept within
    its bounds (``damped_system``). Further steps of a lane that has ended are ignored: its result is in the rows of the
-   step before. A CALM search adds |e| to lambda: where the target is out of reach, the curvature of the arm, which J lacks,
-   is about as large, and without it the steps would overshoot for ever. |e|^2 counts no distance beyond FAR: a slide is linear
-   however far it moves, so its steps need no damping, which would slow a long way down to a standstill.
+   step before. A ``calm`` search adds |e| to lambda: where the target is out of reach, the curvature of the arm, which J lacks,
+   is about as large, and without it the steps would overshoot for ever. |e|^2 counts no distance beyond ``far``: a slide is
+   linear however far it moves, so its steps need no damping, which would slow a long way down to a standstill.
 4. With a posture, the part of (posture - q) that lies in the null space of J is added to each step, and a lane is solved only
    when that part is used up (Liegeois 1977): dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q. The pose comes first:
    a lane whose steps are used up at the pose has solved it.
@@ -30,7 +30,7 @@ from ulna.kernels.ik.damped_system import (
     solve_damped,
     within_bounds,
 )
-from ulna.kernels.ik.search_layout import CALM, FAR, POSITION_TOLERANCE, ROTATION_TOLERANCE, TASK, WHOLE_POSE, WITH_POSTURE
+from ulna.kernels.ik.search_layout import POINTING, WHOLE_POSE
 from ulna.kernels.ik.task_error import task_error
 from ulna.kernels.layout import IN_BASE
 from ulna.kernels.spatial.elementary import maximum, minimum
@@ -53,22 +53,22 @@ _POSTURE_STEP = 1.0  # rad: shorter ones converge too slowly, longer ones oscill
 
 @routine
 def advance(chain, posture, settings, rows, scratch):
-    """Steps 1 to 4 for all lanes."""
+    """Steps 1 to 4 for all lanes; settings: a ``SearchSettings``."""
     q_rows, last_rows, target_rows, bound_rows, state_rows = rows
     jacobian_rows, system_rows = scratch
     target = load_pose(target_rows, 0)
     pose = chain_jacobian(chain, q_rows, IN_BASE, jacobian_rows, 6, 1)
     e = whole = pose_error(pose, target)
-    if int(settings[TASK]) != WHOLE_POSE:
-        e = task_error(settings, pose, target, e, jacobian_rows)
+    if settings.task != WHOLE_POSE:
+        e = task_error(settings.task == POINTING, settings.slack, pose, target, e, jacobian_rows)
     p2, r2 = error_squares(e)
     check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows)
     block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
-    if settings[FAR] != 0.0:
-        p2 = minimum(p2, settings[FAR])
-    damping = (p2 + r2) * _DAMPING + sqrt(p2 + r2) * settings[CALM] + _LEAST_DAMPING
+    if settings.far != 0.0:
+        p2 = minimum(p2, settings.far)
+    damping = (p2 + r2) * _DAMPING + sqrt(p2 + r2) * (1.0 if settings.calm else 0.0) + _LEAST_DAMPING
     store(state_rows, LAMBDA, damping)
-    if settings[WITH_POSTURE] != 0.0:
+    if settings.with_posture:
         move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacobian_rows, system_rows)
     else:
         y = solve_damped(jacobian_rows, posture.shape[0], damping, e, system_rows)
@@ -82,17 +82,17 @@ def advance(chain, posture, settings, rows, scratch):
 def check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows):
     """Step 2: which lanes have ended and how; the result so far is copied to the rows of the step before."""
     total, least = p2 + r2, load(state_rows, LEAST)
-    near = (p2 <= settings[POSITION_TOLERANCE] ** 2) & (r2 <= settings[ROTATION_TOLERANCE] ** 2)
+    near = (p2 <= settings.position_tolerance**2) & (r2 <= settings.rotation_tolerance**2)
     was_near = least < np.inf
     back = was_near & logical_not(near & (total < least))
     enough = total <= _NEGLIGIBLE
-    if settings[WITH_POSTURE] != 0.0:
+    if settings.with_posture:
         enough = load(state_rows, CHANGE) <= _POSTURE_SETTLED
     settled = (was_near & logical_not(near & (total < _WORTH_A_STEP * least))) | (near & enough)
     used_up = load(state_rows, TAKEN) >= load(state_rows, ALLOWED)
     solved = settled | (used_up & (near | was_near))
     store(state_rows, ENDED, where(solved, HAS_SOLVED, where(used_up, HAS_FAILED, RUNNING)))
-    if settings[WITH_POSTURE] == 0.0:
+    if not settings.with_posture:
         store(state_rows, LEAST, where(near, total, np.inf))
     store(state_rows, P2, where(back, load(state_rows, P2), p2))
     store(state_rows, R2, where(back, load(state_rows, R2), r2))

@@ -8,7 +8,6 @@ import math
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, store, where
-from ulna.kernels.ik.search_layout import POINTING, SLACK, TASK
 from ulna.kernels.spatial.elementary import first_quadrant_angle
 from ulna.kernels.spatial.vectors import cross, rotate_inverse
 
@@ -16,20 +15,22 @@ _TINY = 1e-12  # of a sine: below it the axis of a half turn is chosen, not comp
 
 
 @kernel
-def task_error(settings, pose, target, e, jacobian_rows):
+def task_error(is_pointing, slack, pose, target, e, jacobian_rows):
     """The error that the task counts, in the target's axes; the rows of J are turned there too.
 
-    1. Turn e and the columns of J into the target's axes. For POINTING, the rotation is the swing of the z axis alone.
+    slack: by how much each of the six components may be off [m, rad].
+
+    1. Turn e and the columns of J into the target's axes. For a pointing, the rotation is the swing of the z axis alone.
     2. Take the slack from each component; one within its slack counts as zero, and its row of J too, so that it stays free.
     """
-    w = swing(pose, target) if int(settings[TASK]) == POINTING else (e[3], e[4], e[5])
+    w = swing(pose, target) if is_pointing else (e[3], e[4], e[5])
     v, w = rotate_inverse(target, (e[0], e[1], e[2])), rotate_inverse(target, w)
-    c0, f0 = beyond(v[0], settings[SLACK])
-    c1, f1 = beyond(v[1], settings[SLACK + 1])
-    c2, f2 = beyond(v[2], settings[SLACK + 2])
-    c3, f3 = beyond(w[0], settings[SLACK + 3])
-    c4, f4 = beyond(w[1], settings[SLACK + 4])
-    c5, f5 = beyond(w[2], settings[SLACK + 5])
+    c0, f0 = beyond(v[0], slack[0])
+    c1, f1 = beyond(v[1], slack[1])
+    c2, f2 = beyond(v[2], slack[2])
+    c3, f3 = beyond(w[0], slack[3])
+    c4, f4 = beyond(w[1], slack[4])
+    c5, f5 = beyond(w[2], slack[5])
     for j in range(jacobian_rows.shape[0] // 6):
         v = load(jacobian_rows, 6 * j), load(jacobian_rows, 6 * j + 1), load(jacobian_rows, 6 * j + 2)
         w = load(jacobian_rows, 6 * j + 3), load(jacobian_rows, 6 * j + 4), load(jacobian_rows, 6 * j + 5)

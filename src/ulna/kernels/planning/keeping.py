@@ -37,19 +37,7 @@ from ulna.kernels.chain.poses import frame_pose
 from ulna.kernels.collision.ball_motion import ROUNDING, joint_twist, offset_length, pair_bounds, write_bounds
 from ulna.kernels.collision.collision_layout import ASIDE, SLIDES, TURN
 from ulna.kernels.layout import JOINT, PARENT
-from ulna.kernels.planning.planning_layout import (
-    ALL_AXES,
-    AWAY,
-    AXES,
-    CHORD,
-    KEEP_ROWS,
-    LEAST_LENGTH,
-    LEVER,
-    NO_AXIS,
-    REFERENCE,
-    SHARED,
-    TOWARDS,
-)
+from ulna.kernels.planning.constraint_records import ALL_AXES, MIN_LENGTH, NO_AXIS, TOWARDS
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.vectors import (
     cross,
@@ -74,12 +62,11 @@ def write_keep_bounds(joints, keeps, moving, slacks):
     moving: its speeds and bends have two rows for each constraint, its frame's and that of the other one. slacks: (n, 3): what
     is added to the displacement of the origins and to differences of axes, and how far the axes of the other frame may be turned.
     """
-    for i in range(keeps.shape[0] // KEEP_ROWS):
-        a = KEEP_ROWS * i
-        b = a + REFERENCE
-        joint_a, joint_b = int(keeps[a, JOINT]), int(keeps[b, JOINT])
-        aside = write_bounds(joints, moving.steps, joint_a, keeps[a, LEVER], moving.speeds, moving.bends, 2 * i)
-        far = write_bounds(joints, moving.steps, joint_b, offset_length(keeps, b), moving.speeds, moving.bends, 2 * i + 1)
+    for i in range(keeps.allowed.shape[0]):
+        a, b = 2 * i, 2 * i + 1
+        joint_a, joint_b = int(keeps.frames[a, JOINT]), int(keeps.frames[b, JOINT])
+        aside = write_bounds(joints, moving.steps, joint_a, keeps.allowed[i].lever, moving.speeds, moving.bends, a)
+        far = write_bounds(joints, moving.steps, joint_b, offset_length(keeps.frames, b), moving.speeds, moving.bends, b)
         slacks[i, 0], slacks[i, 2] = aside + far, turned_aside(joints, moving.steps, joint_b)
         slacks[i, 1] = _ROOT_TWO * (turned_aside(joints, moving.steps, joint_a) + slacks[i, 2] + ROUNDING)
 
@@ -107,12 +94,10 @@ def keep_shares(joints, keeps, slacks, moving, half, like):
     moving: where the joints are, and how they move (``ball_motion.write_twists``).
     """
     value, most, n = splat(0.0, like), splat(0.0, like), joints.shape[0]
-    for i in range(keeps.shape[0] // KEEP_ROWS):
-        row = KEEP_ROWS * i
-        other = row + REFERENCE
-        axes, shared = int(keeps[row, AXES]), int(keeps[other, SHARED])
-        joint_a, joint_b = int(keeps[row, JOINT]), int(keeps[other, JOINT])
-        a, b = frame_pose(keeps, row, moving.joint_rows, like), frame_pose(keeps, other, moving.joint_rows, like)
+    for i in range(keeps.allowed.shape[0]):
+        allowed, frames = keeps.allowed[i], keeps.frames
+        joint_a, joint_b, shared = int(frames[2 * i, JOINT]), int(frames[2 * i + 1, JOINT]), allowed.shared
+        a, b = frame_pose(frames, 2 * i, moving.joint_rows, like), frame_pose(frames, 2 * i + 1, moving.joint_rows, like)
         v, w = joint_twist(moving, joint_a, origin(a), like)
         u, slack = transform_inverse(b, origin(a)), splat(slacks[i, 0], like)
         speed, curved = pair_bounds(joints, moving, 2 * i, 2 * i + 1, shared)
@@ -130,18 +115,18 @@ def keep_shares(joints, keeps, slacks, moving, half, like):
             slack = slack + slacks[i, 2] * longest
         du = rotate_inverse(b, v)
         for k in range(3):
-            if keeps[row, AWAY + k] < _INF:
-                now, share = abs(u[k]), 1.0 / keeps[row, AWAY + k]
+            if allowed.away[k] < _INF:
+                now, share = abs(u[k]), 1.0 / allowed.away[k]
                 moved = minimum(rate * half, half * (abs(du[k]) + lost) + (0.5 * bend) * half * half) * (1.0 + ROUNDING)
                 value = maximum(value, (now + slack) * share)
                 most = maximum(most, (now + moved + slack) * share)
-        if axes != NO_AXIS:
-            share = 1.0 / keeps[row, CHORD]
-            if axes == TOWARDS:
+        if allowed.axes != NO_AXIS:
+            share = 1.0 / allowed.chord
+            if allowed.axes == TOWARDS:
                 now, far = direction_bounds(a, b, v, w, (turn, rate, bend, slack, lost), half)
             else:
-                now, there = axis_differences(a, b, w, half, axes)
-                scale = _ROOT_TWO if axes == ALL_AXES else 1.0
+                now, there = axis_differences(a, b, w, half, allowed.axes)
+                scale = _ROOT_TWO if allowed.axes == ALL_AXES else 1.0
                 far = minimum(now + (scale * turn) * half, there + (0.5 * scale * turn * turn) * half * half)
             value = maximum(value, (now + slacks[i, 1]) * share)
             most = maximum(most, ((far + (_ROOT_TWO * lost_turn) * half) * (1.0 + ROUNDING) + slacks[i, 1]) * share)
@@ -158,14 +143,14 @@ def direction_bounds(a, b, v, w, bounds, half):
     turn, rate, bend, slack, lost = bounds
     d, z = minus(origin(b), origin(a)), z_axis(a)
     distance = sqrt(dot(d, d))
-    near = 1.0 / maximum(distance, LEAST_LENGTH)
-    nearest = 1.0 / maximum(distance - half * rate - slack, LEAST_LENGTH)
+    near = 1.0 / maximum(distance, MIN_LENGTH)
+    nearest = 1.0 / maximum(distance - half * rate - slack, MIN_LENGTH)
     g = scaled(d, near)
     xx, xd, dd = products(minus(z, g), minus(cross(w, z), cross(scaled(cross(v, g), near), g)))
     now, first, second = sqrt(xx), turn + rate * nearest, turn * turn + (bend + _BENT * rate * rate * nearest) * nearest
     there = sqrt(xx + half * (2.0 * abs(xd) + half * dd)) + half * (lost * near + 0.5 * half * second)
     far = minimum(now + first * half, there)
-    return minimum(now + slack / maximum(distance - slack, LEAST_LENGTH), 2.0), minimum(far + slack * nearest, 2.0)
+    return minimum(now + slack / maximum(distance - slack, MIN_LENGTH), 2.0), minimum(far + slack * nearest, 2.0)
 
 
 @kernel

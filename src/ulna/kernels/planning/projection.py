@@ -18,7 +18,7 @@ from ulna.kernels.ik.damped_system import (
 )
 from ulna.kernels.ik.task_error import task_error
 from ulna.kernels.layout import COLUMN, IN_BASE, JOINT, PARENT
-from ulna.kernels.planning.planning_layout import AXES, KEEP_ROWS, LEAST_LENGTH, PROJECTION, REFERENCE, SHARED, TOWARDS
+from ulna.kernels.planning.constraint_records import MIN_LENGTH, TOWARDS
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, scaled
@@ -28,8 +28,10 @@ _FLAT = 0.7  # of a unit vector: an entry at most as long is not the longest
 
 
 @kernel
-def project_step(joints, keeps, i, active, q_rows, joint_rows, bound_rows, jacobian_rows, system_rows):
+def project_step(joints, keeping, i, active, q_rows):
     """Move q by one step towards constraint i, in the lanes that are ``active``, within the bounds.
+
+    keeping: the constraints, where the joints are, and room (``drivers.planning.keeping``).
 
     1. Of the poses of the joints, take those of the constraint's two frames, and the Jacobian of the first as the other sees it:
        the twists of the joints that carry one of the two. If an axis is to point at the other frame's origin, the target and the
@@ -37,20 +39,20 @@ def project_step(joints, keeps, i, active, q_rows, joint_rows, bound_rows, jacob
     2. Reduce its error and the Jacobian to what lies beyond the slack of the projection.
     3. dq = J' (J J' + lambda I)^-1 e, lambda in proportion to |e|^2.
     """
-    row, like = KEEP_ROWS * i, load(q_rows, 0)
-    pose, target = frame_pose(keeps, row, joint_rows, like), frame_pose(keeps, row + REFERENCE, joint_rows, like)
-    shared = int(keeps[row + REFERENCE, SHARED])
+    frames, allowed, like = keeping.keeps.frames, keeping.keeps.allowed[i], load(q_rows, 0)
+    joint_rows, bound_rows, jacobian_rows = keeping.moving.joint_rows, keeping.bound_rows, keeping.jacobian_rows
+    pose, target = frame_pose(frames, 2 * i, joint_rows, like), frame_pose(frames, 2 * i + 1, joint_rows, like)
     clear(jacobian_rows, like)
-    add_joints(joints, int(keeps[row, JOINT]), shared, 1.0, joint_rows, jacobian_rows)
-    add_joints(joints, int(keeps[row + REFERENCE, JOINT]), shared, -1.0, joint_rows, jacobian_rows)
+    add_joints(joints, int(frames[2 * i, JOINT]), allowed.shared, 1.0, joint_rows, jacobian_rows)
+    add_joints(joints, int(frames[2 * i + 1, JOINT]), allowed.shared, -1.0, joint_rows, jacobian_rows)
     express(pose, IN_BASE, jacobian_rows, 6, 1)
-    if int(keeps[row, AXES]) == TOWARDS:
+    if allowed.axes == TOWARDS:
         target = faced(pose, target, jacobian_rows)
-    e = task_error(keeps[row + PROJECTION], pose, target, pose_error(pose, target), jacobian_rows)
+    e = task_error(allowed.is_pointing, allowed.slack, pose, target, pose_error(pose, target), jacobian_rows)
     block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
     p2, r2 = error_squares(e)
     n_dof = jacobian_rows.shape[0] // 6
-    y = solve_damped(jacobian_rows, n_dof, (p2 + r2) * _DAMPING + _LEAST_DAMPING, e, system_rows)
+    y = solve_damped(jacobian_rows, n_dof, (p2 + r2) * _DAMPING + _LEAST_DAMPING, e, keeping.system_rows)
     for j in range(n_dof):
         q = load(q_rows, j)
         store(q_rows, j, where(active, within_bounds(q + column_dot(jacobian_rows, j, y), bound_rows, j), q))
@@ -69,13 +71,13 @@ def add_joints(joints, joint, shared, sign, joint_rows, jacobian_rows):
 def faced(pose, target, jacobian_rows):
     """A pose whose z axis g points from a pose to a target, d away; its turn, v x g / |d|, is subtracted from the Jacobian."""
     d = minus(origin(target), origin(pose))
-    near = 1.0 / maximum(sqrt(dot(d, d)), LEAST_LENGTH)
+    near = 1.0 / maximum(sqrt(dot(d, d)), MIN_LENGTH)
     g = scaled(d, near)
     for j in range(jacobian_rows.shape[0] // 6):
         v, w = column(jacobian_rows, 6 * j, 1)
         store_column(jacobian_rows, 6 * j, 1, v, minus(w, scaled(cross(v, g), near)))
     flat = abs(g[0]) <= _FLAT
     x = cross((where(flat, 1.0, 0.0), where(flat, 0.0, 1.0), splat(0.0, near)), g)
-    x = scaled(x, 1.0 / maximum(sqrt(dot(x, x)), LEAST_LENGTH))
+    x = scaled(x, 1.0 / maximum(sqrt(dot(x, x)), MIN_LENGTH))
     y = cross(g, x)
     return x[0], y[0], g[0], pose[3], x[1], y[1], g[1], pose[7], x[2], y[2], g[2], pose[11]

@@ -1,13 +1,14 @@
 """Measures distances of configurations, and steps from one towards another.
 
 The metric is Euclidean, with a weight for each entry of q. Of an entry that may turn for ever, the difference is taken the short
-way round. A tree is rows of eight nodes: row ``block * n_dof + k`` holds entry k of the nodes 8 block to 8 block + 7, infinite
+way round. ``space`` has a record of each entry of q (``constraint_records.Entry``), shape (n_dof,).
+
+A tree is rows of eight nodes: row ``block * n_dof + k`` holds entry k of the nodes 8 block to 8 block + 7, infinite
 where there is none.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, rint, splat, sqrt, where
-from ulna.kernels.planning.planning_layout import PERIOD, WEIGHT
 
 INF = float("inf")
 
@@ -23,10 +24,10 @@ def short_way(x, period):
 @kernel
 def square_distance(tree_rows, block, q, space):
     """The squared distances of eight nodes of a tree from q, shape (n_dof,)."""
-    n_dof = space.shape[1]
+    n_dof = space.shape[0]
     total = splat(0.0, load(tree_rows, block * n_dof))
     for k in range(n_dof):
-        x = short_way(load(tree_rows, block * n_dof + k) - q[k], space[PERIOD, k]) * space[WEIGHT, k]
+        x = short_way(load(tree_rows, block * n_dof + k) - q[k], space[k].period) * space[k].weight
         total = total + x * x
     return total
 
@@ -63,8 +64,8 @@ def nearest_below_in_lanes(tree_rows, cost_rows, n_blocks, q, bound, space):
 def distance(a, b, space):
     """The distance of two configurations, shape (n_dof,) each."""
     total = 0.0
-    for k in range(space.shape[1]):
-        x = short_way(b[k] - a[k], space[PERIOD, k]) * space[WEIGHT, k]
+    for k in range(space.shape[0]):
+        x = short_way(b[k] - a[k], space[k].period) * space[k].weight
         total += x * x
     return sqrt(total)
 
@@ -72,18 +73,20 @@ def distance(a, b, space):
 @kernel
 def write_step(a, b, share, space, out):
     """Write the configuration a share of the way from a to b to out; b itself for a share of 1, but for whole turns."""
-    for k in range(space.shape[1]):
-        way = short_way(b[k] - a[k], space[PERIOD, k])
+    for k in range(space.shape[0]):
+        way = short_way(b[k] - a[k], space[k].period)
         direct = share >= 1.0 and way == b[k] - a[k]
         out[k] = b[k] if direct else a[k] + share * way
 
 
 @kernel
-def adapted_domain(radius, extended, domain, least, rate):
+def adapted_domain(radius, settings, extended):
     """The radius of a node's domain after an extension (Jaillet, Yershova, LaValle and Simeon 2005, adaptive).
 
     Unlimited until the node cannot be extended for the first time; then it shrinks with each failure and grows with each success.
     """
     if extended:
-        return radius * (1.0 + rate)
-    return min(radius, domain) if radius > domain * 1e6 else max(least, radius * (1.0 - rate))
+        return radius * (1.0 + settings.adaptation)
+    if radius > settings.domain * 1e6:
+        return min(radius, settings.domain)
+    return max(settings.min_domain, radius * (1.0 - settings.adaptation))

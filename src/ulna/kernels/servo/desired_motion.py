@@ -13,7 +13,7 @@ Therefore no velocity is taken after which the arm would rest farther from the p
 (``pose_squares``). From rest a tick moves so little that x always leads nearer, unless there is nothing nearer.
 """
 
-from ulna.engine.decorators import kernel
+from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import sqrt
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.poses import chain_pose
@@ -46,6 +46,7 @@ _LOOKS = 4  # for joints at their limits
 _AT_LIMIT = 0.01  # [rad or m]: a joint that is nearer to its limit is there
 _LOST = 0.02  # what a singular value of J below it asks of the joints makes the others little slower
 _APPROACH = 4.0  # ticks: the time constant near a position
+ACROSS = 1e4  # the weight of what a hand does beside its twist, beside that of what it does along it
 SMALL = 1e-6  # [m/s, rad/s]: a slower desired motion counts as rest
 _SHARE = 0.7  # of the acceleration, with which a position is approached
 
@@ -55,71 +56,145 @@ def write_objective(mode, chains, goal_rows, limits, settings, q_rows, arrays):
     """Write H and f of the quadratic program, as x' H x / 2 - f' x.
 
     goal_rows: n_dof velocities or positions, or HAND_WIDTH numbers a hand; q_rows: where the arm is; chains: those of all hands,
-    one after the other. arrays: H, f, J of each hand, the desired velocities or the twists of the hands, room for the damped
-    system (``damped_system``).
+    one after the other. arrays: ``Objective``.
     """
-    h_rows, f_rows, jacobian_rows, desired_rows, system_rows = arrays
-    n = f_rows.shape[0]
+    n = arrays.f_rows.shape[0]
     if mode != HANDS:
         for j in range(n):
             x = goal_rows[j] if mode == VELOCITY else approach(goal_rows[j] - q_rows[j], limits, settings, j)
-            desired_rows[j] = min(max(x, -limits[SPEED, j]), limits[SPEED, j])
-            f_rows[j] = desired_rows[j]
+            arrays.desired_rows[j] = min(max(x, -limits[SPEED, j]), limits[SPEED, j])
+            arrays.f_rows[j] = arrays.desired_rows[j]
             for k in range(n):
-                h_rows[n * j + k] = 1.0 if j == k else 0.0
+                arrays.h_rows[n * j + k] = 1.0 if j == k else 0.0
         return
+    write_jacobians(chains, goal_rows, limits, q_rows, arrays.jacobian_rows)
+    for i in range(goal_rows.shape[0] // HAND_WIDTH):
+        hand, columns = goal_rows[HAND_WIDTH * i : HAND_WIDTH * (i + 1)], arrays.jacobian_rows[6 * n * i : 6 * n * (i + 1)]
+        w, arrays.pace_rows[i] = desired_twist(hand, chains, limits, settings, q_rows, columns, arrays.system_rows), 1.0
+        store_six(arrays.desired_rows, 6 * i, scaled_six(w, sqrt(hand[WEIGHT])))
+    weigh_jacobians(goal_rows, arrays.jacobian_rows)
+    write_squares(goal_rows, settings, arrays, across_of(goal_rows, limits, n))
+    write_pulls(limits, settings, q_rows, arrays)
+
+
+@kernel
+def across_of(goal_rows, limits, n):
+    """The weight of what a hand does beside its twist: 1 where there are too few joints for the twists of all hands."""
+    n_free = 0
     for j in range(n):
-        f_rows[j] = 0.0
-        for k in range(n):
-            h_rows[n * j + k] = settings[DAMPING] if j == k else 0.0
+        n_free += 1 if limits[SPEED, j] > 0.0 else 0
+    return ACROSS if n_free >= 6 * (goal_rows.shape[0] // HAND_WIDTH) else 1.0
+
+
+@routine
+def write_jacobians(chains, goal_rows, limits, q_rows, jacobian_rows):
+    """Write J of each hand; joints that are held have columns of zeros."""
+    n = q_rows.shape[0]
     for i in range(goal_rows.shape[0] // HAND_WIDTH):
         hand, columns = goal_rows[HAND_WIDTH * i : HAND_WIDTH * (i + 1)], jacobian_rows[6 * n * i : 6 * n * (i + 1)]
-        w = write_jacobian(hand, chains, limits, settings, q_rows, columns, system_rows)
-        add_squares(columns, w, h_rows, f_rows)
-        store_six(desired_rows, 6 * i, w)
+        frame = IN_BASE if hand[GIVEN] == POSE else int(hand[FRAME])
+        chain_jacobian(chains[int(hand[FIRST]) : int(hand[END])], q_rows, frame, columns, 6, 1)
+        for j in range(n):
+            if limits[SPEED, j] == 0.0:
+                for k in range(6):
+                    columns[6 * j + k] = 0.0
+
+
+@kernel
+def weigh_jacobians(goal_rows, jacobian_rows):
+    """Multiply J of each hand by the square root of its weight."""
+    n_hands = goal_rows.shape[0] // HAND_WIDTH
+    width = jacobian_rows.shape[0] // max(n_hands, 1)
+    for i in range(n_hands):
+        root = sqrt(goal_rows[HAND_WIDTH * i + WEIGHT])
+        for k in range(width * i, width * (i + 1)):
+            jacobian_rows[k] *= root
+
+
+@kernel
+def desired_twist(hand, chains, limits, settings, q_rows, jacobian_rows, system_rows):
+    """The twist that is desired of a hand."""
+    if hand[GIVEN] != POSE:
+        return load_six(hand, GOAL)
+    end = chain_pose(chains[int(hand[FIRST]) : int(hand[END])], q_rows)
+    e = pose_error(end, load_pose(hand[GOAL:], 0))
+    return scaled_six(e, approach_rate(e, limits, settings, jacobian_rows, system_rows, q_rows))
+
+
+@kernel
+def scaled_six(w, by):
+    """Six numbers times a number."""
+    return by * w[0], by * w[1], by * w[2], by * w[3], by * w[4], by * w[5]
+
+
+@routine
+def write_squares(goal_rows, settings, arrays, across):
+    """Write H, its lower triangle: the damping, and J' M J of each hand, M the weight of what is not along its twist."""
+    n = arrays.f_rows.shape[0]
+    for j in range(n):
+        for k in range(j + 1):
+            arrays.h_rows[n * j + k] = settings[DAMPING] if j == k else 0.0
+    for i in range(goal_rows.shape[0] // HAND_WIDTH):
+        w, columns = load_six(arrays.desired_rows, 6 * i), arrays.jacobian_rows[6 * n * i : 6 * n * (i + 1)]
+        beside = 1.0 if goal_rows[HAND_WIDTH * i + GIVEN] == POSE else across
+        for j in range(n):
+            column = weighted(load_six(columns, 6 * j), w, beside)
+            for k in range(j + 1):
+                arrays.h_rows[n * j + k] += column_dot(columns, k, column)
+
+
+@kernel
+def write_pulls(limits, settings, q_rows, arrays):
+    """Write f: the twists of the hands, each at its pace, and the pull towards the posture."""
+    n = q_rows.shape[0]
     for j in range(n):
         pull = settings[PULL] * (limits[POSTURE, j] - q_rows[j]) if settings[PULL] > 0.0 else 0.0
-        f_rows[j] += settings[DAMPING] * min(max(pull, -limits[SPEED, j]), limits[SPEED, j])
+        arrays.f_rows[j] = settings[DAMPING] * min(max(pull, -limits[SPEED, j]), limits[SPEED, j])
+    for i in range(arrays.pace_rows.shape[0]):
+        w, columns = (
+            scaled_six(load_six(arrays.desired_rows, 6 * i), arrays.pace_rows[i]),
+            arrays.jacobian_rows[6 * n * i : 6 * n * (i + 1)],
+        )
+        for j in range(n):
+            arrays.f_rows[j] += column_dot(columns, j, w)
 
 
 @kernel
-def write_jacobian(hand, chains, limits, settings, q_rows, jacobian_rows, system_rows):
-    """Write J of a hand, and return the twist that is desired of it: both times the square root of its weight."""
-    frame = IN_BASE if hand[GIVEN] == POSE else int(hand[FRAME])
-    end = chain_jacobian(chains[int(hand[FIRST]) : int(hand[END])], q_rows, frame, jacobian_rows, 6, 1)
-    for j in range(q_rows.shape[0]):
-        if limits[SPEED, j] == 0.0:  # it is held
-            for k in range(6):
-                jacobian_rows[6 * j + k] = 0.0
-    w, rate, root = load_six(hand, GOAL), 1.0, sqrt(hand[WEIGHT])
-    if hand[GIVEN] == POSE:
-        w = pose_error(end, load_pose(hand[GOAL:], 0))
-        rate = approach_rate(w, limits, settings, jacobian_rows, system_rows, q_rows)
-    for k in range(jacobian_rows.shape[0]):
-        jacobian_rows[k] *= root
-    rate *= root
-    return rate * w[0], rate * w[1], rate * w[2], rate * w[3], rate * w[4], rate * w[5]
+def weighted(v, w, across):
+    """M v: six numbers times a weight, but for what of them is along a twist."""
+    along = scaled_six(w, 1.0 / max(size_of(w), SMALL))
+    less = (across - 1.0) * dot_six(v, along)
+    return (
+        across * v[0] - less * along[0], across * v[1] - less * along[1], across * v[2] - less * along[2],
+        across * v[3] - less * along[3], across * v[4] - less * along[4], across * v[5] - less * along[5],
+    )  # fmt: skip
 
 
 @kernel
-def add_squares(jacobian_rows, w, h_rows, f_rows):
-    """Add J' J to H, and J' w to f."""
-    n = f_rows.shape[0]
-    for j in range(n):
-        f_rows[j] += column_dot(jacobian_rows, j, w)
-        for k in range(n):
-            total = h_rows[n * j + k]
-            for i in range(6):
-                total += jacobian_rows[6 * j + i] * jacobian_rows[6 * k + i]
-            h_rows[n * j + k] = total
+def dot_six(v, w):
+    """The inner product of six numbers and six others."""
+    return v[0] * w[0] + v[1] * w[1] + v[2] * w[2] + v[3] * w[3] + v[4] * w[4] + v[5] * w[5]
+
+
+@kernel
+def size_of(w):
+    """The length of six numbers."""
+    linear, angular = error_squares(w)
+    return sqrt(linear + angular)
 
 
 @kernel
 def approach(e, limits, settings, j):
     """The velocity at which entry j of q approaches a position that is e away."""
-    a, lag = _SHARE * limits[ACCELERATION, j], _APPROACH * settings[LAG]
-    v = min(a * (sqrt(lag * lag + 2.0 * abs(e) / a) - lag), limits[SPEED, j])
+    v = min(speed_to_stop(abs(e), limits, settings, j), limits[SPEED, j])
     return v if e >= 0.0 else -v
+
+
+@kernel
+def speed_to_stop(way, limits, settings, j):
+    """The speed at which entry j of q may still stop well within so long a way, whatever its limit of speed is."""
+    a, lag = _SHARE * limits[ACCELERATION, j], _APPROACH * settings[LAG]
+    return a * (sqrt(lag * lag + 2.0 * way / a) - lag)
 
 
 @kernel

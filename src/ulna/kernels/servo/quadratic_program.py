@@ -62,6 +62,32 @@ def minimise(factor_rows, f_rows, normal_rows, bound_rows, m, x_rows, active_row
     return k
 
 
+@routine
+def solve_on_rows(factor_rows, normal_rows, active_rows, value_rows, k, x_rows, work_rows):
+    """Solve H x = b, with b in x, among all x with g' x = v for k active rows; v is overwritten by the multipliers.
+
+    factor_rows and work_rows are as ``minimise`` leaves them, and as it takes them.
+    """
+    n = x_rows.shape[0]
+    y_rows, schur_rows = work_rows[: n * n], work_rows[n * n : 2 * n * n]
+    multiplier_rows = work_rows[2 * n * n : 2 * n * n + n]
+    forward(factor_rows, n, n, x_rows)
+    for a in range(k):
+        for i in range(n):
+            y_rows[n * a + i] = normal_rows[n * active_rows[a] + i]
+        forward(factor_rows, n, n, y_rows[n * a : n * a + n])
+    write_schur(k, n, y_rows, x_rows, schur_rows, multiplier_rows)
+    for a in range(k):
+        value_rows[a] = multiplier_rows[a] - value_rows[a]
+    factorise(schur_rows, k, n)
+    forward(schur_rows, k, n, value_rows)
+    backward(schur_rows, k, n, value_rows)
+    for a in range(k):
+        for i in range(n):
+            x_rows[i] -= value_rows[a] * y_rows[n * a + i]
+    backward(factor_rows, n, n, x_rows)
+
+
 @kernel
 def write_gradient_of(factor_rows, f_rows, x_rows, z_rows):
     """Write z = L' x - L^-1 f; its greatest entry."""

@@ -13,7 +13,7 @@ from ulna.drivers import rendering
 from ulna.kernels.render.render_layout import NOTHING
 from ulna.viewer.film.camera import Camera, sun_view
 from ulna.viewer.film.skin import Model, Skin, is_opaque, linear
-from ulna.viewer.palette import INK, Solid
+from ulna.viewer.palette import INK, TO_SUN, Solid
 
 # The sides of a cube of edge 2, each as four corners in order around it.
 _SIDES = np.array(
@@ -25,7 +25,6 @@ _SIDES = np.array(
     dtype=np.float64,
 )
 _SHADE = 0.25  # by which part a side that faces down is darker
-TO_SUN = (0.9, 0.25, 1.5)
 TEXELS = 1024  # a side of the sun's raster
 _LETTERS = 0.03  # the height of the letters, as a part of the picture's
 _LEAST_LETTERS = 11  # [pixels] the least height of the letters: smaller ones cannot be read

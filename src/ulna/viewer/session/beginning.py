@@ -1,5 +1,6 @@
-"""Chooses the configuration in which a view begins: home, unless the arm is stretched there."""
+"""Chooses the configuration in which a view begins: home, unless the arm is stretched there; and one near by that is free."""
 
+from collections.abc import Callable
 from itertools import product
 
 import numpy as np
@@ -17,6 +18,8 @@ _STRETCHED = 0.1  # of the largest manipulability of the candidates: home is kep
 _ENOUGH = 0.5  # of the largest, for a candidate
 _MOST_BENT = 7  # joints that are tried, those nearest to the hand: 3^7 candidates
 _BEND = np.pi / 2
+_NEAR_BY = np.repeat(np.geomspace(0.03, 1.5, 12), 24)  # [rad or m] how far away configurations are tried
+_TRIES = 40
 _ROUNDING = 1e-9  # of the largest singular value: a smaller one is 0 but for rounding
 Array = NDArray[np.float64]
 
@@ -51,6 +54,15 @@ def beginning(robot: Robot, world: World) -> Array:
     n_bent = np.count_nonzero(good != known[0], axis=1)
     heights = robot.forward_kinematics(good, link=link)[:, 2, 3].round(6)
     return good[np.lexsort((-heights, n_bent))[0]]
+
+
+def free_near(robot: Robot, world: World, q: Array, is_good: Callable[[Array], bool]) -> Array | None:
+    """A configuration near q, shape (n_dof,), that touches nothing and is good; None if none is found. The same in every run."""
+    away = _NEAR_BY[:, None] * np.random.default_rng(0).normal(size=(len(_NEAR_BY), robot.n_dof))
+    tried = np.clip(np.concatenate([q + away, list(configurations_of(robot).values())]), robot.lower, robot.upper)
+    tried = tried[np.argsort(np.abs(tried - q).max(axis=1), kind="stable")]
+    free = tried[~_touching(robot, tried, world)]
+    return next((one for one in free[:_TRIES] if is_good(one)), None)
 
 
 def _bent(robot: Robot, home: Array, link: str) -> Array:

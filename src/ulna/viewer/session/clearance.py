@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
-from ulna.description.shapes import Mesh
+from ulna.description.shapes import Mesh, UnknownShape
 from ulna.errors import GeometryError
 from ulna.robot import Robot
 
@@ -48,8 +48,8 @@ class ShapeNames:
 
 
 def _has_meshes(robot: Robot) -> bool:
-    """Whether it has collision meshes: then its shapes cannot be checked, and no report names them."""
-    return any(isinstance(body.shape, Mesh) for link in robot.description.links for body in link.collisions)
+    """Whether it has collision meshes or unknown shapes: then its shapes cannot be checked, and no report names them."""
+    return any(isinstance(body.shape, Mesh | UnknownShape) for link in robot.description.links for body in link.collisions)
 
 
 _ROUNDING = 1e-5  # [m] by which two computations of the distance of one pair may differ

@@ -8,26 +8,44 @@ from numpy.typing import NDArray
 from ulna.collision.world import World
 from ulna.errors import GeometryError, InputError
 from ulna.robot import Robot
+from ulna.robot.coordinates import coordinates_of
 from ulna.servo.command import Command
 from ulna.servo.servo import Servo
+from ulna.viewer.session.beginning import free_near
+from ulna.viewer.session.clearance import ShapeNames
 from ulna.viewer.session.session import Session
 
-NAME = "steering"
+NAME, JOINTS = "steering", "joints"
 RATE = 250  # ticks a second
 TURNING = 3.0  # [rad/m]: how fast the hand turns, for each m/s at which it moves
 _ACCELERATION = 5.0  # [rad/s^2 or m/s^2] of every joint
+_TOO_NEAR = 0.012  # [m] a little more than the clearance that the servo keeps
+_WAY_OUT = "move the obstacle or the arm away, or go to a free pose"
 _HELD_FOR = 0.3  # [s] after the last message of a button, which sends ten a second: so the arm stops if the page is lost
 Array = NDArray[np.float64]
 
 
-def started(robot: Robot, world: World, link: str, q: Array, jerk: float | None = None) -> tuple[Servo | None, str]:
+def started(
+    robot: Robot, world: World, link: str, q: Array, jerk: float | None = None, names: ShapeNames | None = None
+) -> tuple[Servo | None, str]:
     """A servo at rest at q, shape (n_dof,), and an empty text; or None, and why the servo cannot start there."""
     try:
         servo = robot.servo(world, link=link, acceleration=_ACCELERATION, jerk=jerk, rate=RATE)
-        servo.start(q)
     except (InputError, GeometryError) as error:
         return None, str(error)
+    try:
+        servo.start(q)
+    except InputError as error:
+        return None, _too_near(robot, world, q, names or ShapeNames(robot)) or str(error)
     return servo, ""
+
+
+def _too_near(robot: Robot, world: World, q: Array, names: ShapeNames) -> str:
+    """What the arm touches, or is too near to, at q, in a person's words; empty if nothing is near."""
+    near = robot.check_collision(q, world, max_distance=_TOO_NEAR).pairs
+    touching = [pair for pair in near if pair.signed_distance <= 0.0]
+    what = names.listed(touching or near)
+    return what and (f"{what} touch" if touching else f"{what} are too near to each other") + f": {_WAY_OUT}"
 
 
 def _warmed(servo: Servo) -> bool:
@@ -43,7 +61,7 @@ class Steering:
         on: Whether it steers.
         waiting: Whether its kernels are being compiled.
         speed: Of the hand while a button is held [m/s].
-        expressed_in: The axes of the buttons: "base", or "link" for those of the hand.
+        expressed_in: What the buttons move: the hand along the axes of "base", or of "link", its own; or "joints".
         command: The last command; None if there was none.
         refusal: Why the arm cannot be steered from where it is; empty if it can.
     """
@@ -55,22 +73,42 @@ class Steering:
 
     def turn(self, *, on: bool) -> None:
         """Begin to steer, or end it: then the arm stays where it is."""
-        until = np.zeros((2, 6))
+        until = np.zeros((2, max(6, self._session.robot.n_dof)))
         self.on, self.waiting, self.refusal = on, False, ""
         self.command: Command | None = None
         self._servo: Servo | None = None
+        self._step = (0, 0, 0)  # of a step: its entry, its sign, and how many ticks of it are left
         self._until = until  # when each button counts as released, of negative and of positive directions [s]
         self._seen: tuple | None = None  # the link, q and the objects for which the servo was made, or refused
         self._owed = 0.0  # [s] of ticks
 
     def hold(self, entry: int, sign: int) -> None:
-        """Note that a button is held: of an entry of the twist (v, w), and of a sign, 1 or -1."""
+        """Note that a button is held: of an entry of the twist (v, w), or of q, and of a sign, 1 or -1."""
         self._until[max(sign, 0), entry] = time.monotonic() + _HELD_FOR
+
+    def step(self, entry: int, sign: int, size: float) -> None:
+        """Move an entry of the twist, or of q, by a size [m or rad]; braking gives back what gathering speed takes."""
+        self._step = entry, sign, round(size / self._speeds()[entry] * RATE)
+
+    def go_free(self) -> None:
+        """Put the arm where it is free, near by, so that it can be steered from there."""
+        session, link = self._session, self._session.link
+        robot, world = session.robot, session.world.snapshot()
+        q = free_near(robot, world, session.q, lambda q: started(robot, world, link, q, self.jerk)[0] is not None)
+        if q is None:
+            self.refusal = "no free pose was found near this one: move the obstacle away"
+        else:
+            session.q = q
+
+    @property
+    def can_move(self) -> bool:
+        """Whether a button would move the arm."""
+        return self.on and not self.waiting and not self.refusal
 
     @property
     def moving(self) -> bool:
         """Whether another frame would move the arm."""
-        return self.on and (bool(self._twist().any()) or (self._servo is not None and bool(self._servo.qd.any())))
+        return self.on and (bool(self._held().any()) or (self._servo is not None and bool(self._servo.qd.any())))
 
     @property
     def sentence(self) -> str:
@@ -88,17 +126,36 @@ class Steering:
         before = self.sentence
         servo = self._ready()
         self._owed = self._owed + seconds if servo is not None and self.moving else 0.0
-        twist = self._twist()
         while servo is not None and self._owed >= 1 / RATE:
-            command = servo.step(twist=twist, expressed_in=self.expressed_in) if twist.any() else servo.step()
+            goal = self._held() * self._speeds()
+            if not goal.any():
+                command = servo.step()
+            elif self.expressed_in == JOINTS:
+                command = servo.step(velocity=goal)
+            else:
+                command = servo.step(twist=goal, expressed_in=self.expressed_in)
+            entry, sign, ticks = self._step
+            self._step = entry, sign, max(ticks - 1, 0)
             self.command, self._owed = command, self._owed - 1 / RATE
             self._session.q = command.q
             self._seen = self._now()
         return self.sentence != before
 
-    def _twist(self) -> Array:
+    def _held(self) -> Array:
+        """Which entries are to move, 1 or -1, and 0 for the others: of the twist, shape (6,), or of q, shape (n_dof,)."""
         held = self._until > time.monotonic()
-        return self.speed * (held[1] * 1.0 - held[0]) * np.repeat((1.0, TURNING), 3)
+        signs = held[1] * 1.0 - held[0]
+        entry, sign, ticks = self._step
+        if ticks and self.can_move:
+            signs[entry] = sign
+        return signs[: self._session.robot.n_dof if self.expressed_in == JOINTS else 6]
+
+    def _speeds(self) -> Array:
+        """How fast each entry moves [m/s or rad/s]."""
+        if self.expressed_in != JOINTS:
+            return self.speed * np.repeat((1.0, TURNING), 3)
+        turning = np.array([coordinate.unit == "rad" for coordinate in coordinates_of(self._session.robot)])
+        return self.speed * np.where(turning, TURNING, 1.0)
 
     def _now(self) -> tuple:
         session = self._session
@@ -109,8 +166,10 @@ class Steering:
         now, session, servo = self._now(), self._session, self._servo
         if now == self._seen:
             return servo
-        if servo is None or self._seen is None or (now[:2] != self._seen[:2] and now[:2] != (self._seen[0], servo.q.tobytes())):
-            found = session.ask(NAME, started, session.robot, session.world, session.link, session.q, self.jerk)
+        seen = self._seen
+        moved = servo is None or seen is None or (now[:2] != seen[:2] and now[:2] != (seen[0], servo.q.tobytes()))
+        if moved or servo is None or not servo.qd.any():  # at rest: among other obstacles it starts anew
+            found = session.ask(NAME, started, session.robot, session.world, session.link, session.q, self.jerk, session.names)
             self._servo, self.refusal = found or (None, "")
             self.command = None
         else:

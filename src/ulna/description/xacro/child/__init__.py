@@ -9,9 +9,8 @@ A document is a program. Two things keep it from doing more than computing, each
 
 What each layer is for. The syntax trees stop what a document tries. The others are for a fault of ours in them, by which a
 document runs Python: seccomp leaves this Python nothing but computing and the two pipes, on Linux. The limits bound memory and
-time everywhere, which seccomp does not, and where there is no seccomp they stop files and sockets from being opened. The audit
-hook stops no attacker, since Python can remove it; it stops our own oversights where no seccomp does, as a file that another
-version of xacro opens by itself. Landlock is not used: it refuses nothing that seccomp allows.
+time everywhere, which seccomp does not, and where there is no seccomp they stop files and sockets from being opened. Landlock is
+not used, since it refuses nothing that seccomp allows; nor is an audit hook, which Python can remove.
 
 These modules import nothing of Ulna's but each other, so that the process starts fast and holds little.
 """

@@ -1,4 +1,4 @@
-"""Takes files, processes, sockets and much memory from the process, by the operating system and an audit hook.
+"""Takes files, processes, sockets and much memory from the process, by the operating system.
 
 =============  =====================================  ========================================
 system         what holds                             what is left out
@@ -9,8 +9,7 @@ macOS          limits but that of memory              seccomp, the limit of memo
 Windows        nothing; the parent ends it in time    all
 =============  =====================================  ========================================
 
-Sources: seccomp(2); linux/filter.h and linux/seccomp.h for the numbers of the filter, <asm/unistd.h> for those of the calls;
-PEP 578 for the audit hook.
+Sources: seccomp(2); linux/filter.h and linux/seccomp.h for the numbers of the filter, <asm/unistd.h> for those of the calls.
 """
 
 import ctypes
@@ -18,14 +17,11 @@ import os
 import platform
 import sys
 
-from ulna.description.xacro.child.parent import RefusedError
-
 try:
     import resource
 except ImportError:  # Windows
     resource = None
 LIMITS = ("RLIMIT_AS", "RLIMIT_CPU", "RLIMIT_CORE", "RLIMIT_FSIZE", "RLIMIT_NPROC", "RLIMIT_NOFILE")
-_REFUSED = ("open", "import", "os.", "subprocess.", "socket.", "shutil.", "glob.", "ctypes.", "pty.", "tempfile.", "sys._", "gc.")
 
 
 def confine(memory: int, seconds: float) -> dict[str, str]:
@@ -123,15 +119,3 @@ def _filter(machine: str) -> _Program:
         steps += [_Step(_JUMP_IF_EQUAL, 0, 1, numbers[column]), _Step(_RETURN, 0, 0, _ALLOW)]
     steps.append(_Step(_RETURN, 0, 0, _REFUSE))
     return _Program(len(steps), (_Step * len(steps))(*steps))
-
-
-def audit_hook(event: str, arguments: tuple) -> None:
-    """Refuse an event that evaluating expressions does not need."""
-    if event.startswith(_REFUSED):
-        words = " ".join(argument for argument in arguments if isinstance(argument, str))[:80]
-        raise RefusedError(f"a description may not do this: {event} {words}".rstrip())
-
-
-def add_audit_hook() -> None:
-    """Install the hook, for as long as the process runs."""
-    sys.addaudithook(audit_hook)

@@ -20,7 +20,7 @@ import yaml
 from xacro import substitution_args
 
 from ulna.description.xacro.child.addresses import path_of_address
-from ulna.description.xacro.child.confinement import add_audit_hook, confine
+from ulna.description.xacro.child.confinement import confine
 from ulna.description.xacro.child.expressions import evaluate, offer, offer_those_of_xacro
 from ulna.description.xacro.child.parent import MAX_SENTENCE, Parent, RefusedError
 
@@ -35,7 +35,6 @@ def main() -> None:
     _load_what_is_imported_late()
     limits = json.loads(sys.argv[-1])
     left_out = confine(limits["memory"], limits["seconds"])
-    add_audit_hook()
     parent.send({"left_out": left_out})
     try:
         parent.send_urdf(*_expanded(parent, parent.receive()))

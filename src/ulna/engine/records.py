@@ -1,0 +1,103 @@
+"""Declares records: named values that Python and machine code share.
+
+A record is a class whose annotations are its fields, of type int, float, bool, or ``Annotated[NDArray[...], length]``::
+
+    class Tally(Record):
+        checks: int
+        longest: float
+
+Python makes records as an array, ``Tally.records(n)``, and passes that to an entry, whose signature has ``Array(Tally, 1)``. On
+both sides ``tallies[0]`` is a record, not a copy, and ``tally.checks += 1`` writes to the array. A field that does not exist is
+an error: of the compiler there, and in plain Python an ``AttributeError``.
+"""
+
+from collections.abc import Iterator
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Protocol,
+    Self,
+    TypeVar,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+    overload,
+)
+
+import numpy as np
+from numpy.typing import NDArray
+
+RecordT_co = TypeVar("RecordT_co", bound="Record", covariant=True)
+_ELEMENTS = {int: np.int64, float: np.float64, bool: np.bool_}
+
+
+class Records(Protocol[RecordT_co]):
+    """An array of records, shape (n,), as the type checker sees it: a plain NumPy array, since others are slower to pass."""
+
+    @overload
+    def __getitem__(self, key: int, /) -> RecordT_co: ...
+    @overload
+    def __getitem__(self, key: str, /) -> NDArray[Any]: ...
+    def __setitem__(self, key: str, value: Any, /) -> None: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[RecordT_co]: ...
+    def copy(self) -> "Records[RecordT_co]":
+        """A copy, which may be written to."""
+        ...
+
+    def setflags(self, *, write: bool) -> None:
+        """Let it be written to, or not."""
+        ...
+
+
+class Record(np.void):
+    """What every record is derived from.
+
+    Attributes:
+        structure: The type of an array of such records. All fields are aligned, so that machine code reads them directly.
+    """
+
+    __slots__ = ()
+    structure: ClassVar[np.dtype[np.void]]
+
+    def __init_subclass__(cls) -> None:
+        hints = get_type_hints(cls, include_extras=True)
+        fields = [(name, *_element_of(hint)) for name, hint in hints.items() if get_origin(hint) is not ClassVar]
+        for name, *_ in fields:
+            if hasattr(np.void, name):
+                raise TypeError(f"{cls.__name__}.{name}: NumPy has this name for what every record has")
+            setattr(cls, name, _Field(name))
+        cls.structure = np.dtype((cls, np.dtype(fields, align=True)))
+
+    if not TYPE_CHECKING:  # which would take any name
+
+        def __setattr__(self, name, value):
+            if name not in type(self).structure.names:
+                raise AttributeError(f"{type(self).__name__} has no field {name!r}")
+            self[name] = value
+
+    @classmethod
+    def records(cls, n: int = 1) -> Records[Self]:
+        """An array of n records, shape (n,), whose fields are zero."""
+        return cast("Records[Self]", np.zeros(n, cls.structure))
+
+
+class _Field:
+    """Reads a field of a record."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, record: Any, owner: type) -> Any:
+        return self if record is None else record[self._name]
+
+
+def _element_of(hint: Any) -> tuple[Any, ...]:
+    """The type of a field's numbers, and where it is an array its shape."""
+    if get_origin(hint) is not Annotated:
+        return (_ELEMENTS[hint],)
+    array, length = get_args(hint)
+    return get_args(get_args(array)[1])[0], (length,)

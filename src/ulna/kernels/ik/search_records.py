@@ -1,0 +1,65 @@
+"""Declares what IK searches are asked for, and what they find, as records (``engine/records.py``)."""
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.engine.records import Record
+
+
+class SearchSettings(Record):
+    """The settings of a search, the same for all of its targets.
+
+    Attributes:
+        position_tolerance: The largest distance that counts as reached [m].
+        rotation_tolerance: The largest angle that counts as reached [rad].
+        steps: The most from one start.
+        seeded_steps: The most from the first start; 0: ``steps``.
+        calm: Whether the damping is in proportion to the error's size, with which a search converges where the target is out of
+            reach.
+        first_wins: Whether a search for one target ends early, and how: 0, ANY or NEAREST (``drivers.multi_start``).
+        with_posture: Whether there is a posture.
+        task: What of the pose error is required: WHOLE_POSE, WITH_SLACK or POINTING, in the target's axes.
+        slack: By how much each component may be off at no cost [m, rad], read unless the task is the WHOLE_POSE.
+        far: The square of a distance [m^2] beyond which a larger one damps no more; 0 where every distance damps.
+    """
+
+    position_tolerance: float
+    rotation_tolerance: float
+    steps: int
+    seeded_steps: int
+    calm: bool
+    first_wins: int
+    with_posture: bool
+    task: int
+    slack: Annotated[NDArray[np.float64], 6]
+    far: float
+
+
+class SearchResult(Record):
+    """What is known of one target, or of one job of a search.
+
+    Attributes:
+        status: SOLVED, NOT_FOUND or NOT_A_POSE, or a code that only an explanation gives (``ik.result``).
+        iterations: Steps from the start that led to the result.
+        start: The number of that start.
+        position_error: Distance of the configuration's pose from the target [m].
+        rotation_error: Angle between them [rad].
+        residual: The components of the error, in the target's axes [m, rad].
+        missed: The squared residual of the task [m^2 + rad^2].
+        damping: That of the last step.
+    """
+
+    status: int
+    iterations: int
+    start: int
+    position_error: float
+    rotation_error: float
+    residual: Annotated[NDArray[np.float64], 6]
+    missed: float
+    damping: float
+
+
+Results = NDArray[np.void]
+"""An array of such records, of any shape."""

@@ -1,0 +1,149 @@
+"""Names what a search for a path is given, what it counts, how it ends, and what it has found."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.engine.records import Record, Records
+from ulna.kernels.planning.constraint_records import Entry
+
+RRT_CONNECT, AORRTC = 0, 1  # the algorithms
+# How a call ends: solved; paused at its number of checks; no room for more nodes; no sample left; an edge that is not free; no
+# room for the path.
+SOLVED, PAUSED, FULL, NO_SAMPLE, NOT_FREE, NO_ROOM = 0, 1, 2, 3, 4, 5
+# How a step towards a configuration ends: not free; at another configuration, which keeps the constraints; there.
+STOPPED, BESIDE, REACHED = 0, 1, 2
+MAX_REFUSED = 32  # of the edges that were not free, so many are kept
+SKIPPED_PER_CHECK = 64  # samples that were skipped count as one checked edge: they take about as long
+# After so many skipped samples the next is tried wherever it is: where a tree is hemmed in and joints are many, hardly any sample
+# lies within the domains of its few nodes.
+MAX_SKIPPED = 16
+# So many failed edges halve the steps of a tree towards samples, so often; a free edge makes them long again.
+FAILURES_PER_HALF, MAX_HALVES = 128, 3
+SHORTEN, CONFIRM = 0, 5  # the first pass of shortening, and the last, which confirms every edge
+SPARE_POINTS = 128  # besides twice the points of a path: room to shorten it
+
+
+class SearchSettings(Record):
+    """Settings of a search, which are only read."""
+
+    range: float
+    """The longest edge of a tree, in the metric of the space."""
+    resolution: float
+    """Of a certificate [m]."""
+    margin: float
+    """How near an object of the world may be [m]."""
+    sample_spacing: float
+    """0: edges are certified; else the spacing of the samples of an edge, in the metric."""
+    domain: float
+    """The radius of a node that could not be extended; ``min_domain``: its least value, ``adaptation``: its rate of change."""
+    min_domain: float
+    adaptation: float
+    bound: float
+    """Of the cost of a path that is to be cheaper."""
+    stride: float
+    """Along constraints a step is made of strides: how long one may be, and ``max_strides``: how many there may be."""
+    max_strides: int
+    max_steps: int
+    """How many steps towards a node one iteration may take, and ``max_nodes``: how many nodes it may add."""
+    max_nodes: int
+
+
+class SearchState(Record):
+    """State of a search. It may be paused at any checked edge and go on in another call."""
+
+    checks: int
+    """How many edges were checked; ``until``: at how many this call pauses, ``max_checks``: how many the search may check."""
+    until: int
+    max_checks: int
+    iterations: int
+    """How many samples a node stepped towards."""
+    nodes: Annotated[NDArray[np.int64], 2]
+    """Of each tree how many: tree 0 from the start, tree 1 from the goals."""
+    failures: Annotated[NDArray[np.int64], 2]
+    """Of each tree how many edges towards samples were not free since the last that was."""
+    goal_roots: int
+    """How many nodes of tree 1 are goals: the first ones."""
+    sample: int
+    """The number of the next sample; ``first_sample``: of the first one of those at hand."""
+    first_sample: int
+    skipped: int
+    """How many samples were skipped; ``skipped_in_a_row``: since the last that was not."""
+    skipped_in_a_row: int
+    refused: int
+    """How many edges were not free."""
+    direct: int
+    """The next node of tree 1 to which the straight edge from the start is tried."""
+    active: int
+    """The tree that grew last."""
+    algorithm: int
+    joined: bool
+    """Whether the trees are joined: at ``joined_start`` of tree 0 and ``joined_goal`` of tree 1."""
+    joined_start: int
+    joined_goal: int
+    goal: int
+    """The root of tree 1 that the path leads to; -1 before there is one."""
+
+
+class ShorteningState(Record):
+    """State of the shortening of a path. The last pass confirms every edge."""
+
+    checks: int
+    """How many edges were checked; ``until``: at how many this call pauses."""
+    until: int
+    points: int
+    """How many waypoints are in use; ``capacity``: for how many there is room."""
+    capacity: int
+    stage: int
+    """The pass."""
+    at: int
+    """Where in the pass: a waypoint, or the number of an attempt."""
+    target: int
+    """Pass 1: the waypoint that is tried next; 0 for the last."""
+    failures: int
+    """Pass 2: how many short cuts along constraints failed in a row."""
+    halvings: int
+    """Pass 3: how often the cut of a corner was halved."""
+
+
+# An entry takes each of these whole.
+class SearchTables(NamedTuple):
+    """A search, without its trees."""
+
+    settings: Records[SearchSettings]
+    """Shape (1,)."""
+    space: Records[Entry]
+    """Where samples are taken from, and how lengths are measured, shape (n_dof,)."""
+    samples: NDArray
+    """Numbers in [0, 1), the first row that of number ``first_sample``, shape (n, n_dof or more)."""
+    state: Records[SearchState]
+    """Shape (1,)."""
+
+
+class Trees(NamedTuple):
+    """The two trees of a search: tree 0 from the start, tree 1 from the goals. Room for ``capacity`` nodes, a multiple of 8."""
+
+    rows: NDArray
+    """The nodes (``space``), shape (2, capacity / 8 * n_dof, 8)."""
+    parents: NDArray
+    """Of each node, -1 for a root, shape (2, capacity)."""
+    radii: NDArray
+    """Of each node's domain, shape (2, capacity)."""
+    costs: NDArray
+    """The cost to reach each node, infinite in unused places, shape (2, capacity / 8, 8); for RRT_CONNECT (2, 0, 8)."""
+    refused: NDArray
+    """The last edges that were not free, in a ring, shape (MAX_REFUSED, 2, n_dof)."""
+
+
+class Path(NamedTuple):
+    """A path that was found, with room to shorten it."""
+
+    waypoints: NDArray
+    """Shape (capacity, n_dof)."""
+    known: NDArray
+    """1 where the edge from a waypoint was found free as it is, else 0, shape (capacity,)."""
+    spreads: NDArray
+    """How far beside each edge all is to be free too, shape (n - 1, n_dof), or (0, n_dof)."""
+    state: Records[ShorteningState]
+    """Shape (1,)."""

@@ -1,0 +1,29 @@
+"""Names what the timing of a path is given, and what it writes (``time_optimal``)."""
+
+from typing import NamedTuple
+
+from numpy.typing import NDArray
+
+
+class PathIntervals(NamedTuple):
+    """The intervals of a path q(s), N in all."""
+
+    slopes: NDArray
+    """q' at the start of each, shape (N, n_dof)."""
+    ends: NDArray
+    """q' at the end of each, shape (N, n_dof)."""
+    bends: NDArray
+    """q'', which is constant in each, shape (N, n_dof)."""
+    steps: NDArray
+    """Their lengths, shape (N,)."""
+
+
+class Timing(NamedTuple):
+    """How a path is passed."""
+
+    x: NDArray
+    """(ds/dt)^2 at the grid points, of which the first is given, shape (N + 1,)."""
+    u: NDArray
+    """d2s/dt2 in each interval, shape (N,)."""
+    times: NDArray
+    """When each grid point is passed [s], shape (N + 1,)."""

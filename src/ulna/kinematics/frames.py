@@ -1,0 +1,68 @@
+"""Frames in which a user states poses and twists: a link that stands still, or the pose of a frame in the base."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.description.pose import as_one_pose, as_pose
+from ulna.errors import InputError, UnknownNameError
+from ulna.kinematics.tree import BASE, Tree
+
+Array = NDArray[np.float64]
+Goal = ArrayLike | Mapping[str, ArrayLike]
+Frame = str | ArrayLike
+"""A link by name, such as ``base`` of a UR, the frame of its pendant; or T_base_frame, shape (4, 4), as of a work object."""
+
+
+def frame_pose(tree: Tree, frame: Frame) -> Array:
+    """The pose of a frame in the robot's base, T_base_frame, shape (4, 4).
+
+    Raises:
+        InputError: It is a link that a joint moves, or no pose.
+        UnknownNameError: There is no such link.
+    """
+    if not isinstance(frame, str):
+        return as_one_pose(frame, "frame")
+    if frame not in tree.link_row:
+        raise UnknownNameError("link", frame, tree.link_names)
+    if tree.link_row[frame] != BASE:
+        advice = "robot.forward_kinematics(q, link=...) gives its pose at a q, which frame= takes too"
+        message = f"link {frame!r} moves in the base {tree.root!r}, and a frame of targets stands still: {advice}"
+        raise InputError("frame", message)
+    return tree.link_offset[frame].copy()
+
+
+def poses_in_base(tree: Tree, T: ArrayLike, frame: Frame | None, name: str = "T") -> ArrayLike:
+    """Poses of a frame, shape (..., 4, 4), as poses of the base; unchanged without one."""
+    return T if frame is None else frame_pose(tree, frame) @ as_pose(T, name)
+
+
+def goal_in_base(tree: Tree, goal: Goal, frame: Frame | None) -> Goal:
+    """The poses of a goal in the base; a configuration has no frame."""
+    if frame is None:
+        return goal
+    if isinstance(goal, Mapping):
+        return {link: poses_in_base(tree, T, frame, "goal") for link, T in goal.items()}
+    if isinstance(goal, str) or np.shape(goal)[-2:] != (4, 4):
+        raise InputError("frame", "goes with a goal of poses; joint positions and states are in no frame")
+    return poses_in_base(tree, goal, frame, "goal")
+
+
+def poses_in_frame(tree: Tree, T_base_link: Array, frame: Frame | None, T_base_frame: Array | None = None) -> Array:
+    """Poses of the base, shape (..., 4, 4), as poses of a frame; ``T_base_frame`` is its pose where it moves."""
+    if frame is None:
+        return T_base_link
+    return np.linalg.inv(frame_pose(tree, frame) if T_base_frame is None else T_base_frame) @ T_base_link
+
+
+def twist_in_base(tree: Tree, twist: ArrayLike, frame: Frame | None) -> ArrayLike:
+    """Twists along the axes of a frame, shape (..., 6), along those of the base; unchanged without one."""
+    if frame is None:
+        return twist
+    values = as_floats("twist", twist)
+    if values.shape[-1:] != (6,):
+        return values  # refused where it is used
+    R = frame_pose(tree, frame)[:3, :3]
+    return np.concatenate([values[..., :3] @ R.T, values[..., 3:] @ R.T], axis=-1)

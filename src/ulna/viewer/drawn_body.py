@@ -1,0 +1,385 @@
+"""Draws a robot that has no visuals from its joints alone: shells, dark joints, and a hand with fingers.
+
+A link is a smooth union of tapered legs and of housings round its joints: a distance to a surface, which is then meshed. Two
+links meet in one of three forms. Inline, where a link goes on along the axis: two shells with a dark ring between them. A hinge,
+where it goes off the axis: a fork and a tongue on a dark pin. A slide on a rail.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from trimesh.geometry import align_vectors
+from trimesh.visual import TextureVisuals
+from trimesh.visual.material import PBRMaterial
+
+from ulna.description.robot_description import Body, Joint, JointType
+from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
+from ulna.robot import Robot
+from ulna.viewer.surface_nets import Distance, Vector, box, cone, cut, drum, mesh_of, union
+
+SHELL, DARK, PAD = (236, 238, 241, 255), (52, 57, 66, 255), (120, 128, 140, 255)  # shells, joints, what is between fingers
+_NARROWEST = 0.6  # the radius at the tip, as a part of that at the base
+_MANY = 10  # joints, from which a robot is thinner, as it has several chains, and drawn in less detail
+_WAIST = 0.92  # the radius of a leg, as a part of its joint's
+_GAP = 0.09  # between two shells, as a part of the radius
+_TURNING = (JointType.REVOLUTE, JointType.CONTINUOUS)
+_FARTHEST = 2.0  # [m] from its zero, of a slide that is drawn
+_NEAR = 0.5  # radii: a shorter leg is none
+
+
+@dataclass(frozen=True)
+class _Leg:
+    """The way from a link's origin to a child's: aside to the child's axis, and then along it. Lengths in m."""
+
+    joint: Joint
+    axis: Vector  # of the child's joint, in the axes of the parent
+    end: Vector  # the child's origin
+    foot: Vector  # the point of the axis that is nearest to the parent's origin
+
+    @property
+    def along(self) -> float:
+        """The signed length along the axis, from the foot to the child's origin."""
+        return float((self.end - self.foot) @ self.axis)
+
+
+@dataclass(frozen=True)
+class _Joined:
+    """How the two links of a joint meet.
+
+    Attributes:
+        kind: ``"inline"``, ``"hinge"``, ``"slide"``; empty for a fixed joint.
+        radius: Of the shells there [m].
+        at: Of ``"inline"``: where the shells meet, along the axis from the child's origin [m].
+        ahead: Of ``"inline"``: 1 if the child is ahead of the parent in the direction of the axis, else -1.
+        straight: Whether the child goes on along the axis.
+    """
+
+    kind: str
+    radius: float
+    at: float = 0.0
+    ahead: float = 1.0
+    straight: bool = False
+
+
+def drawn_body(robot: Robot) -> dict[str, trimesh.Scene]:
+    """The body of each link that has one, in its own frame."""
+    return _Drawing(robot).scenes()
+
+
+class _Drawing:
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._carriers = {joint.child: joint for joint in robot.description.joints}
+        self._legs: dict[str, list[_Leg]] = {link: [] for link in robot.link_names}
+        for joint in robot.description.joints:
+            self._legs[joint.parent].append(_leg(joint))
+        self._joined = {joint.child: self._join(joint) for joint in robot.description.joints}
+
+    def scenes(self) -> dict[str, trimesh.Scene]:
+        bodies = {link: self._body(link) for link in self._robot.link_names}
+        return {link: joined(parts) for link, parts in bodies.items() if parts}
+
+    # ---- sizes and joints -----------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _thickness(self) -> float:
+        """The radius at the base [m]: from the length of the robot, and from its collision shapes, which it is to fill."""
+        robot = self._robot
+        lengths = sum(float(np.linalg.norm(joint.origin[:3, 3])) for joint in robot.description.joints) or 1.0
+        usual = (0.05 if robot.n_dof < _MANY else 0.02) * lengths
+        widths = [
+            radius / self._taper(link.name)
+            for link in robot.description.links
+            if robot.tree.link_row[link.name] >= 0
+            for radius in map(_half_width, link.collisions)
+            if radius
+        ]
+        return float(np.clip(np.median(widths), 0.5 * usual, (1.6 if robot.n_dof < _MANY else 1.0) * usual)) if widths else usual
+
+    def _taper(self, link: str) -> float:
+        """The factor of the radius of a link: from 1 at the base to _NARROWEST at the end of the longest chain."""
+        tree = self._robot.tree
+        deepest = max(len(tree.chain(leaf)) for leaf in tree.leaves)
+        return 1.0 - (1.0 - _NARROWEST) * len(tree.chain(link)) / deepest
+
+    def _onward(self, link: str) -> Vector:
+        """The first leg of a link that is not of length 0, in its axes; zeros if there is none."""
+        legs = sorted(self._legs[link], key=lambda leg: -float(np.linalg.norm(leg.end)))
+        for leg in legs:
+            if (length := np.linalg.norm(leg.end)) > 1e-3 * self._thickness:
+                aside = np.linalg.norm(leg.foot) > max(_NEAR * self._thickness * self._taper(link), 1e-2 * length)
+                return leg.foot if aside and leg.joint.type in _TURNING else leg.end
+        for leg in legs:
+            if (further := self._onward(leg.joint.child)).any():
+                return leg.joint.origin[:3, :3] @ further
+        return np.zeros(3)
+
+    def _join(self, joint: Joint) -> _Joined:
+        leg, onward = _leg(joint), self._onward(joint.child)
+        longest = max(float(np.linalg.norm(one.end)) for one in (leg, *self._legs[joint.child]))
+        radius = self._thickness * self._taper(joint.child)
+        radius = min(radius, 0.5 * longest) if longest > 0.0 else radius
+        if joint.type == JointType.PRISMATIC:
+            return _Joined("slide", radius)
+        if joint.type not in _TURNING:
+            return _Joined("", radius)
+        length = float(np.linalg.norm(onward))
+        cosine = float(onward @ _unit(joint.axis)) / length if length > 0.0 else 0.0
+        straight = abs(cosine) > 0.7
+        if abs(leg.along) >= radius:
+            return _Joined("inline", radius, -leg.along / 2, float(np.sign(leg.along)), straight and cosine * leg.along > 0)
+        if straight:
+            ahead = float(np.sign(cosine))
+            return _Joined("inline", radius, ahead * min(1.15 * radius, length / 2), ahead, straight=True)
+        if not length:
+            return _Joined("inline", radius, 0.9 * radius, 1.0)
+        return _Joined("hinge", radius)
+
+    # ---- the body of a link -----------------------------------------------------------------------------------------------
+
+    def _body(self, link: str) -> list[trimesh.Trimesh]:
+        carrier = self._carriers.get(link)
+        own = self._joined[link] if carrier is not None else _Joined("", self._thickness)
+        shells: list[Distance] = []
+        cuts: list[Distance] = []
+        dark: list[trimesh.Trimesh] = []
+        parts: list[trimesh.Trimesh] = []
+        if carrier is None:
+            own = _Joined("", 1.3 * self._thickness)
+            up, r = np.array([0.0, 0.0, 1.0]), own.radius
+            if all(leg.end[2] >= 0.0 for leg in self._legs[link]):
+                dark.append(_turned(np.zeros(3), up, (0.0, 0.2 * r), 1.2 * r))
+                cuts.append(drum(-2.0 * r * up, up, 4.0 * r, 2.1 * r, 0.0))  # no leg goes below the foot
+        else:
+            _begin(own, _unit(carrier.axis), shells, cuts, dark, leaf=not self._onward(link).any())
+        for leg in self._legs[link]:
+            there = self._joined[leg.joint.child]
+            if self._is_finger(leg.joint):
+                shells.append(_palm(leg))
+            elif self._is_hand(leg.joint):
+                parts += _hand(leg.end, self._spread(link, leg.end))
+            else:
+                _go(own, leg, there, shells, cuts, dark, leaf=not self._legs[leg.joint.child])
+        if carrier is not None and self._is_finger(carrier):
+            shells = [_finger(carrier)]
+        size = min([own.radius, *(self._joined[leg.joint.child].radius for leg in self._legs[link])])
+        cell = (0.08 if self._robot.n_dof < _MANY else 0.14) * size
+        body = mesh_of(cut(union(shells, 0.32 * size), cuts, 1.75 * cell), cell) if shells else None
+        return parts + [painted(part, DARK) for part in dark] + ([] if body is None else [painted(body, SHELL)])
+
+    def _is_hand(self, joint: Joint) -> bool:
+        """Whether a joint leads from a flange to the point between the fingers of a hand that is drawn."""
+        carrier = self._carriers.get(joint.parent)
+        ends = joint.type == JointType.FIXED and not self._legs[joint.child] and len(self._legs[joint.parent]) == 1
+        beyond = carrier is not None and carrier.type == JointType.FIXED and self._robot.tree.link_row[joint.parent] >= 0
+        return ends and beyond and float(np.linalg.norm(joint.origin[:3, 3])) > self._joined[joint.child].radius
+
+    def _is_finger(self, joint: Joint) -> bool:
+        leg = _leg(joint)
+        slides, aside = joint.type == JointType.PRISMATIC and not self._legs[joint.child], float(np.linalg.norm(leg.foot))
+        return slides and aside > 1e-3 and float(np.ptp(_range(joint))) < 2 * aside
+
+    def _spread(self, link: str, end: Vector) -> Vector:
+        """The direction in which a hand's fingers open, of length 1: the longer side of the collision box there, or y."""
+        robot, along = self._robot, _unit(end)
+        places = dict(zip(robot.link_names, robot.link_poses(robot.home), strict=True))
+        spread, width = np.array([0.0, 1.0, 0.0]), 0.0
+        for one in robot.description.links:
+            for body in one.collisions if robot.tree.link_row[one.name] == robot.tree.link_row[link] else ():
+                if isinstance(body.shape, Box):
+                    T = np.linalg.inv(places[link]) @ places[one.name] @ body.pose
+                    sides = [k for k in range(3) if abs(T[:3, k] @ along) < 0.1]
+                    near = np.abs(T[:3, :3].T @ (0.5 * end - T[:3, 3])) <= body.shape.half_extents
+                    for k in sides if near.all() else ():
+                        if body.shape.half_extents[k] > width:
+                            spread, width = T[:3, k], float(body.shape.half_extents[k])
+        return _unit(spread - along * (spread @ along)) if width or abs(along[1]) < 0.9 else np.array([1.0, 0.0, 0.0])
+
+
+def _leg(joint: Joint) -> _Leg:
+    axis, end = joint.origin[:3, :3] @ _unit(joint.axis), joint.origin[:3, 3]
+    foot = end - axis * (end @ axis) if joint.type in _TURNING or joint.type == JointType.PRISMATIC else end
+    return _Leg(joint, axis, end, foot)
+
+
+def _begin(
+    own: _Joined, axis: Vector, shells: list[Distance], cuts: list[Distance], dark: list[trimesh.Trimesh], *, leaf: bool
+) -> None:
+    """The part of a link at the joint that carries it."""
+    r = own.radius
+    match own.kind:
+        case "inline":
+            end = own.at + own.ahead * 0.7 * r if leaf else 0.0 if own.straight else own.ahead * 1.05 * r
+            body, onward = cone(axis * own.at, axis * end, r, r), axis * own.ahead
+            if not own.straight or leaf:
+                body = _with_lid(body, axis * end, onward, r, cuts, dark)
+            shells.append(body)
+            cuts.append(_beyond(axis * own.at, -onward, r, _GAP * r))
+        case "hinge":
+            big, half = 1.12 * r, 0.52 * r
+            shells.append(drum(np.zeros(3), axis, big, half - _GAP * r, 0.1 * r))
+            cuts += [drum(side * (half + 0.4 * r) * axis, axis, 1.05 * big, 0.4 * r, 0.0) for side in (-1.0, 1.0)]
+        case "slide":
+            shells.append(box(np.zeros(3), np.eye(3), np.full(3, 0.95 * r), 0.25 * r))
+
+
+def _go(
+    own: _Joined,
+    leg: _Leg,
+    there: _Joined,
+    shells: list[Distance],
+    cuts: list[Distance],
+    dark: list[trimesh.Trimesh],
+    *,
+    leaf: bool,
+) -> None:
+    """The part of a link from its origin to a child, and at the child's joint."""
+    r, start = there.radius, _WAIST * own.radius
+    aside = float(np.linalg.norm(leg.foot)) > _NEAR * r
+    match there.kind:
+        case "inline":
+            seam, onward = leg.end + leg.axis * there.at, leg.axis * there.ahead
+            if aside:
+                shells.append(cone(np.zeros(3), leg.foot, start, _WAIST * r))
+                back = leg.foot - 1.05 * r * onward
+                shells.append(_with_lid(cone(back, seam, r, r), back, -onward, r, cuts, dark))
+            else:
+                shells.append(cone(leg.foot, seam, start, r))
+            cuts.append(_beyond(seam, onward, r, _GAP * r))
+            dark.append(_turned(seam, leg.axis, (-0.3 * r, 0.3 * r), 0.92 * r))
+        case "hinge":
+            big, half, wide = 1.12 * r, 0.52 * r, 1.15 * r
+            shells.append(cone(np.zeros(3), leg.end, start, 0.95 * r))
+            shells.append(drum(leg.end, leg.axis, big, wide, 0.2 * r))
+            cuts.append(drum(leg.end, leg.axis, 1.07 * big, half + _GAP * r, 0.0))
+            for side in (-1.0, 1.0):
+                _lid(leg.end + leg.axis * side * wide, leg.axis * side, r, cuts, dark)
+            dark.append(_turned(leg.end, leg.axis, (-0.95 * wide, 0.95 * wide), 0.9 * r))
+        case "slide":
+            low, high = _range(leg.joint)
+            if aside or abs(leg.along) > _NEAR * r:
+                shells.append(cone(np.zeros(3), leg.end, start, _WAIST * r))
+            middle, half = leg.end + leg.axis * (low + high) / 2, (high - low) / 2 + 1.1 * r
+            turn = _turn_to(leg.axis)
+            dark.append(_boxed(middle, turn, np.array([0.55 * r, 0.55 * r, half])))
+        case _ if np.linalg.norm(leg.end) > _NEAR * r:
+            body = cone(np.zeros(3), leg.end, start, 0.85 * r)
+            shells.append(_with_lid(body, leg.end, _unit(leg.end), 0.85 * r, cuts, dark) if leaf else body)
+
+
+def _lid(place: Vector, out: Vector, radius: float, cuts: list[Distance], dark: list[trimesh.Trimesh]) -> None:
+    """A dark lid in the end of a housing."""
+    cuts.append(drum(place + 0.2 * radius * out, out, 0.84 * radius, 0.26 * radius, 0.0))
+    dark.append(_turned(place, out, (-0.2 * radius, 0.0), 0.8 * radius))
+
+
+def _with_lid(
+    body: Distance, place: Vector, out: Vector, radius: float, cuts: list[Distance], dark: list[trimesh.Trimesh]
+) -> Distance:
+    """A housing that ends at a place, where it has a lid."""
+    _lid(place, out, radius, cuts, dark)
+    return cut(body, [_beyond(place, out, radius)], 0.2 * radius)
+
+
+def _range(joint: Joint) -> tuple[float, float]:
+    """The lowest and the highest position of a slide [m]; at most _FARTHEST."""
+    return max(joint.limits.lower, -_FARTHEST), min(joint.limits.upper, _FARTHEST)
+
+
+def _beyond(place: Vector, out: Vector, radius: float, gap: float = 0.0) -> Distance:
+    """What is beyond the end of a housing, less a gap [m]: it is cut off there."""
+    return drum(place + (1.2 * radius - gap) * out, out, 1.25 * radius, 1.2 * radius, 0.0)
+
+
+# ---- hands --------------------------------------------------------------------------------------------------------------------
+
+
+def _hand(end: Vector, spread: Vector) -> list[trimesh.Trimesh]:
+    """A palm and two fingers, half open, between a flange and the point between the fingertips."""
+    length, along = float(np.linalg.norm(end)), _unit(end)
+    turn = np.stack([np.cross(spread, along), spread, along], axis=1)
+
+    def part(middle: float, aside: float, half: tuple[float, float, float], fillet: float) -> Distance:
+        return box(middle * end + aside * length * spread, turn, length * np.array(half), fillet * length)
+
+    flange = drum(0.1 * end, along, 0.42 * length, 0.1 * length, 0.03 * length)
+    palm = union([flange, part(0.4, 0, (0.3, 0.95, 0.25), 0.13)], 0.1 * length)
+    bodies = [(palm, SHELL, 0.03), (part(0.66, 0, (0.13, 0.8, 0.03), 0.02), DARK, 0.02)]
+    for side in (-1.0, 1.0):
+        parts = [part(0.8, side * 0.3, (0.11, 0.12, 0.14), 0.04), part(0.98, side * 0.26, (0.09, 0.06, 0.14), 0.03)]
+        bodies += [(union(parts, 0.06 * length), PAD, 0.018)]
+    meshes = [(mesh_of(body, cell * length), color) for body, color, cell in bodies]
+    return [painted(mesh, color) for mesh, color in meshes if mesh is not None]
+
+
+def _palm(leg: _Leg) -> Distance:
+    """The palm before a finger that slides."""
+    length = float(np.linalg.norm(leg.foot))
+    along = leg.foot / length
+    turn = np.stack([np.cross(leg.axis, along), leg.axis, along], axis=1)
+    return box(0.5 * leg.foot, turn, length * np.array([0.5, 0.8, 0.5]), 0.2 * length)
+
+
+def _finger(joint: Joint) -> Distance:
+    """A finger that slides, on the side to which it opens."""
+    leg = _leg(joint)
+    length, axis = float(np.linalg.norm(leg.foot)), _unit(joint.axis)
+    along = joint.origin[:3, :3].T @ leg.foot / length
+    turn = np.stack([np.cross(axis, along), axis, along], axis=1)
+    return box(0.45 * length * along + 0.15 * length * axis, turn, length * np.array([0.18, 0.15, 0.5]), 0.1 * length)
+
+
+# ---- meshes -------------------------------------------------------------------------------------------------------------------
+
+
+def _unit(vector: Vector) -> Vector:
+    return np.asarray(vector, dtype=np.float64) / (np.linalg.norm(vector) or 1.0)
+
+
+def _turn_to(axis: Vector) -> NDArray[np.float64]:
+    """A rotation, shape (3, 3), that turns z to an axis."""
+    return np.asarray(align_vectors([0, 0, 1], axis))[:3, :3]
+
+
+def _half_width(body: Body) -> float:
+    """The middle radius of a collision shape [m], across its longest side; 0 of another shape."""
+    match body.shape:
+        case Box(extents):
+            return float(np.sort(extents)[:2].mean()) / 2
+        case Cylinder(radius) | Capsule(radius) | Sphere(radius):
+            return float(radius)
+    return 0.0
+
+
+def _turned(place: Vector, axis: Vector, ends: tuple[float, float], radius: float) -> trimesh.Trimesh:
+    """A disc about an axis, between two places along it from a place [m], with a rounded edge."""
+    (low, high), bevel = ends, min(0.06 * radius, (ends[1] - ends[0]) / 3)
+    edge = [(radius - bevel, low), (radius, low + bevel), (radius, high - bevel), (radius - bevel, high)]
+    turn = np.eye(4)
+    turn[:3, :3], turn[:3, 3] = _turn_to(axis), place
+    return trimesh.creation.revolve(np.array([(0.0, low), *edge, (0.0, high)]), sections=56, transform=turn)
+
+
+def _boxed(place: Vector, turn: NDArray[np.float64], half: Vector) -> trimesh.Trimesh:
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = turn, place
+    return trimesh.creation.box(2 * half, T)
+
+
+def painted(mesh: trimesh.Trimesh, rgba: tuple[int, ...]) -> trimesh.Trimesh:
+    """Set one colour of the mesh, red, green, blue and opacity in 0..255, and return it."""
+    mesh.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=rgba, metallicFactor=0.1, roughnessFactor=0.55))
+    return mesh
+
+
+def joined(parts: Iterable[trimesh.Trimesh | trimesh.Scene]) -> trimesh.Scene:
+    """All parts in one scene."""
+    scene = trimesh.Scene()
+    for part in parts:
+        for geometry in [part] if isinstance(part, trimesh.Trimesh) else part.dump():
+            scene.add_geometry(geometry)
+    return scene

@@ -1,0 +1,128 @@
+"""Calls every method of ``robot.on_gpu()`` in numba-cuda's simulator, and prints with what each driver is launched, as JSON.
+
+For each launch: where the driver comes from, and of each argument its dtype, shape and strides, or its type and value.
+"""
+
+import importlib
+import json
+import sys
+from contextlib import ExitStack
+from functools import _lru_cache_wrapper
+from pathlib import Path
+from types import FunctionType
+from unittest import mock
+
+import numpy as np
+from numba import cuda
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # it is run as a program
+import robots
+import ulna
+from ulna.engine.records import Record
+from ulna.gpu import device, rows
+from ulna.gpu.single import in_single
+
+NAMES = "collision", "forward", "robot", "rows", "search", "solutions"
+MODULES = [importlib.import_module(f"ulna.gpu.{name}") for name in NAMES]
+launches: list[dict] = []
+sources: dict[FunctionType, list] = {}
+
+
+def noted(module, name, factory):
+    """A factory of drivers that notes from where each driver comes."""
+
+    def make(*arguments):
+        driver = factory(*arguments)
+        sources[driver] = [module.__name__, name, list(arguments)]
+        return driver
+
+    return make
+
+
+class Recorded:
+    """A driver whose launches are recorded before they run."""
+
+    def __init__(self, driver, source):
+        self.driver, self.source, self.compiled = driver, source, cuda.jit(driver)
+
+    def __getitem__(self, grid):
+        def launch(*arguments):
+            launches.append({"driver": self.source, "arguments": [described(each) for each in arguments]})
+            self.compiled[grid](*arguments)
+
+        return launch
+
+
+def described(argument):
+    if hasattr(argument, "strides"):
+        kind = argument.dtype.type
+        dtype = f"{kind.__module__}:{kind.__name__}" if issubclass(kind, Record) else str(argument.dtype)
+        return {"dtype": dtype, "shape": argument.shape, "strides": argument.strides}
+    return {"type": type(argument).__name__, "value": None if argument is None else float(argument)}
+
+
+def recorded(driver):
+    for plain, source in sources.items():
+        if driver is plain:
+            return Recorded(driver, [*source, False])
+        if source[1] not in NEVER_SINGLE and driver is in_single(plain):
+            return Recorded(driver, [*source, True])
+    home, name = driver.__module__, driver.__name__
+    return Recorded(driver, [home.removesuffix(".single"), name, None, home.endswith(".single")])
+
+
+NEVER_SINGLE = {"searches_of", "distances_of"}
+
+
+def worlds():
+    boxes, shapes = ulna.World(), ulna.World()
+    boxes.add("box", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.5, 0, 0.3)))
+    shapes.add("ball", ulna.Sphere(0.1), ulna.pose((0.4, 0.2, 0.5)))
+    return boxes, shapes
+
+
+def strange(array):
+    """The array on the device, with a stride of 0 along axes of length 1, as ``x[None]`` and other libraries have it."""
+    array = np.ascontiguousarray(array)
+    strides = [0 if n == 1 else stride for n, stride in zip(array.shape, array.strides, strict=True)]
+    return cuda.to_device(np.lib.stride_tricks.as_strided(array, array.shape, strides))
+
+
+def call_everything():
+    panda, ur5 = ulna.load("panda"), ulna.Robot.from_dh(robots.UR5, convention="standard", limits=[(-np.pi, np.pi)] * 6)
+    boxes, shapes = worlds()
+    q = np.array([panda.home, panda.home + 0.1])
+    T = panda.forward_kinematics(q)
+    for on_gpu, number in ((panda.on_gpu(), np.float64), (panda.on_gpu(float32=True), np.float32)):
+        wide = q.astype(number)
+        for given in (q, q[0], strange(wide), strange(wide[:1])):
+            on_gpu.forward_kinematics(given)
+            on_gpu.link_poses(given)
+            on_gpu.jacobian(given, expressed_in="link")
+            on_gpu.in_collision(given, boxes)
+        on_gpu.in_collision(strange(wide[:1]), shapes)
+        on_gpu.signed_distance(strange(wide[:1]), boxes)
+    on_gpu = panda.on_gpu()
+    on_gpu.in_collision(q[:1])
+    on_gpu.signed_distance(q[:1], shapes)
+    on_gpu.inverse_kinematics(T[0], q[0])
+    on_gpu.inverse_kinematics(strange(T), q, world=boxes)
+    on_gpu.inverse_kinematics(strange(T[:1]), world=shapes, task="position")
+    on_gpu.all_solutions(T[:1], n_samples=1)
+    rows.put_rows(device.on_device(q), np.array([1]), q[:1])
+    rows.rows_of(device.on_device(q), np.array([1]))
+    targets = ur5.forward_kinematics(ur5.home + 0.1)
+    for given in (targets, targets[None], strange(targets[None])):
+        ur5.on_gpu().all_solutions(given)
+
+
+if __name__ == "__main__":
+    with ExitStack() as stack:
+        for module in MODULES:
+            for name, factory in list(vars(module).items()):
+                if isinstance(factory, _lru_cache_wrapper) and name.endswith("_of"):
+                    home = importlib.import_module(factory.__wrapped__.__module__)
+                    stack.enter_context(mock.patch.object(module, name, noted(home, name, factory)))
+        stack.enter_context(mock.patch.object(device, "compiled", recorded))
+        call_everything()
+    json.dump(launches, sys.stdout)

@@ -1,0 +1,98 @@
+"""Every launch of every method passes the launcher of numba-cuda and compiles for exactly the arguments that it is given.
+
+Two processes see what one does not. The simulator runs the methods and takes any argument; ``launches.py`` writes down what each
+launch is given. Here the compiler types each recorded array by its shape and strides, and numba-cuda's own ``_prepare_args``
+refuses what no launch can take. It needs no GPU.
+"""
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its own: make test-cuda")
+
+from numba import cuda, types
+from numba.cuda import dispatcher
+from numba.cuda.cudadrv import devices
+from numba.cuda.cudadrv.devicearray import DeviceNDArray
+
+from ulna.gpu.single import in_single
+
+PLAIN = {"int": int, "float": float, "bool": bool}
+
+
+@pytest.fixture(scope="module")
+def launches():
+    environment = os.environ | {"NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1"}
+    program = [sys.executable, str(Path(__file__).parent / "launches.py")]
+    done = subprocess.run(program, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def on_device(shape, strides, dtype):
+    """What a launch is given: an array on the device, here without memory."""
+    memory = SimpleNamespace(device_ctypes_pointer=SimpleNamespace(value=0), size=0)
+    with mock.patch.object(devices, "get_context", SimpleNamespace):  # an array without rows asks for one
+        return DeviceNDArray(shape=tuple(shape), strides=tuple(strides), dtype=dtype, gpu_data=memory)
+
+
+def dtype_of(name):
+    module, _, record = name.partition(":")
+    return getattr(importlib.import_module(module), record).structure if record else np.dtype(name)
+
+
+def argument(recorded):
+    if "dtype" in recorded:
+        return on_device(recorded["shape"], recorded["strides"], dtype_of(recorded["dtype"]))
+    return PLAIN[recorded["type"]](recorded["value"])
+
+
+def kinds_of(arguments):
+    return tuple(cuda.jit(lambda *_: None).typeof_pyval(each) for each in arguments)
+
+
+def prepared(kinds, arguments):
+    """Pass each argument through numba-cuda's preparation of a launch."""
+    launcher = SimpleNamespace(extensions=())
+    launcher._prepare_args = lambda *rest: dispatcher._Kernel._prepare_args(launcher, *rest)
+    for kind, each in zip(kinds, arguments, strict=True):
+        launcher._prepare_args(kind, each, 0, [], [])
+
+
+def driver_of(module, name, sizes, is_single):
+    plain = getattr(importlib.import_module(module), name)
+    plain = plain if sizes is None else plain(*sizes)
+    return in_single(plain) if is_single else plain
+
+
+def test_every_launch_is_typed_in_c_order_prepared_and_compiled(launches, ptx_of_driver):
+    seen = {}
+    for launch in launches:
+        arguments = [argument(each) for each in launch["arguments"]]
+        kinds = kinds_of(arguments)
+        assert all(kind.layout == "C" for kind in kinds if isinstance(kind, types.Array)), launch
+        prepared(kinds, arguments)
+        seen[json.dumps(launch["driver"]), kinds] = launch["driver"]
+    for (_, kinds), source in seen.items():
+        assert ".visible .entry" in ptx_of_driver(driver_of(*source), kinds), source
+    names = {source[1] for source in seen.values()}
+    assert names >= {"poses", "jacobians", "frames_of", "overlaps_of", "distances_of", "searches_of", "branches", "put", "taken"}
+
+
+def test_what_no_launch_can_take_is_seen():
+    with pytest.raises(NotImplementedError):
+        prepared((types.none,), (None,))
+
+
+def test_a_stride_of_zero_is_seen():
+    (kind,) = kinds_of([on_device((1, 7), (0, 8), np.dtype(float))])
+    assert kind.layout != "C"
