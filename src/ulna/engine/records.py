@@ -85,6 +85,15 @@ class Record(np.void):
         return cast("Records[Self]", np.zeros(n, cls.structure))
 
 
+def replaced(records: Records[RecordT_co], **values: Any) -> Records[RecordT_co]:
+    """A read-only copy of one record, shape (1,), with other values: entries are declared for settings that are constant."""
+    copy = records.copy()
+    for name, value in values.items():
+        copy[name] = value
+    copy.setflags(write=False)
+    return copy
+
+
 class _Field:
     """Reads a field of a record."""
 

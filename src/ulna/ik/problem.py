@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.checker import Checker
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
-from ulna.engine.records import Records
+from ulna.engine.records import Records, replaced
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.options import Options
 from ulna.kernels.ik.search_records import SearchSettings
@@ -203,8 +203,6 @@ def make_problem(
     batch = targets.shape[:-2]
     if query.options.trace and batch:
         raise InputError("trace", "a trace is of one target, shape (4, 4)")
-    settings = query.settings.copy()
-    settings[0].with_posture = posture is not None
     columns, step = columns_of_joints(tree, held), np.inf if max_step is None else max_step
     clipped = np.clip(seeds, tree.lower, tree.upper)
     return Problem(
@@ -217,7 +215,7 @@ def make_problem(
         bounds=narrowed(query.limits, seeds, columns, step),
         is_narrowed=bool(columns.any() or np.isfinite(step)),
         posture=query.home.copy() if posture is None else _posture(tree, posture),
-        settings=settings,
+        settings=replaced(query.settings, with_posture=posture is not None),
         nearest_to=clipped if query.options.rank == "nearest" else None,
     )
 

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.engine.records import replaced
 from ulna.ik.problem import STEPS, Problem, Query, make_problem
 from ulna.ik.search.restarts import Restart, run_starts
 from ulna.ik.search.starts import limit_starts
@@ -36,11 +37,13 @@ def searched_solutions(query: Query, T: Array, seed: Array, n_spread: int) -> Ar
     tolerance counts only if no solution is that exact, as at the border of the reach.
     """
     problem = make_problem(query, T, seed)
-    records = problem.settings.copy()
-    settings = records[0]
-    settings.position_tolerance = min(settings.position_tolerance, EXACT * query.unit)
-    settings.rotation_tolerance = min(settings.rotation_tolerance, EXACT)
-    found = _branches(replace(problem, settings=records), n_spread)
+    wide = problem.settings[0]
+    exact = replaced(
+        problem.settings,
+        position_tolerance=min(wide.position_tolerance, EXACT * query.unit),
+        rotation_tolerance=min(wide.rotation_tolerance, EXACT),
+    )
+    found = _branches(replace(problem, settings=exact), n_spread)
     if not len(found):
         found = _branches(problem, n_spread)
     return found if len(found) else _at_limits(problem, n_spread)

@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.drivers import multi_start
 from ulna.engine.bound import bind
+from ulna.engine.records import replaced
 from ulna.ik.options import Request
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, make_problem, refuse_no_pose
 from ulna.ik.reason import Explanation
@@ -79,13 +80,11 @@ class NumericSolver:
         self._tolerances = query.options.tolerances
         self._from_home = self._from_seed = self.in_c = None
         if _is_usual(query):
-            settings, run = query.settings.copy(), multi_start.search_one
-            settings[0].first_wins = layout.ANY
+            settings, run = replaced(query.settings, first_wins=layout.ANY), multi_start.search_one
             starts = unit_samples(query.tree, query.link, query.options.seed, 0, _MOST, from_seed=True)
             plan = np.concatenate([query.limits.ravel(), query.home, starts.ravel()])
             self.tables = query.chain, settings, plan
-            from_seed = settings.copy()
-            from_seed[0].first_wins, from_seed[0].seeded_steps = layout.NEAREST, SEEDED_STEPS
+            from_seed = replaced(settings, first_wins=layout.NEAREST, seeded_steps=SEEDED_STEPS)
             self._from_home = bound_to_one_target(run, self.tables, self.home)
             self._from_seed = bound_to_one_target(run, (query.chain, from_seed, plan), self.home)
             self.in_c = self._from_home, self.home, self._from_seed, self._search_plain

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.drivers import multi_start
+from ulna.engine.records import replaced
 from ulna.engine.threads import in_parts
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, rows_for
 from ulna.ik.search.ranking import Cost
@@ -223,15 +224,13 @@ def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tu
     query, options = problem.query, problem.query.options
     n_dof = query.tree.n_dof
     starts = unit_samples(query.tree, query.link, options.seed, part.first, part.count, from_seed=part.from_seed)
-    records = problem.settings.copy()
-    settings = records[0]
-    settings.steps, settings.with_posture, settings.calm = part.steps, part.with_posture, part.calm
+    settings = replaced(problem.settings, steps=part.steps, with_posture=part.with_posture, calm=part.calm)
     q, info = np.empty((len(order), len(starts), n_dof)), np.zeros((len(order), len(starts)), SearchResult.structure)
 
     def piece(rows: slice) -> bool:
         jobs = multi_start.Jobs(problem.targets, order[rows], problem.seeds, problem.bounds, starts, problem.posture)
         own_q, own_info = q[rows].reshape(-1, n_dof), info[rows].reshape(-1)
-        multi_start.search_jobs(problem.chain, records, jobs, own_q, own_info)
+        multi_start.search_jobs(problem.chain, settings, jobs, own_q, own_info)
         return True
 
     in_parts(piece, len(order), max(1, _JOBS_PER_THREAD // len(starts)), options.threads)

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.engine.records import replaced
 from ulna.ik.problem import Problem, rows_for
 from ulna.kernels.ik.search_records import Results
 from ulna.kernels.layout import COLUMN, KIND, LARGEST, OFFSET, PRISMATIC, RATIO, REVOLUTE
@@ -46,20 +47,20 @@ def _too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray
 
 def in_unit(problem: Problem, unit: float) -> Problem:
     """A problem with all lengths in a unit."""
-    slides, chain, targets, settings = (
-        _slide_units(problem, unit),
-        problem.chain.copy(),
-        problem.targets.copy(),
-        problem.settings.copy(),
-    )
+    slides, chain, targets = _slide_units(problem, unit), problem.chain.copy(), problem.targets.copy()
     for row in chain:
         row[[3, 7, 11]] /= unit
         if int(row[KIND]) == PRISMATIC:
             row[RATIO], row[OFFSET] = row[RATIO] * (slides[int(row[COLUMN])] / unit), row[OFFSET] / unit
+    chain.setflags(write=False)  # as that of a robot is: the entry is compiled for one kind
     targets[:, :3, 3] /= unit
-    settings[0].position_tolerance /= unit
-    settings[0].slack[:3] /= unit
-    settings[0].far /= unit * unit
+    metres = problem.settings[0]
+    settings = replaced(
+        problem.settings,
+        position_tolerance=metres.position_tolerance / unit,
+        slack=metres.slack / np.repeat((unit, 1.0), 3),
+        far=metres.far / (unit * unit),
+    )
     with np.errstate(over="ignore"):  # a limit of 1e308 is none
         changed = {name: getattr(problem, name) / slides for name in ("seeds", "bounds", "posture")}
     return replace(problem, chain=chain, targets=targets, settings=settings, **changed)
