@@ -8,6 +8,7 @@ CPython does not look for signals where a Python function returns to another one
 import _thread
 import contextlib
 import dis
+import gc
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -98,6 +99,7 @@ def run(act: Callable[[], object], target: int | None = None) -> tuple[list[Plac
     """Call a function, interrupted at a target unless it is None: the places that it passed, and whether it was interrupted."""
     tracer, interrupted = Tracer(target), False
     tracing = sys.gettrace()
+    gc.disable()  # an interrupt within a callback of the collector, as Hypothesis has one, is printed and lost
     try:
         sys.settrace(tracer.begin)
         act()
@@ -108,6 +110,7 @@ def run(act: Callable[[], object], target: int | None = None) -> tuple[list[Plac
         interrupted = True
     finally:
         sys.settrace(tracing)
+        gc.enable()
     return tracer.passed, interrupted
 
 

@@ -76,8 +76,8 @@ def test_a_search_with_no_joint_to_move_ends_with_its_budget():
 def test_one_step_of_a_tree_keeps_within_the_budget_and_within_memory():
     world = ulna.World()
     world.add("wall", ulna.Box((0.01, 9e5, 1)))
-    plan = gantry(9e5).plan([-1, 0], [8e5, 3.0], world, max_checks=20_000)
-    assert plan.checks <= 20_001
+    plan = gantry(9e5).plan([-1, 0], [8e5, 3.0], world, max_checks=2000)
+    assert plan.checks <= 2001
 
 
 @pytest.mark.parametrize("limit", [5.0, 1e5, 1e16])

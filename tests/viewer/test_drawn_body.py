@@ -144,7 +144,7 @@ def test_the_small_package_gives_the_pandas_shells_in_their_colours(nothing_inst
     text += "usemtl Grey\nf 1//1 2//1 3//1\nusemtl Other\nf 1//1 2//1 4//1\n"
     for name in (*(f"link{k}" for k in range(8)), "hand", "finger"):
         (folder / f"{name}.obj").write_text(text.format(name))
-    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])  # syspath_prepend would keep what nothing_installed has set
     visuals = link_visuals(ulna.load("panda"))
     assert visuals.missing == ()
     colors = {tuple(mesh.visual.material.main_color[:3]) for mesh in visuals.scenes["panda_link3"].dump()}
