@@ -26,6 +26,14 @@ def pytest_collect_file():
     outcome.force_result([found for found in outcome.get_result() if type(found) is pytest.Module])
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Mark what opens a page in a browser as ``process``: without a GPU each picture takes half a second. One stays quick."""
+    for item in items:
+        if "open_page" in item.fixturenames and item.name != "test_the_light_is_red_while_the_box_is_dragged_into_the_arm":
+            item.add_marker(pytest.mark.process)
+
+
 @pytest.fixture(scope="session")
 def panda():
     return ulna.load("panda")

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from doc_pages import ROOT
+from matrix import matrix
 
 PROGRAM = ROOT / "docs" / "pictures" / "draw.py"
 NAMES = runpy.run_path(str(PROGRAM))
 PICTURES, FILMS, MOMENT = NAMES["PICTURES"], NAMES["FILMS"], NAMES["ServoMoment"]
 
 
-@pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.parametrize("name", matrix([*PICTURES], ["collision"]))
 def test_a_picture_is_drawn_and_is_on_a_page(name):
     pixels = PICTURES[name]((160, 90))
     assert pixels.shape == (90, 160, 3)
@@ -21,6 +22,7 @@ def test_a_picture_is_drawn_and_is_on_a_page(name):
     assert any(f"(pictures/{name}.png)" in page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("*.md"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILMS)
 def test_a_film_shows_what_changes_and_is_on_a_page(name):
     film = FILMS[name]((160, 90))

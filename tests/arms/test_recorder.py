@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import ulna
+from matrix import matrix
 from ulna.arms import FR3, Arm, ArmModel, Recorder
 from ulna.planning.arm_limits import ARMS
 from ulna.planning.motion_check import Samples, check_of
@@ -201,7 +202,7 @@ def test_without_the_limit_of_jerk_the_judge_refuses_as_much_acceleration(fr3):
 
 
 @pytest.mark.parametrize("limits", [{"acceleration": 2.5}, {"acceleration": 9.0, "jerk": 4900.0}])
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("sign", matrix([1.0, -1.0], [1.0]))
 def test_a_servo_that_goes_to_the_end_of_every_joint_keeps_the_velocities_that_are_allowed_there(fr3, sign, limits):
     rows = [(0.301, 12.0), (0.201, 5.17), (0.201, 7.0), (0.301, 8.0), (0.351, 34.0), (0.351, 11.0), (0.351, 34.0)]
     upper = [2.7501, 1.7918, 2.9065, -0.1458, 2.8101, 4.5205, 3.0196]  # libfranka, rate_limiting.h

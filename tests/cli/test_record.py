@@ -57,6 +57,7 @@ def test_only_one_source_of_joint_positions_is_accepted(refusal, tmp_path, two):
     assert refusal("record", tmp_path / "a.mp4", *two).startswith("--q, --trajectory, --plan: at most one")
 
 
+@pytest.mark.slow
 def test_a_motion_of_ulna_plan_is_recorded_in_its_time(run, tmp_path, panda):
     world = ulna.World()
     world.add("post", ulna.Box((0.1, 0.1, 0.9)), ulna.pose((0.45, 0.2, 0.45)))

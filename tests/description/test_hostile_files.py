@@ -10,7 +10,10 @@ import pytest
 from hostile_files import FILES, MB, MEMORY, SECONDS
 from ulna.errors import MAX_CITED
 
-pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs limits of address space, and copies")
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs limits of address space, and copies"),
+]
 PROGRAM = Path(__file__).parents[1] / "hostile_files.py"
 _MAX_LENGTH = 3 * MAX_CITED  # of a message: what is refused, its file, and what to do
 

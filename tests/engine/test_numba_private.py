@@ -69,7 +69,6 @@ EXAMPLES = {
     PERMISSION: ("numba.core.registry.CPUDispatcher._compile_for_args", ()),
     AHEAD: ("numba.core.codegen.JITCodeLibrary._final_module", ()),
 }
-QUICK = CODE, CACHE
 
 
 def results(program, folder):
@@ -93,9 +92,8 @@ def assert_close(found, expected):
     assert np.abs(found[Q] - expected[Q]).max() < 1e-8
 
 
-@pytest.mark.parametrize(
-    "group", [group if group in QUICK else pytest.param(group, marks=pytest.mark.slow) for group in EXAMPLES]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("group", EXAMPLES)
 def test_without_a_name_results_are_as_they_were_and_one_warning_names_it(group, expected, tmp_path):
     path, more = EXAMPLES[group]
     arrays, (warned,), off, _ = results(f"without({path!r})", tmp_path)

@@ -222,6 +222,7 @@ def test_without_the_constraint_the_plan_would_not_keep_it(panda, world):
     assert not panda.edge_keeps(path[:-1], path[1:], as_keeps(each["upright"], panda.tree, left)).kept.all()
 
 
+@pytest.mark.slow
 def test_the_same_call_gives_the_same_bits_and_a_pickled_plan_goes_on(panda, world):
     left, right, each = plans(panda)
     plan = panda.plan(left, right, world, keep=each["upright"], seed=3)

@@ -54,6 +54,7 @@ def test_it_is_the_old_motion_until_then_and_keeps_its_limits(panda, world, opti
             assert np.abs(new.at(t + 1e-6).qd - new.at(t).qd).max() < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [FRANKA, SLOW])
 def test_a_motion_that_stops_at_its_corners_is_replaced_on_each_of_its_lines(panda, world, options):
     left, right = ends(panda)

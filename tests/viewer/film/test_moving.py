@@ -63,6 +63,7 @@ def test_each_obstacle_has_a_colour_of_its_own_and_what_is_attached_is_drawn(pan
     assert [solid.name for solid in touching if solid.color == TOUCHING] == ["attached part", "obstacle crate 0"]
 
 
+@pytest.mark.slow
 def test_each_picture_of_a_film_has_solids_of_its_own(panda, rng):
     """Clouds and boxes that come and go: a picture in the film is the one that another film has of it alone."""
     shapes = [ulna.PointCloud(rng.uniform(0.3, 0.6, (n, 3)), 0.01) for n in (40, 300)]
