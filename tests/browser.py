@@ -20,7 +20,7 @@ FLAGS = (
     "--disable-sync",
     "--no-first-run",
 )
-SIZE = (800, 600)  # a quarter of a large screen: drawn by the CPU, each picture costs by its pixels
+SIZE = (1000, 640)  # drawn by the CPU, each picture costs by its pixels
 
 
 _TWO_FRAMES = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
