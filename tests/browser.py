@@ -20,7 +20,8 @@ FLAGS = (
     "--disable-sync",
     "--no-first-run",
 )
-SIZE = (1000, 640)  # drawn by the CPU, each picture costs by its pixels
+SIZE = (1280, 800)
+COARSE = "fixedDpr=0.5"  # viser draws the scene with half the pixels a side: by a CPU a picture costs by its pixels
 
 
 _TWO_FRAMES = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"

@@ -87,7 +87,7 @@ def open_page(browser_of):
 
     A slow machine opens it slowly: it has no limit of time. When the test ends, its buttons are let go and it is closed.
     """
-    from browser import SIZE
+    from browser import COARSE, SIZE
 
     opened = []
 
@@ -97,7 +97,7 @@ def open_page(browser_of):
         page.set_default_timeout(0)
         page.addresses = []
         page.on("request", lambda request: page.addresses.append(request.url))
-        page.goto(url)
+        page.goto(f"{url}{'&' if '?' in url else '?'}{COARSE}")
         page.get_by_role("status").first.wait_for()
         return page
 
