@@ -23,7 +23,7 @@ FLAGS = (
     "--no-first-run",
 )
 SIZE = (1280, 800)
-COARSE = "fixedDpr=0.4"  # viser draws the scene with fewer pixels: by a CPU a picture costs by its pixels
+COARSE = 0.4  # pixels that viser draws of the scene, by those of the page: drawn by a CPU a picture costs by its pixels
 
 
 _TWO_FRAMES = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
@@ -57,7 +57,7 @@ def project(camera, point) -> np.ndarray:
     from ulna.description.pose import inverse, pose
 
     x, y, z = (inverse(pose(camera.position, wxyz=camera.wxyz)) @ [*point, 1.0])[:3]
-    width, height = camera.image_width, camera.image_height  # of the scene: the panel is beside it
+    width, height = camera.image_width / COARSE, camera.image_height / COARSE  # of the scene: the panel is beside it
     focal = height / 2 / np.tan(camera.fov / 2)
     return np.array([width / 2 + focal * x / z, height / 2 + focal * y / z])
 

@@ -97,7 +97,7 @@ def open_page(browser_of):
         page.set_default_timeout(0)
         page.addresses = []
         page.on("request", lambda request: page.addresses.append(request.url))
-        page.goto(f"{url}{'&' if '?' in url else '?'}{COARSE}")
+        page.goto(f"{url}{'&' if '?' in url else '?'}fixedDpr={COARSE}")
         page.get_by_role("status").first.wait_for()
         return page
 
