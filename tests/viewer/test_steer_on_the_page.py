@@ -1,10 +1,13 @@
 """The tab of steering in a browser: the hand moves while a button or its key is held, and the page says what limits it."""
 
+import re
+
 import numpy as np
 import pytest
 
 import ulna
 from browser import camera_of, wait_to_see
+from processes import wait_for
 
 pytestmark = pytest.mark.slow
 
@@ -33,13 +36,6 @@ def rests(view, page):
     return view.q
 
 
-def rested(page, camera):
-    """Whether the camera is away from where viser has it at first, and stays where it is for half a second."""
-    before = camera.position
-    page.wait_for_timeout(500)
-    return np.array_equal(before, camera.position) and not np.allclose(before, 3.0)
-
-
 def test_it_moves_while_a_button_is_held(view, page, panda):
     button = page.get_by_role("button", name="move -z")
     button.hover()
@@ -53,16 +49,18 @@ def test_it_moves_while_a_button_is_held(view, page, panda):
 
 def test_it_moves_while_a_key_is_held_and_stops_at_a_wall(view, page, panda):
     camera = camera_of(page, view.page.server)
-    wait_to_see(page, lambda: rested(page, camera), "a camera that rests: the page places it in several steps")
-    before = camera.position
+    first = view.page.server.initial_camera.position
+    wait_to_see(page, lambda: np.allclose(camera.position, first, atol=1e-3), "the camera in its place: it is elsewhere before")
     page.keyboard.down("ArrowUp")
-    wait_to_see(page, lambda: "limited by clearance: " in page.inner_text("body"), "what limits the hand")
+    # Looks often: a slow page says too rarely that a key is held, and the hand then comes to the wall in several goes.
+    wait_for(
+        lambda: re.search("limited by clearance: .* mm from wall", page.inner_text("body")), "what limits the hand", looks=None
+    )
     page.keyboard.up("ArrowUp")
-    assert "mm from wall" in page.inner_text("body")
     q = rests(view, page)
     assert moved(view, panda, 0) > 0.02
     assert panda.signed_distance(q, view.world, self_collision=False) > 0.009
-    np.testing.assert_allclose(camera.position, before, atol=1e-6)
+    np.testing.assert_allclose(camera.position, first, atol=1e-3)
 
 
 def test_shift_turns_the_hand_and_a_window_that_loses_the_focus_stops_it(view, page, panda):
