@@ -8,12 +8,14 @@ import pytest
 import ulna
 from browser import camera_of, wait_to_see
 from processes import wait_for
+from ulna.viewer.session import steering
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
-def view(panda):
+def view(panda, monkeypatch):
+    monkeypatch.setattr(steering, "_HELD_FOR", 5.0)  # drawn by a CPU, a page says only every second or so that a key is held
     world = ulna.World()
     world.add("wall", ulna.Box((0.1, 2.0, 2.0)), ulna.pose((0.6, 0, 0.5)))
     with ulna.view(panda, world, steer=True) as view:
@@ -52,7 +54,6 @@ def test_it_moves_while_a_key_is_held_and_stops_at_a_wall(view, page, panda):
     first = view.page.server.initial_camera.position
     wait_to_see(page, lambda: np.allclose(camera.position, first, atol=1e-3), "the camera in its place: it is elsewhere before")
     page.keyboard.down("ArrowUp")
-    # Looks often: a slow page says too rarely that a key is held, and the hand then comes to the wall in several goes.
     wait_for(
         lambda: re.search("limited by clearance: .* mm from wall", page.inner_text("body")), "what limits the hand", looks=None
     )
