@@ -10,7 +10,7 @@ from ulna.description.pose import inverse
 from ulna.drivers import closed_form
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.closed_form import ClosedForm, held_range, joints_at
-from ulna.ik.closed_form.six_joints import SixJoints, Workers, proofs_of
+from ulna.ik.closed_form.six_joints import Computer, SixJoints, proofs_of
 from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, RATIO
@@ -45,7 +45,7 @@ class Branches:
     proof: NDArray[np.int64]
 
 
-def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers = None) -> Branches:
+def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, computer: Computer | None = None) -> Branches:
     """The eight branches of an arm of at most six joints.
 
     Args:
@@ -53,9 +53,9 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
         tree: The robot.
         targets: Rigid motions, shape (n, 4, 4).
         seeds: Shape (n or 1, n_dof): where joints are that may have any angle, and those that do not move the link.
-        workers: How many threads to use at most, or what computes in their place.
+        computer: What computes in the place of the threads, if given.
     """
-    q, known, proof = _computed(form, tree, targets, seeds, workers)
+    q, known, proof = _computed(form, tree, targets, seeds, computer)
     real = (known & layout.IS_REAL) > 0
     if not form.is_exact:
         proof = np.full(len(targets), PROOFS.index(Proof.SEARCHED))
@@ -66,10 +66,10 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
     return within_limits(form.chain, tree, q, real, proof, seeds)
 
 
-def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Computed:
+def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, computer: Computer | None = None) -> _Computed:
     """q, what is known of each branch, and what a form of six joints proves; joints at a limit to rounding are at it."""
     six = joints_at(form, seeds[0] if len(seeds) else np.zeros(tree.n_dof))
-    q, known, proof = six.branches(targets, six.entries_of(seeds), workers, six.plan(tree.lower, tree.upper))
+    q, known, proof = six.branches(targets, six.entries_of(seeds), computer, six.plan(tree.lower, tree.upper))
     if form.n_joints < N_AXES:
         q, known = _of_fewer(six, targets, q, known, tree.lower[six.columns], tree.upper[six.columns])
     if form.columns != tuple(range(tree.n_dof)):
@@ -78,17 +78,21 @@ def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, worker
     return q, known.astype(np.int8), proof.astype(np.int64)
 
 
-def sampled_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, workers: Workers) -> Branches:
+def sampled_branches(
+    form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, computer: Computer | None = None
+) -> Branches:
     """The branches of an arm of seven joints at each of ``n_samples`` places of the held joint, shape (n, 8 n_samples, ...)."""
     if form.held_column is None:
         raise AssertionError("an arm of six joints has no joint to hold")
     n, (low, high) = len(targets), held_range(tree, form.held_column)
     places = low + (np.arange(n_samples) + 0.5) / n_samples * (high - low)
     seeds, places = np.broadcast_to(seeds, (n, tree.n_dof)), np.broadcast_to(places, (n, n_samples))
-    return at_places(form, tree, targets, seeds, places, workers)
+    return at_places(form, tree, targets, seeds, places, computer)
 
 
-def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, workers: Workers) -> Branches:
+def at_places(
+    form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, computer: Computer | None = None
+) -> Branches:
     """The branches of an arm of seven joints at places of the held joint of each target.
 
     A held joint at either end moves the target instead of the axes: then all places are targets of one form.
@@ -99,7 +103,7 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
         targets: Shape (n, 4, 4).
         seeds: Shape (n, n_dof).
         places: Shape (n, k).
-        workers: How many threads to use at most, or what computes in their place.
+        computer: What computes in the place of the threads, if given.
 
     Returns:
         The branches, shape (n, 8 k, ...).
@@ -111,7 +115,7 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
     moved = targets_with_held_at_zero(form.chain, column, np.repeat(targets, k, axis=0), places.ravel())
     if moved is not None:
         here[:, column] = 0.0
-        q, known, _ = _computed(form, tree, moved, here, workers)
+        q, known, _ = _computed(form, tree, moved, here, computer)
         q[..., column] = places.reshape(-1, 1)
     else:
         targets = np.repeat(targets, k, axis=0)
@@ -119,7 +123,7 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
         here[:, column] = places.ravel()
         for place in np.unique(places):  # a form each
             of_it = np.flatnonzero(here[:, column] == place)
-            q[of_it], known[of_it], _ = _computed(form, tree, targets[of_it], here[of_it], workers)
+            q[of_it], known[of_it], _ = _computed(form, tree, targets[of_it], here[of_it], computer)
     here[:, column] = places.ravel()
     m = layout.N_BRANCHES * k
     real = ((known & layout.IS_REAL) > 0).reshape(n, m)
