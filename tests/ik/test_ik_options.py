@@ -150,4 +150,4 @@ def test_each_option_is_passed_as_itself(panda, monkeypatch, method):
     options = passed[0].options
     assert {name: value for name, value in options._asdict().items() if name in given} == given
     assert all(value == getattr(Options(), name) for name, value in options._asdict().items() if name not in given)
-    assert len(given) == {"inverse_kinematics": len(Options._fields), "all_solutions": 6}[method]
+    assert len(given) == {"inverse_kinematics": len(Options._fields), "all_solutions": 5}[method]
