@@ -16,7 +16,7 @@ from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.branches import Branches, all_branches, sampled_branches, within_limits
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
-from ulna.ik.closed_form.six_joints import Computer
+from ulna.ik.closed_form.six_joints import Workers
 from ulna.ik.problem import Query, make_problem, of_task
 from ulna.ik.search.branch_search import searched_solutions
 from ulna.ik.search.ranking import collisions_of, cost_of, refuse_clearance_of_nothing
@@ -40,13 +40,13 @@ class AllSolutions:
     Args:
         query: The link and the options.
         redundancy: The joint of seven that is held, or ``"elbow"``.
-        computer: What computes the branches in the place of the threads, if given.
+        workers: What computes the branches in the place of threads, if given.
     """
 
-    __slots__ = ("_computer", "_elbow", "_family", "_form", "_of_one", "_query", "_run", "_six", "_tables", "in_c")
+    __slots__ = ("_elbow", "_family", "_form", "_of_one", "_query", "_run", "_six", "_tables", "_workers", "in_c")
 
-    def __init__(self, query: Query, redundancy: str | None, computer: Computer | None = None) -> None:
-        self._query, self._computer, tree = query, computer, query.tree
+    def __init__(self, query: Query, redundancy: str | None, workers: Workers = None) -> None:
+        self._query, self._workers, tree = query, workers, query.tree
         by_elbow = redundancy == ELBOW and ELBOW not in entry_names(tree)
         self._elbow = _elbow(query) if by_elbow else None
         self._form = form = None if by_elbow else closed_form_of(tree, query.link, redundancy, query.options.task)
@@ -55,7 +55,7 @@ class AllSolutions:
         self._family = FAMILY if self._elbow else "" if form is None else form.geometry
         self._six = None
         in_order = form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES
-        if form is not None and in_order and query.task_axes is None and computer is None:
+        if form is not None and in_order and query.task_axes is None and workers is None:
             self._six = joints_at(form, query.home)
             self._tables = self._six.table, self._six.chain, self._six.plan(tree.lower, tree.upper), query.home.copy()
             self._run = closed_form.all_branches_of_one
@@ -83,7 +83,7 @@ class AllSolutions:
         if self._elbow is not None:
             found = _of_elbow(query, self._elbow, targets, seed, n_samples)
         else:
-            found = _found(query, self._form, targets, seed, n_samples, self._computer)
+            found = _found(query, self._form, targets, seed, n_samples, self._workers)
         if (found.proof < 0).any():
             as_pose(targets.reshape(*batch, 4, 4))
         if whole_turns:
@@ -161,16 +161,14 @@ def _of_elbow(query: Query, elbow: Elbow, targets: Array, seed: Array, n_samples
     return _with_search(query, targets, seed, n_samples, found, ~real.any(axis=1))
 
 
-def _found(
-    query: Query, form: ClosedForm | None, targets: Array, seed: Array, n_samples: int, computer: Computer | None
-) -> Branches:
+def _found(query: Query, form: ClosedForm | None, targets: Array, seed: Array, n_samples: int, workers: Workers) -> Branches:
     seeds = seed[None]
     if form is None:
         return _searched(query, targets, seed, n_samples, None)
     if form.held_column is not None:
-        found = sampled_branches(form, query.tree, of_task(query, targets), seeds, n_samples, computer)
+        found = sampled_branches(form, query.tree, of_task(query, targets), seeds, n_samples, workers)
         return _with_search(query, targets, seed, n_samples, found, ~found.real.any(axis=1))
-    found = all_branches(form, query.tree, of_task(query, targets), seeds, computer)
+    found = all_branches(form, query.tree, of_task(query, targets), seeds, workers)
     if form.is_exact:
         return _with_search(query, targets, seed, n_samples, found, found.proof == PROOFS.index(Proof.SEARCHED))
     return _searched(query, targets, seed, n_samples, found)

@@ -10,7 +10,7 @@ from ulna.description.pose import inverse
 from ulna.drivers import closed_form
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.closed_form import ClosedForm, held_range, joints_at
-from ulna.ik.closed_form.six_joints import Computer, SixJoints, proofs_of
+from ulna.ik.closed_form.six_joints import SixJoints, Workers, proofs_of
 from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, RATIO
@@ -45,7 +45,7 @@ class Branches:
     proof: NDArray[np.int64]
 
 
-def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, computer: Computer | None = None) -> Branches:
+def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers = None) -> Branches:
     """The eight branches of an arm of at most six joints.
 
     Args:
@@ -53,9 +53,9 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, com
         tree: The robot.
         targets: Rigid motions, shape (n, 4, 4).
         seeds: Shape (n or 1, n_dof): where joints are that may have any angle, and those that do not move the link.
-        computer: What computes in the place of the threads, if given.
+        workers: What computes in the place of threads, if given.
     """
-    q, known, proof = _computed(form, tree, targets, seeds, computer)
+    q, known, proof = _computed(form, tree, targets, seeds, workers)
     real = (known & layout.IS_REAL) > 0
     if not form.is_exact:
         proof = np.full(len(targets), PROOFS.index(Proof.SEARCHED))
@@ -66,10 +66,10 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, com
     return within_limits(form.chain, tree, q, real, proof, seeds)
 
 
-def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, computer: Computer | None = None) -> _Computed:
+def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Computed:
     """q, what is known of each branch, and what a form of six joints proves; joints at a limit to rounding are at it."""
     six = joints_at(form, seeds[0] if len(seeds) else np.zeros(tree.n_dof))
-    q, known, proof = six.branches(targets, six.entries_of(seeds), computer, six.plan(tree.lower, tree.upper))
+    q, known, proof = six.branches(targets, six.entries_of(seeds), workers, six.plan(tree.lower, tree.upper))
     if form.n_joints < N_AXES:
         q, known = _of_fewer(six, targets, q, known, tree.lower[six.columns], tree.upper[six.columns])
     if form.columns != tuple(range(tree.n_dof)):
@@ -79,7 +79,7 @@ def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, comput
 
 
 def sampled_branches(
-    form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, computer: Computer | None = None
+    form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, workers: Workers = None
 ) -> Branches:
     """The branches of an arm of seven joints at each of ``n_samples`` places of the held joint, shape (n, 8 n_samples, ...)."""
     if form.held_column is None:
@@ -87,12 +87,10 @@ def sampled_branches(
     n, (low, high) = len(targets), held_range(tree, form.held_column)
     places = low + (np.arange(n_samples) + 0.5) / n_samples * (high - low)
     seeds, places = np.broadcast_to(seeds, (n, tree.n_dof)), np.broadcast_to(places, (n, n_samples))
-    return at_places(form, tree, targets, seeds, places, computer)
+    return at_places(form, tree, targets, seeds, places, workers)
 
 
-def at_places(
-    form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, computer: Computer | None = None
-) -> Branches:
+def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, workers: Workers = None) -> Branches:
     """The branches of an arm of seven joints at places of the held joint of each target.
 
     A held joint at either end moves the target instead of the axes: then all places are targets of one form.
@@ -103,7 +101,7 @@ def at_places(
         targets: Shape (n, 4, 4).
         seeds: Shape (n, n_dof).
         places: Shape (n, k).
-        computer: What computes in the place of the threads, if given.
+        workers: What computes in the place of threads, if given.
 
     Returns:
         The branches, shape (n, 8 k, ...).
@@ -115,7 +113,7 @@ def at_places(
     moved = targets_with_held_at_zero(form.chain, column, np.repeat(targets, k, axis=0), places.ravel())
     if moved is not None:
         here[:, column] = 0.0
-        q, known, _ = _computed(form, tree, moved, here, computer)
+        q, known, _ = _computed(form, tree, moved, here, workers)
         q[..., column] = places.reshape(-1, 1)
     else:
         targets = np.repeat(targets, k, axis=0)
@@ -123,7 +121,7 @@ def at_places(
         here[:, column] = places.ravel()
         for place in np.unique(places):  # a form each
             of_it = np.flatnonzero(here[:, column] == place)
-            q[of_it], known[of_it], _ = _computed(form, tree, targets[of_it], here[of_it], computer)
+            q[of_it], known[of_it], _ = _computed(form, tree, targets[of_it], here[of_it], workers)
     here[:, column] = places.ravel()
     m = layout.N_BRANCHES * k
     real = ((known & layout.IS_REAL) > 0).reshape(n, m)

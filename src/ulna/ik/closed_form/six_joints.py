@@ -24,8 +24,8 @@ from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Found = tuple[Array, NDArray[Any], NDArray[Any]]
-Computer = Callable[["SixJoints", Array, Array, Array], Found]
-"""What computes branches in the place of the threads: of a form, targets, seeds and a plan."""
+Workers = Callable[["SixJoints", Array, Array, Array], Found] | None
+"""What computes branches in the place of threads of this process, if given: of a form, targets, seeds and a plan."""
 _LEAST_TARGETS = 512  # of a part
 _NO_BOUNDS = np.zeros(2)
 _MORE_THAN_ANY = 1e12  # m: what a whole turn of a joint that slides would add
@@ -87,15 +87,15 @@ class SixJoints:
         units = np.where(self.slides, 1.0 / self.table[layout.FORM, layout.INVERSE_REACH], 1.0)
         return np.concatenate([tolerances, lower[self.columns], upper[self.columns], turns, 1.0 / turns, units])
 
-    def branches(self, targets: Array, seeds: Array, computer: Computer | None = None, plan: Array = _NO_BOUNDS) -> Found:
+    def branches(self, targets: Array, seeds: Array, workers: Workers = None, plan: Array = _NO_BOUNDS) -> Found:
         """All branches of targets (n, 4, 4), which are rigid motions: q (n, 8, 6), known (n, 8) and proof (n,).
 
         ``known`` is the sum of what is known of a branch, and ``proof`` what they prove (``closed_form_layout``). Joints that may
         have any angle get that of seeds (n or 1, 6). The entries of q are the arm's own joints from the base on, then the added
         ones. With the bounds of a plan branches are turned towards the seeds within them, and NaN where they are not real.
         """
-        if computer is not None:
-            return computer(self, targets, seeds, plan)
+        if workers is not None:
+            return workers(self, targets, seeds, plan)
         n = len(targets)
         q, known, proof = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES)), np.empty(n)
         all_branches = closed_form.all_branches
