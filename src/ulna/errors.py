@@ -8,12 +8,18 @@ import reprlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
-from typing import Any
+from typing import Any, NoReturn
 
 _LONGEST = 1000  # characters of a message, which may cite a document
 MAX_CITED = 200  # characters of a value that is refused
 _QUOTED = re.compile(rf"'[^']{{{MAX_CITED - 1},}}+'|\"[^\"]{{{MAX_CITED - 1},}}+\"")
 _LONGEST_NAME, _MOST_NAMES = 100, 10_000  # among which near ones are looked for
+# Arguments that some functions had, and what took their place.
+_SUCCESSORS = {
+    "method": "the search is Levenberg-Marquardt's; lesson 3 (docs/lessons/3_inverse_kinematics.ipynb) has the textbook methods "
+    "in NumPy, hw2/franka_robot.py the Jacobian transpose",
+    "threads": "ulna.threads(n) sets how many threads are used at most, from now on or in a with block",
+}
 
 
 class UlnaError(Exception):
@@ -70,6 +76,16 @@ class UnknownArgumentError(UlnaError, TypeError):
 
     def __reduce__(self):
         return type(self), (self.function, self.argument, self.hint)
+
+
+def refuse_unknown(function: str, unknown: Iterable[str], hint: str = "") -> NoReturn:
+    """Refuse the first of some arguments that a function does not have; of a former one the successor is named.
+
+    Raises:
+        UnknownArgumentError: Always. ``hint`` is its hint where there is no successor.
+    """
+    name = next(iter(unknown))
+    raise UnknownArgumentError(function, name, _SUCCESSORS.get(name, hint))
 
 
 class TruthError(UlnaError, ValueError):

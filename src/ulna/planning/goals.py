@@ -240,7 +240,7 @@ def _solutions_of(request: Request, link: str, T: Array, fixed: NDArray[np.bool_
         seeds[:, fixed] = request.start[fixed]
         result = _solve(request, link, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds)
         return np.unique(result.q[result.success].reshape(-1, n), axis=0)
-    options = Options(seed=request.seed, task=request.task, threads=1)
+    options = Options(seed=request.seed, task=request.task)
     asked = IKRequest(T, request.start, link=link, options=options)
     found = request.inverse_kinematics.all_solutions(asked, n_samples=request.spread)
     return found.q[found.valid]

@@ -24,7 +24,6 @@ def plan_many(
     q_starts: ArrayLike | str | Sequence[str],
     goals: ArrayLike | Mapping[str, ArrayLike] | str | Sequence[str],
     world: World | Iterable[World | None] | None,
-    threads: int | None,
     *,
     progress: Callable[[int, int], None] | bool | None,
 ) -> tuple[Plan, ...]:
@@ -37,7 +36,7 @@ def plan_many(
         raise InputError("goals", f"{len(targets)} goals, {len(starts)} starts and {len(many)} worlds do not go together")
     starts = starts if each else starts * len(targets)
     with _bar() if progress is True else nullcontext(progress or None) as shown:
-        return _planned(plan, starts, targets, many, threads, shown)
+        return _planned(plan, starts, targets, many, shown)
 
 
 def _planned(
@@ -45,7 +44,6 @@ def _planned(
     starts: list[Any],
     targets: list[Any],
     many: list[World | None],
-    threads: int | None,
     progress: Callable[[int, int], None] | None,
 ) -> tuple[Plan, ...]:
     plans: list[Any] = [None] * len(targets)
@@ -68,7 +66,7 @@ def _planned(
                 progress(done, len(plans))
         return True
 
-    in_rows(run, len(plans), threads, stopped.set)
+    in_rows(run, len(plans), stopped.set)
     return tuple(plans)
 
 

@@ -34,7 +34,7 @@ from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
 from ulna.engine.bound import Quick, put_in_c
-from ulna.errors import InputError, UnknownArgumentError
+from ulna.errors import InputError, refuse_unknown
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.differential import differential_ik
 from ulna.ik.followed_path import FollowedPath
@@ -69,10 +69,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _PLAN = PlanOptions()
-_NO_METHODS = (
-    "the search is Levenberg-Marquardt's; lesson 3 (docs/lessons/3_inverse_kinematics.ipynb) has the textbook methods in NumPy, "
-    "hw2/franka_robot.py the Jacobian transpose"
-)
 
 
 class Robot(Quick):
@@ -355,13 +351,7 @@ class Robot(Quick):
     # ---- where its links are, and how fast they move -------------------------------------------------------------------
 
     def forward_kinematics(
-        self,
-        q: ArrayLike,
-        *,
-        link: str | None = None,
-        frame: Frame | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, *, link: str | None = None, frame: Frame | None = None, out: Array | None = None, **unknown: Never
     ) -> Array:
         """The pose of a link.
 
@@ -371,7 +361,7 @@ class Robot(Quick):
             frame: The frame of the result instead of the base: any link, such as ``"base"`` of a UR, which its pendant shows, or
                 its pose T_base_frame, shape (4, 4).
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             T_base_link, shape (..., 4, 4); with ``frame`` T_frame_link.
@@ -381,19 +371,21 @@ class Robot(Quick):
                 link is named; or ``out`` is given beside ``frame``.
             UnknownNameError: There is no such link.
         """
+        if unknown:
+            refuse_unknown("forward_kinematics", unknown)
         if frame is not None:
             if out is not None:
                 raise InputError("out", "goes with the base; with frame= an array is made")
-            of_frame = self.forward_kinematics(q, link=frame, threads=threads) if isinstance(frame, str) else None
-            return poses_in_frame(self.tree, self.forward_kinematics(q, link=link, threads=threads), frame, of_frame)
+            of_frame = self.forward_kinematics(q, link=frame) if isinstance(frame, str) else None
+            return poses_in_frame(self.tree, self.forward_kinematics(q, link=link), frame, of_frame)
         try:
             forward = self._forward[link]
         except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link
             forward = None
-        return (forward or self._forward.of(link))(q, out, threads)
+        return (forward or self._forward.of(link))(q, out)
 
     def compile_forward(self, *, link: str | None = None) -> CompiledForward:
-        """Forward kinematics of one link as a function ``fk(q, out=None, threads=None)`` for control loops: the same, but faster.
+        """Forward kinematics of one link as a function ``fk(q, out=None)`` for control loops: the same, but faster.
 
         Args:
             link: The link's name; the tip unless given.
@@ -415,13 +407,13 @@ class Robot(Quick):
         """
         return self._forward.of(link)
 
-    def link_poses(self, q: ArrayLike, *, out: Array | None = None, threads: int | None = None) -> Array:
+    def link_poses(self, q: ArrayLike, *, out: Array | None = None, **unknown: Never) -> Array:
         """The poses of all links, in the order of ``link_names``.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             T_base_link, shape (..., n_links, 4, 4).
@@ -429,16 +421,12 @@ class Robot(Quick):
         Raises:
             InputError: q has another shape or an entry out of range, or ``out`` does not fit.
         """
-        return frame_poses(self.tree, self.tree.link_frames, q, out, threads)
+        if unknown:
+            refuse_unknown("link_poses", unknown)
+        return frame_poses(self.tree, self.tree.link_frames, q, out)
 
     def jacobian(
-        self,
-        q: ArrayLike,
-        *,
-        link: str | None = None,
-        expressed_in: str = "base",
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, *, link: str | None = None, expressed_in: str = "base", out: Array | None = None, **unknown: Never
     ) -> Array:
         """The geometric Jacobian: the link's velocity for a unit rate of each entry of q.
 
@@ -449,7 +437,7 @@ class Robot(Quick):
                 ``"link"``: the same in the axes of the link (body twist); ``"spatial"``: velocity of the point that passes
                 the base's origin, in the axes of the base.
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             J, shape (..., 6, n_dof): rows v_x, v_y, v_z [m/s], w_x, w_y, w_z [rad/s].
@@ -459,11 +447,13 @@ class Robot(Quick):
                 the robot has several tips and no link is named.
             UnknownNameError: There is no such link.
         """
+        if unknown:
+            refuse_unknown("jacobian", unknown)
         try:
             jacobian = self._jacobian[link, expressed_in]
         except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link or of a frame
             jacobian = None
-        return (jacobian or self._jacobian.of(link, expressed_in))(q, out, threads)
+        return (jacobian or self._jacobian.of(link, expressed_in))(q, out)
 
     def on_gpu(self, *, float32: bool = False) -> GpuRobot:
         """A robot like this one, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
@@ -483,7 +473,7 @@ class Robot(Quick):
         return GpuRobot(self, float32=float32)
 
     def compile_jacobian(self, *, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
-        """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, but faster.
+        """The Jacobian of one link as a function ``jac(q, out=None)`` for control loops: the same, but faster.
 
         Args:
             link: The link's name; the tip unless given.
@@ -506,16 +496,14 @@ class Robot(Quick):
         """
         return self._jacobian.of(link, expressed_in)
 
-    def analytical_jacobian(
-        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
-    ) -> Array:
+    def analytical_jacobian(self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, **unknown: Never) -> Array:
         """The rates of x, y, z, roll, pitch and yaw of a link for a unit rate of each entry of q.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             Shape (..., 6, n_dof), rows in m/s and rad/s; R = Rz(yaw) Ry(pitch) Rx(roll).
@@ -523,18 +511,18 @@ class Robot(Quick):
         Raises:
             SingularityError: |cos(pitch)| < 1e-6 somewhere; ``rows`` lists where.
         """
-        return analytical_jacobian(self.tree, q, self.tree.link_or_tip(link), out, threads)
+        if unknown:
+            refuse_unknown("analytical_jacobian", unknown)
+        return analytical_jacobian(self.tree, q, self.tree.link_or_tip(link), out)
 
-    def manipulability(
-        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
-    ) -> Any:
+    def manipulability(self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, **unknown: Never) -> Any:
         """How well a link can be moved in all directions: sqrt(det(J J')), 0 at a singularity (Yoshikawa 1985).
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             Shape (...,): the volume of the ellipsoid of velocities, up to a factor; of J' J for fewer than six joints, and 0
@@ -545,7 +533,9 @@ class Robot(Quick):
                 link is named.
             UnknownNameError: There is no such link.
         """
-        return manipulability(self.tree, q, self.tree.link_or_tip(link), out, threads)
+        if unknown:
+            refuse_unknown("manipulability", unknown)
+        return manipulability(self.tree, q, self.tree.link_or_tip(link), out)
 
     # ---- which joint positions bring a link to a pose ------------------------------------------------------------------
 
@@ -567,7 +557,6 @@ class Robot(Quick):
         rotation_tolerance: float = 1e-5,
         max_iterations: int | None = None,
         time_limit: float | None = None,
-        threads: int | None = None,
         trace: bool = False,
         **unknown: Never,
     ) -> IKResult:
@@ -602,10 +591,8 @@ class Robot(Quick):
             max_iterations: The largest number of steps of all starts of a search together; 16 000 (800 starts) unless
                 given. The closed form takes no steps.
             time_limit: The longest time of the search [s], checked between rounds of restarts.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
-                The result is the same bit for bit.
             trace: For one target: keep the errors, the step and the damping of every step in ``result.trace``.
-            **unknown: No other argument is taken; the error says where the former ``method`` is.
+            **unknown: No other argument is taken.
 
         Returns:
             An ``IKResult``: q, success, status, errors, iterations, and the reasons. A target that is not reached is a result
@@ -625,8 +612,7 @@ class Robot(Quick):
             solved
         """
         if unknown:
-            name = next(iter(unknown))
-            raise UnknownArgumentError("inverse_kinematics", name, _NO_METHODS if name == "method" else "")
+            refuse_unknown("inverse_kinematics", unknown)
         if isinstance(T, Keep):
             if task != "pose":
                 raise InputError("task", "a constraint has a task of its own; none is given beside it")
@@ -636,7 +622,7 @@ class Robot(Quick):
         else:
             target = T if frame is None else poses_in_base(self.tree, T, frame)
         options = Options(  # in their order: by name they would take 0.3 us more
-            seed, task, rank, position_tolerance, rotation_tolerance, threads, max_step, max_iterations, time_limit, trace
+            seed, task, rank, position_tolerance, rotation_tolerance, max_step, max_iterations, time_limit, trace
         )
         names = held if type(held) is tuple else as_names(held)
         request = Request(target, q_seed, posture, names, world, link, options)
@@ -672,7 +658,7 @@ class Robot(Quick):
         seed: int = 0,
         position_tolerance: float = 1e-5,
         rotation_tolerance: float = 1e-5,
-        threads: int | None = None,
+        **unknown: Never,
     ) -> IKSolutions:
         """All joint positions that bring a link to poses, and what is proved of them.
 
@@ -702,7 +688,7 @@ class Robot(Quick):
             seed: Chooses the random starts of a search; the result depends on nothing else.
             position_tolerance: Largest distance that counts as reached in a search [m].
             rotation_tolerance: Largest angle that counts as reached in a search [rad].
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             An ``IKSolutions``: q (..., m, n_dof), valid, real, proof, family. Of one target ``found.q[found.valid]`` are those
@@ -720,7 +706,9 @@ class Robot(Quick):
             >>> found.q.shape, str(found.proof)
             ((256, 7), 'continuum')
         """
-        options = Options(seed, task, rank, position_tolerance, rotation_tolerance, threads)
+        if unknown:
+            refuse_unknown("all_solutions", unknown)
+        options = Options(seed, task, rank, position_tolerance, rotation_tolerance)
         request = Request(poses_in_base(self.tree, T, frame), q_seed, world=world, link=link, options=options)
         return self._inverse_kinematics.all_solutions(
             request, n_samples=n_samples, redundancy=redundancy, whole_turns=whole_turns
@@ -738,7 +726,7 @@ class Robot(Quick):
         world: World | None = None,
         rank: str | None = None,
         seed: int = 0,
-        threads: int | None = None,
+        **unknown: Never,
     ) -> FollowedPath:
         """The joint path through a path of poses that never jumps to another branch, or where and why there is none.
 
@@ -765,7 +753,7 @@ class Robot(Quick):
                 ``q_start``, or ``home``; ``"manipulability"``; ``"clearance"`` from the world; ``"mid_range"`` of the joints;
                 each with the squared joint steps, as shares of ``max_step``, added.
             seed: Chooses the random configurations where a search is needed; the result depends on nothing else.
-            threads: How many threads to use at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             A ``FollowedPath``: q, status, reason, steps; where no path leads on, ``ends_at`` and ``ending`` say where and why.
@@ -783,7 +771,9 @@ class Robot(Quick):
             >>> str(path.status), bool(path.steps.max() < 0.1)
             ('followed', True)
         """
-        options = Options(task=task, rank=rank, seed=seed, threads=threads)
+        if unknown:
+            refuse_unknown("follow", unknown)
+        options = Options(task=task, rank=rank, seed=seed)
         T_path = poses_in_base(self.tree, T_path, frame, "T_path")
         return self._inverse_kinematics.follow(T_path, q_start, link, options, max_step, world)
 
@@ -798,7 +788,7 @@ class Robot(Quick):
         frame: Frame | None = None,
         damping: float = 0.01,
         out: Array | None = None,
-        threads: int | None = None,
+        **unknown: Never,
     ) -> Array:
         """The joint velocities of one control step that give a link a twist, as nearly as velocity and position limits allow.
 
@@ -819,7 +809,7 @@ class Robot(Quick):
                 1e-2 |J| for fewer than six joints, takes some times longer; singular values below 1e-14 |J| are within the
                 rounding of J, and count as 0.
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             qd [rad/s or m/s], shape (..., n_dof).
@@ -836,10 +826,12 @@ class Robot(Quick):
             >>> float((panda.jacobian(panda.home) @ qd)[0].round(3))
             0.1
         """
+        if unknown:
+            refuse_unknown("differential_ik", unknown)
         if frame is not None and expressed_in != "base":
             raise InputError("frame, expressed_in", "give one of them, not both")
         link, twist = self.tree.link_or_tip(link), twist_in_base(self.tree, twist, frame)
-        return differential_ik(self.tree, q, twist, dt, link, expressed_in, damping, out, threads)
+        return differential_ik(self.tree, q, twist, dt, link, expressed_in, damping, out)
 
     # ---- what it touches -----------------------------------------------------------------------------------------------
 
@@ -850,7 +842,7 @@ class Robot(Quick):
         *,
         self_collision: bool = True,
         out: NDArray[np.bool_] | None = None,
-        threads: int | None = None,
+        **unknown: Never,
     ) -> bool | NDArray[np.bool_]:
         """Whether any of the robot's shapes touches, overlaps, contains or lies within an object of the world, or another link.
 
@@ -859,7 +851,7 @@ class Robot(Quick):
             world: The objects; none unless given.
             self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
             out: Written to and returned if given: a bool array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             A bool for one q, else shape (...,).
@@ -867,7 +859,9 @@ class Robot(Quick):
         Raises:
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        return self._checker.in_collision(q, world, self_collision, out, threads)
+        if unknown:
+            refuse_unknown("in_collision", unknown)
+        return self._checker.in_collision(q, world, self_collision, out)
 
     def links_near(
         self, cloud: PointCloud, q: ArrayLike, *, within: float = 0.0, pose: ArrayLike | None = None
@@ -898,7 +892,6 @@ class Robot(Quick):
         *,
         self_collision: bool = True,
         max_distance: float = 0.0,
-        threads: int | None = None,
         **unknown: Never,
     ) -> Any:
         """The pairs of the robot's shapes and objects, or of its own shapes, that overlap: how deep and where.
@@ -908,8 +901,7 @@ class Robot(Quick):
             world: The objects; none unless given.
             self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
             max_distance: Also report pairs that do not overlap, up to this distance [m]; ``np.inf`` reports all pairs.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
-            **unknown: No other argument is taken; the error names the one that is meant.
+            **unknown: No other argument is taken.
 
         Returns:
             A ``Report`` for one q, else an array of them, shape (...,).
@@ -921,18 +913,11 @@ class Robot(Quick):
             UnknownArgumentError: There is no such argument.
         """
         if unknown:
-            name = next(iter(unknown))
-            raise UnknownArgumentError("check_collision", name, "max_distance= is how near pairs may be")
-        return self._checker.check_collision(q, world, self_collision, max_distance, threads)
+            refuse_unknown("check_collision", unknown, "max_distance= is how near pairs may be")
+        return self._checker.check_collision(q, world, self_collision, max_distance)
 
     def distances(
-        self,
-        q: ArrayLike,
-        world: World | None = None,
-        *,
-        within: float = 0.1,
-        self_collision: bool = True,
-        threads: int | None = None,
+        self, q: ArrayLike, world: World | None = None, *, within: float = 0.1, self_collision: bool = True, **unknown: Never
     ) -> Distances:
         """All pairs of the robot's shapes and objects, or of its own shapes, that are near each other, with gradients, as arrays.
 
@@ -944,7 +929,7 @@ class Robot(Quick):
             world: The objects; none unless given.
             within: How far apart pairs may be [m]; ``np.inf`` gives all pairs.
             self_collision: Whether to measure between the robot's links too, but for ``allowed_collisions``.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             The ``Distances``: of a point cloud or a height map, for each of the robot's shapes, the nearest point or column only.
@@ -962,16 +947,12 @@ class Robot(Quick):
             >>> near.name_a[0], near.name_b[0], near.gradient.shape
             ('box 6', 'box 9', (3, 7))
         """
-        return self._checker.distances(q, world, self_collision, within, threads)
+        if unknown:
+            refuse_unknown("distances", unknown)
+        return self._checker.distances(q, world, self_collision, within)
 
     def signed_distance(
-        self,
-        q: ArrayLike,
-        world: World | None = None,
-        *,
-        self_collision: bool = True,
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, world: World | None = None, *, self_collision: bool = True, out: Array | None = None, **unknown: Never
     ) -> Any:
         """The least distance of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
 
@@ -982,7 +963,7 @@ class Robot(Quick):
             world: The objects; none unless given.
             self_collision: Whether to measure between the robot's links too, but for ``allowed_collisions``.
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             A number for one q, else shape (...,); infinite where there is nothing to measure to.
@@ -991,16 +972,12 @@ class Robot(Quick):
             InputError: q has another shape or an entry out of range, ``out`` does not fit, or there is nothing to check.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        return self._checker.signed_distance(q, world, self_collision, out, threads)
+        if unknown:
+            refuse_unknown("signed_distance", unknown)
+        return self._checker.signed_distance(q, world, self_collision, out)
 
     def distance_gradient(
-        self,
-        q: ArrayLike,
-        world: World | None = None,
-        *,
-        self_collision: bool = True,
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, world: World | None = None, *, self_collision: bool = True, out: Array | None = None, **unknown: Never
     ) -> Array:
         """The derivative of ``signed_distance`` by q [m/rad or m/m], shape (..., n_dof).
 
@@ -1011,7 +988,9 @@ class Robot(Quick):
             InputError: As for ``signed_distance``.
             GeometryError: As for ``signed_distance``.
         """
-        return self._checker.distance_gradient(q, world, self_collision, out, threads)
+        if unknown:
+            refuse_unknown("distance_gradient", unknown)
+        return self._checker.distance_gradient(q, world, self_collision, out)
 
     def edge_in_collision(
         self,
@@ -1021,7 +1000,7 @@ class Robot(Quick):
         *,
         self_collision: bool = True,
         resolution: float = RESOLUTION,
-        threads: int | None = None,
+        **unknown: Never,
     ) -> EdgeReport:
         """Whether anything touches on the straight line from one configuration to another. Free holds for the whole line.
 
@@ -1033,7 +1012,7 @@ class Robot(Quick):
             world: The objects; none unless given.
             self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
             resolution: A clearance below this [m] may count as a contact; none above does.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             An ``EdgeReport``: in_collision, and how far on the way all is free.
@@ -1043,7 +1022,9 @@ class Robot(Quick):
                 below 1e-5 m, or there is nothing to check.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        return self._checker.edge_in_collision(q_a, q_b, world, self_collision, resolution, threads)
+        if unknown:
+            refuse_unknown("edge_in_collision", unknown)
+        return self._checker.edge_in_collision(q_a, q_b, world, self_collision, resolution)
 
     def edge_keeps(self, q_a: ArrayLike, q_b: ArrayLike, keep: Keep | Iterable[Keep]) -> KeepReport:
         """Whether constraints are kept on the straight line from one configuration to another, at all of its configurations.
@@ -1218,7 +1199,6 @@ class Robot(Quick):
         goals: ArrayLike | Mapping[str, ArrayLike] | str | Sequence[str],
         world: World | Iterable[World | None] | None = None,
         *,
-        threads: int | None = None,
         progress: Callable[[int, int], None] | bool | None = None,
         **options: Any,
     ) -> tuple[Plan, ...]:
@@ -1229,7 +1209,6 @@ class Robot(Quick):
             goals: Where to go: configurations, shape (n, n_dof), or poses, shape (n, 4, 4), one a problem; or poses of several
                 links, shape (n, 4, 4) for each; or the names of states, or one for all.
             world: One for all, or one for each problem.
-            threads: How many threads are used at most; ``ULNA_THREADS``, or one a processor, unless given.
             progress: Called with the number of problems that are done, and of all, after each. True: a bar on standard error, if
                 that is a terminal.
             options: Those of ``plan``.
@@ -1243,12 +1222,14 @@ class Robot(Quick):
             UnknownNameError: There is no such link, joint or state; a note names the row.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
+        if "threads" in options:
+            refuse_unknown("plan_many", ("threads",))
         if "held" in options:
             options["held"] = as_names(options["held"])  # once: it may be an iterator, and so may the constraints
         if isinstance(options.get("keep"), Iterator):
             options["keep"] = tuple(options["keep"])
         plan = partial(self.plan, **options)
-        return plan_many(plan, q_starts, goals, world, threads, progress=progress)
+        return plan_many(plan, q_starts, goals, world, progress=progress)
 
     def servo(
         self,
@@ -1312,7 +1293,7 @@ class Robot(Quick):
         """The pairs of links that may touch, each with its reason: found from joints and samples unless others were given."""
         return self._checker.allowed
 
-    def collision_poses(self, q: ArrayLike, *, out: Array | None = None, threads: int | None = None) -> Array:
+    def collision_poses(self, q: ArrayLike, *, out: Array | None = None, **unknown: Never) -> Array:
         """The poses of the robot's collision shapes, in the order of ``collision_names``: shape (..., n_shapes, 4, 4).
 
         The arguments are those of ``link_poses``.
@@ -1320,7 +1301,9 @@ class Robot(Quick):
         Raises:
             InputError: q has another shape or an entry out of range, or ``out`` does not fit.
         """
-        return frame_poses(self.tree, self._checker.bodies.frames, q, out, threads)
+        if unknown:
+            refuse_unknown("collision_poses", unknown)
+        return frame_poses(self.tree, self._checker.bodies.frames, q, out)
 
     @property
     def collision_names(self) -> tuple[str, ...]:
