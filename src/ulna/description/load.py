@@ -15,7 +15,7 @@ from ulna.description.names.by_name import BUNDLED, Bundled, find_by_name
 from ulna.description.packages import as_package_dirs
 from ulna.description.references import matched
 from ulna.description.robot_description import Description
-from ulna.description.sdf import read_sdf
+from ulna.description.sdf.models import read_sdf
 from ulna.description.semantic import Srdf
 from ulna.description.srdf import read_srdf
 from ulna.description.srdf_beside import srdf_beside

@@ -8,11 +8,13 @@ from lxml import etree
 from ulna.description.document import Document
 from ulna.description.file_bytes import regular_file_bytes
 from ulna.description.meshes.mesh_files import MeshFiles
-from ulna.description.sdf_frames import Place
+from ulna.description.packages import places
+from ulna.description.sdf.frames import Place
 from ulna.description.xml import LONGEST, MOST_ELEMENTS, parse, without_namespace
 from ulna.errors import DescriptionError, FileError
 
 _MAX_INCLUDES = 500  # each counted as often as it is included
+_LONGEST_ADDRESS = 1000
 _FILES = (".sdf", ".world", ".xml", ".urdf")
 
 
@@ -58,8 +60,10 @@ class ModelFiles:
         self.n_includes += 1
         if self.n_includes > _MAX_INCLUDES:
             raise place.fail(f"more than {_MAX_INCLUDES} models are included")
+        if len(uri) > _LONGEST_ADDRESS:
+            raise place.fail(f"its address is longer than {_LONGEST_ADDRESS} letters")
         address = (uri if above is None else above.address(uri)).rstrip("/")
-        path = self.files.located(address) if address.endswith(_FILES) else self.of_folder(address)
+        path = self.located(address) if address.endswith(_FILES) else self.of_folder(address)
         path, one = path.resolve(), above
         base = address.rpartition("/")[0] if address.endswith(_FILES) else address
         base = base or "."
@@ -72,6 +76,15 @@ class ModelFiles:
         if self.n_elements > MOST_ELEMENTS:
             raise place.fail(f"more than {MOST_ELEMENTS} elements are included")
         return Included(path, root, base, above)
+
+    def located(self, address: str) -> Path:
+        """The file of an address. A model is looked for by its name, and nothing else beside the document is taken for it."""
+        path, files = self.files.located(address), self.files
+        scheme, _, rest = address.partition("://")
+        if scheme in ("model", "package") and places(address, files.folder, files.package_dirs).get(path) is None:
+            name = rest.partition("/")[0]
+            raise FileError(address, f"no such file; package_dirs=[...] names the folder in which the model {name!r} lies")
+        return path
 
     def root(self, path: Path) -> etree._Element:
         """The root element of a file."""
@@ -86,16 +99,16 @@ class ModelFiles:
     def of_folder(self, address: str) -> Path:
         """The SDF file of a model's folder: the one of the newest version that its ``model.config`` names, or ``model.sdf``."""
         try:
-            config = self.root(self.files.located(f"{address}/model.config"))
+            config = self.root(self.located(f"{address}/model.config"))
         except FileError as error:
             try:
-                return self.files.located(f"{address}/model.sdf")
+                return self.located(f"{address}/model.sdf")
             except FileError:
                 raise error from None
         named = [(_version(one), (one.text or "").strip()) for one in config.iterfind("sdf")]
         if not named:
             raise DescriptionError("names no <sdf>", f"{address}/model.config")
-        return self.files.located(f"{address}/{max(named)[1]}")
+        return self.located(f"{address}/{max(named)[1]}")
 
 
 def _version(element: etree._Element) -> tuple[int, ...]:
