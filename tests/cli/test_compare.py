@@ -51,9 +51,10 @@ def test_long_mesh_paths_are_wrapped_to_80_columns(run, slider, tmp_path):
     assert "…" not in shown
 
 
-URDF = """<robot name="m"><link name="a"/><link name="b"><collision><origin xyz="0 0 0.1"/><geometry><box size="1 2 3"/></geometry>
-</collision></link><joint name="j" type="revolute"><parent link="a"/><child link="b"/>
-<origin xyz="0.1 0.2 0.3" rpy="0.1 0.2 0.3"/><axis xyz="0 1 0"/><limit lower="-1" upper="2" effort="5" velocity="3"/></joint></robot>"""
+URDF = """<robot name="m"><link name="a"/><link name="b"><collision><origin xyz="0 0 0.1"/><geometry><box size="1 2 3"/>
+</geometry></collision></link><joint name="j" type="revolute"><parent link="a"/><child link="b"/>
+<origin xyz="0.1 0.2 0.3" rpy="0.1 0.2 0.3"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="2" effort="5" velocity="3"/></joint></robot>"""
 SDF = """<sdf version="1.9"><model name="m"><link name="a"/><link name="b"><pose relative_to="j"/><collision name="b_collision">
 <pose>0 0 0.1 0 0 0</pose><geometry><box><size>1 2 3</size></box></geometry></collision></link>
 <joint name="j" type="revolute"><pose relative_to="a">0.1 0.2 0.3 0.1 0.2 0.3</pose><parent>a</parent><child>b</child>

@@ -362,9 +362,7 @@ def test_an_included_model_finds_its_meshes_and_the_files_beside_it(tmp_path):
         "models/hand/model.config": '<model><sdf version="1.7">hand.sdf</sdf></model>',
         "models/hand/hand.sdf": '<sdf version="1.7"><model name="hand"><link name="palm"><collision name="c"><geometry><mesh><uri>meshes/p.stl</uri></mesh></geometry></collision></link><include><uri>parts/nail.sdf</uri></include><joint name="k" type="fixed"><parent>palm</parent><child>nail::tip</child></joint></model></sdf>',
         "models/hand/parts/nail.sdf": '<sdf version="1.9"><model name="nail"><link name="tip"><collision name="c"><geometry><mesh><uri>../meshes/p.stl</uri></mesh></geometry></collision></link></model></sdf>',
-        "models/hand/meshes/p.stl": "solid p\n"
-        + "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 1\nendloop\nendfacet\n"
-        + "endsolid\n",
+        "models/hand/meshes/p.stl": "solid p\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 1\nendloop\nendfacet\nendsolid\n",
     }
     for name, content in write.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)

@@ -77,10 +77,10 @@ class Collected:
                 joints.append(self.fixed(parent, key, frame.place.line))
                 links.append(Link(key, line=frame.place.line))
 
-    def fixed(self, parent: str, child: str, line: int | None, T: Array | None = None) -> Joint:
+    def fixed(self, parent: str, child: str, line: int | None, origin: Array | None = None) -> Joint:
         """A fixed joint that the document does not have."""
-        T = self.frames.between(parent, child) if T is None else T
-        return Joint(self.unused(f"{child}_fixed"), JointType.FIXED, parent, child, T, np.array(Z), line=line)
+        origin = self.frames.between(parent, child) if origin is None else origin
+        return Joint(self.unused(f"{child}_fixed"), JointType.FIXED, parent, child, origin, np.array(Z), line=line)
 
     def unused(self, name: str) -> str:
         """A name that nothing has, and that is given with this."""

@@ -22,7 +22,7 @@ OLDEST, NEWEST = (1, 4), (1, 12)
 FRAMES_SINCE, FORMATS_SINCE, MIMIC_SINCE, JOINT_AXES_SINCE = (1, 7), (1, 9), (1, 11), (1, 5)
 _NAMED = {"joint", "link", "frame", "model", "visual", "collision", "include", "world"}
 _BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
-_LONGEST_NAME = 1000
+_LONGEST_NAME, _MAX_UNKNOWN = 1000, 1000
 
 
 class Elements(Reader):
@@ -32,9 +32,13 @@ class Elements(Reader):
         super().__init__(source)
         self.root, self.robot, self.included = root, robot, included
         self.version = self.known_version()
+        n_unknown = 0
         for part in unread_parts(root):
             if part.message:
                 self.leave_out(part.element, part.message)
+                n_unknown += 1
+                if n_unknown > _MAX_UNKNOWN:
+                    raise self.fail(part.element, f"has more than {_MAX_UNKNOWN} elements and attributes that are not known")
             else:
                 robot.unread[part.what] += 1
 
@@ -131,15 +135,15 @@ class Elements(Reader):
             return np.eye(4)
         if kind == "euler_rpy":
             values = self.floats(child, 6)
-            T = pose(values[:3], np.radians(values[3:]) if degrees else values[3:])
+            turn = {"rpy": np.radians(values[3:]) if degrees else values[3:]}
         else:
             *values, w = self.floats(child, 7)
             if degrees or max(map(abs, (*values[3:], w))) < 1e-12:
                 raise place.fail("its pose is a quaternion with degrees, or of length 0, which is no orientation")
-            T = pose(values[:3], wxyz=(w, *values[3:]))
+            turn = {"wxyz": (w, *values[3:])}
         if max(map(abs, values[:3])) > LARGEST:
             raise place.fail(f"its pose is beyond {LARGEST:g} m")
-        return T
+        return pose(values[:3], **turn)
 
     def link(self, element: etree._Element, scope: str) -> Link:
         """A link with its shapes."""
@@ -152,9 +156,9 @@ class Elements(Reader):
         frames = self.robot.frames
         for element in link.iterfind(tag):
             try:
-                base, T = self.pose_of(element)
+                base, at = self.pose_of(element)
                 if base:
-                    T = frames.between(key, frames.find(scope, base, self.place(element))) @ T
+                    at = frames.between(key, frames.find(scope, base, self.place(element))) @ at
                 shape = self.shape(self.child(element, "geometry"))
             except DescriptionError as error:
                 if tag != "visual":
@@ -165,7 +169,7 @@ class Elements(Reader):
                 result = "it is not drawn" if tag == "visual" else "poses can be computed, collisions cannot"
                 self.leave_out(element, f"its geometry is {shape.kind}, which is not known: {result}")
             if shape is not None and not (tag == "visual" and isinstance(shape, UnknownShape)):
-                yield Body(element.get("name") or f"{link.get('name')}_{tag}", shape, T, self.color(element))
+                yield Body(element.get("name") or f"{link.get('name')}_{tag}", shape, at, self.color(element))
 
     def shape(self, geometry: etree._Element) -> Shape | None:
         """The shape of a geometry; None if it is stated to be empty."""

@@ -13,7 +13,7 @@ from ulna.description.sdf.frames import Place
 from ulna.description.xml import LONGEST, MOST_ELEMENTS, parse, without_namespace
 from ulna.errors import DescriptionError, FileError
 
-_MAX_INCLUDES = 500  # each counted as often as it is included
+MAX_INCLUDES = 200  # each counted as often as it is included
 _LONGEST_ADDRESS = 1000
 _FILES = (".sdf", ".world", ".xml", ".urdf")
 
@@ -58,8 +58,8 @@ class ModelFiles:
             FileError: It is not there, or may not be read.
         """
         self.n_includes += 1
-        if self.n_includes > _MAX_INCLUDES:
-            raise place.fail(f"more than {_MAX_INCLUDES} models are included")
+        if self.n_includes > MAX_INCLUDES:
+            raise place.fail(f"more than {MAX_INCLUDES} models are included")
         if len(uri) > _LONGEST_ADDRESS:
             raise place.fail(f"its address is longer than {_LONGEST_ADDRESS} letters")
         address = (uri if above is None else above.address(uri)).rstrip("/")

@@ -98,10 +98,10 @@ class Frames:
 
     def put(self, model: str, name: str) -> None:
         """Let the pose of a model be that of one of its frames, its placement frame."""
-        frame, T = self.frames[model], np.eye(4)
-        for each, _ in self._chain(self.find(model.removesuffix(MODEL), name, frame.place), {model: T}, "base"):
-            T = T @ self.frames[each].pose
-        frame.pose = frame.pose @ inverse(T)
+        frame, placed = self.frames[model], np.eye(4)
+        for each, _ in self._chain(self.find(model.removesuffix(MODEL), name, frame.place), {model: placed}, "base"):
+            placed = placed @ self.frames[each].pose
+        frame.pose = frame.pose @ inverse(placed)
 
     def _chain(self, key: str, known: dict, reference: str) -> list[tuple[str, str]]:
         """The frames from one that is known to ``key``, each with its base or what it is attached to, the known one left out."""

@@ -10,7 +10,7 @@ from ulna.description.document import Document
 from ulna.description.robot_description import Description, LeftOut
 from ulna.description.sdf.collected import Collected
 from ulna.description.sdf.elements import FRAMES_SINCE
-from ulna.description.sdf.files import ModelFiles
+from ulna.description.sdf.files import MAX_INCLUDES, ModelFiles
 from ulna.description.sdf.frames import MODEL, OUTSIDE, WORLD, Array, Frame
 from ulna.description.sdf.joints import Joints
 from ulna.description.xml import without_namespace
@@ -83,7 +83,7 @@ class _Models(Joints):
             try:
                 reader, model, given = self.opened(element)
             except (FileError, DescriptionError) as error:
-                if element.tag == "model" or len(elements) == 1:
+                if element.tag == "model" or len(elements) == 1 or self.robot.files.n_includes > MAX_INCLUDES:
                     raise
                 self.leave_out(element, f"is left out, as it has no model that can be read: {error}")
                 continue

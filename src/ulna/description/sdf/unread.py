@@ -62,22 +62,36 @@ _OTHERS = {
     "visual": {"cast_shadows", "laser_retro", "meta", "plugin", "transparency", "visibility_flags"},
     "collision": {"auto_inertia_params", "density", "laser_retro", "max_contacts", "surface"},
 }
+_MAX_HINTS = 20
 _WORLD = {"population", "actor"}  # of a world, which add what moves; all else of it is scenery
+
+
+class _Hints:
+    """Suggests near names, for the first names that are not known: to look for near ones takes time."""
+
+    def __init__(self) -> None:
+        self.given: dict[str, str] = {}
+
+    def of(self, name: str, known: set[str]) -> str:
+        """The hint for a name; empty where there are many."""
+        if name not in self.given and len(self.given) < _MAX_HINTS:
+            self.given[name] = did_you_mean(name, sorted(known))
+        return self.given.get(name, "")
 
 
 def unread_parts(root: etree._Element) -> Iterator[Unread]:
     """The elements and attributes that are not read; of those that may matter with a message."""
-    waiting = [root]
+    waiting, hints = [root], _Hints()
     while waiting:
         element = waiting.pop()
         tag = str(element.tag)
         for key in map(str, element.attrib):
             if tag in _ATTRIBUTES and key not in _ATTRIBUTES[tag] and etree.QName(key).namespace is None:
                 what = f"attribute {key!r} of <{tag}>"
-                message = f"{what} is not known, and left out{did_you_mean(key, _ATTRIBUTES[tag])}"
+                message = f"{what} is not known, and left out{hints.of(key, _ATTRIBUTES[tag])}"
                 yield Unread(element, what, message, matters=True)
-        known = _CHILDREN.get(tag)
-        for child in element.iterchildren(etree.Element) if known is not None else ():
+        known = _CHILDREN.get(tag, set())
+        for child in element.iterchildren(etree.Element) if known else ():
             name = etree.QName(child)
             if name.namespace is None and child.tag in known:
                 waiting.append(child)
@@ -87,5 +101,5 @@ def unread_parts(root: etree._Element) -> Iterator[Unread]:
             if is_other or (tag == "world" and name.localname not in _WORLD):
                 yield Unread(child, what, "", matters=False)
             else:
-                message = f"{what} is not known, and left out{did_you_mean(name.localname, known)}"
+                message = f"{what} is not known, and left out{hints.of(name.localname, known)}"
                 yield Unread(child, what, message, matters=True)
