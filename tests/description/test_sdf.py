@@ -353,6 +353,12 @@ def test_the_only_model_of_a_world_that_is_not_static_is_the_robot_and_its_scene
     assert "1 <light> in <world> not used" in messages
 
 
+def test_an_include_that_is_not_found_is_refused_where_no_other_model_moves():
+    floor = '<model name="floor"><static>1</static><link name="l"/></model>'
+    with pytest.raises(FileError, match="model://arm"):
+        ulna.load(f'<sdf version="1.9"><world name="w">{floor}<include><uri>model://arm</uri></include></world></sdf>')
+
+
 def test_an_included_model_finds_its_meshes_and_the_files_beside_it(tmp_path):
     write = {
         "robots/arm.sdf": text(

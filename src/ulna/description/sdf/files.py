@@ -89,7 +89,10 @@ class ModelFiles:
     def root(self, path: Path) -> etree._Element:
         """The root element of a file."""
         if path not in self.roots:
-            text = regular_file_bytes(path, LONGEST - self.n_bytes)
+            try:
+                text = regular_file_bytes(path, LONGEST - self.n_bytes)
+            except OSError as error:
+                raise FileError(str(path), error.strerror or str(error)) from None
             self.n_bytes += len(text)
             if self.n_bytes > LONGEST:
                 raise FileError(str(path), f"with the other models is longer than {LONGEST / 1e6:.0f} MB, up to which are read")

@@ -61,6 +61,14 @@ class _Given(NamedTuple):
     is_static: bool | None = None
 
 
+class _Found(NamedTuple):
+    """A model of a world: its element, what collects it, and whether it is static."""
+
+    element: etree._Element
+    collect: Callable[[], str]
+    is_static: bool
+
+
 class _Models(Joints):
     """Collects the models of one document, or of one that it includes."""
 
@@ -76,30 +84,38 @@ class _Models(Joints):
         """Collect the model of a world that is not static, or its only one; the others are left out."""
         if (tie := world.find("joint")) is not None:
             raise self.place(tie).fail(f"is a joint of the world, which ties models; {_ALONE}")
-        elements = [child for child in world if child.tag in ("model", "include")]
-        found: list[tuple[etree._Element, Callable[[], str]]] = []
-        moving: list[tuple[etree._Element, Callable[[], str]]] = []
-        for element in elements:
+        found, fault = self.models_of(world)
+        moving = [one for one in found if not one.is_static]
+        if fault is not None and not moving:
+            raise fault
+        candidates = found if len(found) == 1 else moving
+        if len(candidates) != 1:
+            names = listed([self.place(element).words for element, *_ in candidates or found]) or "none"
+            raise self.place(world).fail(f"one model that is not static is expected, and there is {names}; {_ALONE}")
+        chosen = candidates[0]
+        for other in (one for one in found if one is not chosen):
+            self.leave_out(
+                other.element, "is static, and not the robot, so it is left out; ulna.World has what is around a robot"
+            )
+        for frame in world.iterfind("frame"):
+            self.frame(frame, OUTSIDE)
+        return chosen.collect()
+
+    def models_of(self, world: etree._Element) -> tuple[list[_Found], FileError | DescriptionError | None]:
+        """The models of a world, and the error of the last include that is left out."""
+        found: list[_Found] = []
+        fault = None
+        for element in (child for child in world if child.tag in ("model", "include")):
             try:
                 reader, model, given = self.opened(element)
             except (FileError, DescriptionError) as error:
-                if element.tag == "model" or len(elements) == 1 or self.robot.files.n_includes > MAX_INCLUDES:
+                if element.tag == "model" or self.robot.files.n_includes > MAX_INCLUDES:
                     raise
                 self.leave_out(element, f"is left out, as it has no model that can be read: {error}")
-                continue
-            found.append((element, partial(reader.model, model, "", given)))
-            if not reader.is_static(model, given):
-                moving.append(found[-1])
-        candidates = found if len(found) == 1 else moving
-        if len(candidates) != 1:
-            names = listed([self.place(element).words for element, _ in candidates or found]) or "none"
-            raise self.place(world).fail(f"one model that is not static is expected, and there is {names}; {_ALONE}")
-        chosen, collect = candidates[0]
-        for element in (element for element, _ in found if element is not chosen):
-            self.leave_out(element, "is static, and not the robot, so it is left out; ulna.World has what is around a robot")
-        for frame in world.iterfind("frame"):
-            self.frame(frame, OUTSIDE)
-        return collect()
+                fault = error
+            else:
+                found.append(_Found(element, partial(reader.model, model, "", given), reader.is_static(model, given)))
+        return found, fault
 
     def is_static(self, model: etree._Element, given: _Given) -> bool:
         """Whether a model does not move."""
