@@ -135,7 +135,6 @@ FILES: dict[str, Callable[[], bytes]] = {
     "robot.sdf attributes": lambda: sdf("<link " + " ".join(f'a{k}=""' for k in range(90_000)) + "/>"),
     "robot.sdf joint": lambda: sdf(f'<link name="a"/><joint name="j" type="{"t" * MB}"/>'),
     "robot.sdf address": lambda: sdf(f'<link name="a"/><include><uri>model://{"u" * MB}</uri></include>'),
-    "robot.sdf includes": lambda: sdf("<include><uri>model://a</uri></include>" * 24_000),
     "robot.sdf itself": lambda: sdf('<link name="a"/>' + "<include><uri>robot.sdf</uri></include>" * 20_000),
     "robot.sdf world": lambda: b'<sdf version="1.9"><world name="w">' + b"<include><uri>model://a</uri></include>" * 24_000 + b"</world></sdf>",
     "robot.sdf worlds": lambda: b'<sdf version="1.9"><world name="w">' + b'<model name="m"/>' * 55_000 + b"</world></sdf>",
