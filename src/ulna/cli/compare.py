@@ -14,7 +14,7 @@ from ulna.cli.output import Output, attributes, count_of, make_table
 from ulna.inspection.compare import compare as compare_robots
 from ulna.inspection.differences import KINDS
 
-First = Annotated[str, typer.Argument(metavar="A", help="A bundled name, or the path of a .urdf or .xacro file.")]
+First = Annotated[str, typer.Argument(metavar="A", help="A bundled name, or the path of a .urdf, .xacro or .sdf file.")]
 Second = Annotated[str, typer.Argument(metavar="B", help="Another one.")]
 Ignored = Annotated[
     list[str] | None, typer.Option(metavar="KIND", help=f"Differences that do not count; repeatable: {', '.join(KINDS)}.")

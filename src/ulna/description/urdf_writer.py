@@ -40,8 +40,9 @@ def without_hulls(description: Description) -> Description:
 
 
 def _is_endless(joint: Joint) -> bool:
-    """Whether a slide has no limits, which URDF cannot say."""
-    return joint.type == JointType.PRISMATIC and math.isinf(joint.limits.lower)
+    """Whether a joint has no limit on one side or both, which URDF cannot say."""
+    bounded = joint.type in (JointType.PRISMATIC, JointType.REVOLUTE) and joint.mimic is None
+    return bounded and (math.isinf(joint.limits.lower) or math.isinf(joint.limits.upper))
 
 
 def _version(description: Description) -> dict[str, str]:

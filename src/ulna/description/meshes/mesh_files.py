@@ -63,6 +63,10 @@ class MeshFiles:
         """The file behind ``package://``, ``file://`` or a path that is relative to the description."""
         if Path(uri).suffix.lower() not in MESHES:
             raise FileError(uri, f"is not read as a mesh; {', '.join(MESHES)} are")
+        return self.located(uri)
+
+    def located(self, uri: str) -> Path:
+        """The file behind an address, of whatever kind: a model that is included, too."""
         try:
             return self._readable(uri)
         except (OSError, ValueError) as error:
