@@ -20,6 +20,7 @@ from ulna.drivers import placing
 from ulna.engine.ahead import extension
 from ulna.engine.bound import Seen, bind
 from ulna.errors import GeometryError, InputError, UnknownNameError
+from ulna.notebook.tables import table
 
 _MOST_SHOWN = 6  # objects
 _OF_OBJECTS = "_shapes", "_poses", "_touch_links", "_speeds", "_stated"
@@ -388,6 +389,12 @@ class World(Seen):
             count = len(self._shapes)
         more = f" and {count - len(shown)} more" if count > len(shown) else ""
         return f"<World: {count or 'no'} object{'s' * (count != 1)}{': ' * bool(shown)}{', '.join(shown)}{more}>"
+
+    def _repr_html_(self) -> str:
+        objects = self.items()
+        rows = ((name, repr(shape), *T[:3, 3].tolist()) for name, shape, T in objects)
+        sentence = f"World: {len(objects) or 'no'} object{'s' * (len(objects) != 1)}"
+        return table(sentence, ("object", "shape", "x [m]", "y [m]", "z [m]"), rows)
 
 
 def exchange(world: World, removed: Collection[str], new: World) -> None:

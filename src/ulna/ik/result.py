@@ -11,6 +11,7 @@ from ulna.errors import TruthError
 from ulna.ik.reason import NO_REASON, NOTHING_TO_EXPLAIN, Explanation, Reason
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.ik.search_records import Results
+from ulna.notebook.tables import table
 
 Array = NDArray[np.float64]
 
@@ -205,6 +206,13 @@ class IKResult:
 
     def __repr__(self) -> str:
         return f"<IKResult: {self}>"
+
+    def _repr_html_(self) -> str:
+        if self._batch:
+            words, counts = np.unique(np.ravel(self.status), return_counts=True)
+            return table(repr(self)[1:-1], ("status", "targets"), zip(words.tolist(), counts.tolist(), strict=True))
+        names = self.explanation.entry_names or [f"q[{k}]" for k in range(len(self.q))]
+        return table(repr(self)[1:-1], ("joint", "q [rad or m]"), zip(names, self.q.tolist(), strict=True))
 
     def _field(self, name: str) -> Any:
         return self.info[name].reshape(self._batch).copy() if self._batch else float(self.info[name][0])

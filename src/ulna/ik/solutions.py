@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.errors import TruthError
 from ulna.ik.reason import NO_REASON, Reason
+from ulna.notebook.tables import OneLine
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
@@ -28,8 +29,8 @@ PROOFS = tuple(Proof)
 _WORDS = np.array(PROOFS)
 
 
-@dataclass(frozen=True, eq=False)
-class IKSolutions:
+@dataclass(frozen=True, eq=False, repr=False)
+class IKSolutions(OneLine):
     """The solutions of targets of shape (..., 4, 4); m is the same for all of them.
 
     Of one target, ``if found:`` is whether any is valid.

@@ -15,6 +15,7 @@ from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.file_bytes import write_table
 from ulna.errors import InputError, needs_extra
+from ulna.notebook.tables import OneLine, table
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.blend import CHORDS, Grid
 from ulna.planning.keep import Keep
@@ -34,12 +35,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 _MOST_SAMPLES = 10_000_000
 _UNITS = "rad or m", "1/s", "1/s²", "1/s³"  # of a plot
+_IN_TABLE = 1000  # times at which velocities are compared for a table
 _IN_PICTURE = 1.5  # of the greatest value of a plot: limits beyond it are not drawn
 _NEAR = 1e-6  # [rad or m]: of a plan's start to the motion that it replaces
 
 
-@dataclass(frozen=True, eq=False)
-class Trajectory:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(OneLine):
     """A motion in time, within limits, from rest to rest unless velocities at its ends were given.
 
     Without limits of jerk the path is a line or a parabola between two grid points, and the acceleration along it is constant.
@@ -379,10 +381,23 @@ class Trajectory:
         self.__dict__.update(state)
         self.__post_init__()
 
+    def _repr_html_(self) -> str:
+        t = np.linspace(0.0, self.duration, _IN_TABLE)
+        q, qd, qdd = self.at(t)[:3]
+        fastest, hardest = (np.abs(each).max(axis=0) for each in (qd, qdd))
+        columns = (each.tolist() for each in (q[0], q[-1], fastest, hardest))
+        headers = "joint", "start", "end", "largest velocity", "largest acceleration"
+        return table(repr(self)[1:-1], headers, zip(self.joint_names, *columns, strict=True), ["in rad and s; m for slides"])
+
     def __str__(self) -> str:
         how = "certified free" if self.certified else "not certified"
         stops = f"{self.stops} stop{'s' * (self.stops != 1)} on the way"
         return f"{self.duration:.4g} s, {len(self.times)} grid points, {stops}, {how}"
+
+    def __repr__(self) -> str:
+        n = len(self.joint_names)
+        how = "certified free" if self.certified else "not certified"
+        return f"<Trajectory: {self.duration:.4g} s, {n} joint{'s' * (n != 1)}, {how}>"
 
 
 def _read_only(array: Array) -> Array:

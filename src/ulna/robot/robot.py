@@ -51,7 +51,8 @@ from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytica
 from ulna.kinematics.narrowed import narrowed_description, narrowed_tree
 from ulna.kinematics.positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
-from ulna.kinematics.tree import Narrowed, Tree, build_tree
+from ulna.kinematics.tree import Narrowed, Tree, build_tree, entry_names
+from ulna.notebook.tables import table
 from ulna.planning.keep import Keep
 from ulna.planning.kept import KeepReport, edge_keeps
 from ulna.planning.many import plan_many
@@ -1545,6 +1546,11 @@ class Robot(Quick):
 
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
+
+    def _repr_html_(self) -> str:
+        columns = (each.tolist() for each in (self.lower, self.upper, self.velocity_limits, self.home))
+        rows = zip(entry_names(self.tree), *columns, strict=True)
+        return table(repr(self)[1:-1], ("joint", "lower", "upper", "velocity", "home"), rows, ["in rad and s; m for slides"])
 
 
 _ABOUT_COLLISION = "in_collision", "signed_distance", "edge_in_collision"
