@@ -100,10 +100,10 @@ def follow(
 
 def draw_joints(robot: Robot, path: FollowedPath) -> Any:
     """A Matplotlib figure of every joint over the poses, with its limits where they are near; below, the largest steps."""
-    with needs_extra("a figure", "reach", "matplotlib"):
-        from matplotlib.figure import Figure  # noqa: PLC0415 -- needs the extra
+    with needs_extra("a figure", "plot", "matplotlib"):
+        from ulna.notebook.figure import NotebookFigure  # noqa: PLC0415 -- needs the extra
     entries = coordinates_of(robot)
-    figure = Figure(figsize=(9, 1.2 * (len(entries) + 1) + 1), layout="constrained")
+    figure = NotebookFigure(figsize=(9, 1.2 * (len(entries) + 1) + 1), layout="constrained")
     axes = figure.subplots(len(entries) + 1, 1, sharex=True, squeeze=False)[:, 0]
     for ax, entry, q, *limits in zip(axes, entries, path.q.T, robot.lower, robot.upper, strict=False):
         ax.plot(q)

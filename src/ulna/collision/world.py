@@ -20,6 +20,7 @@ from ulna.drivers import placing
 from ulna.engine.ahead import extension
 from ulna.engine.bound import Seen, bind
 from ulna.errors import GeometryError, InputError, UnknownNameError
+from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import table
 
 _MOST_SHOWN = 6  # objects
@@ -327,6 +328,21 @@ class World(Seen):
         """
         with self._lock:
             return tuple((name, shape, self._poses[name].copy()) for name, shape in self._shapes.items())
+
+    def show(self, *, size: tuple[int, int] | None = None) -> Recording:
+        """A picture of the objects alone, drawn with no display; ``robot.show(q, world)`` has a robot among them.
+
+        Args:
+            size: Width and height [pixels]; 720 and 480 unless given.
+
+        Returns:
+            A ``Recording``, which a notebook shows and keeps; its ``save("world.png")`` writes it.
+
+        Raises:
+            InputError: The size cannot be taken.
+            MissingExtraError: The extra ``viewer`` is not installed.
+        """
+        return drawer("world")(self, size=size)
 
     def objects(self) -> Objects:
         """A snapshot of the objects as tables for the kernels; only what has changed is laid out again."""

@@ -52,6 +52,7 @@ from ulna.kinematics.narrowed import narrowed_description, narrowed_tree
 from ulna.kinematics.positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Narrowed, Tree, build_tree, entry_names
+from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import table
 from ulna.planning.keep import Keep
 from ulna.planning.kept import KeepReport, edge_keeps
@@ -1307,6 +1308,28 @@ class Robot(Quick):
             self.tree, self._checker, world, rate, link, weights, held, members, velocity, acceleration, jerk,
             clearance, tracking_error, posture,
         )  # fmt: skip
+
+    def show(
+        self, q: ArrayLike | None = None, world: World | None = None, *, boxes: bool = False, size: tuple[int, int] | None = None
+    ) -> Recording:
+        """A picture of the robot, drawn with no display: a notebook shows it, and keeps it in its file.
+
+        ``ulna.view(robot)`` opens a page instead, on which it can be moved.
+
+        Args:
+            q: Joint positions [rad or m], shape (n_dof,); ``home`` unless given.
+            world: The obstacles; those that the robot touches are red.
+            boxes: Show the boxes that collisions of the robot are checked with; red those that touch.
+            size: Width and height [pixels]; 720 and 480 unless given.
+
+        Returns:
+            A ``Recording``; its ``save("arm.png")`` writes it.
+
+        Raises:
+            InputError: q, the world or the size cannot be taken.
+            MissingExtraError: The extra ``viewer`` is not installed.
+        """
+        return drawer("robot")(self, q, world, boxes=boxes, size=size)
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:

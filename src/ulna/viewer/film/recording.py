@@ -1,6 +1,6 @@
 """Records a robot into a file: while the camera goes round it, or while it moves among obstacles."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 from math import inf, pi
@@ -161,11 +161,16 @@ def _along(path: Array, n: int) -> Iterator[Array]:
 def solids_at(robot: Robot, q: Array, world: World, middle: BoundingBall, *, boxes: bool) -> tuple[Solid, ...]:
     """The robot's boxes, the objects attached to it, and the obstacles, each in a colour of its own; red if they touch."""
     report = _report(robot, q, world)
-    hit = {pair.name_b for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0.0}
     panes = collision_boxes(robot, report.touching) if boxes else ()
     held = [_attached(each, touching=each.name in report.touching) for each in robot.attached]
+    hit = {pair.name_b for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0.0}
+    return (*panes, *held, *solids_of_world(robot, world, middle, hit))
+
+
+def solids_of_world(robot: Robot, world: World, middle: BoundingBall, hit: Collection[str] = ()) -> tuple[Solid, ...]:
+    """The obstacles, each in a colour of its own; red those of the names in ``hit``."""
     colored = zip(world.items(), cycle(OBSTACLES))
-    return (*panes, *held, *(_obstacle(robot, *each, TOUCHING if each[0] in hit else color, middle) for each, color in colored))
+    return tuple(_obstacle(robot, *each, TOUCHING if each[0] in hit else color, middle) for each, color in colored)
 
 
 def _report(robot: Robot, q: Array, world: World) -> Report:
@@ -194,7 +199,10 @@ def _obstacle(robot: Robot, name: str, shape: object, T: Array, color: Color, mi
 def _near(points: Array, world: World) -> list[Array]:
     """The vertices of the obstacles near the robot's, shape (n, 3), in the base frame [m]."""
     low, high = points.min(axis=0), points.max(axis=0)
-    solids = [
-        triangles(shape).vertices @ T[:3, :3].T + T[:3, 3] for _, shape, T in world.items() if not isinstance(shape, HalfSpace)
-    ]
-    return [solid for solid in solids if np.abs(solid - (low + high) / 2).max() <= _FAR * np.max(high - low) / 2]
+    return [solid for solid in outline_of(world) if np.abs(solid - (low + high) / 2).max() <= _FAR * np.max(high - low) / 2]
+
+
+def outline_of(world: World) -> list[Array]:
+    """The vertices of every obstacle but half-spaces, shape (n, 3), in the base frame [m]."""
+    bounded = [(shape, T) for _, shape, T in world.items() if not isinstance(shape, HalfSpace)]
+    return [triangles(shape).vertices @ T[:3, :3].T + T[:3, 3] for shape, T in bounded]
