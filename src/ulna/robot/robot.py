@@ -63,6 +63,7 @@ from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
 from ulna.planning.trajectory import Trajectory
+from ulna.robot.other_names import put_other_names, without_other_names
 from ulna.servo.servo import Servo
 
 if TYPE_CHECKING:
@@ -1567,6 +1568,9 @@ class Robot(Quick):
     def __reduce__(self):
         return _restore, (self.description, self.home, self.attached, self._checker.given, self.tree.narrowed)
 
+    def __dir__(self) -> list[str]:
+        return without_other_names(super().__dir__())
+
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
 
@@ -1578,6 +1582,7 @@ class Robot(Quick):
 
 _ABOUT_COLLISION = "in_collision", "signed_distance", "edge_in_collision"
 put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "all_solutions", *_ABOUT_COLLISION))
+put_other_names(Robot)
 
 
 def _one_configuration(tree: Tree, home: ArrayLike) -> Array:

@@ -1,5 +1,6 @@
 """Draws what a notebook shows: a robot, a world or a motion, as a picture or a short film with no display."""
 
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Protocol
@@ -68,7 +69,7 @@ def show_world(world: World, *, size: tuple[int, int] | None) -> Recording:
     around = world.copy()
 
     def write(form: Form) -> None:
-        points = np.vstack([_EMPTY, *outline_of(around)][1 if len(outline_of(around)) else 0 :])
+        points = np.vstack(outline_of(around) or [_EMPTY])
         ball = BoundingBall.of(points)
         nothing = Robot(Description("world", (Link("world"),), ()))
         camera = Camera.framing(points, TURN_FROM, form.size[0] / form.size[1])
@@ -83,13 +84,8 @@ def show_motion(
 ) -> Recording:
     """``Trajectory.show``; checker: that of the robot which moves."""
     refuse_no_world(world)
-    robot = Robot(
-        checker.description,
-        attached=checker.attached,
-        allowed=checker.given,
-        _found=checker.found,
-        _narrowed=checker.tree.narrowed,
-    )
+    of, narrowed = checker.description, checker.tree.narrowed
+    robot = Robot(of, attached=checker.attached, allowed=checker.given, _found=checker.found, _narrowed=narrowed)
     around, boxes = _snapshot(world), as_switch("boxes", boxes)
     length = min(max(motion.duration, _SHORTEST), _LONGEST) if seconds is None else positive("seconds", seconds, "a time [s]")
 
@@ -105,7 +101,7 @@ def show_motion(
     return Recording(_bytes_of(write, "film.gif", length, film), "gif", film, f"{robot.name} in motion", save)
 
 
-def _picture(write, size: tuple[int, int] | None, subject: str) -> Recording:
+def _picture(write: Callable[[Form], None], size: tuple[int, int] | None, subject: str) -> Recording:
     kept = _as_size(size or _PICTURE)
 
     def save(path: Path) -> None:
@@ -116,7 +112,7 @@ def _picture(write, size: tuple[int, int] | None, subject: str) -> Recording:
     return Recording(_bytes_of(write, "picture.png", 1.0, kept), "png", kept, subject, save)
 
 
-def _bytes_of(write, name: str, seconds: float, size: tuple[int, int]) -> bytes:
+def _bytes_of(write: Callable[[Form], None], name: str, seconds: float, size: tuple[int, int]) -> bytes:
     """What is written into a file of that name."""
     with TemporaryDirectory(prefix="ulna-") as folder:
         path = Path(folder, name)
