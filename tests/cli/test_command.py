@@ -18,8 +18,8 @@ from command_fixtures import without_announcements
 from ulna.cli import plugins
 
 COMMANDS = [
-    *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "run", "reach", "dh", "compare", "inspect", "urdf"),
-    *("view", "servo", "record", "bench", "warmup"),
+    *("view", "servo", "record", "fk", "jacobian", "ik", "check", "reach", "plan", "follow", "run"),
+    *("list", "info", "dh", "compare", "inspect", "urdf", "bench", "warmup"),
 ]
 OF_PLUGINS = ("demo", "ros1", "ros2")  # tests/demo
 FAR = "5,0,0,0,0,0,1,1,1"
@@ -85,6 +85,19 @@ def test_help_lists_the_commands(run):
     assert result.exit_code == 0
     listed = re.findall(r"^│ (\w+)  ", result.stdout, flags=re.MULTILINE)
     assert [name for name in listed if name not in OF_PLUGINS] == COMMANDS
+
+
+def test_help_groups_the_commands(run):
+    panels = re.findall(r"^╭─ ([\w ]+) ─", run("--help").stdout, flags=re.MULTILINE)
+    assert panels[1:6] == ["Look", "Compute", "Plan and move", "Describe", "This machine"]
+    assert "Commands" not in panels
+
+
+@pytest.mark.parametrize("arguments", [(), ("ik",), ("check",), ("reach", "map"), ("record",)])
+def test_no_flag_is_shown_as_if_it_took_a_value(run, arguments):
+    shown = run(*arguments, "--help").stdout
+    assert "--help" in shown
+    assert "<bool>" not in shown.lower()
 
 
 @pytest.mark.parametrize("width", [80, 120])

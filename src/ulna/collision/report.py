@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.collision.clouds import PointCloud
 from ulna.collision.object_tree import compact_order
-from ulna.errors import TruthError
+from ulna.errors import TruthError, count_of
 from ulna.notebook.tables import OneLine, table
 
 
@@ -115,7 +115,7 @@ class EdgeReport(OneLine):
 
     def __str__(self) -> str:
         if np.ndim(self.in_collision):
-            return f"{np.count_nonzero(self.in_collision)} of {np.size(self.in_collision)} edges in collision"
+            return f"{np.count_nonzero(self.in_collision)} of {count_of(np.size(self.in_collision), 'edge')} in collision"
         return f"collision at {self.free_until:.4f} of the way" if self.in_collision else "free"
 
 

@@ -19,7 +19,7 @@ from ulna.description.shapes import Solid
 from ulna.drivers import placing
 from ulna.engine.ahead import extension
 from ulna.engine.bound import Seen, bind
-from ulna.errors import GeometryError, InputError, UnknownNameError
+from ulna.errors import GeometryError, InputError, UnknownNameError, count_of
 from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import table
 
@@ -188,7 +188,7 @@ class World(Seen):
         """
         placed = orthonormal(as_pose(poses, "poses"))
         if isinstance(names, str) or placed.ndim != 3 or len(placed) != len(names):
-            raise InputError("poses", f"shape {placed.shape}; one pose for each of the {len(names)} names is expected")
+            raise InputError("poses", f"shape {placed.shape}; one pose for each of {count_of(len(names), 'name')} is expected")
         with self._lock:
             for name in names:
                 self._known(name)

@@ -19,7 +19,7 @@ from ulna.description.robot_description import Description
 from ulna.description.semantic import Srdf
 from ulna.description.srdf import read_srdf
 from ulna.description.xml import parse
-from ulna.errors import DescriptionError, DescriptionWarning, InputError, listed
+from ulna.errors import DescriptionError, DescriptionWarning, InputError, count_of, listed
 
 _ENDINGS = (".srdf", ".srdf.xacro")
 _MAX_FILES = 20  # that are looked at
@@ -61,7 +61,8 @@ def srdf_beside(document: Document, folder: Path, description: Description, xacr
                 return _taken(srdf, found, document)
             fits.setdefault(_stem(path.name), srdf)
     if n_unread:
-        found.pass_over(f"{n_unread} more files beside {document.file} are not looked at, after {_MAX_SECONDS:g} s")
+        more, are = count_of(n_unread, "more file"), "is" if n_unread == 1 else "are"
+        found.pass_over(f"{more} beside {document.file} {are} not looked at, after {_MAX_SECONDS:g} s")
     advice = "none is used; srdf= names one (--srdf), srdf=False refuses them (--no-srdf)"
     if len(fits) == 1 and found.complete and not n_unread:
         return _taken(next(iter(fits.values())), found, document)

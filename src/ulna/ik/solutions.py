@@ -134,4 +134,6 @@ class IKSolutions(OneLine):
         if not counts.size:
             return "no targets"
         found = " to ".join(str(count) for count in sorted({counts.min(), counts.max()}))
-        return f"{found} solutions within the limits ({proved})" + (f"; {self.family}" if self.family else "")
+        return f"{found} solution{'s' * (found != '1')} within the limits ({proved})" + (
+            f"; {self.family}" if self.family else ""
+        )

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from html import escape
 from pathlib import Path
 
-from ulna.errors import FileError, UlnaError, needs_extra
+from ulna.errors import FileError, UlnaError, needs_extra, reason_of
 
 DRAWN_BY = "ulna.pictures"  # the group of entry points: who draws a "robot", a "world" or a "motion"
 
@@ -37,7 +37,7 @@ class Recording:
         try:
             path.write_bytes(self.data)
         except OSError as error:
-            raise FileError(str(path), f"cannot be written: {error.strerror or error}") from None
+            raise FileError(str(path), f"cannot be written: {reason_of(error, missing='no such folder')}") from None
 
     def _repr_png_(self) -> bytes | None:
         return self.data if self.format == "png" else None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_count, as_floats, as_number
-from ulna.errors import InputError
+from ulna.errors import InputError, count_of
 from ulna.ik.reason import NO_REASON, Reason
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.notebook.tables import OneLine, table
@@ -404,8 +404,8 @@ class Plan(OneLine):
             n = len(self.path)
             out = f"; the start touches by {self.escape * 1e3:.2g} mm, and the first edge leads out of it"
             left = out if self.escaped else ""
-            points = f"{n} configuration{'s' * (n != 1)}, length {self.length:.3g}"
-            return f"solved: {points}, {how}, after {self.checks} checked edges{left}{self._of_moved}"
+            points = f"{count_of(n, 'configuration')}, length {self.length:.3g}"
+            return f"solved: {points}, {how}, after {count_of(self.checks, 'checked edge')}{left}{self._of_moved}"
         return f"{self.status}: {self.reason}"
 
 

@@ -1454,7 +1454,7 @@ class Robot(Quick):
 
         Raises:
             FileError: A mesh is not there, or cannot be read.
-            MissingExtraError: What reads meshes and finds hulls is not installed: pip install 'ulna[hulls]'.
+            MissingExtraError: What reads meshes and finds hulls is not installed (the extra ``hulls``).
 
         Example:
             >>> import ulna
@@ -1474,7 +1474,7 @@ class Robot(Quick):
 
         Raises:
             FileError: A mesh is not there, cannot be read, or not be decomposed within the limits of time and memory.
-            MissingExtraError: CoACD, or what reads meshes, is not installed: pip install 'ulna[decompose]'.
+            MissingExtraError: CoACD, or what reads meshes, is not installed (the extra ``decompose``).
         """
         from ulna.description.meshes.decompose import with_pieces  # noqa: PLC0415 - needed for meshes alone
 
@@ -1503,7 +1503,7 @@ class Robot(Quick):
             GeometryError: More than ``most`` balls are needed; the message says with which ``within`` they suffice. Or
                 ``within`` is too small for the size of a mesh.
             InputError: ``within`` is not such a distance, or ``most`` not a count.
-            MissingExtraError: What reads meshes is not installed: pip install 'ulna[hulls]'.
+            MissingExtraError: What reads meshes is not installed (the extra ``hulls``).
 
         Example:
             >>> import ulna
