@@ -118,6 +118,18 @@ def test_every_command_has_help(run, name):
     assert f"Usage: ulna {name}" in result.stdout
 
 
+def test_a_file_that_is_missing_is_one_error_in_one_wording(refusal):
+    for arguments in (
+        ("follow", "--path", "none.csv"),
+        ("check", "--scene", "none.csv"),
+        ("check", "--cloud", "none.csv"),
+        ("ik", "--xyz", "0.4,0,0.5", "--srdf", "none.csv"),
+        ("record", "a.mp4", "--plan", "none.csv"),
+    ):
+        assert re.match(r"(--\w+: )?none\.csv: no such file$", refusal(*arguments))
+    assert refusal("info", "none.urdf").startswith("none.urdf: no such file")
+
+
 def test_version(run):
     assert run("--version").stdout == f"ulna {ulna.__version__}\n"
 

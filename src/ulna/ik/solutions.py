@@ -104,9 +104,11 @@ class IKSolutions(OneLine):
         real = int(self.real.sum())
         data = {"real": real, "colliding": self.colliding}
         if self.colliding:
-            return Reason(f"all {self.colliding} solutions within the joint limits touch something", data)
+            of = f"all {self.colliding} solutions" if self.colliding > 1 else "the only solution"
+            return Reason(f"{of} within the joint limits touch{'es' * (self.colliding == 1)} something", data)
         if real:
-            return Reason(f"all {real} solutions are beyond the joint limits", data)
+            of = f"all {real} solutions are" if real > 1 else "the only solution is"
+            return Reason(f"{of} beyond the joint limits", data)
         proved = self.proof in {Proof.COMPLETE, Proof.COINCIDING}
         return Reason("the closed form proves that there is no solution" if proved else "no solution was found", data)
 

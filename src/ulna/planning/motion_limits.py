@@ -17,7 +17,7 @@ from ulna.description.arrays import as_floats
 from ulna.description.file_bytes import file_bytes
 from ulna.description.structure import Drive
 from ulna.description.yaml_text import yaml_value
-from ulna.errors import DescriptionError, FileError, InputError, UnknownNameError, cited, reason_of
+from ulna.errors import DescriptionError, FileError, InputError, UnknownNameError, cited, count_of, reason_of
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.arm_limits import ARMS, ArmLimits
 from ulna.planning.joint_limits import arm_limits_of
@@ -65,7 +65,7 @@ def limits_of(
         raise UnknownNameError("set of limits", name, (FRANKA, *ARMS), "; a file has to end in .yaml")
     if len(ARMS[name].velocity) != len(names):
         few, many = len(ARMS[name].velocity), f"{len(names)} ({', '.join(names)})"
-        raise InputError("limits", f"{name} has {few} joints, the robot has {many}; a .yaml file names its joints")
+        raise InputError("limits", f"{name} has {count_of(few, 'joint')}, the robot has {many}; a .yaml file names its joints")
     return ARMS[name]
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import cycle
 from math import inf, pi
 from pathlib import Path
@@ -23,6 +24,7 @@ from ulna.viewer.palette import FREE, GROUND, OBSTACLES, TOUCHING, Color, Solid,
 from ulna.viewer.visuals import triangles
 
 TURN_FROM = 0.75  # [rad] about z from x: where the camera starts to go round a robot
+_KEPT = 2  # robots
 LARGEST_SIZE, MOST_FRAMES = 4096, 20_000
 FINE_PIXELS = 1920 * 1080  # a single picture of at most so many pixels has more samples a pixel
 Tell = Callable[[int], object]
@@ -82,6 +84,12 @@ def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, r
     return Form(path, seconds, (width, height), rate)
 
 
+@lru_cache(_KEPT)
+def model_of(robot: Robot) -> Model:
+    """The triangles of a robot, kept for its next picture: reading meshes takes seconds."""
+    return Model(robot)
+
+
 def record_robot(
     form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: bool = True, tell: Tell = report_nothing
 ) -> tuple[str, ...]:
@@ -101,7 +109,7 @@ def record_robot(
         FileError: The file cannot be written.
     """
     solids = tuple(collision_boxes(robot)) if boxes else ()
-    model = Model(robot)
+    model = model_of(robot)
     ball = BoundingBall.of(model.points_at(q))
     aspect = form.size[0] / form.size[1]
     turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
@@ -143,7 +151,7 @@ def record_moving(
     origins = np.vstack([robot.link_poses(q)[:, :3, 3] for q in _along(path, min(len(path), 16))])
     middle = BoundingBall.of(origins)
     shots = [(q, solids_at(robot, q, world, middle, boxes=boxes)) for q in _along(path, form.n_frames)]
-    model = Model(robot)
+    model = model_of(robot)
     own = np.vstack([model.points_at(q) for q in _along(path, min(len(path), 16))])
     points = np.vstack([own, *_near(own, world)])
     camera, ground = Camera.framing(points, TURN_FROM, form.size[0] / form.size[1]), ground_of(BoundingBall.of(points))
