@@ -131,7 +131,8 @@ def _own(name: str):
         alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
         alone.command(epilog=keys and f"JSON: {keys}")(getattr(module, name))
         found = typer.main.get_command(alone)
-    found.name, found.rich_help_panel = name, _PANEL_OF[name]
+    found.name = name
+    vars(found)["rich_help_panel"] = _PANEL_OF[name]  # of a command of typer, or of a group: both read it so
     return _as_written(found)
 
 
