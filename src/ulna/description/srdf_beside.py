@@ -76,8 +76,8 @@ def srdf_beside(document: Document, folder: Path, description: Description, xacr
 def _taken(srdf: Srdf, found: "_Candidates", document: Document) -> Srdf:
     """The SRDF, after saying what was taken and what was not."""
     if srdf.found_at:
-        n = len(srdf.disabled_collisions)
-        _log.info("%s lies beside %s and is used; %d pairs of links may touch by it", srdf.found_at, document.file, n)
+        pairs = count_of(len(srdf.disabled_collisions), "pair")
+        _log.info("%s lies beside %s and is used; %s of links may touch by it", srdf.found_at, document.file, pairs)
     for sentence in found.passed_over:
         warnings.warn(sentence, DescriptionWarning, stacklevel=5)
     return replace(srdf, passed_over=tuple(found.passed_over))
