@@ -153,5 +153,6 @@ def first_row(content: bytes, robot: Robot) -> NDArray[np.float64]:
     except (ValueError, IndexError) as error:
         raise InputError("q", f"{str(error)[:200]}; numbers with commas between them are expected") from None
     if len(q) != n_dof:
-        raise InputError("q", f"{count_of(len(q), 'number')}, but {n_dof} with commas between them expected")
+        expected = f"{count_of(n_dof, 'number')} with commas between them {'is' if n_dof == 1 else 'are'} expected"
+        raise InputError("q", f"{count_of(len(q), 'number')}, but {expected}")
     return q
