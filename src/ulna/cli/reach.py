@@ -21,7 +21,7 @@ from ulna.cli.targets import XYZ, numbers
 from ulna.collision.world import World
 from ulna.engine.progress import progress_bar
 from ulna.engine.threads import threads as set_threads
-from ulna.errors import ClusterError, needs_extra
+from ulna.errors import ClusterError, count_of, needs_extra
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.reachability_map import reachability_map
 
@@ -134,7 +134,7 @@ def compute(
             )  # fmt: skip
         except KeyboardInterrupt:
             kept = ReachabilityMap.open(path).summary.computed
-            warn(f"stopped: {kept} of {begun[1]} poses are kept in {path}; --resume continues")
+            warn(f"stopped: {kept} of {count_of(begun[1], 'pose')} kept in {path}; --resume continues")
             raise typer.Exit(130) from None
     return Output(map_data(found, time.perf_counter() - start, begun[1] - begun[0]), map_table)
 

@@ -12,7 +12,7 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.engine.progress import progress_bar
 from ulna.engine.threads import in_rows
-from ulna.errors import InputError, UnknownNameError
+from ulna.errors import InputError, UnknownNameError, count_of
 from ulna.planning.plan import Plan
 from ulna.planning.slices import stopping
 
@@ -33,7 +33,8 @@ def plan_many(
     counts = ({len(starts)} if each else set()) | ({len(many)} if len(many) != 1 else set())
     targets = [goals] * max(counts, default=1) if isinstance(goals, str) else _rows(goals)
     if len(counts | {len(targets)}) > 1:
-        raise InputError("goals", f"{len(targets)} goals, {len(starts)} starts and {len(many)} worlds do not go together")
+        given = count_of(len(targets), "goal"), count_of(len(starts), "start"), count_of(len(many), "world")
+        raise InputError("goals", f"{given[0]}, {given[1]} and {given[2]} do not go together")
     starts = starts if each else starts * len(targets)
     with _bar() if progress is True else nullcontext(progress or None) as shown:
         return _planned(plan, starts, targets, many, shown)

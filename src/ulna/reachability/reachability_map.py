@@ -93,7 +93,7 @@ def reachability_map(
     Example:
         >>> import tempfile, ulna
         >>> planar = ulna.Robot.from_dh([(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)], joint_types=["revolute"] * 2 + ["fixed"])
-        >>> with tempfile.TemporaryDirectory() as folder:  # pip install 'ulna[reach]'
+        >>> with tempfile.TemporaryDirectory() as folder:  # with the extra reach
         ...     box = [(-2.5, -2.5, -0.5), (2.5, 2.5, 0.5)]
         ...     found = ulna.reachability_map(
         ...         planar, f"{folder}/planar.zarr", voxel=1.0, orientations=1, bounds=box, task="position"

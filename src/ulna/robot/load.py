@@ -29,7 +29,7 @@ def load(
 
     Args:
         source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text; or SDF,
-            a model of Gazebo, or MJCF, one of MuJoCo (``pip install 'ulna[mujoco]'``). Or the name of a robot of the packages
+            a model of Gazebo, or MJCF, one of MuJoCo (with the extra ``mujoco``). Or the name of a robot of the packages
             example-robot-data (``"ur5"``, ``"talos"``) or robot_descriptions (``"ur5e"``), where they are installed; nothing is
             downloaded. A bundled name comes first, then a file, then these in their order.
         xacro_args: Arguments of a xacro file, or of the one macro that it defines; and the values of ``$(env NAME)`` in it.

@@ -51,7 +51,9 @@ from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytica
 from ulna.kinematics.narrowed import narrowed_description, narrowed_tree
 from ulna.kinematics.positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
-from ulna.kinematics.tree import Narrowed, Tree, build_tree
+from ulna.kinematics.tree import Narrowed, Tree, build_tree, entry_names
+from ulna.notebook.recording import Recording, drawer
+from ulna.notebook.tables import table
 from ulna.planning.keep import Keep
 from ulna.planning.kept import KeepReport, edge_keeps
 from ulna.planning.many import plan_many
@@ -61,6 +63,7 @@ from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
 from ulna.planning.trajectory import Trajectory
+from ulna.robot.other_names import put_other_names, without_other_names
 from ulna.servo.servo import Servo
 
 if TYPE_CHECKING:
@@ -1288,6 +1291,28 @@ class Robot(Quick):
             clearance, tracking_error, posture,
         )  # fmt: skip
 
+    def show(
+        self, q: ArrayLike | None = None, world: World | None = None, *, boxes: bool = False, size: tuple[int, int] | None = None
+    ) -> Recording:
+        """A picture of the robot, drawn with no display: a notebook shows it, and keeps it in its file.
+
+        ``ulna.view(robot)`` opens a page instead, on which it can be moved.
+
+        Args:
+            q: Joint positions [rad or m], shape (n_dof,); ``home`` unless given.
+            world: The obstacles; those that the robot touches are red.
+            boxes: Show the boxes that collisions of the robot are checked with; red those that touch.
+            size: Width and height [pixels]; 720 and 480 unless given.
+
+        Returns:
+            A ``Recording``; its ``save("arm.png")`` writes it.
+
+        Raises:
+            InputError: q, the world or the size cannot be taken.
+            MissingExtraError: The extra ``viewer`` is not installed.
+        """
+        return drawer("robot")(self, q, world, boxes=boxes, size=size)
+
     @property
     def allowed_collisions(self) -> AllowedCollisions:
         """The pairs of links that may touch, each with its reason: found from joints and samples unless others were given."""
@@ -1412,7 +1437,7 @@ class Robot(Quick):
 
         Raises:
             FileError: A mesh is not there, or cannot be read.
-            MissingExtraError: What reads meshes and finds hulls is not installed: pip install 'ulna[hulls]'.
+            MissingExtraError: What reads meshes and finds hulls is not installed (the extra ``hulls``).
 
         Example:
             >>> import ulna
@@ -1432,7 +1457,7 @@ class Robot(Quick):
 
         Raises:
             FileError: A mesh is not there, cannot be read, or not be decomposed within the limits of time and memory.
-            MissingExtraError: CoACD, or what reads meshes, is not installed: pip install 'ulna[decompose]'.
+            MissingExtraError: CoACD, or what reads meshes, is not installed (the extra ``decompose``).
         """
         from ulna.description.meshes.decompose import with_pieces  # noqa: PLC0415 - needed for meshes alone
 
@@ -1461,7 +1486,7 @@ class Robot(Quick):
             GeometryError: More than ``most`` balls are needed; the message says with which ``within`` they suffice. Or
                 ``within`` is too small for the size of a mesh.
             InputError: ``within`` is not such a distance, or ``most`` not a count.
-            MissingExtraError: What reads meshes is not installed: pip install 'ulna[hulls]'.
+            MissingExtraError: What reads meshes is not installed (the extra ``hulls``).
 
         Example:
             >>> import ulna
@@ -1526,12 +1551,21 @@ class Robot(Quick):
     def __reduce__(self):
         return _restore, (self.description, self.home, self.attached, self._checker.given, self.tree.narrowed)
 
+    def __dir__(self) -> list[str]:
+        return without_other_names(super().__dir__())
+
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
+
+    def _repr_html_(self) -> str:
+        columns = (each.tolist() for each in (self.lower, self.upper, self.velocity_limits, self.home))
+        rows = zip(entry_names(self.tree), *columns, strict=True)
+        return table(repr(self)[1:-1], ("joint", "lower", "upper", "velocity", "home"), rows, ["in rad and s; m for slides"])
 
 
 _ABOUT_COLLISION = "in_collision", "signed_distance", "edge_in_collision"
 put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "all_solutions", *_ABOUT_COLLISION))
+put_other_names(Robot)
 
 
 def _one_configuration(tree: Tree, home: ArrayLike) -> Array:

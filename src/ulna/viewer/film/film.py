@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ulna.engine.threads import n_threads
-from ulna.errors import FileError
+from ulna.errors import FileError, reason_of
 from ulna.viewer.film.painter import Ground, Painter, Picture
 from ulna.viewer.film.skin import Model
 
@@ -105,7 +105,7 @@ def write_film(path: Path, film: Film) -> None:
         finally:
             unfinished.unlink(missing_ok=True)
     except OSError as error:
-        raise FileError(str(path), f"cannot be written: {error.strerror or error}") from None
+        raise FileError(str(path), f"cannot be written: {reason_of(error, missing='no such folder')}") from None
 
 
 def _write_mp4(path: Path, film: Film) -> None:
