@@ -68,7 +68,7 @@ def time_steps(**environment: str) -> dict[str, float]:
 
 
 def memory_rows() -> list[dict[str, object]]:
-    """How much memory a large batch takes beyond its input and its result [MB]; no rows on systems without /proc."""
+    """Memory that a large batch takes beyond its input and its result [MB]; no rows on systems without /proc."""
     if not Path("/proc/self/status").exists():
         return []
     rows = []
@@ -118,7 +118,7 @@ def _megabytes(package: Distribution) -> float:
 
 
 def _child(code: str, **environment: str):
-    """What a new Python process prints, read as JSON."""
+    """Run a new Python process and read what it prints as JSON."""
     command, variables = [sys.executable, "-P", "-c", code], os.environ | environment
     done = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)  # noqa: S603 -- our own code
     if done.returncode:

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import ulna
 from robot_files import RTB
+from two_arms import two_pandas
 
 RATE = 1000
 ACCELERATION = 10.0  # [rad/s^2]
@@ -68,26 +69,12 @@ def iiwa14():
     return ulna.load(text, base="base_link", tip="tool0", package_dirs=[folder]).with_convex_hulls()
 
 
-def two_hands():
-    """Two Pandas on a chest that turns about a waist: 15 joints."""
-    text = ulna.load("panda").to_urdf()
-    text = text[text.index("<link") : text.index("</robot>")]
-    arms = ""
-    for side, y, turn in (("left", 0.25, -0.3), ("right", -0.25, 0.3)):
-        place = f'<parent link="chest"/><child link="{side}_link0"/><origin xyz="0 {y} 0.2" rpy="{turn} 0 0"/>'
-        arms += text.replace('"panda_', f'"{side}_') + f'<joint name="{side}_mount" type="fixed">{place}</joint>'
-    solid = '<collision><geometry><box size="0.2 0.3 0.3"/></geometry></collision>'
-    joint = '<joint name="waist" type="revolute"><parent link="pelvis"/><child link="chest"/><origin xyz="0 0 0.5"/>'
-    joint += '<axis xyz="0 0 1"/><limit lower="-1.5" upper="1.5" velocity="1.5" effort="1"/></joint>'
-    return ulna.load(f'<robot name="cell"><link name="pelvis"/><link name="chest">{solid}</link>{joint}{arms}</robot>')
-
-
 def arm(name):
     """An arm from a start at which the least singular value of its Jacobian is at least 0.1."""
     if name == "two hands":
-        robot = two_hands()
-        panda = ulna.load("panda").home
-        return Arm(robot, np.concatenate([[0.0], panda, panda]), ("left_ee", "right_ee"))
+        panda = ulna.load("panda")
+        robot = ulna.load(two_pandas(panda, waist=True))
+        return Arm(robot, np.concatenate([[0.0], panda.home, panda.home]), ("left_ee", "right_ee"))
     if name == "panda":
         robot = ulna.load(name)
         return Arm(robot, robot.home, ("panda_ee",))
@@ -105,7 +92,7 @@ ARMS = ("panda", "fr3", "ur5", "ur10", "iiwa14", "gen3", "two hands")
 
 
 class Run(NamedTuple):
-    """What a servo commanded: joint positions and velocities, the hands' poses, the statuses and what limits each tick."""
+    """The record of a servo: joint positions and velocities, the hands' poses, and the status and the limit of each tick."""
 
     q: np.ndarray
     qd: np.ndarray
@@ -128,7 +115,7 @@ def held(arm, seconds, **goal):
 
 
 def reversals(qd):
-    """How often each joint goes from faster than SLOW to faster than that the other way."""
+    """The number of times that each joint reverses, above SLOW both before and after."""
     return [int(np.count_nonzero(np.diff(np.sign(v[np.abs(v) > SLOW])))) for v in qd.T]
 
 
@@ -151,7 +138,7 @@ def share_possible(arm, q, twist, *, ends=True, body=True):
 
 
 def farthest(arm, direction, link, *, step=2e-3, most=3.0):
-    """How far a hand gets along a line with its orientation, by damped least squares in small steps, without collision [m]."""
+    """The distance that a hand gets along a line without turning, by small damped least-squares steps, collision-free [m]."""
     robot, q = arm.robot, arm.start.copy()
     T = robot.forward_kinematics(q, link=link)
     reached = 0.0
@@ -177,27 +164,27 @@ def farthest(arm, direction, link, *, step=2e-3, most=3.0):
 
 
 class Found(NamedTuple):
-    """What the judge finds of a twist that is held."""
+    """The findings of the judge for a twist that is held."""
 
     last: float
     """The last moment at which half of the twist was possible [s]."""
     reversals: int
     """The most of any joint after it."""
     rest: float
-    """How long after it all joints are slow for good [s]."""
+    """Time after which all joints stay slow [s]."""
     off: float
-    """How far the hand was off its line until then [m]."""
+    """Largest distance of the hand from its line until then [m]."""
     along: float
-    """How far it came along it [m]."""
+    """Distance that it came along the line [m]."""
     unnamed: float
-    """How long the hand was held by an end or its body and moved, or the status did not name it [s]."""
+    """Time for which the hand, held by an end or its body, still moved or had a status that did not name it [s]."""
     singular: bool
     """Whether the status was near a singularity where it was well conditioned."""
     final: str
 
 
 def judge_twist(arm, run, twist, every=100):
-    """What the judge finds, looking for what is possible so many ticks apart."""
+    """The findings of the judge, who asks the linear program every so many ticks."""
     n, v = len(run.q), twist[:3]
     looks = range(0, n, every)
     share = np.array([share_possible(arm, run.q[k], twist) for k in looks])
@@ -224,13 +211,13 @@ def judge_twist(arm, run, twist, every=100):
 
 
 class FoundOfPose(NamedTuple):
-    """What the judge finds of a pose out of reach: from its nearest approach on."""
+    """The findings of the judge for a pose out of reach, from the nearest approach on."""
 
     nearest: float
     """The moment of it [s]."""
     reversals: int
     rest: float
-    """How long after it all joints are slow for good [s]."""
+    """Time after which all joints stay slow [s]."""
     miss: float
     """The pose error where it ends, m and rad in one."""
 

@@ -1,4 +1,4 @@
-"""A robot with two arms of five joints beside each other on a turning post, all of boxes, and its semantic description."""
+"""Robots of two arms: of five joints each on a turning post, all of boxes, with its semantic description; and two Pandas."""
 
 from itertools import pairwise
 
@@ -48,3 +48,18 @@ def assert_arrives(robot, plan, goal):
     assert not robot.in_collision(plan.at(np.linspace(0, 1, 5001))).any()
     for link, T in goal.items():
         assert np.allclose(robot.forward_kinematics(plan.path[-1], link=link), T, atol=2e-5)
+
+
+def two_pandas(panda, *, waist: bool) -> str:
+    """The URDF of two Pandas on a chest, which turns about a waist or is fixed: 15 joints or 14."""
+    text = panda.to_urdf()
+    text = text[text.index("<link") : text.index("</robot>")]
+    arms = ""
+    for side, y, turn in (("left", 0.25, -0.3), ("right", -0.25, 0.3)):
+        place = f'<parent link="chest"/><child link="{side}_link0"/><origin xyz="0 {y} 0.2" rpy="{turn} 0 0"/>'
+        arms += text.replace('"panda_', f'"{side}_') + f'<joint name="{side}_mount" type="fixed">{place}</joint>'
+    solid = '<collision><geometry><box size="0.2 0.3 0.3"/></geometry></collision>'
+    kind = "revolute" if waist else "fixed"
+    joint = f'<joint name="waist" type="{kind}"><parent link="pelvis"/><child link="chest"/><origin xyz="0 0 0.5"/>'
+    joint += '<axis xyz="0 0 1"/><limit lower="-1.5" upper="1.5" velocity="1.5" effort="1"/></joint>'
+    return f'<robot name="cell"><link name="pelvis"/><link name="chest">{solid}</link>{joint}{arms}</robot>'

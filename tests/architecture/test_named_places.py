@@ -1,4 +1,4 @@
-"""What crosses into machine code has names: no entry of a state, of settings or of a report is read by a number.
+"""Names for all that crosses into machine code: no entry of a state, of settings or of a report is read by a number.
 
 Read from the syntax trees of a room: its face, its drivers and its kernels. A numbered place is a subscript whose index has a
 name that stands for a plain number in a module of kernels, however it was imported, or an integer where such a name indexes the

@@ -319,6 +319,9 @@ def test_a_rotation_vector_and_a_frame_are_options(ask, panda):
     here = ask("fk", "panda", "--frame", "panda_link4")
     expected = panda.forward_kinematics(panda.home, frame="panda_link4")
     np.testing.assert_allclose(here.matrix, expected, rtol=0, atol=1e-12)
+    turned = ask("fk", "panda", "--degrees", "--frame", "0.4,0.1,0,0,0,90")
+    expected = panda.forward_kinematics(panda.home, frame=ulna.pose((0.4, 0.1, 0), (0, 0, np.pi / 2)))
+    np.testing.assert_allclose(turned.matrix, expected, rtol=0, atol=1e-12)
 
 
 def test_options_of_a_pose_that_contradict_are_refused(refusal):

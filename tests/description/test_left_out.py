@@ -125,6 +125,13 @@ def test_inspect_has_a_finding_that_is_no_error(tmp_path, name):
         assert "taken as unlimited" in str(found)
 
 
+def test_a_warning_names_a_file_with_braces_in_its_name(tmp_path):
+    path = tmp_path / "a{b}.urdf"
+    path.write_text(LEFT_OUT["two materials"][0])
+    with pytest.warns(DescriptionWarning, match=re.escape("a{b}.urdf:")):
+        ulna.load(path)
+
+
 def test_the_lines_of_a_mended_document_are_those_of_the_file(tmp_path):
     for head in ('\n\n<?xml version="1.0"?>', "<!-- one\ntwo -->\n<?xml version=1.0?>", '<?xml\nversion="0.0"\n?>'):
         text = head + robot_text(axis="\n\n<axis/>")

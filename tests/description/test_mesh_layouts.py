@@ -157,10 +157,10 @@ def test_what_is_written_into_another_folder_is_refused_with_the_argument_that_r
     assert ulna.load(tmp_path / "out" / "arm.urdf", meshes="hulls", package_dirs=[folder]).collision_names
 
 
-def test_a_text_lies_in_no_folder_and_takes_that_of_its_meshes(put):
+def test_a_text_has_no_folder_and_takes_that_of_its_meshes(put):
     folder = put(LOADS["a folder of meshes beside the URDF"]).parent
     text = URDF.format("meshes/link.stl")
-    with pytest.raises(FileError, match=r"a text lies in no folder: package_dirs=\[\.\.\.\] names the one in which 'meshes/link"):
+    with pytest.raises(FileError, match=r"text has no folder: give package_dirs=\[FOLDER\], where FOLDER/meshes/link.stl is"):
         ulna.load(text, meshes="hulls")
     assert ulna.load(text, meshes="hulls", package_dirs=[folder]).collision_names
 

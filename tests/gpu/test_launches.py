@@ -39,7 +39,7 @@ def launches():
 
 
 def on_device(shape, strides, dtype):
-    """What a launch is given: an array on the device, here without memory."""
+    """An array on the device, as a launch is given it, here without memory."""
     memory = SimpleNamespace(device_ctypes_pointer=SimpleNamespace(value=0), size=0)
     with mock.patch.object(devices, "get_context", SimpleNamespace):  # an array without rows asks for one
         return DeviceNDArray(shape=tuple(shape), strides=tuple(strides), dtype=dtype, gpu_data=memory)

@@ -7,6 +7,7 @@ import pytest
 
 import ulna
 from servo_judge import judge
+from two_arms import two_pandas
 
 ACCELERATION = 10.0
 HANDS = "left_ee", "right_ee"
@@ -16,18 +17,7 @@ SRDF = f'<robot name="cell">{GROUPS}</robot>'
 
 def cell(panda, *, waist):
     """Two Pandas on a chest, which turns about a waist or is fixed: 15 joints or 14."""
-    text = panda.to_urdf()
-    text = text[text.index("<link") : text.index("</robot>")]
-    arms = ""
-    for side, y, turn in (("left", 0.25, -0.3), ("right", -0.25, 0.3)):
-        place = f'<parent link="chest"/><child link="{side}_link0"/><origin xyz="0 {y} 0.2" rpy="{turn} 0 0"/>'
-        arms += text.replace('"panda_', f'"{side}_') + f'<joint name="{side}_mount" type="fixed">{place}</joint>'
-    solid = '<collision><geometry><box size="0.2 0.3 0.3"/></geometry></collision>'
-    kind = "revolute" if waist else "fixed"
-    joint = f'<joint name="waist" type="{kind}"><parent link="pelvis"/><child link="chest"/><origin xyz="0 0 0.5"/>'
-    joint += '<axis xyz="0 0 1"/><limit lower="-1.5" upper="1.5" velocity="1.5" effort="1"/></joint>'
-    body = f'<link name="pelvis"/><link name="chest">{solid}</link>{joint}'
-    robot = ulna.load(f'<robot name="cell">{body}{arms}</robot>', srdf=SRDF)
+    robot = ulna.load(two_pandas(panda, waist=waist), srdf=SRDF)
     return robot, np.concatenate([np.zeros(int(waist)), panda.home, panda.home])
 
 

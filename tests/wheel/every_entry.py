@@ -45,7 +45,7 @@ class Zeros:
 
 
 def parts_of(argument):
-    """What an argument has in it: a named tuple its parts, one by one."""
+    """The arrays and numbers of an argument: a named tuple's parts, one by one."""
     return [argument] if not isinstance(argument, tuple) else [part for each in argument for part in parts_of(each)]
 
 

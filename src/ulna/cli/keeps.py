@@ -82,7 +82,7 @@ def _words(text: str) -> list[str]:
     try:
         return [word.strip() for word in next(csv.reader([text], skipinitialspace=True, strict=True))]
     except csv.Error:
-        message = f'{text!r}: a name with a comma stands in double quotes, as in together="left,hand",right'
+        message = f'{text!r}: put a name with a comma in double quotes: together="left,hand",right'
         raise InputError("--keep", message) from None
 
 

@@ -169,7 +169,7 @@ Orientation = Annotated[Array | None, Depends(orientation_of)]
 
 
 class Target(NamedTuple):
-    """What says the pose of a link.
+    """A target pose of a link, as the command line states it.
 
     Attributes:
         whole: The pose of ``--pose``, shape (4, 4); None without it.
@@ -187,11 +187,11 @@ class Target(NamedTuple):
         return self.whole is not None or self.orientation is not None or self.frame is not None
 
 
-def frame_of(*, frame: FrameText = None) -> str | Array | None:
+def frame_of(*, frame: FrameText = None, degrees: Degrees = False) -> str | Array | None:
     """The frame of ``--frame``: the name of a link, or T_base_frame, shape (4, 4); None without it."""
     if frame is None or is_name(frame):
         return frame
-    xyz_rpy = numbers("--frame", frame, (*XYZ, *RPY))
+    xyz_rpy = numbers("--frame", frame, (*XYZ, *RPY), degrees=degrees)
     return pose(xyz_rpy[:3], xyz_rpy[3:])
 
 
@@ -206,7 +206,7 @@ def target_of(
     controller: ControllerName = None,
     degrees: Degrees = False,
 ) -> Target:
-    """What ``--pose``, the options of an orientation, and ``--frame`` say."""
+    """The target that ``--pose``, the options of an orientation, and ``--frame`` state."""
     if whole is None:
         if controller is not None:
             raise InputError("--controller", "goes with --pose")

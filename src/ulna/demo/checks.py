@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ulna.collision.world import World
 from ulna.demo.scenario import BOX, make_trajectory
 from ulna.description.names import panda
-from ulna.description.pose import angle_between, pose, rpy_from_matrix
+from ulna.description.pose import angle_between, pose, rotation_vector_from_matrix, rpy_from_matrix
 from ulna.description.shapes import Box
 from ulna.robot import Robot, load
 
@@ -106,10 +106,10 @@ def jacobian_transpose_round_trip(robot: Robot, dh_robot: Robot) -> Check:
 
 
 def by_jacobian_transpose(robot: Robot, target: NDArray, q: NDArray, tolerance: float) -> tuple[NDArray, NDArray, int]:
-    """Where steepest descent leads from q: q, the error that is left (position, rotation vector), and the number of steps.
+    """The end of a steepest descent from q: q, the error that is left [m, rad], shape (6,), and the number of steps.
 
     The step is alpha g with g = J' e and alpha = <e, J g> / <J g, J g>, halved until the error decreases, as in
-    ``hw2/franka_robot.py``; limits are not watched here.
+    ``hw2/franka_robot.py``; joint limits are ignored here.
     """
     e = _missing(target, robot.forward_kinematics(q))
     for steps in range(MAX_STEPS):
@@ -191,11 +191,7 @@ def _reached(robot: Robot, q: NDArray, targets: NDArray, tolerance: float) -> ND
 
 def _missing(target: NDArray, T: NDArray) -> NDArray:
     """The displacement [m] and the rotation vector [rad] from a pose to the target, in the base, shape (6,)."""
-    R = target[:3, :3] @ T[:3, :3].T
-    sine = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2  # times the axis
-    size = float(np.linalg.norm(sine))
-    angle = np.arctan2(size, (np.trace(R) - 1) / 2)
-    return np.concatenate([target[:3, 3] - T[:3, 3], sine * (angle / size if size > 0 else 1.0)])
+    return np.concatenate([target[:3, 3] - T[:3, 3], rotation_vector_from_matrix(target[:3, :3] @ T[:3, :3].T)])
 
 
 def _below(name: str, value: float, bound: float, unit: str, over: str) -> Check:

@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_floats
 from ulna.description.pose import (
     as_pose,
-    matrix_from_quaternion,
     matrix_from_rpy,
     pose,
     quaternion_from_matrix,
@@ -22,7 +21,7 @@ _DEGREES, _NO_UNIT = 180.0 / np.pi, 1.0
 
 
 class Controller(NamedTuple):
-    """How a controller states a pose.
+    """The notation of a controller for poses.
 
     Attributes:
         name: Its maker, or its family.
@@ -106,12 +105,14 @@ def pose_from(numbers: ArrayLike, controller: str) -> Array:
             return pose(xyz, turn)
         case "ZYX":
             return pose(xyz, turn[..., ::-1])
-    T = pose(np.broadcast_to(xyz, (*values.shape[:-1], 3)))
+    T = pose(xyz)
     if said.turns == "XYZ":  # the inverse turns by the negative angles in the other order
         T[..., :3, :3] = np.swapaxes(matrix_from_rpy(-turn), -1, -2)
     else:
         first, second, third = np.moveaxis(turn, -1, 0)
-        T[..., :3, :3] = _about("z", first) @ _about("y", second) @ _about("z", third)
+        zero = np.zeros_like(first)
+        R_zy, R_z = matrix_from_rpy(np.stack([zero, second, first], -1)), matrix_from_rpy(np.stack([zero, zero, third], -1))
+        T[..., :3, :3] = R_zy @ R_z
     return T
 
 
@@ -151,13 +152,6 @@ def pose_as(T: ArrayLike, controller: str) -> Array:
         case _:
             turn = _zyz(R)
     return np.concatenate([poses[..., :3, 3] * said.per_metre, turn * said.per_radian], axis=-1) + 0.0
-
-
-def _about(axis: str, angle: Array) -> Array:
-    """The rotation about one axis, shape (..., 3, 3)."""
-    vector = np.zeros((*np.shape(angle), 4))
-    vector[..., 0], vector[..., "xyz".index(axis) + 1] = np.cos(angle / 2), np.sin(angle / 2)
-    return matrix_from_quaternion(vector)
 
 
 def _zyz(R: Array) -> Array:

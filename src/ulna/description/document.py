@@ -3,7 +3,7 @@
 import math
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -61,19 +61,25 @@ def open_document(argument: str, source: str | Path, kind: str, package_dirs: tu
 
 def is_xacro(root: etree._Element) -> bool:
     """True if a document uses xacro: elements of its namespace, or its expressions with the namespace declared."""
-    if any(isinstance(e.tag, str) and etree.QName(e).namespace in NAMESPACES for e in root.iter()):
+    if next(xacro_elements(root), None) is not None:
         return True
-    declared = any(uri in NAMESPACES for uri in root.nsmap.values())
-    return declared and any("${" in str(v) or "$(" in str(v) for e in root.iter() for v in e.attrib.values())
+    return any(uri in NAMESPACES for uri in root.nsmap.values()) and _computes(root)
 
 
-def left_over_calls(root: etree._Element) -> list[etree._Element]:
-    """The calls of macros in a document with links that has nothing else of xacro: an expansion has left them."""
-    ours = [e for e in root.iter() if isinstance(e.tag, str) and etree.QName(e).namespace in NAMESPACES]
-    if not ours or any(etree.QName(e).localname in _NOT_MACROS for e in ours) or all(e.tag != "link" for e in root):
-        return []
-    computes = any("${" in str(v) or "$(" in str(v) for e in root.iter() for v in e.attrib.values())
-    return [] if computes else ours
+def xacro_elements(root: etree._Element) -> Iterator[etree._Element]:
+    """The elements of xacro's namespaces."""
+    return root.iter(*(f"{{{uri}}}*" for uri in NAMESPACES))
+
+
+def _is_expanded(root: etree._Element) -> bool:
+    """Whether a document is the result of an expansion: it has links, and of xacro at most calls of macros."""
+    names = {etree.QName(e).localname for e in xacro_elements(root)}
+    return names.isdisjoint(_NOT_MACROS) and root.find("link") is not None and not _computes(root)
+
+
+def _computes(root: etree._Element) -> bool:
+    """Whether an attribute has an expression or a substitution of xacro."""
+    return any("${" in str(v) or "$(" in str(v) for e in root.iter() for v in e.attrib.values())
 
 
 def expanded(document: Document, xacro_args: Mapping[str, object], max_seconds: float = math.inf) -> Document:
@@ -81,8 +87,8 @@ def expanded(document: Document, xacro_args: Mapping[str, object], max_seconds: 
 
     A document with links that only calls macros, and is not named ``.xacro``, is the result of an expansion: it is itself too.
     """
-    left_over = not document.file.endswith(".xacro") and bool(left_over_calls(document.root))
-    if left_over or not is_xacro(document.root):
+    root = document.root
+    if not is_xacro(root) or (not document.file.endswith(".xacro") and _is_expanded(root)):
         warn_of_arguments(document.source, xacro_args)
         return document
     from ulna.description.xacro.expansion import expand_xacro  # noqa: PLC0415 - plain URDF needs no child process
@@ -92,7 +98,7 @@ def expanded(document: Document, xacro_args: Mapping[str, object], max_seconds: 
 
 
 def shared_arguments(document: Document, xacro_args: Mapping[str, object]) -> dict[str, object]:
-    """Those of the arguments that a document defines: an SRDF has some of its URDF."""
+    """The arguments that a document defines: an SRDF defines some of its URDF's."""
     defined = {e.get("name") for e in document.root.iter() if isinstance(e.tag, str) and etree.QName(e).localname == "arg"}
     return {name: value for name, value in xacro_args.items() if name in defined}
 

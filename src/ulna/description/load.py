@@ -53,9 +53,12 @@ def load_description(
 
 def left_out_sentences(description: Description) -> list[str]:
     """A sentence with file and line for each part of a document that was left out."""
-    warned = (part for part in description.left_out if part.is_warned)
-    at = f"{description.source}:{{}}: " if description.text else f"{description.source}: "
-    return [f"{at.format(part.line)}{part.where}: {part.message}" for part in warned]
+    source = description.source
+    return [
+        f"{source}:{part.line}: {part.where}: {part.message}" if description.text else f"{source}: {part.where}: {part.message}"
+        for part in description.left_out
+        if part.is_warned
+    ]
 
 
 def _given_srdf(srdf: object, document: Document, description: Description, xacro_args: Mapping[str, object]) -> Srdf:

@@ -1,6 +1,7 @@
 """Reads MJCF, the models of MuJoCo: MuJoCo itself compiles the model, and its tables become links, joints and shapes."""
 
 import math
+from importlib import import_module
 from types import ModuleType
 from typing import Any
 
@@ -30,7 +31,7 @@ def read_mjcf(document: Document) -> Description:
         MissingExtraError: MuJoCo is not installed.
     """
     with needs_extra("reading MJCF", "mujoco", "mujoco"):
-        import mujoco  # noqa: PLC0415 # pyright: ignore[reportMissingImports]
+        mujoco = import_module("mujoco")  # whose types differ between its versions
     try:
         if document.folder is None:
             model = mujoco.MjModel.from_xml_string(document.text.decode())

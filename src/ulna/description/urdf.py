@@ -8,7 +8,7 @@ import numpy as np
 from lxml import etree
 from numpy.typing import NDArray
 
-from ulna.description.document import NAMESPACES, Document
+from ulna.description.document import Document, xacro_elements
 from ulna.description.pose import pose
 from ulna.description.robot_description import Body, Description, Joint, JointType, LeftOut, Limits, Link, Mimic, Safety
 from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, UnknownShape
@@ -71,7 +71,7 @@ class _Reader(Reader):
         if document.parsed.mended:
             message = f"is not well-formed XML, as other programs may say: {document.parsed.mended}"
             self.leave_out(root, message, is_warned=False)
-        for call in (child for child in root.iter(etree.Element) if etree.QName(child).namespace in NAMESPACES):
+        for call in xacro_elements(root):
             name = etree.QName(call).localname
             message = f"<xacro:{name}> is left out: nothing in this document defines that macro, so what it adds is missing"
             self.leave_out(call, message)

@@ -24,8 +24,11 @@ def write_urdf(description: Description) -> str:
     return etree.tostring(robot, pretty_print=True, encoding="unicode")
 
 
-def without_hulls(description: Description) -> Description:
-    """The description without the shapes that URDF does not have, to be looked at as URDF."""
+def expressible_in_urdf(description: Description) -> Description:
+    """The part of a description that URDF can express: without other shapes; slides without limits are continuous joints.
+
+    It is for findings only, since such a slide is no slide any more.
+    """
     kept = (Box, Sphere, Cylinder, Capsule, Mesh)
     links = (
         replace(
@@ -40,7 +43,7 @@ def without_hulls(description: Description) -> Description:
 
 
 def _is_endless(joint: Joint) -> bool:
-    """Whether a slide has no limits, which URDF cannot say."""
+    """Whether a slide has no limits, which URDF cannot express."""
     return joint.type == JointType.PRISMATIC and math.isinf(joint.limits.lower)
 
 

@@ -16,7 +16,7 @@ from ulna.kernels.spatial.elementary import all_in_range
 
 
 class ControlStep(NamedTuple):
-    """What every row of a batch has in common.
+    """The settings that all rows of a batch share.
 
     Attributes:
         chain: To the link.

@@ -56,7 +56,7 @@ def search_jobs(chain, settings, jobs, q_out, info):
     settings: one. q_out: (m n_starts, n_dof) and info: (m n_starts,), one a job. With ``first_wins`` the order holds one target,
     and row 0 the result, or the job that came nearest. ANY: the first job that is solved ends the search. NEAREST: the first
     job, that of the seed, ends it by its solution; once that job has failed, or others have solutions and it hardly advances,
-    the nearest of these to the seed is taken, or the next solution that is found, if there is none yet.
+    the nearest of these to the seed is taken, or, without any solution yet, the next one.
     """
     run_jobs(chain, settings[0], jobs, q_out, info)
 

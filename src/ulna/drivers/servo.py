@@ -118,7 +118,7 @@ class Tick(NamedTuple):
     of_world: float
     near: Near
     gradients: NDArray
-    """Of the distances of the near pairs, shape (MOST_PAIRS + 1, n_dof) [m/rad or 1]: the last is worked on."""
+    """Gradients of the distances of the near pairs, shape (MOST_PAIRS + 1, n_dof) [m/rad or 1]. The last row is room."""
     excess: NDArray
     """How much farther each is apart than it has to be, and last the least of all (``find_near_pairs``)."""
     wider: NDArray
@@ -642,7 +642,7 @@ def accept(tick):
 
 @kernel
 def status_of_rows(tick, found, nearer, miss, k, rows, ticks, report):
-    """What limits the velocity found: the steady motion, or the active row of the greatest multiplier. It goes to the report.
+    """Report what limits the velocity found: the steady motion, or the active constraint of the greatest multiplier.
 
     found: what ``set_paces`` returned.
     """

@@ -14,7 +14,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
-from typing import Any
+from typing import Any, cast
 
 from numba import config, from_dtype, njit, types
 
@@ -163,7 +163,7 @@ def _garbage_kept() -> Iterator[None]:
 def _numba_type(kind: Kind) -> types.Type:
     if isinstance(kind, Group):
         parts = tuple(map(_numba_type, kind.parts))
-        return types.Tuple(parts) if kind.of is tuple else types.BaseTuple.from_types(parts, kind.of)
+        return types.Tuple(parts) if kind.of is tuple else cast("types.Type", types.BaseTuple.from_types(parts, kind.of))
     if isinstance(kind, Array):
         element = from_dtype(kind.dtype)
         return types.Array(element, kind.dimensions, "C", readonly=kind.constant)

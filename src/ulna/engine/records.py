@@ -54,7 +54,7 @@ class Records(Protocol[RecordT_co]):
 
 
 class Record(np.void):
-    """What every record is derived from.
+    """The base class of records.
 
     Attributes:
         structure: The type of an array of such records. All fields are aligned, so that machine code reads them directly.

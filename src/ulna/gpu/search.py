@@ -161,7 +161,7 @@ class DeviceResult(IKResult):
 
     @cached_property
     def info(self) -> Results:  # pyright: ignore[reportIncompatibleVariableOverride] - it is as read-only
-        """What is known of each target."""
+        """The result for each target."""
         return self.__dict__["_there"].copy_to_host()
 
     def __reduce__(self) -> Any:

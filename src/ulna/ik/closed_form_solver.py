@@ -71,7 +71,7 @@ class ClosedFormSolver:
         return self._nearest(request)
 
     def _solve_plain(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
-        """What is called in C where neither search finds a solution."""
+        """Search with all options: C calls it where neither search finds a solution."""
         return self.solve(Request(T, q_seed))
 
     def _nearest(self, request: Request) -> IKResult:

@@ -15,7 +15,7 @@ from ulna.description.file_bytes import file_bytes
 from ulna.description.load import left_out_sentences
 from ulna.description.packages import as_package_dirs
 from ulna.description.unread import sentences
-from ulna.description.urdf_writer import without_hulls, write_urdf
+from ulna.description.urdf_writer import expressible_in_urdf, write_urdf
 from ulna.description.xml import LONGEST, parse
 from ulna.errors import DescriptionError, DescriptionWarning, InputError, UnitWarning
 from ulna.ik.closed_form.closed_form import closed_form_of
@@ -135,7 +135,7 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
         root = None if does_not_expand else _elements(text, name, folder, xacro_args, folders)
         return Inspected(name, folder, folders, root, None, error)
     description = robot.description
-    text = description.text or write_urdf(without_hulls(description))  # of MJCF: its links and joints as URDF
+    text = description.text or write_urdf(expressible_in_urdf(description))  # of MJCF: its links and joints as URDF
     root = parse(text.encode(), description.source)
     # Of what is not read or left out, load says the first, and each has its finding.
     unread = [*left_out_sentences(description), *sentences(root, description.source)][:1]

@@ -50,13 +50,6 @@ def goal_in_base(tree: Tree, goal: Goal, frame: Frame | None) -> Goal:
     return poses_in_base(tree, goal, frame, "goal")
 
 
-def poses_in_frame(tree: Tree, T_base_link: Array, frame: Frame | None, T_base_frame: Array | None = None) -> Array:
-    """Poses of the base, shape (..., 4, 4), as poses of a frame; ``T_base_frame`` is its pose where it moves."""
-    if frame is None:
-        return T_base_link
-    return np.linalg.inv(frame_pose(tree, frame) if T_base_frame is None else T_base_frame) @ T_base_link
-
-
 def twist_in_base(tree: Tree, twist: ArrayLike, frame: Frame | None) -> ArrayLike:
     """Twists along the axes of a frame, shape (..., 6), along those of the base; unchanged without one."""
     if frame is None:

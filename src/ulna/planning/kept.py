@@ -151,7 +151,7 @@ def _refuse_contradiction(a: Keep, b: Keep) -> None:
 
 
 def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Constraints | None:
-    """What the kernels read; None of none."""
+    """The table of constraints that the kernels read; None without constraints."""
     if not keeps:
         return None
     frames, allowed = np.zeros((2 * len(keeps), FRAME_WIDTH)), Constraint.records(len(keeps))

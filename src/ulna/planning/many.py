@@ -75,7 +75,7 @@ def _planned(
 @contextmanager
 def _bar() -> Iterator[Callable[[int, int], None]]:
     """What is called with the plans done and those of all: a bar of rich on a terminal, nothing elsewhere."""
-    from rich.progress import Progress, TextColumn  # noqa: PLC0415 - rich is needed for nothing else, and takes long to import
+    from rich.progress import Progress, TextColumn  # noqa: PLC0415 - it takes long to import
 
     with progress_bar(*Progress.get_default_columns(), TextColumn("{task.fields[rate]}")) as bar:
         task = bar.add_task("planning", total=None, rate="")

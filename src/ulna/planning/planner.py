@@ -78,7 +78,7 @@ class PlanOptions(NamedTuple):
 
 @dataclass(frozen=True)
 class PlanRequest:
-    """What ``Robot.plan`` is asked for; documented there. ``states`` are those of the SRDF, and the options are checked."""
+    """The arguments of ``Robot.plan``, documented there, checked. ``states`` are the named states of the SRDF."""
 
     q_start: ArrayLike
     goal: ArrayLike | Mapping[str, ArrayLike]
@@ -118,7 +118,7 @@ def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: 
 
 
 def _checked(checker: Checker, inverse_kinematics: InverseKinematics, asked: PlanRequest) -> tuple[Request, Targets, bool]:
-    """What is asked for, checked; the goal; and whether the start is within the limits.
+    """The checked request; the goal; and whether the start is within the limits.
 
     Raises:
         InputError, UnknownNameError: See ``Robot.plan``.

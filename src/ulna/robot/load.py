@@ -52,7 +52,7 @@ def load(
     Raises:
         DescriptionError: The description cannot be understood; the message gives file and line.
         FileError: There is no such file or name, or it cannot be read.
-        InputError: An argument has another type than said, or ``meshes`` is none of these words.
+        InputError: An argument has the wrong type, or ``meshes`` is not one of these words.
         MissingExtraError: ``meshes`` needs an extra that is not installed.
         UnknownNameError: There is no such ``base`` or ``tip``.
 

@@ -24,7 +24,7 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.likely_units import check_object
 from ulna.description.meshes.mesh_files import with_mesh_paths
-from ulna.description.pose import as_one_pose
+from ulna.description.pose import as_one_pose, inverse
 from ulna.description.robot_description import Description
 from ulna.description.semantic import EndEffector, Srdf
 from ulna.description.shapes import Solid
@@ -45,7 +45,7 @@ from ulna.ik.result import IKResult
 from ulna.ik.solutions import IKSolutions
 from ulna.ik.task import Task
 from ulna.kinematics.forward import CompiledForward, ForwardByLink, frame_poses
-from ulna.kinematics.frames import Frame, goal_in_base, poses_in_base, poses_in_frame, twist_in_base
+from ulna.kinematics.frames import Frame, frame_pose, goal_in_base, poses_in_base, twist_in_base
 from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups, state_named
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
 from ulna.kinematics.narrowed import narrowed_description, narrowed_tree
@@ -384,8 +384,9 @@ class Robot(Quick):
         if frame is not None:
             if out is not None:
                 raise InputError("out", "goes with the base; with frame= an array is made")
-            of_frame = self.forward_kinematics(q, link=frame, threads=threads) if isinstance(frame, str) else None
-            return poses_in_frame(self.tree, self.forward_kinematics(q, link=link, threads=threads), frame, of_frame)
+            is_link = isinstance(frame, str)
+            T_base_frame = self.forward_kinematics(q, link=frame, threads=threads) if is_link else frame_pose(self.tree, frame)
+            return inverse(T_base_frame) @ self.forward_kinematics(q, link=link, threads=threads)
         try:
             forward = self._forward[link]
         except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link

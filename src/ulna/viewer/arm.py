@@ -73,13 +73,12 @@ class Arm:
             self._scene.add_label(f"{root}/{k}/name", name, visible=False, font_screen_scale=0.9, anchor=f"bottom-{side}")  # type: ignore[arg-type]
             for (k, name), side in zip(_names_by_origin(robot), cycle(("right", "left")), strict=False)
         ]
+        self._link_of = {held.name: held.link for held in robot.attached}  # by the names of shapes
         self.solids = self._add_solids(number)
         self.attached = {
             held.name: add_shape(self._scene, f"{root}/{number[held.link]}/held{k}", held.shape, FREE, STRONG, held.T_link_object)
             for k, held in enumerate(robot.attached)
         }
-        self._link_of = {name: link for name, (link, _) in zip(self.solids, self._bodies, strict=False)}
-        self._link_of |= {held.name: held.link for held in robot.attached}
         self._touching: tuple[str, ...] = ()
         self._tints: dict[str, Any] = {}  # the red over each link that has touched anything
         self._near, self._solids_shown = "", True
@@ -98,8 +97,8 @@ class Arm:
         for name, node in (self.solids | self.attached).items():
             if (name in self._touching) != (name in names):
                 node.color = TOUCHING if name in names else FREE
-                node.opacity = STRONG if name in names or name in self.attached else PALE
         self._touching = tuple(names)
+        self._set_opacities()
         rows = self.robot.tree.link_row
         bodies = {rows[self._link_of[name]] for name in names if name in self._link_of}  # a hand is fixed to its flange
         red = {link for link in self.visuals if rows[link] in bodies}
@@ -116,22 +115,32 @@ class Arm:
             for shape, visible in ((self._near, False), (name, True)):
                 if shape in self.solids:
                     self.solids[shape].visible = visible
-                    self.solids[shape].opacity = FAINT if visible and shape not in self._touching else PALE
         self._near = name
+        self._set_opacities()
 
     def show_solids(self, *, visible: bool) -> None:
         """Show or hide the collision shapes."""
         self._solids_shown = visible
         for name, node in self.solids.items():
             node.visible = visible or name == self._near
+        self._set_opacities()
+
+    def _set_opacities(self) -> None:
+        """What touches or is attached is opaque; alone, the shape to which a distance is shown is faint; the rest is pale."""
+        for name, node in (self.solids | self.attached).items():
+            is_strong = name in self._touching or name in self.attached
+            opacity = STRONG if is_strong else FAINT if name == self._near and not self._solids_shown else PALE
+            if node.opacity != opacity:
+                node.opacity = opacity
 
     def _add_solids(self, number: dict[str, int]) -> dict[str, Any]:
         """Add the collision shapes, pale: their nodes by name. Meshes that cannot be read are added to ``missing``."""
         files, found = MeshFiles(self.robot.description), {}
-        bodies = self._bodies = [(link.name, body) for link in self.robot.description.links for body in link.collisions]
+        bodies = [(link.name, body) for link in self.robot.description.links for body in link.collisions]
         look = {"cast_shadow": False, "receive_shadow": False}
         for n, ((link, body), name) in enumerate(zip(bodies, self._solid_names(bodies), strict=True)):
             place = f"{self._root}/{number[link]}/solid{n}"
+            self._link_of[name] = link
             if isinstance(body.shape, UnknownShape):
                 continue
             if not isinstance(body.shape, Mesh):

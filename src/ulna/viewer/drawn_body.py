@@ -1,8 +1,8 @@
 """Draws a robot that has no visuals from its joints alone: shells, dark joints, and a hand with fingers.
 
 A link is a smooth union of tapered legs and of housings round its joints: a distance to a surface, which is then meshed. Two
-links meet in one of three forms. Inline, where a link goes on along the axis: two shells with a dark ring between them. A hinge,
-where it goes off the axis: a fork and a tongue on a dark pin. A slide on a rail.
+links meet in one of three forms. If a link goes on along the axis, there are two shells with a dark ring between them
+(``"inline"``). If it leaves the axis, there is a hinge: a fork and a tongue on a dark pin. A slide is drawn on a rail.
 """
 
 from collections.abc import Iterable
@@ -28,7 +28,7 @@ _WAIST = 0.92  # the radius of a leg, as a part of its joint's
 _GAP = 0.09  # between two shells, as a part of the radius
 _TURNING = (JointType.REVOLUTE, JointType.CONTINUOUS)
 _FARTHEST = 2.0  # [m] from its zero, of a slide that is drawn
-_NEAR = 0.5  # radii: a shorter leg is none
+_NEAR = 0.5  # radii: a shorter leg is not drawn
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,13 @@ class _Leg:
 
 @dataclass(frozen=True)
 class _Joined:
-    """How the two links of a joint meet.
+    """The joint between two drawn links.
 
     Attributes:
         kind: ``"inline"``, ``"hinge"``, ``"slide"``; empty for a fixed joint.
-        radius: Of the shells there [m].
-        at: Of ``"inline"``: where the shells meet, along the axis from the child's origin [m].
-        ahead: Of ``"inline"``: 1 if the child is ahead of the parent in the direction of the axis, else -1.
+        radius: Radius of the shells there [m].
+        at: For ``"inline"``, the place along the axis, from the child's origin, at which the shells meet [m].
+        ahead: For ``"inline"``, 1 if the child is ahead of the parent in the direction of the axis, else -1.
         straight: Whether the child goes on along the axis.
     """
 
@@ -107,7 +107,7 @@ class _Drawing:
         return 1.0 - (1.0 - _NARROWEST) * len(tree.chain(link)) / deepest
 
     def _onward(self, link: str) -> Vector:
-        """The first leg of a link that is not of length 0, in its axes; zeros if there is none."""
+        """The first leg of a link whose length is above 0, in the link's axes [m]; zeros without one."""
         legs = sorted(self._legs[link], key=lambda leg: -float(np.linalg.norm(leg.end)))
         for leg in legs:
             if (length := np.linalg.norm(leg.end)) > 1e-3 * self._thickness:
@@ -291,7 +291,7 @@ def _range(joint: Joint) -> tuple[float, float]:
 
 
 def _beyond(place: Vector, out: Vector, radius: float, gap: float = 0.0) -> Distance:
-    """What is beyond the end of a housing, less a gap [m]: it is cut off there."""
+    """The half-space beyond the end of a housing, less a gap [m]. It is cut off a shell."""
     return drum(place + (1.2 * radius - gap) * out, out, 1.25 * radius, 1.2 * radius, 0.0)
 
 

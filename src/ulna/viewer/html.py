@@ -22,7 +22,7 @@ def marked(words: str, color: Color, *, filled: bool = True) -> str:
 
 
 def lead(words: str) -> str:
-    """What to do first, in large letters."""
+    """A sentence in large letters: the first thing to do."""
     return f'<div style="{STYLE};font-size:1.1em;font-weight:600">{html.escape(words)}</div>'
 
 

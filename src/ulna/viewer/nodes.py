@@ -71,7 +71,7 @@ def add_triangles(scene: viser.SceneApi, name: str, mesh: Any, color: Color, **l
 
 
 def on_level(eye: NDArray[Any], seen: NDArray[Any], point: NDArray[Any]) -> NDArray[Any]:
-    """Where the line from the eye through a seen point meets the level of another point; the seen point if it is too far away."""
+    """Where the ray from the eye through a point meets the horizontal plane of another; the point itself if that is too far."""
     down, way = float(point[2] - eye[2]), seen - eye
     share = down / way[2] if abs(way[2]) > _GRAZING * float(np.linalg.norm(way)) else -1.0
     return eye + share * way if 0.0 < share < _FARTHEST else seen

@@ -113,9 +113,9 @@ class Obstacles:
             self.form.choose(name)
 
     def covers(self, point: NDArray[np.float64]) -> bool:
-        """Whether the handles of the chosen obstacle and others at a point [m], shape (3,), would lie in each other."""
+        """Whether the handles of the chosen obstacle would overlap handles at a point [m], shape (3,)."""
         chosen = self.chosen
-        return chosen is not None and float(np.linalg.norm(scene_of(self.world)[chosen].T[:3, 3] - point)) < self._reach
+        return chosen is not None and float(np.linalg.norm(self.world.pose(chosen)[:3, 3] - point)) < self._reach
 
     def remove(self) -> None:
         """Delete the chosen obstacle."""
@@ -207,7 +207,7 @@ class Obstacles:
             if self.form.chosen != name:
                 self.form.choose(name)
                 self.form.take()
-            return scene_of(self.world)[name].T if name in self.world.names else None
+            return self.world.pose(name) if name in self.world.names else None
 
     def _pick(self, name: str) -> None:
         with self.lock:

@@ -49,7 +49,7 @@ FLOOR_CELLS: Color = (148, 156, 168)  # the floor's thin lines: all tabs have th
 FLOOR_SECTIONS: Color = (124, 132, 145)
 TO_SUN = (0.9, 0.25, 1.5)  # the direction to the sun, on the page and in a film
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
-FAINT = 0.1  # of the two shapes between which the distance is shown
+FAINT = 0.1  # of the robot's shape to which the distance is shown
 TINT = 0.7  # of the red over a link that touches
 
 ShapeT = TypeVar("ShapeT", Box, Cylinder)

@@ -111,10 +111,8 @@ class SteerPanel:
     async def _click(self, entry: int, sign: int, _: viser.GuiEvent) -> None:
         """Move by a step, unless the hand moves while a button is held."""
         if n := _STEPS[self.step.value]:
-            turns = entry > 2
-            if self.steering.expressed_in == JOINTS:
-                turns = coordinates_of(self._session.robot)[entry].unit == "rad"
-            self._do(lambda: self.steering.step(entry, sign, n * (_HALF_A_DEGREE if turns else _MM)))
+            size = n * (_HALF_A_DEGREE if self.steering.turns[entry] else _MM)
+            self._do(lambda: self.steering.step(entry, sign, size))
 
     def _choose(self) -> None:
         self.steering.speed, self.steering.expressed_in = self.speed.value, _AXES[self.axes.value]

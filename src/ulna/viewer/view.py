@@ -264,8 +264,7 @@ class View:
         self.configuration.show(session.q)
         if self.hand is not None:
             self.hand.show()
-            planning = self.plans is not None and self.plans.planning.on
-            self.hand.handles.show(visible=not planning and not self.obstacles.covers(session.hand_pose[:3, 3]))
+            self.hand.handles.show(visible=not self._planning and not self.obstacles.covers(session.hand_pose[:3, 3]))
         for panel in (self.plans, self.steer):
             if panel is not None:
                 panel.show()

@@ -102,7 +102,7 @@ class MeshFiles:
         if outside and (there := next((path for path in outside if path.is_file()), None)):
             return f"{_OUTSIDE}; {self._advice(there)}"
         if outside and not any(".." in Path(uri).parts or path.is_absolute() for path in outside):
-            return f"is relative, and a text lies in no folder: package_dirs=[...] names the one in which {uri!r} is"
+            return f"is relative, and text has no folder: give package_dirs=[FOLDER], where FOLDER/{uri} is the file"
         if outside and not admitted:
             return f"{_OUTSIDE}; and no file is there"
         tried = f"no such file; tried {'; '.join(map(str, admitted))}"

@@ -7,9 +7,10 @@ al., Adaptive tuning of the sampling domain for dynamic-domain RRTs (IROS 2005):
    second tree. With constraints, also steps along them from the start towards the first goal.
 2. Take the next sample; unless one tree has twice as many nodes as the other, the trees change roles.
 3. Find the nearest node of the first tree. If the sample lies outside its domain, take the next sample; but not more than
-   MOST_IN_A_ROW times.
-4. Step from the node towards the sample, by at most RANGE, or less if edges of this tree have failed for long. If the edge is
-   free, its end is a new node, else the node's domain shrinks. With constraints a step leads along them (``extension``).
+   MAX_SKIPPED times.
+4. Step from the node towards the sample, by at most ``settings.range``, or less if edges of this tree have failed for long.
+   If the edge is free, its end is a new node, else the node's domain shrinks. With constraints a step leads along them
+   (``extension``).
 5. Step from the nearest node of the second tree towards the new node, again and again, until it is reached, which joins the
    trees, or an edge is not free.
 """

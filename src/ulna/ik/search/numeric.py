@@ -104,7 +104,7 @@ class NumericSolver:
         return IKResult(q, info, (), self._tolerances)
 
     def _search_plain(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
-        """What is called in C where neither search finds a solution."""
+        """Search with all options: C calls it where neither search finds a solution."""
         return self.search(Request(T, q_seed))
 
     def search(self, request: Request) -> IKResult:

@@ -16,12 +16,11 @@ class SearchSettings(Record):
         rotation_tolerance: The largest angle that counts as reached [rad].
         steps: The most from one start.
         seeded_steps: The most from the first start; 0: ``steps``.
-        calm: Whether the damping is in proportion to the error's size, with which a search converges where the target is out of
-            reach.
+        calm: Whether the damping is in proportion to the size of the error. Such a search converges for targets out of reach.
         first_wins: Whether a search for one target ends early, and how: 0, ANY or NEAREST (``drivers.multi_start``).
         with_posture: Whether there is a posture.
-        task: What of the pose error is required: WHOLE_POSE, WITH_SLACK or POINTING, in the target's axes.
-        slack: By how much each component may be off at no cost [m, rad], read unless the task is the WHOLE_POSE.
+        task: Components of the pose error that count: WHOLE_POSE, WITH_SLACK or POINTING, in the target's axes.
+        slack: Tolerance of each component at no cost [m, rad], read unless the task is the WHOLE_POSE.
         far: The square of a distance [m^2] beyond which a larger one damps no more; 0 where every distance damps.
     """
 
@@ -38,7 +37,7 @@ class SearchSettings(Record):
 
 
 class SearchResult(Record):
-    """What is known of one target, or of one job of a search.
+    """The result for one target, or for one job of a search.
 
     Attributes:
         status: SOLVED, NOT_FOUND or NOT_A_POSE, or a code that only an explanation gives (``ik.result``).

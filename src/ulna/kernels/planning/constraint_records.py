@@ -12,22 +12,22 @@ MIN_LENGTH = 1e-30  # [m]: by which is divided
 
 
 class Constraint(Record):
-    """What one constraint allows a frame of the robot, seen from another frame."""
+    """One constraint: how a frame of the robot may lie, seen from another frame."""
 
     away: Annotated[NDArray[np.float64], 3]
-    """By how much its origin may be off along each axis of the other frame, infinite if it is free [m]."""
+    """Tolerance of its origin along each axis of the other frame, infinite where it is free [m]."""
     axes: int
     """NO_AXIS, Z_AXIS, ALL_AXES or TOWARDS."""
     chord: float
     """The greatest length of the difference of the axes that are compared."""
     lever: float
-    """How far its origin is from the joint's [m]."""
+    """Distance of its origin from the joint's [m]."""
     shared: int
     """The last joint that carries both frames, or BASE."""
     is_pointing: bool
-    """Of its projection: whether the rotation is the swing of the z axis alone (``kernels.ik.task_error``)."""
+    """Whether its projection compares the swing of the z axis alone (``kernels.ik.task_error``)."""
     slack: Annotated[NDArray[np.float64], 6]
-    """Of its projection: by how much each component of the error may be off [m, rad]."""
+    """Tolerance of each component of the error in its projection [m, rad]."""
 
 
 # An entry takes it whole.
@@ -35,7 +35,7 @@ class Constraints(NamedTuple):
     """The constraints of a path."""
 
     frames: NDArray
-    """Of each its frame and the other one, of the base or of the robot, shape (2 n, FRAME_WIDTH)."""
+    """Two rows a constraint, its frame and the other one, of the base or of the robot, shape (2 n, FRAME_WIDTH)."""
     allowed: Records[Constraint]
     """Shape (n,)."""
 
@@ -47,6 +47,6 @@ class Entry(Record):
     """From here to ``high`` samples are taken [rad or m]."""
     high: float
     weight: float
-    """In the metric."""
+    """Weight in the metric of the space."""
     period: float
     """The whole turn of an entry that may turn for ever [rad], else 0."""

@@ -31,9 +31,9 @@ class SearchSettings(Record):
     range: float
     """The longest edge of a tree, in the metric of the space."""
     resolution: float
-    """Of a certificate [m]."""
+    """Resolution of a certificate [m]."""
     margin: float
-    """How near an object of the world may be [m]."""
+    """Smallest distance that is allowed to an object of the world [m]."""
     sample_spacing: float
     """0: edges are certified; else the spacing of the samples of an edge, in the metric."""
     domain: float
@@ -41,12 +41,12 @@ class SearchSettings(Record):
     min_domain: float
     adaptation: float
     bound: float
-    """Of the cost of a path that is to be cheaper."""
+    """Upper bound of the cost: a path is found only if it costs less."""
     stride: float
     """Along constraints a step is made of strides: how long one may be, and ``max_strides``: how many there may be."""
     max_strides: int
     max_steps: int
-    """How many steps towards a node one iteration may take, and ``max_nodes``: how many nodes it may add."""
+    """Largest number of steps towards a node in one iteration; ``max_nodes``: of nodes that it adds."""
     max_nodes: int
 
 
@@ -54,25 +54,25 @@ class SearchState(Record):
     """State of a search. It may be paused at any checked edge and go on in another call."""
 
     checks: int
-    """How many edges were checked; ``until``: at how many this call pauses, ``max_checks``: how many the search may check."""
+    """Number of edges checked; ``until``: number at which this call pauses, ``max_checks``: budget of the search."""
     until: int
     max_checks: int
     iterations: int
-    """How many samples a node stepped towards."""
+    """Number of samples towards which a node stepped."""
     nodes: Annotated[NDArray[np.int64], 2]
-    """Of each tree how many: tree 0 from the start, tree 1 from the goals."""
+    """Number of nodes of each tree: tree 0 grows from the start, tree 1 from the goals."""
     failures: Annotated[NDArray[np.int64], 2]
-    """Of each tree how many edges towards samples were not free since the last that was."""
+    """For each tree, the number of edges towards samples that were not free since the last free one."""
     goal_roots: int
-    """How many nodes of tree 1 are goals: the first ones."""
+    """Number of goals, which are the first nodes of tree 1."""
     sample: int
-    """The number of the next sample; ``first_sample``: of the first one of those at hand."""
+    """Index of the next sample; ``first_sample``: index of the first row of ``samples``."""
     first_sample: int
     skipped: int
-    """How many samples were skipped; ``skipped_in_a_row``: since the last that was not."""
+    """Number of samples skipped; ``skipped_in_a_row``: number since the last one that was used."""
     skipped_in_a_row: int
     refused: int
-    """How many edges were not free."""
+    """Number of edges that were not free."""
     direct: int
     """The next node of tree 1 to which the straight edge from the start is tried."""
     active: int
@@ -90,21 +90,21 @@ class ShorteningState(Record):
     """State of the shortening of a path. The last pass confirms every edge."""
 
     checks: int
-    """How many edges were checked; ``until``: at how many this call pauses."""
+    """Number of edges checked; ``until``: number at which this call pauses."""
     until: int
     points: int
-    """How many waypoints are in use; ``capacity``: for how many there is room."""
+    """Number of waypoints in use; ``capacity``: largest number."""
     capacity: int
     stage: int
     """The pass."""
     at: int
-    """Where in the pass: a waypoint, or the number of an attempt."""
+    """Position in the pass: a waypoint, or the number of an attempt."""
     target: int
     """Pass 1: the waypoint that is tried next; 0 for the last."""
     failures: int
-    """Pass 2: how many short cuts along constraints failed in a row."""
+    """Pass 2: number of short cuts along constraints that failed in a row."""
     halvings: int
-    """Pass 3: how often the cut of a corner was halved."""
+    """Pass 3: number of times that the cut of a corner was halved."""
 
 
 # An entry takes each of these whole.
@@ -127,9 +127,9 @@ class Trees(NamedTuple):
     rows: NDArray
     """The nodes (``space``), shape (2, capacity / 8 * n_dof, 8)."""
     parents: NDArray
-    """Of each node, -1 for a root, shape (2, capacity)."""
+    """Parent of each node, -1 for a root, shape (2, capacity)."""
     radii: NDArray
-    """Of each node's domain, shape (2, capacity)."""
+    """Radius of each node's domain, shape (2, capacity)."""
     costs: NDArray
     """The cost to reach each node, infinite in unused places, shape (2, capacity / 8, 8); for RRT_CONNECT (2, 0, 8)."""
     refused: NDArray
@@ -144,6 +144,6 @@ class Path(NamedTuple):
     known: NDArray
     """1 where the edge from a waypoint was found free as it is, else 0, shape (capacity,)."""
     spreads: NDArray
-    """How far beside each edge all is to be free too, shape (n - 1, n_dof), or (0, n_dof)."""
+    """Width beside each edge that must be free too, one number a joint, shape (n - 1, n_dof), or (0, n_dof)."""
     state: Records[ShorteningState]
     """Shape (1,)."""

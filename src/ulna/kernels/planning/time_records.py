@@ -19,7 +19,7 @@ class PathIntervals(NamedTuple):
 
 
 class Timing(NamedTuple):
-    """How a path is passed."""
+    """The time parameterization of a path."""
 
     x: NDArray
     """(ds/dt)^2 at the grid points, of which the first is given, shape (N + 1,)."""

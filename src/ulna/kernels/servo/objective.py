@@ -1,4 +1,4 @@
-"""Names what the objective of a tick and its steady motion are made of."""
+"""Names the parts of the objective of a tick, and of its steady motion."""
 
 from typing import NamedTuple
 
@@ -6,21 +6,21 @@ from numpy.typing import NDArray
 
 
 class Objective(NamedTuple):
-    """An objective, and what it is made of."""
+    """An objective and its parts."""
 
     h_rows: NDArray
     """n_dof n_dof numbers."""
     f_rows: NDArray
     jacobian_rows: NDArray
-    """Of the hands, each times the square root of its weight, 6 n_dof numbers a hand: six of a joint after the other."""
+    """Jacobians of the hands, each times the square root of its weight. A hand has 6 n_dof numbers: joint by joint, six each."""
     desired_rows: NDArray
     """The twists of the hands, likewise; or the velocities of the joints."""
     system_rows: NDArray
     """Room for the damped system (``damped_system``)."""
     pace_rows: NDArray
-    """Which share of its twist is asked of each hand."""
+    """Share of its twist that is asked of each hand."""
     slowing_rows: NDArray
-    """What slows each hand: the joint whose acceleration does, or a negative number of ``pace``."""
+    """Reason why each hand is slowed: the joint whose acceleration limits it, or a negative code of ``pace``."""
 
 
 class Steady(NamedTuple):
@@ -30,22 +30,22 @@ class Steady(NamedTuple):
     """H, and then its factor."""
     f_rows: NDArray
     jacobian_rows: NDArray
-    """How J of each hand changes along the steady motion, as those of ``Objective``."""
+    """Derivative of each hand's Jacobian along the steady motion, in the order of ``Objective``."""
     x_rows: NDArray
     """The steady motion X."""
     part_rows: NDArray
-    """What of it is due to the twist of one hand."""
+    """Part of X that is due to the twist of one hand."""
     kept_rows: NDArray
     """y."""
     lost_rows: NDArray
     """z."""
     ahead_rows: NDArray
-    """Where the arm is a little ahead; then room."""
+    """Configuration of the arm a little later; then room."""
     turn_rows: NDArray
-    """How the gradients of active rows change along the steady motion, n_dof numbers a row."""
+    """Derivatives of the gradients of active constraints along the steady motion, n_dof numbers a constraint."""
     value_rows: NDArray
-    """For each active row one."""
+    """One value for each active constraint."""
     bound_rows: NDArray
-    """Of the rows of the quadratic program."""
+    """Bounds of the constraints of the quadratic program."""
     active_rows: NDArray
     multiplier_rows: NDArray

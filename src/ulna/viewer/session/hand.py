@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ulna.collision.report import Pair
 from ulna.collision.world import World
-from ulna.description.pose import quaternion_from_matrix
+from ulna.description.pose import rotation_vector_from_matrix
 from ulna.description.robot_description import Joint, JointType, Limits
 from ulna.ik.result import IKResult
 from ulna.robot import Robot
@@ -152,7 +152,7 @@ class Hand:
     def _error(self, q: Array, T: Array) -> Array:
         """The remaining displacement [m] and rotation vector [rad], in the axes of the base, shape (6,)."""
         T_base_link = self.robot.forward_kinematics(q, link=self.link)
-        return np.concatenate([T[:3, 3] - T_base_link[:3, 3], rotation_vector(T[:3, :3] @ T_base_link[:3, :3].T)])
+        return np.concatenate([T[:3, 3] - T_base_link[:3, 3], rotation_vector_from_matrix(T[:3, :3] @ T_base_link[:3, :3].T)])
 
     def _miss(self, q: Array, T: Array) -> float:
         error = self._error(q, T)
@@ -173,13 +173,6 @@ def _words(found: IKResult) -> str:
 def _shortened(change: Array) -> Array:
     """A step scaled down so that no joint moves by more than MOST_A_FRAME / _GLIDES."""
     return change * min(1.0, MOST_A_FRAME / _GLIDES / max(float(np.abs(change).max()), 1e-12))
-
-
-def rotation_vector(R: Array) -> Array:
-    """The axis of a rotation times its angle [rad], shape (3,); for half a turn, one of the two possible axes."""
-    w, *xyz = quaternion_from_matrix(R)
-    sine = float(np.linalg.norm(xyz))
-    return np.array(xyz) * (2.0 if sine < 1e-12 else 2.0 * np.arctan2(sine, w) / sine)
 
 
 def _unhurried(joint: Joint) -> Joint:

@@ -41,7 +41,7 @@ def started(
 
 
 def _too_near(robot: Robot, world: World, q: Array, names: ShapeNames) -> str:
-    """What the arm touches, or is too near to, at q, in a person's words; empty if nothing is near."""
+    """Name, in a sentence, the pair that touches or is too near at q; empty if there is none."""
     near = robot.check_collision(q, world, max_distance=_TOO_NEAR).pairs
     touching = [pair for pair in near if pair.signed_distance <= 0.0]
     what = names.listed(touching or near)
@@ -126,8 +126,9 @@ class Steering:
         before = self.sentence
         servo = self._ready()
         self._owed = self._owed + seconds if servo is not None and self.moving else 0.0
+        speeds = self._speeds()
         while servo is not None and self._owed >= 1 / RATE:
-            goal = self._held() * self._speeds()
+            goal = self._held() * speeds
             if not goal.any():
                 command = servo.step()
             elif self.expressed_in == JOINTS:
@@ -150,12 +151,16 @@ class Steering:
             signs[entry] = sign
         return signs[: self._session.robot.n_dof if self.expressed_in == JOINTS else 6]
 
-    def _speeds(self) -> Array:
-        """How fast each entry moves [m/s or rad/s]."""
+    @property
+    def turns(self) -> NDArray[np.bool_]:
+        """Which entries turn, of the twist, shape (6,), or of q, shape (n_dof,): their speeds are in rad/s."""
         if self.expressed_in != JOINTS:
-            return self.speed * np.repeat((1.0, TURNING), 3)
-        turning = np.array([coordinate.unit == "rad" for coordinate in coordinates_of(self._session.robot)])
-        return self.speed * np.where(turning, TURNING, 1.0)
+            return np.repeat((False, True), 3)
+        return np.array([coordinate.unit == "rad" for coordinate in coordinates_of(self._session.robot)])
+
+    def _speeds(self) -> Array:
+        """The speed of each entry [m/s or rad/s]."""
+        return self.speed * np.where(self.turns, TURNING, 1.0)
 
     def _now(self) -> tuple:
         session = self._session
