@@ -85,7 +85,7 @@ def cloud_rows(robot: ulna.Robot, sizes: Sequence[int]) -> list[dict]:
             world.objects()
 
         row = {"points": len(points), "update_ms": 1e3 * float(np.median(seconds(update, range(7))))}
-        batch = seconds(lambda q, world=world: robot.in_collision(q, world, threads=1), [q] * 7)
+        batch = seconds(lambda q, world=world: robot.in_collision(q, world), [q] * 7)
         row["in_collision_us"] = 1e6 * float(np.median(batch)) / len(q)
         for clearance, edges in edges_at(robot, world, points, (0.05, 0.005)).items():
             call = seconds(lambda edge, world=world: robot.edge_in_collision(*edge, world), edges + edges)[len(edges) :]
@@ -228,7 +228,7 @@ def arm_rows(names: Iterable[str]) -> list[dict]:
                 sys.stderr.write(f"{name}, {kind}: of {20 * CONFIGURATIONS} configurations {len(q)} are free\n")
                 continue
             robot.plan(q[0], q[1], world)
-            batch = np.median(seconds(lambda q, world=world, robot=robot: robot.in_collision(q, world, threads=1), [q] * 7))
+            batch = np.median(seconds(lambda q, world=world, robot=robot: robot.in_collision(q, world), [q] * 7))
             row |= {"bodies": len(robot.collision_names), "in_collision_us": 1e6 * float(batch) / len(q)}
             edges = [(a, np.clip(a + 0.1, robot.lower, robot.upper)) for a in q[:200]]
             edges = [edge for edge in edges if not robot.edge_in_collision(*edge, world)]

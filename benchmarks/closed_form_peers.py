@@ -47,7 +47,11 @@ def of_ulna(robot: ulna.Robot) -> Library:
         found = robot.all_solutions(T)
         return found.q[found.real]
 
-    return Library("Ulna", one, robot.all_solutions, lambda T: robot.all_solutions(T, threads=1))
+    def many(T: Array) -> object:
+        with ulna.threads(1):
+            return robot.all_solutions(T)
+
+    return Library("Ulna", one, robot.all_solutions, many)
 
 
 def eaik_of(robot: ulna.Robot):

@@ -166,17 +166,18 @@ def speed_table() -> Iterator[str]:
         form, home = joints_at(robot.closed_form, np.zeros(6)), np.zeros((1, 6))
         some, every = [T[i] for i in range(256)], [T[i] for i in range(2048)]
         works = [
-            (lambda form=form, T=T, home=home: form.branches(T, home, 1), 2048),
+            (lambda form=form, T=T, home=home: form.branches(T, home), 2048),
             (lambda peer=peer, every=every: peer.calculate_IK_batched(every, 1), 2048),
-            (lambda robot=robot, T=T: robot.all_solutions(T, threads=1), 2048),
+            (lambda robot=robot, T=T: robot.all_solutions(T), 2048),
             (lambda robot=robot, some=some: [robot.all_solutions(x) for x in some], 256),
             (lambda peer=peer, some=some: [peer.calculate_IK(x) for x in some], 256),
-            (lambda robot=robot, T=T: robot.inverse_kinematics(T, threads=1), 2048),
+            (lambda robot=robot, T=T: robot.inverse_kinematics(T), 2048),
             (lambda robot=robot, some=some: [robot.inverse_kinematics(x) for x in some], 256),
         ]
-        for work, _ in works:  # what is compiled or cached is there then
-            work()
-        times = np.array([[(nanoseconds(*work), nanoseconds(*work)) for work in works] for _ in range(_REPEATS)])
+        with ulna.threads(1):
+            for work, _ in works:  # what is compiled or cached is there then
+                work()
+            times = np.array([[(nanoseconds(*work), nanoseconds(*work)) for work in works] for _ in range(_REPEATS)])
         many, public, one = (times_of(times, theirs, own) for theirs, own in ((1, 0), (1, 2), (4, 3)))
         kernel, batch, of_many, of_one, peer_one, *others = (f"{x:,.0f} ns" for x in np.median(times[:, :, 1], axis=0))
         yield (

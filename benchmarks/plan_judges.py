@@ -21,13 +21,15 @@ def samples_of(path: NDArray, finer: float) -> NDArray:
 
 def overlaps(robot: ulna.Robot, world: ulna.World, path: NDArray, finer: float) -> bool:
     """Whether the overlap test finds that the path touches the world, or the robot itself."""
-    return bool(robot.in_collision(samples_of(path, finer), world, threads=1).any())
+    with ulna.threads(1):
+        return bool(robot.in_collision(samples_of(path, finer), world).any())
 
 
 def coal_touches(robot: ulna.Robot, world: ulna.World, path: NDArray, finer: float) -> bool:
     """Whether Coal finds a shape of the robot and an object that overlap, where the path comes nearest to one."""
     q = samples_of(path, finer / 16)
-    nearest = np.argsort(robot.signed_distance(q, world, self_collision=False, threads=1))[:COAL_SAMPLES]
+    with ulna.threads(1):
+        nearest = np.argsort(robot.signed_distance(q, world, self_collision=False))[:COAL_SAMPLES]
     return any(_touches_at(robot, world, q[k]) for k in nearest)
 
 

@@ -68,10 +68,10 @@ def measured(robot: ulna.Robot, poses: float, world: ulna.World | None, n: int, 
     voxel = float((bounds[1] - bounds[0]).prod() * ORIENTATIONS / poses) ** (1 / 3)
     module.run = timed
     try:
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory() as folder, ulna.threads(n):
             path = Path(folder) / "map.zarr"
             found = ulna.reachability_map(
-                robot, path, voxel=voxel, orientations=ORIENTATIONS, world=world, threads=n, client=client, max_iterations=400
+                robot, path, voxel=voxel, orientations=ORIENTATIONS, world=world, client=client, max_iterations=400
             )
             summary = found.summary
     finally:

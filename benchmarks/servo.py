@@ -321,7 +321,7 @@ def direct(robot: ulna.Robot, world: ulna.World, n: int, seed: int) -> Iterator[
         T = robot.forward_kinematics(q)
         off = np.maximum(off, beside(towards(T, targets, 1.0), first))
         twist = towards(T, targets, GAIN, FASTEST)
-        q = q + robot.differential_ik(q, twist, 1 / RATE, threads=1) / RATE
+        q = q + robot.differential_ik(q, twist, 1 / RATE) / RATE
         if k % 2 == 0:
             path.append(q)
     there = np.array([is_reached(T, target) for T, target in zip(robot.forward_kinematics(q), targets, strict=True)])
@@ -329,7 +329,7 @@ def direct(robot: ulna.Robot, world: ulna.World, n: int, seed: int) -> Iterator[
     straight = np.all(off < np.array(STRAIGHT), axis=1)
     for start, goal, way, is_straight in zip(starts[there], goals[there], ways[there], straight[there], strict=True):
         moves = np.flatnonzero(np.abs(np.diff(way, axis=0)).max(axis=1) > 1e-9)
-        if robot.signed_distance(way[: moves.max(initial=0) + 2], world, threads=1).min() > SPARE:
+        if robot.signed_distance(way[: moves.max(initial=0) + 2], world).min() > SPARE:
             yield start, goal, bool(is_straight)
 
 

@@ -56,7 +56,8 @@ def contacts(robot: ulna.Robot, world: ulna.World, fine: Array, ball: Array | No
 
 def overlaps(robot: ulna.Robot, world: ulna.World, fine: Array) -> int:
     """In how many ticks Ulna's overlap test finds a contact."""
-    touching = robot.in_collision(fine.reshape(-1, robot.n_dof), world, threads=1)
+    with ulna.threads(1):
+        touching = robot.in_collision(fine.reshape(-1, robot.n_dof), world)
     return int(np.count_nonzero(touching.reshape(len(fine), -1).any(axis=1)))
 
 

@@ -1,7 +1,7 @@
 """Where to put the base: five screws on a cabinet, and a place from which a Panda reaches all of them and touches nothing.
 
 A map of what the arm reaches ranks places of the base; inverse kinematics among the obstacles then proves each that is printed.
-Needs the extra ``reach``: pip install 'ulna[reach]'.
+Needs the extra ``reach``: pip install -e ".[reach]" in a copy of the repository.
 """
 
 import tempfile

@@ -61,7 +61,7 @@ static PyObject *call(PyObject *self, PyObject *arguments, PyObject *named) {
     PyObject *function = ((Keeping *)self)->kept, *out = NULL, *result = NULL;
     Bound *bound = function ? bound_of(function, &POSE) : NULL;
     Py_ssize_t n = PyTuple_Size(arguments);
-    int plain = bound && n >= 1 && (n < 3 || (n == 3 && PyTuple_GetItem(arguments, 2) == Py_None)); /* threads: Python checks them */
+    int plain = bound && (n == 1 || n == 2);
     if (plain && n > 1) out = PyTuple_GetItem(arguments, 1);
     if (plain && named) {
         out = n == 1 && PyDict_Size(named) == 1 ? PyDict_GetItemString(named, "out") : NULL;

@@ -1,6 +1,6 @@
 /* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are seven:
 
-    pose      f(q, out=None, threads=None)  entry(*leading, q, out) -> bool; an array of the shape ``numbers``
+    pose      f(q, out=None)                entry(*leading, q, out) -> bool; an array of the shape ``numbers``
     truth     f(q)                          entry(*leading, q) -> int; False or True for the two codes in ``numbers``
     number    f(q)                          entry(*leading, q[None], scratch) -> bool; the first of as many as ``numbers`` says
     edge      f(q_a, q_b, resolution)       entry(*leading, q_a[None], q_b[None], resolution, status, free) -> bool; whether it touches,
@@ -224,7 +224,7 @@ static PyObject *or_in_python(PyObject *result, Bound *bound, PyObject *const *a
 static PyObject *call_pose(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
     Bound *bound = (Bound *)self;
     PyObject *out = n > 1 && arguments[1] != Py_None ? arguments[1] : NULL;
-    int plain = !names && n >= 1 && (n < 3 || (n == 3 && arguments[2] == Py_None)); /* Python checks a number of threads */
+    int plain = !names && (n == 1 || n == 2);
     PyObject *result = plain ? pose_of(bound, arguments[0], out) : NULL;
     return or_in_python(result, bound, arguments, n, names);
 }

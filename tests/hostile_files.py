@@ -105,6 +105,10 @@ def nested(begin: str, end: str, n: int) -> str:
     return begin * n + end * n
 
 
+def sdf(parts: str, version: str = "1.9") -> bytes:
+    return f'<sdf version="{version}"><model name="m">{parts}</model></sdf>'.encode()
+
+
 TRIANGLE = '<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>'
 VERTEX = ("element vertex {}", "property float x", "property float y", "property float z")
 FACE = ("element face {}", "property list uchar int vertex_indices")
@@ -115,6 +119,25 @@ FILES: dict[str, Callable[[], bytes]] = {
     "robot.urdf names": lambda: ("<robot " + " ".join(f'a{k}="{k}"' for k in range(60_000)) + "/>").encode(),
     "robot.urdf entities": lambda: b'<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><robot name="&b;"/>',
     "robot.urdf links": lambda: ('<robot name="r">' + '<link name="l"/>' * 60_000 + "</robot>").encode(),
+    "robot.sdf deep": lambda: nested("<a>", "</a>", 140).encode(),
+    "robot.sdf models": lambda: sdf("".join(f'<model name="m{k}">' for k in range(120)) + "</model>" * 120),
+    "robot.sdf scopes": lambda: sdf("".join(f'<model name="{"n" * 300}">' for _ in range(5)) + "<link/>" * 100_000 + "</model>" * 5),
+    "robot.sdf numbers": lambda: sdf(f'<link name="a"><pose>{"9" * MB}</pose></link>'),
+    "robot.sdf version": lambda: sdf('<link name="a"/>', "9" * MB),
+    "robot.sdf names": lambda: ("<sdf " + " ".join(f'a{k}="{k}"' for k in range(60_000)) + "/>").encode(),
+    "robot.sdf name": lambda: sdf(f'<link name="{"n" * MB}"/>'),
+    "robot.sdf entities": lambda: b'<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><sdf version="1.9"><model name="&b;"/></sdf>',
+    "robot.sdf links": lambda: sdf('<link name="l"/>' * 60_000),
+    "robot.sdf frames": lambda: sdf('<link name="l"/>' + "".join(f'<frame name="f{k}" attached_to="f{k + 1}"/>' for k in range(24_000))),
+    "robot.sdf circle": lambda: sdf('<link name="l"/>' + "".join(f'<frame name="f{k}" attached_to="f{(k + 1) % 24_000}"/>' for k in range(24_000))),
+    "robot.sdf poses": lambda: sdf("".join(f'<link name="l{k}"><pose relative_to="l{k + 1}">1 0 0 1 1 1</pose></link>' for k in range(8_000))),
+    "robot.sdf unread": lambda: sdf("<a/>" * 240_000),
+    "robot.sdf attributes": lambda: sdf("<link " + " ".join(f'a{k}=""' for k in range(90_000)) + "/>"),
+    "robot.sdf joint": lambda: sdf(f'<link name="a"/><joint name="j" type="{"t" * MB}"/>'),
+    "robot.sdf address": lambda: sdf(f'<link name="a"/><include><uri>model://{"u" * MB}</uri></include>'),
+    "robot.sdf itself": lambda: sdf('<link name="a"/>' + "<include><uri>robot.sdf</uri></include>" * 20_000),
+    "robot.sdf world": lambda: b'<sdf version="1.9"><world name="w">' + b"<include><uri>model://a</uri></include>" * 24_000 + b"</world></sdf>",
+    "robot.sdf worlds": lambda: b'<sdf version="1.9"><world name="w">' + b'<model name="m"/>' * 55_000 + b"</world></sdf>",
     "arm.srdf deep": lambda: nested("<group>", "</group>", 60_000).encode(),
     "arm.srdf groups": lambda: ('<robot name="panda">' + '<group name="g"/>' * 50_000 + "</robot>").encode(),
     "arm.srdf value": lambda: ('<robot name="panda"><group_state name="s" group="g"><joint name="j" value="' + "1e999 " * 150_000 + '"/></group_state></robot>').encode(),
@@ -220,7 +243,7 @@ def readers() -> dict[str, Callable[[Path], object]]:
         return ReachabilityMap.open(folder).summary
 
     return {
-        ".urdf": ulna.load, ".xacro": ulna.load, ".srdf": lambda path: ulna.load("panda", srdf=path),
+        ".urdf": ulna.load, ".sdf": ulna.load, ".xacro": ulna.load, ".srdf": lambda path: ulna.load("panda", srdf=path),
         **dict.fromkeys((".stl", ".obj", ".dae", ".glb", ".gltf", ".off"), as_visual), ".json": ulna.load_world,
         **dict.fromkeys((".npy", ".csv", ".xyz", ".ply", ".pcd"), as_cloud), "mesh.ply": as_visual,
         ".yaml": lambda path: panda.trajectory([panda.home, panda.home + 0.1], limits=path, acceleration=1.0),

@@ -71,7 +71,7 @@ def test_the_reference_of_a_command_has_its_usage_line(commands):
         ("ulna ik", "`--xyz X,Y,Z`\n: The position to reach, in metres."),
         ("ulna follow", "or a .npy file. [required]"),
         ("ulna ik", "`--seed` (integer)\n: Chooses the random samples: the same number gives the same result. [default: 0]"),
-        ("ulna dh", "`ROBOT` (text)\n: A name of `ulna list`, or the path of a .urdf or .xacro file. [default: panda]"),
+        ("ulna dh", "`ROBOT` (text)\n: A name of `ulna list`, or the path of a .urdf, .xacro or .sdf file. [default: panda]"),
         ("ulna check", "`--self` / `--no-self`\n: Check the robot's links against each other too. [default: self]"),
         ("ulna record", "`--seconds` (number)\n: "),
     ],

@@ -16,6 +16,7 @@ from functools import cache
 
 import ulna
 import ulna.arms
+from ulna.robot.other_names import OtherName
 
 _NAMED_IN_ANNOTATIONS = (
     "ulna.description",
@@ -52,7 +53,7 @@ def public_members(cls):
     """The names of a class's attributes and methods that a user may touch, those of its bases in this library too."""
     own = [base for base in cls.__mro__ if base.__module__.startswith("ulna.")]
     names = {name for base in own for name in [*vars(base), *vars(base).get("__annotations__", {})] if not name.startswith("_")}
-    return sorted(names)
+    return sorted(name for name in names if not isinstance(vars(cls).get(name), OtherName))
 
 
 def in_order(cls):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ulna.description.pose import pose
     from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Mesh, Sphere
     from ulna.dh.table import DHTable
+    from ulna.engine.threads import threads
     from ulna.errors import (
         ArmConnectionError,
         ArmError,
@@ -118,6 +119,7 @@ __all__ = [
     "pose_from",
     "reachability_map",
     "save_world",
+    "threads",
     "view",
 ]
 
@@ -132,6 +134,7 @@ _HOMES = {
     "ulna.description.pose": ("pose",),
     "ulna.description.shapes": ("Box", "Capsule", "ConvexMesh", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
     "ulna.dh.table": ("DHTable",),
+    "ulna.engine.threads": ("threads",),
     "ulna.errors": (
         "ArmConnectionError",
         "ArmError",

@@ -3,17 +3,26 @@
 Each says where and what next, and carries its data as attributes.
 """
 
+import json
 import re
 import reprlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
-from typing import Any
+from pathlib import Path
+from typing import Any, NoReturn
 
+_PACKAGE = Path(__file__).resolve().parent
 _LONGEST = 1000  # characters of a message, which may cite a document
 MAX_CITED = 200  # characters of a value that is refused
 _QUOTED = re.compile(rf"'[^']{{{MAX_CITED - 1},}}+'|\"[^\"]{{{MAX_CITED - 1},}}+\"")
 _LONGEST_NAME, _MOST_NAMES = 100, 10_000  # among which near ones are looked for
+# Arguments that some functions had, and what took their place.
+_SUCCESSORS = {
+    "method": "the search is Levenberg-Marquardt's; lesson 3 (docs/lessons/3_inverse_kinematics.ipynb) has the textbook methods "
+    "in NumPy, hw2/franka_robot.py the Jacobian transpose",
+    "threads": "ulna.threads(n) sets how many threads are used at most, from now on or in a with block",
+}
 
 
 class UlnaError(Exception):
@@ -72,6 +81,16 @@ class UnknownArgumentError(UlnaError, TypeError):
         return type(self), (self.function, self.argument, self.hint)
 
 
+def refuse_unknown(function: str, unknown: Iterable[str], hint: str = "") -> NoReturn:
+    """Refuse the first of some arguments that a function does not have; of a former one the successor is named.
+
+    Raises:
+        UnknownArgumentError: Always. ``hint`` is its hint where there is no successor.
+    """
+    name = next(iter(unknown))
+    raise UnknownArgumentError(function, name, _SUCCESSORS.get(name, hint))
+
+
 class TruthError(UlnaError, ValueError):
     """The truth value of a result of several, which is ambiguous. ``use`` names the array of their truth values."""
 
@@ -106,15 +125,68 @@ class FileError(UlnaError, OSError):
         return type(self), (self.path, self.message)
 
 
+def reason_of(error: Exception, *, missing: str = "no such file") -> str:
+    """Why a file cannot be read or written, in one wording for all files; ``missing`` is said where it is not there."""
+    if isinstance(error, FileNotFoundError):
+        return missing
+    return getattr(error, "strerror", None) or str(error)
+
+
 class MissingExtraError(UlnaError, ImportError):
-    """Something that needs an extra of Ulna's which is not installed. ``extra`` names it."""
+    """Something that needs an extra of Ulna's which is not installed. ``extra`` names it; the message says how to install it."""
 
     def __init__(self, what: str, extra: str) -> None:
-        super().__init__(f"{what} needs the {extra} extra: pip install 'ulna[{extra}]'")
+        super().__init__(f"{what} needs the {extra} extra: {install_command(extra)}")
         self.what, self.extra = what, extra
 
     def __reduce__(self):
         return type(self), (self.what, self.extra)
+
+
+def install_command(extra: str, package: Path = _PACKAGE) -> str:
+    """The command that adds an extra to this very copy: of its folder, of its wheel, or else of the packages by their names.
+
+    No package index has Ulna. A message that named ``ulna[...]`` would install what anybody had registered under that name.
+    """
+    if package.parent.name == "src" and _is_project(package.parents[1]):  # a clone, installed or on the path
+        folder = package.parents[1]
+        return f'pip install -e "{"." if folder == _working_folder() else folder}[{extra}]"'
+    from importlib.metadata import distributions  # noqa: PLC0415 - needed only where something is missing
+
+    for copy in distributions(name="ulna", path=[str(package.parent)]):
+        source = _installed_from(copy.read_text("direct_url.json") or "{}")
+        if source is not None:
+            return f'pip install "{source}[{extra}]"'
+        needs = [need.partition(";") for need in copy.requires or ()]
+        own = [f'"{need.strip()}"' for need, _, marker in needs if re.search(rf"extra == ['\"]{extra}['\"]", marker)]
+        if own:
+            return f"pip install {' '.join(own)}"
+    return "install it as this copy was installed"
+
+
+def _working_folder() -> Path | None:
+    try:
+        return Path.cwd()
+    except OSError:  # it was deleted
+        return None
+
+
+def _is_project(folder: Path) -> bool:
+    """Whether a folder holds the project, so that pip can install it."""
+    file = folder / "pyproject.toml"
+    return file.is_file() and 'name = "ulna"' in file.read_text(encoding="utf-8", errors="replace")
+
+
+def _installed_from(direct_url: str) -> Path | None:
+    """The wheel or the folder that pip installed (PEP 610), if it is still there."""
+    from urllib.parse import urlsplit  # noqa: PLC0415 - as above
+    from urllib.request import url2pathname  # noqa: PLC0415
+
+    url = urlsplit(json.loads(direct_url).get("url", ""))
+    if url.scheme != "file":
+        return None
+    source = Path(url2pathname(url.path))
+    return source if (source.suffix == ".whl" and source.is_file()) or _is_project(source) else None
 
 
 class MissingROSError(UlnaError, ImportError):
@@ -221,6 +293,11 @@ def cited(value: object) -> str:
     """
     text = _citing.repr(value)
     return text if len(text) <= MAX_CITED else f"{text[: MAX_CITED - 3]}..."
+
+
+def count_of(n: int, noun: str, plural: str = "") -> str:
+    """A number of things, as in "1 joint" and "2 joints"; ``plural`` where it is not the noun with an s."""
+    return f"{n} {noun if n == 1 else plural or f'{noun}s'}"
 
 
 def listed(names: Sequence[str], most: int = 6) -> str:

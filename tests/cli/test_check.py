@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from ulna.errors import MissingExtraError
+from ulna.errors import MissingExtraError, install_command
 
 FAR = "5,0,0,0,0,0,1,1,1"
 NEAR = "1.4,0,0,0,0,0,1,1,1"  # of the cube at q: overlaps by q - 0.4
@@ -81,7 +81,7 @@ def test_a_box_around_the_whole_arm_touches_all_of_it(ask):
     [
         (["--box", "1,2,3"], "--box: 3 numbers, but 9 are expected: x, y, z, roll, pitch, yaw, length, width, height"),
         (["--box", "0,0,0,0,0,0,1,1,-1"], "extents: "),
-        (["--cloud", "none.npy"], "none.npy: No such file"),
+        (["--cloud", "none.npy"], "none.npy: no such file"),
         (["--cloud", "none.las"], "none.las: "),
         (
             ["--box", FAR, "--q", "one"],
@@ -147,7 +147,7 @@ def test_meshes_are_checked_as_hulls_and_a_line_says_so(ask, run, wedge, options
 def test_unconverted_meshes_are_refused_with_the_options_that_convert_them(run, wedge):
     result = run("check", wedge, "--meshes", "none")
     assert result.exit_code == 2
-    assert "--meshes hulls (pip install 'ulna[hulls]')" in result.stderr
+    assert f"--meshes hulls ({install_command('hulls')})" in result.stderr
     assert "robot.with" not in result.stderr
 
 
@@ -162,7 +162,7 @@ def test_a_missing_extra_is_named(run, wedge, monkeypatch):
     monkeypatch.setattr("ulna.description.meshes.hulls.mesh_reader", missing_extra)
     result = run("check", wedge)
     assert result.exit_code == 2
-    assert "pip install 'ulna[hulls]'" in result.stderr
+    assert install_command("hulls") in result.stderr
 
 
 def test_touch_links_of_a_scene_file_are_excluded_from_the_check(ask, slider, tmp_path):

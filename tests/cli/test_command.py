@@ -18,8 +18,8 @@ from command_fixtures import without_announcements
 from ulna.cli import plugins
 
 COMMANDS = [
-    *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "run", "reach", "dh", "compare", "inspect", "urdf"),
-    *("view", "servo", "record", "bench", "warmup"),
+    *("view", "servo", "record", "fk", "jacobian", "ik", "check", "reach", "plan", "follow", "run"),
+    *("list", "info", "dh", "compare", "inspect", "urdf", "bench", "warmup"),
 ]
 OF_PLUGINS = ("demo", "ros1", "ros2")  # tests/demo
 FAR = "5,0,0,0,0,0,1,1,1"
@@ -87,6 +87,19 @@ def test_help_lists_the_commands(run):
     assert [name for name in listed if name not in OF_PLUGINS] == COMMANDS
 
 
+def test_help_groups_the_commands(run):
+    panels = re.findall(r"^╭─ ([\w ]+) ─", run("--help").stdout, flags=re.MULTILINE)
+    assert panels[1:6] == ["Look", "Compute", "Plan and move", "Describe", "This machine"]
+    assert "Commands" not in panels
+
+
+@pytest.mark.parametrize("arguments", [(), ("ik",), ("check",), ("reach", "map"), ("record",)])
+def test_no_flag_is_shown_as_if_it_took_a_value(run, arguments):
+    shown = run(*arguments, "--help").stdout
+    assert "--help" in shown
+    assert "<bool>" not in shown.lower()
+
+
 @pytest.mark.parametrize("width", [80, 120])
 def test_help_is_printed_as_it_is_written_in_whole_lines(run, width):
     """Brackets are no markup, and no line ends before it is full, but where a paragraph does."""
@@ -103,6 +116,18 @@ def test_every_command_has_help(run, name):
     result = run(name, "--help")
     assert result.exit_code == 0
     assert f"Usage: ulna {name}" in result.stdout
+
+
+def test_a_file_that_is_missing_is_one_error_in_one_wording(refusal):
+    for arguments in (
+        ("follow", "--path", "none.csv"),
+        ("check", "--scene", "none.csv"),
+        ("check", "--cloud", "none.csv"),
+        ("ik", "--xyz", "0.4,0,0.5", "--srdf", "none.csv"),
+        ("record", "a.mp4", "--plan", "none.csv"),
+    ):
+        assert re.match(r"(--\w+: )?none\.csv: no such file$", refusal(*arguments))
+    assert refusal("info", "none.urdf").startswith("none.urdf: no such file")
 
 
 def test_version(run):

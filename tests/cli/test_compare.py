@@ -49,3 +49,26 @@ def test_long_mesh_paths_are_wrapped_to_80_columns(run, slider, tmp_path):
     shown = run("compare", tmp_path / "a.urdf", tmp_path / "b.urdf").stdout
     assert max(map(len, shown.splitlines())) <= 80
     assert "…" not in shown
+
+
+URDF = """<robot name="m"><link name="a"/><link name="b"><collision><origin xyz="0 0 0.1"/><geometry><box size="1 2 3"/>
+</geometry></collision></link><joint name="j" type="revolute"><parent link="a"/><child link="b"/>
+<origin xyz="0.1 0.2 0.3" rpy="0.1 0.2 0.3"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="2" effort="5" velocity="3"/></joint></robot>"""
+SDF = """<sdf version="1.9"><model name="m"><link name="a"/><link name="b"><pose relative_to="j"/><collision name="b_collision">
+<pose>0 0 0.1 0 0 0</pose><geometry><box><size>1 2 3</size></box></geometry></collision></link>
+<joint name="j" type="revolute"><pose relative_to="a">0.1 0.2 0.3 0.1 0.2 0.3</pose><parent>a</parent><child>b</child>
+<axis><xyz>0 1 0</xyz><limit><lower>-1</lower><upper>2</upper><effort>5</effort><velocity>3</velocity></limit></axis></joint>
+</model></sdf>"""
+
+
+def test_an_sdf_is_compared_with_a_urdf_and_inspected_and_written_as_one(run, tmp_path):
+    urdf, sdf, written = (tmp_path / name for name in ("x.urdf", "x.sdf", "written.urdf"))
+    urdf.write_text(URDF)
+    sdf.write_text(SDF)
+    assert run("compare", urdf, sdf).exit_code == 0
+    assert "1 dof, 2 links, 1 joint (1 revolute)" in run("inspect", sdf).stdout
+    written.write_text(run("urdf", sdf).stdout)
+    assert run("compare", written, sdf).exit_code == 0
+    sdf.write_text(SDF.replace("<upper>2", "<upper>1"))
+    assert run("compare", urdf, sdf).exit_code == 1

@@ -88,6 +88,18 @@ def test_an_angle_of_more_than_a_turn_is_computed_with_a_hint_about_degrees(run,
     assert result.stderr == f"ulna: {hint}; with --degrees angles are in degrees\n"
 
 
+@pytest.mark.parametrize(
+    ("arguments", "hint"),
+    [
+        (["ik", "--xyz", "400,100,500"], "--xyz: lengths are in metres; did you mean 0.4, 0.1, 0.5?"),
+        (["ik", "--pose", "400,0,-500,0,pi,0"], "--pose: lengths are in metres; did you mean 0.4, 0, -0.5?"),
+        (["plan", "--xyz", "0,0,-250"], "--xyz: lengths are in metres; did you mean 0, 0, -0.25?"),
+    ],
+)
+def test_lengths_beyond_any_arm_get_a_hint_about_millimetres(run, arguments, hint):
+    assert f"ulna: {hint}\n" in run(*arguments).stderr
+
+
 def test_there_is_no_hint_about_degrees_where_radians_are_meant(run, slider):
     for arguments in (
         ["fk", "--q", "0,0,0,0,0,0,6.28"],

@@ -6,6 +6,7 @@ import pytest
 import ulna
 from ulna.cli import record as record_file
 from ulna.cli.rows import read_motion
+from ulna.errors import install_command
 
 
 def test_a_picture_of_any_robot(run, tmp_path, slider):
@@ -99,7 +100,7 @@ def test_a_bad_motion_file_is_refused_in_one_line(refusal, tmp_path, content, me
         (["panda.png", "--seconds", "3"], "--seconds, --fps: go with a video"),
         (["panda.png", "--at", "1"], "--at: goes with the demo; a robot that does not move has no points in time"),
         (["panda.png", "--q", "1"], "--q: 1 number, but 7 are expected"),
-        (["missing/panda.png"], "missing/panda.png: cannot be written: No such file or directory"),
+        (["missing/panda.png"], "missing/panda.png: cannot be written: no such folder"),
     ],
 )
 def test_a_wrong_argument_is_refused_in_one_line(refusal, tmp_path, monkeypatch, arguments, message):
@@ -118,5 +119,5 @@ def test_a_missing_viewer_extra_is_named(refusal, monkeypatch, tmp_path, package
     for name in [name for name in sys.modules if name.startswith("ulna.viewer") or name.partition(".")[0] == package]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)
-    missing = "recording needs the viewer extra: pip install 'ulna[viewer]'"
+    missing = f"recording needs the viewer extra: {install_command('viewer')}"
     assert refusal("record", tmp_path / "panda.mp4", "--robot", "panda") == missing

@@ -399,7 +399,7 @@ def test_a_cloud_is_read_from_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        ("none.npy", None, "No such file"),
+        ("none.npy", None, "no such file"),
         ("a.las", b"x", "ends in none of"),
         ("a.xyz", b"", "shape"),
         ("a.xyz", b"1 2\n", "cannot be read"),

@@ -57,8 +57,8 @@ def refusal(tmp_path: Path, document: str | bytes) -> DescriptionError:
 DEFECTS = {
     # ---- elements and attributes that are missing or unknown
     "a root that is not a robot": (2,
-        "the root element is <sdf>, not <robot>: this is not a URDF but SDF, which is not read",
-        ARM, "<!-- -->\n<sdf><model/></sdf>"),
+        "the root element is <gazebo>, not <robot>: this is not a URDF but SDF of before 1.3, which is not read; 1.4 is",
+        ARM, "<!-- -->\n<gazebo><model/></gazebo>"),
     "a link without a name": (2, "<link> has no attribute 'name'", '<link name="base"/>', "<link/>"),
     "a joint without a name": (9, "<joint> has no attribute 'name'", ' name="shoulder"', ""),
     "a joint without a type": (9, "<joint> has no attribute 'type'", ' type="revolute"', ""),

@@ -55,7 +55,7 @@ def test_the_package_dirs_of_load_are_used_later(file, tmp_path):
 def test_the_error_for_a_missing_mesh_lists_every_path_tried(file, tmp_path):
     file.write_text(URDF.format("package://arm/gone.stl", "gone.png"))
     with pytest.raises(
-        FileError, match=r"^package://arm/gone\.stl: no such file \(1 more of this robot are missing\); tried "
+        FileError, match=r"^package://arm/gone\.stl: no such file \(1 more of this robot is missing\); tried "
     ) as caught:
         ulna.load(file, package_dirs=[tmp_path / "given"]).to_urdf(mesh_paths="file")
     for path in (tmp_path / "given" / "arm" / "gone.stl", tmp_path / "arm" / "gone.stl"):

@@ -241,7 +241,7 @@ def test_what_is_taken_is_logged(urdf, caplog):
     path = write(urdf.parent / "arm.srdf", SRDF)
     with caplog.at_level("INFO", logger="ulna"):
         ulna.load(urdf)
-    assert f"{path} lies beside model.urdf and is used; 1 pairs of links may touch by it" in caplog.text
+    assert f"{path} lies beside model.urdf and is used; 1 pair of links may touch by it" in caplog.text
 
 
 @pytest.mark.parametrize("srdf", [True, 1])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import robots
+import ulna
 from invalid_poses import INVALID_POSES
 from ulna import InputError, Robot, Task
 from ulna.drivers import multi_start
@@ -30,7 +31,6 @@ FORMS = {
 }
 # A default may be passed or left out; strings may be made at run time, numbers be NumPy's.
 SAID = {
-    "threads": {"threads": 1},
     "max_iterations": {"max_iterations": 16_000},
     "held": {"held": []},
     "task": {"task": Task.pose()},
@@ -120,10 +120,14 @@ def test_no_form_of_input_is_compiled_for_anew(panda, targets, q):
 
 
 def test_threads_that_share_a_robot_get_the_bits_of_one(panda, targets, q):
+    def in_two_threads(T):
+        with ulna.threads(2):
+            return panda.inverse_kinematics(T)
+
     ways = [
         lambda k: panda.inverse_kinematics(targets[k]),
         lambda k: panda.inverse_kinematics(targets[k], q_seed=q[(k + 1) % 40]),
-        lambda k: panda.inverse_kinematics(targets[: k + 1], threads=2),
+        lambda k: in_two_threads(targets[: k + 1]),
         lambda k: panda.inverse_kinematics(targets[k], task="position", rank="nearest"),
         lambda k: panda.inverse_kinematics(targets[k], seed=k, position_tolerance=1e-6 * (k + 1)),
     ]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import formulas
+import ulna
 
 N = 100_000
 
@@ -60,7 +61,8 @@ def test_a_hundred_thousand_random_targets_of_the_panda_are_all_solved(panda, ta
 @pytest.mark.parametrize("threads", [1, 2, 3])
 def test_a_row_is_the_same_bits_whatever_the_length_the_place_and_the_threads(panda, targets, found, rng, threads):
     for rows in (slice(0, 1), slice(0, 8), slice(1, 10), slice(5000, 9097), slice(None, 20_000, -1), rng.permutation(N)[:3001]):
-        part = panda.inverse_kinematics(targets[rows], threads=threads)
+        with ulna.threads(threads):
+            part = panda.inverse_kinematics(targets[rows])
         for name in ("q", "status", "iterations", "starts", "position_error", "residual"):
             assert np.array_equal(getattr(part, name), getattr(found, name)[rows]), name
 
@@ -70,7 +72,10 @@ def test_threads_give_the_same_reasons_too(panda, targets):
     T = targets[:3000].copy()
     T[::4, 0, 3] += 2.0
     T[1::4, :3, :3] = T[1::4, :3, :3] @ formulas.rotation((0, 0, 1), np.pi)
-    one, three = (panda.inverse_kinematics(T, threads=n, max_iterations=400) for n in (1, 3))
+    with ulna.threads(1):
+        one = panda.inverse_kinematics(T, max_iterations=400)
+    with ulna.threads(3):
+        three = panda.inverse_kinematics(T, max_iterations=400)
     assert {"unreachable", "budget spent"} <= set(one.status)
     for name in ("q", "status", "reach_excess", "limit_excess", "residual", "starts"):
         assert np.array_equal(getattr(one, name), getattr(three, name)), name

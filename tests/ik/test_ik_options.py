@@ -111,7 +111,6 @@ def test_without_a_bound_a_path_is_followed_and_with_one_it_is_followed_alike(pa
         ({"position_tolerance": 10**400}, InputError, "position_tolerance: "),
         ({"time_limit": 10**400}, InputError, "time_limit: "),
         ({"seed": True}, InputError, "seed: "),
-        ({"threads": True}, InputError, "threads: "),
         ({"rank": np.zeros(2)}, InputError, "rank: "),
         ({"max_step": 0.1, "q_seed": None}, InputError, "max_step: .*q_seed is needed too"),
         ({"max_step": 0.0}, InputError, "max_step: "),
@@ -126,9 +125,6 @@ def test_without_a_bound_a_path_is_followed_and_with_one_it_is_followed_alike(pa
         ({"task": "positon"}, InputError, "task: 'positon' is not a task; did you mean 'position'"),
         ({"task": 3}, InputError, "task: "),
         ({"task": np.zeros(6)}, InputError, "task: "),
-        ({"threads": -1}, InputError, "threads: "),
-        ({"threads": 1.5}, InputError, "threads: "),
-        ({"threads": "all"}, InputError, "threads: "),
         ({"time_limit": -1}, InputError, "time_limit: "),
         ({"time_limit": np.nan}, InputError, "time_limit: "),
         ({"time_limit": "long"}, InputError, "time_limit: "),
@@ -154,4 +150,4 @@ def test_each_option_is_passed_as_itself(panda, monkeypatch, method):
     options = passed[0].options
     assert {name: value for name, value in options._asdict().items() if name in given} == given
     assert all(value == getattr(Options(), name) for name, value in options._asdict().items() if name not in given)
-    assert len(given) == {"inverse_kinematics": len(Options._fields), "all_solutions": 6}[method]
+    assert len(given) == {"inverse_kinematics": len(Options._fields), "all_solutions": 5}[method]

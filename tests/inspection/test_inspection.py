@@ -11,6 +11,7 @@ from inspection_cases import DEFECTS, SOUND
 from mesh_texts import stl
 from robot_files import EXAMPLES
 from ulna import InputError, MissingExtraError, Severity, UlnaError
+from ulna.errors import install_command
 
 LARGE = stl([(0, 0, 0), (120, 0, 0), (0, 30, 0), (0, 0, 60)])
 
@@ -102,7 +103,7 @@ def test_without_what_reads_meshes_they_are_counted_and_the_extra_is_named(tmp_p
     path.write_text(SOUND.replace('<sphere radius="0.1"/>', '<mesh filename="ball.stl"/>'))
     (tmp_path / "ball.stl").write_text(LARGE)
     [finding] = ulna.inspect(path).findings
-    message = "1 meshes were found, but not read: reading meshes needs the hulls extra: pip install 'ulna[hulls]'"
+    message = f"1 mesh was found, but not read: reading meshes needs the hulls extra: {install_command('hulls')}"
     assert (finding.severity, finding.message) == (Severity.NOTE, message)
 
 

@@ -32,7 +32,7 @@ def test_a_joint_that_is_missing_is_named(panda):
 @pytest.mark.parametrize(
     ("names", "positions", "reason"),
     [
-        (("panda_joint1",), (0.1, 0.2), "one position for each of 1 names"),
+        (("panda_joint1",), (0.1, 0.2), "one position for each of 1 name"),
         (("panda_joint1",) * 2, (0.1, 0.2), "'panda_joint1' is named twice"),
         (("panda_joint1",), (np.nan,), "not a finite number"),
         ((), "text", "not an array of numbers"),

@@ -88,22 +88,6 @@ def test_an_array_that_is_not_aligned_is_refused_for_that(panda):
         panda.forward_kinematics(panda.home, out=out)
 
 
-@pytest.mark.parametrize("threads", ["x", 2.5, -1, True])
-def test_what_is_no_number_of_threads_is_refused_for_one_q_as_for_a_batch(call, q, threads):
-    for one_or_many in (q[0, 0], q[0, 0].tolist(), q):
-        with pytest.raises(InputError, match=r"^threads: "):
-            call(one_or_many, threads=threads)
-
-
-@pytest.mark.parametrize("threads", ["x", 2.5, -1])
-def test_a_compiled_function_and_a_report_refuse_what_is_no_number_of_threads(panda, threads):
-    for compiled in (panda.compile_forward(), panda.compile_jacobian()):
-        with pytest.raises(InputError, match=r"^threads: "):
-            compiled(panda.home, threads=threads)
-    with pytest.raises(InputError, match=r"^threads: "):
-        panda.check_collision(panda.home, WORLD, threads=threads)
-
-
 def test_memory_of_q_is_refused(call, q):
     expected = call(q)
     block = np.zeros(expected.nbytes + q.nbytes, dtype=np.uint8)

@@ -215,7 +215,8 @@ def test_of_several_goals_each_agrees_with_the_start_in_joints_of_its_own(grippe
 def test_many_plans_hold_the_same_joints_as_one(gripper):
     moving = columns(gripper, [f"j_arm{k}" for k in range(1, 7)])
     starts, goals, worlds = zip(*problems(gripper, moving, 4, seed=7), strict=True)
-    many = gripper.plan_many(np.array(starts), np.array(goals), worlds, threads=2)
+    with ulna.threads(2):
+        many = gripper.plan_many(np.array(starts), np.array(goals), worlds)
     for start, goal, world, plan in zip(starts, goals, worlds, many, strict=True):
         assert np.array_equal(plan.path, gripper.plan(start, goal, world).path)
         assert stays(plan.path, start, [6])

@@ -73,7 +73,7 @@ def test_what_is_none_of_limits_is_refused_with_its_file(file, text, says):
 
 
 def test_a_file_that_is_not_there_or_too_large_is_a_file_error(file, tmp_path):
-    with pytest.raises(FileError, match="No such file"):
+    with pytest.raises(FileError, match="no such file"):
         read_joint_limits(tmp_path / "none.yaml", ["a"])
     with pytest.raises(FileError, match="bytes"):
         read_joint_limits(file("#" * 1_000_001), ["a"])

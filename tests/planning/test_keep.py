@@ -227,7 +227,8 @@ def test_the_same_call_gives_the_same_bits_and_a_pickled_plan_goes_on(panda, wor
     left, right, each = plans(panda)
     plan = panda.plan(left, right, world, keep=each["upright"], seed=3)
     np.testing.assert_array_equal(plan.path, panda.plan(left, right, world, keep=each["upright"], seed=3).path)
-    many = panda.plan_many(left, np.stack([right, right]), world, keep=each["upright"], seed=3, threads=2)
+    with ulna.threads(2):
+        many = panda.plan_many(left, np.stack([right, right]), world, keep=each["upright"], seed=3)
     np.testing.assert_array_equal(many[1].path, plan.path)
     again = pickle.loads(pickle.dumps(plan))  # noqa: S301 - our own
     assert again.worst_violation == plan.worst_violation

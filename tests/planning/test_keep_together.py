@@ -178,7 +178,8 @@ def test_the_same_call_gives_the_same_bits_and_a_pickled_plan_goes_on(tray):
     robot, world, start, goal = tray
     keep = pickle.loads(pickle.dumps(ulna.Keep.together("left_ee", "right_ee")))  # noqa: S301 - our own
     plan = robot.plan(start, goal, world, keep=keep, seed=3)
-    many = robot.plan_many(np.stack([start, start]), [plan.path[-1]] * 2, world, keep=keep, seed=3, threads=2)
+    with ulna.threads(2):
+        many = robot.plan_many(np.stack([start, start]), [plan.path[-1]] * 2, world, keep=keep, seed=3)
     np.testing.assert_array_equal(many[0].path, many[1].path)
     np.testing.assert_array_equal(plan.path, robot.plan(start, goal, world, keep=keep, seed=3).path)
     again = pickle.loads(pickle.dumps(plan))  # noqa: S301 - our own

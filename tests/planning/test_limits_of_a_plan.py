@@ -101,8 +101,8 @@ def test_ctrl_c_ends_the_plans_of_all_threads():
 
     timer = threading.Timer(0.3, press)
     timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        robot.plan_many(np.zeros(6), np.tile(outside, (4, 1)), world, threads=2, max_checks=10**9)
+    with pytest.raises(KeyboardInterrupt), ulna.threads(2):
+        robot.plan_many(np.zeros(6), np.tile(outside, (4, 1)), world, max_checks=10**9)
     timer.join()
     assert pressed  # with a thread that goes on, this would take hours
 

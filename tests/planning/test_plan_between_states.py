@@ -67,7 +67,7 @@ def test_many_plans_go_between_states(robot):
         assert np.array_equal(plan.path, robot.plan(start, "pinch").path)
     for plan, end in zip(robot.plan_many("pinch", starts), starts, strict=True):
         assert np.array_equal(plan.path, robot.plan("pinch", end).path)
-    with pytest.raises(InputError, match="2 goals, 3 starts and 1 worlds do not go together"):
+    with pytest.raises(InputError, match="2 goals, 3 starts and 1 world do not go together"):
         robot.plan_many(["pinch"] * 3, ["pinch", "left_arm/up"])
     with pytest.raises(UnknownNameError, match="pinched"):
         robot.plan_many(["pinch", "pinched"], starts)

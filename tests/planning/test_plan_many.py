@@ -27,7 +27,8 @@ def sides(panda):
 def test_each_row_is_bit_for_bit_that_of_a_single_call(panda, worlds, threads):
     left, right = sides(panda)
     starts, goals = np.stack([left, right, left]), np.stack([right, left, right])
-    plans = panda.plan_many(starts, goals, worlds, threads=threads, seed=2)
+    with ulna.threads(threads):
+        plans = panda.plan_many(starts, goals, worlds, seed=2)
     for k, plan in enumerate(plans):
         one = panda.plan(starts[k], goals[k], worlds[k], seed=2)
         assert np.array_equal(plan.path, one.path)
@@ -77,5 +78,6 @@ def test_a_bar_is_shown_on_a_terminal_and_nothing_elsewhere(panda, monkeypatch, 
 def test_a_function_for_the_progress_is_called_by_one_thread_at_a_time_in_order(panda, worlds):
     left, right = sides(panda)
     told = []
-    panda.plan_many(left, [right] * 40, worlds[0], threads=4, progress=lambda done, of: told.append((done, of)))
+    with ulna.threads(4):
+        panda.plan_many(left, [right] * 40, worlds[0], progress=lambda done, of: told.append((done, of)))
     assert told == [(k, 40) for k in range(1, 41)]

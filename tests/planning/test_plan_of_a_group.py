@@ -114,7 +114,8 @@ def test_a_start_beyond_the_limits_of_a_joint_that_stays_is_the_fault_of_the_sta
 
 def test_rows_of_plan_many_are_those_of_plan(robot, start):
     goals = np.stack([left_goal(robot, start), start])
-    plans = robot.plan_many(start, goals[:, columns(robot)], group="left_arm", threads=2)
+    with ulna.threads(2):
+        plans = robot.plan_many(start, goals[:, columns(robot)], group="left_arm")
     singles = [robot.plan(start, q, group="left_arm") for q in goals]
     assert all(np.array_equal(plan.path, single.path) for plan, single in zip(plans, singles, strict=True))
     assert np.array_equal(pickle.loads(pickle.dumps(plans[0])).path, plans[0].path)  # noqa: S301

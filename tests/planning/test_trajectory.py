@@ -1,16 +1,21 @@
 """Trajectories: within every limit at any time, as fast as a linear program says, and free where they are rounded."""
 
 import csv
+import io
 import pickle
+import sys
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
+from PIL import Image
 from scipy.optimize import linprog
 
 import ulna
 from ulna.drivers import time_parameterisation
-from ulna.errors import FileError, InputError
+from ulna.errors import FileError, InputError, MissingExtraError
 from ulna.planning.averaged import bounds_of_acceleration, timed_path
 from ulna.planning.blend import CHORDS, IsFree, edges_of, free_cuts, rounded
 from ulna.planning.timing import Limits, fastest, grid_of
@@ -320,6 +325,21 @@ def test_a_figure_shows_positions_velocities_and_accelerations(plan):
             assert {end.get_linestyle() for end in ends} == {"--"}
             assert {abs(end.get_ydata()[0]) for end in ends} == {limit}
             assert max(np.abs(curve.get_ydata()).max() for curve in curves) <= limit * (1 + 1e-9)
+
+
+def test_a_notebook_shows_a_figure_once_and_no_window_opens(plan):
+    figure = plan.trajectory(acceleration=5.0).plot()
+    width, height = Image.open(io.BytesIO(figure._repr_png_())).size
+    assert (width, height) == tuple(round(each * figure.dpi) for each in figure.get_size_inches())
+    assert plt.get_fignums() == []  # an inline backend shows those of pyplot a second time
+    assert isinstance(figure, Figure)
+
+
+def test_without_matplotlib_the_extra_plot_is_named(plan, monkeypatch):
+    monkeypatch.delitem(sys.modules, "ulna.notebook.figure", raising=False)
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    with pytest.raises(MissingExtraError, match="a plot needs the plot extra: "):
+        plan.trajectory(acceleration=5.0).plot()
 
 
 def test_a_figure_has_the_limits_of_positions_that_are_near(plan):

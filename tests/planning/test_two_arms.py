@@ -80,7 +80,8 @@ def test_both_arms_leave_a_slot_in_which_only_short_steps_are_free(robot, gap):
 def test_rows_of_plan_many_are_those_of_plan(robot, crossed):
     start, end = crossed
     goals = {link: np.stack([T, robot.forward_kinematics(start, link=link)]) for link, T in poses_of(robot, end).items()}
-    plans = robot.plan_many(start, goals, threads=2)
+    with ulna.threads(2):
+        plans = robot.plan_many(start, goals)
     for k, plan in enumerate(plans):
         assert np.array_equal(plan.path, robot.plan(start, {link: T[k] for link, T in goals.items()}).path)
     with pytest.raises(InputError, match="as many problems"):

@@ -3,6 +3,7 @@
 import copy
 import os
 import pickle
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +14,7 @@ import pytest
 
 import robots
 import ulna
+from ulna.robot.other_names import OTHER_NAMES
 
 SHOWN = ("lower", "upper", "velocity_limits", "home")
 COPIES = {
@@ -47,6 +49,25 @@ def test_nothing_of_it_can_be_set_or_deleted(robot):
     for name in ("home", "tree"):
         with pytest.raises(AttributeError, match=f"a Robot cannot be changed: del {name}"):
             delattr(robot, name)
+
+
+@pytest.mark.parametrize("name", OTHER_NAMES)
+def test_a_name_of_another_library_leads_to_the_call_to_write(panda, name):
+    with pytest.raises(AttributeError, match=f"^a Robot has no '{name}'; write ") as refused:
+        getattr(panda, name)
+    assert refused.value.name == name
+    assert not hasattr(panda, name)
+    assert getattr(panda, name, None) is None
+    assert name not in dir(panda)
+    if "view" not in (instead := str(refused.value).partition("; write ")[2]):
+        around = {"robot": panda, "q": panda.home, "world": ulna.World(), "T_base_tip": panda.forward_kinematics(panda.home)}
+        for call in re.split(r" and |, or ", instead):
+            eval(call, around)  # noqa: S307 - a call of ours
+
+
+def test_a_name_that_no_library_has_is_refused_as_ever(panda):
+    with pytest.raises(AttributeError, match=r"^'Robot' object has no attribute 'colour'"):
+        _ = panda.colour
 
 
 def test_every_array_that_it_shows_is_read_only(robot):

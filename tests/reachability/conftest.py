@@ -20,9 +20,9 @@ def many_chunks(monkeypatch):
 def panda_map(tmp_path_factory, panda):
     """A map that nothing disturbed."""
     path = tmp_path_factory.mktemp("maps") / "panda.zarr"
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, ulna.threads(1):
         patch.setattr(grid, "POSES_OF_A_CHUNK", 64)
-        return ulna.reachability_map(panda, path, keep_solutions=True, threads=1, **SMALL)
+        return ulna.reachability_map(panda, path, keep_solutions=True, **SMALL)
 
 
 @pytest.fixture(scope="session")

@@ -176,7 +176,7 @@ def test_a_scheduler_that_goes_away_is_an_error_and_the_map_goes_on(panda, panda
     for worker in cluster.workers:
         worker.kill()
         worker.wait()
-    ulna.reachability_map(panda, path, resume=True, threads=2, **WHOLE)
+    ulna.reachability_map(panda, path, resume=True, **WHOLE)
     assert files_of(path) == files_of(panda_map.path)
 
 
@@ -195,7 +195,7 @@ def test_a_client_that_is_killed_and_all_with_it_leaves_a_map_that_goes_on(
             process.kill()
             process.wait()
         assert 5 < len(verdicts_of(path)) < N_CHUNKS
-        ulna.reachability_map(panda, path, resume=True, threads=2, **WHOLE)
+        ulna.reachability_map(panda, path, resume=True, **WHOLE)
     else:
         with client_of(cluster) as again:
             ulna.reachability_map(panda, path, resume=True, client=again, **WHOLE)

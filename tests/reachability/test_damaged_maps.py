@@ -25,7 +25,7 @@ LAYOUTS = {
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory, planar):
     path = tmp_path_factory.mktemp("maps") / "planar.zarr"
-    ulna.reachability_map(planar, path, voxel=1.0, orientations=4, threads=1)
+    ulna.reachability_map(planar, path, voxel=1.0, orientations=4)
     return path
 
 
@@ -108,7 +108,7 @@ def test_a_damaged_chunk_is_refused_and_the_file_is_named_which_can_be_computed_
     first.write_bytes(content)
     assert_refused(path, r"reached/c/.*cannot be read .*remove this file, and resume=True \(--resume\) computes it again$")
     first.unlink()
-    ulna.reachability_map(planar, path, voxel=1.0, orientations=4, threads=1, resume=True)
+    ulna.reachability_map(planar, path, voxel=1.0, orientations=4, resume=True)
     assert first.read_bytes() == good
 
 

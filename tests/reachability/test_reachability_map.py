@@ -71,7 +71,8 @@ def test_xarray_opens_it_with_units_and_without_a_warning(panda, panda_map):
 @pytest.mark.parametrize("threads", [2, 5])
 def test_the_bits_do_not_depend_on_the_threads(panda, panda_map, many_chunks, tmp_path, threads):
     path = tmp_path / "m.zarr"
-    ulna.reachability_map(panda, path, keep_solutions=True, threads=threads, **SMALL)
+    with ulna.threads(threads):
+        ulna.reachability_map(panda, path, keep_solutions=True, **SMALL)
     assert files_of(path) == files_of(panda_map.path)
 
 

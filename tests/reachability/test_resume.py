@@ -26,7 +26,8 @@ grid.POSES_OF_A_CHUNK = 64
 compute = chunk.compute
 chunk.compute = lambda *a: (time.sleep(0.1), compute(*a))[1]
 if __name__ == "__main__":
-    ulna.reachability_map(ulna.load("panda"), sys.argv[1], voxel=0.3, orientations=8, keep_solutions=True, threads=2, resume=True)
+    ulna.threads(2)
+    ulna.reachability_map(ulna.load("panda"), sys.argv[1], voxel=0.3, orientations=8, keep_solutions=True, resume=True)
 """
 
 

@@ -84,7 +84,9 @@ def test_a_bound_function_takes_or_refuses_any_argument(name, panda):
 def test_a_bound_function_takes_its_arguments_by_name(panda):
     fk, T = panda.compile_forward().in_c, np.empty((4, 4))
     assert fk(panda.home, out=T) is T
-    assert fk(q=panda.home, threads=2).shape == (4, 4)
+    assert fk(q=panda.home).shape == (4, 4)
+    with pytest.raises(TypeError):
+        fk(panda.home, None, None)
     with pytest.raises(TypeError, match="unexpected keyword argument 'queue'"):
         fk(panda.home, queue=1)
     with pytest.raises(TypeError):

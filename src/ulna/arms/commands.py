@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.arms.arm import FR3, ArmModel
 from ulna.description.arrays import as_number
 from ulna.description.pose import inverse
-from ulna.errors import InputError
+from ulna.errors import InputError, count_of
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 
@@ -51,7 +51,9 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
         )
     speed = as_number("speed", speed, 0.0, "a share of the motion's speed above 0 and at most 1", above=True, most=1.0)
     if len(motion.joint_names) != model.n_dof:
-        raise InputError("motion", f"it moves {len(motion.joint_names)} joints, and the {model.name} has {model.n_dof}")
+        raise InputError(
+            "motion", f"it moves {count_of(len(motion.joint_names), 'joint')}, and the {model.name} has {model.n_dof}"
+        )
     if motion.duration > 0.0 and not motion.limits_jerk:
         raise InputError("motion", "its acceleration jumps, and the arm would abort it; plan.trajectory(jerk=...) limits that")
     if motion.end_velocities.any():
@@ -109,7 +111,9 @@ def refuse_another_robot(robot: Robot, q: ArrayLike, T_base_flange: Array) -> No
     """
     moving = [joint for joint in robot.description.joints if joint.name in robot.joint_names]
     if robot.n_dof != FR3.n_dof or any(joint.type not in {"revolute", "continuous"} for joint in moving):
-        raise InputError("robot", f"{robot.name} has {robot.n_dof} entries of q, and a {FR3.name} has 7 joints that turn")
+        raise InputError(
+            "robot", f"{robot.name} has {count_of(robot.n_dof, 'entry', 'entries')} of q, and a {FR3.name} has 7 joints that turn"
+        )
     wide = [
         name
         for name, low, high, least, most in zip(robot.joint_names, robot.lower, robot.upper, FR3.lower, FR3.upper, strict=True)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ulna.arms.arm import ArmModel
 from ulna.arms.commands import PERIOD
-from ulna.errors import InputError
+from ulna.errors import InputError, count_of
 from ulna.planning.motion_limits import limits_of
 from ulna.servo.servo import Servo
 
@@ -40,7 +40,9 @@ class Steering:
         if not isinstance(servo, Servo):
             raise InputError("servo", f"{type(servo).__name__}; one that robot.servo(acceleration=...) returns is expected")
         if len(servo.joint_names) != model.n_dof:
-            raise InputError("servo", f"it moves {len(servo.joint_names)} joints, and the {model.name} has {model.n_dof}")
+            raise InputError(
+                "servo", f"it moves {count_of(len(servo.joint_names), 'joint')}, and the {model.name} has {model.n_dof}"
+            )
         if abs(servo.rate * PERIOD - 1.0) > 1e-9:
             raise InputError("servo", f"it has {servo.rate:g} ticks a second, and the {model.name} takes {1 / PERIOD:g}")
         arm, (velocity, acceleration, jerk) = limits_of(model.limits, servo.joint_names), servo.limits

@@ -22,11 +22,16 @@ from ulna.cli.output import warn
 from ulna.cli.quiet_imports import quiet_imports
 from ulna.errors import UlnaError
 
-# In the order of the help: each is a function in a file of its name; ``<NAME>_KEYS`` there says what its JSON means.
-OWN = (
-    "list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "run", "reach", "dh", "compare", "inspect", "urdf", "view",
-    "servo", "record", "bench", "warmup",
-)  # fmt: skip
+# In the order of the help, by its panels: each is a function in a file of its name; ``<NAME>_KEYS`` says what its JSON means.
+PANELS = {
+    "Look": ("view", "servo", "record"),
+    "Compute": ("fk", "jacobian", "ik", "check", "reach"),
+    "Plan and move": ("plan", "follow", "run"),
+    "Describe": ("list", "info", "dh", "compare", "inspect", "urdf"),
+    "This machine": ("bench", "warmup"),
+}
+OWN = tuple(name for names in PANELS.values() for name in names)
+_PANEL_OF = {name: panel for panel, names in PANELS.items() for name in names}
 _LAST_BEFORE_GUESTS = "servo"
 _ARGUMENTS = "ulna.arguments"
 _OPTIONS_OF_WORDS = {  # advice of the library to a program, and what it is on the command line
@@ -81,6 +86,10 @@ class _Commands(TyperGroup):
                 guests.add_typer(commands)
         self.commands.update({name: _as_written(each) for name, each in typer.main.get_group(guests).commands.items()})
 
+    def get_params(self, ctx):
+        """The options, of which flags take no value."""
+        return _without_values(super().get_params(ctx))
+
     def invoke(self, ctx):
         """Run a command, and print an error as one line, or as JSON."""
         as_json = "--json" in ctx.meta[_ARGUMENTS]
@@ -123,17 +132,31 @@ def _own(name: str):
         alone.command(epilog=keys and f"JSON: {keys}")(getattr(module, name))
         found = typer.main.get_command(alone)
     found.name = name
+    vars(found)["rich_help_panel"] = _PANEL_OF[name]  # of a command of typer, or of a group: both read it so
     return _as_written(found)
 
 
 def _as_written(found):
-    """A command whose help is printed as it is written: brackets are no markup, and only an empty line begins a paragraph."""
+    """A command whose help is printed as it is written: brackets are no markup, and only an empty line begins a paragraph.
+
+    Beside a flag there is no type, as if it took a value.
+    """
+    own = found.get_params
+    found.get_params = lambda ctx: _without_values(own(ctx))
     for part in (found, *found.params):
         if getattr(part, "help", None):
             part.help = "\n\n".join(escape(" ".join(each.split())) for each in cleandoc(part.help).split("\n\n"))
     for each in getattr(found, "commands", {}).values():
         _as_written(each)
     return found
+
+
+def _without_values(parameters):
+    """Parameters, of which flags have no type in the help, ``--help`` among them."""
+    for each in parameters:
+        if getattr(each, "is_flag", False):
+            each.metavar = ""
+    return parameters
 
 
 def _nothing() -> None:

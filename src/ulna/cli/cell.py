@@ -18,13 +18,14 @@ from ulna.description.meshes.hulls import in_place_of_meshes, n_collision_meshes
 from ulna.description.names.panda import INSTALL_MESHES
 from ulna.description.pose import pose
 from ulna.description.shapes import Box
-from ulna.errors import FileError, GeometryError, MissingExtraError
+from ulna.errors import FileError, GeometryError, MissingExtraError, install_command
 from ulna.robot import Robot
 from ulna.robot.load import with_meshes
 
-_ADVICE = (
-    "--meshes hulls (pip install 'ulna[hulls]') or --meshes decompose (pip install 'ulna[decompose]') checks shapes like them"
-)
+
+def _advice() -> str:
+    hulls, pieces = install_command("hulls"), install_command("decompose")
+    return f"--meshes hulls ({hulls}) or --meshes decompose ({pieces}) checks shapes like them"
 
 
 class InPlace(StrEnum):
@@ -82,7 +83,7 @@ def checked_robot(robot: AnyRobot, *, meshes: Meshes = None, as_json: Json = Fal
     """
     count = n_collision_meshes(robot.description)
     if count and meshes is InPlace.NONE:
-        raise GeometryError(f"{count} of its collision shapes are meshes, which are not checked as they are; {_ADVICE}")
+        raise GeometryError(f"{count} of its collision shapes are meshes, which are not checked as they are; {_advice()}")
     return with_chosen_shapes(robot, meshes, quiet=as_json)
 
 

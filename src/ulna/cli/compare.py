@@ -10,11 +10,12 @@ from rich.text import Text
 
 from ulna.cli.depends import command, defaults_of
 from ulna.cli.options import Loading, load_robot
-from ulna.cli.output import Output, attributes, count_of, make_table
+from ulna.cli.output import Output, attributes, make_table
+from ulna.errors import count_of
 from ulna.inspection.compare import compare as compare_robots
 from ulna.inspection.differences import KINDS
 
-First = Annotated[str, typer.Argument(metavar="A", help="A bundled name, or the path of a .urdf or .xacro file.")]
+First = Annotated[str, typer.Argument(metavar="A", help="A bundled name, or the path of a .urdf, .xacro or .sdf file.")]
 Second = Annotated[str, typer.Argument(metavar="B", help="Another one.")]
 Ignored = Annotated[
     list[str] | None, typer.Option(metavar="KIND", help=f"Differences that do not count; repeatable: {', '.join(KINDS)}.")
@@ -79,4 +80,4 @@ def _largest_difference(data) -> str:
     farthest = max(data["poses"], key=lambda pose: (pose["position"], pose["rotation"]))
     where = f" ({farthest['link_a']})" if farthest["position"] > 0 else ""
     apart = f"{data['max_position_difference']:.3g} m{where}, {data['max_rotation_difference']:.3g} rad"
-    return f"largest pose difference of {len(data['poses'])} links, in {data['frame_a']}: {apart}"
+    return f"largest pose difference of {count_of(len(data['poses']), 'link')}, in {data['frame_a']}: {apart}"

@@ -17,7 +17,7 @@ from ulna.cli.rows import read_poses
 from ulna.cli.targets import ControllerName, StartQ, StatedIn
 from ulna.description.controllers import controller_named
 from ulna.description.file_bytes import write_table
-from ulna.errors import needs_extra
+from ulna.errors import count_of, needs_extra
 from ulna.ik.followed_path import FollowedPath
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
@@ -100,10 +100,10 @@ def follow(
 
 def draw_joints(robot: Robot, path: FollowedPath) -> Any:
     """A Matplotlib figure of every joint over the poses, with its limits where they are near; below, the largest steps."""
-    with needs_extra("a figure", "reach", "matplotlib"):
-        from matplotlib.figure import Figure  # noqa: PLC0415 -- needs the extra
+    with needs_extra("a figure", "plot", "matplotlib"):
+        from ulna.notebook.figure import NotebookFigure  # noqa: PLC0415 -- needs the extra
     entries = coordinates_of(robot)
-    figure = Figure(figsize=(9, 1.2 * (len(entries) + 1) + 1), layout="constrained")
+    figure = NotebookFigure(figsize=(9, 1.2 * (len(entries) + 1) + 1), layout="constrained")
     axes = figure.subplots(len(entries) + 1, 1, sharex=True, squeeze=False)[:, 0]
     for ax, entry, q, *limits in zip(axes, entries, path.q.T, robot.lower, robot.upper, strict=False):
         ax.plot(q)
@@ -126,7 +126,7 @@ def draw_joints(robot: Robot, path: FollowedPath) -> Any:
 
 def follow_table(data) -> Iterator[RenderableType]:
     """For each joint where it begins and ends, and how far it goes, between its limits; then the status."""
-    yield Text(f"{data['robot']}: {data['link']} in {data['base']}, {data['poses']} poses", "bold")
+    yield Text(f"{data['robot']}: {data['link']} in {data['base']}, {count_of(data['poses'], 'pose')}", "bold")
     rows = data["q"][: data["ends_at"]]
     if rows:
         table = make_table(["joint"], ["begins", "ends", "least", "most", "lower", "upper", ""], [])

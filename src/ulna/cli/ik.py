@@ -11,9 +11,10 @@ from rich.text import Text
 
 from ulna.cli.depends import as_options, command, defaults_of
 from ulna.cli.options import AnyRobot, Link, Seed, TaskName
-from ulna.cli.output import Output, attributes, count_of, joint_columns, limit, make_table, number
+from ulna.cli.output import Output, attributes, joint_columns, limit, make_table, number
 from ulna.cli.targets import StartQ, TargetPose, target_pose
 from ulna.description.pose import rpy_from_matrix
+from ulna.errors import count_of
 from ulna.robot import Robot
 
 Position = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="The position to reach, in metres.")]

@@ -9,7 +9,8 @@ from rich.text import Text
 
 from ulna.cli.depends import command
 from ulna.cli.options import RobotName, Sources
-from ulna.cli.output import Output, count_of, make_table
+from ulna.cli.output import Output, make_table
+from ulna.errors import count_of
 from ulna.inspection.inspect import inspect as inspect_description
 from ulna.inspection.result import Severity
 

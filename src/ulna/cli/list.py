@@ -9,8 +9,9 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from ulna.cli.depends import command
-from ulna.cli.output import Output, count_of, make_table
+from ulna.cli.output import Output, make_table
 from ulna.description.names.by_name import known_robots, packages_to_install
+from ulna.errors import count_of
 
 Part = Annotated[str, typer.Argument(metavar="PART", help="A part of a name or of a package; all robots unless given.")]
 

@@ -25,7 +25,7 @@ RobotName = Annotated[
     str,
     typer.Argument(
         metavar="ROBOT",
-        help="A name of `ulna list`, or the path of a .urdf or .xacro file.",
+        help="A name of `ulna list`, or the path of a .urdf, .xacro or .sdf file.",
         autocompletion=_names_that_begin,
     ),
 ]

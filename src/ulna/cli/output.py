@@ -17,7 +17,7 @@ from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from ulna.errors import FileError, InputError
+from ulna.errors import FileError, InputError, reason_of
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
@@ -126,7 +126,7 @@ def write_figure(figure: Any, out: Path, argument: str = "plot") -> None:
     except ValueError as error:
         raise InputError(argument, str(error)) from None
     except OSError as error:
-        raise FileError(str(out), error.strerror or str(error)) from None
+        raise FileError(str(out), reason_of(error, missing="no such folder")) from None
 
 
 def title(data, text: str) -> Text:
@@ -164,11 +164,6 @@ def number(value: float, digits: int = 6) -> str:
 def limit(value: float | None) -> str:
     """A limit with four decimals, or "none"."""
     return "none" if value is None else number(value, 4)
-
-
-def count_of(n: int, noun: str) -> str:
-    """A number of things, as in "1 joint" and "2 joints"."""
-    return f"{n} {noun}{'s' * (n != 1)}"
 
 
 def _least_width(console: Console, part: RenderableType) -> int:

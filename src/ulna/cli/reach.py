@@ -20,7 +20,8 @@ from ulna.cli.output import Data, Output, make_table, printable, warn, write_fig
 from ulna.cli.targets import XYZ, numbers
 from ulna.collision.world import World
 from ulna.engine.progress import progress_bar
-from ulna.errors import ClusterError, needs_extra
+from ulna.engine.threads import threads as set_threads
+from ulna.errors import ClusterError, count_of, needs_extra
 from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.reachability_map import reachability_map
 
@@ -118,7 +119,7 @@ def compute(
     corners = None if bounds is None else np.reshape(numbers("--bounds", bounds, XYZ + XYZ), (2, 3))
     start, begun = time.perf_counter(), [0, 0]
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.1f} %"), _Rate(), TimeRemainingColumn()
-    with client_of(scheduler) as client, progress_bar(*columns) as bar:
+    with set_threads(threads), client_of(scheduler) as client, progress_bar(*columns) as bar:
         task_of_bar = bar.add_task(path.name, total=None)
 
         def note(done: int, total: int) -> None:
@@ -129,11 +130,11 @@ def compute(
             found = reachability_map(
                 arm, path, voxel=voxel, orientations=orientations, bounds=corners, world=world, link=tip, task=task,
                 keep_clearance=keep_clearance, keep_solutions=solutions, client=client, resume=resume, seed=seed,
-                max_iterations=max_iterations, threads=threads, progress=note,
+                max_iterations=max_iterations, progress=note,
             )  # fmt: skip
         except KeyboardInterrupt:
             kept = ReachabilityMap.open(path).summary.computed
-            warn(f"stopped: {kept} of {begun[1]} poses are kept in {path}; --resume continues")
+            warn(f"stopped: {kept} of {count_of(begun[1], 'pose')} kept in {path}; --resume continues")
             raise typer.Exit(130) from None
     return Output(map_data(found, time.perf_counter() - start, begun[1] - begun[0]), map_table)
 

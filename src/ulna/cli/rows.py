@@ -31,7 +31,7 @@ from ulna.description.controllers import Controller, pose_from
 from ulna.description.file_bytes import file_bytes
 from ulna.description.file_costs import check_numbers
 from ulna.description.pose import as_pose, pose
-from ulna.errors import FileError, InputError
+from ulna.errors import FileError, InputError, count_of, reason_of
 from ulna.robot import Robot
 from ulna.robot.joint_columns import joint_columns
 
@@ -136,7 +136,7 @@ def _read(option: str, path: Path, row: Row) -> NDArray[np.float64]:
     try:
         content = file_bytes(path, _LONGEST)
     except OSError as error:
-        raise FileError(str(path), error.strerror or str(error)) from None
+        raise FileError(str(path), reason_of(error)) from None
     if len(content) > _LONGEST:
         raise InputError(option, f"{path.name} has more than {_LONGEST // 1_000_000} MB")
     ending = path.suffix.lower()
@@ -199,7 +199,9 @@ def _table(option: str, path: Path, content: bytes, row: Row) -> NDArray[np.floa
         except ValueError:
             raise InputError(option, f"{path.name}:{k}: {line.strip()[:60]!r} is not a row of numbers") from None
         if len(fields) != head.n_columns:
-            raise InputError(option, f"{path.name}:{k}: {len(fields)} numbers, but {head.n_columns} in the row before")
+            raise InputError(
+                option, f"{path.name}:{k}: {count_of(len(fields), 'number')}, but {head.n_columns} in the row before"
+            )
     table = np.array(rows, dtype=np.float64)
     return _in_si(table, row) if columns is None else table * scales
 

@@ -13,6 +13,7 @@ from ulna.cli.depends import Depends
 from ulna.cli.options import AnyRobot, Degrees
 from ulna.cli.output import warn
 from ulna.description.controllers import CONTROLLERS, controller_named, pose_from
+from ulna.description.likely_units import FAR
 from ulna.description.pose import pose
 from ulna.errors import InputError, UnknownNameError
 from ulna.kinematics.groups import JointGroup, state_named
@@ -32,7 +33,8 @@ _WITHOUT_PI = re.compile(rf"[+-]?{_DECIMAL}")
 def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: bool = False) -> list[float]:
     """The numbers in "0,-pi/4,0.5 1e-3", one for each entry; with ``degrees``, angles are converted to radians.
 
-    Without it, a hint on standard error says that an angle of more than a turn is in radians.
+    Without it, a hint on standard error says that an angle of more than a turn is in radians. Another one says that lengths are
+    in metres, where one is longer than any arm reaches.
     """
     found = words(text)
     if len(found) != len(entries):
@@ -48,6 +50,9 @@ def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: b
             turned.append(word)
     if turned:
         warn(f"{option}: {turned[0]} rad is more than a turn; with --degrees angles are in degrees")
+    lengths = [value for value, entry in zip(values, entries, strict=True) if entry.unit == "m"]
+    if max(map(abs, lengths), default=0.0) >= FAR:
+        warn(f"{option}: lengths are in metres; did you mean {', '.join(f'{value / 1e3:g}' for value in lengths)}?")
     return values
 
 

@@ -33,7 +33,7 @@ from ulna.description.robot_description import Description
 from ulna.description.shapes import lengths
 from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.engine.bound import bind
-from ulna.engine.threads import LEAST_ROWS, in_parts, refuse_unless_threads
+from ulna.engine.threads import LEAST_ROWS, in_parts
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
     BODY,
@@ -116,36 +116,26 @@ class Checker:
         return checked_pairs(self.bodies, self.tree, allowed, self.attached)
 
     def in_collision(
-        self,
-        q: ArrayLike,
-        world: World | None,
-        self_collision: bool,
-        out: NDArray[np.bool_] | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, world: World | None, self_collision: bool, out: NDArray[np.bool_] | None = None
     ) -> bool | NDArray[np.bool_]:
         """Whether anything touches: a bool for one q without ``out``, else shape (...,)."""
         objects = _objects_of(world)
         scene = self._scene(objects, self_collision)
-        if out is None and threads is None:
+        if out is None:
             return self._of_scene(_TOUCHES, objects, self_collision, scene)(q)
-        return self._any_touch(scene, q, out, threads)
+        return self._any_touch(scene, q, out)
 
-    def _any_touch(
-        self, scene: Scene, q: ArrayLike, out: NDArray[np.bool_] | None = None, threads: int | None = None
-    ) -> bool | NDArray[np.bool_]:
+    def _any_touch(self, scene: Scene, q: ArrayLike, out: NDArray[np.bool_] | None = None) -> bool | NDArray[np.bool_]:
         """``in_collision`` in Python."""
         q = as_positions(q, self.tree)
-        if q.ndim == 1:
-            if threads is not None:
-                refuse_unless_threads(threads)
-            if out is None:
-                return self._touches(q, scene)
+        if q.ndim == 1 and out is None:
+            return self._touches(q, scene)
         hits = as_out(out, q.shape[:-1], q, dtype=np.bool_)
         if q.ndim == 1:
             hits[()] = self._touches(q, scene)
         else:
             rows, of_rows = flat(q), hits.reshape(-1)
-            if not in_parts(lambda part: overlap.overlap_batch(*scene, rows[part], of_rows[part]), len(rows), threads=threads):
+            if not in_parts(lambda part: overlap.overlap_batch(*scene, rows[part], of_rows[part]), len(rows)):
                 refuse_out_of_range(q)
         return hits
 
@@ -155,78 +145,58 @@ class Checker:
             refuse_out_of_range(q)
         return result == OVERLAPS
 
-    def signed_distance(
-        self,
-        q: ArrayLike,
-        world: World | None,
-        self_collision: bool,
-        out: NDArray[np.float64] | None = None,
-        threads: int | None = None,
-    ) -> Any:
+    def signed_distance(self, q: ArrayLike, world: World | None, self_collision: bool, out: Array | None = None) -> Any:
         """The least signed distance [m]: a number for one q without ``out``, else shape (...,)."""
         objects = _objects_of(world)
         scene = self._scene(objects, self_collision)
-        if out is None and threads is None:
+        if out is None:
             return self._of_scene(_NEAREST, objects, self_collision, scene)(q)
-        return self._least_distance(scene, q, out, threads)
+        return self._least_distance(scene, q, out)
 
-    def _least_distance(self, scene: Scene, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Any:
+    def _least_distance(self, scene: Scene, q: ArrayLike, out: Array | None = None) -> Any:
         """``signed_distance`` in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
-            return float(self._nearest(q, scene, threads)[0, NEAREST])
+            return float(self._nearest(q, scene)[0, NEAREST])
         result = as_out(out, q.shape[:-1], q)
-        result.reshape(-1)[:] = self._nearest(q, scene, threads)[:, NEAREST]
+        result.reshape(-1)[:] = self._nearest(q, scene)[:, NEAREST]
         return result
 
-    def _nearest(self, q: Array, scene: Scene, threads: int | None) -> Array:
+    def _nearest(self, q: Array, scene: Scene) -> Array:
         """The nearest pair of each row of q (``kernels.collision.nearest``), shape (n, NEAREST_WIDTH)."""
         rows = flat(q)
         found = np.empty((len(rows), NEAREST_WIDTH))
-        if not _in_parts(partial(nearest.nearest_batch, *scene), (rows, found), threads):
+        if not _in_parts(partial(nearest.nearest_batch, *scene), (rows, found)):
             refuse_out_of_range(q)
         return found
 
-    def distance_gradient(
-        self,
-        q: ArrayLike,
-        world: World | None,
-        self_collision: bool,
-        out: NDArray[np.float64] | None = None,
-        threads: int | None = None,
-    ) -> Array:
+    def distance_gradient(self, q: ArrayLike, world: World | None, self_collision: bool, out: Array | None = None) -> Array:
         """The gradient of the least signed distance [m/rad or 1], shape (..., n_dof)."""
         scene, q = self.scene_of(world, self_collision), as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
-        pairs = self._nearest(q, scene, threads)[:, BODY:].astype(np.int64)
+        pairs = self._nearest(q, scene)[:, BODY:].astype(np.int64)
         arrays = for_kernel(rows), pairs, np.empty((len(pairs), CONTACT_WIDTH)), flat(gradient)
-        _in_parts(lambda q, *rest: contacts.contacts_each(*scene, q, np.arange(len(q)), *rest), arrays, threads)
+        _in_parts(lambda q, *rest: contacts.contacts_each(*scene, q, np.arange(len(q)), *rest), arrays)
         return gradient
 
     def edge_in_collision(
-        self,
-        q_a: ArrayLike,
-        q_b: ArrayLike,
-        world: World | None,
-        self_collision: bool,
-        resolution: float,
-        threads: int | None = None,
+        self, q_a: ArrayLike, q_b: ArrayLike, world: World | None, self_collision: bool, resolution: float
     ) -> EdgeReport:
         """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each."""
         resolution = as_number("resolution", resolution, LEAST_RESOLUTION, _A_RESOLUTION)
         objects = _objects_of(world)
         scene = self._scene(objects, self_collision)
         self._of_scene(_EDGE, objects, self_collision, scene)  # the next call of one edge is one of C, where the extension is
-        return self._edges(scene, q_a, q_b, resolution, threads)
+        return self._edges(scene, q_a, q_b, resolution)
 
-    def _edges(self, scene: Scene, q_a: ArrayLike, q_b: ArrayLike, resolution: float, threads: int | None = None) -> EdgeReport:
+    def _edges(self, scene: Scene, q_a: ArrayLike, q_b: ArrayLike, resolution: float) -> EdgeReport:
         """``edge_in_collision`` in Python."""
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
         one = starts.ndim == ends.ndim == 1
         batch, a, b = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
         status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
         arrays = for_kernel(a), for_kernel(b), status, free
-        _in_parts(lambda a, b, *out: continuous.edges_each(*scene, a, b, resolution, *out), arrays, threads, WORTH_A_THREAD)
+        _in_parts(lambda a, b, *out: continuous.edges_each(*scene, a, b, resolution, *out), arrays, WORTH_A_THREAD)
         outcome = status.item() if one else EDGE_OUT_OF_RANGE if (status == EDGE_OUT_OF_RANGE).any() else None
         if outcome == EDGE_OUT_OF_RANGE:
             refuse_out_of_range(starts, "q_a")
@@ -237,13 +207,11 @@ class Checker:
         q = (a + free[:, None] * (b - a)).reshape(*batch, self.tree.n_dof)
         return EdgeReport((status == EDGE_CONTACT).reshape(batch), free.reshape(batch), q)
 
-    def check_collision(
-        self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float, threads: int | None = None
-    ) -> Any:
+    def check_collision(self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float) -> Any:
         """The pairs at most ``max_distance`` [m] apart: a report for one q, else an array of reports, shape (...,)."""
         objects = _objects_of(world)  # read once, so that the report has the names of the objects that were checked
         q, within = as_positions(q, self.tree), as_reach("max_distance", max_distance)
-        found = find_near_pairs(q, self._scene(objects, self_collision), len(objects.layout.names), within, threads=threads)
+        found = find_near_pairs(q, self._scene(objects, self_collision), len(objects.layout.names), within)
         of_rows = reports_of(found, self.bodies, objects)
         if q.ndim == 1:
             return next(of_rows)
@@ -252,13 +220,11 @@ class Checker:
             reports.reshape(-1)[i] = report
         return reports
 
-    def distances(
-        self, q: ArrayLike, world: World | None, self_collision: bool, within: float, threads: int | None = None
-    ) -> Distances:
+    def distances(self, q: ArrayLike, world: World | None, self_collision: bool, within: float) -> Distances:
         """The pairs at most ``within`` [m] apart, as arrays."""
         objects, q, within = _objects_of(world), as_positions(q, self.tree), as_reach("within", within)
         scene = self._scene(objects, self_collision)
-        found = find_near_pairs(q, scene, len(objects.layout.names), within, gradients=True, threads=threads)
+        found = find_near_pairs(q, scene, len(objects.layout.names), within, gradients=True)
         return distances_of(found, self.bodies, objects.layout.names)
 
     def links_that_touch(self, q: ArrayLike) -> tuple[tuple[str, str], ...]:
@@ -349,10 +315,9 @@ def _objects_of(world: World | None) -> Objects:
     return NO_OBJECTS if world is None else world.objects()
 
 
-def _in_parts(run: Callable[..., bool], arrays: tuple[NDArray, ...], threads: int | None, least: int = LEAST_ROWS) -> bool:
+def _in_parts(run: Callable[..., bool], arrays: tuple[NDArray, ...], least: int = LEAST_ROWS) -> bool:
     """``in_parts`` of a function of rows of these arrays; a single row at once, in less time."""
     n = len(arrays[0])
     if n == 1:
-        refuse_unless_threads(threads)
         return run(*arrays)
-    return in_parts(lambda part: run(*(array[part] for array in arrays)), n, least, threads)
+    return in_parts(lambda part: run(*(array[part] for array in arrays)), n, least)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ulna.description.columns import XYZ, find_columns, head_of, is_row, required, text_of
 from ulna.description.file_costs import check_numbers
 from ulna.description.pose import pose
-from ulna.errors import FileError, UlnaError, needs_extra
+from ulna.errors import FileError, UlnaError, count_of, needs_extra
 
 _TYPES = {"F": "f", "I": "i", "U": "u"}  # of a .pcd, as NumPy has them
 
@@ -135,7 +135,7 @@ def _pcd(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
     else:
         raise ValueError(f"its points are {form}; ascii and binary are read")
     if len(points) != n:
-        raise ValueError(f"{len(points)} of its {n} points can be read")
+        raise ValueError(f"{len(points)} of its {count_of(n, 'point')} can be read")
     return _seen_from(points, head.get("VIEWPOINT", []), from_sensor=meaning.from_sensor) * meaning.scale
 
 

@@ -8,7 +8,7 @@ from ulna.description.likely_units import check_depths, check_place
 from ulna.description.pose import as_one_pose
 from ulna.description.shapes import Box
 from ulna.drivers import thinning
-from ulna.engine.threads import LEAST_POSES, in_parts
+from ulna.engine.threads import LEAST_POSES, in_slices
 from ulna.errors import InputError
 from ulna.kernels.layout import CONTACT
 
@@ -131,7 +131,7 @@ def one_per_voxel(points: Points, voxel: float) -> tuple[NDArray[np.int64], floa
         thinning.compare_with_kept(points, kept, own, np.array([rows.start, rows.stop]), farthest)
         return True
 
-    in_parts(compare, len(points), LEAST_POSES, threads=1)
+    in_slices(compare, slice(0, len(points)), LEAST_POSES)
     return kept, float(farthest[0]) * (1.0 + 4.0 * CONTACT)
 
 
@@ -159,5 +159,5 @@ def _voxels_of(points: Points, edge: float, low: NDArray[np.float64]) -> tuple[N
             slots = np.zeros(4 * len(slots), np.int64)
             thinning.move_slots(voxels[: progress[2]], slots)
 
-    in_parts(put, n, LEAST_POSES, threads=1)
+    in_slices(put, slice(0, n), LEAST_POSES)
     return nearest[: progress[2]], own

@@ -18,7 +18,7 @@ from ulna.description.file_bytes import file_bytes
 from ulna.description.likely_units import check_padding, check_place, check_points
 from ulna.description.pose import as_one_pose
 from ulna.description.shapes import Box, lengths
-from ulna.errors import FileError, InputError
+from ulna.errors import FileError, InputError, count_of, reason_of
 from ulna.kernels.layout import LARGEST
 
 MOST_BYTES = 1_000_000_000  # of a file
@@ -137,7 +137,7 @@ class PointCloud:
         try:
             content = file_bytes(path, MOST_BYTES)
         except (OSError, ValueError) as error:
-            raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
+            raise FileError(str(path), reason_of(error)) from None
         if len(content) > MOST_BYTES:
             raise FileError(str(path), f"has more than {MOST_BYTES // 1_000_000} MB, the most that is read")
         return cls(points_of(str(path), content, unit, from_sensor=from_sensor), radius)
@@ -207,7 +207,7 @@ class PointCloud:
 
     def __repr__(self) -> str:
         left_out = f", {self.n_left_out} left out" if self.n_left_out else ""
-        return f"PointCloud({len(self.points)} points, radius {self.radius:g} m{left_out})"
+        return f"PointCloud({count_of(len(self.points), 'point')}, radius {self.radius:g} m{left_out})"
 
 
 def as_padding(padding: float) -> float:

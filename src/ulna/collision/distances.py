@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ulna.collision.bodies import Bodies
 from ulna.collision.near_pairs import NearPairs
+from ulna.errors import count_of
 from ulna.kernels.collision.collision_layout import DISTANCE, NORMAL, PAIR_BODY, PAIR_OBJECT, PAIR_OTHER, WITNESS_A, WITNESS_B
 
 Array = NDArray[np.float64]
@@ -72,7 +73,7 @@ class Distances:
     def __repr__(self) -> str:
         n = len(self.offsets) - 1
         nearest = f", the nearest {self.signed_distance.min():.4f} m apart" if len(self) else ""
-        return f"<Distances: {len(self)} pairs{f' of {n} configurations' * (n != 1)}{nearest}>"
+        return f"<Distances: {count_of(len(self), 'pair')}{f' of {n} configurations' * (n != 1)}{nearest}>"
 
 
 def distances_of(found: NearPairs, bodies: Bodies, object_names: list[str]) -> Distances:

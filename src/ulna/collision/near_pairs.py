@@ -11,7 +11,7 @@ from ulna.collision.objects import Objects
 from ulna.collision.report import Pair, Report
 from ulna.description.arrays import as_number
 from ulna.drivers import contacts
-from ulna.engine.threads import in_parts, refuse_unless_threads
+from ulna.engine.threads import in_parts
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE, NORMAL, PAIR_WIDTH, WITNESS_A, WITNESS_B
 from ulna.kernels.collision.scene import Scene
 from ulna.kinematics.positions import flat, for_kernel, refuse_out_of_range
@@ -43,31 +43,26 @@ class NearPairs(NamedTuple):
     """The gradient of the distance [m/rad or 1], shape (m, n_dof); without rows unless wanted."""
 
 
-def find_near_pairs(
-    q: Array, scene: Scene, n_objects: int, within: float, *, gradients: bool = False, threads: int | None = None
-) -> NearPairs:
+def find_near_pairs(q: Array, scene: Scene, n_objects: int, within: float, *, gradients: bool = False) -> NearPairs:
     """The pairs that are at most ``within`` [m] apart at each q, shape (..., n_dof).
 
     n_objects: how many objects there are; with 0 all solids of an object count, and not only the nearest to each body.
 
     Raises:
-        InputError: An entry of q is out of range, or ``threads`` is not a number of threads.
+        InputError: An entry of q is out of range.
     """
     rows = q[None] if q.ndim == 1 else flat(q)
     if len(rows) <= LEAST_ROWS:
-        refuse_unless_threads(threads)
         found = _in_one_part(rows, scene, n_objects, within, gradients=gradients)
     else:
-        found = _in_several_parts(rows, scene, n_objects, within, threads, gradients=gradients)
+        found = _in_several_parts(rows, scene, n_objects, within, gradients=gradients)
     if found is None:
         refuse_out_of_range(q)
         raise AssertionError("an entry of q is out of range")
     return found
 
 
-def _in_several_parts(
-    q: Array, scene: Scene, n_objects: int, within: float, threads: int | None, *, gradients: bool
-) -> NearPairs | None:
+def _in_several_parts(q: Array, scene: Scene, n_objects: int, within: float, *, gradients: bool) -> NearPairs | None:
     found: dict[int, NearPairs] = {}
 
     def run(part: slice) -> bool:
@@ -76,7 +71,7 @@ def _in_several_parts(
             found[part.start] = of_part
         return of_part is not None
 
-    if not in_parts(run, len(q), least=LEAST_ROWS, threads=threads):
+    if not in_parts(run, len(q), least=LEAST_ROWS):
         return None
     parts = [found[start] for start in sorted(found)]
     before = np.cumsum([0, *(len(part.pairs) for part in parts)])

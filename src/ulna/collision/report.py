@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from ulna.collision.clouds import PointCloud
 from ulna.collision.object_tree import compact_order
-from ulna.errors import TruthError
+from ulna.errors import TruthError, count_of
+from ulna.notebook.tables import OneLine, table
 
 
-@dataclass(frozen=True, eq=False)
-class Pair:
+@dataclass(frozen=True, eq=False, repr=False)
+class Pair(OneLine):
     """Two shapes, and how near they are.
 
     Attributes:
@@ -53,9 +54,13 @@ class Pair:
         """Without the cloud, which may be large."""
         return {**self.__dict__, "point": self.point, "_ball": None}
 
+    def __str__(self) -> str:
+        far = 1e3 * self.signed_distance
+        return f"{self.name_a} is {abs(far):.4g} mm {'from' if far > 0.0 else 'deep in'} {self.name_b}"
 
-@dataclass(frozen=True, eq=False)
-class Report:
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Report(OneLine):
     """The pairs that overlap, deepest first, then those within ``max_distance``. ``if report:`` is whether any overlaps."""
 
     pairs: tuple[Pair, ...]
@@ -75,12 +80,21 @@ class Report:
         names = [pair.name_a for pair in overlapping] + [pair.name_b for pair in overlapping if pair.link_b is not None]
         return tuple(sorted(dict.fromkeys(names), key=_natural))
 
+    def _repr_html_(self) -> str:
+        rows = [(pair.name_a, pair.name_b, 1e3 * pair.signed_distance) for pair in self.pairs]
+        return table(repr(self)[1:-1], ("shape", "and", "distance [mm]"), rows)
+
     def __str__(self) -> str:
         return f"collision: {', '.join(self.touching)}" if self.in_collision else "free"
 
+    def __repr__(self) -> str:
+        n = len(self.pairs)
+        deepest = f", {self.pairs[0]}" if n else ""
+        return f"<Report: {self}; {n} pair{'s' * (n != 1)}{deepest}>"
 
-@dataclass(frozen=True, eq=False)
-class EdgeReport:
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EdgeReport(OneLine):
     """Whether the robot touches anything from q_a to q_b; of one edge, a bool too: ``if robot.edge_in_collision(...)``.
 
     Attributes:
@@ -101,7 +115,7 @@ class EdgeReport:
 
     def __str__(self) -> str:
         if np.ndim(self.in_collision):
-            return f"{np.count_nonzero(self.in_collision)} of {np.size(self.in_collision)} edges in collision"
+            return f"{np.count_nonzero(self.in_collision)} of {count_of(np.size(self.in_collision), 'edge')} in collision"
         return f"collision at {self.free_until:.4f} of the way" if self.in_collision else "free"
 
 

@@ -6,16 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Shape, Sphere, UnknownShape
-from ulna.errors import GeometryError
+from ulna.errors import GeometryError, install_command
 from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 
 NO_VERTICES = np.zeros((0, 3))
 _WORTH_A_TURN = 0.9  # of the surface of a box
 
-_ADVICE = (
-    "ulna.load(..., meshes='hulls') (pip install 'ulna[hulls]') or meshes='decompose' (pip install 'ulna[decompose]') puts"
-    " convex shapes in the place of a robot's meshes, and so do robot.with_convex_hulls() and ulna view with --meshes"
-)
+
+def _advice() -> str:
+    hulls, pieces = install_command("hulls"), install_command("decompose")
+    return (
+        f"ulna.load(..., meshes='hulls') ({hulls}) or meshes='decompose' ({pieces}) puts convex shapes in the place of a "
+        "robot's meshes, and so do robot.with_convex_hulls() and ulna view with --meshes"
+    )
 
 
 def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[float, ...]:
@@ -44,7 +47,7 @@ def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[floa
         case UnknownShape(kind):
             raise GeometryError(f"{kind} is not known, so it cannot be checked; box, sphere, cylinder, capsule and mesh are")
         case _:
-            raise GeometryError(f"a {type(shape).__name__} has no collision kernel; {_ADVICE}")
+            raise GeometryError(f"a {type(shape).__name__} has no collision kernel; {_advice()}")
     return *columns, hypot(*columns[1:4]) + columns[4]
 
 

@@ -22,7 +22,7 @@ from ulna.collision.world import World
 from ulna.description.file_bytes import file_bytes, json_value, write_whole
 from ulna.description.pose import as_one_pose, pose, rpy_from_matrix
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Sphere
-from ulna.errors import DescriptionError, FileError, InputError, UlnaError, cited, did_you_mean
+from ulna.errors import DescriptionError, FileError, InputError, UlnaError, cited, did_you_mean, reason_of
 
 VERSION = 1
 LONGEST = 24_000_000  # bytes
@@ -53,7 +53,7 @@ def load_world(path: str | Path) -> World:
     try:
         content = file_bytes(where, LONGEST)
     except (OSError, ValueError) as error:
-        raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
+        raise FileError(str(path), reason_of(error)) from None
     return world_from_json(content, where.name)
 
 
@@ -71,7 +71,7 @@ def save_world(world: World, path: str | Path) -> None:
     try:
         write_whole(where, content)
     except (OSError, ValueError) as error:
-        raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
+        raise FileError(str(path), reason_of(error, missing="no such folder")) from None
 
 
 def _as_path(path: object) -> Path:

@@ -19,7 +19,9 @@ from ulna.description.shapes import Solid
 from ulna.drivers import placing
 from ulna.engine.ahead import extension
 from ulna.engine.bound import Seen, bind
-from ulna.errors import GeometryError, InputError, UnknownNameError
+from ulna.errors import GeometryError, InputError, UnknownNameError, count_of
+from ulna.notebook.recording import Recording, drawer
+from ulna.notebook.tables import table
 
 _MOST_SHOWN = 6  # objects
 _OF_OBJECTS = "_shapes", "_poses", "_touch_links", "_speeds", "_stated"
@@ -186,7 +188,7 @@ class World(Seen):
         """
         placed = orthonormal(as_pose(poses, "poses"))
         if isinstance(names, str) or placed.ndim != 3 or len(placed) != len(names):
-            raise InputError("poses", f"shape {placed.shape}; one pose for each of the {len(names)} names is expected")
+            raise InputError("poses", f"shape {placed.shape}; one pose for each of {count_of(len(names), 'name')} is expected")
         with self._lock:
             for name in names:
                 self._known(name)
@@ -327,6 +329,21 @@ class World(Seen):
         with self._lock:
             return tuple((name, shape, self._poses[name].copy()) for name, shape in self._shapes.items())
 
+    def show(self, *, size: tuple[int, int] | None = None) -> Recording:
+        """A picture of the objects alone, drawn with no display; ``robot.show(q, world)`` has a robot among them.
+
+        Args:
+            size: Width and height [pixels]; 720 and 480 unless given.
+
+        Returns:
+            A ``Recording``, which a notebook shows and keeps; its ``save("world.png")`` writes it.
+
+        Raises:
+            InputError: The size cannot be taken.
+            MissingExtraError: The extra ``viewer`` is not installed.
+        """
+        return drawer("world")(self, size=size)
+
     def objects(self) -> Objects:
         """A snapshot of the objects as tables for the kernels; only what has changed is laid out again."""
         with self._lock:
@@ -388,6 +405,12 @@ class World(Seen):
             count = len(self._shapes)
         more = f" and {count - len(shown)} more" if count > len(shown) else ""
         return f"<World: {count or 'no'} object{'s' * (count != 1)}{': ' * bool(shown)}{', '.join(shown)}{more}>"
+
+    def _repr_html_(self) -> str:
+        objects = self.items()
+        rows = ((name, repr(shape), *T[:3, 3].tolist()) for name, shape, T in objects)
+        sentence = f"World: {len(objects) or 'no'} object{'s' * (len(objects) != 1)}"
+        return table(sentence, ("object", "shape", "x [m]", "y [m]", "z [m]"), rows)
 
 
 def exchange(world: World, removed: Collection[str], new: World) -> None:

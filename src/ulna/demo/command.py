@@ -72,6 +72,6 @@ def _check_row(*cells: RenderableType, style: str = "") -> Table:
 
 
 commands = typer.Typer()
-commands.command(epilog=f"JSON: {DEMO_KEYS}")(demo)
-commands.add_typer(ros1, name="ros1")
-commands.add_typer(ros2, name="ros2")
+commands.command(epilog=f"JSON: {DEMO_KEYS}", rich_help_panel="Look")(demo)
+commands.add_typer(ros1, name="ros1", rich_help_panel="ROS")
+commands.add_typer(ros2, name="ros2", rich_help_panel="ROS")

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import islice
 from typing import NamedTuple
 
+from ulna.errors import count_of
+
 LENGTH, ANGLE, TIME, NUMBER = "length", "angle", "time", "number"  # the kinds of quantities; a number has no unit
 _UNITS: dict[str, tuple[str, float]] = {
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), (LENGTH, 1.0)),
@@ -137,7 +139,8 @@ def head_of(lines: Sequence[str], known: Sequence[Quantity]) -> Head | None:
     head = _written(lines[rows[1]], separators, rows[1])
     names = _split_names(lines[rows[0]], head)
     if len(names) != head.n_columns:
-        few = f"line {rows[0] + 1} has {len(names)} names, but line {rows[1] + 1} has {head.n_columns} columns"
+        named, there = count_of(len(names), "name"), count_of(head.n_columns, "column")
+        few = f"line {rows[0] + 1} has {named}, but line {rows[1] + 1} has {there}"
         raise ValueError(f"{few}; a line that names none of them begins with #")
     return head._replace(names=names)
 
@@ -264,7 +267,8 @@ def _commented(lines: Sequence[str], head: Head, known: Sequence[Quantity]) -> t
         if len(names) - skipped == head.n_columns:
             return names[skipped:]
     if len(found) > 2 and found != [(k, one.name) for k, one in enumerate(known[: len(found)])]:
-        raise ValueError(f"the comment {comment[:60]!r} names {len(names)} columns, but there are {head.n_columns}")
+        named, are = count_of(len(names), "column"), "is" if head.n_columns == 1 else "are"
+        raise ValueError(f"the comment {comment[:60]!r} names {named}, but there {are} {head.n_columns}")
     return None
 
 

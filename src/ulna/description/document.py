@@ -12,7 +12,7 @@ from lxml import etree
 
 from ulna.description.file_bytes import file_bytes
 from ulna.description.xml import LONGEST, XACRO_NAMESPACE, Parsed, parse_leniently
-from ulna.errors import DescriptionWarning, FileError, InputError
+from ulna.errors import DescriptionWarning, FileError, InputError, reason_of
 
 NAMESPACES = (XACRO_NAMESPACE, "http://ros.org/wiki/xacro", "http://wiki.ros.org/xacro")
 """Those of xacro."""
@@ -53,10 +53,8 @@ def open_document(argument: str, source: str | Path, kind: str, package_dirs: tu
     try:
         text = file_bytes(path, LONGEST)  # one that is too long is refused when parsed
         return Document(text, path.name, path.parent, package_dirs, path.name)
-    except FileNotFoundError:
-        raise FileError(str(path), "no such file") from None
     except (OSError, ValueError) as error:
-        raise FileError(str(path), getattr(error, "strerror", None) or str(error)) from None
+        raise FileError(str(path), reason_of(error)) from None
 
 
 def is_xacro(root: etree._Element) -> bool:

@@ -16,7 +16,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.errors import FileError
+from ulna.errors import FileError, reason_of
 
 PIPE_PATIENCE_S = 10.0
 _AT_ONCE = 1 << 20
@@ -68,7 +68,7 @@ def write_table(path: str | Path, names: Sequence[str], rows: NDArray[np.float64
     try:
         Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
     except OSError as error:
-        raise FileError(str(path), error.strerror or str(error)) from None
+        raise FileError(str(path), reason_of(error, missing="no such folder")) from None
 
 
 def _without_waiting(path: str, flags: int) -> int:

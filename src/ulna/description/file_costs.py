@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ulna.errors import count_of
+
 MAX_NUMBERS = 30_000_000  # of one file: 240 MB as an array
 _MAX_LINES = 5_000_000  # of a text, each of which is an object for a while
 _MAX_HEAD = 1 << 16  # bytes of a header
@@ -47,7 +49,9 @@ def check_npy(content: bytes) -> None:
         raise ValueError("its shape is not one of whole numbers of at least 0")
     n = math.prod(shape)
     if (n and not kind.itemsize) or n * kind.itemsize > len(content) - end:
-        raise ValueError(f"its header states {n} entries of {kind.itemsize} bytes, of which {len(content) - end} bytes are there")
+        stated = f"{count_of(n, 'entry', 'entries')} of {count_of(kind.itemsize, 'byte')}"
+        rest = count_of(len(content) - end, "byte is", "bytes are")
+        raise ValueError(f"its header states {stated}, of which {rest} there")
     if n * max(1, len(kind.names or ())) > MAX_NUMBERS:
         raise ValueError(f"it has {n} entries; up to {MAX_NUMBERS} numbers are read")
 

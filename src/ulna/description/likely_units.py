@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.robot_description import Description, Joint, JointType
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Sphere
 from ulna.description.structure import joints_from_root, root_link
-from ulna.errors import InputError, UnitWarning
+from ulna.errors import InputError, UnitWarning, count_of
 
 Array = NDArray[np.floating]
 FAR = 100.0  # [m]: no arm reaches as far, and no depth camera sees as far; a millimetre table of any arm has more
@@ -50,7 +50,7 @@ def check_depths(z: Array) -> None:
     if nearest > FAR:
         raise InputError(
             "depth",
-            f"the nearest of {len(seen)} depths is {nearest:.4g} m, and no depth camera sees as far; "
+            f"the nearest of {count_of(len(seen), 'depth')} is {nearest:.4g} m, and no depth camera sees as far; "
             "depth_scale=0.001 reads millimetres",
         )
     if float(np.median(seen)) > FAR:

@@ -1,10 +1,12 @@
 """Loads a description by a bundled name, a path, text, or the name of a robot elsewhere, with its SRDF."""
 
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
+
+from lxml import etree
 
 from ulna.description.document import Document, expanded, is_text, open_document, shared_arguments, warn_of_arguments
 from ulna.description.meshes.mesh_files import with_mesh_paths
@@ -13,6 +15,7 @@ from ulna.description.names.by_name import BUNDLED, Bundled, find_by_name
 from ulna.description.packages import as_package_dirs
 from ulna.description.references import matched
 from ulna.description.robot_description import Description
+from ulna.description.sdf.models import read_sdf
 from ulna.description.semantic import Srdf
 from ulna.description.srdf import read_srdf
 from ulna.description.srdf_beside import srdf_beside
@@ -21,7 +24,7 @@ from ulna.description.urdf import decoded, read_urdf
 from ulna.description.urdf_writer import write_urdf
 from ulna.errors import DescriptionWarning, InputError
 
-_SUFFIXES = (".urdf", ".xacro", ".srdf", ".xml", ".sdf", ".mjcf")
+_SUFFIXES = (".urdf", ".xacro", ".srdf", ".xml", ".sdf", ".world", ".mjcf")
 _LONGEST_NAME = 100
 Home = tuple[float, ...] | None
 
@@ -37,9 +40,9 @@ def load_description(
     Without ``srdf`` the one that lies beside the URDF is taken (``srdf_beside``); False takes none.
     """
     document, bundled = _document(source, xacro_args, package_dirs)
-    is_mjcf = document.root.tag == "mujoco"
-    description = read_mjcf(document) if is_mjcf else read_urdf(document)
-    if unread := [*left_out_sentences(description), *(() if is_mjcf else sentences(document.root, document.source))]:
+    read = _other_format(document)
+    description = read_urdf(document) if read is None else read(document)
+    if unread := [*left_out_sentences(description), *(() if read else sentences(document.root, document.source))]:
         more = f" ({len(unread)} such sentences: ulna inspect)" if len(unread) > 1 else ""
         warnings.warn(unread[0] + more, DescriptionWarning, stacklevel=3)
     if srdf is None and bundled is not None:
@@ -51,14 +54,16 @@ def load_description(
     return description, None if bundled is None else bundled.home
 
 
+def _other_format(document: Document) -> Callable[[Document], Description] | None:
+    """What reads a document that is no URDF, by its root element; None for a URDF."""
+    return {"mujoco": read_mjcf, "sdf": read_sdf}.get(etree.QName(document.root).localname)
+
+
 def left_out_sentences(description: Description) -> list[str]:
     """A sentence with file and line for each part of a document that was left out."""
-    source = description.source
-    return [
-        f"{source}:{part.line}: {part.where}: {part.message}" if description.text else f"{source}: {part.where}: {part.message}"
-        for part in description.left_out
-        if part.is_warned
-    ]
+    warned = [part for part in description.left_out if part.is_warned]
+    places = [description.source if part.line is None else f"{description.source}:{part.line}" for part in warned]
+    return [f"{place}: {part.where}: {part.message}" for place, part in zip(places, warned, strict=True)]
 
 
 def _given_srdf(srdf: object, document: Document, description: Description, xacro_args: Mapping[str, object]) -> Srdf:
@@ -81,9 +86,9 @@ def urdf_text(
 ) -> str:
     """The URDF text of a source, even if it cannot be loaded; of a xacro file, its expansion."""
     document, _ = _document(source, xacro_args, package_dirs)
-    if document.root.tag == "mujoco":
-        return write_urdf(read_mjcf(document))
-    return with_mesh_paths(mesh_paths, decoded(document), document.folder, document.package_dirs)
+    read = _other_format(document)
+    text = decoded(document) if read is None else write_urdf(read(document))
+    return with_mesh_paths(mesh_paths, text, document.folder, document.package_dirs)
 
 
 def _document(

@@ -75,7 +75,7 @@ class Readable:
             return ""
         if not given and os.path.realpath(folder) != str(Path(os.path.realpath(folder.parent)) / folder.name):
             return "is a link"
-        if not given and not (folder / "package.xml").is_file():
+        if not given and not any((folder / name).is_file() for name in ("package.xml", "model.config")):
             return "has no package.xml"
         self.admit(folder)
         return ""

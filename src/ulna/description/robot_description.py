@@ -156,12 +156,14 @@ class LeftOut:
         message: What is left out, and why.
         line: Its line.
         is_warned: Whether ``load`` warns of it, and not only ``inspect``.
+        is_note: Whether it is what other programs read, of which ``inspect`` does not warn either.
     """
 
     where: str
     message: str
     line: int | None = None
     is_warned: bool = True
+    is_note: bool = False
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from ulna.description.robot_description import Description
 from ulna.description.semantic import Srdf
 from ulna.description.srdf import read_srdf
 from ulna.description.xml import parse
-from ulna.errors import DescriptionError, DescriptionWarning, InputError, listed
+from ulna.errors import DescriptionError, DescriptionWarning, InputError, count_of, listed
 
 _ENDINGS = (".srdf", ".srdf.xacro")
 _MAX_FILES = 20  # that are looked at
@@ -61,7 +61,8 @@ def srdf_beside(document: Document, folder: Path, description: Description, xacr
                 return _taken(srdf, found, document)
             fits.setdefault(_stem(path.name), srdf)
     if n_unread:
-        found.pass_over(f"{n_unread} more files beside {document.file} are not looked at, after {_MAX_SECONDS:g} s")
+        more, are = count_of(n_unread, "more file"), "is" if n_unread == 1 else "are"
+        found.pass_over(f"{more} beside {document.file} {are} not looked at, after {_MAX_SECONDS:g} s")
     advice = "none is used; srdf= names one (--srdf), srdf=False refuses them (--no-srdf)"
     if len(fits) == 1 and found.complete and not n_unread:
         return _taken(next(iter(fits.values())), found, document)
@@ -75,8 +76,8 @@ def srdf_beside(document: Document, folder: Path, description: Description, xacr
 def _taken(srdf: Srdf, found: "_Candidates", document: Document) -> Srdf:
     """The SRDF, after saying what was taken and what was not."""
     if srdf.found_at:
-        n = len(srdf.disabled_collisions)
-        _log.info("%s lies beside %s and is used; %d pairs of links may touch by it", srdf.found_at, document.file, n)
+        pairs = count_of(len(srdf.disabled_collisions), "pair")
+        _log.info("%s lies beside %s and is used; %s of links may touch by it", srdf.found_at, document.file, pairs)
     for sentence in found.passed_over:
         warnings.warn(sentence, DescriptionWarning, stacklevel=5)
     return replace(srdf, passed_over=tuple(found.passed_over))

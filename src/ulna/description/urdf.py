@@ -17,7 +17,7 @@ from ulna.description.xml import Reader, without_namespace
 from ulna.errors import DescriptionError, cited, did_you_mean
 from ulna.kernels.layout import LARGEST
 
-_OTHER_FORMATS = {"mujoco": "MJCF, which ulna.load reads", "sdf": "SDF, which is not read"}
+_OTHER_FORMATS = {"mujoco": "MJCF, which ulna.load reads", "gazebo": "SDF of before 1.3, which is not read; 1.4 is"}
 _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 _NEWEST: tuple[int, int] = (
     1,

@@ -43,8 +43,9 @@ def expressible_in_urdf(description: Description) -> Description:
 
 
 def _is_endless(joint: Joint) -> bool:
-    """Whether a slide has no limits, which URDF cannot express."""
-    return joint.type == JointType.PRISMATIC and math.isinf(joint.limits.lower)
+    """Whether a joint has no limit on one side or both, which URDF cannot express."""
+    bounded = joint.type in (JointType.PRISMATIC, JointType.REVOLUTE) and joint.mimic is None
+    return bounded and (math.isinf(joint.limits.lower) or math.isinf(joint.limits.upper))
 
 
 def _version(description: Description) -> dict[str, str]:

@@ -163,19 +163,26 @@ class Reader:
 
     def vector(self, element: etree._Element, key: str, count: int, low: float = -math.inf) -> tuple[float, ...]:
         """An attribute that is ``count`` finite numbers of at least ``low``."""
-        text, values = self.attribute(element, key), self.numbers(element, key)
-        if len(values) != count or not all(math.isfinite(v) and v >= low for v in values):
-            expected = f"{count} finite number{'s' * (count > 1)}" + (f" of at least {low:g}" if low > -math.inf else "")
-            raise self.fail(element, f"<{element.tag}> {key}={cited(text)}: {expected} expected")
-        return values
+        return self.finite(element, self.attribute(element, key), count, low, f" {key}=")
 
     def numbers(self, element: etree._Element, key: str) -> tuple[float, ...]:
         """An attribute that is any count of numbers, which may be infinite or NaN."""
-        text = self.attribute(element, key)
+        return self.parsed(element, self.attribute(element, key), f" {key}=")
+
+    def finite(self, element: etree._Element, text: str, count: int, low: float, where: str = " ") -> tuple[float, ...]:
+        """A text that is ``count`` finite numbers of at least ``low``; ``where`` in an element it is."""
+        values = self.parsed(element, text, where)
+        if len(values) != count or not all(math.isfinite(v) and v >= low for v in values):
+            expected = f"{count} finite number{'s' * (count > 1)}" + (f" of at least {low:g}" if low > -math.inf else "")
+            raise self.fail(element, f"<{element.tag}>{where}{cited(text)}: {expected} expected")
+        return values
+
+    def parsed(self, element: etree._Element, text: str, where: str = " ") -> tuple[float, ...]:
+        """A text that is any count of numbers, which may be infinite or NaN."""
         try:
             if "_" in text or not text.isascii():
                 raise ValueError  # noqa: TRY301
             return tuple(float(word) for word in text.split())
         except ValueError:
             hint = " (an expression: is this a xacro file without its xmlns:xacro?)" if "${" in text else ""
-            raise self.fail(element, f"<{element.tag}> {key}={cited(text)}: not numbers{hint}") from None
+            raise self.fail(element, f"<{element.tag}>{where}{cited(text)}: not numbers{hint}") from None

@@ -11,7 +11,7 @@ from ulna.description.likely_units import check_description, check_dh_rows
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description, Joint, JointType, Limits, Link, Mimic
 from ulna.dh.table import DHTable, around_the_motion, checked_convention
-from ulna.errors import InputError, did_you_mean
+from ulna.errors import InputError, count_of, did_you_mean
 from ulna.kernels.layout import LARGEST
 
 _Z = (0.0, 0.0, 1.0)
@@ -121,7 +121,7 @@ def _joint_types(joint_types: Sequence[str] | None, n: int) -> list[JointType]:
     except TypeError:
         raise InputError("joint_types", f"{joint_types!r} is not a list of joint types") from None
     if len(names) != n:
-        raise InputError("joint_types", f"{len(names)} for {n} rows")
+        raise InputError("joint_types", f"{len(names)} for {count_of(n, 'row')}")
     for name in names:
         if name not in list(_TYPES):
             raise InputError("joint_types", f"{name!r} is not known in a DH table{did_you_mean(str(name), list(_TYPES))}")
@@ -137,7 +137,6 @@ def _bounds(limits: ArrayLike | None, types: list[JointType]):
         table.shape != (n_moving, 2)
         or not ((table[:, 0] <= table[:, 1]) & (table[:, 0] < np.inf) & (table[:, 1] > -np.inf)).all()
     ):
-        raise InputError(
-            "limits", f"shape {table.shape}; {n_moving} pairs of lower <= upper are expected, one for each moving joint"
-        )
+        pairs, are = count_of(n_moving, "pair"), "is" if n_moving == 1 else "are"
+        raise InputError("limits", f"shape {table.shape}; {pairs} of lower <= upper {are} expected, one for each moving joint")
     return iter([Limits(float(lower), float(upper)) for lower, upper in table])

@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 from ulna.description.pose import pose, rpy_from_matrix
 from ulna.description.robot_description import Limits, Mimic, frozen
 from ulna.errors import InputError, did_you_mean
+from ulna.notebook import tables
 
 Array = NDArray[np.float64]
 # Axes within this angle [rad] are parallel: a file with six decimals is off by half of that, and the common normal of such axes
 # would lie hundreds of kilometres away.
 PARALLEL = 1e-6
 CONVENTIONS = ("modified", "standard")
+_HEADERS = "", "joint", "a [m]", "d [m]", "alpha [rad]", "theta [rad]"
 ROW_PRODUCTS = {"modified": "Rx(alpha) Tx(a) Tz(d) Rz(theta)", "standard": "Rz(theta) Tz(d) Tx(a) Rx(alpha)"}
 
 
@@ -79,17 +81,34 @@ class DHTable:
     def __str__(self) -> str:
         return "\n".join(_lines(self))
 
+    def __repr__(self) -> str:
+        n = len(self.rows)
+        worst = f"off by at most {self.max_position_difference:.2g} m, {self.max_rotation_difference:.2g} rad"
+        rows = f"{n} row{'s' * (n != 1)}, {self.convention}"
+        return f"<DHTable of {self.name!r}: {rows}, {self.base} to {self.tip}, {worst}>"
+
+    def _repr_html_(self) -> str:
+        title, product, *_ = _lines(self)
+        return tables.table(f"{title}; {product}", _HEADERS, _cells(self), _notes(self))
+
 
 def _lines(table: DHTable) -> Iterator[str]:
     yield f"{table.name}: {table.convention} DH table from {table.base} to {table.tip}"
     yield f"a row is {ROW_PRODUCTS[table.convention]}"
     yield ""
-    words = [
-        (str(k), name, *row_words(k, kind, row))
-        for k, (name, kind, row) in enumerate(zip(table.joint_names, table.joint_types, table.rows, strict=True), start=1)
-    ]
-    yield from _aligned([("", "joint", "a [m]", "d [m]", "alpha [rad]", "theta [rad]"), *words])
+    yield from _aligned([_HEADERS, *_cells(table)])
     yield ""
+    yield from _notes(table)
+
+
+def _cells(table: DHTable) -> Iterator[tuple[str, ...]]:
+    """The number, the joint, a, d, alpha and theta of each row."""
+    for k, (name, kind, row) in enumerate(zip(table.joint_names, table.joint_types, table.rows, strict=True), start=1):
+        yield (str(k), name, *row_words(k, kind, row))
+
+
+def _notes(table: DHTable) -> Iterator[str]:
+    """The lines below the rows: what follows what, the first frame and the tip, and the proof."""
     for k, mimic in enumerate(table.mimics, start=1):
         if mimic is not None:
             yield mimic_words(k, table.joint_names.index(mimic.joint) + 1, mimic.multiplier, mimic.offset)

@@ -18,7 +18,7 @@ FOLDER = Path(__file__).with_name("machine_code")
 INDEX = "index.json"
 VARIABLE = "ULNA_CPU"
 NATIVE = "native"
-_SOURCE = "pip install --no-binary ulna ulna (which compiles on this machine, with Numba)"
+_SOURCE = "a copy of the repository, where Numba compiles for this machine: pip install -e . in it"
 
 
 def ahead_entry(module: str, function: str) -> Callable[..., Any] | None:

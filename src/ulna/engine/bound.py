@@ -53,7 +53,7 @@ else:
 Way = Literal["pose", "truth", "number", "edge", "copy", "search", "branches"]
 """What a bound function takes and returns (native/ways.c).
 
-``pose``: ``f(q, out=None, threads=None)``, an array of the shape ``numbers``. ``truth``: ``f(q)``, False or True for the two
+``pose``: ``f(q, out=None)``, an array of the shape ``numbers``. ``truth``: ``f(q)``, False or True for the two
 codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``edge``: ``f(q_a, q_b,
 resolution)``, False or True for the two codes in ``numbers``, how far it is free, and q there. ``copy``: ``f(T)``, an array of
 the shape ``numbers``, which T has too. ``search``: ``f(target, seed)``, q and a record about it in an array, or None if there

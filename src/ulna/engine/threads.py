@@ -1,23 +1,28 @@
-"""Runs large batches in parts in several threads, and chooses their number.
+"""Runs large batches in parts in several threads, and holds the setting of their number.
 
 The parts begin at multiples of the number of lanes, so that no block of lanes is split, and the result of a row does not depend
 on its block: the result is bit for bit that of one call.
 
 A part is run in slices of some hundredths of a second: Python notices Ctrl-C between two calls of an entry, not within one.
+
+Work within these threads is serial: they run in copies of the caller's context, in which the setting is 1.
 """
 
 from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from contextvars import ContextVar, copy_context
 from functools import cache
+from operator import index
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 from ulna.engine.lanes import WIDTH
 from ulna.engine.processors import n_processors
-from ulna.errors import InputError
+from ulna.errors import InputError, cited
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
@@ -28,16 +33,67 @@ VARIABLE = "ULNA_THREADS"
 _MOST = 2**31 - 1
 _SECONDS = 0.02  # of a slice
 _MOST_GROWTH = 16.0  # of a slice beside the one before
+_chosen: ContextVar[int | None] = ContextVar("ulna.threads", default=None)
 
 
-def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, threads: int | None = None) -> bool:
+def threads(n: int | None) -> AbstractContextManager[None]:
+    """Set how many threads a batch uses at most: from now on, or in ``with ulna.threads(n):`` until the block ends.
+
+    Results are the same bit for bit. The setting is that of a context (``contextvars``): a thread that the program starts has the
+    default until it is set there.
+
+    Args:
+        n: The number of threads, the calling one included, at least 1. None is the default: ``ULNA_THREADS``, or the number of
+            processors that the process may use.
+
+    Raises:
+        InputError: n is no such number.
+
+    Example:
+        >>> import numpy as np, ulna
+        >>> panda = ulna.load("panda")
+        >>> with ulna.threads(1):
+        ...     T = panda.forward_kinematics(np.zeros((100, 7)))
+    """
+    return _Setting(None if n is None else _as_threads(n))
+
+
+class _Setting(AbstractContextManager[None]):
+    """What ``threads`` has set; the end of a ``with`` block restores what was set before."""
+
+    def __init__(self, n: int | None) -> None:
+        self._n, self._before = n, _chosen.get()
+        _chosen.set(n)
+
+    def __enter__(self) -> None:
+        _chosen.set(self._n)
+
+    def __exit__(self, *_: object) -> None:
+        _chosen.set(self._before)
+
+
+def _as_threads(n: int) -> int:
+    try:
+        number = 0 if isinstance(n, bool) else index(n)
+    except TypeError:
+        number = 0
+    if not 1 <= number <= _MOST:
+        raise InputError("threads", f"{cited(n)}; a whole number from 1 to {_MOST} is expected, or None for the default")
+    return number
+
+
+def n_threads() -> int:
+    """How many threads a batch of this context uses at most: what ``threads`` has set, or else the default."""
+    return _chosen.get() or default_threads()
+
+
+def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS) -> bool:
     """Call an entry for rows 0 to n in parts; True if it returned True for all. When it returns or raises, no part is running.
 
     Args:
         run: Calls the entry for the rows of a slice; the entry releases the interpreter's lock (``nogil``).
         n: The number of rows.
         least: The least number of rows for which a thread is used.
-        threads: The largest number of threads, including the calling one; ``default_threads`` unless given.
 
     Example:
         >>> import numpy as np
@@ -45,16 +101,16 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS, thre
         >>> in_parts(lambda rows: np.sqrt(x[rows], out=y[rows]) is not None, 5000), float(y[4900])
         (True, 70.0)
     """
-    threads = default_threads() if threads is None else as_threads(threads)
-    n_parts, ended = min(4 * threads, n // least), []
-    if n_parts < 2 or threads < 2:
-        return _in_slices(run, slice(0, n), least, ended)
+    n_workers = n_threads() if n > 1 else 1
+    n_parts, ended = min(4 * n_workers, n // least), []
+    if n_parts < 2 or n_workers < 2:
+        return in_slices(run, slice(0, n), least)
     step = -(-n // n_parts // WIDTH) * WIDTH
     parts = deque(slice(start, min(start + step, n)) for start in range(0, n, step))
-    return _in_threads(lambda part: _in_slices(run, part, least, ended), parts, threads, lambda: ended.append(True))
+    return _in_threads(lambda part: in_slices(run, part, least, ended), parts, n_workers, lambda: ended.append(True))
 
 
-def _in_slices(run: Callable[[slice], bool], part: slice, least: int, ended: list[bool]) -> bool:
+def in_slices(run: Callable[[slice], bool], part: slice, least: int, ended: Sequence[bool] = ()) -> bool:
     """Run a part slice by slice until ``ended`` has an entry: at first ``least`` rows, then as many as take ``_SECONDS``."""
     rows = -(-least // WIDTH) * WIDTH
     if part.stop - part.start <= rows:
@@ -71,15 +127,17 @@ def _in_slices(run: Callable[[slice], bool], part: slice, least: int, ended: lis
 
 
 def _in_threads(
-    run: Callable[[slice], bool], waiting: deque[slice], threads: int, stop: Callable[[], object] | None = None
+    run: Callable[[slice], bool], waiting: deque[slice], n_workers: int, stop: Callable[[], object] | None = None
 ) -> bool:
     """Run parts in threads, this one too. ``stop`` is called when one has failed, before the others are waited for."""
     from concurrent.futures import wait  # noqa: PLC0415 - keeps `import ulna` fast
 
     helpers: list[Future[bool]] = []
     try:
-        helpers.extend(_pool().submit(_run_waiting, run, waiting) for _ in range(min(threads, _pool_size()) - 1))
-        good = _run_waiting(run, waiting)
+        with threads(1):
+            n_helpers = min(n_workers, _pool_size()) - 1
+            helpers.extend(_pool().submit(copy_context().run, _run_waiting, run, waiting) for _ in range(n_helpers))
+            good = _run_waiting(run, waiting)
         return all([good, *(helper.result() for helper in helpers if not helper.cancel())])
     except BaseException:
         if stop is not None:
@@ -90,15 +148,15 @@ def _in_threads(
         wait([helper for helper in helpers if not helper.cancel()])
 
 
-def in_rows(run: Callable[[int], bool], n: int, threads: int | None = None, stop: Callable[[], object] | None = None) -> bool:
+def in_rows(run: Callable[[int], bool], n: int, stop: Callable[[], object] | None = None) -> bool:
     """Call a function for each row from 0 to n, of which each takes long; the rest as ``in_parts``.
 
     ``stop`` is called when a row fails, or at Ctrl-C: it ends the rows that run in other threads, which are waited for.
     """
-    threads = default_threads() if threads is None else as_threads(threads)
-    if n < 2 or threads < 2:
+    n_workers = n_threads() if n > 1 else 1
+    if n_workers < 2:
         return all(map(run, range(n)))
-    return _in_threads(lambda part: run(part.start), deque(slice(i, i + 1) for i in range(n)), threads, stop)
+    return _in_threads(lambda part: run(part.start), deque(slice(i, i + 1) for i in range(n)), n_workers, stop)
 
 
 def _run_waiting(run: Callable[[slice], bool], waiting: deque[slice]) -> bool:
@@ -134,19 +192,6 @@ def default_threads() -> int:
     if not text.isdecimal() or not 1 <= int(text) <= _MOST:
         raise InputError(VARIABLE, f"{text!r}; the environment variable must be a whole number of threads, at least 1")
     return int(text)
-
-
-def as_threads(threads: int) -> int:
-    """The number of threads given by an argument; 0 means 1."""
-    if isinstance(threads, bool) or not hasattr(threads, "__index__") or not 0 <= threads.__index__() <= _MOST:
-        raise InputError("threads", f"{threads!r}; a whole number from 0 to {_MOST} is expected")
-    return max(1, threads.__index__())
-
-
-def refuse_unless_threads(threads: int | None) -> None:
-    """Refuse an argument that is given and no number of threads; for calls that need only one."""
-    if threads is not None:
-        as_threads(threads)
 
 
 @cache

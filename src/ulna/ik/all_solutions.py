@@ -40,14 +40,13 @@ class AllSolutions:
     Args:
         query: The link and the options.
         redundancy: The joint of seven that is held, or ``"elbow"``.
-        workers: What computes the branches; the threads of the options unless given.
+        workers: What computes the branches in the place of threads, if given.
     """
 
     __slots__ = ("_elbow", "_family", "_form", "_of_one", "_query", "_run", "_six", "_tables", "_workers", "in_c")
 
     def __init__(self, query: Query, redundancy: str | None, workers: Workers = None) -> None:
-        self._query, tree = query, query.tree
-        self._workers = query.options.threads if workers is None else workers
+        self._query, self._workers, tree = query, workers, query.tree
         by_elbow = redundancy == ELBOW and ELBOW not in entry_names(tree)
         self._elbow = _elbow(query) if by_elbow else None
         self._form = form = None if by_elbow else closed_form_of(tree, query.link, redundancy, query.options.task)
@@ -56,7 +55,7 @@ class AllSolutions:
         self._family = FAMILY if self._elbow else "" if form is None else form.geometry
         self._six = None
         in_order = form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES
-        if form is not None and in_order and query.task_axes is None and not callable(workers):
+        if form is not None and in_order and query.task_axes is None and workers is None:
             self._six = joints_at(form, query.home)
             self._tables = self._six.table, self._six.chain, self._six.plan(tree.lower, tree.upper), query.home.copy()
             self._run = closed_form.all_branches_of_one

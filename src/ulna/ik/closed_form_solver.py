@@ -86,7 +86,7 @@ class ClosedFormSolver:
             nearest(*self._tables, targets[part], own, angles[part], info[part])
             return True
 
-        in_parts(run, len(targets), _LEAST_TARGETS, self._query.options.threads)
+        in_parts(run, len(targets), _LEAST_TARGETS)
         q = np.broadcast_to(problem.seeds, (len(targets), self._n)).copy()
         q[:, self._six.columns] = angles[:, : len(self._six.columns)]
         if self._form.n_free:  # the errors of the link itself, of which the joints that were added are no part
@@ -105,7 +105,7 @@ class ClosedFormSolver:
         if cost is None:
             raise AssertionError("a rank or a world gives a cost")
         goal = mid_range(tree)[None] if query.options.rank == "mid_range" else problem.seeds
-        q, found = _best(all_branches(self._form, tree, problem.targets, goal, query.options.threads), cost, problem)
+        q, found = _best(all_branches(self._form, tree, problem.targets, goal), cost, problem)
         q, info = run_from_each(problem, np.arange(len(q)), q, 0)
         return self._with_unsolved(problem, q, info, found & (info["status"] == layout.SOLVED), collisions)
 
@@ -133,7 +133,7 @@ class ClosedFormSolver:
     def _proved(self, problem: Problem) -> tuple[Truths, dict[int, Array]]:
         """Which targets are proved to have no solution within the limits; for those that have some beyond, the least excess."""
         tree, form = self._query.tree, self._form
-        branches = all_branches(form, tree, problem.targets, problem.seeds, self._query.options.threads)
+        branches = all_branches(form, tree, problem.targets, problem.seeds)
         is_proof = np.isin(branches.proof, [PROOFS.index(proof) for proof in (Proof.COMPLETE, Proof.COINCIDING)])
         proved, turning = is_proof & ~branches.valid.any(axis=1), turning_columns(form.chain, tree.n_dof)
         least = {}

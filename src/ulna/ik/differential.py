@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats, positive
 from ulna.drivers import differential_ik as driver
-from ulna.engine.threads import in_parts, refuse_unless_threads
+from ulna.engine.threads import in_parts
 from ulna.errors import InputError
 from ulna.ik.problem import refuse_immovable
 from ulna.kernels.ik.search_layout import N_PER_JOINT, N_SYSTEM, N_TURNED
@@ -39,7 +39,6 @@ def differential_ik(
     expressed_in: str,
     damping: float,
     out: Array | None,
-    threads: int | None = None,
 ) -> Array:
     """Joint velocities, shape (..., n_dof); see ``Robot.differential_ik``."""
     refuse_immovable(tree)
@@ -52,7 +51,6 @@ def differential_ik(
         raise InputError("damping", f"{damping!r}; at most {_MOST_DAMPING:g} is expected, so that its square is finite")
     step = driver.ControlStep(chain, frame, tree.limits, tree.velocity_limits, damping**2, dt)
     if q.ndim == twist.ndim == 1:
-        refuse_unless_threads(threads)
         out = as_out(out, q.shape, q, twist)
         size = N_PER_JOINT * tree.n_dof + N_SYSTEM + N_TURNED
         if len(_work.numbers) < size:
@@ -66,7 +64,7 @@ def differential_ik(
         def run(part: slice) -> bool:
             return driver.differential_batch(step, qs[part], twists[part], of_rows[part])
 
-        good = in_parts(run, len(qs), threads=threads)
+        good = in_parts(run, len(qs))
     if not good:
         refuse_out_of_range(q)
         refuse_out_of_range(twist, "twist")

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ulna.ik.reason import Reason
 from ulna.ik.solutions import Proof
+from ulna.notebook.tables import OneLine
 
 Array = NDArray[np.float64]
 
@@ -47,8 +48,8 @@ class Ending:
     collisions: tuple[tuple[str, str, float], ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class FollowedPath:
+@dataclass(frozen=True, eq=False, repr=False)
+class FollowedPath(OneLine):
     """The joint path through poses (n, 4, 4), or as far as there is one. ``if path:`` is whether every pose is reached.
 
     ======================== =========================================================================================

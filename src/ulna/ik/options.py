@@ -27,7 +27,6 @@ class Options(NamedTuple):
     rank: str | None = None
     position_tolerance: float = 1e-5
     rotation_tolerance: float = 1e-5
-    threads: int | None = None
     max_step: float | None = None
     max_iterations: int | None = None
     time_limit: float | None = None
@@ -45,7 +44,6 @@ class Options(NamedTuple):
             rotation_tolerance=positive("rotation_tolerance", self.rotation_tolerance),
             max_iterations=None if self.max_iterations is None else as_count("max_iterations", self.max_iterations),
             time_limit=None if self.time_limit is None else as_number("time_limit", self.time_limit, *_AT_LEAST_0, most=np.inf),
-            threads=None if self.threads is None else as_count("threads", self.threads),
             trace=as_switch("trace", self.trace),
         )
 

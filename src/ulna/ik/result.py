@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.errors import TruthError
+from ulna.errors import TruthError, count_of
 from ulna.ik.reason import NO_REASON, NOTHING_TO_EXPLAIN, Explanation, Reason
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.ik.search_records import Results
+from ulna.notebook.tables import table
 
 Array = NDArray[np.float64]
 
@@ -206,6 +207,13 @@ class IKResult:
     def __repr__(self) -> str:
         return f"<IKResult: {self}>"
 
+    def _repr_html_(self) -> str:
+        if self._batch:
+            words, counts = np.unique(np.ravel(self.status), return_counts=True)
+            return table(repr(self)[1:-1], ("status", "targets"), zip(words.tolist(), counts.tolist(), strict=True))
+        names = self.explanation.entry_names or [f"q[{k}]" for k in range(len(self.q))]
+        return table(repr(self)[1:-1], ("joint", "q [rad or m]"), zip(names, self.q.tolist(), strict=True))
+
     def _field(self, name: str) -> Any:
         return self.info[name].reshape(self._batch).copy() if self._batch else float(self.info[name][0])
 
@@ -234,7 +242,7 @@ def _reason(result: IKResult) -> Reason:
 def _one_as_text(result: IKResult) -> str:
     position, rotation = (x if x > _ROUNDING else 0.0 for x in (result.position_error * 1e3, np.degrees(result.rotation_error)))
     off = f"{position:.3g} mm and {rotation:.3g} deg from the target"
-    steps = f"after {result.iterations} step{'s' * (result.iterations != 1)}"
+    steps = f"after {count_of(int(result.iterations), 'step')}"
     if result.success:
         return f"solved: {off} {steps}"
     return f"{result.status}: {f'{result.reason}; ' if result.reason else ''}the best is {off}"
@@ -246,4 +254,4 @@ def _many_as_text(result: IKResult) -> str:
     worst = [f"{np.max(errors, initial=0.0):.3g}" for errors in (result.position_error, result.rotation_error)]
     others = [f"{np.count_nonzero(status == word)} {word}" for word in Status if word != Status.SOLVED and word in status]
     others_text = f" ({', '.join(others)})" if others else ""
-    return f"{solved} of {status.size} targets solved{others_text}; largest errors {worst[0]} m, {worst[1]} rad"
+    return f"{solved} of {count_of(status.size, 'target')} solved{others_text}; largest errors {worst[0]} m, {worst[1]} rad"

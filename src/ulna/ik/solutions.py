@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.errors import TruthError
 from ulna.ik.reason import NO_REASON, Reason
+from ulna.notebook.tables import OneLine
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
@@ -28,8 +29,8 @@ PROOFS = tuple(Proof)
 _WORDS = np.array(PROOFS)
 
 
-@dataclass(frozen=True, eq=False)
-class IKSolutions:
+@dataclass(frozen=True, eq=False, repr=False)
+class IKSolutions(OneLine):
     """The solutions of targets of shape (..., 4, 4); m is the same for all of them.
 
     Of one target, ``if found:`` is whether any is valid.
@@ -103,9 +104,11 @@ class IKSolutions:
         real = int(self.real.sum())
         data = {"real": real, "colliding": self.colliding}
         if self.colliding:
-            return Reason(f"all {self.colliding} solutions within the joint limits touch something", data)
+            of = f"all {self.colliding} solutions" if self.colliding > 1 else "the only solution"
+            return Reason(f"{of} within the joint limits touch{'es' * (self.colliding == 1)} something", data)
         if real:
-            return Reason(f"all {real} solutions are beyond the joint limits", data)
+            of = f"all {real} solutions are" if real > 1 else "the only solution is"
+            return Reason(f"{of} beyond the joint limits", data)
         proved = self.proof in {Proof.COMPLETE, Proof.COINCIDING}
         return Reason("the closed form proves that there is no solution" if proved else "no solution was found", data)
 
@@ -133,4 +136,6 @@ class IKSolutions:
         if not counts.size:
             return "no targets"
         found = " to ".join(str(count) for count in sorted({counts.min(), counts.max()}))
-        return f"{found} solutions within the limits ({proved})" + (f"; {self.family}" if self.family else "")
+        return f"{found} solution{'s' * (found != '1')} within the limits ({proved})" + (
+            f"; {self.family}" if self.family else ""
+        )

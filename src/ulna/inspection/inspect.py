@@ -23,7 +23,7 @@ from ulna.inspection.elements import element_findings
 from ulna.inspection.joints import joint_findings, name_findings
 from ulna.inspection.links import inertia_findings, mesh_findings, shape_findings
 from ulna.inspection.loaded import robot_findings, stretched_length
-from ulna.inspection.result import ERROR, WARNING, Finding, Inspection, Severity, TreeRow
+from ulna.inspection.result import ERROR, NOTE, WARNING, Finding, Inspection, Severity, TreeRow
 from ulna.robot import Robot, load
 from ulna.robot.hand_link import hand_link
 
@@ -36,7 +36,8 @@ def inspect(
     """The health of a robot description, also of one that ``ulna.load`` refuses: that error is then the first finding.
 
     Args:
-        source: A bundled name, the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text.
+        source: A bundled name, the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text; or
+            SDF or MJCF.
         xacro_args: Arguments of a xacro file, or of the one macro that it defines.
         package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie.
 
@@ -88,7 +89,7 @@ def _findings(document: Inspected, reach: float | None) -> Iterator[Finding]:
     lines = {part.line for part in left_out}  # what has a finding as a fault there is not refused
     own = [one for one in own if one.severity != ERROR or one.line not in lines]
     yield from own if error is None else _without_repeated(own, line)
-    yield from (Finding(WARNING, part.where, part.message, part.line) for part in left_out)
+    yield from (Finding(NOTE if part.is_note else WARNING, part.where, part.message, part.line) for part in left_out)
     yield from mesh_findings(root, document)
     yield from (Finding(WARNING, "document", sentence) for sentence in document.warnings)
     if document.robot is not None and reach is not None:
@@ -135,8 +136,10 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
         root = None if does_not_expand else _elements(text, name, folder, xacro_args, folders)
         return Inspected(name, folder, folders, root, None, error)
     description = robot.description
-    text = description.text or write_urdf(expressible_in_urdf(description))  # of MJCF: its links and joints as URDF
+    text = description.text or write_urdf(expressible_in_urdf(description))  # of MJCF and SDF: their links and joints as URDF
     root = parse(text.encode(), description.source)
+    for element in () if description.text else root.iter():
+        element.sourceline = 0  # its lines are not those of the document
     # Of what is not read or left out, load says the first, and each has its finding.
     unread = [*left_out_sentences(description), *sentences(root, description.source)][:1]
     said = tuple(str(one.message) for one in caught if not str(one.message).startswith(tuple(unread)))

@@ -11,7 +11,7 @@ from ulna.description.meshes.hulls import mesh_reader
 from ulna.description.meshes.mesh_files import CHECKED, Located, MeshFiles
 from ulna.description.packages import resolve_uri
 from ulna.description.unread import of_robot
-from ulna.errors import FileError, MissingExtraError, listed
+from ulna.errors import FileError, MissingExtraError, count_of, listed
 from ulna.inspection.elements import found, number, numbers
 from ulna.inspection.result import ERROR, NOTE, WARNING, Finding
 
@@ -119,7 +119,7 @@ def mesh_findings(root: etree._Element, described: Located) -> Iterator[Finding]
     for mesh in root.iterfind("link/*/geometry/mesh"):
         users.setdefault((mesh.get("filename", ""), numbers(mesh, "scale") or (1.0, 1.0, 1.0)), mesh)
     missing: dict[str, list[tuple[str, etree._Element, tuple[str, ...]]]] = defaultdict(list)
-    unread: Counter[str] = Counter()
+    unread: Counter[tuple[str, str]] = Counter()
     reader, lacking = _reader()
     for (uri, scale), mesh in users.items():
         if min(map(abs, scale)) == 0:
@@ -132,15 +132,15 @@ def mesh_findings(root: etree._Element, described: Located) -> Iterator[Finding]
         if path is None:
             missing[_home(uri)].append((uri, mesh, tuple(map(str, tried))))
         elif path.suffix.lower() not in CHECKED:
-            unread[f"of kind {path.suffix.lower()!r} were found, but not read"] += 1
+            unread[f" of kind {path.suffix.lower()!r}", "found, but not read"] += 1
         elif reader is None:
-            unread[f"were found, but not read: {lacking}"] += 1
+            unread["", f"found, but not read: {lacking}"] += 1
         else:
             yield from _content_findings(uri, files, reader, scale, mesh)
     for home, some in missing.items():
         yield _missing(home, some)
-    for words, count in unread.items():
-        yield Finding(NOTE, "document", f"{count} meshes {words}")
+    for (of, words), count in unread.items():
+        yield Finding(NOTE, "document", f"{count_of(count, 'mesh', 'meshes')}{of} {'was' if count == 1 else 'were'} {words}")
 
 
 def _reader() -> tuple[ModuleType | None, str]:

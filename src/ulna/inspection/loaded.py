@@ -10,7 +10,7 @@ from ulna.description.robot_description import Description, Joint, JointType
 from ulna.description.semantic import Srdf
 from ulna.description.shapes import Mesh
 from ulna.description.structure import Drive, bounds_of_q, columns_of_q, drives_of, hard_bounds, joints_from_root
-from ulna.errors import UlnaError, listed
+from ulna.errors import UlnaError, count_of, listed
 from ulna.inspection.result import NOTE, WARNING, Finding
 from ulna.robot import Robot
 
@@ -36,7 +36,7 @@ def robot_findings(robot: Robot, reach: float) -> Iterator[Finding]:
 
 def _srdf_findings(srdf: Srdf) -> Iterator[Finding]:
     if srdf.found_at:
-        allowed = f"{len(srdf.disabled_collisions)} pairs of links may touch by it"
+        allowed = f"{count_of(len(srdf.disabled_collisions), 'pair')} of links may touch by it"
         yield Finding(NOTE, "document", f"{srdf.found_at} lies beside the URDF and is used; {allowed}")
         for sentence in srdf.warnings:
             yield Finding(WARNING, "document", sentence)

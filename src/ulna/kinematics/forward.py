@@ -1,6 +1,7 @@
 """Computes the poses of links, NumPy in and out."""
 
 from collections.abc import Callable
+from typing import Never
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.drivers import forward
 from ulna.engine.bound import Called, bind, call_in_c
 from ulna.engine.entries import ready
-from ulna.engine.threads import LEAST_POSES, in_parts, refuse_unless_threads
+from ulna.engine.threads import LEAST_POSES, in_parts
+from ulna.errors import refuse_unknown
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_out, as_positions, flat, for_kernel, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 
@@ -30,18 +32,19 @@ class FunctionOfLink(Called):
         self._one, self._batch = ready(one), batch
         self.in_c = bind(self._one, "pose", (self._chain, *frame, tree.n_dof), tree.n_dof, shape, self._validated)
 
-    def _validated(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+    def _validated(self, q: ArrayLike, out: Array | None = None, **unknown: Never) -> Array:
         """The result for a batch, and for arguments that must be converted or refused."""
+        if unknown:
+            refuse_unknown(type(self).__name__, unknown)
         q = as_positions(q, self._tree)
         result = as_out(out, (*q.shape[:-1], *self._shape), q)
         if q.ndim == 1:
-            refuse_unless_threads(threads)
             x = for_kernel(q)
             good = result.size == 0 or self._one(self._chain, *self._frame, len(x), x, result)
         else:
             leading, rows = (self._tree.chain(self._link), *self._frame), flat(q)
             of_rows = result.reshape(len(rows), *self._shape)
-            good = in_parts(lambda part: self._batch(*leading, rows[part], of_rows[part]), len(rows), LEAST_POSES, threads)
+            good = in_parts(lambda part: self._batch(*leading, rows[part], of_rows[part]), len(rows), LEAST_POSES)
         if not good:
             refuse_out_of_range(q)
         return result
@@ -59,21 +62,21 @@ class CompiledForward(FunctionOfLink):
     def __init__(self, tree: Tree, link: str) -> None:
         super().__init__(tree, link, forward.forward_one, forward.forward_batch, (), _SHAPE)
 
-    def __call__(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+    def __call__(self, q: ArrayLike, out: Array | None = None, **unknown: Never) -> Array:
         """T_base_link.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             Shape (..., 4, 4).
 
         Raises:
-            InputError: q has another shape or is out of range, ``out`` does not fit, or ``threads`` is no number of threads.
+            InputError: q has another shape or is out of range, or ``out`` does not fit.
         """
-        fits = threads is None and (out is None or (type(out) is np.ndarray and out.flags.carray))
+        fits = not unknown and (out is None or (type(out) is np.ndarray and out.flags.carray))
         if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64:
             one = q if q.flags.carray else q.copy()  # read-only, such as robot.home, it would be of another type
             T, forward_one = np.empty(_SHAPE) if out is None else out, self._one  # as a method it would take 20 ns longer
@@ -82,7 +85,7 @@ class CompiledForward(FunctionOfLink):
                     return T
             except TypeError:  # out has another type; to find that here takes 80 us, so q's type is tested before
                 pass
-        return self._validated(q, out, threads)
+        return self._validated(q, out, **unknown)
 
     def __reduce__(self):
         return CompiledForward, (self._tree, self._link)
@@ -114,16 +117,15 @@ class ForwardByLink(dict[str | None, Callable[..., Array]]):
         return function
 
 
-def forward_kinematics(tree: Tree, q: ArrayLike, link: str, threads: int | None = None) -> Array:
+def forward_kinematics(tree: Tree, q: ArrayLike, link: str) -> Array:
     """T_base_link, shape (..., 4, 4), for q of shape (..., n_dof)."""
-    return CompiledForward(tree, link)(q, None, threads)
+    return CompiledForward(tree, link)(q)
 
 
-def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = None) -> Array:
     """T_base_frame of every row of a table of frames, shape (..., n_frames, 4, 4), for q of shape (..., n_dof)."""
     q, n = as_positions(q, tree), len(frames)
     if q.ndim == 1:
-        refuse_unless_threads(threads)
         poses = np.empty((n, 4, 4)) if out is None else as_out(out, (n, 4, 4), q)
         good = forward.frames_one(tree.joints, frames, for_kernel(q), poses)
     else:
@@ -134,7 +136,7 @@ def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = Non
         def run(part: slice) -> bool:
             return forward.frames_batch(tree.joints, frames, rows[part], of_rows[part])
 
-        good = in_parts(run, len(rows), LEAST_POSES, threads)
+        good = in_parts(run, len(rows), LEAST_POSES)
     if not good:
         refuse_out_of_range(q)
     return poses

@@ -1,7 +1,7 @@
 """Computes Jacobians, NumPy in and out."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Never
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,21 +34,21 @@ class CompiledJacobian(FunctionOfLink):
         shape = 6, tree.n_dof
         super().__init__(tree, link, jacobian.jacobian_one, jacobian.jacobian_batch, (self._number,), shape)
 
-    def __call__(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+    def __call__(self, q: ArrayLike, out: Array | None = None, **unknown: Never) -> Array:
         """J: the link's velocity for a unit rate of each entry of q, linear rows first.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             Shape (..., 6, n_dof).
 
         Raises:
-            InputError: q has another shape or is out of range, ``out`` does not fit, or ``threads`` is no number of threads.
+            InputError: q has another shape or is out of range, or ``out`` does not fit.
         """
-        fits = threads is None and (out is None or (type(out) is np.ndarray and out.flags.carray))
+        fits = not unknown and (out is None or (type(out) is np.ndarray and out.flags.carray))
         if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64:
             one = q if q.flags.carray else q.copy()  # read-only, such as robot.home, it would be of another type
             J, jacobian_one = np.empty(self._shape) if out is None else out, self._one  # as a method it would take 20 ns longer
@@ -57,7 +57,7 @@ class CompiledJacobian(FunctionOfLink):
                     return J
             except TypeError:  # out has another type; to find that here takes 80 us, so q's type is tested before
                 pass
-        return self._validated(q, out, threads)
+        return self._validated(q, out, **unknown)
 
     def __reduce__(self):
         return CompiledJacobian, (self._tree, self._link, self._expressed_in)
@@ -100,14 +100,12 @@ def as_frame(expressed_in: str) -> int:
     return frame
 
 
-def geometric_jacobian(
-    tree: Tree, q: ArrayLike, link: str, expressed_in: str, out: Array | None = None, threads: int | None = None
-) -> Array:
+def geometric_jacobian(tree: Tree, q: ArrayLike, link: str, expressed_in: str, out: Array | None = None) -> Array:
     """J, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``."""
-    return CompiledJacobian(tree, link, expressed_in)(q, out, threads)
+    return CompiledJacobian(tree, link, expressed_in)(q, out)
 
 
-def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None = None, threads: int | None = None) -> Array:
+def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None = None) -> Array:
     """Rates of x, y, z, roll, pitch, yaw, shape (..., 6, n_dof); see ``Robot.analytical_jacobian``.
 
     The angular velocity in the axes of the base is w = E(pitch, yaw) (roll', pitch', yaw'), with the columns of E the axes
@@ -115,8 +113,8 @@ def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None =
     rows are E^-1 of the geometric ones. det E = cos(pitch). Source: Siciliano et al., Robotics (2009), section 3.6.
     """
     q = as_positions(q, tree)
-    J = geometric_jacobian(tree, q, link, "base", out, threads)
-    rpy = rpy_from_matrix(forward_kinematics(tree, q, link, threads))
+    J = geometric_jacobian(tree, q, link, "base", out)
+    rpy = rpy_from_matrix(forward_kinematics(tree, q, link))
     pitch, yaw = rpy[..., 1], rpy[..., 2]
     locked = np.abs(np.cos(pitch)) < LEAST_COS_PITCH
     if np.any(locked):
@@ -128,7 +126,7 @@ def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None =
     return J
 
 
-def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None, threads: int | None = None) -> Any:
+def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None) -> Any:
     """sqrt(det(J J')), or of J' J for fewer than six entries of q that move the link: shape (...,).
 
     Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
@@ -136,7 +134,7 @@ def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None
     q = as_positions(q, tree)
     measure = as_out(out, q.shape[:-1], q)
     moving = tree.moving_columns(link)
-    J = geometric_jacobian(tree, q, link, "base", threads=threads)[..., moving]
+    J = geometric_jacobian(tree, q, link, "base")[..., moving]
     Jt = np.swapaxes(J, -1, -2)
     np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0), out=measure)
     if not len(moving):  # the determinant of no rows is 1

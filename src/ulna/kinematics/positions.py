@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.errors import InputError
+from ulna.errors import InputError, count_of
 from ulna.kernels.layout import LARGEST
 from ulna.kinematics.tree import Tree
 
@@ -90,7 +90,9 @@ def q_of_joints(names: Sequence[str], positions: ArrayLike, others: ArrayLike | 
     """q, shape (n_dof,), of the named joints of a tree; see ``Robot.q_of_joints``."""
     values = as_floats("positions", positions)
     if values.shape != (len(names),):
-        raise InputError("positions", f"shape {values.shape}, but one position for each of {len(names)} names is expected")
+        raise InputError(
+            "positions", f"shape {values.shape}, but one position for each of {count_of(len(names), 'name')} is expected"
+        )
     refuse_out_of_range(values, "positions")
     given = dict(zip(names, values.tolist(), strict=True))
     if len(given) < len(names):

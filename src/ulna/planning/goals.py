@@ -17,7 +17,7 @@ from ulna.collision.checker import Checker
 from ulna.collision.clouds import PointCloud
 from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
-from ulna.errors import InputError
+from ulna.errors import InputError, count_of
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
 from ulna.ik.options import Request as IKRequest
@@ -111,7 +111,7 @@ class Request(NamedTuple):
         for name in dict.fromkeys(pair.name_b for pair in pairs if pair.link_b is None):
             if isinstance(shapes.get(name), PointCloud):
                 hint += f"; {name} is a point cloud: if the points are those of the robot, cloud.without(robot, q) removes them"
-        more = f" and {len(pairs) - _MOST_PAIRS} more pairs" if len(pairs) > _MOST_PAIRS else ""
+        more = f" and {count_of(len(pairs) - _MOST_PAIRS, 'more pair')}" if len(pairs) > _MOST_PAIRS else ""
         words = ", ".join(_in_words(pair, self.margin) for pair in pairs[:_MOST_PAIRS])
         return Reason(words + more + hint, Report(pairs))
 
@@ -240,7 +240,7 @@ def _solutions_of(request: Request, link: str, T: Array, fixed: NDArray[np.bool_
         seeds[:, fixed] = request.start[fixed]
         result = _solve(request, link, np.broadcast_to(T, (_SEEDS, 4, 4)).copy(), seeds)
         return np.unique(result.q[result.success].reshape(-1, n), axis=0)
-    options = Options(seed=request.seed, task=request.task, threads=1)
+    options = Options(seed=request.seed, task=request.task)
     asked = IKRequest(T, request.start, link=link, options=options)
     found = request.inverse_kinematics.all_solutions(asked, n_samples=request.spread)
     return found.q[found.valid]

@@ -12,7 +12,7 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.engine.progress import progress_bar
 from ulna.engine.threads import in_rows
-from ulna.errors import InputError, UnknownNameError
+from ulna.errors import InputError, UnknownNameError, count_of
 from ulna.planning.plan import Plan
 from ulna.planning.slices import stopping
 
@@ -24,7 +24,6 @@ def plan_many(
     q_starts: ArrayLike | str | Sequence[str],
     goals: ArrayLike | Mapping[str, ArrayLike] | str | Sequence[str],
     world: World | Iterable[World | None] | None,
-    threads: int | None,
     *,
     progress: Callable[[int, int], None] | bool | None,
 ) -> tuple[Plan, ...]:
@@ -34,10 +33,11 @@ def plan_many(
     counts = ({len(starts)} if each else set()) | ({len(many)} if len(many) != 1 else set())
     targets = [goals] * max(counts, default=1) if isinstance(goals, str) else _rows(goals)
     if len(counts | {len(targets)}) > 1:
-        raise InputError("goals", f"{len(targets)} goals, {len(starts)} starts and {len(many)} worlds do not go together")
+        given = count_of(len(targets), "goal"), count_of(len(starts), "start"), count_of(len(many), "world")
+        raise InputError("goals", f"{given[0]}, {given[1]} and {given[2]} do not go together")
     starts = starts if each else starts * len(targets)
     with _bar() if progress is True else nullcontext(progress or None) as shown:
-        return _planned(plan, starts, targets, many, threads, shown)
+        return _planned(plan, starts, targets, many, shown)
 
 
 def _planned(
@@ -45,7 +45,6 @@ def _planned(
     starts: list[Any],
     targets: list[Any],
     many: list[World | None],
-    threads: int | None,
     progress: Callable[[int, int], None] | None,
 ) -> tuple[Plan, ...]:
     plans: list[Any] = [None] * len(targets)
@@ -68,7 +67,7 @@ def _planned(
                 progress(done, len(plans))
         return True
 
-    in_rows(run, len(plans), threads, stopped.set)
+    in_rows(run, len(plans), stopped.set)
     return tuple(plans)
 
 

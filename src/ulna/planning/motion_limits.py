@@ -17,7 +17,7 @@ from ulna.description.arrays import as_floats
 from ulna.description.file_bytes import file_bytes
 from ulna.description.structure import Drive
 from ulna.description.yaml_text import yaml_value
-from ulna.errors import DescriptionError, FileError, InputError, UnknownNameError, cited
+from ulna.errors import DescriptionError, FileError, InputError, UnknownNameError, cited, count_of, reason_of
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.arm_limits import ARMS, ArmLimits
 from ulna.planning.joint_limits import arm_limits_of
@@ -65,7 +65,7 @@ def limits_of(
         raise UnknownNameError("set of limits", name, (FRANKA, *ARMS), "; a file has to end in .yaml")
     if len(ARMS[name].velocity) != len(names):
         few, many = len(ARMS[name].velocity), f"{len(names)} ({', '.join(names)})"
-        raise InputError("limits", f"{name} has {few} joints, the robot has {many}; a .yaml file names its joints")
+        raise InputError("limits", f"{name} has {count_of(few, 'joint')}, the robot has {many}; a .yaml file names its joints")
     return ARMS[name]
 
 
@@ -196,7 +196,7 @@ def read_joint_limits(
     try:
         text = file_bytes(path, _MOST_BYTES)
     except OSError as error:
-        raise FileError(str(path), error.strerror or str(error)) from None
+        raise FileError(str(path), reason_of(error)) from None
     if len(text) > _MOST_BYTES:
         raise FileError(str(path), f"has more than {_MOST_BYTES} bytes")
     return _every_or_none(arm_limits_of(_document(text, str(path)), names, followers or {}, str(path)), names, needed)

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_count, as_floats, as_number
-from ulna.errors import InputError
+from ulna.errors import InputError, count_of
 from ulna.ik.reason import NO_REASON, Reason
 from ulna.kinematics.tree import Tree, entry_names
+from ulna.notebook.tables import OneLine, table
 from ulna.planning.held_first import arm_of
 from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
@@ -68,8 +69,8 @@ class Searched(NamedTuple):
     n_searches: int = 1
 
 
-@dataclass(frozen=True, eq=False)
-class Plan:
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(OneLine):
     """A motion from a start to a goal: straight lines between configurations. ``if plan:`` asks whether there is one.
 
     ======================= =============================================================================================
@@ -389,14 +390,22 @@ class Plan:
         self.__dict__.update(state)
         self.path.setflags(write=False)
 
+    def _repr_html_(self) -> str:
+        if not self or self._motion is None:
+            return table(repr(self)[1:-1])
+        tree, ends = self._motion.checker.tree, self.path[[0, -1]]
+        moves = np.abs(np.diff(self.path, axis=0)).sum(axis=0)
+        rows = zip(entry_names(tree), *ends.tolist(), moves.tolist(), strict=True)
+        return table(repr(self)[1:-1], ("joint", "start", "end", "moves by"), rows, ["in rad; m for slides"])
+
     def __str__(self) -> str:
         if self:
             how = "certified free" if self.certified else "free at samples"
             n = len(self.path)
             out = f"; the start touches by {self.escape * 1e3:.2g} mm, and the first edge leads out of it"
             left = out if self.escaped else ""
-            points = f"{n} configuration{'s' * (n != 1)}, length {self.length:.3g}"
-            return f"solved: {points}, {how}, after {self.checks} checked edges{left}{self._of_moved}"
+            points = f"{count_of(n, 'configuration')}, length {self.length:.3g}"
+            return f"solved: {points}, {how}, after {count_of(self.checks, 'checked edge')}{left}{self._of_moved}"
         return f"{self.status}: {self.reason}"
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.errors import count_of
 from ulna.ik.reason import Reason
 from ulna.planning.goals import Request
 from ulna.planning.kept import are_kept, narrower
@@ -67,7 +68,8 @@ def budget_spent(request: Request, motion: Motion, edges: Array, effort: Effort,
     stops = _stops(request, edges[~passed & kept])
     found = SpentBudget(limit.partition("=")[0], effort, len(edges), stops, int(passed.sum()), int((~kept).sum()))
     reached = (
-        f"after {effort.checks} checked edges ({limit}); {effort.start_nodes} configurations were reached from the start, "
+        f"after {count_of(effort.checks, 'checked edge')} ({limit}); "
+        f"{count_of(effort.start_nodes, 'configuration was', 'configurations were')} reached from the start, "
         f"{effort.goal_nodes} from the goals, and no edge between them was found"
     )
     return Reason(reached + _of_refused(found), found)
@@ -76,7 +78,7 @@ def budget_spent(request: Request, motion: Motion, edges: Array, effort: Effort,
 def _of_refused(found: SpentBudget) -> str:
     """What is said of the refused edges."""
     pairs = ", ".join(f"{stop.link} and {stop.other} ({stop.edges})" for stop in found.stops[:_MOST_NAMED])
-    sentence = f". What stopped the last {found.edges} refused edges: {pairs}" if pairs else ""
+    sentence = f". What stopped the last {count_of(found.edges, 'refused edge')}: {pairs}" if pairs else ""
     if found.not_kept:
         sentence += f". {found.not_kept} of the last {found.edges} refused edges do not keep the constraints"
     if found.uncertified:

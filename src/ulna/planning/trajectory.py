@@ -15,6 +15,8 @@ from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.file_bytes import write_table
 from ulna.errors import InputError, needs_extra
+from ulna.notebook.recording import Recording, drawer
+from ulna.notebook.tables import OneLine, table
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.blend import CHORDS, Grid
 from ulna.planning.keep import Keep
@@ -34,12 +36,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 _MOST_SAMPLES = 10_000_000
 _UNITS = "rad or m", "1/s", "1/s²", "1/s³"  # of a plot
+_IN_TABLE = 1000  # times at which velocities are compared for a table
 _IN_PICTURE = 1.5  # of the greatest value of a plot: limits beyond it are not drawn
 _NEAR = 1e-6  # [rad or m]: of a plan's start to the motion that it replaces
 
 
-@dataclass(frozen=True, eq=False)
-class Trajectory:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(OneLine):
     """A motion in time, within limits, from rest to rest unless velocities at its ends were given.
 
     Without limits of jerk the path is a line or a parabola between two grid points, and the acceleration along it is constant.
@@ -350,15 +353,16 @@ class Trajectory:
     def plot(self):
         """A Matplotlib figure of positions, velocities and accelerations over time; of jerks too if they are limited.
 
-        The limits that are known and near enough to be in the picture are dashed lines, in the colour of the joint.
+        The limits that are known and near enough to be in the picture are dashed lines, in the colour of the joint. A notebook
+        shows the figure in the last line of a cell; ``figure.savefig("motion.png")`` writes it. No window opens.
 
         Raises:
             MissingExtraError: Matplotlib is not installed.
         """
-        with needs_extra("a plot", "reach", "matplotlib"):
-            from matplotlib.figure import Figure  # noqa: PLC0415 - it is optional
+        with needs_extra("a plot", "plot", "matplotlib"):
+            from ulna.notebook.figure import NotebookFigure  # noqa: PLC0415 - it needs the extra
         shown = list(zip(QUANTITIES, _UNITS, strict=True))[: 4 if self.limits_jerk else 3]
-        figure = Figure(figsize=(8, 2.6 * len(shown)), layout="constrained")
+        figure = NotebookFigure(figsize=(8, 2.6 * len(shown)), layout="constrained")
         t, limits = np.linspace(0.0, self.duration, 1000), self.limits
         for axes, values, (name, unit) in zip(figure.subplots(len(shown), sharex=True), self.at(t), shown, strict=False):
             lines = axes.plot(t, values, label=self.joint_names)
@@ -372,6 +376,34 @@ class Trajectory:
         figure.axes[-1].set_xlabel("time [s]")
         return figure
 
+    def show(
+        self,
+        world: World | None = None,
+        *,
+        seconds: float | None = None,
+        boxes: bool = False,
+        size: tuple[int, int] | None = None,
+    ) -> Recording:
+        """A short film of the motion, drawn with no display: a notebook shows it, again and again, and keeps it in its file.
+
+        Args:
+            world: The obstacles, red where they are touched; those of the plan unless given.
+            seconds: How long the film is [s]; as long as the motion takes, but at most 10, unless given.
+            boxes: Show the boxes that collisions of the robot are checked with.
+            size: Width and height [pixels]; 480 and 320 unless given.
+
+        Returns:
+            A ``Recording``; its ``save("motion.mp4")`` writes a video, ``save("motion.gif")`` the film as it is.
+
+        Raises:
+            InputError: The world, the seconds or the size cannot be taken.
+            MissingExtraError: The extra ``viewer`` is not installed.
+        """
+        if self._motion is None:
+            raise AssertionError("every plan with a path has one")
+        around = self._motion.world if world is None else world
+        return drawer("motion")(self, self._motion.checker, around, seconds=seconds, boxes=boxes, size=size)
+
     def __getstate__(self) -> dict:
         return {name: value for name, value in self.__dict__.items() if name not in {"times", "_at_times"}}
 
@@ -379,10 +411,23 @@ class Trajectory:
         self.__dict__.update(state)
         self.__post_init__()
 
+    def _repr_html_(self) -> str:
+        t = np.linspace(0.0, self.duration, _IN_TABLE)
+        q, qd, qdd = self.at(t)[:3]
+        fastest, hardest = (np.abs(each).max(axis=0) for each in (qd, qdd))
+        columns = (each.tolist() for each in (q[0], q[-1], fastest, hardest))
+        headers = "joint", "start", "end", "largest velocity", "largest acceleration"
+        return table(repr(self)[1:-1], headers, zip(self.joint_names, *columns, strict=True), ["in rad and s; m for slides"])
+
     def __str__(self) -> str:
         how = "certified free" if self.certified else "not certified"
         stops = f"{self.stops} stop{'s' * (self.stops != 1)} on the way"
         return f"{self.duration:.4g} s, {len(self.times)} grid points, {stops}, {how}"
+
+    def __repr__(self) -> str:
+        n = len(self.joint_names)
+        how = "certified free" if self.certified else "not certified"
+        return f"<Trajectory: {self.duration:.4g} s, {n} joint{'s' * (n != 1)}, {how}>"
 
 
 def _read_only(array: Array) -> Array:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ulna.collision.scene_file import world_from_json
 from ulna.collision.world import World
-from ulna.engine.threads import VARIABLE, default_threads
+from ulna.engine.threads import VARIABLE, default_threads, threads
 from ulna.errors import FileError
 from ulna.reachability.model import robot_from_json
 from ulna.reachability.specification import Specification
@@ -51,7 +51,16 @@ class OpenMap:
     arrays: dict[str, Any]
 
 
-def run_task(path: str, chunks: tuple[int, ...], threads: int | None = None, stop: threading.Event | None = None) -> Outcome:
+def run_on_worker(path: str, chunks: tuple[int, ...]) -> Outcome:
+    """``run_task`` on a worker of a cluster: in ``ULNA_THREADS`` threads where it is set there, else in one.
+
+    A worker runs one task a thread.
+    """
+    with threads(default_threads() if os.environ.get(VARIABLE, "").strip() else 1):
+        return run_task(path, chunks)
+
+
+def run_task(path: str, chunks: tuple[int, ...], stop: threading.Event | None = None) -> Outcome:
     """Compute the chunks that are not there yet, one after the other, and write each; ``stop`` ends it between two."""
     start, poses = time.perf_counter(), 0
     opened = _opened(path, metadata_bytes(Path(path)))
@@ -60,26 +69,26 @@ def run_task(path: str, chunks: tuple[int, ...], threads: int | None = None, sto
         if stop is not None and stop.is_set():
             break
         if not is_done(opened.path, grid.place(chunk)):
-            write(opened, chunk, compute(opened, chunk, threads_of_a_task() if threads is None else threads))
+            write(opened, chunk, compute(opened, chunk))
         poses += grid.poses_of(chunk)
     return Outcome(poses, time.perf_counter() - start)
 
 
-def compute(opened: OpenMap, chunk: int, threads: int = 1) -> dict[str, NDArray]:
+def compute(opened: OpenMap, chunk: int) -> dict[str, NDArray]:
     """The variables of a chunk by their names, ``reached`` last; each of the chunk's own shape."""
     specification, robot = opened.specification, opened.robot
     region = specification.grid.region(chunk)
     shape = tuple(cut.stop - cut.start for cut in region)
-    reached, every_q, branches = verdicts(specification, robot, opened.world, specification.grid.targets(region), threads)
+    reached, every_q, branches = verdicts(specification, robot, opened.world, specification.grid.targets(region))
     solved = np.flatnonzero(reached == REACHED)
     q = every_q[solved]
     values: dict[str, NDArray] = {} if branches is None else {"branches": branches.reshape(shape)}
     for name in variables(specification)[len(values) : -1]:
         match name:
             case "manipulability":
-                of_solved = robot.manipulability(q, link=specification.link, threads=threads)
+                of_solved = robot.manipulability(q, link=specification.link)
             case "clearance":
-                of_solved = robot.signed_distance(q, opened.world, threads=threads)
+                of_solved = robot.signed_distance(q, opened.world)
             case _:
                 of_solved = q
         values[name] = _spread(np.asarray(of_solved, dtype=np.float32), solved, shape)
@@ -94,11 +103,6 @@ def write(opened: OpenMap, chunk: int, values: dict[str, NDArray]) -> None:
             opened.arrays[name][region] = array
     except OSError as error:
         raise FileError(str(opened.path), f"a chunk cannot be written ({error.strerror or error})") from None
-
-
-def threads_of_a_task() -> int:
-    """On a worker of a cluster: ``ULNA_THREADS`` where it is set there, else 1, as it runs one task a thread."""
-    return default_threads() if os.environ.get(VARIABLE, "").strip() else 1
 
 
 def _spread(of_solved: NDArray[np.float32], solved: NDArray[np.int64], shape: tuple[int, ...]) -> NDArray[np.float32]:

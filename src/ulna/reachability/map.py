@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.scene_file import world_from_json
 from ulna.collision.world import World
 from ulna.description.pose import as_pose
-from ulna.errors import InputError, needs_extra
+from ulna.errors import InputError, count_of, needs_extra
 from ulna.ik.result import IKResult
 from ulna.ik.task import Task
 from ulna.reachability.grid import Grid, Region, nearest_orientation
@@ -329,7 +329,7 @@ class ReachabilityMap:
 
     def __repr__(self) -> str:
         z, y, x = self.grid.shape
-        size = f"{x} x {y} x {z} voxels of {self.grid.voxel:g} m, {self.grid.orientations} orientations"
+        size = f"{x} x {y} x {z} voxels of {self.grid.voxel:g} m, {count_of(self.grid.orientations, 'orientation')}"
         return f"<ReachabilityMap of {self._specification.robot!r}: {size}>"
 
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
+from ulna.notebook.figure import NotebookFigure
 from ulna.reachability.map import ReachabilityMap
 
 _COLORS = "viridis"
 
 
-def draw(found: ReachabilityMap) -> Figure:
+def draw(found: ReachabilityMap) -> NotebookFigure:
     """Three slices through the middle of what is reached, the share by height, and why the other poses are not reached."""
-    figure = Figure(figsize=(12, 7), layout="constrained")
+    figure = NotebookFigure(figsize=(12, 7), layout="constrained")
     axes = figure.subplots(2, 3)
     centre = _centre(found)
     for ax, axis in zip(axes[0], "xyz", strict=True):

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Never
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.scene_file import world_to_json
 from ulna.collision.world import World
 from ulna.description.arrays import as_count, as_switch
-from ulna.engine.threads import as_threads, default_threads
-from ulna.errors import FileError, InputError
+from ulna.errors import FileError, InputError, refuse_unknown
 from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.ik.problem import refuse_immovable
 from ulna.ik.task import Task, as_task
@@ -48,8 +47,8 @@ def reachability_map(
     position_tolerance: float = 1e-5,
     rotation_tolerance: float = 1e-5,
     max_iterations: int = 400,
-    threads: int | None = None,
     progress: Callable[[int, int], object] | None = None,
+    **unknown: Never,
 ) -> ReachabilityMap:
     """Compute which poses a robot reaches, and how well: inverse kinematics in every voxel, in every orientation.
 
@@ -76,8 +75,8 @@ def reachability_map(
         rotation_tolerance: Largest angle that counts as reached [rad].
         max_iterations: Steps from all starts of one pose together. A pose that they do not reach has the status ``budget spent``;
             from 16 000 on the reason is found, which takes some twenty times as long.
-        threads: How many threads without a client; ``ULNA_THREADS``, or one a processor, unless given.
         progress: Called with the number of poses done so far and that of all.
+        **unknown: No other argument is taken.
 
     Returns:
         The ``ReachabilityMap``.
@@ -94,7 +93,7 @@ def reachability_map(
     Example:
         >>> import tempfile, ulna
         >>> planar = ulna.Robot.from_dh([(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)], joint_types=["revolute"] * 2 + ["fixed"])
-        >>> with tempfile.TemporaryDirectory() as folder:  # pip install 'ulna[reach]'
+        >>> with tempfile.TemporaryDirectory() as folder:  # with the extra reach
         ...     box = [(-2.5, -2.5, -0.5), (2.5, 2.5, 0.5)]
         ...     found = ulna.reachability_map(
         ...         planar, f"{folder}/planar.zarr", voxel=1.0, orientations=1, bounds=box, task="position"
@@ -102,14 +101,13 @@ def reachability_map(
         ...     print(found.summary.reached, "of", found.summary.poses)
         13 of 25
     """
+    if unknown:
+        refuse_unknown("reachability_map", unknown)
     zarr_package()
     where, goes_on = _as_path(path), as_switch("resume", resume)
     search = task, seed, position_tolerance, rotation_tolerance, max_iterations
     asked = _specification(robot, link, (voxel, orientations, bounds), world, search, (keep_clearance, keep_solutions))
-    if client is not None:
-        workers = DaskWorkers(client)
-    else:
-        workers = ThreadWorkers(default_threads() if threads is None else as_threads(threads))
+    workers = ThreadWorkers() if client is None else DaskWorkers(client)
     try:
         with locked(where):
             _begin(where, asked, robot, resume=goes_on)

@@ -24,8 +24,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ulna.engine.threads import n_threads, threads
 from ulna.errors import ClusterError, FileError, UlnaError, needs_extra
-from ulna.reachability.chunk import Outcome, run_task
+from ulna.reachability.chunk import Outcome, run_on_worker, run_task
 from ulna.reachability.grid import Grid
 from ulna.reachability.store import undone
 
@@ -79,14 +80,14 @@ class Workers:
 class ThreadWorkers(Workers):
     """Threads of this process, one task a thread."""
 
-    def __init__(self, threads: int) -> None:
-        self._threads, self._stop = threads, threading.Event()
-        pool = ThreadPoolExecutor(threads, thread_name_prefix="ulna-reach")
-        super().__init__(pool, partial(run_task, threads=1, stop=self._stop))
+    def __init__(self) -> None:
+        self._width, self._stop = n_threads(), threading.Event()
+        pool = ThreadPoolExecutor(self._width, thread_name_prefix="ulna-reach", initializer=threads, initargs=(1,))
+        super().__init__(pool, partial(run_task, stop=self._stop))
 
     def width(self) -> int:
         """The number of threads."""
-        return self._threads
+        return self._width
 
     def cancel(self) -> None:
         """End every task after the chunk that it computes."""
@@ -100,7 +101,7 @@ class DaskWorkers(Workers):
     def __init__(self, client: Any) -> None:
         with needs_extra("a Dask cluster", "reach", "dask", "distributed"):
             import distributed  # noqa: PLC0415 -- needs the extra
-        super().__init__(client.get_executor(pure=False, retries=_RETRIES), run_task)
+        super().__init__(client.get_executor(pure=False, retries=_RETRIES), run_on_worker)
         self._distributed, self._client, self._warned = distributed, client, False
 
     def width(self) -> int:

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.file_bytes import json_value, regular_file_bytes
-from ulna.errors import DescriptionError, FileError, needs_extra
+from ulna.errors import DescriptionError, FileError, needs_extra, reason_of
 from ulna.reachability.grid import Grid
 from ulna.reachability.specification import Specification
 from ulna.reachability.verdicts import NEVER, NUMBERS
@@ -95,7 +95,7 @@ def metadata_bytes(path: Path) -> bytes:
     except FileNotFoundError:
         raise FileError(str(path), "there is no reachability map") from None
     except OSError as error:
-        raise FileError(str(path), error.strerror or str(error)) from None
+        raise FileError(str(path), reason_of(error)) from None
     if len(content) > _MOST_BYTES:
         raise FileError(str(path), f"its {META} has more than {_MOST_BYTES // 1_000_000} MB, the most that is read")
     return content
@@ -237,7 +237,7 @@ def _check_file(file: Path, most: int) -> None:
     try:
         status = file.stat()
     except OSError as error:
-        raise FileError(str(file), error.strerror or str(error)) from None
+        raise FileError(str(file), reason_of(error)) from None
     if not stat.S_ISREG(status.st_mode) or status.st_size > most:
         raise FileError(str(file), f"is not a regular file of at most {most} bytes, so it is not part of a map")
 

@@ -46,29 +46,27 @@ class Verdicts(NamedTuple):
     branches: NDArray[np.int8] | None
 
 
-def verdicts(specification: Specification, robot: Robot, world: World | None, targets: Array, threads: int) -> Verdicts:
+def verdicts(specification: Specification, robot: Robot, world: World | None, targets: Array) -> Verdicts:
     """Those of targets of shape (n, 4, 4)."""
     if not specification.branches:
-        return Verdicts(*_searched(specification, robot, world, targets, threads), None)
-    return _by_closed_form(specification, robot, world, targets, threads)
+        return Verdicts(*_searched(specification, robot, world, targets), None)
+    return _by_closed_form(specification, robot, world, targets)
 
 
-def _searched(
-    specification: Specification, robot: Robot, world: World | None, targets: Array, threads: int
-) -> tuple[NDArray[np.int8], Array]:
-    result = robot.inverse_kinematics(targets, world=world, threads=threads, **specification.search)
+def _searched(specification: Specification, robot: Robot, world: World | None, targets: Array) -> tuple[NDArray[np.int8], Array]:
+    result = robot.inverse_kinematics(targets, world=world, **specification.search)
     return OF_CODES[result.info["status"]], result.q
 
 
-def _by_closed_form(specification: Specification, robot: Robot, world: World | None, targets: Array, threads: int) -> Verdicts:
+def _by_closed_form(specification: Specification, robot: Robot, world: World | None, targets: Array) -> Verdicts:
     """Those of an arm all of whose solutions are known; of them the one nearest to ``home``.
 
     Where a joint may have any angle, the closed form gives examples: where none of them is usable, there is a search.
     """
-    found = robot.all_solutions(targets, link=specification.link, task=specification.task, threads=threads)
+    found = robot.all_solutions(targets, link=specification.link, task=specification.task)
     usable = found.valid.copy()
     if world is not None:
-        usable[usable] = ~robot.in_collision(found.q[usable], world, threads=threads)
+        usable[usable] = ~robot.in_collision(found.q[usable], world)
     reached = np.full(len(targets), NUMBERS[Status.UNREACHABLE], dtype=np.int8)
     reached[found.real.any(axis=1)] = NUMBERS[Status.JOINT_LIMITS]
     reached[found.valid.any(axis=1)] = NUMBERS[Status.IN_COLLISION]
@@ -77,5 +75,5 @@ def _by_closed_form(specification: Specification, robot: Robot, world: World | N
     q = found.q[np.arange(len(targets)), change.argmin(axis=1)]
     open_ = np.flatnonzero(~usable.any(axis=1) & ~np.isin(found.proof, [Proof.COMPLETE, Proof.COINCIDING]))
     if len(open_):
-        reached[open_], q[open_] = _searched(specification, robot, world, targets[open_], threads)
+        reached[open_], q[open_] = _searched(specification, robot, world, targets[open_])
     return Verdicts(reached, q, usable.sum(axis=1, dtype=np.int8))

@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 
 from ulna.description.columns import ANGLE, LENGTH, NUMBER, Found, Quantity, Row, words_of
+from ulna.errors import count_of
 from ulna.robot.coordinates import coordinates_of
 from ulna.robot.robot import Robot
 
@@ -39,7 +40,7 @@ def joint_columns(robot: Robot) -> Row:
             raise ValueError(f"some columns have the names of joints, others numbers; the joints are {', '.join(names[:20])}")
         ordered = numbered[0 if "#0" in found.at else 1]
         if any(name not in found.at for name in ordered):
-            raise ValueError(f"its columns are numbered, but not as {len(names)} joints are, from 0 or from 1")
+            raise ValueError(f"its columns are numbered, but not from 0 or from 1 as {count_of(len(names), 'joint')}")
         return ordered
 
     def ignored(name: str) -> bool:

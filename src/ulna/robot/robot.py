@@ -34,7 +34,7 @@ from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
 from ulna.engine.bound import Quick, put_in_c
-from ulna.errors import InputError, UnknownArgumentError
+from ulna.errors import InputError, refuse_unknown
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.differential import differential_ik
 from ulna.ik.followed_path import FollowedPath
@@ -51,7 +51,9 @@ from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytica
 from ulna.kinematics.narrowed import narrowed_description, narrowed_tree
 from ulna.kinematics.positions import q_of_joints
 from ulna.kinematics.sample import uniform_positions
-from ulna.kinematics.tree import Narrowed, Tree, build_tree
+from ulna.kinematics.tree import Narrowed, Tree, build_tree, entry_names
+from ulna.notebook.recording import Recording, drawer
+from ulna.notebook.tables import table
 from ulna.planning.keep import Keep
 from ulna.planning.kept import KeepReport, edge_keeps
 from ulna.planning.many import plan_many
@@ -61,6 +63,7 @@ from ulna.planning.path_trajectory import path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
 from ulna.planning.trajectory import Trajectory
+from ulna.robot.other_names import put_other_names, without_other_names
 from ulna.servo.servo import Servo
 
 if TYPE_CHECKING:
@@ -69,10 +72,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _PLAN = PlanOptions()
-_NO_METHODS = (
-    "the search is Levenberg-Marquardt's; lesson 3 (docs/lessons/3_inverse_kinematics.ipynb) has the textbook methods in NumPy, "
-    "hw2/franka_robot.py the Jacobian transpose"
-)
 
 
 class Robot(Quick):
@@ -355,13 +354,7 @@ class Robot(Quick):
     # ---- where its links are, and how fast they move -------------------------------------------------------------------
 
     def forward_kinematics(
-        self,
-        q: ArrayLike,
-        *,
-        link: str | None = None,
-        frame: Frame | None = None,
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, *, link: str | None = None, frame: Frame | None = None, out: Array | None = None, **unknown: Never
     ) -> Array:
         """The pose of a link.
 
@@ -371,7 +364,7 @@ class Robot(Quick):
             frame: The frame of the result instead of the base: any link, such as ``"base"`` of a UR, which its pendant shows, or
                 its pose T_base_frame, shape (4, 4).
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             T_base_link, shape (..., 4, 4); with ``frame`` T_frame_link.
@@ -381,20 +374,21 @@ class Robot(Quick):
                 link is named; or ``out`` is given beside ``frame``.
             UnknownNameError: There is no such link.
         """
+        if unknown:
+            refuse_unknown("forward_kinematics", unknown)
         if frame is not None:
             if out is not None:
                 raise InputError("out", "goes with the base; with frame= an array is made")
-            is_link = isinstance(frame, str)
-            T_base_frame = self.forward_kinematics(q, link=frame, threads=threads) if is_link else frame_pose(self.tree, frame)
-            return inverse(T_base_frame) @ self.forward_kinematics(q, link=link, threads=threads)
+            T_base_frame = self.forward_kinematics(q, link=frame) if isinstance(frame, str) else frame_pose(self.tree, frame)
+            return inverse(T_base_frame) @ self.forward_kinematics(q, link=link)
         try:
             forward = self._forward[link]
         except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link
             forward = None
-        return (forward or self._forward.of(link))(q, out, threads)
+        return (forward or self._forward.of(link))(q, out)
 
     def compile_forward(self, *, link: str | None = None) -> CompiledForward:
-        """Forward kinematics of one link as a function ``fk(q, out=None, threads=None)`` for control loops: the same, but faster.
+        """Forward kinematics of one link as a function ``fk(q, out=None)`` for control loops: the same, but faster.
 
         Args:
             link: The link's name; the tip unless given.
@@ -416,13 +410,13 @@ class Robot(Quick):
         """
         return self._forward.of(link)
 
-    def link_poses(self, q: ArrayLike, *, out: Array | None = None, threads: int | None = None) -> Array:
+    def link_poses(self, q: ArrayLike, *, out: Array | None = None, **unknown: Never) -> Array:
         """The poses of all links, in the order of ``link_names``.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             T_base_link, shape (..., n_links, 4, 4).
@@ -430,16 +424,12 @@ class Robot(Quick):
         Raises:
             InputError: q has another shape or an entry out of range, or ``out`` does not fit.
         """
-        return frame_poses(self.tree, self.tree.link_frames, q, out, threads)
+        if unknown:
+            refuse_unknown("link_poses", unknown)
+        return frame_poses(self.tree, self.tree.link_frames, q, out)
 
     def jacobian(
-        self,
-        q: ArrayLike,
-        *,
-        link: str | None = None,
-        expressed_in: str = "base",
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, *, link: str | None = None, expressed_in: str = "base", out: Array | None = None, **unknown: Never
     ) -> Array:
         """The geometric Jacobian: the link's velocity for a unit rate of each entry of q.
 
@@ -450,7 +440,7 @@ class Robot(Quick):
                 ``"link"``: the same in the axes of the link (body twist); ``"spatial"``: velocity of the point that passes
                 the base's origin, in the axes of the base.
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             J, shape (..., 6, n_dof): rows v_x, v_y, v_z [m/s], w_x, w_y, w_z [rad/s].
@@ -460,11 +450,13 @@ class Robot(Quick):
                 the robot has several tips and no link is named.
             UnknownNameError: There is no such link.
         """
+        if unknown:
+            refuse_unknown("jacobian", unknown)
         try:
             jacobian = self._jacobian[link, expressed_in]
         except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link or of a frame
             jacobian = None
-        return (jacobian or self._jacobian.of(link, expressed_in))(q, out, threads)
+        return (jacobian or self._jacobian.of(link, expressed_in))(q, out)
 
     def on_gpu(self, *, float32: bool = False) -> GpuRobot:
         """A robot like this one, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
@@ -484,7 +476,7 @@ class Robot(Quick):
         return GpuRobot(self, float32=float32)
 
     def compile_jacobian(self, *, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
-        """The Jacobian of one link as a function ``jac(q, out=None, threads=None)`` for control loops: the same, but faster.
+        """The Jacobian of one link as a function ``jac(q, out=None)`` for control loops: the same, but faster.
 
         Args:
             link: The link's name; the tip unless given.
@@ -507,16 +499,14 @@ class Robot(Quick):
         """
         return self._jacobian.of(link, expressed_in)
 
-    def analytical_jacobian(
-        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
-    ) -> Array:
+    def analytical_jacobian(self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, **unknown: Never) -> Array:
         """The rates of x, y, z, roll, pitch and yaw of a link for a unit rate of each entry of q.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             Shape (..., 6, n_dof), rows in m/s and rad/s; R = Rz(yaw) Ry(pitch) Rx(roll).
@@ -524,18 +514,18 @@ class Robot(Quick):
         Raises:
             SingularityError: |cos(pitch)| < 1e-6 somewhere; ``rows`` lists where.
         """
-        return analytical_jacobian(self.tree, q, self.tree.link_or_tip(link), out, threads)
+        if unknown:
+            refuse_unknown("analytical_jacobian", unknown)
+        return analytical_jacobian(self.tree, q, self.tree.link_or_tip(link), out)
 
-    def manipulability(
-        self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, threads: int | None = None
-    ) -> Any:
+    def manipulability(self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, **unknown: Never) -> Any:
         """How well a link can be moved in all directions: sqrt(det(J J')), 0 at a singularity (Yoshikawa 1985).
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             Shape (...,): the volume of the ellipsoid of velocities, up to a factor; of J' J for fewer than six joints, and 0
@@ -546,7 +536,9 @@ class Robot(Quick):
                 link is named.
             UnknownNameError: There is no such link.
         """
-        return manipulability(self.tree, q, self.tree.link_or_tip(link), out, threads)
+        if unknown:
+            refuse_unknown("manipulability", unknown)
+        return manipulability(self.tree, q, self.tree.link_or_tip(link), out)
 
     # ---- which joint positions bring a link to a pose ------------------------------------------------------------------
 
@@ -568,7 +560,6 @@ class Robot(Quick):
         rotation_tolerance: float = 1e-5,
         max_iterations: int | None = None,
         time_limit: float | None = None,
-        threads: int | None = None,
         trace: bool = False,
         **unknown: Never,
     ) -> IKResult:
@@ -603,10 +594,8 @@ class Robot(Quick):
             max_iterations: The largest number of steps of all starts of a search together; 16 000 (800 starts) unless
                 given. The closed form takes no steps.
             time_limit: The longest time of the search [s], checked between rounds of restarts.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
-                The result is the same bit for bit.
             trace: For one target: keep the errors, the step and the damping of every step in ``result.trace``.
-            **unknown: No other argument is taken; the error says where the former ``method`` is.
+            **unknown: No other argument is taken.
 
         Returns:
             An ``IKResult``: q, success, status, errors, iterations, and the reasons. A target that is not reached is a result
@@ -626,8 +615,7 @@ class Robot(Quick):
             solved
         """
         if unknown:
-            name = next(iter(unknown))
-            raise UnknownArgumentError("inverse_kinematics", name, _NO_METHODS if name == "method" else "")
+            refuse_unknown("inverse_kinematics", unknown)
         if isinstance(T, Keep):
             if task != "pose":
                 raise InputError("task", "a constraint has a task of its own; none is given beside it")
@@ -637,7 +625,7 @@ class Robot(Quick):
         else:
             target = T if frame is None else poses_in_base(self.tree, T, frame)
         options = Options(  # in their order: by name they would take 0.3 us more
-            seed, task, rank, position_tolerance, rotation_tolerance, threads, max_step, max_iterations, time_limit, trace
+            seed, task, rank, position_tolerance, rotation_tolerance, max_step, max_iterations, time_limit, trace
         )
         names = held if type(held) is tuple else as_names(held)
         request = Request(target, q_seed, posture, names, world, link, options)
@@ -673,7 +661,7 @@ class Robot(Quick):
         seed: int = 0,
         position_tolerance: float = 1e-5,
         rotation_tolerance: float = 1e-5,
-        threads: int | None = None,
+        **unknown: Never,
     ) -> IKSolutions:
         """All joint positions that bring a link to poses, and what is proved of them.
 
@@ -703,7 +691,7 @@ class Robot(Quick):
             seed: Chooses the random starts of a search; the result depends on nothing else.
             position_tolerance: Largest distance that counts as reached in a search [m].
             rotation_tolerance: Largest angle that counts as reached in a search [rad].
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             An ``IKSolutions``: q (..., m, n_dof), valid, real, proof, family. Of one target ``found.q[found.valid]`` are those
@@ -721,7 +709,9 @@ class Robot(Quick):
             >>> found.q.shape, str(found.proof)
             ((256, 7), 'continuum')
         """
-        options = Options(seed, task, rank, position_tolerance, rotation_tolerance, threads)
+        if unknown:
+            refuse_unknown("all_solutions", unknown)
+        options = Options(seed, task, rank, position_tolerance, rotation_tolerance)
         request = Request(poses_in_base(self.tree, T, frame), q_seed, world=world, link=link, options=options)
         return self._inverse_kinematics.all_solutions(
             request, n_samples=n_samples, redundancy=redundancy, whole_turns=whole_turns
@@ -739,7 +729,7 @@ class Robot(Quick):
         world: World | None = None,
         rank: str | None = None,
         seed: int = 0,
-        threads: int | None = None,
+        **unknown: Never,
     ) -> FollowedPath:
         """The joint path through a path of poses that never jumps to another branch, or where and why there is none.
 
@@ -766,7 +756,7 @@ class Robot(Quick):
                 ``q_start``, or ``home``; ``"manipulability"``; ``"clearance"`` from the world; ``"mid_range"`` of the joints;
                 each with the squared joint steps, as shares of ``max_step``, added.
             seed: Chooses the random configurations where a search is needed; the result depends on nothing else.
-            threads: How many threads to use at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             A ``FollowedPath``: q, status, reason, steps; where no path leads on, ``ends_at`` and ``ending`` say where and why.
@@ -784,7 +774,9 @@ class Robot(Quick):
             >>> str(path.status), bool(path.steps.max() < 0.1)
             ('followed', True)
         """
-        options = Options(task=task, rank=rank, seed=seed, threads=threads)
+        if unknown:
+            refuse_unknown("follow", unknown)
+        options = Options(task=task, rank=rank, seed=seed)
         T_path = poses_in_base(self.tree, T_path, frame, "T_path")
         return self._inverse_kinematics.follow(T_path, q_start, link, options, max_step, world)
 
@@ -799,7 +791,7 @@ class Robot(Quick):
         frame: Frame | None = None,
         damping: float = 0.01,
         out: Array | None = None,
-        threads: int | None = None,
+        **unknown: Never,
     ) -> Array:
         """The joint velocities of one control step that give a link a twist, as nearly as velocity and position limits allow.
 
@@ -820,7 +812,7 @@ class Robot(Quick):
                 1e-2 |J| for fewer than six joints, takes some times longer; singular values below 1e-14 |J| are within the
                 rounding of J, and count as 0.
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             qd [rad/s or m/s], shape (..., n_dof).
@@ -837,10 +829,12 @@ class Robot(Quick):
             >>> float((panda.jacobian(panda.home) @ qd)[0].round(3))
             0.1
         """
+        if unknown:
+            refuse_unknown("differential_ik", unknown)
         if frame is not None and expressed_in != "base":
             raise InputError("frame, expressed_in", "give one of them, not both")
         link, twist = self.tree.link_or_tip(link), twist_in_base(self.tree, twist, frame)
-        return differential_ik(self.tree, q, twist, dt, link, expressed_in, damping, out, threads)
+        return differential_ik(self.tree, q, twist, dt, link, expressed_in, damping, out)
 
     # ---- what it touches -----------------------------------------------------------------------------------------------
 
@@ -851,7 +845,7 @@ class Robot(Quick):
         *,
         self_collision: bool = True,
         out: NDArray[np.bool_] | None = None,
-        threads: int | None = None,
+        **unknown: Never,
     ) -> bool | NDArray[np.bool_]:
         """Whether any of the robot's shapes touches, overlaps, contains or lies within an object of the world, or another link.
 
@@ -860,7 +854,7 @@ class Robot(Quick):
             world: The objects; none unless given.
             self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
             out: Written to and returned if given: a bool array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             A bool for one q, else shape (...,).
@@ -868,7 +862,9 @@ class Robot(Quick):
         Raises:
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        return self._checker.in_collision(q, world, self_collision, out, threads)
+        if unknown:
+            refuse_unknown("in_collision", unknown)
+        return self._checker.in_collision(q, world, self_collision, out)
 
     def links_near(
         self, cloud: PointCloud, q: ArrayLike, *, within: float = 0.0, pose: ArrayLike | None = None
@@ -899,7 +895,6 @@ class Robot(Quick):
         *,
         self_collision: bool = True,
         max_distance: float = 0.0,
-        threads: int | None = None,
         **unknown: Never,
     ) -> Any:
         """The pairs of the robot's shapes and objects, or of its own shapes, that overlap: how deep and where.
@@ -909,8 +904,7 @@ class Robot(Quick):
             world: The objects; none unless given.
             self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
             max_distance: Also report pairs that do not overlap, up to this distance [m]; ``np.inf`` reports all pairs.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
-            **unknown: No other argument is taken; the error names the one that is meant.
+            **unknown: No other argument is taken.
 
         Returns:
             A ``Report`` for one q, else an array of them, shape (...,).
@@ -922,18 +916,11 @@ class Robot(Quick):
             UnknownArgumentError: There is no such argument.
         """
         if unknown:
-            name = next(iter(unknown))
-            raise UnknownArgumentError("check_collision", name, "max_distance= is how near pairs may be")
-        return self._checker.check_collision(q, world, self_collision, max_distance, threads)
+            refuse_unknown("check_collision", unknown, "max_distance= is how near pairs may be")
+        return self._checker.check_collision(q, world, self_collision, max_distance)
 
     def distances(
-        self,
-        q: ArrayLike,
-        world: World | None = None,
-        *,
-        within: float = 0.1,
-        self_collision: bool = True,
-        threads: int | None = None,
+        self, q: ArrayLike, world: World | None = None, *, within: float = 0.1, self_collision: bool = True, **unknown: Never
     ) -> Distances:
         """All pairs of the robot's shapes and objects, or of its own shapes, that are near each other, with gradients, as arrays.
 
@@ -945,7 +932,7 @@ class Robot(Quick):
             world: The objects; none unless given.
             within: How far apart pairs may be [m]; ``np.inf`` gives all pairs.
             self_collision: Whether to measure between the robot's links too, but for ``allowed_collisions``.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             The ``Distances``: of a point cloud or a height map, for each of the robot's shapes, the nearest point or column only.
@@ -963,16 +950,12 @@ class Robot(Quick):
             >>> near.name_a[0], near.name_b[0], near.gradient.shape
             ('box 6', 'box 9', (3, 7))
         """
-        return self._checker.distances(q, world, self_collision, within, threads)
+        if unknown:
+            refuse_unknown("distances", unknown)
+        return self._checker.distances(q, world, self_collision, within)
 
     def signed_distance(
-        self,
-        q: ArrayLike,
-        world: World | None = None,
-        *,
-        self_collision: bool = True,
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, world: World | None = None, *, self_collision: bool = True, out: Array | None = None, **unknown: Never
     ) -> Any:
         """The least distance of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
 
@@ -983,7 +966,7 @@ class Robot(Quick):
             world: The objects; none unless given.
             self_collision: Whether to measure between the robot's links too, but for ``allowed_collisions``.
             out: Written to and returned if given: a float64 array of the result's shape.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             A number for one q, else shape (...,); infinite where there is nothing to measure to.
@@ -992,16 +975,12 @@ class Robot(Quick):
             InputError: q has another shape or an entry out of range, ``out`` does not fit, or there is nothing to check.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        return self._checker.signed_distance(q, world, self_collision, out, threads)
+        if unknown:
+            refuse_unknown("signed_distance", unknown)
+        return self._checker.signed_distance(q, world, self_collision, out)
 
     def distance_gradient(
-        self,
-        q: ArrayLike,
-        world: World | None = None,
-        *,
-        self_collision: bool = True,
-        out: Array | None = None,
-        threads: int | None = None,
+        self, q: ArrayLike, world: World | None = None, *, self_collision: bool = True, out: Array | None = None, **unknown: Never
     ) -> Array:
         """The derivative of ``signed_distance`` by q [m/rad or m/m], shape (..., n_dof).
 
@@ -1012,7 +991,9 @@ class Robot(Quick):
             InputError: As for ``signed_distance``.
             GeometryError: As for ``signed_distance``.
         """
-        return self._checker.distance_gradient(q, world, self_collision, out, threads)
+        if unknown:
+            refuse_unknown("distance_gradient", unknown)
+        return self._checker.distance_gradient(q, world, self_collision, out)
 
     def edge_in_collision(
         self,
@@ -1022,7 +1003,7 @@ class Robot(Quick):
         *,
         self_collision: bool = True,
         resolution: float = RESOLUTION,
-        threads: int | None = None,
+        **unknown: Never,
     ) -> EdgeReport:
         """Whether anything touches on the straight line from one configuration to another. Free holds for the whole line.
 
@@ -1034,7 +1015,7 @@ class Robot(Quick):
             world: The objects; none unless given.
             self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
             resolution: A clearance below this [m] may count as a contact; none above does.
-            threads: How many threads a large batch uses at most; ``ULNA_THREADS``, or one a processor, unless given.
+            **unknown: No other argument is taken.
 
         Returns:
             An ``EdgeReport``: in_collision, and how far on the way all is free.
@@ -1044,7 +1025,9 @@ class Robot(Quick):
                 below 1e-5 m, or there is nothing to check.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        return self._checker.edge_in_collision(q_a, q_b, world, self_collision, resolution, threads)
+        if unknown:
+            refuse_unknown("edge_in_collision", unknown)
+        return self._checker.edge_in_collision(q_a, q_b, world, self_collision, resolution)
 
     def edge_keeps(self, q_a: ArrayLike, q_b: ArrayLike, keep: Keep | Iterable[Keep]) -> KeepReport:
         """Whether constraints are kept on the straight line from one configuration to another, at all of its configurations.
@@ -1219,7 +1202,6 @@ class Robot(Quick):
         goals: ArrayLike | Mapping[str, ArrayLike] | str | Sequence[str],
         world: World | Iterable[World | None] | None = None,
         *,
-        threads: int | None = None,
         progress: Callable[[int, int], None] | bool | None = None,
         **options: Any,
     ) -> tuple[Plan, ...]:
@@ -1230,7 +1212,6 @@ class Robot(Quick):
             goals: Where to go: configurations, shape (n, n_dof), or poses, shape (n, 4, 4), one a problem; or poses of several
                 links, shape (n, 4, 4) for each; or the names of states, or one for all.
             world: One for all, or one for each problem.
-            threads: How many threads are used at most; ``ULNA_THREADS``, or one a processor, unless given.
             progress: Called with the number of problems that are done, and of all, after each. True: a bar on standard error, if
                 that is a terminal.
             options: Those of ``plan``.
@@ -1244,12 +1225,14 @@ class Robot(Quick):
             UnknownNameError: There is no such link, joint or state; a note names the row.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
+        if "threads" in options:
+            refuse_unknown("plan_many", ("threads",))
         if "held" in options:
             options["held"] = as_names(options["held"])  # once: it may be an iterator, and so may the constraints
         if isinstance(options.get("keep"), Iterator):
             options["keep"] = tuple(options["keep"])
         plan = partial(self.plan, **options)
-        return plan_many(plan, q_starts, goals, world, threads, progress=progress)
+        return plan_many(plan, q_starts, goals, world, progress=progress)
 
     def servo(
         self,
@@ -1308,12 +1291,34 @@ class Robot(Quick):
             clearance, tracking_error, posture,
         )  # fmt: skip
 
+    def show(
+        self, q: ArrayLike | None = None, world: World | None = None, *, boxes: bool = False, size: tuple[int, int] | None = None
+    ) -> Recording:
+        """A picture of the robot, drawn with no display: a notebook shows it, and keeps it in its file.
+
+        ``ulna.view(robot)`` opens a page instead, on which it can be moved.
+
+        Args:
+            q: Joint positions [rad or m], shape (n_dof,); ``home`` unless given.
+            world: The obstacles; those that the robot touches are red.
+            boxes: Show the boxes that collisions of the robot are checked with; red those that touch.
+            size: Width and height [pixels]; 720 and 480 unless given.
+
+        Returns:
+            A ``Recording``; its ``save("arm.png")`` writes it.
+
+        Raises:
+            InputError: q, the world or the size cannot be taken.
+            MissingExtraError: The extra ``viewer`` is not installed.
+        """
+        return drawer("robot")(self, q, world, boxes=boxes, size=size)
+
     @property
     def allowed_collisions(self) -> AllowedCollisions:
         """The pairs of links that may touch, each with its reason: found from joints and samples unless others were given."""
         return self._checker.allowed
 
-    def collision_poses(self, q: ArrayLike, *, out: Array | None = None, threads: int | None = None) -> Array:
+    def collision_poses(self, q: ArrayLike, *, out: Array | None = None, **unknown: Never) -> Array:
         """The poses of the robot's collision shapes, in the order of ``collision_names``: shape (..., n_shapes, 4, 4).
 
         The arguments are those of ``link_poses``.
@@ -1321,7 +1326,9 @@ class Robot(Quick):
         Raises:
             InputError: q has another shape or an entry out of range, or ``out`` does not fit.
         """
-        return frame_poses(self.tree, self._checker.bodies.frames, q, out, threads)
+        if unknown:
+            refuse_unknown("collision_poses", unknown)
+        return frame_poses(self.tree, self._checker.bodies.frames, q, out)
 
     @property
     def collision_names(self) -> tuple[str, ...]:
@@ -1430,7 +1437,7 @@ class Robot(Quick):
 
         Raises:
             FileError: A mesh is not there, or cannot be read.
-            MissingExtraError: What reads meshes and finds hulls is not installed: pip install 'ulna[hulls]'.
+            MissingExtraError: What reads meshes and finds hulls is not installed (the extra ``hulls``).
 
         Example:
             >>> import ulna
@@ -1450,7 +1457,7 @@ class Robot(Quick):
 
         Raises:
             FileError: A mesh is not there, cannot be read, or not be decomposed within the limits of time and memory.
-            MissingExtraError: CoACD, or what reads meshes, is not installed: pip install 'ulna[decompose]'.
+            MissingExtraError: CoACD, or what reads meshes, is not installed (the extra ``decompose``).
         """
         from ulna.description.meshes.decompose import with_pieces  # noqa: PLC0415 - needed for meshes alone
 
@@ -1479,7 +1486,7 @@ class Robot(Quick):
             GeometryError: More than ``most`` balls are needed; the message says with which ``within`` they suffice. Or
                 ``within`` is too small for the size of a mesh.
             InputError: ``within`` is not such a distance, or ``most`` not a count.
-            MissingExtraError: What reads meshes is not installed: pip install 'ulna[hulls]'.
+            MissingExtraError: What reads meshes is not installed (the extra ``hulls``).
 
         Example:
             >>> import ulna
@@ -1544,12 +1551,21 @@ class Robot(Quick):
     def __reduce__(self):
         return _restore, (self.description, self.home, self.attached, self._checker.given, self.tree.narrowed)
 
+    def __dir__(self) -> list[str]:
+        return without_other_names(super().__dir__())
+
     def __repr__(self) -> str:
         return f"<Robot {self.name!r}: {self.n_dof} dof, {self.base} to {self.tip or f'{len(self.tree.leaves)} tips'}>"
+
+    def _repr_html_(self) -> str:
+        columns = (each.tolist() for each in (self.lower, self.upper, self.velocity_limits, self.home))
+        rows = zip(entry_names(self.tree), *columns, strict=True)
+        return table(repr(self)[1:-1], ("joint", "lower", "upper", "velocity", "home"), rows, ["in rad and s; m for slides"])
 
 
 _ABOUT_COLLISION = "in_collision", "signed_distance", "edge_in_collision"
 put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "all_solutions", *_ABOUT_COLLISION))
+put_other_names(Robot)
 
 
 def _one_configuration(tree: Tree, home: ArrayLike) -> Array:

@@ -15,7 +15,7 @@ from ulna.description.names.panda import INSTALL_MESHES
 from ulna.description.pose import quaternion_from_matrix
 from ulna.description.robot_description import Body
 from ulna.description.shapes import Mesh, UnknownShape
-from ulna.errors import FileError
+from ulna.errors import FileError, count_of
 from ulna.robot import Robot
 from ulna.viewer.html import listed, small_text, tree_html
 from ulna.viewer.nodes import add_shape, add_triangles, grown
@@ -210,5 +210,5 @@ class VisibilityPanel:
                 if arm.robot.name == "panda":
                     gui.add_html(small_text(REAL_ARM))
                 gui.add_html(listed(arm.missing))
-        with gui.add_folder(f"Tree ({len(arm.robot.link_names)} links)", expand_by_default=False):
+        with gui.add_folder(f"Tree ({count_of(len(arm.robot.link_names), 'link')})", expand_by_default=False):
             gui.add_html(tree_html(arm.robot))

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 import viser
 
-from ulna.errors import UlnaError
+from ulna.errors import UlnaError, count_of
 from ulna.ik.result import IKResult
 from ulna.reachability.map import ReachabilityMap
 from ulna.viewer.arm import Arm, Extent
@@ -132,7 +132,7 @@ class MapView:
     def _say(self, centre: np.ndarray, result: IKResult) -> None:
         n, m = int(np.count_nonzero(result.success)), len(result.q)
         place = ", ".join(f"{x:.3f}" for x in centre)
-        self.told.content = marked(f"{n} of {m} orientations reached at {place} m", GREEN if n else RED)
+        self.told.content = marked(f"{n} of {count_of(m, 'orientation')} reached at {place} m", GREEN if n else RED)
         self.solution.min, self.solution.max, self.solution.visible = 1, max(2, n), n > 1
         self.solution.value = 1
 

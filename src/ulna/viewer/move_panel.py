@@ -10,7 +10,7 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.description.columns import Head, columns_of, fields_of, head_of, number_of, text_of
-from ulna.errors import InputError
+from ulna.errors import InputError, count_of
 from ulna.robot import Robot
 from ulna.robot.joint_columns import joint_columns
 from ulna.viewer.html import copyable, marked
@@ -153,5 +153,6 @@ def first_row(content: bytes, robot: Robot) -> NDArray[np.float64]:
     except (ValueError, IndexError) as error:
         raise InputError("q", f"{str(error)[:200]}; numbers with commas between them are expected") from None
     if len(q) != n_dof:
-        raise InputError("q", f"{len(q)} numbers, but {n_dof} numbers with commas between them are expected")
+        expected = f"{count_of(n_dof, 'number')} with commas between them {'is' if n_dof == 1 else 'are'} expected"
+        raise InputError("q", f"{count_of(len(q), 'number')}, but {expected}")
     return q

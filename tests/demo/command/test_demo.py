@@ -10,7 +10,7 @@ from ulna.demo import command as demo
 from ulna.demo.checks import Check, run_checks
 from ulna.demo.scenario import Demo
 from ulna.description.names import panda
-from ulna.errors import InputError
+from ulna.errors import InputError, install_command
 
 GOOD, BAD = Check("a check", "1e-15", "1e-12", passed=True), Check("a long check", "2.0", "1e-12", passed=False)
 
@@ -121,7 +121,7 @@ def test_a_missing_viewer_extra_is_named(run, monkeypatch, package):
     result = run("demo")
     assert result.exit_code == 2
     assert result.stdout == ""
-    assert result.stderr == "ulna: the view needs the viewer extra: pip install 'ulna[viewer]'\n"
+    assert result.stderr == f"ulna: the view needs the viewer extra: {install_command('viewer')}\n"
 
 
 def test_json_without_check_is_refused(refusal):

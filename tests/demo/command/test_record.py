@@ -27,7 +27,7 @@ def test_a_png_of_a_long_demo_is_one_picture(run, tmp_path):
             ["demo.png", "--package-dir", "x"],
             "--base, --tip, --srdf, --no-srdf, --xacro-arg, --package-dir: go with --robot",
         ),
-        (["missing/demo.png"], "missing/demo.png: cannot be written: No such file or directory"),
+        (["missing/demo.png"], "missing/demo.png: cannot be written: no such folder"),
     ],
 )
 def test_a_wrong_argument_is_refused_in_one_line(refusal, tmp_path, monkeypatch, arguments, message):

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ulna.description.meshes.collada_scene import Scene
 from ulna.description.meshes.mesh_files import Rewritten
+from ulna.errors import count_of
 
 Array = NDArray[np.float64]
 _TRIANGLES, _LINES = ("triangles", "polylist", "polygons"), ("lines", "linestrips")
@@ -128,7 +129,7 @@ def _make_dense(source: etree._Element) -> None:
         return
     n_beyond = offset + count * stride - (len(values) + stride - len(params))
     if stride < max(1, len(params)) or min(offset, count) < 0 or n_beyond > 0:
-        raise ValueError(f"the source {source.get('id')!r} reads beyond its array of {len(values)} numbers")
+        raise ValueError(f"the source {source.get('id')!r} reads beyond its array of {count_of(len(values), 'number')}")
     rows = offset + stride * np.arange(count)[:, None] + np.array(named, dtype=int)
     array.text = " ".join(map(repr, values[rows].ravel().tolist()))
     array.set("count", str(rows.size))

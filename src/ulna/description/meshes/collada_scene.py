@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ulna.description.meshes.mesh_files import MOST_TRIANGLES
 from ulna.description.pose import matrix_from_quaternion
+from ulna.errors import count_of
 
 Array = NDArray[np.float64]
 _MOST_INSTANCES = 10_000
@@ -114,7 +115,7 @@ def _transform(node: etree._Element) -> Array:
 def _step(tag: str, text: str) -> Array:
     values = np.array(text.split(), dtype=np.float64)
     if len(values) != _NUMBERS[tag] or not np.isfinite(values).all():
-        raise ValueError(f"<{tag}> has {len(values)} numbers; {_NUMBERS[tag]} finite ones are expected")
+        raise ValueError(f"<{tag}> has {count_of(len(values), 'number')}; {_NUMBERS[tag]} finite are expected")
     step = np.eye(4)
     match tag:
         case "matrix":

@@ -7,7 +7,7 @@ from typing import Any
 
 from ulna.description.file_bytes import json_value
 from ulna.description.meshes.mesh_files import MOST_TRIANGLES
-from ulna.errors import cited
+from ulna.errors import cited, count_of
 
 _MAX_JSON = 20_000_000  # bytes
 _MAX_BUFFERS = 100_000_000  # bytes of all
@@ -64,7 +64,8 @@ def _check_arrays(tree: dict[str, Any]) -> None:
             last = _whole(one, "byteOffset", 0) + (count - 1) * step + each if count else 0
             _within(last, _whole(view, "byteLength"), "an accessor", "its view")
         elif count:
-            raise ValueError(f"an accessor of {count} entries has no view: it is all zeros, or compressed, which is not read")
+            entries = count_of(count, "entry", "entries")
+            raise ValueError(f"an accessor of {entries} has no view: it is all zeros, or compressed, which is not read")
     if read > _TWICE * sum(buffers):
         raise ValueError("its accessors read the bytes of its buffers many times")
 

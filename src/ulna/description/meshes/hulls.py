@@ -12,7 +12,7 @@ from ulna.description.meshes.mesh_files import CHECKED, MeshFiles
 from ulna.description.pose import pose
 from ulna.description.robot_description import Body, Description, Link
 from ulna.description.shapes import ConvexMesh, Mesh, Sphere
-from ulna.errors import FileError, InputError, needs_extra
+from ulna.errors import FileError, InputError, count_of, needs_extra
 
 Scale = tuple[float, float, float]
 
@@ -55,14 +55,16 @@ def n_collision_meshes(description: Description) -> int:
 
 def in_place_of_meshes(description: Description) -> str:
     """A sentence that says what is checked in place of meshes; empty if there are none."""
-    balls = [body for link in description.links for body in link.collisions if isinstance(body.shape, Sphere)]
-    if excesses := [body.excess for body in balls if body.excess is not None]:
-        return f"collision by {len(excesses)} balls that cover meshes, and stand out by {1000 * max(excesses):.1f} mm at most"
+    covers = [body for link in description.links for body in link.collisions if isinstance(body.shape, Sphere)]
+    if excesses := [body.excess for body in covers if body.excess is not None]:
+        balls = count_of(len(excesses), "ball that covers", "balls that cover")
+        return f"collision by {balls} meshes, and stand{'s' * (len(excesses) == 1)} out by {1000 * max(excesses):.1f} mm at most"
     shapes = [body for link in description.links for body in link.collisions if isinstance(body.shape, ConvexMesh)]
     excesses = [body.excess for body in shapes if body.excess is not None]
     if excesses:
-        return f"collision by {len(excesses)} convex pieces of meshes, which stand out by {1000 * max(excesses):.1f} mm at most"
-    return f"collision by convex hulls of {len(shapes)} mesh{'es' * (len(shapes) != 1)}" if shapes else ""
+        pieces = count_of(len(excesses), "convex piece of meshes, which stands", "convex pieces of meshes, which stand")
+        return f"collision by {pieces} out by {1000 * max(excesses):.1f} mm at most"
+    return f"collision by convex hulls of {count_of(len(shapes), 'mesh', 'meshes')}" if shapes else ""
 
 
 def _with_shapes(link: Link, files: MeshFiles, shapes_of: ShapesOf) -> Link:

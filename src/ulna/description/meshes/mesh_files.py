@@ -63,6 +63,10 @@ class MeshFiles:
         """The file behind ``package://``, ``file://`` or a path that is relative to the description."""
         if Path(uri).suffix.lower() not in MESHES:
             raise FileError(uri, f"is not read as a mesh; {', '.join(MESHES)} are")
+        return self.located(uri)
+
+    def located(self, uri: str) -> Path:
+        """The file behind an address, of whatever kind: a model that is included, too."""
         try:
             return self._readable(uri)
         except (OSError, ValueError) as error:
@@ -140,7 +144,9 @@ def with_mesh_paths(kind: str, text: str, folder: Path | None, package_dirs: Ite
     missing = [uri for uri, (path, _) in found.items() if path is None]
     for uri in missing[:1]:
         tried = "; ".join(map(str, found[uri][1])) or "nothing, for it leads out of its package"
-        others = f" ({len(missing) - 1} more of this robot are missing)" if len(missing) > 1 else ""
+        others = (
+            f" ({len(missing) - 1} more of this robot {'is' if len(missing) == 2 else 'are'} missing)" if len(missing) > 1 else ""
+        )
         raise FileError(uri, f"no such file{others}; tried {tried}")
     for element in named:
         path, _ = found[element.get("filename", "")]

@@ -8,6 +8,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from ulna.description.file_costs import check_ply
+from ulna.errors import count_of
 
 
 def counts(content: bytes) -> dict[str, int]:
@@ -34,5 +35,5 @@ def vertices(content: bytes) -> NDArray[np.float64]:
     points = np.concatenate([np.asarray(part.vertices) for part in scene.geometry.values()])
     stated = counts(content).get("vertex", 0)
     if len(points) != stated:
-        raise ValueError(f"{len(points)} of its {stated} points can be read")
+        raise ValueError(f"{len(points)} of its {count_of(stated, 'point')} can be read")
     return points

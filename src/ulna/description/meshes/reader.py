@@ -23,7 +23,7 @@ from ulna.description.meshes.gltf import check_gltf
 from ulna.description.meshes.mesh_files import MOST_TRIANGLES, MeshFiles, Rewritten
 from ulna.description.meshes.obj import rewritten_obj
 from ulna.description.meshes.stl import rewritten_stl
-from ulna.errors import FileError
+from ulna.errors import FileError, count_of
 
 MOST_BYTES = 100_000_000
 _MAX_NUMBERS_OF_OFF = 10_000_000
@@ -122,7 +122,7 @@ def _check(scene: trimesh.Scene, rewritten: Rewritten | None) -> None:
     if not found:
         raise ValueError("it has no triangles")
     if rewritten is not None and found != rewritten.n_triangles:
-        raise ValueError(f"{found} of its {rewritten.n_triangles} triangles can be read")
+        raise ValueError(f"{found} of its {count_of(rewritten.n_triangles, 'triangle')} can be read")
     if found > MOST_TRIANGLES:
         raise ValueError(f"it has {found} triangles; up to {MOST_TRIANGLES} are read")
     for vertices, faces in parts:

@@ -53,7 +53,7 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
         tree: The robot.
         targets: Rigid motions, shape (n, 4, 4).
         seeds: Shape (n or 1, n_dof): where joints are that may have any angle, and those that do not move the link.
-        workers: How many threads to use at most, or what computes in their place.
+        workers: What computes in the place of threads, if given.
     """
     q, known, proof = _computed(form, tree, targets, seeds, workers)
     real = (known & layout.IS_REAL) > 0
@@ -78,7 +78,9 @@ def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, worker
     return q, known.astype(np.int8), proof.astype(np.int64)
 
 
-def sampled_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, workers: Workers) -> Branches:
+def sampled_branches(
+    form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, workers: Workers = None
+) -> Branches:
     """The branches of an arm of seven joints at each of ``n_samples`` places of the held joint, shape (n, 8 n_samples, ...)."""
     if form.held_column is None:
         raise AssertionError("an arm of six joints has no joint to hold")
@@ -88,7 +90,7 @@ def sampled_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array,
     return at_places(form, tree, targets, seeds, places, workers)
 
 
-def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, workers: Workers) -> Branches:
+def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, workers: Workers = None) -> Branches:
     """The branches of an arm of seven joints at places of the held joint of each target.
 
     A held joint at either end moves the target instead of the axes: then all places are targets of one form.
@@ -99,7 +101,7 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
         targets: Shape (n, 4, 4).
         seeds: Shape (n, n_dof).
         places: Shape (n, k).
-        workers: How many threads to use at most, or what computes in their place.
+        workers: What computes in the place of threads, if given.
 
     Returns:
         The branches, shape (n, 8 k, ...).

@@ -37,6 +37,7 @@ from ulna.ik.closed_form.six_joints import SixJoints, six_joints
 from ulna.ik.task import Task
 from ulna.kinematics.size import longest_slide
 from ulna.kinematics.tree import Tree, entry_names, lengthened
+from ulna.notebook.tables import OneLine
 
 Array = NDArray[np.float64]
 _POSE = Task.pose()
@@ -44,8 +45,8 @@ _SHARES = (0.43, 0.31, 0.83)  # of the range of a held joint: where a family has
 _MOST_LINKS, _MOST_PLACES = 64, 256  # that are kept: of robots, and places of a joint that is held
 
 
-@dataclass(frozen=True, eq=False)
-class ClosedForm:
+@dataclass(frozen=True, eq=False, repr=False)
+class ClosedForm(OneLine):
     """The closed form of the inverse kinematics of a link.
 
     Attributes:

@@ -24,8 +24,8 @@ from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Found = tuple[Array, NDArray[Any], NDArray[Any]]
-Workers = int | None | Callable[["SixJoints", Array, Array, Array], Found]
-"""How many threads to use at most; or what computes the branches in their place: of a form, targets, seeds and a plan."""
+Workers = Callable[["SixJoints", Array, Array, Array], Found] | None
+"""What computes branches in the place of threads of this process, if given: of a form, targets, seeds and a plan."""
 _LEAST_TARGETS = 512  # of a part
 _NO_BOUNDS = np.zeros(2)
 _MORE_THAN_ANY = 1e12  # m: what a whole turn of a joint that slides would add
@@ -94,7 +94,7 @@ class SixJoints:
         have any angle get that of seeds (n or 1, 6). The entries of q are the arm's own joints from the base on, then the added
         ones. With the bounds of a plan branches are turned towards the seeds within them, and NaN where they are not real.
         """
-        if callable(workers):
+        if workers is not None:
             return workers(self, targets, seeds, plan)
         n = len(targets)
         q, known, proof = np.empty((n, layout.N_BRANCHES, N_AXES)), np.empty((n, layout.N_BRANCHES)), np.empty(n)
@@ -104,7 +104,7 @@ class SixJoints:
             own = seeds[part] if len(seeds) > 1 else seeds
             return all_branches(self.table, self.chain, plan, targets[part], own, q[part], known[part], proof[part])
 
-        in_parts(run, n, _LEAST_TARGETS, workers)
+        in_parts(run, n, _LEAST_TARGETS)
         return q, known, proof
 
 

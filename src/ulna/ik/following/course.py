@@ -161,10 +161,8 @@ class Course:
         """Whether the arm touches anything on the straight lines from rows of a to rows of b (m, n_dof), shape (m,)."""
         if self.world is None or not len(a):
             return np.zeros(len(a), dtype=bool)
-        checker, threads = self.query.checker, self.query.options.threads
-        return np.asarray(
-            checker.edge_in_collision(a, b, self.world, self_collision=True, resolution=1e-4, threads=threads).in_collision
-        )
+        checker = self.query.checker
+        return np.asarray(checker.edge_in_collision(a, b, self.world, self_collision=True, resolution=1e-4).in_collision)
 
     def costs(self, q: Array) -> Array:
         """The costs of configurations (m, n_dof) by the rank, shape (m,); 0 without a rank."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
+from ulna.errors import count_of
 from ulna.ik.followed_path import Ending, PathStatus
 from ulna.ik.following.course import Course
 from ulna.ik.reason import Reason
@@ -149,7 +150,7 @@ def _cut(facts: _Facts) -> Reason | None:
     if not len(leading):
         return None
     joints = np.flatnonzero(leading.any(axis=0))
-    names = ", ".join(f"{lifts.counts[j]} turns of {entry_names(course.query.tree)[j]}" for j in joints)
+    names = ", ".join(f"{count_of(lifts.counts[j], 'turn')} of {entry_names(course.query.tree)[j]}" for j in joints)
     words = f"{names} about the start were searched, of more that the limits allow; a step of {facts.smallest_step:.3g} leads on"
     return facts.ending(PathStatus.NO_BRANCH, f"{words} to another turn: follow the rest from there")
 

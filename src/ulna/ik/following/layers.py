@@ -114,8 +114,7 @@ def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:
     form = course.form
     if form is None:
         raise AssertionError("only arms with a closed form")
-    tree, threads = course.query.tree, course.query.options.threads
-    found = all_branches(form, tree, course.targets, course.start[None].copy(), threads)
+    found = all_branches(form, course.query.tree, course.targets, course.start[None].copy())
     rows, proved = [q[valid] for q, valid in zip(found.q, found.valid, strict=True)], np.isin(found.proof, _PROVED)
     rows = with_solutions_at_limits(course, rows)
     lines = [_lines(course, rows, proved, towards) for towards in (1, -1)]

@@ -90,7 +90,7 @@ def _sampled(course: Course, knots: Counts, n_samples: int) -> list[Array]:
     if form is None or form.held_column is None:
         raise AssertionError("a joint is held where there are seven")
     seeds = course.start[None].copy()
-    found = sampled_branches(form, tree, course.targets[knots], seeds, n_samples, course.query.options.threads)
+    found = sampled_branches(form, tree, course.targets[knots], seeds, n_samples)
     return [q[valid] for q, valid in zip(found.q, found.valid, strict=True)]
 
 

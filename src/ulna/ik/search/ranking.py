@@ -47,7 +47,7 @@ def refuse_clearance_of_nothing(rank: str | None, world: World | None) -> None:
 
 def collisions_of(query: Query, world: World | None) -> CollisionFilter | None:
     """What rejects configurations that collide; None without a world."""
-    return None if world is None else CollisionFilter(query.checker, world, query.options.threads)
+    return None if world is None else CollisionFilter(query.checker, world)
 
 
 def cost_of(problem: Problem, collisions: CollisionFilter | None) -> Cost | None:
@@ -58,7 +58,7 @@ def cost_of(problem: Problem, collisions: CollisionFilter | None) -> Cost | None
 
     def cost_of_solutions(order: NDArray[np.int64], q: Array) -> Costs:
         if rank == "manipulability":
-            cost = -manipulability(query.tree, q, query.link, threads=query.options.threads)
+            cost = -manipulability(query.tree, q, query.link)
         elif rank == "mid_range":
             cost = _from_mid_range(query.tree, q)
         elif rank == "clearance" and collisions is not None:
@@ -88,15 +88,14 @@ class CollisionFilter:
 
     checker: Checker
     world: World
-    threads: int | None = None
 
     def collides(self, q: Array) -> NDArray[np.bool_]:
         """Whether configurations (n, n_dof) collide, shape (n,)."""
-        return np.asarray(self.checker.in_collision(q, self.world, self_collision=True, threads=self.threads))
+        return np.asarray(self.checker.in_collision(q, self.world, self_collision=True))
 
     def clearance(self, q: Array) -> Array:
         """How far configurations (n, n_dof) are from the world [m], shape (n,), the distances within the robot left out."""
-        return self.checker.signed_distance(q, self.world, self_collision=False, threads=self.threads)
+        return self.checker.signed_distance(q, self.world, self_collision=False)
 
     def pairs(self, q: Array) -> tuple[tuple[str, str], ...]:
         """The names of the pairs that collide at one configuration."""

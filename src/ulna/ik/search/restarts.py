@@ -233,7 +233,7 @@ def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tu
         multi_start.search_jobs(problem.chain, settings, jobs, own_q, own_info)
         return True
 
-    in_parts(piece, len(order), max(1, _JOBS_PER_THREAD // len(starts)), options.threads)
+    in_parts(piece, len(order), max(1, _JOBS_PER_THREAD // len(starts)))
     return q, info
 
 

@@ -60,7 +60,7 @@ def closed_form_starts(
     low, high = held_range(tree, form.held_column)
     spread = low + (np.arange(_PLACES - 1) + 0.5) / (_PLACES - 1) * (high - low)
     places = np.column_stack([seeds[:, form.held_column], np.broadcast_to(spread, (len(order), _PLACES - 1))])
-    found = at_places(form, tree, problem.targets[order], seeds, places, query.options.threads)
+    found = at_places(form, tree, problem.targets[order], seeds, places)
     q, valid = found.q, found.valid
     valid = valid & ((q >= bounds[:, None, 0]) & (q <= bounds[:, None, 1])).all(axis=-1)
     cost = np.where(valid, np.abs(q - seeds[:, None]).max(axis=-1), np.inf)

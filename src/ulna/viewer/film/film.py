@@ -13,8 +13,8 @@ from av.video.reformatter import ColorRange, Colorspace
 from numpy.typing import NDArray
 from PIL import Image
 
-from ulna.engine.threads import default_threads
-from ulna.errors import FileError
+from ulna.engine.threads import n_threads
+from ulna.errors import FileError, reason_of
 from ulna.viewer.film.painter import Ground, Painter, Picture
 from ulna.viewer.film.skin import Model
 
@@ -47,7 +47,7 @@ class Film:
     ) -> None:
         self.pictures, self.size, self.rate = pictures, size, rate
         self._tell = tell
-        self._n_threads = min(default_threads(), len(pictures), _MOST_THREADS)
+        self._n_threads = min(n_threads(), len(pictures), _MOST_THREADS)
         self._painters: SimpleQueue[Painter] = SimpleQueue()  # each thread takes one, and puts it back
         for _ in range(self._n_threads):
             self._painters.put(Painter(model, size, ground, samples))
@@ -105,7 +105,7 @@ def write_film(path: Path, film: Film) -> None:
         finally:
             unfinished.unlink(missing_ok=True)
     except OSError as error:
-        raise FileError(str(path), f"cannot be written: {error.strerror or error}") from None
+        raise FileError(str(path), f"cannot be written: {reason_of(error, missing='no such folder')}") from None
 
 
 def _write_mp4(path: Path, film: Film) -> None:

@@ -1,7 +1,8 @@
 """Records a robot into a file: while the camera goes round it, or while it moves among obstacles."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import cycle
 from math import inf, pi
 from pathlib import Path
@@ -23,6 +24,7 @@ from ulna.viewer.palette import FREE, GROUND, OBSTACLES, TOUCHING, Color, Solid,
 from ulna.viewer.visuals import triangles
 
 TURN_FROM = 0.75  # [rad] about z from x: where the camera starts to go round a robot
+_KEPT = 2  # robots
 LARGEST_SIZE, MOST_FRAMES = 4096, 20_000
 FINE_PIXELS = 1920 * 1080  # a single picture of at most so many pixels has more samples a pixel
 Tell = Callable[[int], object]
@@ -82,6 +84,12 @@ def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, r
     return Form(path, seconds, (width, height), rate)
 
 
+@lru_cache(_KEPT)
+def model_of(robot: Robot) -> Model:
+    """The triangles of a robot, kept for its next picture: reading meshes takes seconds."""
+    return Model(robot)
+
+
 def record_robot(
     form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: bool = True, tell: Tell = report_nothing
 ) -> tuple[str, ...]:
@@ -101,7 +109,7 @@ def record_robot(
         FileError: The file cannot be written.
     """
     solids = tuple(collision_boxes(robot)) if boxes else ()
-    model = Model(robot)
+    model = model_of(robot)
     ball = BoundingBall.of(model.points_at(q))
     aspect = form.size[0] / form.size[1]
     turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
@@ -143,7 +151,7 @@ def record_moving(
     origins = np.vstack([robot.link_poses(q)[:, :3, 3] for q in _along(path, min(len(path), 16))])
     middle = BoundingBall.of(origins)
     shots = [(q, solids_at(robot, q, world, middle, boxes=boxes)) for q in _along(path, form.n_frames)]
-    model = Model(robot)
+    model = model_of(robot)
     own = np.vstack([model.points_at(q) for q in _along(path, min(len(path), 16))])
     points = np.vstack([own, *_near(own, world)])
     camera, ground = Camera.framing(points, TURN_FROM, form.size[0] / form.size[1]), ground_of(BoundingBall.of(points))
@@ -161,11 +169,16 @@ def _along(path: Array, n: int) -> Iterator[Array]:
 def solids_at(robot: Robot, q: Array, world: World, middle: BoundingBall, *, boxes: bool) -> tuple[Solid, ...]:
     """The robot's boxes, the objects attached to it, and the obstacles, each in a colour of its own; red if they touch."""
     report = _report(robot, q, world)
-    hit = {pair.name_b for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0.0}
     panes = collision_boxes(robot, report.touching) if boxes else ()
     held = [_attached(each, touching=each.name in report.touching) for each in robot.attached]
+    hit = {pair.name_b for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0.0}
+    return (*panes, *held, *solids_of_world(robot, world, middle, hit))
+
+
+def solids_of_world(robot: Robot, world: World, middle: BoundingBall, hit: Collection[str] = ()) -> tuple[Solid, ...]:
+    """The obstacles, each in a colour of its own; red those of the names in ``hit``."""
     colored = zip(world.items(), cycle(OBSTACLES))
-    return (*panes, *held, *(_obstacle(robot, *each, TOUCHING if each[0] in hit else color, middle) for each, color in colored))
+    return tuple(_obstacle(robot, *each, TOUCHING if each[0] in hit else color, middle) for each, color in colored)
 
 
 def _report(robot: Robot, q: Array, world: World) -> Report:
@@ -194,7 +207,10 @@ def _obstacle(robot: Robot, name: str, shape: object, T: Array, color: Color, mi
 def _near(points: Array, world: World) -> list[Array]:
     """The vertices of the obstacles near the robot's, shape (n, 3), in the base frame [m]."""
     low, high = points.min(axis=0), points.max(axis=0)
-    solids = [
-        triangles(shape).vertices @ T[:3, :3].T + T[:3, 3] for _, shape, T in world.items() if not isinstance(shape, HalfSpace)
-    ]
-    return [solid for solid in solids if np.abs(solid - (low + high) / 2).max() <= _FAR * np.max(high - low) / 2]
+    return [solid for solid in outline_of(world) if np.abs(solid - (low + high) / 2).max() <= _FAR * np.max(high - low) / 2]
+
+
+def outline_of(world: World) -> list[Array]:
+    """The vertices of every obstacle but half-spaces, shape (n, 3), in the base frame [m]."""
+    bounded = [(shape, T) for _, shape, T in world.items() if not isinstance(shape, HalfSpace)]
+    return [triangles(shape).vertices @ T[:3, :3].T + T[:3, 3] for shape, T in bounded]

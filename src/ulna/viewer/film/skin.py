@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.robot import Robot
 from ulna.viewer.palette import Solid
-from ulna.viewer.visuals import link_visuals, triangles
+from ulna.viewer.visuals import Visuals, link_visuals, triangles
 
 CREASE = 0.75  # the cosine of the angle from which an edge is drawn sharp: 41 degrees
 _KEPT = 8  # skins of a robot among different shapes, one for each thread that paints
@@ -47,6 +47,9 @@ def linear(rgb: ArrayLike) -> NDArray[np.float64]:
 def make_skin(scenes: Iterable[tuple[int, trimesh.Scene]]) -> Skin:
     """One skin of all scenes, each with the number of the frame that it moves with."""
     pieces = [(frame, mesh) for frame, scene in scenes for mesh in _meshes(scene)]
+    if not pieces:
+        none, numbers = np.zeros((0, 3)), np.zeros(0, np.int64)
+        return Skin(none, numbers, np.zeros((0, 3), np.int64), none, none, numbers)
     meshes = [mesh for _, mesh in pieces]
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])[:-1]
     return Skin(
@@ -134,10 +137,11 @@ class Model:
         missing: The meshes that could not be read, each with the reason.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, visuals: Visuals | None = None) -> None:
+        """Of a robot as it is drawn, unless other ``visuals`` of its links are given."""
         self.robot = robot
         self.links = {name: k for k, name in enumerate(robot.link_names)}
-        visuals = link_visuals(robot)
+        visuals = link_visuals(robot) if visuals is None else visuals
         self.missing = visuals.missing
         self.skin = make_skin((self.links[link], scene) for link, scene in visuals.scenes.items())
         self._skin_among = lru_cache(_KEPT)(self._make_skin_among)  # most pictures of a film show the same shapes

@@ -11,6 +11,7 @@ from ulna.collision.report import Report
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
+from ulna.errors import count_of
 from ulna.ik.problem import columns_of_joints
 from ulna.ik.result import IKResult
 from ulna.planning.keep import Keep
@@ -235,7 +236,7 @@ class Planning:
         if self.upright or self.on_line:
             how += f", {plan.worst_violation:.0%} of the tolerance used at most"
         too = f"; no path was found without moving {', '.join(plan.moved_beside)} too" if plan.moved_beside else ""
-        return f"{plan.status}: {motion.duration:.2f} s, {how}, {plan.checks} edges checked{too}"
+        return f"{plan.status}: {motion.duration:.2f} s, {how}, {count_of(plan.checks, 'edge')} checked{too}"
 
     def start_here(self) -> None:
         """Plan from where the arm is."""

@@ -1,0 +1,1 @@
+"""Reads SDF, the models of Gazebo."""

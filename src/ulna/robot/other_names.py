@@ -1,0 +1,62 @@
+"""Names the methods of other libraries for a robot: each is an ``AttributeError`` that says which call to write here."""
+
+from collections.abc import Iterable
+from typing import Never
+
+_FORWARD, _INVERSE, _JACOBIAN = "robot.forward_kinematics(q)", "robot.inverse_kinematics(T_base_tip)", "robot.jacobian(q)"
+_LIMITS = "robot.lower and robot.upper"
+OTHER_NAMES = {  # of Robotics Toolbox, Pinocchio, PyBullet, MoveIt, urdfpy and their like
+    "fk": _FORWARD,
+    "fkine": _FORWARD,
+    "forward": _FORWARD,
+    "link_fk": "robot.link_poses(q)",
+    "ik": _INVERSE,
+    "ikine": _INVERSE,
+    "ikine_LM": _INVERSE,
+    "ikine_a": "robot.all_solutions(T_base_tip)",
+    "inverse": _INVERSE,
+    "jacob0": _JACOBIAN,
+    "jacobe": 'robot.jacobian(q, expressed_in="link")',
+    "jacob": _JACOBIAN,
+    "qlim": _LIMITS,
+    "joint_limits": _LIMITS,
+    "limits": _LIMITS,
+    "n": "robot.n_dof",
+    "nq": "robot.n_dof",
+    "dof": "robot.n_dof",
+    "num_joints": "robot.n_dof",
+    "joints": "robot.joint_names, or robot.description.joints",
+    "links": "robot.link_names, or robot.description.links",
+    "qz": "robot.home",
+    "neutral": "robot.home",
+    "iscollided": "robot.in_collision(q, world)",
+    "is_collision_free": "not robot.in_collision(q, world)",
+    "plot": "robot.show(q), or ulna.view(robot)",
+    "teach": "ulna.view(robot)",
+}
+
+
+class OtherName:
+    """A name that a class does not have, and what to write instead.
+
+    It is a descriptor, since ``__getattr__`` would make every call of a method some 50 ns slower. ``hasattr`` is False.
+    """
+
+    def __init__(self, name: str, instead: str) -> None:
+        self.name, self.instead = name, instead
+
+    def __get__(self, instance: object, owner: type | None = None) -> Never:
+        """Refuse the name."""
+        raise AttributeError(f"a Robot has no {self.name!r}; write {self.instead}", name=self.name, obj=instance)
+
+
+def put_other_names(of: type) -> None:
+    """Let a class refuse the names of others by saying its own, where it has no such attribute."""
+    for name, instead in OTHER_NAMES.items():
+        if not hasattr(of, name):
+            setattr(of, name, OtherName(name, instead))
+
+
+def without_other_names(names: Iterable[str]) -> list[str]:
+    """Names, as of ``dir``, without those of others."""
+    return [name for name in names if name not in OTHER_NAMES]
