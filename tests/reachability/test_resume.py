@@ -144,6 +144,7 @@ def other_worlds():
     return world
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
