@@ -28,9 +28,9 @@ def pytest_collect_file():
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Mark what opens a page in a browser as ``process``: without a GPU each picture takes half a second. One stays quick."""
+    """Mark what opens a page in a browser as ``process``: without a GPU each picture takes half a second."""
     for item in items:
-        if "open_page" in item.fixturenames and item.name != "test_the_light_is_red_while_the_box_is_dragged_into_the_arm":
+        if "open_page" in item.fixturenames:
             item.add_marker(pytest.mark.process)
 
 

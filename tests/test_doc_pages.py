@@ -86,6 +86,7 @@ def test_other_numbers_are_other_words():
     assert not same_words("-0.05", "0.05")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("page", "command"), RUN, ids=lambda value: value if isinstance(value, str) else name_of(value))
 def test_a_command_of_a_page_does_its_work(page, command, a_users_folder):
     result = CliRunner().invoke(app, shlex.split(command)[1:], catch_exceptions=False)

@@ -36,11 +36,13 @@ def tagged(notebook, tag):
     return [cell for cell in notebook["cells"] if tag in cell["metadata"].get("tags", ())]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_a_lesson_runs_with_its_solutions(path):
     run(EXERCISES["with_solutions"](notebook_at(path)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
 def test_an_exercise_that_is_not_done_is_not_passed(path):
     notebook = notebook_at(path)

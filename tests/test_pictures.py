@@ -13,6 +13,7 @@ NAMES = runpy.run_path(str(PROGRAM))
 PICTURES, FILMS, MOMENT = NAMES["PICTURES"], NAMES["FILMS"], NAMES["ServoMoment"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", matrix([*PICTURES], ["collision"]))
 def test_a_picture_is_drawn_and_is_on_a_page(name):
     pixels = PICTURES[name]((160, 90))

@@ -66,6 +66,7 @@ def missing_elsewhere(file):
                 yield from ([f"{node.value.id}.{node.attr}"] if node.attr in NAMES.get(node.value.id, ()) else [])
 
 
+@pytest.mark.slow
 def test_a_file_asks_for_nothing_that_windows_lacks_when_it_is_read():
     files = [file for folder in ("src", "tests", "benchmarks", "examples") for file in (ROOT / folder).rglob("*.py")]
     assert len(files) > 500

@@ -201,6 +201,7 @@ def test_without_the_limit_of_jerk_the_judge_refuses_as_much_acceleration(fr3):
     assert not accepted(np.array(q), fr3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limits", [{"acceleration": 2.5}, {"acceleration": 9.0, "jerk": 4900.0}])
 @pytest.mark.parametrize("sign", matrix([1.0, -1.0], [1.0]))
 def test_a_servo_that_goes_to_the_end_of_every_joint_keeps_the_velocities_that_are_allowed_there(fr3, sign, limits):

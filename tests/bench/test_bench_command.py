@@ -89,6 +89,7 @@ def test_registers_are_those_that_the_code_was_compiled_for():
         assert done.stdout.strip() == expected
 
 
+@pytest.mark.slow
 def test_a_first_use_is_timed_step_by_step():
     rows = first_use.first_use_rows(processes=1)
     assert [row["step"] for row in rows][:2] == ["import ulna", "load the Panda"]

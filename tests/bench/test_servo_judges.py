@@ -70,6 +70,7 @@ def test_an_arm_starts_far_from_a_scene(panda):
     assert panda.signed_distance(servo_scenes.start_of(panda, world), world) > servo_scenes.SPARE
 
 
+@pytest.mark.slow
 def test_a_servo_is_found_safe_and_a_follower_that_knows_no_world_is_not(panda, monkeypatch):
     monkeypatch.setattr(servo, "arm", lambda _: panda)
     row = servo.safety_row("panda", "shapes", 1, 1000)

@@ -121,6 +121,7 @@ def test_on_one_processor_nothing_is_handed_to_threads_and_afterwards_all_is_as_
     assert (default_threads(), os.sched_getaffinity(0)) == (allowed, before)
 
 
+@pytest.mark.slow
 def test_each_joint_more_costs_the_same_number_of_operations():
     counts = [bounds.count_operations(random_arm(joints)) for joints in (2, 3, 4)]
     for kind in ("forward_kinematics", "jacobian"):

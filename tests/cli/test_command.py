@@ -60,6 +60,7 @@ def spawn(arguments, **options):
     return subprocess.run(arguments, capture_output=True, text=True, timeout=240, check=False, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [80, 100, 60])
 @pytest.mark.parametrize("arguments", ANSWERS, ids=" ".join)
 def test_no_line_is_wider_than_the_terminal_and_no_number_is_truncated(run, arguments, width):

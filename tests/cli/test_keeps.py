@@ -55,7 +55,7 @@ def test_degrees_are_of_angles_without_a_unit():
         ("line=0,0,0,1mm", "6 are expected"),
         ("line=0,0,0,0,0,0,1mm", "other than the first"),
         ("inside=0,0,0,0,0,0,1,1,1,1mm", "no tolerance"),
-        ('together="left,right', "a name with a comma stands in double quotes"),
+        ('together="left,right', "put a name with a comma in double quotes"),
         ("together=left", "LINK,LINK"),
         ("together=left,left", "never moves"),
         ("together=left,right,1mm", "such as 1mm,5deg"),

@@ -17,6 +17,7 @@ def test_a_picture_of_any_robot(run, tmp_path, slider):
     assert (tmp_path / "slider.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_video_of_a_trajectory_file_and_a_scene_file(run, tmp_path):
     world = ulna.World()
     world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.6, 0, 0.3)))

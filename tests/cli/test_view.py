@@ -99,6 +99,7 @@ def test_meshes_that_are_not_shown_are_one_sentence(tmp_path, capsys):
     assert capsys.readouterr().err == f"ulna: bodies are drawn in place of 9 of its meshes: {advice}\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["view", "servo"])
 def test_a_stretched_arm_begins_bent_and_free_by_the_command_too(run, monkeypatch, command):
     """The commands, not the class: without --q the page chooses, with it the person."""

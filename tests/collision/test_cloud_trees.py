@@ -59,6 +59,7 @@ def sliding_ball(radius):
     return ulna.Robot(Description("ball", links, joints))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", CLOUDS)
 @pytest.mark.parametrize("radius", matrix([0.0, 0.003, 0.4], [0.003]))
 def test_verdicts_and_distances_are_those_of_a_k_d_tree(rng, make, radius):

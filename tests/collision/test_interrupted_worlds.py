@@ -89,6 +89,7 @@ def assert_interrupted_in_whole_or_not_at_all(robot, change, asks, *, each):
     assert before == after or found == {False, True}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_change_that_is_interrupted_is_made_in_whole_or_not_at_all(panda, name):
     assert_interrupted_in_whole_or_not_at_all(panda, CHANGES[name], asks=False, each=False)

@@ -224,6 +224,7 @@ def test_a_reflection_is_not_copied_by_machine_code():
     assert not placing.copy_exact(np.diag([1.0, 1.0, -1.0, 1.0]), np.empty((4, 4)))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ulna.UnitWarning")  # the others are 100 m away
 @pytest.mark.parametrize("n_more", [0, 2 * MOST_UNINDEXED])
 def test_queries_in_threads_find_the_world_as_it_was_at_one_moment(panda, n_more):
@@ -251,6 +252,7 @@ def test_queries_in_threads_find_the_world_as_it_was_at_one_moment(panda, n_more
     assert not wrong
 
 
+@pytest.mark.slow
 def test_a_world_and_its_copies_change_at_the_same_time_and_stay_apart(panda, rng):
     world = ulna.World()
     world.add_many(boxes_at(rng.uniform(-1, 1, (2 * MOST_UNINDEXED, 3))))

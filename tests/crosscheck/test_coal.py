@@ -113,6 +113,7 @@ def wrong_verdicts(family, expected, judged) -> str:
     return f"{len(wrong)} of {PAIRS}, the first at q = {family.q[wrong[0]].tolist()}" if len(wrong) else ""
 
 
+@pytest.mark.slow
 def test_two_boxes_overlap_exactly_where_coal_says_so(family):
     assert not wrong_verdicts(family, family.verdicts, np.abs(family.gaps) > (2e-6 if family.delicate else CONTACT))
 
@@ -157,6 +158,7 @@ def moved_out(family, pair, margin):
     return T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("margin", [1e-5, -1e-5], ids=["beyond", "short of"])
 def test_moved_out_along_the_normal_a_box_is_free_just_beyond_the_depth(family, margin):
     for k, pair in overlapping(family):

@@ -39,6 +39,7 @@ def test_distances_and_verdicts_are_coals_or_coal_is_wrong(rng, kinds):
     solids.assert_proved([pairs[k] for k in differ], [part[differ] for part in answer], 2e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", solids.KINDS)
 def test_a_half_space_is_as_far_as_coal_says(rng, kind):
     import ulna

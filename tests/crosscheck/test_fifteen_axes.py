@@ -68,6 +68,7 @@ def test_a_corner_over_a_face(mode, axis, offset):
         assert_close(check(mode, a, b, corner_over_face(a, b, axis, offset), offset), offset, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("offset", [0.01, -0.01])
 @pytest.mark.parametrize("j", range(3))

@@ -15,6 +15,7 @@ def peer(panda):
     return Peer(panda, pin.buildModelFromXML(panda.to_urdf()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [0.5, 5.0, 15.0])
 def test_no_plan_tilts_more_than_it_may_nor_leaves_its_box(panda, peer, degrees):
     world, rng = ulna.World(), np.random.default_rng(7)

@@ -24,6 +24,7 @@ def hands(x, y, z, yaw=0.0):
     return {hand: tray @ end for hand, end in zip(HANDS, ends, strict=True)}
 
 
+@pytest.mark.slow
 def test_the_hands_never_leave_the_tray_by_more_than_the_tolerance(baxter):
     peer = Peer(baxter, pin.buildModelFromXML(baxter.to_urdf()))
     left, right = (baxter.link_names.index(hand) for hand in HANDS)

@@ -48,6 +48,7 @@ def video(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_a_video_has_the_requested_length_size_and_a_browser_format(video):
     frames, codec, pixel_format, rate, seconds = decoded(video)
     assert len(frames) == 60
@@ -80,6 +81,7 @@ def test_a_gif_has_the_requested_length_and_the_same_lights(tmp_path):
     assert lights == expected_lights(3.0, 15)
 
 
+@pytest.mark.slow
 def test_a_png_shows_the_requested_time(tmp_path):
     path = tmp_path / "demo.png"
     seen = {}
@@ -102,6 +104,7 @@ def test_width_and_height_of_a_video_are_rounded_up_to_even_numbers(tmp_path):
     assert {frame.shape for frame in decoded(tmp_path / "odd.mp4")[0]} == {(92, 162, 3)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", matrix([(200, 200), (90, 320), (400, 100)], [(90, 320)]))
 def test_a_picture_of_any_aspect_ratio_shows_the_box_and_the_light(tmp_path, size):
     path = tmp_path / "demo.png"

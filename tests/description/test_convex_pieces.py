@@ -71,6 +71,7 @@ def test_load_accepts_the_known_values_of_meshes_only(make, tmp_path):
         ulna.load(tmp_path / "ell.urdf", meshes="hull")
 
 
+@pytest.mark.slow
 def test_pieces_are_cached_by_content_and_a_damaged_file_is_replaced(make, cache, monkeypatch):
     first = make().with_convex_pieces()
     [kept] = cache.iterdir()

@@ -50,6 +50,7 @@ def in_the_ell(points):
     return (z >= 0) & (z <= 1) & (np.minimum(x, y) >= 0) & (np.minimum(x, y) <= 1) & (np.maximum(x, y) <= 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", matrix(list(SOLIDS), 2))
 def test_every_sampled_point_of_the_surface_and_of_the_volume_is_in_a_ball(name):
     mesh, within = SOLIDS[name]
@@ -72,6 +73,7 @@ def trimesh_winding(mesh, point):
     return (angles * np.sign(np.einsum("ij,ij->i", a, np.cross(b, c)))).sum() / (4 * np.pi)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", matrix(list(SOLIDS), 2))
 def test_no_sampled_point_of_a_ball_is_farther_from_the_solid_than_said(name):
     mesh, within = SOLIDS[name]
@@ -230,6 +232,7 @@ def test_what_is_checked_in_place_of_meshes_is_said(make):
     assert spheres.balls_of_file(robot.description.folder / "ell.obj", (1.0, 1.0, 1.0), 0.3).shape == (n, 4)
 
 
+@pytest.mark.slow
 def test_sampled_points_of_the_meshes_of_a_ur5_are_in_the_balls_of_their_links(cache):
     robot = ulna.load("ur5")
     covered = robot.with_spheres(within=0.04)

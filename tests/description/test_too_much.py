@@ -51,6 +51,7 @@ def test_a_chain_of_four_thousand_links_and_a_part_of_it_can_be_loaded():
     assert len(ulna.load(whole.to_urdf(), base=f"l{n // 2}").link_names) == n // 2 + 1
 
 
+@pytest.mark.slow
 def test_ten_thousand_nested_mimics_are_resolved():
     n = 10_000
     followers = chain(n - 1, "continuous", '<mimic joint="j{0}" multiplier="1"/>')
@@ -98,6 +99,7 @@ def test_names_of_a_megabyte_are_shortened_in_the_message():
     assert len(str(caught.value)) < 1200
 
 
+@pytest.mark.slow
 def test_nested_groups_of_an_srdf_are_limited():
     groups = (
         "".join(f'<group name="g{k}"><group name="g{k + 1}"/></group>' for k in range(1999))

@@ -190,6 +190,7 @@ def assert_loads_or_raises_ulna_error(text: str) -> None:
     assert np.isfinite(poses).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(
     st.integers(0, len(PANDA)), st.integers(0, 400), st.one_of(st.sampled_from(FRAGMENTS), st.text(max_size=8), st.integers(1, 3))
@@ -201,6 +202,7 @@ def test_a_damaged_panda_loads_or_raises_an_ulna_error(start, length, fragment):
     assert_loads_or_raises_ulna_error(PANDA[:start] + put + PANDA[start + length :])
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(st.sampled_from(VALUES), st.one_of(st.sampled_from(VALUES), st.sampled_from(FRAGMENTS)))
 @example((PANDA.index("0 0 0.333"), PANDA.index("0 0 0.333") + 9), "1e308 1e308 1e308")

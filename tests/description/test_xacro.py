@@ -118,6 +118,7 @@ def test_a_file_that_only_declares_the_namespace_is_a_plain_urdf(tmp_path):
         ulna.load(file, xacro_args={"n": "b"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("endless", ["${9**9**9}", "${python.sum(range(10**12))}"])
 def test_an_endless_expression_is_stopped(monkeypatch, endless):
     monkeypatch.setattr(xacro, "TIME_LIMIT_S", 2)

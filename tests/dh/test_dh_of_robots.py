@@ -108,6 +108,7 @@ def test_nearly_parallel_axes_give_finite_rows_and_no_loss_that_the_proof_does_n
     assert_is_the_robot(table, description, atol=1.5 * told + 1e-15 * np.abs(table.rows).max() + 1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 @pytest.mark.parametrize("dropped", [0.0, 1e-7, 9e-7, 9.99e-7])

@@ -71,6 +71,7 @@ def touching_pair(rng, turn):
     return tuple(A[:3].ravel()), tuple(h), at, tuple(g), low, size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [3.0, 1e-2, 1e-3, 1e-4, 1e-6, 0.0])
 def test_boxes_touch_where_they_do_by_float64_but_for_a_thousandth_of_their_sizes(turn):
     rng, overlap, verdicts = np.random.default_rng(7), in_single(boxes_overlap), set()

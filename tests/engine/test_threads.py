@@ -260,6 +260,7 @@ BATCHES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("three_processors")
 @pytest.mark.parametrize("name", BATCHES)
 def test_any_number_of_threads_gives_the_same_bits(panda, name):

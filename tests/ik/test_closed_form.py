@@ -39,6 +39,7 @@ def assert_reached(robot, found, T, most=1e-12):
             assert np.abs(formulas.link_pose(robot.description, q, robot.tip) - target).max() < most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("right_angles", [False, True])
 @pytest.mark.parametrize("from_end", [False, True])
 @pytest.mark.parametrize("family", FAMILIES, ids=NAMES.get)

@@ -124,6 +124,7 @@ def assert_in(robot, found, q):
     assert least.max() < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ALL)
 def test_the_configuration_that_made_a_pose_is_among_the_solutions(name):
     for seed in range(3):

@@ -198,6 +198,7 @@ def test_quartics_of_two_and_three_nearly_equal_roots_are_not_called_complete_wi
         assert not (claims_all(found) & (distance(found, np.tile(q, (len(T), 1))) > 0.01)).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("far", matrix([1e2, 1e3, 1e4], [1e3]))
 def test_a_base_far_from_the_arm_is_no_proof_of_more_than_its_digits_tell(family, far):

@@ -56,6 +56,7 @@ def test_fewer_joints_than_six_lose_no_digits_at_any_damping(rng, n, share):
         np.testing.assert_allclose(found, expected, rtol=0, atol=allowed * np.abs(expected).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", matrix(DAMPINGS, [1.0, 1e-6, 1e-9, 5e-324]))
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 @pytest.mark.parametrize("n", [1, 2, 4, 5, 6, 7, 8])

@@ -209,6 +209,7 @@ def test_a_path_to_the_end_of_the_reach_is_followed_within_the_tolerance_and_not
 # ---- limits where angles are known poorly
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limits", [(-0.9, 0.9), (-np.pi, np.pi), (-np.pi, 3.5), (-TURN, TURN), (-4.0, 4.5)])
 @pytest.mark.parametrize("wrist", [1e-3, 1e-5, 1e-6, 1e-7])
 def test_a_path_along_a_limit_near_the_wrists_singularity_is_found_in_any_turn(limits, wrist, rng):

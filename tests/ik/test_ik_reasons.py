@@ -77,6 +77,7 @@ def test_no_configuration_of_any_arm_breaks_the_certificate(rng):
             assert not result.reach_excess.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1.0, 1e4])
 @pytest.mark.parametrize("length", matrix([1.0, 1e3, 1e9, 1e16, 1e60, 1e200, 1.7e308], [1.0, 1e16, 1.7e308]))
 def test_no_configuration_breaks_it_however_long_a_slide_may_become_or_however_small_the_arm(rng, scale, length):

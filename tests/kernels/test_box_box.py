@@ -31,6 +31,7 @@ def random_pairs(rng, n):
     return [(random_pose(rng, 1), rng.uniform(0.1, 1, 3), random_pose(rng, 1), rng.uniform(0.1, 1, 3)) for _ in range(n)]
 
 
+@pytest.mark.slow
 def test_the_widest_gap_is_that_of_the_corners_shadows(run, rng):
     pairs = random_pairs(rng, 600)
     gaps = np.array([formulas.gaps_of_boxes(*pair) for pair in pairs])
@@ -42,6 +43,7 @@ def test_the_widest_gap_is_that_of_the_corners_shadows(run, rng):
     assert set(axis) == set(range(15)), "some axis was never the widest: the sample proves nothing of it"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", range(15))
 def test_each_axis_alone_can_separate_two_boxes(run, rng, axis):
     """Move B along the axis until the shadows are 1e-6 apart, or overlap by 1e-6; keep pairs that no other axis separates."""

@@ -57,6 +57,7 @@ def test_where_the_bars_lie_does_not_matter(run, rng, place):
     assert list(overlap) == [gap < 0 for gap, _ in pairs]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn_axis", [X, Y, Z, np.array([0.6, -0.8, 0.0]), np.array([0.48, 0.64, 0.6])])
 @pytest.mark.parametrize("across", [X, Y, Z])
 def test_stacked_boxes_barely_turned_keep_their_gap(run, across, turn_axis):

@@ -104,6 +104,7 @@ def everywhere(n, width):
     return np.tile(np.array([np.full(7, -width), np.full(7, width)]), (n, 1, 1))
 
 
+@pytest.mark.slow
 def test_a_step_is_the_damped_pseudo_inverse(run, panda, there):
     step = Advance(run, panda, *there, everywhere(N, np.inf))
     assert_close(step.moved, [step.twin(k) for k in range(N)], atol=1e-9)

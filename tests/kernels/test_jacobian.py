@@ -29,6 +29,7 @@ def jacobians(run, tree, link, frame, q):
     return out[:n].T.reshape(len(q), tree.n_dof, 6).transpose(0, 2, 1), out[n : n + 12].T.reshape(len(q), 3, 4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frame", FRAMES)
 @pytest.mark.parametrize("link", LINKS)
 def test_columns_are_the_velocities_of_the_link(run, rng, link, frame):

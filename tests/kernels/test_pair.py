@@ -29,6 +29,7 @@ def test_every_result_proves_itself(run, rng, kinds):
     assert_proved(pairs, answer, max(EXACTNESS.get(kind, 1e-11) for kind in kinds))
 
 
+@pytest.mark.slow
 def test_no_translation_that_separates_is_shorter(run, rng, kinds):
     pairs = random_pairs(rng, kinds, 12, 0.2)
     for pair, d in zip(pairs, ask(run, pairs)[0], strict=True):

@@ -59,6 +59,7 @@ def test_at_one_place_points_touch(run, kinds):
     assert_close(np.linalg.norm(n), 1, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kinds", [pair for pair in solids.PAIRS if "hull" not in pair], ids="-".join)
 def test_flat_bodies_have_contacts_with_proofs(run, rng, kinds):
     a, b = (FLAT[kind] for kind in kinds)
@@ -66,6 +67,7 @@ def test_flat_bodies_have_contacts_with_proofs(run, rng, kinds):
     assert_proved(pairs, ask(run, pairs), 1e-8 if "cylinder" in kinds else 1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", solids.KINDS)
 def test_a_flat_hull_has_a_distance(run, rng, kind):
     pairs = [(solids.random_solid(rng, "hull"), solids.random_pose(rng, 0.1), FLAT["hull"], at(0, 0, 2))] if kind == "hull" else [

@@ -51,6 +51,7 @@ def gap(row, T, point):
     return np.linalg.norm(x - np.clip(x, -half, half)) - row[0, RADIUS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [SPHERE, CAPSULE, BOX])
 @pytest.mark.parametrize("n", [1, 9, 500])
 def test_every_point_within_reach_in_any_lane_is_found_and_few_others(rng, kind, n):

@@ -39,6 +39,7 @@ def test_the_angle_onto_a_vector_is_that_by_which_it_was_turned(run, rng):
     np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * angle), atol=1e-14)
 
 
+@pytest.mark.slow
 def test_no_angle_leads_nearer_to_a_vector_off_the_circle(run, rng):
     k, p, q = units(rng, N), rng.normal(size=(N, 3)), rng.normal(size=(N, 3))
     found = angles(run(probes.onto, np.hstack([p, q, k]).T, 3))

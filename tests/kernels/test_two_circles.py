@@ -44,6 +44,7 @@ def apart(a, b):
     return np.abs((a - b + np.pi) % (2 * np.pi) - np.pi)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.03, 0.3, 1.0, 3.0, 30.0, 300.0])
 def test_the_pair_that_was_planted_is_found_and_as_many_as_there_are_changes_of_sign(run, scale):
     for seed in range(4):

@@ -98,6 +98,7 @@ def test_edges_of_a_batch_are_judged_as_one_by_one(panda):
         bool(together)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["upright", "orientation", "line", "plane", "pointing"])
 def test_a_projection_keeps_the_constraint_and_the_limits(panda, name):
     start = panda.home
@@ -177,6 +178,7 @@ def test_a_motion_flows_through_the_corners_of_a_tight_constraint(panda, world, 
     assert shares(keep, T, panda.forward_kinematics(q)).max() <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limits", [{"limits": "franka"}, {"acceleration": 5.0, "jerk": 50.0}])
 def test_a_motion_within_limits_of_jerk_flows_through_the_corners_of_a_tight_constraint(panda, world, limits):
     left, right = turned_about_the_base(panda)

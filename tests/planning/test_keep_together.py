@@ -214,6 +214,7 @@ def test_of_several_poses_of_one_hand_one_is_reached_with_both(tray):
     assert str(alone.reason).startswith("right_ee: ")
 
 
+@pytest.mark.slow
 def test_what_the_goal_of_one_hand_leaves_free_is_the_same_for_both(tray):
     robot, world, start, goal = tray
     keeps = ulna.Keep.together("left_ee", "right_ee"), ulna.Keep.upright(0.1, link="left_ee")

@@ -73,6 +73,7 @@ def test_a_search_with_no_joint_to_move_ends_with_its_budget():
     assert robot.plan([0, 0], [0, 0], world, held=["x", "y"], max_checks=1000).status == "budget spent"
 
 
+@pytest.mark.slow
 def test_one_step_of_a_tree_keeps_within_the_budget_and_within_memory():
     world = ulna.World()
     world.add("wall", ulna.Box((0.01, 9e5, 1)))

@@ -35,6 +35,7 @@ def beside(q, points, spreads):
     return np.minimum(outside(low), np.minimum(outside(low * 0), outside(low * 0 + 1))).min(axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"blend": 0.0}, {"blend": 2.0}, {"jerk": 30.0}, {"jerk": 3000.0, "blend": 2.0}])
 @pytest.mark.parametrize("share", [0.0, 0.123, 0.5, 0.987, 1.0])
 def test_every_moment_lies_within_what_is_looked_at(plan, options, share):

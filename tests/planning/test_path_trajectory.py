@@ -34,6 +34,7 @@ def distance(points, q):
     return least
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("within", [0.1, 0.01, 1e-4])
 @pytest.mark.parametrize("options", [{"limits": "franka"}, {"acceleration": 5, "jerk": 50}, {"acceleration": 15}])
 @pytest.mark.parametrize("shape", ["curve", "corners"])

@@ -34,6 +34,7 @@ def judge(old, new, t):
         assert new.check(period=period)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [FRANKA, SLOW, SUDDEN])
 @pytest.mark.parametrize("corners", [False, True])
 def test_it_is_the_old_motion_until_then_and_keeps_its_limits(panda, world, options, corners):
@@ -103,6 +104,7 @@ def test_a_replaced_motion_can_be_replaced_and_slowed(panda):
     assert third.slowed(0.5).check()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [FRANKA, SLOW, SUDDEN])
 def test_beside_obstacles_it_touches_nothing_and_brakes_along_its_own_path_where_straight_on_is_not_free(panda, world, options):
     left, right = ends(panda)
@@ -137,6 +139,7 @@ def test_along_a_tight_constraint_it_flows_through_the_corners_of_the_plan_and_k
     assert np.abs(away).max() <= 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.1, 0.5])
 def test_along_a_tight_constraint_a_motion_within_limits_of_jerk_is_left_while_it_moves(panda, world, share):
     left, right = ends(panda)

@@ -145,6 +145,7 @@ def test_with_a_limit_of_jerk_no_limit_is_passed_at_any_time(rng, blend):
         assert path.duration >= timed(points, lengths, blend, velocity, acceleration).duration * 0.98
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jerk", [20.0, 200.0, 10_000.0])
 def test_a_mean_is_on_the_path_or_within_what_was_certified(rng, jerk):
     for _ in range(4):

@@ -9,6 +9,7 @@ import re
 import warnings
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -99,12 +100,14 @@ def use(urdf: str, srdf: str | None = None) -> None:
         assert str(error)  # noqa: PT017
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(trees)
 def test_words_of_urdf_without_sense_are_a_robot_or_an_ulna_error(text):
     use(text)
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(st.lists(elements, max_size=6))
 def test_words_of_srdf_without_sense_are_a_robot_or_an_ulna_error(parts):

@@ -45,6 +45,7 @@ skew_table = st.lists(st.tuples(length, length, skew, theta), min_size=1, max_si
 kinds = st.lists(st.sampled_from(["revolute", "revolute", "prismatic", "continuous", "fixed"]), min_size=6, max_size=6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @given(rows=skew_table)
 def test_a_table_of_skew_axes_comes_back_number_for_number(convention, rows):
@@ -53,6 +54,7 @@ def test_a_table_of_skew_axes_comes_back_number_for_number(convention, rows):
     assert_close([table.T_base_0, table.T_n_tip], [np.eye(4)] * 2, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", CONVENTIONS)
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @given(rows=any_table, kinds=kinds, seed=st.integers(0, 2**32 - 1))
@@ -66,6 +68,7 @@ def test_any_table_becomes_one_of_the_same_robot_in_either_convention(convention
         assert_close(table.T_base_0 @ written_out @ table.T_n_tip, expected, atol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @given(rows=any_table, kinds=kinds)
 def test_the_table_of_a_tables_robot_is_that_table(convention, rows, kinds):
@@ -75,6 +78,7 @@ def test_the_table_of_a_tables_robot_is_that_table(convention, rows, kinds):
     assert_close([again.T_base_0, again.T_n_tip], [table.T_base_0, table.T_n_tip], atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ARMS, ids=lambda path: Path(path).stem)
 def test_every_chain_of_a_real_robot_is_its_table(path):
     robot = ulna.load(EXAMPLES / path)

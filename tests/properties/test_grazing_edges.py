@@ -61,6 +61,7 @@ def test_an_edge_that_was_called_free_and_ends_in_contact_is_a_collision(case):
     assert 0 < found.free_until < 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("obstacle", grazing.OBSTACLES)
 @pytest.mark.parametrize("kind", grazing.KINDS)
 def test_an_edge_on_which_two_bodies_share_a_point_is_never_called_free(rng, kind, obstacle):
@@ -73,6 +74,7 @@ def test_an_edge_on_which_two_bodies_share_a_point_is_never_called_free(rng, kin
     assert approached > 40, "most begin apart"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", solids.PAIRS, ids="-".join)
 def test_what_is_certain_of_a_distance_is_near_the_distance(rng, pair):
     """Needles and plates too: a bound that were far below would be certain, and of no use."""

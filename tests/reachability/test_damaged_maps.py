@@ -61,6 +61,7 @@ def test_a_whole_map_is_read(path):
     assert isinstance(reached, bool)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: str(value)[:12])
 def test_an_attribute_of_any_value_is_read_or_refused(path, whole, value):
     attributes = json.loads((whole / "zarr.json").read_text())["attributes"]

@@ -22,6 +22,7 @@ def test_a_figure_shows_the_shares_and_the_statuses(panda_map):
     assert {label.get_text() for label in figure.axes[5].get_yticklabels()} == {"reached", "unreachable", "budget spent"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
 def test_a_figure_is_written(panda_map, tmp_path, ending):
     write_figure(draw(panda_map), tmp_path / f"m.{ending}")

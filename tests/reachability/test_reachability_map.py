@@ -68,6 +68,7 @@ def test_xarray_opens_it_with_units_and_without_a_warning(panda, panda_map):
     assert data.attrs["ulna_version"] == ulna.__version__
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [2, 5])
 def test_the_bits_do_not_depend_on_the_threads(panda, panda_map, many_chunks, tmp_path, threads):
     path = tmp_path / "m.zarr"

@@ -145,6 +145,7 @@ def other_worlds():
     return world
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "said"),
     [

@@ -1,6 +1,7 @@
 """The full stop of a servo: any velocity of its box keeps all limits in the tick and in the stop after it."""
 
 import numpy as np
+import pytest
 
 from ulna.kernels.servo import servo_layout as layout
 from ulna.kernels.servo.braking import (
@@ -32,6 +33,7 @@ def moving(rng):
             return limits, settings, state, counters
 
 
+@pytest.mark.slow
 def test_any_velocity_of_the_box_keeps_the_limits_until_the_arm_rests(rng):
     t = np.linspace(0, TICK, 33)[:, None]
     for _ in range(500):

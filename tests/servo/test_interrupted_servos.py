@@ -91,6 +91,7 @@ def assert_in_whole_or_not_at_all(make, act, *, each=False):
     assert interrupted_at_every_place(make, lambda pair: act(*pair), judge, each=each) >= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ACTS)
 def test_what_is_interrupted_is_done_in_whole_or_not_at_all(kept, name):
     assert_in_whole_or_not_at_all(lambda: in_motion(kept), ACTS[name])

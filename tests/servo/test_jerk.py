@@ -50,6 +50,7 @@ def keeps(found, beyond=1e-12):
     assert found["beyond"] <= beyond
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LIMITS)
 @pytest.mark.parametrize("make", [lambda: boxes(10, 1), mixed, lambda: None], ids=["boxes", "mixed", "none"])
 def test_hostile_commands_touch_nothing_and_keep_the_limits(panda, name, make):
@@ -113,6 +114,7 @@ def on_a_slide():
     return ulna.load(f'<robot name="on a slide"><link name="floor"/>{carriage}{text}</robot>')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", matrix(["Panda", "little jerk"], ["Panda"]))
 def test_there_is_a_way_out_of_every_rest(panda, name):
     for world in (boxes(10, 1), mixed()):
@@ -247,6 +249,7 @@ def test_a_measured_arm_off_its_command_is_brought_to_rest_within_the_limits(pan
     keeps(judge_jerk(panda, None, start, commands, limits_of(panda, LIMITS["Panda"])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Panda", "little jerk"])
 def test_nothing_touches_an_object_of_a_stated_speed_while_the_arm_moves(panda, name):
     """A ball that comes at its speed, said where it is thirty times a second: no contact at any time of a tick in motion."""

@@ -72,6 +72,7 @@ def touched_while_moving(robot, servo, run, shape):
     return counts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("shape", "stated_every"), [(BALL, 1), (BALL, 33), (CLOUD, 33)])
 def test_nothing_touches_an_object_of_a_stated_speed_while_the_arm_moves(panda, shape, stated_every):
     counts = np.zeros(3, dtype=int)
@@ -85,6 +86,7 @@ def test_nothing_touches_an_object_of_a_stated_speed_while_the_arm_moves(panda, 
     assert touched > 0  # where the arm rests
 
 
+@pytest.mark.slow
 def test_without_the_speed_the_moving_arm_is_touched(panda):
     """So the test above can fail."""
     contacts = 0
@@ -168,6 +170,7 @@ def put_into(robot, q, shape, depth, rng):
     return thing
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [ulna.Box((0.1, 0.12, 0.14)), ulna.Sphere(0.06), ulna.Cylinder(0.05, 0.2)])
 @pytest.mark.parametrize("seed", range(4))
 def test_out_of_an_object_put_into_the_arm_it_is_led(panda, shape, seed):

@@ -68,6 +68,7 @@ def stop(limits, settings, state, counters):
     np.testing.assert_array_equal(state, before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ramp", matrix([1, 2, 7], [2]))
 def test_any_velocity_of_the_box_keeps_the_limits_until_the_arm_rests(rng, ramp):
     """In motions of corners of the box, of its inside and of parts of stops, so that all kinds of states are met."""

@@ -46,6 +46,7 @@ def assert_rests(arm, direction, speed, seconds):
         assert found.along >= min(way, 0.99 * seconds * speed) - NEAR_ENOUGH, (found, way)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "direction", "speed"),
     [
@@ -62,6 +63,7 @@ def test_an_arm_that_a_twist_stretches_slows_along_its_line_and_rests_there(arm,
     assert_rests(arm(name), direction, speed, 8.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "direction", "beyond"),
     [("panda", 15, 0.05), ("panda", 21, 0.05), ("panda", 25, 1.0), ("panda", 15, 1.0), ("gen3", 8, 0.05), ("gen3", 24, 1.0)],

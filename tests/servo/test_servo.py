@@ -32,6 +32,7 @@ def run(servo, n, **goal):
     return command
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WORLDS)
 @pytest.mark.parametrize("seed", range(2))
 def test_hostile_commands_touch_nothing_and_keep_the_limits(panda, worlds, name, seed):
@@ -58,6 +59,7 @@ def test_so_do_slow_ticks(panda, worlds, name, rate):
     assert found["beyond"] <= 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["boxes", "other boxes", "mixed"])
 def test_there_is_a_way_out_of_every_rest(panda, worlds, name):
     """Pressed against something from many sides, it moves away again as soon as it is sent away."""
@@ -111,6 +113,7 @@ def test_it_reaches_a_pose_without_overshoot(panda):
     assert max(np.diff(errors)) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_it_comes_to_rest_as_near_as_it_can_to_a_pose_out_of_reach(panda, seed):
     """Near the singularity of a stretched arm a step of the pseudoinverse leads to and fro. At rest no joint leads nearer."""

@@ -24,6 +24,7 @@ def view(found):
         yield view
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", AXES)
 def test_the_map_begins_behind_the_robot_and_with_voxels(view, axis):
     """No voxel that is shown is where the robot is: the centres lie beyond its box, as the clouds are drawn."""

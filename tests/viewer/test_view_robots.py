@@ -81,6 +81,7 @@ def test_the_colour_of_the_urdf_is_used_for_meshes_without_one(tmp_path):
     assert tuple(mesh.visual.material.baseColorFactor) == (255, 0, 0, 255)
 
 
+@pytest.mark.slow
 def test_every_collision_shape_can_be_drawn():
     page = Page(port=0)
     try:

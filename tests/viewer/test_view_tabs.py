@@ -81,6 +81,7 @@ MESSAGES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MESSAGES)
 def test_a_malformed_message_closes_its_connection_and_prints_no_traceback(view, name, caplog, capfd):
     address = view.url.replace("http", "ws")
@@ -153,6 +154,7 @@ def test_a_closed_tab_leaves_no_thread_and_no_client(view, open_page):
     assert not view.page.server._websock_server._client_state_from_id
 
 
+@pytest.mark.slow
 def test_stopping_leaves_no_thread_and_frees_the_port(panda):
     before = threading.active_count()
     view = ulna.view(panda)

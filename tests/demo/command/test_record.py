@@ -3,6 +3,7 @@
 import pytest
 
 
+@pytest.mark.slow
 def test_record_prints_the_file_and_its_size(run, tmp_path):
     result = run("record", tmp_path / "demo.mp4", "--seconds", "0.5", "--size", "64x48", "--fps", "10")
     assert result.exit_code == 0
@@ -16,6 +17,7 @@ def test_a_png_of_a_long_demo_is_one_picture(run, tmp_path):
     assert "a picture of 64x48" in result.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -110,6 +110,7 @@ def test_ik_from_zeros_outside_the_limits_of_joint_four_finds_home(robot):
     assert np.allclose(robot.ee(robot.inverse_kinematics(robot.ee(HOME), np.zeros(7))), robot.ee(HOME), rtol=0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_ik_from_random_starts_finds_random_reachable_poses(robot):
     rng = np.random.default_rng(0)
     lower, upper = robot.lower, robot.upper

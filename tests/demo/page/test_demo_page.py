@@ -163,6 +163,7 @@ def test_the_light_is_grey_until_the_collision_check_is_compiled():
     assert done.stdout == "done\n", done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("passed", [True, False])
 def test_the_page_opens_before_the_checks_and_closes_if_one_fails(passed, monkeypatch, capsys):
     seen = []

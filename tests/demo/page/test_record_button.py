@@ -60,6 +60,7 @@ def button(server, demo):
     button.close()
 
 
+@pytest.mark.slow
 def test_two_clicks_make_a_video_of_the_time_between(server, button):
     button.take(0.0)
     server.press()
@@ -121,6 +122,7 @@ def test_a_recording_ends_when_its_tab_is_closed(server, button):
     assert button._shots == []
 
 
+@pytest.mark.slow
 def test_a_recording_ends_at_the_longest_duration(server, button):
     server.press()
     button.take(0.0)
@@ -130,6 +132,7 @@ def test_a_recording_ends_at_the_longest_duration(server, button):
     assert server.button.label.startswith("Making the video")
 
 
+@pytest.mark.slow
 def test_closing_the_page_cancels_the_video(server, button):
     server.press()
     button.take(0.0)

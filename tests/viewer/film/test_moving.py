@@ -28,6 +28,7 @@ def is_red(frame):
     return np.count_nonzero((frame[..., 0] > 150) & (frame[..., 1:].max(axis=-1) < 110)) > 60
 
 
+@pytest.mark.slow
 def test_an_obstacle_is_red_in_the_frames_in_which_the_checker_finds_a_collision(panda, world, tmp_path):
     away, into = panda.home + np.array([1.2, 0, 0, 0, 0, 0, 0]), panda.home + np.array([0, 0.35, 0, 0, 0, 0, 0])
     path = np.array([away, into, away])
@@ -40,6 +41,7 @@ def test_an_obstacle_is_red_in_the_frames_in_which_the_checker_finds_a_collision
     assert 0 < expected.sum() < 15
 
 
+@pytest.mark.slow
 def test_obstacles_of_any_shape_are_drawn(panda, tmp_path):
     world = ulna.World()
     world.add("ball", ulna.Sphere(0.1), ulna.pose((0.6, 0, 0.3)))
@@ -99,6 +101,7 @@ def seen_at(camera, points, size):
     return np.column_stack([x, y]) / depth[:, None] / size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("size", [(640, 360), (360, 640)])
 def test_the_arm_is_as_large_as_the_picture_allows(panda, tmp_path, monkeypatch, name, size):

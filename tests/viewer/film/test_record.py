@@ -16,6 +16,7 @@ from videos import decoded
 SIZE = (320, 180)
 
 
+@pytest.mark.slow
 def test_a_turning_camera_keeps_the_robot_in_the_picture(tmp_path):
     robot = load("panda")
     path = tmp_path / "panda.mp4"
@@ -68,6 +69,7 @@ def test_an_impossible_size_rate_or_format_is_refused(tmp_path, name, form, mess
         make_form(tmp_path / name, **({"seconds": 1.0} | form))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", ["missing/panda.png", "file/panda.png", "folder.png"])
 def test_a_file_that_cannot_be_written_is_an_error_with_its_path(tmp_path, place, panda):
     (tmp_path / "file").write_text("")

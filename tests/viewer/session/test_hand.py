@@ -112,6 +112,7 @@ def test_the_hand_does_not_jump_through_a_thin_wall():
     assert "wall" in last.reason
 
 
+@pytest.mark.slow
 def test_the_hand_never_collides_among_random_obstacles(panda, hand, rng):
     for _ in range(20):
         world = ulna.World()

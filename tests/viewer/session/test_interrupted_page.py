@@ -163,6 +163,7 @@ def outlook(session):
     return frames
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SESSION)
 def test_a_change_of_a_session_that_is_interrupted_is_made_in_whole_or_not_at_all(session_of, name):
     expected = []
