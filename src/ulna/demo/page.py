@@ -199,12 +199,12 @@ class DemoScene:
     def __init__(self, server: viser.ViserServer, demo: Demo, moved: Callable[[], None]) -> None:
         scene = server.scene
         scene.set_up_direction("+z")
-        add_light(scene)
         server.initial_camera.position = (1.75, -1.45, 1.0)
         server.initial_camera.look_at = (0.2, 0.0, 0.36)
         server.initial_camera.fov = 0.7
         stand_back_where_narrow(server, 0.9)
         self.arm = Arm(server, demo.robot, "/arm")
+        add_light(scene, self.arm.extent.centre, self.arm.extent.radius)
         self.light = scene.add_cylinder("/light", LIGHT.radius, LIGHT.length, light_color(None), position=LIGHT_POSITION)
         self.word = scene.add_label(
             "/light/word", light_word(None), position=WORD_POSITION, anchor="top-center", font_screen_scale=1.3

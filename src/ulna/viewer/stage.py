@@ -5,6 +5,7 @@ from contextlib import AbstractContextManager
 
 import numpy as np
 import viser
+from numpy.typing import ArrayLike
 
 from ulna.collision.world import World
 from ulna.description.pose import pose
@@ -15,7 +16,8 @@ from ulna.viewer.page import Page
 from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS, TO_SUN
 from ulna.viewer.visuals import triangles
 
-_SUN, _SKY, _REFLECTIONS = 2.2, 1.4, 0.08  # intensities
+_SUN, _SKY = 2.4, 1.9  # intensities
+_SPOT, _SHADED = 6.0, 3.0  # radii of the robot: the distance of the light that casts shadows, and the radius that it lights
 _BESIDE = 4.0  # radii of the robot: obstacles farther away do not lower the floor
 _SHADOW = 0.28  # of the shadows on the floor: their opacity
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
@@ -25,12 +27,34 @@ _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
 _ASPECT = 1.1  # width by height of the narrowest scene in which the robot fits at this distance
 
 
-def add_light(scene: viser.SceneApi) -> None:
-    """A sun with shadows, from where the recorder has it, and the light of the sky. viser's tone mapping cannot be changed."""
+def add_light(scene: viser.SceneApi, centre: ArrayLike, radius: float) -> None:
+    """The light of the sky, and of a sun that stands where the recorder has it. viser's tone mapping cannot be changed.
+
+    Two things of viser are slow on a computer without a GPU, and are not used. Reflections of an environment take fifteen seconds
+    before the first picture. A directional light draws its shadows from three cameras, and takes three times as long a picture as
+    one spotlight. So half of the sun is a directional light without shadows, which is everywhere. The other half is a spotlight
+    with shadows around the robot.
+
+    Args:
+        scene: Where it is added.
+        centre: The middle of the robot [m], shape (3,).
+        radius: Half the diagonal of the robot [m].
+    """
+    to_sun = np.array(TO_SUN) / np.linalg.norm(TO_SUN)
     scene.configure_default_lights(enabled=False)
-    scene.configure_environment_map("studio", environment_intensity=_REFLECTIONS)
+    scene.configure_environment_map(None)
     scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(198, 204, 214), intensity=_SKY)
-    scene.add_light_directional("/light/sun", intensity=_SUN, cast_shadow=True, position=tuple(10.0 * np.array(TO_SUN)))
+    scene.add_light_directional("/light/sun", intensity=_SUN / 2, cast_shadow=False, position=tuple(to_sun))
+    scene.add_light_spot(
+        "/light/shadows",
+        intensity=_SUN / 2,
+        decay=0.0,  # as bright at any distance, as the sun is
+        angle=float(np.arctan(_SHADED / _SPOT)),
+        penumbra=1.0,
+        cast_shadow=True,
+        position=tuple(np.asarray(centre) + _SPOT * radius * to_sun),
+        direction=tuple(-to_sun),
+    )
 
 
 def add_floor(page: Page, height: float, cell: float, fade: float) -> viser.GridHandle:
@@ -58,7 +82,7 @@ def add_stage(page: Page, extent: Extent) -> viser.GridHandle:
     radius, centre = extent.radius, extent.centre
     cell = next((step for step in _STEPS if step > radius / 10), _STEPS[-1])
     server.scene.set_up_direction("+z")
-    add_light(server.scene)
+    add_light(server.scene, centre, radius)
     distance = 1.15 * radius / np.sin(_FIELD_OF_VIEW / 2)
     floor = add_floor(page, min(float(extent.low[2]), 0.0) - max(1e-3, 4e-3 * radius), cell, 4.0 * distance)
     server.initial_camera.fov = _FIELD_OF_VIEW
