@@ -85,7 +85,7 @@ def browser_of():
 def open_page(browser_of):
     """Opens a page at an address, in a tab of its own; ``page.addresses`` has what it asked for.
 
-    A slow machine opens it slowly: it has no limit of time. When the test ends, its buttons are let go and it is closed.
+    A slow machine opens it slowly: it has five minutes. When the test ends, its buttons are let go and it is closed.
     """
     from browser import COARSE, SIZE
 
@@ -94,7 +94,7 @@ def open_page(browser_of):
     def open_page(url, browser=0, size=SIZE, scheme="light"):
         page = browser_of(browser).new_page(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
         opened.append(page)
-        page.set_default_timeout(0)
+        page.set_default_timeout(300_000)  # [ms]
         page.addresses = []
         page.on("request", lambda request: page.addresses.append(request.url))
         page.goto(f"{url}{'&' if '?' in url else '?'}fixedDpr={COARSE}")
