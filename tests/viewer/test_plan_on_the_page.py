@@ -90,7 +90,7 @@ def test_the_curves_of_a_plan_are_plotted_against_their_limits(view, page, panda
         lambda: view.plans.planning.shown and "jerk" not in view.plans.planning.shown.curves, "a plan with jumps", looks=None
     )
     wait_to_see(page, lambda: len(page.evaluate(DRAWN)) == 3, "no chart of the jerk")
-    page.get_by_role("button", name="Plan a motion").click()
+    page.get_by_role("button", name="End planning").click()
     wait_to_see(page, lambda: page.evaluate(DRAWN) == [], "no chart")
 
 
@@ -106,5 +106,5 @@ def test_what_is_kept_is_chosen_and_drawn(view, page):
     a, b = view.plans.planning.shown.kept_line
     np.testing.assert_allclose(bands.bar.position, (a + b) / 2)
     assert bands.bar.dimensions[2] == pytest.approx(np.linalg.norm(b - a))
-    page.get_by_role("button", name="Plan a motion").click()
+    page.get_by_role("button", name="End planning").click()
     wait_to_see(page, lambda: not bands.bar.visible and not bands.cone.visible, "nothing that is kept")
