@@ -60,7 +60,7 @@ def test_numbered_joints_are_the_entries_of_q(panda, read, word, first):
         (lambda names: [*names[:6], "wrist"], "no column is named panda_joint7"),
         (lambda names: [*names[:6], names[0]], "both panda_joint1"),
         (lambda _: list("abcdefg"), "the names are 'a', 'b', 'c'"),
-        (lambda _: [f"q{k}" for k in range(2, 9)], "numbered, but not as 7 joints are"),
+        (lambda _: [f"q{k}" for k in range(2, 9)], "numbered, but not from 0 or from 1 as 7 joints"),
         (lambda names: [f"{names[0]} [mm]", *names[1:]], "is not known; of panda_joint1 it may be rad"),
         (lambda names: [*names[:6], "q7"], "some columns have the names of joints, others numbers"),
     ],

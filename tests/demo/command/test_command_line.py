@@ -10,8 +10,8 @@ import pytest
 from command_fixtures import without_announcements
 
 COMMANDS = [
-    *("list", "info", "fk", "jacobian", "ik", "follow", "check", "plan", "run", "reach", "dh", "compare", "inspect", "urdf"),
-    *("view", "servo", "demo", "record", "bench", "warmup", "ros1", "ros2"),
+    *("view", "servo", "demo", "record", "fk", "jacobian", "ik", "check", "reach", "plan", "follow", "run"),
+    *("list", "info", "dh", "compare", "inspect", "urdf", "bench", "warmup", "ros1", "ros2"),
 ]
 WRONG_TABLE = """
 import ulna.description.names.panda as panda
@@ -23,7 +23,7 @@ app(["demo", "--check"], prog_name="ulna")
 """
 
 
-def test_help_lists_the_commands_of_the_demo_in_order(run):
+def test_help_lists_all_commands_in_groups(run):
     assert re.findall(r"^│ (\w+)  ", run("--help").stdout, flags=re.MULTILINE) == COMMANDS
 
 
