@@ -70,7 +70,7 @@ def around(image: np.ndarray, centre, half: int) -> np.ndarray:
 
 def drag(page, handles, start, way, color, steps=12):
     """Drag the head of an arrow, once it is seen where it should be, until the server has heard of the last step."""
-    wait_to_see(page, lambda: count(around(pixels(page), start, 8), color) > 20, f"a {color} arrow")
+    wait_to_see(page, lambda: count(around(pixels(page), start, 8), color) >= 10, f"a {color} arrow")
     page.mouse.move(*start)
     page.mouse.down()
     for k in range(1, steps + 1):

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 PATIENCE_S = 240.0  # with a program that is told to end: one that takes longer never does
-LOOKS = 600  # for what is waited for; a slow machine looks more slowly
+LOOKS = 3000  # for what is waited for, some five minutes: a program that starts on a busy machine takes one
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # of a shell's background job; what is started here would inherit it
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -148,7 +148,7 @@ def test_a_question_mark_shows_the_keys_and_escape_closes_them(page):
 
 def test_labels_are_above_their_fields_large_and_dark_enough(page):
     label = page.get_by_text("Hand xyz [m]", exact=True)
-    field = page.get_by_role("textbox", name="Hand xyz [m], x")
+    field = page.get_by_role("textbox", name="Hand xyz [m]", exact=True)
     above, below = label.bounding_box(), field.bounding_box()
     assert above["y"] + above["height"] <= below["y"] + 1
     assert below["width"] > 60

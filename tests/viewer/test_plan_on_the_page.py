@@ -29,7 +29,7 @@ def page(view, open_page):
 
 def type_goal(view, page, x, y):
     """Type two coordinates of the goal, and wait for its plan: what it needs may have to be compiled."""
-    for name, value in (("Goal xyz [m], x", x), ("Goal xyz [m], y", y)):
+    for name, value in (("Goal xyz [m]", x), ("Goal xyz [m], y", y)):
         field = page.get_by_label(name, exact=True)
         field.fill(value)
         field.press("Enter")

@@ -242,7 +242,7 @@ def test_a_negative_extent_is_refused_and_the_field_is_reset(view, page, camera)
     tab(page, "Obstacles")
     page.get_by_role("button", name="Box").click()
     wait_to_see(page, lambda: view.world.names, "a box")
-    (name,), field = view.world.names, page.get_by_label("Extents [m], x", exact=True)
+    (name,), field = view.world.names, page.get_by_label("Extents [m]", exact=True)
     shape, shown = view.world.shape(name), field.input_value()
     field.click()
     field.press("Control+a")
@@ -356,7 +356,7 @@ def test_every_control_has_an_accessible_name(view, page, camera):
     view.world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.6, -0.3, 0.5)))
     view.obstacles.form.choose("crate")
     labels = {"Move": ("joint1", "Hand", "Avoid collisions"), "Look": ("Visuals",)}
-    labels["Obstacles"] = ("Extents [m], x", "Extents [m], z", "Name")
+    labels["Obstacles"] = ("Extents [m]", "Extents [m], z", "Name")
     for name, expected in labels.items():
         tab(page, name)
         for label in expected:
