@@ -52,7 +52,10 @@ nb_code_prompt_hide = "Hide how this is drawn"
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|pathlib|collections|typing)\..*"),
-    ("py:class", r"(ArrayLike|Array|NDArray|Path|Solid|Shape|Obstacle|HasLinks|Region|Goal|Frame|Given|GivenLimits)"),
+    (
+        "py:class",
+        r"(ArrayLike|Array|NDArray|Path|Solid|Shape|Obstacle|HasLinks|Region|Goal|Frame|Given|GivenLimits|AbstractContextManager)",
+    ),
 ]
 
 autodoc_member_order = "bysource"
