@@ -126,7 +126,7 @@ def methods(bench: Bench, robot: ulna.Robot, q: Any, *, float32: bool) -> None:
     q = q.astype(np.float32 if float32 else np.float64)
     there, some, name = cuda.to_device(q), q[:_SAMPLE].astype(np.float64), ", float32" if float32 else ""
     of = in_single if float32 else (lambda driver: driver)
-    n, sizes = len(q), (len(robot.tree.joints), len(robot._checker.bodies.table))  # noqa: SLF001 - which driver it is
+    n, sizes = len(q), (len(robot.tree.joints), len(robot._checker.bodies.table), True)  # noqa: SLF001 - the driver for boxes
     bench.rate(
         f"poses{name}", n, size * 23, lambda: on_gpu.forward_kinematics(there), off(robot.forward_kinematics(some)), of(poses)
     )
