@@ -45,13 +45,13 @@ test test-all: export PYTHONDONTWRITEBYTECODE =
 # Style, types, and the quick tests: without those marked slow, matrix or process (pyproject.toml says what these are). The kernels are
 # compiled first, once, not by each process of the tests.
 test: lint
-	@echo "make test: about 5 minutes on two idle cores, and the first time 2 more, in which the kernels are compiled."
+	@echo "make test: five to nine minutes on two cores, and the first time 2 more, in which the kernels are compiled."
 	$(RUN)/ulna warmup
 	$(RUN)/python -m pytest -n auto -m "not slow and not matrix and not process" $(ARGS)
 
 # All of them, as in CI; then the kernels again without the compiler, and for a plain CPU.
 test-all: lint
-	@echo "make test-all: about 15 minutes on two idle cores, and the first time 2 more, in which the kernels are compiled."
+	@echo "make test-all: about half an hour on two idle cores, and the first time 2 more, in which the kernels are compiled."
 	$(RUN)/ulna warmup
 	$(RUN)/python -m pytest -n auto $(ARGS)
 	NUMBA_DISABLE_JIT=1 $(RUN)/python -m pytest -n auto tests/kernels
