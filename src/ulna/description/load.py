@@ -55,7 +55,7 @@ def load_description(
 
 
 def _other_format(document: Document) -> Callable[[Document], Description] | None:
-    """What reads a document that is no URDF, by its root element; None for a URDF."""
+    """The reader of a document that is no URDF, by its root element; None for a URDF."""
     return {"mujoco": read_mjcf, "sdf": read_sdf}.get(etree.QName(document.root).localname)
 
 

@@ -59,7 +59,7 @@ def threads(n: int | None) -> AbstractContextManager[None]:
 
 
 class _Setting(AbstractContextManager[None]):
-    """What ``threads`` has set; the end of a ``with`` block restores what was set before."""
+    """A setting made by ``threads``; the end of a ``with`` block restores the one before."""
 
     def __init__(self, n: int | None) -> None:
         self._n, self._before = n, _chosen.get()
@@ -83,7 +83,7 @@ def _as_threads(n: int) -> int:
 
 
 def n_threads() -> int:
-    """How many threads a batch of this context uses at most: what ``threads`` has set, or else the default."""
+    """The largest number of threads for a batch in this context: that set by ``threads``, or else the default."""
     return _chosen.get() or default_threads()
 
 

@@ -56,7 +56,7 @@ class Recording:
 
 
 def drawer(of: str) -> Callable[..., Recording]:
-    """What draws a "robot", a "world" or a "motion": above this in the house, so it is found by an entry point.
+    """The function that draws a "robot", a "world" or a "motion". An entry point finds it, for it is in a room above.
 
     Raises:
         MissingExtraError: What it draws with is not installed.

@@ -88,7 +88,7 @@ class Averaged:
 
     @property
     def duration(self) -> float:
-        """How long it takes [s]."""
+        """The duration [s]."""
         return float(self.base.times[-1] - self.window)
 
     @property

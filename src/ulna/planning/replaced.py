@@ -46,7 +46,7 @@ class Continued:
 
     @property
     def duration(self) -> float:
-        """How long it takes [s]."""
+        """The duration [s]."""
         return self.first.duration + self.then.duration
 
     @property

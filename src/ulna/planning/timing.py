@@ -74,7 +74,7 @@ class TimedPath(NamedTuple):
 
     @property
     def duration(self) -> float:
-        """How long it takes [s]."""
+        """The duration [s]."""
         return float(self.profile.times[-1])
 
     @property

@@ -92,7 +92,7 @@ class Trajectory(OneLine):
 
     @property
     def duration(self) -> float:
-        """How long it takes [s]."""
+        """The duration [s]."""
         return self._timed.duration
 
     @property

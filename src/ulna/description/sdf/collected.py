@@ -19,7 +19,7 @@ Z = (0.0, 0.0, 1.0)
 
 @dataclass
 class Collected:
-    """What is collected of a robot; its links and joints as calls that read them where all frames are known.
+    """A robot while it is collected; its links and joints are calls, which read them where all frames are known.
 
     Attributes:
         files: The models that it includes.

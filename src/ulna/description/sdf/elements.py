@@ -87,7 +87,7 @@ class Elements(Reader):
         return name
 
     def words(self, element: etree._Element, tag: str) -> str:
-        """The text of a child; empty if there is none."""
+        """The text of a child element; "" if it is missing."""
         child = self.only(element, tag)
         return "" if child is None else (child.text or "").strip()
 
@@ -102,7 +102,7 @@ class Elements(Reader):
         return self.finite(element, element.text or "", count, low)
 
     def truth(self, element: etree._Element, words: str, what: str) -> bool:
-        """A truth value, false where there is none."""
+        """The truth value that a text writes; False if it is empty."""
         value = _BOOLEANS.get((words or "false").lower())
         if value is None:
             raise self.place(element).fail(f"{what} is {cited(words)}; true or false is expected")
@@ -113,7 +113,7 @@ class Elements(Reader):
         return self.truth(element, self.words(element, tag), f"<{tag}>")
 
     def pose_of(self, element: etree._Element) -> tuple[str, Array]:
-        """What the pose of an element is relative to ("" for its default), and the pose."""
+        """The frame of an element's pose ("" for its default), and the pose."""
         child = self.only(element, "pose")
         if child is None:
             return "", np.eye(4)

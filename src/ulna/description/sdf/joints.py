@@ -12,7 +12,7 @@ from ulna.description.sdf.elements import FRAMES_SINCE, JOINT_AXES_SINCE, MIMIC_
 from ulna.description.sdf.frames import MODEL, WORLD, Array
 from ulna.errors import cited, did_you_mean
 
-_NONE = 1e16  # a limit of this size or more is none
+_UNLIMITED = 1e16  # SDFormat: a limit of this size or more means that there is none
 _ROUNDING = 1e-13  # m: an axis this near to the origin of its link goes through it
 _TYPES = ("revolute", "continuous", "prismatic", "fixed")
 _OTHERS = ("screw", "universal", "revolute2", "gearbox", "ball")
@@ -102,10 +102,10 @@ class Joints(Elements):
         values = self.parsed(child, child.text or "")
         if len(values) != 1 or math.isnan(values[0]):
             raise self.place(limit).fail(f"<{tag}> {cited(child.text)}: one number is expected")
-        return math.copysign(math.inf, values[0]) if abs(values[0]) >= _NONE else values[0]
+        return math.copysign(math.inf, values[0]) if abs(values[0]) >= _UNLIMITED else values[0]
 
     def mimic(self, axis: etree._Element, scope: str) -> Mimic | None:
-        """What a joint follows: its position is multiplier * (position of the other - reference) + offset."""
+        """The joint that a joint follows: position = multiplier * (position of that joint - reference) + offset."""
         child = self.only(axis, "mimic")
         if child is None:
             return None

@@ -53,7 +53,7 @@ def read_sdf(document: Document) -> Description:
 
 
 class _Given(NamedTuple):
-    """What an ``<include>`` says of a model in place of the model itself; None where it says nothing."""
+    """The values of an ``<include>`` that replace those of its model; None where it has none."""
 
     name: str | None = None
     pose: tuple[str, Array] | None = None

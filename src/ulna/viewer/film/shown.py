@@ -44,7 +44,7 @@ class Motion(Protocol):
 
     @property
     def duration(self) -> float:
-        """How long it takes [s]."""
+        """The duration [s]."""
         ...
 
     def at(self, t: ArrayLike) -> Moment:
@@ -113,7 +113,7 @@ def _picture(write: Callable[[Form], None], size: tuple[int, int] | None, subjec
 
 
 def _bytes_of(write: Callable[[Form], None], name: str, seconds: float, size: tuple[int, int]) -> bytes:
-    """What is written into a file of that name."""
+    """The bytes of a file of that name, as ``write`` writes it."""
     with TemporaryDirectory(prefix="ulna-") as folder:
         path = Path(folder, name)
         write(make_form(path, seconds, size))

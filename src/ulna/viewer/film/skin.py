@@ -138,7 +138,7 @@ class Model:
     """
 
     def __init__(self, robot: Robot, visuals: Visuals | None = None) -> None:
-        """Of a robot as it is drawn, unless other ``visuals`` of its links are given."""
+        """The model of a robot as it is drawn, unless other ``visuals`` of its links are given."""
         self.robot = robot
         self.links = {name: k for k, name in enumerate(robot.link_names)}
         visuals = link_visuals(robot) if visuals is None else visuals
