@@ -65,6 +65,6 @@ def drawer(of: str) -> Callable[..., Recording]:
 
     found = tuple(entry_points(group=DRAWN_BY, name=of))
     if not found:
-        raise UlnaError("what draws pictures is not registered: this copy was installed before it had them; install it again")
+        raise UlnaError("the entry points ulna.pictures are missing: install this copy of Ulna again")
     with needs_extra("a picture", "viewer", "trimesh", "av", "PIL"):
         return found[0].load()
