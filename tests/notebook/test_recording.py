@@ -136,5 +136,5 @@ def test_the_missing_extra_is_named(arm, monkeypatch):
 
 def test_a_copy_that_was_installed_before_it_had_pictures_says_so(arm, monkeypatch):
     monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: ())
-    with pytest.raises(ulna.UlnaError, match="install it again"):
+    with pytest.raises(ulna.UlnaError, match="install this copy of Ulna again"):
         arm.show()

@@ -136,6 +136,7 @@ def test_a_mesh_and_a_cloud_are_added_edited_saved_loaded_and_undone(view, page,
     download.value.save_as(scene)
     page.get_by_role("button", name="Delete").click()
     wait_to_see(page, lambda: world.names == ("cone",), "no cloud")
+    page.get_by_role("button", name="Delete").wait_for(state="hidden")  # until then the buttons below it move up, under a click
     page.get_by_role("button", name="Undo").click()
     wait_to_see(page, lambda: world.names == ("cone", "seen") and world.shape("seen").radius == 0.02, "the cloud")
     page.get_by_label("Load scene").set_input_files(scene)
