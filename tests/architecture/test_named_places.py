@@ -107,3 +107,28 @@ NUMBERS = {"ulna.kernels.planning.layout": {"CHECKS", "UNTIL"}}
 )
 def test_a_numbered_place_is_found(source, n):
     assert len(numbered_in(ast.parse(source), NUMBERS)) == n
+
+
+def trees():
+    """The syntax trees of all files, by their paths below ``src/ulna``."""
+    return {path.relative_to(SOURCES).as_posix(): ast.parse(path.read_text()) for path in SOURCES.rglob("*.py")}
+
+
+def test_a_scene_is_built_in_one_place_and_passed_whole():
+    """A launch of a GPU takes no None, so that there a scene of boxes is built of one with tables without rows."""
+    nodes = [(file, node) for file, tree in trees().items() for node in ast.walk(tree)]
+    scenes = {file for file, tree in trees().items() if "from ulna.kernels.collision.scene import" in ast.unparse(tree)}
+    built = {file for file, node in nodes if isinstance(node, ast.Call) and ast.unparse(node.func) == "Scene" and file in scenes}
+    assert built == {"collision/bodies.py", "gpu/collision.py"}
+    assert not [file for file, node in nodes if isinstance(node, ast.Starred) and last_part(node.value) == "scene"]
+
+
+# Entries with more parameters than eight, as long as there are some: none is of collision.
+WIDE = {"servo_tick", "shade_pixels", "fill_slots"}
+
+
+def test_an_entry_has_at_most_eight_parameters():
+    functions = [node for tree in trees().values() for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    entries = [each for each in functions if any("entry(" in ast.unparse(mark) for mark in each.decorator_list)]
+    assert len(entries) > 30
+    assert {each.name for each in entries if len(each.args.args) > 8} <= WIDE

@@ -1,6 +1,7 @@
 """Calls every method of ``robot.on_gpu()`` in numba-cuda's simulator, and prints with what each driver is launched, as JSON.
 
-For each launch: where the driver comes from, and of each argument its dtype, shape and strides, or its type and value.
+For each launch: where the driver comes from, and of each argument its dtype, shape and strides, or its type and value; a named
+tuple's parts one by one.
 """
 
 import importlib
@@ -58,6 +59,9 @@ def described(argument):
         kind = argument.dtype.type
         dtype = f"{kind.__module__}:{kind.__name__}" if issubclass(kind, Record) else str(argument.dtype)
         return {"dtype": dtype, "shape": argument.shape, "strides": argument.strides}
+    if isinstance(argument, tuple):
+        kind = type(argument)
+        return {"of": f"{kind.__module__}:{kind.__name__}", "parts": [described(each) for each in argument]}
     return {"type": type(argument).__name__, "value": None if argument is None else float(argument)}
 
 

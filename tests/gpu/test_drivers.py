@@ -22,6 +22,7 @@ from ulna.gpu.rows import converted, put, put_each, taken
 from ulna.gpu.search import _write_statuses, searches_of
 from ulna.gpu.single import in_single
 from ulna.gpu.solutions import branches
+from ulna.kernels.collision.scene import Scene
 from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 
 JOINTS, BODIES = 11, 12  # the Panda
@@ -31,16 +32,16 @@ BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
 COLUMNS, BITS = types.Array(types.int64, 1, "C"), types.Array(types.int8, 2, "C")
 SETTINGS, RESULTS = (types.Array(from_dtype(of.structure), 1, "C") for of in (SearchSettings, SearchResult))
 WHOLES = (types.int64,) * 3  # root, first and end
-SCENE = (A2, A2, A2, INDICES, A2, A2, A2, *WHOLES, BOOLS_2)
+SCENE = types.NamedTuple((A2, A2, A2, INDICES, A2, A2, A2, *WHOLES, BOOLS_2), Scene)
 # The driver, its arguments' types, and the most registers and bytes spilled (stores).
 DRIVERS = {
     "poses": (poses, (A2, A2, A3, FLAG), 76, 0),
     "jacobians": (jacobians, (A2, types.int64, A2, A2, FLAG), 80, 0),
     "frames": (frames_of(JOINTS), (A2, A2, A2, A4, FLAG), 74, 0),
-    "overlaps of boxes": (overlaps_of(JOINTS, BODIES, True), (*SCENE, A2, BOOLS, FLAG), 134, 0),
-    "overlaps of any shapes": (overlaps_of(JOINTS, BODIES, False), (*SCENE, A2, BOOLS, FLAG), 255, 64),
-    "distances of boxes": (distances_of(JOINTS, BODIES, True), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 64),
-    "distances of any shapes": (distances_of(JOINTS, BODIES, False), (*SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
+    "overlaps of boxes": (overlaps_of(JOINTS, BODIES, True), (SCENE, A2, BOOLS, FLAG), 134, 0),
+    "overlaps of any shapes": (overlaps_of(JOINTS, BODIES, False), (SCENE, A2, BOOLS, FLAG), 255, 64),
+    "distances of boxes": (distances_of(JOINTS, BODIES, True), (SCENE, A3, A3, A3, A2, A1, FLAG), 255, 64),
+    "distances of any shapes": (distances_of(JOINTS, BODIES, False), (SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
     "searches": (searches_of(7), (A2, A2, A2, A2, A1, SETTINGS, NEXT, A3, A2, RESULTS, NEXT), 255, 64),
     "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 128),
     "taken": (taken, (A2, COLUMNS, A2), 33, 0),
@@ -57,6 +58,8 @@ OF_LARGE_ANGLES = ("cvt.rn.f64.s64", "mul.f64", "cvt.rn.f32.f64", ".reg .f64")
 
 
 def over_float32(kind):
+    if isinstance(kind, types.NamedTuple):
+        return types.NamedTuple(tuple(map(over_float32, kind.types)), kind.instance_class)
     return types.Array(types.float32, kind.ndim, "C") if isinstance(kind, types.Array) and kind.dtype == types.float64 else kind
 
 

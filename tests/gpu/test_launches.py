@@ -51,6 +51,9 @@ def dtype_of(name):
 
 
 def argument(recorded):
+    if "parts" in recorded:
+        module, _, name = recorded["of"].partition(":")
+        return getattr(importlib.import_module(module), name)(*map(argument, recorded["parts"]))
     if "dtype" in recorded:
         return on_device(recorded["shape"], recorded["strides"], dtype_of(recorded["dtype"]))
     return PLAIN[recorded["type"]](recorded["value"])
@@ -58,6 +61,11 @@ def argument(recorded):
 
 def kinds_of(arguments):
     return tuple(cuda.jit(lambda *_: None).typeof_pyval(each) for each in arguments)
+
+
+def parts_of(kinds):
+    """Types of arguments, those of a tuple's parts one by one."""
+    return [part for kind in kinds for part in (kind.types if isinstance(kind, types.BaseTuple) else [kind])]
 
 
 def prepared(kinds, arguments):
@@ -79,7 +87,7 @@ def test_every_launch_is_typed_in_c_order_prepared_and_compiled(launches, ptx_of
     for launch in launches:
         arguments = [argument(each) for each in launch["arguments"]]
         kinds = kinds_of(arguments)
-        assert all(kind.layout == "C" for kind in kinds if isinstance(kind, types.Array)), launch
+        assert all(kind.layout == "C" for kind in parts_of(kinds) if isinstance(kind, types.Array)), launch
         prepared(kinds, arguments)
         seen[json.dumps(launch["driver"]), kinds] = launch["driver"]
     for (_, kinds), source in seen.items():

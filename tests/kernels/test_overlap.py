@@ -76,8 +76,8 @@ def configurations(panda, rng, n=N):
 def overlaps(panda, bodies, world, q, pairs=NO_PAIRS):
     """Those of the batch, which are those of one after the other."""
     hits = np.empty(len(q), dtype=np.bool_)
-    assert overlap_batch(*scene(panda, bodies, world, pairs), q, hits)
-    assert [overlap_one(*scene(panda, bodies, world, pairs), x) for x in q] == [OVERLAPS if hit else FREE for hit in hits]
+    assert overlap_batch(scene(panda, bodies, world, pairs), q, hits)
+    assert [overlap_one(scene(panda, bodies, world, pairs), x) for x in q] == [OVERLAPS if hit else FREE for hit in hits]
     return hits
 
 
@@ -123,7 +123,7 @@ def contacts(panda, bodies, world, q):
 
 def measure(panda, bodies, world, q, found):
     rows = np.zeros(len(found), dtype=np.int64)
-    return contacts_each(*scene(panda, bodies, world), q[None], rows, against(world), found, np.empty((0, 7)))
+    return contacts_each(scene(panda, bodies, world), q[None], rows, against(world), found, np.empty((0, 7)))
 
 
 def test_every_depth_is_that_of_the_twin_and_its_witnesses_stand_that_far_apart(panda, bodies, objects, rng):
@@ -177,6 +177,6 @@ def test_an_entry_out_of_range_is_reported_and_never_free(panda, bodies, rng, ba
     q, world = configurations(panda, rng, 9), table_of(scattered(rng, n, 0.1))
     q[8, 3] = bad
     with np.errstate(invalid="ignore"):
-        assert not overlap_batch(*scene(panda, bodies, world), q, np.empty(9, dtype=np.bool_))
-        assert overlap_one(*scene(panda, bodies, world), q[8]) == OUT_OF_RANGE
+        assert not overlap_batch(scene(panda, bodies, world), q, np.empty(9, dtype=np.bool_))
+        assert overlap_one(scene(panda, bodies, world), q[8]) == OUT_OF_RANGE
         assert not measure(panda, bodies, world, q[8], np.empty((12 * n, CONTACT_WIDTH)))

@@ -21,6 +21,7 @@ from ulna.engine import decorators as compiling
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import N_BRANCHES, N_KNOWN, N_ROWS
 from ulna.kernels.collision.collision_layout import NO_NODE
+from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 from ulna.kernels.layout import BODY_WIDTH, BOX, HULL
@@ -44,7 +45,7 @@ ENTRIES = {
     "jacobian_batch": (jacobian_batch, (CHAIN, 0, Q, np.zeros((N, 6, DOF)))),
     "overlap_batch": (
         overlap_batch,
-        (CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, NO_NODE, 0, 12, NO_TOUCH, Q, np.zeros(N, dtype=np.bool_)),
+        (Scene(CHAIN, BOXES, None, PAIRS, BOXES, None, NODES, NO_NODE, 0, 12, NO_TOUCH), Q, np.zeros(N, dtype=np.bool_)),
     ),
     "search_jobs": (search_jobs, (CHAIN, SETTINGS, Jobs(TARGETS, ORDER, Q, BOUNDS, Q[:1], Q[0]), Q, INFO)),
     "closed_form": (closed_form, (CLOSED_FORM, *ROWS[:2], 2, *ROWS[2:])),  # that of ``all_branches``, and shared

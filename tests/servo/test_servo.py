@@ -395,7 +395,7 @@ def test_a_copy_goes_on_from_the_same_state(panda):
     run(servo, 100, velocity=np.full(7, 0.3))
     copy = pickle.loads(pickle.dumps(servo))  # noqa: S301 - our own
     np.testing.assert_array_equal(copy.step(twist=np.ones(6)).q, servo.step(twist=np.ones(6)).q)
-    scenes = (each._checker.scene_and_objects(each._world)[0] for each in (servo, copy))
+    scenes = (each._checker.scene_of(each._world, self_collision=True) for each in (servo, copy))
     for ours, its in zip(*scenes, strict=True):  # of one type, or the tick is compiled once more
         if isinstance(ours, np.ndarray):
             assert (ours.dtype, ours.ndim, ours.flags.writeable) == (its.dtype, its.ndim, its.flags.writeable)

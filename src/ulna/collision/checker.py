@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
 from ulna.collision.bodies import NO_PAIRS, Bodies, checked_pairs, make_bodies, may_touch_of, scene_of
+from ulna.collision.bound_scene import BoundScene
 from ulna.collision.clouds import PointCloud
 from ulna.collision.distances import Distances, distances_of
 from ulna.collision.near_pairs import as_reach, find_near_pairs, reports_of
@@ -125,7 +126,7 @@ class Checker:
             return self._of_scene(_TOUCHES, objects, self_collision, scene)(q)
         return self._any_touch(scene, q, out)
 
-    def _any_touch(self, scene: Scene, q: ArrayLike, out: NDArray[np.bool_] | None = None) -> bool | NDArray[np.bool_]:
+    def _any_touch(self, scene: BoundScene, q: ArrayLike, out: NDArray[np.bool_] | None = None) -> bool | NDArray[np.bool_]:
         """``in_collision`` in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
@@ -134,13 +135,13 @@ class Checker:
         if q.ndim == 1:
             hits[()] = self._touches(q, scene)
         else:
-            rows, of_rows = flat(q), hits.reshape(-1)
-            if not in_parts(lambda part: overlap.overlap_batch(*scene, rows[part], of_rows[part]), len(rows)):
+            run, rows, of_rows = scene.bound(overlap.overlap_batch), flat(q), hits.reshape(-1)
+            if not in_parts(lambda part: run(rows[part], of_rows[part]), len(rows)):
                 refuse_out_of_range(q)
         return hits
 
-    def _touches(self, q: Array, scene: Scene) -> bool:
-        result = overlap.overlap_one(*scene, for_kernel(q))
+    def _touches(self, q: Array, scene: BoundScene) -> bool:
+        result = scene.bound(overlap.overlap_one)(for_kernel(q))
         if result == OUT_OF_RANGE:
             refuse_out_of_range(q)
         return result == OVERLAPS
@@ -153,7 +154,7 @@ class Checker:
             return self._of_scene(_NEAREST, objects, self_collision, scene)(q)
         return self._least_distance(scene, q, out)
 
-    def _least_distance(self, scene: Scene, q: ArrayLike, out: Array | None = None) -> Any:
+    def _least_distance(self, scene: BoundScene, q: ArrayLike, out: Array | None = None) -> Any:
         """``signed_distance`` in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
@@ -162,21 +163,22 @@ class Checker:
         result.reshape(-1)[:] = self._nearest(q, scene)[:, NEAREST]
         return result
 
-    def _nearest(self, q: Array, scene: Scene) -> Array:
+    def _nearest(self, q: Array, scene: BoundScene) -> Array:
         """The nearest pair of each row of q (``kernels.collision.nearest``), shape (n, NEAREST_WIDTH)."""
         rows = flat(q)
         found = np.empty((len(rows), NEAREST_WIDTH))
-        if not _in_parts(partial(nearest.nearest_batch, *scene), (rows, found)):
+        if not _in_parts(scene.bound(nearest.nearest_batch), (rows, found)):
             refuse_out_of_range(q)
         return found
 
     def distance_gradient(self, q: ArrayLike, world: World | None, self_collision: bool, out: Array | None = None) -> Array:
         """The gradient of the least signed distance [m/rad or 1], shape (..., n_dof)."""
-        scene, q = self.scene_of(world, self_collision), as_positions(q, self.tree)
+        scene, q = self._scene(_objects_of(world), self_collision), as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
         pairs = self._nearest(q, scene)[:, BODY:].astype(np.int64)
         arrays = for_kernel(rows), pairs, np.empty((len(pairs), CONTACT_WIDTH)), flat(gradient)
-        _in_parts(lambda q, *rest: contacts.contacts_each(*scene, q, np.arange(len(q)), *rest), arrays)
+        run = scene.bound(contacts.contacts_each)
+        _in_parts(lambda q, *rest: run(q, np.arange(len(q)), *rest), arrays)
         return gradient
 
     def edge_in_collision(
@@ -189,14 +191,15 @@ class Checker:
         self._of_scene(_EDGE, objects, self_collision, scene)  # the next call of one edge is one of C, where the extension is
         return self._edges(scene, q_a, q_b, resolution)
 
-    def _edges(self, scene: Scene, q_a: ArrayLike, q_b: ArrayLike, resolution: float) -> EdgeReport:
+    def _edges(self, scene: BoundScene, q_a: ArrayLike, q_b: ArrayLike, resolution: float) -> EdgeReport:
         """``edge_in_collision`` in Python."""
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
         one = starts.ndim == ends.ndim == 1
         batch, a, b = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
         status, free = np.empty(len(a), dtype=np.int64), np.empty(len(a))
         arrays = for_kernel(a), for_kernel(b), status, free
-        _in_parts(lambda a, b, *out: continuous.edges_each(*scene, a, b, resolution, *out), arrays, WORTH_A_THREAD)
+        run = scene.bound(continuous.edges_each)
+        _in_parts(lambda a, b, *out: run(a, b, resolution, *out), arrays, WORTH_A_THREAD)
         outcome = status.item() if one else EDGE_OUT_OF_RANGE if (status == EDGE_OUT_OF_RANGE).any() else None
         if outcome == EDGE_OUT_OF_RANGE:
             refuse_out_of_range(starts, "q_a")
@@ -247,14 +250,14 @@ class Checker:
         for start in range(0, len(cloud.points), _MOST_POINTS):  # Ctrl-C is noticed between two parts
             part = PointCloud(cloud.points[start : start + _MOST_POINTS], cloud.radius)
             objects = make_objects({"cloud": part}, {"cloud": T}, {})
-            found = find_near_pairs(q, scene_of(self.tree.joints, self.bodies, NO_PAIRS, objects), 0, within)
+            found = find_near_pairs(q, BoundScene(scene_of(self.tree.joints, self.bodies, NO_PAIRS, objects)), 0, within)
             pairs = found.pairs[::-1]  # of the bodies near a point the nearest is written last
             # The part is the only object, so its balls are numbered from 0, in the order of its tree.
             place = pairs[:, PAIR_OTHER] - len(self.bodies.names) - FIRST_BALL
             owner_of_ball[start + compact_order(part.points)[place]] = owner_of_body[pairs[:, PAIR_BODY]]
         return names, owner_of_ball
 
-    def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: Scene) -> Any:
+    def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: BoundScene) -> Any:
         """What a question is bound to in the last scene, in C if the extension is there; made when it is first needed."""
         of = None if objects is NO_OBJECTS else objects
         last = self.prebound[0]
@@ -266,18 +269,18 @@ class Checker:
             self.prebound[0] = *last[:place], function, *last[place + 1 :]
         return function
 
-    def _bound(self, place: int, scene: Scene) -> Any:
-        n = self.tree.n_dof
+    def _bound(self, place: int, scene: BoundScene) -> Any:
+        n, leading = self.tree.n_dof, (scene.scene,)
         if place == _EDGE:
             in_python = partial(self._edges, scene)
-            in_c = bind(continuous.edges_each, "edge", tuple(scene), n, (EDGE_FREE, EDGE_CONTACT), in_python)
+            in_c = bind(continuous.edges_each, "edge", leading, n, (EDGE_FREE, EDGE_CONTACT), in_python)
             return in_c or in_python, EdgeReport, RESOLUTION
         if place == _TOUCHES:
             in_python = partial(self._any_touch, scene)
-            in_c = bind(overlap.overlap_one, "truth", tuple(scene), n, (FREE, OVERLAPS), in_python)
+            in_c = bind(overlap.overlap_one, "truth", leading, n, (FREE, OVERLAPS), in_python)
         else:
             in_python = partial(self._least_distance, scene)
-            in_c = bind(nearest.nearest_batch, "number", tuple(scene), n, (NEAREST_WIDTH,), in_python)
+            in_c = bind(nearest.nearest_batch, "number", leading, n, (NEAREST_WIDTH,), in_python)
         return in_c or in_python
 
     def __getstate__(self) -> dict[str, Any]:
@@ -286,15 +289,15 @@ class Checker:
 
     def scene_of(self, world: World | None, self_collision: bool) -> Scene:
         """What is checked, as the kernels take it."""
-        return self._scene(_objects_of(world), self_collision)
+        return self._scene(_objects_of(world), self_collision).scene
 
-    def scene_and_objects(self, world: World | None) -> tuple[Scene, Objects]:
-        """The robot with itself and a world, as the kernels take it, and the objects of that."""
+    def scene_and_objects(self, world: World | None) -> tuple[BoundScene, Objects]:
+        """The robot with itself and a world, for the entries, and the objects of that."""
         objects = _objects_of(world)
         return self._scene(objects, True), objects
 
-    def _scene(self, objects: Objects, self_collision: bool) -> Scene:
-        """The arguments of the kernels: the robot and the objects. The last ones are kept."""
+    def _scene(self, objects: Objects, self_collision: bool) -> BoundScene:
+        """The robot and the objects, and the entries for them. The last ones are kept."""
         last = self._last_scene
         if last[0] is objects and last[1] is self_collision:
             return last[2]
@@ -304,7 +307,8 @@ class Checker:
         known = self._may_touch
         if known is None or known[0] != objects.layout.touch_sets:
             known = self._may_touch = objects.layout.touch_sets, may_touch_of(self.bodies, objects.layout.touch_sets)
-        scene = scene_of(self.tree.joints, self.bodies, self.pairs if self_collision else NO_PAIRS, objects, known[1])
+        pairs = self.pairs if self_collision else NO_PAIRS
+        scene = BoundScene(scene_of(self.tree.joints, self.bodies, pairs, objects, known[1]))
         self._last_scene = objects, self_collision, scene
         return scene
 

@@ -1,19 +1,19 @@
 """Finds the pairs that overlap at q, or are near, and makes reports of them."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.bodies import Bodies
+from ulna.collision.bound_scene import BoundScene
 from ulna.collision.objects import Objects
 from ulna.collision.report import Pair, Report
 from ulna.description.arrays import as_number
 from ulna.drivers import contacts
 from ulna.engine.threads import in_parts
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE, NORMAL, PAIR_WIDTH, WITNESS_A, WITNESS_B
-from ulna.kernels.collision.scene import Scene
+from ulna.kernels.collision.scene import NearPairs
 from ulna.kinematics.positions import flat, for_kernel, refuse_out_of_range
 
 Array = NDArray[np.float64]
@@ -30,20 +30,7 @@ def as_reach(name: str, distance: float) -> float:
     return as_number(name, distance, 0.0, "a distance [m] of at least 0", most=np.inf)
 
 
-class NearPairs(NamedTuple):
-    """The pairs near each other at each q of a batch, those of one q after those of the one before, the nearest first."""
-
-    ends: NDArray[np.int64]
-    """The row after the last pair of each q, shape (n,)."""
-    pairs: NDArray[np.int64]
-    """``PAIR_BODY``, ``PAIR_OTHER`` and ``PAIR_OBJECT`` of each, shape (m, PAIR_WIDTH)."""
-    contacts: Array
-    """Shape (m, CONTACT_WIDTH)."""
-    gradients: Array
-    """The gradient of the distance [m/rad or 1], shape (m, n_dof); without rows unless wanted."""
-
-
-def find_near_pairs(q: Array, scene: Scene, n_objects: int, within: float, *, gradients: bool = False) -> NearPairs:
+def find_near_pairs(q: Array, scene: BoundScene, n_objects: int, within: float, *, gradients: bool = False) -> NearPairs:
     """The pairs that are at most ``within`` [m] apart at each q, shape (..., n_dof).
 
     n_objects: how many objects there are; with 0 all solids of an object count, and not only the nearest to each body.
@@ -62,7 +49,7 @@ def find_near_pairs(q: Array, scene: Scene, n_objects: int, within: float, *, gr
     return found
 
 
-def _in_several_parts(q: Array, scene: Scene, n_objects: int, within: float, *, gradients: bool) -> NearPairs | None:
+def _in_several_parts(q: Array, scene: BoundScene, n_objects: int, within: float, *, gradients: bool) -> NearPairs | None:
     found: dict[int, NearPairs] = {}
 
     def run(part: slice) -> bool:
@@ -79,17 +66,17 @@ def _in_several_parts(q: Array, scene: Scene, n_objects: int, within: float, *, 
     return NearPairs(ends, *(np.concatenate(arrays) for arrays in list(zip(*parts, strict=True))[1:]))
 
 
-def _in_one_part(q: Array, scene: Scene, n_objects: int, within: float, *, gradients: bool) -> NearPairs | None:
+def _in_one_part(q: Array, scene: BoundScene, n_objects: int, within: float, *, gradients: bool) -> NearPairs | None:
     n, room = len(q), FIRST_ROOM + ROOM_OF_ONE * len(q)
     of_kernel, ends = for_kernel(q), np.empty(n, np.int64)
     while True:
-        pairs, out = np.empty((room, PAIR_WIDTH), np.int64), np.empty((room, CONTACT_WIDTH))
-        slopes = np.empty((room if gradients else 0, q.shape[1]))
-        if not contacts.near_each(*scene, n_objects, of_kernel, within, ends, pairs, out, slopes):
+        pairs, rows = np.empty((room, PAIR_WIDTH), np.int64), np.empty((room, CONTACT_WIDTH))
+        found = NearPairs(ends, pairs, rows, np.empty((room if gradients else 0, q.shape[1])))
+        if not scene.bound(contacts.near_each)(n_objects, of_kernel, within, found):
             return None
         count = int(ends[-1]) if n else 0
         if count >= 0:
-            return NearPairs(ends, pairs[:count], out[:count], slopes[:count])
+            return NearPairs(ends, pairs[:count], rows[:count], found.gradients[:count])
         room *= 4
 
 

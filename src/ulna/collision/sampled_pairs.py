@@ -45,7 +45,7 @@ class FoundPairs:
             q, touches = random_positions(self._tree, SAMPLES, SEED), np.empty(SAMPLES, np.bool_)
             checked = []
             for links, alone in self._alone(bodies, open_pairs):
-                overlap.overlap_batch(*alone, for_kernel(q), touches)
+                overlap.overlap_batch(alone, for_kernel(q), touches)
                 pair = _judged(*links, touches, q)
                 (allowed if pair.reason == ALWAYS else checked).append(pair)
             self._counted = self._with_srdf(allowed, tuple(checked))
@@ -62,7 +62,7 @@ class FoundPairs:
             allowed, open_pairs = self._by_joints()
             q = for_kernel(random_positions(self._tree, SAMPLES, SEED))
             for links, alone in self._alone(bodies, open_pairs):
-                if all(overlap.overlap_one(*alone, row) == OVERLAPS for row in q):
+                if all(overlap.overlap_one(alone, row) == OVERLAPS for row in q):
                     allowed.append(LinkPair(*links, ALWAYS))
             self._not_counted = self._with_srdf(allowed)
         return self._not_counted

@@ -2,33 +2,33 @@
 
 import numpy as np
 
+from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry, workspace
-from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, SCENES, WHOLE
+from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, WHOLE, Group
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, order_of_rows, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import Near, Scene
+from ulna.kernels.collision.scene import Near, NearPairs
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.spatial.elementary import all_in_range
 
+_FOUND = Group((INDICES, INDEX_ROWS, MATRIX, MATRIX), NearPairs)
 
-@entry(*((*scene, MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
-def contacts_each(
-    joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, rows, candidates, out, gradients
-):
+
+@entry(*((scene, MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
+def contacts_each(scene, q, rows, candidates, out, gradients):
     """Write the contact of candidate pair c at q[rows[c]] to row c of out, shape (m, CONTACT_WIDTH). False if q is out of range.
 
     And to row c of gradients, unless that has no rows, how its distance changes with q: with the normal n from a to b by
     n . (v_b - v_a), where v are the velocities of the witness points as points of their bodies; to first order the witness points
     themselves move along the surfaces only, across n. A candidate of -1 is no pair: its gradient is zero.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     near, good, placed = near_of(scene, 0, 0), True, -1
     for c in range(candidates.shape[0]):
         if rows[c] != placed:
             placed = rows[c]
-            place_bodies(joints, bodies, q[placed], near.joint_rows, near.body_rows)
+            place_bodies(scene.joints, scene.bodies, q[placed], near.joint_rows, near.body_rows)
             good &= all_in_range(q[placed])
         i, j = candidates[c, 0], candidates[c, 1]
         if i >= 0:
@@ -38,41 +38,36 @@ def contacts_each(
     return good
 
 
-@entry(*((*scene, WHOLE, MATRIX, NUMBER, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
-def near_each(
-    joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
-    n_objects, q, within, ends, found, out, gradients,
-):  # fmt: skip
+@entry(*((scene, WHOLE, MATRIX, NUMBER, _FOUND) for scene in SCENES))
+def near_each(scene, n_objects, q, within, found):
     """Write the pairs at most ``within`` [m] apart at each q, the nearest first, those of one q after those of the one before.
 
     n_objects: all numbers of objects are below it. Of an object of many solids only the nearest to each body is written; with
     n_objects 0, all of them.
 
-    Writes to found, shape (room, PAIR_WIDTH), to out, shape (room, CONTACT_WIDTH), and to gradients, shape (room, n_dof), unless
-    that has no rows; to ends, shape (n,), the row after the last of each q, -1 where there was no room.
-    False if an entry of q is out of range.
+    found: the ``NearPairs`` to write to, with rows for as many as there is room for, but gradients without rows are left as they
+    are; ``ends`` is -1 where there was no room. False if an entry of q is out of range.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
-    room = found.shape[0]
+    room = found.pairs.shape[0]
     near, order = near_of(scene, room, n_objects), np.empty(room, np.int64)
     count, good = 0, True
     for i in range(q.shape[0]):
         good &= all_in_range(q[i])
-        ends[i] = -1
+        found.ends[i] = -1
         if count < 0:
             continue
-        place_bodies(joints, bodies, q[i], near.joint_rows, near.body_rows)
+        place_bodies(scene.joints, scene.bodies, q[i], near.joint_rows, near.body_rows)
         n = find_near_pairs(scene, 0.0, None, within, near, None)
         if count + n <= room:
-            ends[i] = count + n
+            found.ends[i] = count + n
             order_of_rows(near.contact_rows, n, order)
             for k in range(n):
-                copy_row(near.contact_rows, order[k], out, count + k)
-                copy_row(near.pair_rows, order[k], found, count + k)
-                if gradients.shape[0] > 0:
-                    body, other = found[count + k, PAIR_BODY], found[count + k, PAIR_OTHER]
-                    write_gradient(scene, near.joint_rows, body, other, out, gradients, count + k)
-        count = ends[i]
+                copy_row(near.contact_rows, order[k], found.contacts, count + k)
+                copy_row(near.pair_rows, order[k], found.pairs, count + k)
+                if found.gradients.shape[0] > 0:
+                    body, other = found.pairs[count + k, PAIR_BODY], found.pairs[count + k, PAIR_OTHER]
+                    write_gradient(scene, near.joint_rows, body, other, found.contacts, found.gradients, count + k)
+        count = found.ends[i]
     return good
 
 

@@ -26,29 +26,26 @@ Impulse-based dynamic simulation of rigid body systems, 1996).
 import numpy as np
 
 from ulna.drivers.carried import carried_by
+from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry, kernel, routine, shared_routine, workspace
 from ulna.engine.lanes import WIDTH, empty_rows, load, store, zero_rows
-from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, SCENES
+from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS
 from ulna.kernels.collision.ball_motion import INSTANT, fastest_ball, place_balls, world_rounding, write_motion
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import EDGE_CONTACT, EDGE_FREE, EDGE_OUT_OF_RANGE
 from ulna.kernels.collision.interval import self_outcome, world_outcome
-from ulna.kernels.collision.scene import Scene
 from ulna.kernels.spatial.elementary import all_in_range
 
 BREADTH = 512  # intervals
 _DEPTH = 128  # halvings of an interval: more than there are numbers between 0 and 1
 
 
-@entry(*((*scene, MATRIX, MATRIX, NUMBER, INDICES, NUMBERS) for scene in SCENES))
-def edges_each(
-    joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q_a, q_b, resolution, status, contact
-):
+@entry(*((scene, MATRIX, MATRIX, NUMBER, INDICES, NUMBERS) for scene in SCENES))
+def edges_each(scene, q_a, q_b, resolution, status, contact):
     """Write to status, shape (n,), what the edge from each row of q_a to that of q_b is, and to contact how far it is free.
 
     EDGE_FREE and 1.0; or EDGE_CONTACT and the fraction of the edge that is free; or EDGE_OUT_OF_RANGE and 0.0.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     carried, work, of_world = carried_by(scene), interval_work(q_a.shape[1]), world_rounding(scene)
     no_spread = np.zeros(q_a.shape[1])
     for e in range(q_a.shape[0]):

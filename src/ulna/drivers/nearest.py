@@ -3,26 +3,25 @@
 import numpy as np
 
 from ulna.drivers.batch import gather
+from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, lane_of, load, store, zero_rows
-from ulna.engine.signatures import MATRIX, SCENES
+from ulna.engine.signatures import MATRIX
 from ulna.kernels.collision.bvh import STACK, place_bounds
 from ulna.kernels.collision.collision_layout import NEAREST_WIDTH
 from ulna.kernels.collision.nearest import nearest_indexed, nearest_unindexed, splat_result
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.spatial.elementary import all_in_range
 
 
-@entry(*((*scene, MATRIX, MATRIX) for scene in SCENES))
-def nearest_batch(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, out):
+@entry(*((scene, MATRIX, MATRIX) for scene in SCENES))
+def nearest_batch(scene, q, out):
     """Write the result for each q of shape (n, n_dof) to a row of out, shape (n, NEAREST_WIDTH). False if q is out of range.
 
     Eight configurations at a time, but for the BVH, which is searched for one after the other.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
-    n, has_tree = q.shape[0], root >= 0
+    joints, bodies, n, has_tree = scene.joints, scene.bodies, q.shape[0], scene.root >= 0
     q_rows, best_rows = zero_rows(max(1, q.shape[1])), empty_rows(NEAREST_WIDTH)
     joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
     stack, heights, bound_rows = np.empty(STACK, np.int64), np.empty(STACK), empty_rows(6 * bodies.shape[0])

@@ -3,28 +3,28 @@
 import numpy as np
 
 from ulna.drivers.batch import gather
+from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, load, store, zero_rows
-from ulna.engine.signatures import MATRIX, NUMBERS, SCENES, TRUTHS
+from ulna.engine.signatures import MATRIX, NUMBERS, TRUTHS
 from ulna.kernels.collision.bvh import FOUND, STACK, place_bounds
 from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
 from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import Scene
 from ulna.kernels.spatial.elementary import all_in_range
 
 
-@entry(*((*scene, NUMBERS) for scene in SCENES))
-def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q):
+@entry(*((scene, NUMBERS) for scene in SCENES))
+def overlap_one(scene, q):
     """FREE or OVERLAPS for one q; OUT_OF_RANGE if an entry of q is."""
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
     if not all_in_range(q):
         return OUT_OF_RANGE
+    joints, bodies = scene.joints, scene.bodies
     joint_rows, body_rows = np.empty(12 * joints.shape[0]), np.empty(12 * bodies.shape[0])
     place_bodies(joints, bodies, q, joint_rows, body_rows)
     if overlaps_unindexed(scene, body_rows, load(q, 0)) > 0.0:
         return OVERLAPS
-    if root >= 0:
+    if scene.root >= 0:
         stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(FOUND, np.int64), np.empty(6 * bodies.shape[0])
         place_bounds(bodies, body_rows, bound_rows)
         at, within = body_rows.reshape(-1, 1), bound_rows.reshape(-1, 1)
@@ -33,15 +33,14 @@ def overlap_one(joints, bodies, vertices, pairs, objects, points, nodes, root, f
     return FREE
 
 
-@entry(*((*scene, MATRIX, TRUTHS) for scene in SCENES))
-def overlap_batch(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, out):
+@entry(*((scene, MATRIX, TRUTHS) for scene in SCENES))
+def overlap_batch(scene, q, out):
     """Write to the bools of out, shape (n,), whether the robot touches anything. False if an entry of q is out of range.
 
     Pairs and unindexed objects are tested for eight configurations at once; the BVH is searched for one after the other, since
     each takes its own path.
     """
-    scene = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
-    n, has_tree = q.shape[0], root >= 0
+    joints, bodies, n, has_tree = scene.joints, scene.bodies, q.shape[0], scene.root >= 0
     q_rows, hit_rows = zero_rows(max(1, q.shape[1])), empty_rows(1)
     joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
     stack, found, bound_rows = np.empty(STACK, np.int64), np.empty(FOUND, np.int64), empty_rows(6 * bodies.shape[0])

@@ -39,9 +39,10 @@ from numpy.typing import NDArray
 from ulna.drivers.carried import carried_by
 from ulna.drivers.contacts import near_of
 from ulna.drivers.continuous import edge_is_free, interval_work
+from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.lanes import sqrt
-from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, SCENES, TABLE, WHOLE
+from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding, write_motion
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, write_contact, write_gradient
@@ -141,10 +142,9 @@ class Tick(NamedTuple):
     """The state after the tick that is tried, shape (N_STATE, n_dof)."""
 
 
-@entry(*((*scene, TABLE, WHOLE, MATRIX, NUMBERS, NUMBERS, MATRIX, INDICES, NUMBERS, NUMBERS, MATRIX) for scene in SCENES))
+@entry(*((scene, TABLE, WHOLE, MATRIX, NUMBERS, NUMBERS, MATRIX, INDICES, NUMBERS, NUMBERS, MATRIX) for scene in SCENES))
 def servo_tick(
-    joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
-    chains, mode, limits, settings, goal, state, counters, report, wider, moving,
+    scene, chains, mode, limits, settings, goal, state, counters, report, wider, moving,
 ):  # fmt: skip
     """Write the state after a tick, and its report (``servo_layout``). False if the goal is out of range, and nothing is written.
 
@@ -154,7 +154,7 @@ def servo_tick(
     """
     if not all_in_range(goal):
         return False
-    scene, n = Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch), limits.shape[1]
+    n = limits.shape[1]
     tick = Tick(
         scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, layout.MOST_PAIRS, 0),
         np.empty((layout.MOST_PAIRS + 1, n)), np.empty(layout.MOST_PAIRS + 1), wider, moving,

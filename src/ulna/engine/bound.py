@@ -1,12 +1,14 @@
-"""Binds an entry's leading arguments in C (partial application), and puts methods in C in a class.
+"""Binds an entry's leading arguments (partial application), in C where there is the extension, and puts methods in C in a class.
 
-The extension comes with a wheel (``ahead``). Without it there are no such functions, and callers go Python's own way.
+The extension comes with a wheel (``ahead``). Without it there are no functions in C, and callers go Python's own way.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from ulna.engine.ahead import extension
+from ulna.engine.signatures import fits
 
 if TYPE_CHECKING or extension() is None:
 
@@ -88,6 +90,42 @@ def bind(
     if not isinstance(getattr(entry, "__self__", None), calls.Entry):
         entry = _compiled_now(entry, leading, calls)
     return None if entry is None else calls.bind(entry, way, leading, n, numbers, otherwise, like)
+
+
+_machine_code: dict[tuple[Any, int], Callable[..., Any]] = {}
+"""By entry and number of a signature: what is called for it."""
+
+
+def bind_first(entry: Callable[..., Any], number: int, *leading: Any) -> Callable[..., Any]:
+    """An entry whose first arguments are given: Python looks at their types once, and not at each call.
+
+    Where Numba has compiled the entry, nothing looks at the types of the others either: they have to be those of the signature.
+
+    Args:
+        entry: An entry of the drivers.
+        number: Of its signature that has these types, from 0 on.
+        leading: Its first arguments.
+
+    Raises:
+        NotCompiledError: It is not compiled yet, and this thread may not compile now.
+    """
+    function = _machine_code.get((entry, number))
+    if function is None:
+        function = _machine_code[entry, number] = _called_directly(entry, number, leading)
+    return partial(function, *leading)
+
+
+def _called_directly(entry: Any, number: int, leading: tuple) -> Callable[..., Any]:
+    """What Numba has compiled of an entry for a signature; the entry itself in plain Python, and where the extension calls it."""
+    if not hasattr(entry, "overloads"):
+        return entry
+    from ulna.engine.decorators import ENTRIES  # noqa: PLC0415 - the compiler is loaded where there is such an entry
+    from ulna.engine.native import compiled_for  # noqa: PLC0415 - as above
+
+    signature = ENTRIES[entry].signatures[number]
+    if not all(map(fits, leading, signature)):
+        raise TypeError(f"{ENTRIES[entry].name}: the first arguments have other types than its signature {number}")
+    return compiled_for(entry, signature).entry_point
 
 
 def call_in_c(of: type[Called]) -> None:

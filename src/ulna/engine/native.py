@@ -90,17 +90,27 @@ def native_entry(entry: Any, leading: tuple, calls: Any) -> Any:
     """
     for signature in ENTRIES[entry].signatures if have(AHEAD) else ():
         if all(map(fits, leading, signature)):
-            types = numba_types(signature)
-            if types not in entry.overloads:
-                _refuse_unless_permitted(entry)
-                entry.compile(types)
+            compiled_for(entry, signature)
             return _entry(entry, tuple(signature), calls)
     return None
 
 
+def compiled_for(entry: Any, signature: Signature) -> Any:
+    """What Numba has compiled of an entry for a signature, now if it is not yet.
+
+    Raises:
+        NotCompiledError: It is not compiled yet, and this thread may not compile now.
+    """
+    types = numba_types(signature)
+    if types not in entry.overloads:
+        _refuse_unless_permitted(entry)
+        entry.compile(types)
+    return entry.overloads[types]
+
+
 @cache
 def _entry(entry: Any, signature: Signature, calls: Any) -> Any:
-    compiled, of_entry = entry.overloads[numba_types(signature)], ENTRIES[entry]
+    compiled, of_entry = compiled_for(entry, signature), ENTRIES[entry]
     overloads = ((_address(compiled, "plain"), text_of_signature(signature)),)
     return calls.make_entry(of_entry.name, overloads, result_code(compiled), not of_entry.low_latency)
 

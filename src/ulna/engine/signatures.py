@@ -109,8 +109,3 @@ SKIN = Group((MATRIX, MATRIX, NUMBERS, INDICES))
 CONSTANTS, TABLE = Array("float64", 1, constant=True), Array("float64", 2, constant=True)
 POINTS, POINTS_32 = TABLE, Array("float32", 2, constant=True)  # of a cloud, as a sensor gives them
 PAIRS, TRUTH_TABLE = Array("int64", 2, constant=True), Array("bool", 2, constant=True)
-# A ``kernels.collision.scene.Scene``. Where all shapes are boxes there are no vertices and no points. Robot and world have the
-# same types, so that the kernels of two bodies are compiled once.
-BOXES = TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE
-SHAPES = TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE
-SCENES = BOXES, SHAPES

@@ -34,12 +34,12 @@ class DeviceScene(NamedTuple):
     """A scene on the device.
 
     Attributes:
-        parts: The arguments of the drivers: tables and numbers. A table that the scene lacks is one without rows.
+        scene: What the drivers take. A table that it lacks is one without rows.
         sizes: The numbers of its joints and bodies, and whether all shapes are boxes.
         number: Over which its tables are: float32 for boxes alone.
     """
 
-    parts: tuple
+    scene: Scene
     sizes: tuple[int, int, bool]
     number: Any
 
@@ -64,8 +64,8 @@ def _on_device(scene: Scene, number: Any) -> DeviceScene:
     number = number if of_boxes else np.float64
     solids = table_of(scene.objects, scene.nodes, numbers)
     every = scene._replace(objects=solids, nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(solids))
-    parts = tuple(part if isinstance(part, int) else device.on_device(_over(number, part)) for part in every)
-    return DeviceScene(parts, (len(scene.joints), len(scene.bodies), of_boxes), number)
+    there = Scene._make(part if isinstance(part, int) else device.on_device(_over(number, part)) for part in every)
+    return DeviceScene(there, (len(scene.joints), len(scene.bodies), of_boxes), number)
 
 
 def _over(number: Any, part: NDArray[Any] | None) -> NDArray[Any]:
@@ -85,28 +85,30 @@ def distance_scratch(scene: DeviceScene, n: int) -> list[Any]:
 
 
 @kernel
-def _scene_of_shapes(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch):
-    return Scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
+def _as_it_is(scene):
+    return scene
 
 
 @kernel
-def _scene_of_boxes(joints, bodies, _vertices, pairs, objects, _points, nodes, root, first, end, may_touch):
+def _of_boxes(scene):
+    """The scene without vertices and points: a launch takes no None."""
+    joints, bodies, _, pairs, objects, _, nodes, root, first, end, may_touch = scene
     return Scene(joints, bodies, None, pairs, objects, None, nodes, root, first, end, may_touch)
 
 
 @cache
 def overlaps_of(n_joints: int, n_bodies: int, of_boxes: bool):
     """The driver for robots of these sizes: whether each q touches anything, to the bools of out, shape (n,)."""
-    of_joints, of_bodies, as_scene = 12 * n_joints, 12 * n_bodies, _scene_of_boxes if of_boxes else _scene_of_shapes
+    of_joints, of_bodies, as_scene = 12 * n_joints, 12 * n_bodies, _of_boxes if of_boxes else _as_it_is
 
-    def overlaps(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch, q, out, out_of_range):
+    def overlaps(of_launch, q, out, out_of_range):
         i = cuda.grid(1)
         if i < q.shape[0]:
             if not all_in_range(q[i]):
                 out_of_range[0] = 1
-            scene = as_scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
+            scene = as_scene(of_launch)
             joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
-            place_bodies(joints, bodies, q[i], joint_rows, body_rows)
+            place_bodies(scene.joints, scene.bodies, q[i], joint_rows, body_rows)
             out[i] = overlaps_unindexed(scene, body_rows, q[i, 0]) > 0.0
 
     return overlaps
@@ -118,21 +120,18 @@ def distances_of(n_joints: int, n_bodies: int, of_boxes: bool):
 
     The scratch of EPA is an array for each thread: points (m, ...), faces (m, ...) and edges (m, ...). So m threads do all.
     """
-    of_joints, of_bodies, as_scene = 12 * n_joints, 12 * n_bodies, _scene_of_boxes if of_boxes else _scene_of_shapes
+    of_joints, of_bodies, as_scene = 12 * n_joints, 12 * n_bodies, _of_boxes if of_boxes else _as_it_is
 
-    def distances(
-        joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch,
-        corners, faces, edges, q, out, out_of_range,
-    ):  # fmt: skip
+    def distances(of_launch, corners, faces, edges, q, out, out_of_range):
         thread = cuda.grid(1)
         if thread < corners.shape[0]:
-            scene = as_scene(joints, bodies, vertices, pairs, objects, points, nodes, root, first, end, may_touch)
+            scene = as_scene(of_launch)
             joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
             scratch = corners[thread], faces[thread], edges[thread]
             for i in range(thread, q.shape[0], corners.shape[0]):
                 if not all_in_range(q[i]):
                     out_of_range[0] = 1
-                place_bodies(joints, bodies, q[i], joint_rows, body_rows)
+                place_bodies(scene.joints, scene.bodies, q[i], joint_rows, body_rows)
                 out[i] = nearest_unindexed(scene, body_rows, q[i, 0], scratch)[0]
 
     return distances

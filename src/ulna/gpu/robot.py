@@ -107,7 +107,7 @@ class GpuRobot:
         q = as_own("q", q)
         n = prod(q.shape[:-1]) if device.is_on_device(q) else np.size(q) // self.robot.tree.n_dof
         scene = self._scenes.of(world, self_collision, np.float64)
-        constants = *scene.parts, *distance_scratch(scene, n)
+        constants = scene.scene, *distance_scratch(scene, n)
         return self._over_q(distances_of(*scene.sizes), constants, q, (), np.float64, shares_scratch=True)
 
     def inverse_kinematics(
@@ -235,7 +235,7 @@ class GpuRobot:
     def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any) -> Any:
         """Whether anything touches; boxes are checked over ``number``."""
         scene = self._scenes.of(world, self_collision, number)
-        return self._over_q(overlaps_of(*scene.sizes), scene.parts, as_own("q", q), (), scene.number, dtype=np.bool_)
+        return self._over_q(overlaps_of(*scene.sizes), (scene.scene,), as_own("q", q), (), scene.number, dtype=np.bool_)
 
     def _rows(self, q: Any, number: Any) -> Any:
         """Configurations (n, n_dof) where q is, as float32 or float64."""

@@ -339,7 +339,7 @@ class Servo:
         if mode == layout.START:
             after.counters[layout.NEXT_SHARE] = 0
         written = after.motion, after.counters, self._report, after.wider, after.moving
-        driver.servo_tick(*scene, self._chains, mode, self._limits, self._settings, goal, *written)
+        scene.bound(driver.servo_tick)(self._chains, mode, self._limits, self._settings, goal, *written)
         return after
 
     def _command(self, now: ServoState) -> Command:

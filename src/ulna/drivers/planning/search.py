@@ -14,10 +14,10 @@ from ulna.drivers.planning.keeping import CONSTRAINTS, keeping_of
 from ulna.drivers.planning.rrt_connect import grow_trees
 from ulna.drivers.planning.shortening import Cut, shorten_path
 from ulna.drivers.planning.tree import Steps, drop_repeats, rows_for, write_found
+from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry
-from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, SCENES, Array, Group
+from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, Array, Group
 from ulna.kernels.collision.ball_motion import world_rounding
-from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning.constraint_records import Entry
 from ulna.kernels.planning.search_records import (
     AORRTC,
@@ -37,7 +37,7 @@ _TREES = Group((MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES), Trees)
 _PATH = Group((MATRIX, INDICES, MATRIX, Array(ShorteningState, 1)), Path)
 
 
-@entry(*((Group(scene, Scene), keeps, _SEARCH, _TREES, _PATH) for scene in SCENES for keeps in (NONE, CONSTRAINTS)))
+@entry(*((scene, keeps, _SEARCH, _TREES, _PATH) for scene in SCENES for keeps in (NONE, CONSTRAINTS)))
 def plan_slice(scene, keeps, tables, trees, path):
     """Go on with a search, and then with the shortening of the path, each until ``until`` of its state edges were checked.
 

@@ -1,11 +1,8 @@
-"""Names the parts of a robot and a world as the kernels take them.
-
-An entry takes the parts one by one (``entry(*scene, q)``) and puts them together again: a call with a tuple takes 600 ns
-longer than one with its arrays.
-"""
+"""Names the parts of a robot and a world as the kernels and the entries take them, and of what these find."""
 
 from typing import NamedTuple
 
+import numpy as np
 from numpy.typing import NDArray
 
 
@@ -110,3 +107,16 @@ class Near(NamedTuple):
     """Of what is on the stack."""
     scratch: tuple
     """Of EPA."""
+
+
+class NearPairs(NamedTuple):
+    """The pairs near each other at each q of a batch, those of one q after those of the one before, the nearest first."""
+
+    ends: NDArray[np.int64]
+    """The row after the last pair of each q, shape (n,)."""
+    pairs: NDArray[np.int64]
+    """``PAIR_BODY``, ``PAIR_OTHER`` and ``PAIR_OBJECT`` of each, shape (m, PAIR_WIDTH)."""
+    contacts: NDArray[np.float64]
+    """Shape (m, CONTACT_WIDTH)."""
+    gradients: NDArray[np.float64]
+    """The gradient of the distance [m/rad or 1], shape (m, n_dof); without rows unless wanted."""

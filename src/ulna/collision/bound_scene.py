@@ -1,0 +1,29 @@
+"""Binds entries to a scene."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from ulna.engine.bound import bind_first
+from ulna.kernels.collision.scene import Scene
+
+ResultT = TypeVar("ResultT")
+_BOXES, _SHAPES = 0, 1  # signatures of every entry that takes a scene: ``drivers.scenes.SCENES``
+
+
+class BoundScene:
+    """A scene, and the entries whose first argument it is: each is bound to it when it is first needed."""
+
+    __slots__ = "_entries", "_signature", "scene"
+
+    def __init__(self, scene: Scene) -> None:
+        """Of a scene, as ``collision.bodies.scene_of`` makes it."""
+        self.scene = scene
+        self._signature = _BOXES if scene.vertices is None else _SHAPES
+        self._entries: dict[Any, Any] = {}
+
+    def bound(self, entry: Callable[..., ResultT]) -> Callable[..., ResultT]:
+        """An entry with the scene given: it takes the other arguments, of the types that are declared."""
+        bound = self._entries.get(entry)
+        if bound is None:
+            bound = self._entries[entry] = bind_first(entry, self._signature, self.scene)
+        return bound
