@@ -25,6 +25,7 @@ static int fits(Bound *bound, const Overload *overload, const Way *way) {
         int64_t slots[MOST_SLOTS];
         if (*axes == 'r') {
             if (kind->what != 'a' || kind->type != NPY_VOID || take_argument(kind, bound->like, slots) < 0) return 0;
+            if (way == &NUMBER && kind->size > (int)sizeof(double) * MOST_SCRATCH) return 0;
             continue;
         }
         int dimensions = *axes == 't' ? 2 : *axes == 'i' ? 1 : *axes - '0';
@@ -51,7 +52,7 @@ static int read_numbers(Bound *bound, const Way *way, PyObject *numbers) {
     for (int k = 0; k < way->n_numbers; k++) {
         bound->numbers[k] = PyNumber_AsSsize_t(PyTuple_GetItem(numbers, k), PyExc_OverflowError);
         if (PyErr_Occurred()) return -1;
-        int is_size = way != &TRUTH && way != &EDGE, in_scratch = way == &NUMBER || way == &BRANCHES;
+        int is_size = way != &TRUTH && way != &EDGE, in_scratch = way == &BRANCHES;
         if (is_size && (bound->numbers[k] < 1 || (in_scratch && bound->numbers[k] > MOST_SCRATCH))) {
             return PyErr_SetString(PyExc_ValueError, "a size out of range"), -1;
         }

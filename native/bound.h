@@ -8,7 +8,7 @@
 typedef int64_t Span[2];
 enum { SPAN_TO_END = 5 };
 
-#define MOST_SCRATCH 16 /* numbers that the way NUMBER has room for, and branches that BRANCHES has */
+#define MOST_SCRATCH 16 /* numbers that a record of the way NUMBER may be as long as, and branches that BRANCHES has */
 
 typedef PyObject *(*Call)(PyObject *, PyObject *const *, Py_ssize_t, PyObject *);
 
@@ -30,7 +30,7 @@ typedef struct {
     const Overload *overload;
     PyObject *leading;   /* what the slots point into */
     PyObject *otherwise;
-    PyObject *like;      /* an array of the records that the way returns, or None */
+    PyObject *like;      /* an array of the records that the entry writes, or None */
     int n_slots;
     npy_intp n;          /* entries of q */
     npy_intp numbers[2];

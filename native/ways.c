@@ -2,7 +2,7 @@
 
     pose      f(q, out=None)                entry(*leading, q, out) -> bool; an array of the shape ``numbers``
     truth     f(q)                          entry(*leading, q) -> int; False or True for the two codes in ``numbers``
-    number    f(q)                          entry(*leading, q[None], scratch) -> bool; the first of as many as ``numbers`` says
+    number    f(q)                          entry(*leading, q[None], record) -> bool; the number that the record begins with
     edge      f(q_a, q_b, resolution)       entry(*leading, q_a[None], q_b[None], resolution, status, free) -> bool; whether it touches,
                                             for the two codes in ``numbers``, how far it is free, and q there
     copy      f(T)                          entry(*leading, T, out) -> bool; an array of the shape ``numbers``, which T has too
@@ -113,12 +113,12 @@ PyObject *truth_of(Bound *bound, PyObject *q, const int64_t *span) {
 
 PyObject *number_of(Bound *bound, PyObject *q, const int64_t *span) {
     int64_t copy[MOST_SLOTS], good;
-    double scratch[MOST_SCRATCH];
+    double record[MOST_SCRATCH];
     if (!is_vector(q, bound->n)) return NULL;
     int64_t *slots = slots_of_scene(bound, copy, span);
-    put_matrix(put_matrix(slots + bound->n_slots, data_of(q), 1, bound->n), scratch, 1, bound->numbers[0]);
+    put_vector(put_matrix(slots + bound->n_slots, data_of(q), 1, bound->n), record, 1);
     if (run_machine_code(bound->entry, bound->overload, slots, &good) || !good) return NULL;
-    return PyFloat_FromDouble(scratch[0]);
+    return PyFloat_FromDouble(record[0]);
 }
 
 int edge_of(Bound *bound, PyObject *q_a, PyObject *q_b, double resolution, const int64_t *span, double *free_until, PyObject **q) {
@@ -276,7 +276,7 @@ static PyObject *call_branches(PyObject *self, PyObject *const *arguments, Py_ss
 
 const Way POSE = {"pose", call_pose, "12", 'b', 2};
 const Way TRUTH = {"truth", call_truth, "1", 'i', 2};
-const Way NUMBER = {"number", call_number, "22", 'b', 1};
+const Way NUMBER = {"number", call_number, "2r", 'b', 0};
 const Way EDGE = {"edge", call_edge, "22di1", 'b', 2};
 const Way COPY = {"copy", call_copy, "22", 'b', 2};
 const Way SEARCH = {"search", call_search, "212r", 'b', 0};

@@ -9,6 +9,7 @@ from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.drivers.scenes import SCENES
 from ulna.engine import bound
 from ulna.engine.signatures import fits
+from ulna.kernels.collision.scene import NearestPair
 
 
 def worlds(rng):
@@ -28,7 +29,7 @@ def results(call, q):
     n, written = len(q), []
     for entry, *out in (
         (overlap.overlap_batch, np.zeros(n, np.bool_)),
-        (nearest.nearest_batch, np.zeros((n, 3))),
+        (nearest.nearest_batch, NearestPair.records(n)),
         (continuous.edges_each, q + 0.1, 1e-4, np.zeros(n, np.int64), np.zeros(n)),
         (contacts.contacts_each, np.arange(n), np.tile([0, 5], (n, 1)), np.zeros((n, 10)), np.zeros((n, 7))),
     ):

@@ -2,8 +2,9 @@
 
 1. ``bodies``: the shapes of the robot and of what is attached to it as rows of a table, and which pairs of them are checked.
    ``objects``: the objects of a world as rows of another, with a tree of boxes over them; which links may touch which of them.
-2. Both make a *scene*, which every entry takes: whether anything touches (``overlap``), each contact (``contacts``), the nearest
-   pair (``nearest``), whether a whole edge is free (``continuous``). Boxes among boxes have machine code of their own.
+2. Both make a *scene*, to which the entries are bound (``bound_scene``): whether anything touches (``overlap``), each contact
+   (``contacts``), the nearest pair (``nearest``), whether a whole edge is free (``continuous``). Boxes among boxes have machine
+   code of their own.
 3. The scene of the last call is kept. So is a call of it with its arguments bound, which C makes for one q (``prebound``).
 4. Contacts and distances come back as numbers of rows; their names are looked up here (``report``, ``distances``).
 """
@@ -34,24 +35,22 @@ from ulna.description.robot_description import Description
 from ulna.description.shapes import lengths
 from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.engine.bound import bind
+from ulna.engine.records import Records
 from ulna.engine.threads import LEAST_ROWS, in_parts
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
-    BODY,
     CONTACT_WIDTH,
     EDGE_CONTACT,
     EDGE_FREE,
     EDGE_OUT_OF_RANGE,
     FIRST_BALL,
     FREE,
-    NEAREST,
-    NEAREST_WIDTH,
     OUT_OF_RANGE,
     OVERLAPS,
     PAIR_BODY,
     PAIR_OTHER,
 )
-from ulna.kernels.collision.scene import Scene
+from ulna.kernels.collision.scene import NearestPair, Scene
 from ulna.kinematics.positions import (
     as_configuration,
     as_out,
@@ -158,15 +157,15 @@ class Checker:
         """``signed_distance`` in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
-            return float(self._nearest(q, scene)[0, NEAREST])
+            return self._nearest(q, scene)["distance"].item()
         result = as_out(out, q.shape[:-1], q)
-        result.reshape(-1)[:] = self._nearest(q, scene)[:, NEAREST]
+        result.reshape(-1)[:] = self._nearest(q, scene)["distance"]
         return result
 
-    def _nearest(self, q: Array, scene: BoundScene) -> Array:
-        """The nearest pair of each row of q (``kernels.collision.nearest``), shape (n, NEAREST_WIDTH)."""
+    def _nearest(self, q: Array, scene: BoundScene) -> Records[NearestPair]:
+        """The nearest pair at each row of q, shape (n,)."""
         rows = flat(q)
-        found = np.empty((len(rows), NEAREST_WIDTH))
+        found = NearestPair.records(len(rows))
         if not _in_parts(scene.bound(nearest.nearest_batch), (rows, found)):
             refuse_out_of_range(q)
         return found
@@ -175,7 +174,8 @@ class Checker:
         """The gradient of the least signed distance [m/rad or 1], shape (..., n_dof)."""
         scene, q = self._scene(_objects_of(world), self_collision), as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
-        pairs = self._nearest(q, scene)[:, BODY:].astype(np.int64)
+        found = self._nearest(q, scene)
+        pairs = np.stack((found["body"], found["other"]), axis=1)
         arrays = for_kernel(rows), pairs, np.empty((len(pairs), CONTACT_WIDTH)), flat(gradient)
         run = scene.bound(contacts.contacts_each)
         _in_parts(lambda q, *rest: run(q, np.arange(len(q)), *rest), arrays)
@@ -280,7 +280,7 @@ class Checker:
             in_c = bind(overlap.overlap_one, "truth", leading, n, (FREE, OVERLAPS), in_python)
         else:
             in_python = partial(self._least_distance, scene)
-            in_c = bind(nearest.nearest_batch, "number", leading, n, (NEAREST_WIDTH,), in_python)
+            in_c = bind(nearest.nearest_batch, "number", leading, n, (), in_python, NearestPair.records())
         return in_c or in_python
 
     def __getstate__(self) -> dict[str, Any]:
@@ -319,7 +319,7 @@ def _objects_of(world: World | None) -> Objects:
     return NO_OBJECTS if world is None else world.objects()
 
 
-def _in_parts(run: Callable[..., bool], arrays: tuple[NDArray, ...], least: int = LEAST_ROWS) -> bool:
+def _in_parts(run: Callable[..., bool], arrays: tuple[Any, ...], least: int = LEAST_ROWS) -> bool:
     """``in_parts`` of a function of rows of these arrays; a single row at once, in less time."""
     n = len(arrays[0])
     if n == 1:

@@ -6,23 +6,23 @@ from ulna.drivers.batch import gather
 from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, lane_of, load, store, zero_rows
-from ulna.engine.signatures import MATRIX
+from ulna.engine.signatures import MATRIX, Array
 from ulna.kernels.collision.bvh import STACK, place_bounds
-from ulna.kernels.collision.collision_layout import NEAREST_WIDTH
 from ulna.kernels.collision.nearest import nearest_indexed, nearest_unindexed, splat_result
 from ulna.kernels.collision.posed_pair import place_bodies
+from ulna.kernels.collision.scene import NearestPair
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.spatial.elementary import all_in_range
 
 
-@entry(*((scene, MATRIX, MATRIX) for scene in SCENES))
+@entry(*((scene, MATRIX, Array(NearestPair, 1)) for scene in SCENES))
 def nearest_batch(scene, q, out):
-    """Write the result for each q of shape (n, n_dof) to a row of out, shape (n, NEAREST_WIDTH). False if q is out of range.
+    """Write the nearest pair at each q of shape (n, n_dof) to out, shape (n,). False if an entry of q is out of range.
 
     Eight configurations at a time, but for the BVH, which is searched for one after the other.
     """
     joints, bodies, n, has_tree = scene.joints, scene.bodies, q.shape[0], scene.root >= 0
-    q_rows, best_rows = zero_rows(max(1, q.shape[1])), empty_rows(NEAREST_WIDTH)
+    q_rows, best_rows = zero_rows(max(1, q.shape[1])), empty_rows(3)
     joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
     stack, heights, bound_rows = np.empty(STACK, np.int64), np.empty(STACK), empty_rows(6 * bodies.shape[0])
     scratch = np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])
@@ -43,6 +43,6 @@ def nearest_batch(scene, q, out):
                 one = nearest_indexed(one, scene, body_rows, bound_rows, lane, stack, heights, scratch)
                 best_rows[0, lane], best_rows[1, lane] = lane_of(one[0], 0), lane_of(one[1], 0)
                 best_rows[2, lane] = lane_of(one[2], 0)
-            for i in range(NEAREST_WIDTH):
-                out[start + lane, i] = best_rows[i, lane]
+            pair = out[start + lane]
+            pair.distance, pair.body, pair.other = best_rows[0, lane], int(best_rows[1, lane]), int(best_rows[2, lane])
     return good

@@ -56,7 +56,7 @@ Way = Literal["pose", "truth", "number", "edge", "copy", "search", "branches"]
 """What a bound function takes and returns (native/ways.c).
 
 ``pose``: ``f(q, out=None)``, an array of the shape ``numbers``. ``truth``: ``f(q)``, False or True for the two
-codes in ``numbers``. ``number``: ``f(q)``, the first of the result's ``numbers[0]`` numbers. ``edge``: ``f(q_a, q_b,
+codes in ``numbers``. ``number``: ``f(q)``, the number that the result's record begins with. ``edge``: ``f(q_a, q_b,
 resolution)``, False or True for the two codes in ``numbers``, how far it is free, and q there. ``copy``: ``f(T)``, an array of
 the shape ``numbers``, which T has too. ``search``: ``f(target, seed)``, q and a record about it in an array, or None if there
 is no solution. ``branches``: ``f(target)``, q of shape (``numbers[0]``, n), which of them are within the limits, which are
@@ -82,7 +82,7 @@ def bind(
         n: The number of entries of q, at least 1.
         numbers: Of the way.
         otherwise: Called with the same arguments where q is no array as the machine code takes it, or is refused by it.
-        like: For ``search``: an array of the record that it returns.
+        like: For ``search`` and ``number``: an array of the record that is written.
     """
     calls = extension() if n >= 1 else None
     if calls is None:

@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.engine.records import Record
+
 
 class Scene(NamedTuple):
     """A robot and the objects of a world, in flat arrays (columns: ``kernels.layout``).
@@ -88,6 +90,25 @@ class Carried(NamedTuple):
     """The unindexed objects near a ball, shape (n_unindexed,)."""
 
 
+class EdgeCheck(NamedTuple):
+    """A scene, and room to decide whether edges are free in it: one per thread is enough for any number of edges."""
+
+    scene: Scene
+    carried: Carried
+    work: tuple
+    """Of ``drivers.continuous.interval_work``."""
+    of_world: float
+    """How far rounding may put a point of an object [m]."""
+
+
+class Edge(NamedTuple):
+    """The line from q_a to q_b, and all that lies within ``spread`` of it in each entry of q, shape (n_dof,) each."""
+
+    q_a: NDArray
+    q_b: NDArray
+    spread: NDArray
+
+
 class Near(NamedTuple):
     """Room for the near pairs of one q, and to find them."""
 
@@ -107,6 +128,20 @@ class Near(NamedTuple):
     """Of what is on the stack."""
     scratch: tuple
     """Of EPA."""
+
+
+class NearestPair(Record):
+    """The nearest pair at one q. ``distance`` is the first field, which C reads (``native/ways.c``).
+
+    Attributes:
+        distance: The signed distance [m], infinite if there is no pair.
+        body: The body of the robot, or -1.
+        other: The other body, or the object, numbered from the last body on, or -1.
+    """
+
+    distance: float
+    body: int
+    other: int
 
 
 class NearPairs(NamedTuple):
