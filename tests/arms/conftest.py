@@ -26,6 +26,9 @@ class Controller:
         self.moved = np.eye(4)  # the flange, from where the description has it
         self.fail_at = self.failure = self.skip_at = self.at_tick = None
         self.held = False  # whether something keeps the arm where it is
+        self.behind = 0  # how many ticks the arm is behind its commands
+        self.floor = None  # the greatest position that every joint reaches
+        self.late = []  # commands that the arm is behind, the oldest first
 
     def state(self):
         flange = ulna.load("fr3").forward_kinematics(self.q, link="fr3_link8") @ self.moved
@@ -58,8 +61,11 @@ class Control:
     def writeOnce(self, command):  # noqa: N802 - the client's name
         self.controller.commands.append(command)
         self.controller.q_d = np.array(command.q)
-        if not self.controller.held:
-            self.controller.q = self.controller.q_d
+        controller = self.controller
+        if not controller.held:
+            controller.late.append(controller.q_d)
+            controller.q = controller.late[0] if len(controller.late) <= controller.behind else controller.late.pop(0)
+            controller.q = controller.q if controller.floor is None else np.minimum(controller.q, controller.floor)
 
 
 class JointPositions:

@@ -54,10 +54,45 @@ def test_nothing_is_sent_where_commanded_and_measured_positions_differ(controlle
 
 def test_an_arm_that_something_holds_is_stopped(controller, motion_to):
     controller.held = True
-    with pytest.raises(ulna.ArmError, match=r"0\.5 rad behind its commands: it was stopped") as caught:
+    with pytest.raises(ulna.ArmError, match=r"fr3_joint7 is 0\.1 rad from all commands .* 0\.2 s.*: it was stopped") as caught:
         Franka().run(motion_to(controller.q, 3 * TURN))
-    assert np.abs(caught.value.record.commanded[-1] - controller.q).max() == pytest.approx(0.5, abs=0.003)
+    commanded = caught.value.record.commanded
+    assert np.abs(commanded[-200] - controller.q).max() == pytest.approx(0.1, abs=0.003)
     assert controller.calls[-1] == "stop"
+
+
+def test_a_slow_arm_that_something_holds_is_stopped_before_its_motion_ends(controller, fr3, motion_to):
+    controller.floor = np.full(7, np.inf)
+    controller.floor[0] = 0.05
+    with pytest.raises(ulna.ArmError, match=r"fr3_joint1 is 0\.1 rad from all commands"):
+        Franka().run(motion_to(controller.q, TURN, velocity=0.1))
+
+
+def test_an_arm_that_follows_far_behind_a_fast_motion_is_not_stopped(controller, fr3, motion_to):
+    controller.behind = 180
+    record = Franka().run(motion_to(controller.q, 4 * TURN, velocity=2.4, acceleration=9.0, jerk=4500.0))
+    assert record.tracking_error > 0.25
+
+
+def test_a_record_says_where_the_arm_ended_beside_its_goal(controller, fr3, motion_to):
+    motion = motion_to(controller.q, TURN)
+    assert Franka().run(motion)
+    controller.q = controller.q_d = fr3.home
+    controller.late = []
+    controller.floor = np.full(7, np.inf)
+    controller.floor[1] = motion.q[-1, 1] - 0.06
+    record = Franka().run(motion)
+    assert not record
+    assert not record.stopped
+    assert np.array_equal(record.goal, motion.q[-1])
+    assert np.array_equal(record.q_end, controller.q)
+    assert record.ended.startswith(f"0.06 rad from the goal: fr3_joint2 is at {controller.q[1]:.4g}, and the goal is ")
+    assert record.ended in str(record)
+    controller.q = controller.q_d = fr3.home
+    controller.floor, controller.at_tick = None, (80, (arm := Franka()).stop)
+    stopped = arm.run(motion)
+    assert not stopped
+    assert np.array_equal(stopped.goal, motion.q[-1])
 
 
 def test_periods_that_are_lost_are_skipped(controller, motion_to):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -28,6 +28,9 @@ class ArmModel:
         lower: The least positions [rad or m], shape (n_dof,).
         upper: The greatest positions [rad or m], shape (n_dof,).
         limits: Those of velocity, acceleration and jerk, as ``Trajectory.check`` takes them: a name, or a file.
+        lag: How long the arm may need to follow its commands [s].
+        deviation: How far any joint may be from all commands of that time [rad or m]; farther, the arm is held by something.
+        arrival: How far any joint may be from its goal at the end of a run [rad or m].
 
     Raises:
         InputError: The positions are not two arrays of one length, or a lower one is above the upper one.
@@ -37,6 +40,9 @@ class ArmModel:
     lower: Array
     upper: Array
     limits: str | Path
+    lag: float = 0.2
+    deviation: float = 0.1
+    arrival: float = 0.03
 
     def __post_init__(self) -> None:
         lower, upper = (np.array(as_floats(name, getattr(self, name))) for name in ("lower", "upper"))
@@ -62,7 +68,7 @@ FR3 = ArmModel(  # source: Franka Robotics, "Robot and interface specifications"
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A run of an arm: a row for each command that was sent.
+    """A run of an arm: a row for each command that was sent. It is true if the arm ended at its goal.
 
     Attributes:
         times: The time of each command since the first [s], shape (n,).
@@ -71,6 +77,9 @@ class Record:
         joint_names: Those of the entries of q.
         stopped: Whether ``stop`` ended the run before the motion's end.
         lost: How many periods passed without a command.
+        goal: Where the run was to end [rad or m], shape (n_dof,); the last command unless given.
+        q_end: Where the arm was measured after the run [rad or m], shape (n_dof,); the last of ``measured`` unless given.
+        arrival: How far any joint may be from the goal to have arrived [rad or m].
     """
 
     times: Array
@@ -79,10 +88,37 @@ class Record:
     joint_names: tuple[str, ...]
     stopped: bool = False
     lost: int = 0
+    goal: Array = field(default=None)  # type: ignore[assignment] - __post_init__ puts the last row there
+    q_end: Array = field(default=None)  # type: ignore[assignment]
+    arrival: float = ArmModel.arrival
 
     def __post_init__(self) -> None:
-        for array in (self.times, self.commanded, self.measured):
+        for name, rows in (("goal", self.commanded), ("q_end", self.measured)):
+            if getattr(self, name) is None:
+                last = rows[-1] if len(rows) else np.full(len(self.joint_names), np.nan)
+                object.__setattr__(self, name, np.array(last))
+        for array in (self.times, self.commanded, self.measured, self.goal, self.q_end):
             array.setflags(write=False)
+
+    def __bool__(self) -> bool:
+        return self.arrived
+
+    @property
+    def arrived(self) -> bool:
+        """Whether it was not stopped, and every joint ended within ``arrival`` of its goal."""
+        return not self.stopped and bool((np.abs(self.q_end - self.goal) <= self.arrival).all())
+
+    @property
+    def ended(self) -> str:
+        """Where the arm ended, in words: at its goal, or by how much the joint that is farthest from its goal is beside it."""
+        if self.arrived:
+            return "at the goal"
+        off = np.abs(self.q_end - self.goal)
+        joint = int(np.argmax(off))  # of NaN, where nothing was measured, the first
+        return (
+            f"{off[joint]:.2g} rad from the goal: {self.joint_names[joint]} is at {self.q_end[joint]:.4g}, "
+            f"and the goal is {self.goal[joint]:.4g}"
+        )
 
     @property
     def duration(self) -> float:
@@ -109,7 +145,7 @@ class Record:
     def __str__(self) -> str:
         how = "stopped" if self.stopped else "run to its end"
         lost = f", {self.lost} periods without a command" if self.lost else ""
-        return f"{how} in {self.duration:.3f} s, tracking error {self.tracking_error:.2g}{lost}"
+        return f"{how} in {self.duration:.3f} s, {self.ended}, tracking error {self.tracking_error:.2g}{lost}"
 
 
 class Arm(Protocol):
@@ -140,7 +176,7 @@ class Arm(Protocol):
             speed: The share of the motion's speed, above 0 and at most 1: 0.5 takes twice as long along the same path.
 
         Returns:
-            The commands and the measured positions.
+            The commands and the measured positions; true if the arm ended at the motion's end.
 
         Raises:
             InputError: The motion or the speed is refused. The arm has not moved.
@@ -158,7 +194,7 @@ class Arm(Protocol):
                 given, as {"pose": T} or {"twist": v}; None once the arm is to come to rest, which ends the run.
 
         Returns:
-            The commands and the measured positions.
+            The commands and the measured positions; true if the arm ended where it was commanded last.
 
         Raises:
             InputError: The servo is refused, or not certified free where the arm is. The arm has not moved.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from threading import Event
 from types import TracebackType
 from typing import Any, Self
@@ -23,7 +24,6 @@ from ulna.robot import Robot
 from ulna.servo.servo import Servo
 
 Array = NDArray[np.float64]
-_BEHIND = 0.5  # [rad]: an arm so far from its last command is held by something; a fast joint is some 0.25 behind
 _HOLD = 0.1  # [s], for which the end of a motion is commanded: the arm follows a little behind
 _Sent = list[tuple[int, list[float], list[float]]]  # the tick, the command, and what was measured before it
 
@@ -101,8 +101,8 @@ class Franka:
         Raises:
             InputError: The motion or the speed is refused. The arm has not moved.
             ArmConnectionError: The connection was lost; the controller stops the arm then.
-            ArmError: The controller has stopped the arm, or does not let it move, or it was stopped since it was more than
-                0.5 rad behind its commands. The controller's words and where the arm is are in it.
+            ArmError: The controller has stopped the arm, or does not let it move, or it was stopped since a joint was more than
+                0.1 rad from all commands of the last 0.2 s. The controller's words and where the arm is are in it.
         """
         self._stop.clear()
         if self.joint_names is not None and isinstance(motion, Trajectory) and motion.joint_names != self.joint_names:
@@ -110,7 +110,7 @@ class Franka:
         state = self._idle_state()
         body = commands_of(motion, self.model, np.array(state.q), speed=speed, tolerance=self._tolerance)
         self._refuse_unless_idle(state)
-        return self._follow(body, motion.joint_names)
+        return self._follow(body, motion.joint_names, goal=motion.q[-1])
 
     def follow(self, servo: Servo, goal: Goal) -> Record:
         """Steer the arm by a servo at 1 kHz; see ``Arm.follow``.
@@ -179,7 +179,9 @@ class Franka:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
 
-    def _follow(self, body: Array, names: tuple[str, ...], steering: Steering | None = None) -> Record:
+    def _follow(
+        self, body: Array, names: tuple[str, ...], steering: Steering | None = None, *, goal: Array | None = None
+    ) -> Record:
         """Send a command for each state, until the last of ``body``, shape (n, 7), or of a servo that begins where it does."""
         sent: _Sent = []
         collecting = gc.isenabled()
@@ -199,11 +201,19 @@ class Franka:
                 self._robot = None
             if collecting:
                 gc.enable()
-        return _record(sent, names, stopped=stopped)
+        found = _record(sent, names, stopped=stopped)
+        where = self._where(sent)
+        return replace(
+            found,
+            goal=found.goal if goal is None else np.array(goal),
+            q_end=np.array(where) if where else found.q_end,
+            arrival=self.model.arrival,
+        )
 
     def _send(self, body: Array, sent: _Sent, names: tuple[str, ...], steering: Steering | None) -> bool:
         """Send ``body``, or what is steered, in time; whether it was stopped. Each command is added to ``sent``."""
         client, tick, commands = self._client, 0, []
+        recent = np.repeat(body[:1], round(self.model.lag / PERIOD), axis=0)
         while True:
             state, passed = self._control.readOnce()
             tick += round(passed.to_sec() / PERIOD)
@@ -212,16 +222,20 @@ class Franka:
                 if not np.abs(q - body[0]).max() <= 2 * self._tolerance:
                     self._robot.stop()
                     raise ArmError("the controller commands another position than it measures; nothing was sent", "", state.q)
+                recent[:] = q
                 if steering is not None:
                     steering.begin(q)
                     commands = [q.tolist()]
                 else:
                     commands = np.concatenate([approach(q, body[0]), body, _held(body[-1])]).tolist()
             self._measured = np.array(state.q)
-            off = float(np.abs(self._measured - sent[-1][1]).max()) if sent else 0.0
-            if not off <= _BEHIND:
+            low, high = recent.min(axis=0), recent.max(axis=0)
+            off = np.maximum(low - self._measured, self._measured - high)  # from all that was commanded lately
+            joint = int(np.argmax(off))
+            if not off[joint] <= self.model.deviation:
                 self._robot.stop()
-                raise ArmError(f"the arm is {off:.2g} rad behind its commands: it was stopped", "", state.q, _record(sent, names))
+                held = f"{names[joint]} is {off[joint]:.2g} rad from all commands of the last {self.model.lag:g} s"
+                raise ArmError(f"{held}, as if something holds the arm: it was stopped", "", state.q, _record(sent, names))
             if self._stop.is_set():
                 self._robot.stop()
                 return True
@@ -231,6 +245,7 @@ class Franka:
                     commands += _held(commands[-1]).tolist()
             k = min(tick, len(commands) - 1)
             sent.append((tick, commands[k], state.q))
+            recent[len(sent) % len(recent)] = commands[k]
             command = client.JointPositions(commands[k])
             command.motion_finished = k == len(commands) - 1 and (steering is None or steering.ended)
             self._control.writeOnce(command)

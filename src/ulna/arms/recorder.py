@@ -56,8 +56,10 @@ class Recorder:
         body = commands_of(motion, self.model, self._q, speed=speed, tolerance=self._tolerance)
         commands = np.concatenate([approach(self._q, body[0]), body])
         measured = np.concatenate([self._q[None], commands[:-1]])
-        record = Record(PERIOD * np.arange(len(commands), dtype=np.float64), commands, measured, motion.joint_names)
-        q = commands[-1].copy()
+        times, q = PERIOD * np.arange(len(commands), dtype=np.float64), commands[-1].copy()
+        record = Record(
+            times, commands, measured, motion.joint_names, goal=motion.q[-1].copy(), q_end=q, arrival=self.model.arrival
+        )
         self.records += [record]  # both at once, in case it is interrupted
         self._q = q
         return record
@@ -74,8 +76,8 @@ class Recorder:
             commands.append(steering.step(commands[-1]))
         commanded = np.array(commands[1:])
         times = PERIOD * np.arange(len(commanded), dtype=np.float64)
-        record = Record(times, commanded, np.array(commands[:-1]), servo.joint_names)
         q = commanded[-1].copy()
+        record = Record(times, commanded, np.array(commands[:-1]), servo.joint_names, q_end=q, arrival=self.model.arrival)
         self.records += [record]
         self._q = q
         return record

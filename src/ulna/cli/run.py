@@ -38,7 +38,8 @@ _SPEED = 0.2  # unless given: slow enough to reach the emergency stop
 
 RUN_KEYS = (
     "arm; robot; status; success; reason; joints; path: rows of q; duration at this speed, in seconds, or null; moved: whether "
-    "the arm was commanded to; stopped; tracking_error, in radians, or null; lost: periods without a command; q: where it is."
+    "the arm was commanded to; stopped; arrived: whether it is at the goal; ended: in words, where, or null; "
+    "tracking_error, in radians, or null; lost: periods without a command; q: where it is."
 )
 
 
@@ -90,11 +91,13 @@ def run(
         "duration": motion and motion.duration / speed,
         "moved": record is not None,
         "stopped": record is not None and record.stopped,
-        "tracking_error": record and record.tracking_error,
-        "lost": record.lost if record else 0,
+        "arrived": record is not None and record.arrived,
+        "ended": None if record is None else record.ended,
+        "tracking_error": None if record is None else record.tracking_error,
+        "lost": 0 if record is None else record.lost,
         "q": driver.q,
     }
-    return Output(data, run_table, status=0 if record and not record.stopped else 1)
+    return Output(data, run_table, status=0 if record else 1)
 
 
 def _confirmed(motion: Trajectory, speed: float, place: str) -> bool:
@@ -107,7 +110,7 @@ def run_table(data) -> Iterator[RenderableType]:
     """A sentence about the plan, and one about the run."""
     yield data["reason"]
     if data["moved"]:
-        how = "stopped" if data["stopped"] else "at the goal"
+        how = f"stopped {data['ended']}" if data["stopped"] else data["ended"]
         lost = f", {data['lost']} periods without a command" if data["lost"] else ""
         yield f"{how}, tracking error {data['tracking_error']:.2g} rad{lost}"
     elif data["success"]:
