@@ -267,7 +267,9 @@ def test_ik_shows_each_joint_between_its_limits(run):
     assert in_degrees == pytest.approx(np.degrees(q), abs=0.0051)
     track = line.split()[-1]
     assert track.index("●") == round((q - lower) / (upper - lower) * (len(track) - 1))
-    assert re.search(r"^solved: ", result.stdout, flags=re.MULTILINE)
+    assert re.search(r"^solved: \S", result.stdout, flags=re.MULTILINE)
+    free = run("ik", "--xyz", "0.4,0,0.5", "--task", "position")
+    assert re.search(r"^solved: within what the task allows, ", free.stdout, flags=re.MULTILINE)
 
 
 def test_a_target_beyond_a_million_metres_is_refused(run):

@@ -123,6 +123,7 @@ def test_a_redundant_arm_out_of_reach_has_none_and_that_is_not_proved(panda):
         ({"T": np.eye(3)}, InputError, "T: shape"),
         ({"T": np.full((4, 4), np.nan)}, InputError, "T"),
         ({"T": np.eye(4), "redundancy": "panda_joint9"}, UnknownNameError, "panda_joint9"),
+        ({"T": np.eye(4), "redundancy": ["panda_joint4"]}, InputError, "redundancy: .* the name of a joint"),
         ({"T": np.eye(4), "redundancy": "panda_joint1"}, InputError, "there is one with panda_joint4"),
         ({"T": np.eye(4), "n_samples": 0}, InputError, "n_samples"),
         ({"T": np.eye(4), "link": "nowhere"}, UnknownNameError, "nowhere"),

@@ -133,6 +133,20 @@ def test_a_seed_within_the_slack_stays_and_one_beyond_goes_to_its_border(panda):
     assert goes.residual == pytest.approx([0, 0, 0.05, 0, 0, 0], abs=1.01e-5)
 
 
+def test_a_sentence_says_that_the_task_allows_what_is_left(panda):
+    T, seed = panda.forward_kinematics(panda.home), panda.home
+    T[0, 3] += 0.3
+    wide = ulna.Task((0.5, 0.5, 0.5, 0.0, 0.0, 0.0))
+    assert str(panda.inverse_kinematics(T, seed, task=wide)).startswith(
+        "solved: within what the task allows, 300 mm and 0 deg from"
+    )
+    both = panda.inverse_kinematics([T, T], [seed, seed], task=wide)
+    assert "largest errors, with what the task allows, 0.3 m" in str(both)
+    assert "allows" not in str(panda.inverse_kinematics(panda.forward_kinematics(seed), seed, task=wide))
+    T[:3, 3] = 5.0
+    assert str(panda.inverse_kinematics(T, seed, task="position")).startswith("unreachable: ")
+
+
 def test_a_joint_that_points_cannot_lift_what_a_position_asks(panda):
     beyond = ulna.pose((0.2, 0, 3.0))
     for task in ("position", "pointing", Task((0, 0, 0.1, 0, 0, 0))):

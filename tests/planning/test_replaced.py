@@ -182,6 +182,9 @@ def test_what_cannot_be_replaced_is_refused_by_name(panda, world):
     for at, argument in ((-1.0, "at"), (old.duration + 1, "at"), (True, "at"), (0.5, "plan: its path does not begin")):
         with pytest.raises(InputError, match=argument):
             old.replace(plan, at=at)
+    for other in ("x", None, old, plan.path):
+        with pytest.raises(InputError, match=r"plan: .* an ulna\.Plan is expected"):
+            old.replace(other, at=0.1)
     inside = ulna.World()
     inside.add("goal", ulna.Box((0.2, 0.2, 0.2)), panda.forward_kinematics(right))
     with pytest.raises(InputError, match="plan: there is no path: goal in collision"):

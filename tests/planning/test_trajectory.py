@@ -315,6 +315,8 @@ def test_a_table_has_a_row_for_each_moment(plan, tmp_path):
         path.to_csv(tmp_path / "none" / "x.csv")
     with pytest.raises(InputError, match="period"):
         path.to_csv(tmp_path / "x.csv", period=0)
+    with pytest.raises(InputError, match="period"):
+        path.to_csv(tmp_path / "x.csv", period=5e-324)
 
 
 def test_a_figure_shows_positions_velocities_and_accelerations(plan):

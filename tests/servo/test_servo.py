@@ -331,6 +331,8 @@ def test_it_starts_in_motion_where_it_can_stop(panda):
         ({"rate": np.nan}, "rate"),
         ({"rate": -1}, "rate"),
         ({"rate": 1e9}, "rate"),
+        ({"rate": 5e-324}, "rate"),
+        ({"link": 5}, "link"),
         ({"velocity": 0}, "velocity"),
         ({"velocity": np.nan}, "velocity"),
         ({"clearance": -1}, "clearance"),

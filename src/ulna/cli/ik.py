@@ -90,7 +90,8 @@ def ik_table(data) -> Iterator[RenderableType]:
     off = ["inf" if data[key] is None else f"{data[key]:.2g}" for key in ("position_error", "rotation_error")]
     yield Text.assemble(
         (data["status"], "bold green" if data["success"] else "bold red"),
-        f": {off[0]} m and {off[1]} rad from the target after {count_of(data['iterations'], 'step')}",
+        ": within what the task allows," if data["success"] and data["task"] != "pose" else ":",
+        f" {off[0]} m and {off[1]} rad from the target after {count_of(data['iterations'], 'step')}",
         f"\n{data['reason']}" if data["reason"] else "",
     )
 

@@ -47,6 +47,8 @@ class AllSolutions:
 
     def __init__(self, query: Query, redundancy: str | None, workers: Workers = None) -> None:
         self._query, self._workers, tree = query, workers, query.tree
+        if redundancy is not None and not isinstance(redundancy, str):
+            raise InputError("redundancy", f"{redundancy!r}; the name of a joint, or 'elbow', is expected")
         by_elbow = redundancy == ELBOW and ELBOW not in entry_names(tree)
         self._elbow = _elbow(query) if by_elbow else None
         self._form = form = None if by_elbow else closed_form_of(tree, query.link, redundancy, query.options.task)

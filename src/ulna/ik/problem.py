@@ -245,12 +245,12 @@ def of_task(query: Query, targets: Array) -> Array:
     return targets @ query.T_link_task
 
 
-def as_names(held: Iterable[str]) -> tuple[str, ...]:
-    """The names of joints that are held, one or several."""
+def as_names(given: Iterable[str], argument: str = "held", of: str = "joints") -> tuple[str, ...]:
+    """The names that an argument gives, one or several: joints that are held, unless it is said of what."""
     try:
-        return (held,) if isinstance(held, str) else tuple(held)
+        return (given,) if isinstance(given, str) else tuple(given)
     except TypeError:
-        raise InputError("held", f"{held!r}; names of joints are expected") from None
+        raise InputError(argument, f"{given!r}; names of {of} are expected") from None
 
 
 def columns_of_joints(tree: Tree, names: Iterable[str]) -> NDArray[np.bool_]:

@@ -244,7 +244,7 @@ def _one_as_text(result: IKResult) -> str:
     off = f"{position:.3g} mm and {rotation:.3g} deg from the target"
     steps = f"after {count_of(int(result.iterations), 'step')}"
     if result.success:
-        return f"solved: {off} {steps}"
+        return f"solved: within what the task allows, {off}, {steps}" if _is_beside(result) else f"solved: {off} {steps}"
     return f"{result.status}: {f'{result.reason}; ' if result.reason else ''}the best is {off}"
 
 
@@ -254,4 +254,11 @@ def _many_as_text(result: IKResult) -> str:
     worst = [f"{np.max(errors, initial=0.0):.3g}" for errors in (result.position_error, result.rotation_error)]
     others = [f"{np.count_nonzero(status == word)} {word}" for word in Status if word != Status.SOLVED and word in status]
     others_text = f" ({', '.join(others)})" if others else ""
-    return f"{solved} of {count_of(status.size, 'target')} solved{others_text}; largest errors {worst[0]} m, {worst[1]} rad"
+    errors = "errors, with what the task allows," if _is_beside(result) else "errors"
+    return f"{solved} of {count_of(status.size, 'target')} solved{others_text}; largest {errors} {worst[0]} m, {worst[1]} rad"
+
+
+def _is_beside(result: IKResult) -> bool:
+    """Whether a target is solved, and the link is off its pose by more than the tolerances: the task allows that."""
+    off = np.stack([result.position_error, result.rotation_error], axis=-1) > result.tolerances
+    return bool((off.any(axis=-1) & result.success).any())

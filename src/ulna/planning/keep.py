@@ -97,7 +97,7 @@ class Keep:
         Raises:
             InputError: An argument cannot be taken.
         """
-        turn = _tolerance("within", within)
+        turn = _angle("within", within)
         slack = (_FREE, _FREE, _FREE, turn, turn, _FREE)
         if axis is None:
             return cls(Task(slack), link=link, along=_direction("along", along))
@@ -111,7 +111,7 @@ class Keep:
         Raises:
             InputError: An argument cannot be taken.
         """
-        turn = _tolerance("within", within)
+        turn = _angle("within", within)
         return cls(Task((_FREE, _FREE, _FREE, turn, turn, turn)), T, link)  # type: ignore[arg-type]
 
     @classmethod
@@ -159,8 +159,8 @@ class Keep:
             InputError: An argument cannot be taken.
         """
         extents = as_floats("extents", extents)
-        if extents.shape != (3,) or not (extents >= 2 * _LEAST).all():
-            raise InputError("extents", f"three lengths [m] of at least {2 * _LEAST:g} are expected")
+        if extents.shape != (3,) or not (extents >= 2 * _LEAST).all() or not extents.min() < _FREE:
+            raise InputError("extents", f"three lengths [m] of at least {2 * _LEAST:g} are expected, one at least finite")
         return cls(Task((*(extents / 2).tolist(), _FREE, _FREE, _FREE)), as_one_pose(T), link)
 
     @classmethod
@@ -185,7 +185,7 @@ class Keep:
         Raises:
             InputError: An argument cannot be taken.
         """
-        turn = _tolerance("within", within)
+        turn = _angle("within", within)
         T, task = np.eye(4), Task((_FREE, _FREE, _FREE, turn, turn, _FREE), _direction("axis", axis))
         T[:3, 3] = _point("point", point)
         return cls(task, T, link, relative_to=relative_to, towards=True)
@@ -206,7 +206,7 @@ class Keep:
         both = as_floats("within", within)
         if both.shape != (2,):
             raise InputError("within", f"{within!r}; two tolerances are expected: a distance [m] and an angle [rad]")
-        away, turn = (_tolerance("within", each) for each in both.tolist())
+        away, turn = _tolerance("within", both[0].item()), _angle("within", both[1].item())
         return cls(Task((away,) * 3 + (turn,) * 3), T, other, relative_to=link)  # type: ignore[arg-type]
 
     def at_start(self, T: Array, link: str) -> Keep:
@@ -251,6 +251,10 @@ class Keep:
 
 def _tolerance(name: str, value: float) -> float:
     return as_number(name, value, _LEAST, f"a tolerance of at least {_LEAST:g} m or rad")
+
+
+def _angle(name: str, value: float) -> float:
+    return as_number(name, value, _LEAST, f"an angle [rad] from {_LEAST:g} to below pi", most=float(np.nextafter(np.pi, 0.0)))
 
 
 def _point(name: str, value: ArrayLike) -> Array:

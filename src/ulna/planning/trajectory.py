@@ -191,11 +191,7 @@ class Trajectory(OneLine):
         Raises:
             InputError: ``period`` is not above 0, or there would be more than 10^7 samples.
         """
-        period = positive("period", period, "a time [s] above 0")
-        n = np.ceil(self.duration / period * (1 - 1e-12))
-        if n > _MOST_SAMPLES:
-            raise InputError("period", f"{period!r}; a motion of {self.duration:.4g} s would have {n:.3g} samples")
-        t = np.arange(int(n) + 1, dtype=np.float64) * period
+        t = np.arange(self._count_of_periods(period) + 1, dtype=np.float64) * period
         q, qd, qdd = self.at(t)[:3]
         end = self.end_velocities[1]
         q[-1], qd[-1], qdd[-1] = self.q[-1] + (t[-1] - self.duration) * end, end, 0.0
@@ -295,6 +291,10 @@ class Trajectory(OneLine):
         at = as_number("at", at, 0.0, "a time [s] within the motion")
         if at > self.duration:
             raise InputError("at", f"{at!r}; the motion takes {self.duration:.4g} s")
+        from ulna.planning.plan import Plan  # noqa: PLC0415 - it imports this file
+
+        if not isinstance(plan, Plan):
+            raise InputError("plan", f"{type(plan).__name__}; an ulna.Plan is expected, as robot.plan returns")
         motion = plan._motion  # noqa: SLF001 - a plan and its trajectory belong together
         if not plan or motion is None:
             raise InputError("plan", f"there is no path: {plan.status}")
@@ -311,6 +311,14 @@ class Trajectory(OneLine):
         timed = replaced(self._timed, plan.path, at, self._limits, motion.certificate._replace(positions=positions))
         return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions)
 
+    def _count_of_periods(self, period: float) -> int:
+        """How many periods the motion takes, the last one begun."""
+        with np.errstate(over="ignore"):
+            n = np.ceil(np.float64(self.duration) / positive("period", period, "a time [s] above 0") * (1 - 1e-12))
+        if n > _MOST_SAMPLES:
+            raise InputError("period", f"{period!r}; a motion of {self.duration:.4g} s would have {n:.3g} samples")
+        return int(n)
+
     def to_csv(self, path: str | Path, *, period: float | None = None) -> None:
         """Write a table: a line of names, then a line for each time, with q, qd and qdd.
 
@@ -319,12 +327,12 @@ class Trajectory(OneLine):
             period: The time between two lines [s], the last moment besides; the grid points unless given.
 
         Raises:
-            InputError: ``period`` is not above 0.
+            InputError: ``period`` is not above 0, or there would be more than 10^7 lines.
             FileError: The file cannot be written.
         """
         t = self.times
         if period is not None:
-            as_number("period", period, 0.0, "a time [s] above 0", above=True)
+            self._count_of_periods(period)
             t = np.append(np.arange(0.0, self.duration, period), self.duration)
         moment = self.at(t)[:3]
         names = [f"{kind}{name}" for kind in ("", "velocity_", "acceleration_") for name in self.joint_names]

@@ -89,7 +89,9 @@ class Servo:
         accelerations, ramp, least = _ramps(accelerations, jerks, tick)
         self._tree, self._checker, self._world = tree, checker, world
         link = tip_of(group) if link is None and group is not None else link
-        self._links: tuple[str, ...] = (tree.link_or_tip(link),) if link is None or isinstance(link, str) else tuple(link)
+        self._links: tuple[str, ...] = (
+            (tree.link_or_tip(link),) if link is None or isinstance(link, str) else as_names(link, "link", "links")
+        )
         self._chains, self._hands = _tables(tree, self._links, weights)
         self._limits = np.zeros((layout.N_LIMITS, n))
         self._limits[layout.LOWER], self._limits[layout.UPPER] = tree.least, tree.most
