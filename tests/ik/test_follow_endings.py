@@ -9,6 +9,8 @@ import formulas
 import robots
 import ulna
 from ulna import Robot
+from ulna.ik.following.graph import edges_between
+from ulna.ik.following.lifts import Lifts
 
 Q = np.array([0.3, -1.2, 1.5, -0.7, 1.1, 0.4])
 
@@ -142,3 +144,71 @@ def test_a_result_may_be_pickled_and_not_be_changed():
     assert str(again) == str(path)
     with pytest.raises(ValueError, match="read-only"):
         path.q[0] = 0
+
+
+def apart_in_the_middle(panda, n=12):
+    """Poses between which the hand jumps by 0.4 m."""
+    T = panda.forward_kinematics(panda.home + np.linspace(0, 0.4, n)[:, None] * [1, 0.3, 0.2, 0.4, 0.3, 0.2, 0.1])
+    T[n // 2 :, :3, 3] += [0.0, -0.3, 0.25]
+    return T
+
+
+@pytest.mark.parametrize("task", ["pose", "pointing", "position", ulna.Task((0.01, 0.01, 0.01, 0.1, 0.1, 0.1))])
+def test_a_search_ends_when_its_time_is_over_and_says_so(panda, task):
+    T = apart_in_the_middle(panda)
+    path = panda.follow(T, task=task, time_limit=1e-9)
+    assert (path.status, path.proof, bool(path)) == ("budget spent", "searched", False)
+    assert "time_limit=1e-09 was over" in str(path.reason)
+    assert np.isnan(path.q[path.ends_at :]).all()
+    whole, unlimited = panda.follow(T, task=task), panda.follow(T, task=task, time_limit=np.inf)
+    assert (whole.status, whole.ends_at) == ("no continuous branch", 6)
+    assert np.array_equal(whole.q, unlimited.q, equal_nan=True)
+
+
+@pytest.mark.parametrize("arm", ["panda", "ur5"])
+def test_whenever_the_time_is_over_what_is_returned_is_a_path_so_far(panda, arm, monkeypatch):
+    robot, world = (panda, ulna.World()) if arm == "panda" else (ur5(), None)
+    T = robot.forward_kinematics(robot.home + np.linspace(0, 0.3, 15)[:, None] * np.ones(robot.n_dof))
+    if world is not None:
+        world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose(xyz=(0.2, 0.6, 0.3)))
+    asked, endings = [0], set()
+    for last in (0, 1, 2, 3, 5, 8, 12, 18, 30, 50, 10_000):
+        asked[0] = 0
+
+        def is_over(_, last=last):
+            asked[0] += 1
+            return asked[0] > last
+
+        monkeypatch.setattr("ulna.ik.time_limit.TimeLimit.is_over", is_over)
+        path = robot.follow(T, world=world, time_limit=1.0)
+        endings.add(str(path.status))
+        q = path.q[: path.ends_at]
+        assert path.status in {"followed", "budget spent"}
+        assert np.allclose(robot.forward_kinematics(q), T[: len(q)], atol=1e-4)
+        assert np.abs(np.diff(q, axis=0)).max(initial=0.0) <= 0.1
+        assert world is None or not np.any(robot.in_collision(q, world))
+    assert endings == {"followed", "budget spent"}
+
+
+@pytest.mark.parametrize("limit", [0, -1, np.nan, "5", True])
+def test_a_time_that_is_none_is_refused_by_name(panda, limit):
+    with pytest.raises(ulna.InputError, match="time_limit"):
+        panda.follow(apart_in_the_middle(panda), time_limit=limit)
+
+
+@pytest.mark.parametrize("longest", [1e-3, 0.05, 0.6, 3.1])
+@pytest.mark.parametrize("wide", [0.2, 2.0, 9.0, np.inf])
+def test_the_edges_of_two_layers_are_those_of_all_pairs(wide, longest, rng):
+    limits = np.array([wide, 0.1, 1.0])
+    lifts = Lifts.of(-limits, limits, np.array([True, False, True]), np.zeros(3), one_sided=False)
+    a, b = (lifts.first_turn(rng.uniform(-np.minimum(limits, 50), np.minimum(limits, 50), (n, 3))) for n in (300, 200))
+    b[:50] = a[:50] + rng.normal(scale=longest / 2, size=(50, 3))
+    edges = edges_between(lifts, a, b, longest, 1.0)
+    difference = b[:, None] - a[None]
+    turned = np.where(lifts.lifted | lifts.free, difference - 2 * np.pi * np.rint(difference / (2 * np.pi)), difference)
+    end, begin = np.nonzero(np.abs(turned).max(axis=-1) <= longest)
+    assert len(end)
+    assert np.array_equal(edges.begin, begin)
+    assert np.array_equal(edges.end, end)
+    assert np.allclose(edges.cost, (turned[end, begin] ** 2).sum(axis=-1))
+    assert not len(edges_between(lifts, a[:0], b, longest, 1.0).begin) + len(edges_between(lifts, a, b[:0], longest, 1.0).begin)

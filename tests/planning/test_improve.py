@@ -9,7 +9,7 @@ import ulna
 from ulna.engine.lanes import WIDTH
 from ulna.errors import InputError
 from ulna.planning.search import Search
-from ulna.planning.slices import TimeLimit
+from ulna.ik.time_limit import TimeLimit
 
 SEEDS = range(12)
 # An arm that turns without end on a slide.

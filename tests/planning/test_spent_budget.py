@@ -8,7 +8,8 @@ import pytest
 
 import ulna
 from ulna.kernels.planning.search_records import MAX_REFUSED, SearchState
-from ulna.planning.slices import Pace, Slices, TimeLimit
+from ulna.ik.time_limit import TimeLimit
+from ulna.planning.slices import Pace, Slices
 
 BALL = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
 CAR = f"""<robot name="car"><link name="base"/><link name="slide"/><link name="car">{BALL}</link>

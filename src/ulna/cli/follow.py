@@ -35,6 +35,9 @@ MaxStep = Annotated[float, typer.Option(metavar="NUMBER", help="The largest step
 Rank = Annotated[
     str | None, typer.Option(metavar="NAME", help="What is minimised: nearest, manipulability, clearance or mid_range.")
 ]
+TimeLimit = Annotated[
+    float | None, typer.Option(metavar="SECONDS", help="The longest time of the search; no limit unless given.")
+]
 
 FOLLOW_KEYS = (
     "robot; base; link; task; poses: how many; status; success; reason; sentence; proof: complete or searched; max_step; "
@@ -60,6 +63,7 @@ def follow(
     task: TaskName = _DEFAULTS["task"],
     max_step: MaxStep = _DEFAULTS["max_step"],
     rank: Rank = None,
+    time_limit: TimeLimit = None,
     meshes: Meshes = None,
     as_json: Json = False,
 ) -> Output:
@@ -73,7 +77,8 @@ def follow(
         robot = checked_robot(robot, meshes=meshes, as_json=as_json)
     poses = read_poses(T_path, None if controller is None else controller_named(controller, "--controller"))
     with as_options({"q_start": "--from", "frame": "--frame"}):
-        found = robot.follow(poses, start, link=link, frame=frame, task=task, max_step=max_step, world=world, rank=rank)
+        how = {"task": task, "max_step": max_step, "rank": rank, "time_limit": time_limit}
+        found = robot.follow(poses, start, link=link, frame=frame, world=world, **how)
     if csv is not None:
         write_table(csv, found.joint_names, found.q[: found.ends_at])  # the rows that are reached
     if plot is not None:

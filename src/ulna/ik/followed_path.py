@@ -22,6 +22,7 @@ class PathStatus(StrEnum):
     COLLISION = "in collision"
     SINGULAR = "singular"
     NO_BRANCH = "no continuous branch"
+    BUDGET_SPENT = "budget spent"
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ class FollowedPath(OneLine):
                              too long.
     ``no continuous branch`` None of these: solutions of the pose are all more than a step away, or in turns that were not
                              searched; ``reason`` says so.
+    ``budget spent``         ``time_limit`` was over before a path to the pose was found.
     ======================== =========================================================================================
 
     Attributes:

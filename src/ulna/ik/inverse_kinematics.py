@@ -20,6 +20,7 @@ from ulna.ik.reason import NOTHING_TO_EXPLAIN
 from ulna.ik.result import IKResult
 from ulna.ik.search.numeric import NumericSolver
 from ulna.ik.solutions import IKSolutions
+from ulna.ik.time_limit import TimeLimit, as_time_limit
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
@@ -93,11 +94,13 @@ class InverseKinematics:
         world: World | None,
     ) -> FollowedPath:
         """The joint path through poses; see ``Robot.follow``."""
+        limit = TimeLimit(as_time_limit(options.time_limit))
+        options = options._replace(time_limit=None)
 
         def solve(T: Array, seed: Array) -> IKResult:
             return self.inverse_kinematics(Request(T, seed, world=world, link=link, options=Options(task=options.task)))
 
-        return follow(self._query(link, options), T_path, q_start, max_step, world, solve)
+        return follow(self._query(link, options), T_path, q_start, max_step, world, solve, limit)
 
 
 def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options: Options) -> Query:

@@ -14,6 +14,7 @@ from ulna.collision.world import World
 from ulna.drivers.planning import search as driver
 from ulna.engine.lanes import WIDTH
 from ulna.engine.records import Records
+from ulna.ik.time_limit import TimeLimit
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning.constraint_records import Constraints
 from ulna.kernels.planning.search_records import (
@@ -31,7 +32,7 @@ from ulna.kernels.planning.search_records import (
 )
 from ulna.planning.blend import CHORDS_ALONG, IsFree, is_path_free
 from ulna.planning.kept import frozen, narrower, step_of, tightest
-from ulna.planning.slices import Pace, Slices, TimeLimit
+from ulna.planning.slices import Pace, Slices
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]

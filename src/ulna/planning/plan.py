@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.description.arrays import as_count, as_floats, as_number
 from ulna.errors import InputError, count_of
 from ulna.ik.reason import NO_REASON, Reason
+from ulna.ik.time_limit import TimeLimit, as_time_limit
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.notebook.tables import OneLine, table
 from ulna.planning.held_first import arm_of
@@ -22,7 +23,7 @@ from ulna.planning.motion_limits import GivenLimits, as_motion_limits
 from ulna.planning.moving_ends import as_ends, refuse_path_beyond, with_ends
 from ulna.planning.quicker import quicker_path
 from ulna.planning.search import Effort, Search
-from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
+from ulna.planning.slices import MOST_CHECKS
 from ulna.planning.space import same_entries
 from ulna.planning.targets import joint_of
 from ulna.planning.trajectory import Trajectory, resting

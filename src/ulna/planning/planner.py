@@ -19,6 +19,7 @@ from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names, columns_of_joints
 from ulna.ik.reason import Reason
 from ulna.ik.task import Task, as_task
+from ulna.ik.time_limit import TimeLimit, as_time_limit
 from ulna.kernels.planning.constraint_records import Constraints
 from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
@@ -31,7 +32,7 @@ from ulna.planning.kept_goals import find_goals, poses_beside
 from ulna.planning.motion import Motion
 from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
 from ulna.planning.search import Effort, Found, Search
-from ulna.planning.slices import MOST_CHECKS, TimeLimit, as_time_limit
+from ulna.planning.slices import MOST_CHECKS
 from ulna.planning.space import along, make_space, same_entries, slides_without_end
 from ulna.planning.spent_budget import budget_spent
 from ulna.planning.targets import Targets, as_targets, fixed_for, joint_of

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ulna.drivers.planning import search as driver
 from ulna.engine.lanes import WIDTH
 from ulna.engine.records import Records
+from ulna.ik.time_limit import TimeLimit
 from ulna.kernels.planning.search_records import (
     AORRTC,
     CONFIRM,
@@ -27,7 +28,7 @@ from ulna.kernels.planning.search_records import (
     Trees,
 )
 from ulna.planning.motion import EdgeChecker, new_path, no_rows
-from ulna.planning.slices import Slices, TimeLimit
+from ulna.planning.slices import Slices
 
 Array = NDArray[np.float64]
 _FIRST_CAPACITY = 512  # nodes

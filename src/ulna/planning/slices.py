@@ -1,15 +1,12 @@
 """Divides a search into slices, between which it may end: by Ctrl-C, a time limit, another search."""
 
-import math
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import numpy as np
-
-from ulna.description.arrays import as_number
 from ulna.errors import UlnaError
+from ulna.ik.time_limit import TimeLimit
 from ulna.kernels.planning.search_records import SearchState, ShorteningState
 
 MOST_CHECKS = 2**62 - 1
@@ -46,31 +43,6 @@ class Pace:
         """Take note of how long so many checked edges took."""
         wanted = 0.5 * _LONGEST_SLICE * max(1, checks) / max(seconds, 1e-9)
         self.checks = max(1, int(min(max(wanted, self.checks / 2), _MOST_GROWTH * self.checks)))
-
-
-class TimeLimit:
-    """The longest time of one search, or of several together [s]; None for no limit.
-
-    It is counted from the end of the first slice, in which the kernels may be compiled.
-    """
-
-    def __init__(self, seconds: float | None) -> None:
-        self._seconds = np.inf if seconds is None else seconds
-        self._end = np.inf
-
-    def begin(self, now: float) -> None:
-        """Count from now on, unless it has begun."""
-        self._end = min(self._end, now + self._seconds)
-
-    def is_over(self) -> bool:
-        """Whether the time is over."""
-        return time.perf_counter() >= self._end
-
-
-def as_time_limit(time_limit: object) -> float | None:
-    """The longest time of a search [s]; None or infinity for no limit."""
-    expected = "a time [s] above 0, or None for no limit,"
-    return None if time_limit is None else as_number("time_limit", time_limit, 0.0, expected, above=True, most=math.inf)
 
 
 class Slices:

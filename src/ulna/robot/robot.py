@@ -729,6 +729,7 @@ class Robot(Quick):
         world: World | None = None,
         rank: str | None = None,
         seed: int = 0,
+        time_limit: float | None = None,
         **unknown: Never,
     ) -> FollowedPath:
         """The joint path through a path of poses that never jumps to another branch, or where and why there is none.
@@ -755,7 +756,10 @@ class Robot(Quick):
             rank: What is minimised instead, as a sum over the poses: ``"nearest"``: the largest difference of a joint from
                 ``q_start``, or ``home``; ``"manipulability"``; ``"clearance"`` from the world; ``"mid_range"`` of the joints;
                 each with the squared joint steps, as shares of ``max_step``, added.
-            seed: Chooses the random configurations where a search is needed; the result depends on nothing else.
+            seed: Chooses the random configurations where a search is needed. The result depends on nothing else, unless
+                ``time_limit`` ends the search.
+            time_limit: The longest time of the search [s]; None for no limit. It is looked at between rounds of some hundredths
+                to tenths of a second. A path that is known by then is returned as it is, less smooth.
             **unknown: No other argument is taken.
 
         Returns:
@@ -776,7 +780,7 @@ class Robot(Quick):
         """
         if unknown:
             refuse_unknown("follow", unknown)
-        options = Options(task=task, rank=rank, seed=seed)
+        options = Options(task=task, rank=rank, seed=seed, time_limit=time_limit)
         T_path = poses_in_base(self.tree, T_path, frame, "T_path")
         return self._inverse_kinematics.follow(T_path, q_start, link, options, max_step, world)
 

@@ -1,5 +1,6 @@
 """Holds a path of poses and what a joint path through it must keep to."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,6 +15,7 @@ from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, excess_of, make
 from ulna.ik.result import IKResult
 from ulna.ik.search.ranking import CollisionFilter, collisions_of, cost_of
 from ulna.ik.search.restarts import Restart, run_from_each, run_starts
+from ulna.ik.time_limit import TimeLimit
 from ulna.kernels.chain.closed_form_layout import AT_LIMIT
 from ulna.kernels.ik import search_layout as layout
 from ulna.kinematics.turns import TURN, nearest_turns, turning_columns
@@ -22,6 +24,8 @@ Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 Solve = Callable[[Array, Array], IKResult]
 _TIE = 1e-9
+_MOST_AT_ONCE = 1 << 17  # starts of a search, between which the time may be over
+_MOST_CHECKED = 1 << 13  # configurations or edges
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +40,7 @@ class Course:
         max_step: The largest step of any joint from one pose to the next [rad or m].
         world: What the arm must be clear of; None if nothing is checked.
         solve: Inverse kinematics of one pose from a seed, clear of the world.
+        limit: How long the search may take. Once that is over, nothing more is searched, and what is not checked is left out.
         start_excess: How far beyond the limits the start was that the caller gave, shape (n_dof,).
         one_sided: Whether the turns of joints with one finite limit are counted from it; else they turn as if they had none.
     """
@@ -47,6 +52,7 @@ class Course:
     max_step: float
     world: World | None
     solve: Solve
+    limit: TimeLimit
     start_excess: Array
     one_sided: bool = False
 
@@ -140,13 +146,19 @@ class Course:
         else:
             guesses = np.clip(guesses, *self.query.tree.bounds)
         q, info = run_from_each(problem, order, guesses, SEEDED_STEPS)
+        self.limit.begin(time.perf_counter())
         return q, info["status"] == layout.SOLVED
 
     def searched(self, order: NDArray[np.int64], n_starts: int) -> list[Array]:
         """For each of some poses (m,) what a search finds from the start and from random starts, shape (k, n_dof)."""
-        problem = replace(self.problem, nearest_to=None)
-        q, info = run_starts(problem, order, Restart(0, n_starts, STEPS, from_seed=True))
-        return [row[good] for row, good in zip(q, info["status"] == layout.SOLVED, strict=True)]
+        problem, found = replace(self.problem, nearest_to=None), []
+        for part in np.array_split(order, max(1, len(order) * n_starts // _MOST_AT_ONCE)):
+            if self.limit.is_over():
+                break
+            q, info = run_starts(problem, part, Restart(0, n_starts, STEPS, from_seed=True))
+            found += [row[good] for row, good in zip(q, info["status"] == layout.SOLVED, strict=True)]
+            self.limit.begin(time.perf_counter())
+        return found + [np.empty((0, len(self.start)))] * (len(order) - len(found))
 
     def clear(self, rows: list[Array]) -> list[Array]:
         """For each list of configurations (m, n_dof) those that do not collide."""
@@ -155,14 +167,30 @@ class Course:
 
     def collide(self, q: Array) -> Truths:
         """Whether configurations (m, n_dof) collide, shape (m,)."""
-        return np.zeros(len(q), dtype=bool) if self.collisions is None or not len(q) else self.collisions.collides(q)
+        if self.collisions is None or not len(q):
+            return np.zeros(len(q), dtype=bool)
+        return self._in_parts(self.collisions.collides, q)
 
     def edges_collide(self, a: Array, b: Array) -> Truths:
         """Whether the arm touches anything on the straight lines from rows of a to rows of b (m, n_dof), shape (m,)."""
         if self.world is None or not len(a):
             return np.zeros(len(a), dtype=bool)
-        checker = self.query.checker
-        return np.asarray(checker.edge_in_collision(a, b, self.world, self_collision=True, resolution=1e-4).in_collision)
+        checker, world = self.query.checker, self.world
+
+        def hit(a: Array, b: Array) -> Truths:
+            return np.asarray(checker.edge_in_collision(a, b, world, self_collision=True, resolution=1e-4).in_collision)
+
+        return self._in_parts(hit, a, b)
+
+    def _in_parts(self, hit: Callable[..., Truths], *rows: Array) -> Truths:
+        """What a check says of each row; those that the time is over for count as in collision."""
+        found = np.ones(len(rows[0]), dtype=bool)
+        for k in range(0, len(found), _MOST_CHECKED):
+            if self.limit.is_over():
+                break
+            part = slice(k, k + _MOST_CHECKED)
+            found[part] = hit(*(each[part] for each in rows))
+        return found
 
     def costs(self, q: Array) -> Array:
         """The costs of configurations (m, n_dof) by the rank, shape (m,); 0 without a rank."""

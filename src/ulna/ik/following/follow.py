@@ -30,13 +30,14 @@ from ulna.description.pose import as_pose
 from ulna.errors import InputError
 from ulna.ik.followed_path import FollowedPath
 from ulna.ik.following.course import Course, Solve
-from ulna.ik.following.ending import why_it_ends
+from ulna.ik.following.ending import out_of_time, why_it_ends
 from ulna.ik.following.layers import PathSoFar, along_branches
 from ulna.ik.following.self_motions import along_self_motions
 from ulna.ik.problem import Query
 from ulna.ik.reason import NO_REASON
 from ulna.ik.search.ranking import refuse_clearance_of_nothing
 from ulna.ik.solutions import Proof
+from ulna.ik.time_limit import TimeLimit
 from ulna.kinematics.positions import as_configuration
 from ulna.kinematics.tree import entry_names
 
@@ -44,11 +45,18 @@ Array = NDArray[np.float64]
 
 
 def follow(
-    query: Query, T_path: ArrayLike, q_start: ArrayLike | None, max_step: float, world: World | None, solve: Solve
+    query: Query,
+    T_path: ArrayLike,
+    q_start: ArrayLike | None,
+    max_step: float,
+    world: World | None,
+    solve: Solve,
+    limit: TimeLimit,
 ) -> FollowedPath:
     """See ``Robot.follow``; ``solve`` is inverse kinematics of one pose from a seed."""
     start, excess = _start(query, q_start)
-    course = Course(query, _targets(T_path), start, q_start is not None, positive("max_step", max_step), world, solve, excess)
+    step = positive("max_step", max_step)
+    course = Course(query, _targets(T_path), start, q_start is not None, step, world, solve, limit, excess)
     refuse_clearance_of_nothing(query.options.rank, world)
     found = _found(course)
     if course.excess(found.q).any():
@@ -67,7 +75,13 @@ def _result(course: Course, found: PathSoFar) -> FollowedPath:
     q = np.full((n, len(course.start)), np.nan)
     q[:k] = found.q
     ends = found.ends if k else course.start[None] if course.started else found.ends
-    reason = NO_REASON if k == n else why_it_ends(course, k, ends, found.next_nodes, are_all=found.proved)
+    is_over = k < n and course.limit.is_over()
+    if k == n:
+        reason = NO_REASON
+    elif is_over:
+        reason = out_of_time(course, k, ends)
+    else:
+        reason = why_it_ends(course, k, ends, found.next_nodes, are_all=found.proved)
     is_contradicted = bool(reason) and reason.data.smallest_step <= course.max_step  # the search is less exact than the nodes
     return FollowedPath(
         q=q,
@@ -75,7 +89,7 @@ def _result(course: Course, found: PathSoFar) -> FollowedPath:
         max_step=course.max_step,
         ends_at=None if k == n else k,
         reason=reason,
-        proof=Proof.COMPLETE if found.proved and not is_contradicted else Proof.SEARCHED,
+        proof=Proof.COMPLETE if found.proved and not is_contradicted and not is_over else Proof.SEARCHED,
         joint_names=entry_names(course.query.tree),
     )
 

@@ -6,7 +6,7 @@ aside; a node is searched for every lift (``lifts``) that is within the limits.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,7 @@ from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
+_MOST_PAIRS = 1_000_000  # that are compared at once
 SAME = 1e-6  # rad, or of a slide a share of the arm's size: nearer configurations are one
 Key = tuple[int, int, int]  # tells edges apart: the layer, and the nodes at both ends; whole turns make no difference
 
@@ -56,9 +57,36 @@ def edges_between(lifts: Lifts, a: Array, b: Array, longest: float, weight: floa
 
 def _short_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Counts, Counts, Array, Counts]:
     """Begin, end, joint steps and turns of each edge, none as long as half a turn: no two nodes are joined twice."""
-    steps, turns = lifts.steps(a[None, :], b[:, None])
-    end, begin = np.nonzero(np.abs(steps).max(axis=-1, initial=0.0) <= longest)
-    return begin, end, steps[end, begin], turns[end, begin]
+    found = [
+        (begin[short], end[short], steps[short], turns[short])
+        for begin, end in _near_pairs(lifts, a, b, longest)
+        for steps, turns in [lifts.steps(a[begin], b[end])]
+        for short in [np.abs(steps).max(axis=-1, initial=0.0) <= longest]
+    ]
+    begin, end, steps, turns = map(np.concatenate, zip(*found, strict=True))
+    return begin, end, steps, turns
+
+
+def _near_pairs(lifts: Lifts, a: Array, b: Array, longest: float) -> Iterator[tuple[Counts, Counts]]:
+    """The pairs (begin, end) that are near each other in the entry in which nodes differ most, in the order of where they end.
+
+    All others are further than ``longest`` apart. They come in blocks, of nodes of b one after the other.
+    """
+    n, reach = len(a), longest + 1e-9
+    j = int(np.argmax(np.ptp(np.vstack([a, b]), axis=0))) if n and b.size else 0
+    x, y = (rows[:, j] if rows.size else np.zeros(len(rows)) for rows in (a, b))
+    if x.size and (lifts.lifted | lifts.free)[j]:
+        x, y = np.mod(x, TURN), np.mod(y, TURN)
+        x = np.concatenate([x - TURN, x, x + TURN])
+    order = np.argsort(x, kind="stable")
+    low, high = np.searchsorted(x[order], y - reach, "left"), np.searchsorted(x[order], y + reach, "right")
+    rows = max(1, _MOST_PAIRS // max(1, n))
+    for k in range(0, max(1, len(b)), rows):
+        each = high[k : k + rows] - low[k : k + rows]
+        place = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each) + np.repeat(low[k : k + rows], each)
+        pairs = np.repeat(np.arange(k, k + len(each)), each) * max(1, n) + order[place] % max(1, n)
+        end, begin = np.divmod(np.unique(pairs), max(1, n))
+        yield begin, end
 
 
 def _all_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Counts, Counts, Array, Counts]:
@@ -167,13 +195,13 @@ class Graph:
         """The cheapest chain none of whose edges is wrong: its path (n_layers, n_dof), and its nodes and lifts.
 
         Edges are tested on the cheapest chain alone. Those that are wrong are left out, and the layers behind the first of them
-        are swept again. Last are the wrong edges that are left after the last round.
+        are swept again. Last are the wrong edges that are left after the last round, or when the time is over.
         """
         for left in reversed(range(most_rounds)):
             self._sweep()
             q, chain = self._path()
             wrong = wrong_edges(q, chain)
-            if not wrong or not left:
+            if not wrong or not left or self.course.limit.is_over():
                 return q, chain, wrong
             for k, begin, end in wrong:
                 self.removed.add((k, begin, end))
@@ -196,6 +224,8 @@ class Graph:
         """Search the layers that were not searched yet, as far as a chain leads."""
         known, before = [*self.done.costs], [*self.done.before]
         for k in range(len(known) - 1, len(self.nodes) - 1):
+            if self.course.limit.is_over():
+                break
             nodes = self.nodes[k + 1]
             reached, source = _advanced(known[k], self.edges(k), len(nodes))
             total = np.where(self.course.lifts.allowed(nodes), reached + self._costs[k + 1][:, None], np.inf)

@@ -55,7 +55,7 @@ def along_branches(course: Course) -> PathSoFar:
     for _ in range(_MOST_ADDED):
         k = len(q)
         added = _leading_on(graph, k)
-        if not len(added) or graph.done.n_layers > k:
+        if not len(added) or graph.done.n_layers > k or course.limit.is_over():
             break
         graph.add(k, added)
         all_known[k] = False
@@ -131,6 +131,9 @@ def _lines(course: Course, rows: list[Array], proved: Truths, towards: int) -> d
     """
     lines: dict[int, Array] = {}
     for k in np.flatnonzero(~proved).tolist()[::towards]:
+        if course.limit.is_over():
+            lines[k] = rows[k]
+            continue
         ends = lines.get(k - towards, rows[k - towards] if 0 <= k - towards < len(rows) else rows[k][:0])
         q, found = course.near(np.full(len(ends), k), ends)
         lines[k] = _distinct(course, np.vstack([q[found], rows[k]]))[:_MOST_BRANCHES]
@@ -155,7 +158,7 @@ def _continue_all(course: Course, knots: NDArray[np.int64], at: dict[int, Array]
     pose = np.concatenate([np.full(len(at[int(k)]), k) for k in knots])
     last = np.concatenate([np.full(len(at[int(k)]), end) for k, end in zip(knots, ends, strict=True)])
     q = np.concatenate([at[int(k)] for k in knots])
-    while len(pose):
+    while len(pose) and not course.limit.is_over():
         pose = pose + towards
         going = pose != last
         pose, last, q = pose[going], last[going], q[going]
@@ -169,12 +172,28 @@ def _continue_all(course: Course, knots: NDArray[np.int64], at: dict[int, Array]
 
 def _distinct(course: Course, q: Array) -> Array:
     """Rows of q, each once, whole turns aside."""
-    kept: list[Array] = []
-    for row in q:
-        apart = np.abs(course.lifts.steps(np.array(kept).reshape(-1, len(row)), row)[0]) / course.query.units
+    chosen, others = _are_alone(course, q), []
+    for i in np.flatnonzero(~chosen).tolist():
+        apart = np.abs(course.lifts.steps(np.array(others).reshape(-1, q.shape[1]), q[i])[0]) / course.query.units
         if apart.max(axis=1).min(initial=np.inf) > SAME:
-            kept.append(row)
-    return np.array(kept).reshape(-1, q.shape[1])
+            chosen[i] = True
+            others.append(q[i])
+    return q[chosen]
+
+
+def _are_alone(course: Course, q: Array) -> Truths:
+    """Which rows of q (m, n_dof) differ from all others in the entry in which rows differ most: those need no comparison."""
+    if not q.size:
+        return np.ones(len(q), dtype=bool)
+    j = int(np.argmax(np.ptp(q, axis=0)))
+    turns = bool((course.lifts.lifted | course.lifts.free)[j])
+    x = np.mod(q[:, j], TURN) if turns else q[:, j]
+    order = np.argsort(x, kind="stable")
+    around = x[order[0]] + TURN - x[order[-1]] if turns else np.inf
+    apart = np.r_[around, np.diff(x[order]), around] > 2 * SAME * course.query.units[j]
+    alone = np.empty(len(q), dtype=bool)
+    alone[order] = apart[:-1] & apart[1:]
+    return alone
 
 
 def with_start(course: Course, q: Array) -> Array:

@@ -62,6 +62,8 @@ def along_self_motions(course: Course) -> PathSoFar:
             return PathSoFar(_smoothed(course, q, int(np.diff(knots).max(initial=1))), last, best[:0], proved=False)
         if len(q) > len(best):
             best, ends = q, last
+        if course.limit.is_over():
+            break
     return PathSoFar(best, ends, best[:0], proved=False)
 
 
@@ -78,7 +80,7 @@ def _knots(course: Course, density: _Density) -> Counts:
 def _nodes(course: Course, knots: Counts, density: _Density) -> list[Array]:
     """Solutions of every knot that are clear of the world, in their first turn, none near another."""
     sources = [course.searched(knots, density.starts)]
-    if course.form is not None:
+    if course.form is not None and not course.limit.is_over():
         sources.append(_sampled(course, knots, density.samples))
     rows = [_thinned(course.lifts.first_turn(np.concatenate(parts)), density.apart) for parts in zip(*sources, strict=True)]
     rows[0] = with_start(course, rows[0])
@@ -123,6 +125,8 @@ class _Filled:
         keys = self._keys(chain)
         self._try([(key, q[k], q[k + 1]) for k, key in enumerate(keys)])
         wrong = [k for k, key in enumerate(keys) if self._known[key] is None]
+        if self._course.limit.is_over():
+            return [keys[k] for k in wrong]
         beside = [edge for k in wrong for edge in self._beside(k, q[k])]
         self._try(beside)
         return [keys[k] for k in wrong] + [key for key, *_ in beside if self._known[key] is None]
@@ -189,6 +193,8 @@ def _continued(course: Course, q: Array) -> tuple[Array, Array]:
     sets, parents = [q[-1:]], [np.zeros(1, dtype=np.int64)]
     rng = np.random.default_rng(course.query.options.seed)
     for k in range(len(q), len(course.targets)):
+        if course.limit.is_over():
+            break
         following, come_from = _next(course, k, sets[-1], rng)
         if not len(following):
             break
@@ -230,6 +236,8 @@ def _smoothed(course: Course, q: Array, width: int) -> Array:
     longer, or lets it jump, leave the limits or collide, is undone, and the width halved.
     """
     for _ in range(_ROUNDS):
+        if course.limit.is_over():
+            break
         better = _once(course, q, width)
         if better is not None:
             q = better
