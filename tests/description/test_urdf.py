@@ -209,3 +209,51 @@ def test_a_damaged_panda_loads_or_raises_an_ulna_error(start, length, fragment):
 def test_a_panda_with_an_exchanged_value_loads_or_raises_an_ulna_error(span, value):
     put = PANDA[slice(*value)] if isinstance(value, tuple) else value
     assert_loads_or_raises_ulna_error(PANDA[: span[0]] + put + PANDA[span[1] :])
+
+
+FRAMES = {
+    "of Drake": '<frame name="tcp" link="b" xyz="0 0.1 0.2" rpy="0.3 0 0.5"/>',
+    "of Drake, of nothing but a link": '<frame name="tcp" link="b"/>',
+    "of Isaac Sim": '<fixed_frame name="tcp"><parent link="b"/><origin xyz="0 0.1 0.2" rpy="0.3 0 0.5"/></fixed_frame>',
+    "of a frame": '<frame name="rim" link="b" xyz="0 0.1 0"/><frame name="tcp" link="rim" xyz="0 0 0.2" rpy="0.3 0 0.5"/>',
+}
+ARM = '<link name="a"/><link name="b"/><joint name="tcp_fixed" type="continuous"><parent link="a"/><child link="b"/></joint>'
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_a_named_frame_is_a_link_without_shapes_on_a_fixed_joint(name, recwarn):
+    arm = ulna.load(f'<robot name="t">{ARM}{FRAMES[name]}</robot>')
+    place = 'xyz="0 0.1 0.2" rpy="0.3 0 0.5"' if "0.2" in FRAMES[name] else ""
+    joint = f'<joint name="f" type="fixed"><parent link="b"/><child link="tcp"/><origin {place}/></joint>'
+    same = ulna.load(f'<robot name="t">{ARM}<link name="tcp"/>{joint}</robot>')
+    assert not recwarn.list
+    assert arm.tip == same.tip == "tcp"
+    for q in ([0.0], [0.7]):
+        assert np.allclose(arm.forward_kinematics(q), same.forward_kinematics(q), rtol=0.0, atol=1e-15)
+    again = ulna.load(arm.to_urdf())
+    assert np.array_equal(again.forward_kinematics([0.7]), arm.forward_kinematics([0.7]))
+    assert again.link_names == arm.link_names
+
+
+@pytest.mark.parametrize(
+    ("frame", "message"),
+    [
+        ('<frame name="tcp" link="c"/>', "<frame> 'tcp': link 'c' is not defined"),
+        ('<frame name="b" link="a"/>', "<frame> 'b' has the name of a link"),
+        ('<frame link="b"/>', "has no attribute 'name'"),
+        ('<frame name="tcp" link="b" xyz="0 0"/>', "xyz"),
+        ('<fixed_frame name="tcp"/>', "has no <parent>"),
+        ('<frame name="tcp" link="tcp"/>', "link 'tcp' is not defined"),
+    ],
+)
+def test_a_frame_that_is_nowhere_is_left_out_with_a_warning(frame, message):
+    with pytest.warns(ulna.DescriptionWarning, match=r"this frame is left out") as told:
+        arm = ulna.load(f'<robot name="t">{ARM}{frame}</robot>')
+    assert message in str(told[0].message)
+    assert arm.tip == "b"
+
+
+@pytest.mark.parametrize("loop", ["loop_joint", "constraint", "ball_constraint", "linear_bushing_rpy"])
+def test_a_loop_that_is_not_kept_is_warned_of(loop):
+    with pytest.warns(ulna.DescriptionWarning, match=f"<{loop}> in <robot> is not read: it closes a loop of joints"):
+        ulna.load(f'<robot name="t">{ARM}<{loop} name="l" type="revolute"/></robot>')

@@ -174,3 +174,32 @@ def test_limits_that_a_urdf_cannot_say_survive_it_or_are_refused_but_are_never_l
     for side in ("lower", "upper"):
         kept, written = getattr(read, side)[0], getattr(table, side)[0]
         assert kept == written or (np.isinf(written) and abs(kept) > 1e3)
+
+
+def test_an_arm_of_a_table_is_checked_by_what_is_attached_to_its_links_and_the_error_says_so():
+    arm = ulna.Robot.from_dh([[0.3, 0.4, np.pi / 2, 0], [0.3, 0, 0, 0], [0.2, 0, 0, 0]], convention="standard")
+    start, goal = np.zeros(3), np.array([1.0, 0.3, 0.2])
+    for ask in (
+        lambda: arm.plan(start, goal),
+        lambda: arm.in_collision(start),
+        lambda: arm.servo(velocity=1.0, acceleration=1.0).start(start),
+    ):
+        with pytest.raises(ulna.GeometryError, match=r"no collision shapes.*robot\.with_attached\(name, shape, T, link=\)"):
+            ask()
+    for link, length in (("link2", 0.3), ("link3", 0.2)):
+        arm = arm.with_attached(
+            f"tube of {link}",
+            ulna.Box((length, 0.05, 0.05)),
+            ulna.pose(xyz=(-length / 2, 0, 0)),
+            link=link,
+            touch_links=["tube of link2"] if link == "link3" else [],
+        )
+    assert arm.plan(start, goal)
+    servo = arm.servo(velocity=1.0, acceleration=1.0)
+    servo.start(start)
+    assert servo.step(velocity=[0.1, 0, 0]).qd[0] > 0.0
+    tip = arm.forward_kinematics(goal)[:3, 3]
+    world = ulna.World()
+    world.add("there", ulna.Sphere(0.02), ulna.pose(xyz=tip))
+    assert arm.plan(start, goal, world).status == "goal in collision"
+    assert arm.check_collision(goal, world).pairs[0].name_a == "tube of link3"

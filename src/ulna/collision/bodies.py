@@ -69,11 +69,16 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
     """The collision bodies of a robot.
 
     Raises:
-        GeometryError: It has no collision shapes, or has meshes, which need not be convex: a query could be wrong.
+        GeometryError: It has no collision shapes and none attached, or has meshes, which need not be convex: a query could be
+            wrong.
     """
     parts = [(link.name, link.name, body.name, body.shape, body.pose) for link in description.links for body in link.collisions]
-    if not parts:
-        raise GeometryError(f"robot {description.name!r} has no collision shapes, so its collisions cannot be checked")
+    if not parts and not attached:
+        remedy = "robot.with_attached(name, shape, T, link=) gives a link one, and <collision> in a URDF does"
+        raise GeometryError(
+            f"robot {description.name!r} has no collision shapes, so its collisions cannot be checked: {remedy}; "
+            "robot.trajectory(path) times a path unchecked"
+        )
     parts += [(held.link, held.name, held.name, held.shape, held.T_link_object) for held in attached]
     rows, frames, vertices = [], [], [NO_VERTICES]
     for link, _, name, shape, T in parts:

@@ -10,7 +10,8 @@ from lxml import etree
 
 # For each element the children and the attributes that are read, or looked at by ``inspect``.
 CHILDREN = {
-    "robot": ("link", "joint", "material"),
+    "robot": ("link", "joint", "material", "frame", "fixed_frame"),
+    "fixed_frame": ("parent", "origin"),
     "link": ("visual", "collision", "inertial"),
     "joint": ("parent", "child", "origin", "axis", "limit", "mimic", "safety_controller"),
     "visual": ("origin", "geometry", "material"),
@@ -21,6 +22,8 @@ CHILDREN = {
 }
 ATTRIBUTES = {
     "robot": ("name", "version"),
+    "frame": ("name", "link", "xyz", "rpy"),
+    "fixed_frame": ("name",),
     "link": ("name",),
     "visual": ("name",),
     "collision": ("name",),
@@ -60,15 +63,12 @@ _LOOKS = {"inertial", "material", "visual"}  # nothing in them changes what is c
 _NAMED = {"geometry", "link", "robot", "collision", *_LOOKS}  # other attributes of them are names and notes
 _LIKENESS = 0.8  # "efort" is meant to be "effort"; "gear_velocity" is something else
 _LOOP = "it closes a loop of joints, which is not kept: its links move as if it were not there"
-_FRAME = "a <link> without shapes on a fixed joint is the same frame, and is read"
 _SHAPES = "its shapes are not checked for collisions; <collision> is read"
 _REASONS = {
     "loop_joint": _LOOP,
     "constraint": _LOOP,
     "ball_constraint": _LOOP,
     "linear_bushing_rpy": _LOOP,
-    "frame": _FRAME,
-    "fixed_frame": _FRAME,
     "collision_filter_group": "an SRDF says which links may touch (srdf=)",
     "self_collision_checking": _SHAPES,
     "collision_checking": _SHAPES,

@@ -79,16 +79,44 @@ class _Reader(Reader):
             color = self.color(material)
             if color is not None:
                 self.materials[material.get("name", "")] = color
+        links = [self.link(element) for element in root.iterfind("link")]
+        joints = [self.joint(element) for element in root.iterfind("joint")]
+        self.add_frames(root, links, joints)
         return Description(
             name=root.get("name", ""),
-            links=tuple(self.link(element) for element in root.iterfind("link")),
-            joints=tuple(self.joint(element) for element in root.iterfind("joint")),
+            links=tuple(links),
+            joints=tuple(joints),
             source=self.source,
             text=text,
             folder=document.folder,
             package_dirs=document.package_dirs,
             left_out=tuple(self.left_out),
         )
+
+    def add_frames(self, root: etree._Element, links: list[Link], joints: list[Joint]) -> None:
+        """Read each <frame> of Drake and <fixed_frame> of Isaac Sim as a link without shapes on a fixed joint."""
+        known, taken, axis = {link.name for link in links}, {joint.name for joint in joints}, np.array([1.0, 0.0, 0.0])
+        for element in root.iterchildren("frame", "fixed_frame"):
+            try:
+                name, of_drake = self.attribute(element, "name"), element.tag == "frame"
+                parent = self.attribute(element if of_drake else self.child(element, "parent"), "link")
+                origin = self.placed(element, element) if of_drake else self.origin(element)
+                if name in known:
+                    raise self.fail(element, f"<{element.tag}> {name!r} has the name of a link")
+                if parent not in known:
+                    raise self.fail(
+                        element, f"<{element.tag}> {name!r}: link {parent!r} is not defined{did_you_mean(parent, known)}"
+                    )
+            except DescriptionError as error:
+                self.leave_out(element, f"{error.message}: this frame is left out")
+                continue
+            joint = f"{name}_fixed"
+            while joint in taken:
+                joint += "_"
+            known.add(name)
+            taken.add(joint)
+            links.append(Link(name, line=element.sourceline))
+            joints.append(Joint(joint, JointType.FIXED, parent, name, origin, axis, line=element.sourceline))
 
     def link(self, element: etree._Element) -> Link:
         name = self.attribute(element, "name")
@@ -264,8 +292,10 @@ class _Reader(Reader):
 
     def origin(self, element: etree._Element) -> NDArray[np.float64]:
         child = self.only(element, "origin")
-        if child is None:
-            return np.eye(4)
+        return np.eye(4) if child is None else self.placed(child, element)
+
+    def placed(self, child: etree._Element, element: etree._Element) -> NDArray[np.float64]:
+        """The pose that the attributes of a child give an element."""
         zero = (0.0, 0.0, 0.0)
         xyz, rpy = (self.vector(child, key, 3) if key in child.attrib else zero for key in ("xyz", "rpy"))
         wxyz = self.quaternion(child, element) if "quat_xyzw" in child.attrib else None
