@@ -4,6 +4,7 @@ Each says where and what next, and carries its data as attributes.
 """
 
 import json
+import os
 import re
 import reprlib
 from collections.abc import Iterable, Iterator, Sequence
@@ -128,8 +129,30 @@ class FileError(UlnaError, OSError):
 def reason_of(error: Exception, *, missing: str = "no such file") -> str:
     """Why a file cannot be read or written, in one wording for all files; ``missing`` is said where it is not there."""
     if isinstance(error, FileNotFoundError):
-        return missing
+        return f"{missing}{twin_in_words(error.filename)}"
     return getattr(error, "strerror", None) or str(error)
+
+
+def twin_in_words(path: object) -> str:
+    """The end of a sentence about a missing file: the file whose name differs from it in upper and lower case only, if any."""
+    twin = case_twin(Path(path)) if isinstance(path, (str, Path)) else None
+    return "" if twin is None else f"; only upper and lower case differ from {twin}"
+
+
+def case_twin(path: Path) -> Path | None:
+    """A file that differs from a missing one in upper and lower case only, in its folder or in the folder's name."""
+    for folder in dict.fromkeys((path.parent, path.parent.parent)):
+        try:
+            with os.scandir(folder) as entries:
+                names = [entry.name for entry in islice(entries, _MOST_NAMES)]
+        except (OSError, ValueError):
+            continue
+        below = path.relative_to(folder)
+        for name in (one for one in names if one.casefold() == below.parts[0].casefold()):
+            twin = folder.joinpath(name, *below.parts[1:])
+            if twin.is_file():
+                return twin
+    return None
 
 
 class MissingExtraError(UlnaError, ImportError):

@@ -99,3 +99,26 @@ def test_the_description_has_its_source_and_line_numbers(tmp_path):
     assert ulna.load(tmp_path / "arm.urdf").description.source == "arm.urdf"
     assert ulna.load(ARM).description.source == "URDF text"
     assert [link.line for link in ulna.load(ARM).description.links] == [2, 3]
+
+
+def test_a_file_whose_name_differs_in_case_only_is_named(tmp_path, monkeypatch):
+    (tmp_path / "Arms").mkdir()
+    (tmp_path / "Arms" / "Reach.urdf").write_text('<robot name="r"><link name="a"/></robot>')
+    (tmp_path / "Points.CSV").write_text("1,2,3\n")
+    (tmp_path / "Cell.json").write_text("{}")
+    (tmp_path / "limits.YAML").write_text("")
+    monkeypatch.chdir(tmp_path)
+    robot = ulna.load("panda")
+    for call, twin in (
+        (lambda: ulna.load("Arms/reach.URDF"), "Arms/Reach.urdf"),
+        (lambda: ulna.load(tmp_path / "arms" / "Reach.urdf"), tmp_path / "Arms" / "Reach.urdf"),
+        (lambda: ulna.inspect("Arms/reach.urdf"), "Arms/Reach.urdf"),
+        (lambda: ulna.PointCloud.from_file("points.csv", radius=0.01), "Points.CSV"),
+        (lambda: ulna.load_world("cell.json"), "Cell.json"),
+        (lambda: robot.plan(robot.home, robot.home).trajectory(limits="limits.yaml"), "limits.YAML"),
+    ):
+        with pytest.raises(FileError, match=r"no such file; only upper and lower case differ from ") as caught:
+            call()
+        assert str(caught.value).split("differ from ")[1].startswith(str(twin))
+    with pytest.raises(FileError, match=r"no such file$"):
+        ulna.load("Arms/other.urdf")

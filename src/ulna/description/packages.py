@@ -167,22 +167,6 @@ def _places_of(uri: str, folder: Path | None, package_dirs: list[str | Path]) ->
         yield from ((level / name, None) for name in names if not os.path.isabs(name))  # noqa: PTH117 - text
 
 
-def case_twin(path: Path) -> Path | None:
-    """A file that differs from a missing one in upper and lower case only, in its folder or in the folder's name."""
-    for folder in (path.parent, path.parent.parent):
-        try:
-            with os.scandir(folder) as entries:
-                names = [entry.name for entry in islice(entries, _MAX_NAMES)]
-        except OSError:
-            continue
-        below = path.relative_to(folder)
-        for name in (one for one in names if one.casefold() == below.parts[0].casefold()):
-            twin = folder.joinpath(name, *below.parts[1:])
-            if twin.is_file():
-                return twin
-    return None
-
-
 def resolve_uri(
     uri: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()
 ) -> tuple[Path | None, list[Path]]:

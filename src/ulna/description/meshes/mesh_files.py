@@ -11,9 +11,9 @@ from urllib.parse import unquote
 
 from lxml import etree
 
-from ulna.description.packages import NETWORK, case_twin, own_tree, places, resolve_uri
+from ulna.description.packages import NETWORK, own_tree, places, resolve_uri
 from ulna.description.readable import Readable
-from ulna.errors import FileError, InputError, did_you_mean
+from ulna.errors import FileError, InputError, case_twin, did_you_mean, twin_in_words
 
 CHECKED = (".stl", ".obj", ".dae")
 """The formats that are read completely: only these are used for collision checking."""
@@ -147,7 +147,8 @@ def with_mesh_paths(kind: str, text: str, folder: Path | None, package_dirs: Ite
         others = (
             f" ({len(missing) - 1} more of this robot {'is' if len(missing) == 2 else 'are'} missing)" if len(missing) > 1 else ""
         )
-        raise FileError(uri, f"no such file{others}; tried {tried}")
+        twin = next(filter(None, map(twin_in_words, found[uri][1])), "")
+        raise FileError(uri, f"no such file{others}; tried {tried}{twin}")
     for element in named:
         path, _ = found[element.get("filename", "")]
         element.set("filename", Path(path or "").resolve().as_uri())

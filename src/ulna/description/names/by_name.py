@@ -6,7 +6,7 @@ from pathlib import Path
 from ulna.description.names import cached_descriptions, panda
 from ulna.description.names.cached_descriptions import Named
 from ulna.description.packages import package_folders
-from ulna.errors import FileError, near_names
+from ulna.errors import FileError, near_names, twin_in_words
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def find_by_name(name: str) -> Named:
         **dict.fromkeys(examples, "example-robot-data"),
         **dict.fromkeys(BUNDLED, "bundled"),
     }
-    raise FileError(name, f"no such file; nor is it a robot's name{_near(name, known)}{_more()}")
+    raise FileError(name, f"no such file{twin_in_words(name)}; nor is it a robot's name{_near(name, known)}{_more()}")
 
 
 @dataclass(frozen=True)
