@@ -113,6 +113,13 @@ def test_a_recorder_is_somewhere_within_the_limits(q):
         Recorder(q)
 
 
+def test_a_recorder_beyond_a_limit_says_which_joint_and_how_far(fr3):
+    q = fr3.home.copy()
+    q[3] = FR3.lower[3] - 0.02
+    with pytest.raises(ulna.InputError, match=r"q: entry 3 is -3\.0621, 0\.02 beyond the limits of the Franka Research 3"):
+        Recorder(q)
+
+
 def test_limits_of_an_arm_are_checked():
     with pytest.raises(ulna.InputError, match="lower, upper"):
         ArmModel("a", np.ones(3), np.zeros(3), "fr3")

@@ -8,8 +8,8 @@ import pytest
 import ulna
 from ulna.engine.lanes import WIDTH
 from ulna.errors import InputError
-from ulna.planning.search import Search
 from ulna.ik.time_limit import TimeLimit
+from ulna.planning.search import Search
 
 SEEDS = range(12)
 # An arm that turns without end on a slide.

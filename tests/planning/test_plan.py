@@ -367,3 +367,40 @@ def test_a_start_beyond_a_limit_by_rounding_is_brought_to_it(panda):
     assert plan.path[0, 0] == panda.upper[0]
     start[0] += 1e-9
     assert panda.plan(start, panda.home).status == ulna.PlanStatus.START_BEYOND_LIMITS
+
+
+def test_a_start_beyond_the_limits_is_led_back_within_them_by_a_free_edge(panda, post):
+    start = panda.home.copy()
+    start[3], start[0] = panda.upper[3] + 0.02, panda.upper[0] + 0.05
+    refused = panda.plan(start, panda.home)
+    assert refused.reason.data == pytest.approx({"panda_joint1": 0.05, "panda_joint4": 0.02})
+    assert str(refused.reason).startswith("panda_joint1 by 0.05, panda_joint4 by 0.02; escape=True ")
+    plan = panda.plan(start, panda.home, escape=True)
+    assert plan.escaped
+    assert plan.escape == 0.0
+    assert np.array_equal(plan.path[0], start)
+    assert ((plan.path[1:] >= panda.lower) & (plan.path[1:] <= panda.upper)).all()
+    assert not np.any(panda.in_collision(plan.at(np.linspace(0, 1, 500))))
+    assert "beyond the limits: panda_joint1 by 0.05, panda_joint4 by 0.02" in str(plan)
+    better = plan.improve(200)
+    assert np.array_equal(better.path[0], start)
+    for limits in ({"acceleration": 4.0}, {"acceleration": 4.0, "jerk": 100.0}):
+        motion = plan.trajectory(**limits)
+        q = motion.at(np.linspace(0, motion.duration, 2000)).q
+        excess = np.maximum(panda.lower - q, q - panda.upper).max(axis=1)
+        assert excess.max() <= 0.05 + 1e-12
+        assert (np.diff(np.maximum(excess, 0.0)) <= 1e-12).all()  # it only gets less
+
+
+def test_a_start_beyond_the_limits_stays_refused_where_the_way_back_is_not_free(panda):
+    start = panda.home.copy()
+    start[0] = panda.upper[0] + 0.1
+    inside = np.clip(start, panda.lower, panda.upper)
+    world = ulna.World()
+    world.add("wall", ulna.Box((0.02, 0.02, 0.02)), panda.forward_kinematics(0.5 * (start + inside)))
+    plan = panda.plan(start, panda.home, world, escape=True)
+    assert plan.status == ulna.PlanStatus.START_BEYOND_LIMITS
+    assert "panda_joint1 by 0.1; the way back within them is not free" in str(plan)
+    held = panda.plan(start, panda.home, held=["panda_joint1"], escape=True)
+    assert held.status == ulna.PlanStatus.START_BEYOND_LIMITS
+    assert "panda_joint1 by 0.1, which is held" in str(held)

@@ -106,7 +106,7 @@ def test_a_start_beyond_the_limits_of_a_joint_that_stays_is_the_fault_of_the_sta
     beyond[0] = goal[0] = 4.0
     for wanted in [goal, goal[columns(robot)]] if "group" in options else [goal]:
         plan = robot.plan(beyond, wanted, **options)
-        assert str(plan) == "start beyond limits: torso by 1"
+        assert str(plan).startswith("start beyond limits: torso by 1")
     goal[columns(robot)[0]] = 3.5
     with pytest.raises(InputError, match=r"goal: 3\.5 of joint 'left_joint1' is outside its limits"):
         robot.plan(beyond, goal, **options)

@@ -381,8 +381,14 @@ def test_it_has_to_be_started_where_it_is_free(panda):
     servo = panda.servo(world, acceleration=1.0)
     with pytest.raises(ulna.InputError, match="start"):
         servo.step()
-    with pytest.raises(ulna.InputError, match="limits"):
+    with pytest.raises(
+        ulna.InputError, match=r"q: beyond the joint limits: panda_joint1 by 0\.1, .*panda_joint7 by 0\.1; .*escape=True"
+    ):
         servo.start(panda.upper + 0.1)
+    beyond = panda.home.copy()
+    beyond[3] = panda.lower[3] - 0.02
+    with pytest.raises(ulna.InputError, match=r"q: beyond the joint limits: panda_joint4 by 0\.02; robot\.plan"):
+        servo.start(beyond)
     with pytest.raises(ulna.InputError, match=r"q\[0\]"):
         servo.start(np.full(7, np.nan))
     with pytest.raises(ulna.InputError, match="faster than the limits"):

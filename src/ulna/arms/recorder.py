@@ -38,8 +38,12 @@ class Recorder:
             InputError: q is not one position for each joint within the limits, or the tolerance is out of range.
         """
         q = np.array(as_floats("q", q))
-        if q.shape != (model.n_dof,) or not ((q >= model.lower) & (q <= model.upper)).all():
+        if q.shape != (model.n_dof,) or not np.isfinite(q).all():
             raise InputError("q", f"shape {q.shape}; {model.n_dof} positions within the arm's limits are expected")
+        excess = np.maximum(model.lower - q, q - model.upper)
+        if (excess > 0.0).any():
+            k = int(excess.argmax())
+            raise InputError("q", f"entry {k} is {q[k]:.6g}, {excess[k]:.3g} beyond the limits of the {model.name}")
         self.model, self.records, self._q, self._tolerance = model, [], q, as_tolerance(start_tolerance)
 
     @property

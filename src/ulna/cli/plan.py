@@ -50,7 +50,7 @@ Clearance = Annotated[float, typer.Option(metavar="METRES", help="Keep objects a
 MaxChecks = Annotated[int, typer.Option(help="How many edges are checked at most.")]
 TimeLimit = Annotated[float, typer.Option(metavar="SECONDS", help="The longest time of the search; inf for no limit.")]
 Sampled = Annotated[bool, typer.Option("--sampled", help="Check edges at samples instead of certifying them.")]
-Escape = Annotated[bool, typer.Option("--escape", help="Leave a start that touches something by at most 10 mm.")]
+Escape = Annotated[bool, typer.Option("--escape", help="Leave a start that touches by at most 10 mm, or is beyond limits.")]
 Velocity = Annotated[
     float | None, typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s or m/s], below its own limit.")
 ]

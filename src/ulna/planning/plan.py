@@ -21,11 +21,12 @@ from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import GivenLimits, as_motion_limits
 from ulna.planning.moving_ends import as_ends, refuse_path_beyond, with_ends
+from ulna.planning.positions import PositionLimits
 from ulna.planning.quicker import quicker_path
 from ulna.planning.search import Effort, Search
 from ulna.planning.slices import MOST_CHECKS
 from ulna.planning.space import same_entries
-from ulna.planning.targets import joint_of
+from ulna.planning.targets import beyond_limits, joint_of
 from ulna.planning.trajectory import Trajectory, resting
 
 Array = NDArray[np.float64]
@@ -95,8 +96,8 @@ class Plan(OneLine):
             kept either way.
         reason: Why there is no path; no reason if there is one.
         effort: What it took.
-        escaped: Whether the start touched something, and was left for all that: the first edge leads out of it. It is not
-            certified; at samples it touches only what the start touches.
+        escaped: Whether the start touched something, or was beyond the joint limits, and was left for all that: the first edge
+            leads out of it. Out of a contact it is not certified; at samples it touches only what the start touches.
         escape: How deep the start touched something then [m]; else 0.
         goal: Which goal is reached, of those given; -1 if none.
     """
@@ -252,6 +253,8 @@ class Plan(OneLine):
         tree = self._motion.checker.tree
         names = tuple(entry_names(tree))
         kept, positions = as_motion_limits(tree, velocity, acceleration, jerk, limits)
+        if self.escaped:
+            positions = _with_start(positions, self.path[0], tree)
         refuse_path_beyond("limits", self.path, positions, names)
         ends = as_ends(start_velocity, end_velocity, self.path, kept, positions, names)
         if len(self.path) == 1 and not np.any(ends):
@@ -399,15 +402,27 @@ class Plan(OneLine):
         rows = zip(entry_names(tree), *ends.tolist(), moves.tolist(), strict=True)
         return table(repr(self)[1:-1], ("joint", "start", "end", "moves by"), rows, ["in rad; m for slides"])
 
+    @property
+    def _of_start(self) -> str:
+        """What the first edge of an escape leads out of, in words."""
+        beyond = {} if self._motion is None else beyond_limits(self.path[0], self._motion.checker.tree)
+        words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond.items())
+        return f"the start is beyond the limits: {words}" if beyond else f"the start touches by {self.escape * 1e3:.2g} mm"
+
     def __str__(self) -> str:
         if self:
             how = "certified free" if self.certified else "free at samples"
             n = len(self.path)
-            out = f"; the start touches by {self.escape * 1e3:.2g} mm, and the first edge leads out of it"
-            left = out if self.escaped else ""
+            left = f"; {self._of_start}, and the first edge leads out of it" if self.escaped else ""
             points = f"{count_of(n, 'configuration')}, length {self.length:.3g}"
             return f"solved: {points}, {how}, after {count_of(self.checks, 'checked edge')}{left}{self._of_moved}"
         return f"{self.status}: {self.reason}"
+
+
+def _with_start(positions: PositionLimits, start: Array, tree: Tree) -> PositionLimits:
+    """Limits of position, as wide as a start that is beyond the robot's: the motion begins there, and goes back."""
+    lower = np.where(start < tree.lower, np.minimum(positions.lower, start), positions.lower)
+    return PositionLimits(lower, np.where(start > tree.upper, np.maximum(positions.upper, start), positions.upper))
 
 
 def _names_of(columns: NDArray[np.bool_], tree: Tree) -> tuple[str, ...]:

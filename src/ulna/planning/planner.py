@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.checker import Checker
+from ulna.collision.checker import RESOLUTION, Checker
 from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_count, as_number, as_switch
 from ulna.description.likely_units import degrees_in_words
@@ -35,7 +35,7 @@ from ulna.planning.search import Effort, Found, Search
 from ulna.planning.slices import MOST_CHECKS
 from ulna.planning.space import along, make_space, same_entries, slides_without_end
 from ulna.planning.spent_budget import budget_spent
-from ulna.planning.targets import Targets, as_targets, fixed_for, joint_of
+from ulna.planning.targets import Targets, as_targets, beyond_limits, fixed_for
 
 Array = NDArray[np.float64]
 _DEEPEST = 0.01  # [m]: a start that is deeper in something is not left
@@ -98,11 +98,18 @@ def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: 
     options, tree = asked.options, checker.tree
     request, targets, within = _checked(checker, inverse_kinematics, asked)
     start, fixed, keeps, narrow = request.start, request.fixed, request.keeps, request.narrow
+    given = start
+    if not within and options.escape:
+        found = _within_limits(request)
+        if isinstance(found, Plan):
+            return found
+        start, within = found, True
+        request = request._replace(start=start)
     if not within or (narrow is not None and not are_kept(narrow, tree, start[None], start[None])[0]):
-        return _no_start(tree, start, keeps, within=within)
+        return _no_start(request, within=within)
     depth, first = 0.0, start
-    given = np.concatenate([start[None], targets]) if isinstance(targets, np.ndarray) else start[None]
-    free = request.is_free(given)  # of all by one call
+    every = np.concatenate([start[None], targets]) if isinstance(targets, np.ndarray) else start[None]
+    free = request.is_free(every)  # of all by one call
     if not free[0]:
         left = _way_out_of(request, targets, fixed) if options.escape else None
         if left is None:
@@ -113,8 +120,8 @@ def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: 
     if isinstance(goals, Plan):
         return goals
     plan = _search(request, goals, table_of(keeps, tree), options)
-    if first is not start and plan:
-        return replace(plan, path=np.concatenate([start[None], plan.path]), escaped=True, escape=depth)
+    if first is not given and plan:
+        return replace(plan, path=np.concatenate([given[None], plan.path]), escaped=True, escape=depth)
     return plan
 
 
@@ -156,11 +163,12 @@ def _checked(checker: Checker, inverse_kinematics: InverseKinematics, asked: Pla
     return request, targets, within
 
 
-def _no_start(tree: Tree, start: Array, keeps: tuple[Keep, ...], *, within: bool) -> Plan:
+def _no_start(request: Request, *, within: bool) -> Plan:
     """Why there is no motion from a start that is beyond the limits, or else does not keep the constraints."""
+    tree, start = request.tree, request.start
     if not within:
-        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(tree, start))
-    return no_plan(tree, PlanStatus.START_OUTSIDE, violations(keeps, tree, start))
+        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(request))
+    return no_plan(tree, PlanStatus.START_OUTSIDE, violations(request.keeps, tree, start))
 
 
 def _search(request: Request, goals: Goals, keeps: Constraints | None, options: PlanOptions) -> Plan:
@@ -269,10 +277,27 @@ def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
     return (inside, True) if (np.abs(inside - start) <= _ROUNDING).all() else (start.copy(), False)
 
 
-def _beyond(tree: Tree, start: Array) -> Reason:
-    excess = np.maximum(tree.lower - start, start - tree.upper)
-    beyond = {joint_of(k, tree): float(excess[k]) for k in np.flatnonzero(excess > 0).tolist()}
-    return Reason(", ".join(f"{name} by {x:.3g}" for name, x in beyond.items()) + degrees_in_words(start), beyond)
+def _beyond(request: Request, more: str = "") -> Reason:
+    """Which joints are beyond their limits at the start, and the way back."""
+    tree, start = request.tree, request.start
+    beyond = beyond_limits(start, tree)
+    words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond.items())
+    hint = degrees_in_words(start)
+    if not hint and not more and not (request.fixed & (start != np.clip(start, tree.lower, tree.upper))).any():
+        hint = "; escape=True begins with the way back within them"
+    return Reason(words + more + hint, beyond)
+
+
+def _within_limits(request: Request) -> Array | Plan:
+    """The nearest configuration to a start beyond the limits that is within them; why not if the way there is not free."""
+    tree, start = request.tree, request.start
+    inside = np.clip(start, tree.least, tree.most)
+    if (request.fixed & (inside != start)).any():
+        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(request, ", which is held"))
+    ways = request.checker.edge_in_collision(start, inside, request.world, self_collision=True, resolution=RESOLUTION)
+    if ways.in_collision or not request.is_free(inside[None])[0]:
+        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(request, "; the way back within them is not free"))
+    return inside
 
 
 def _way_out_of(request: Request, targets: Targets, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:

@@ -146,6 +146,12 @@ def _expected(tree: Tree, group: JointGroup | None) -> str:
     return f"{alone}; or of all joints, shape ({n},) or (n, {n}); or {poses}"
 
 
+def beyond_limits(q: Array, tree: Tree) -> dict[str, float]:
+    """The joints that are beyond their limits at q, shape (n_dof,), and by how much [rad or m]."""
+    excess = np.maximum(tree.lower - q, q - tree.upper)
+    return {joint_of(k, tree): float(excess[k]) for k in np.flatnonzero(excess > 0).tolist()}
+
+
 def joint_of(column: int, tree: Tree) -> str:
     """The joint to which an entry of q belongs."""
     slices = zip(tree.joint_names, tree.joint_slices, strict=True)

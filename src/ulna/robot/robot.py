@@ -1113,7 +1113,8 @@ class Robot(Quick):
             seed: Chooses the samples. The result depends on nothing else, unless ``time_limit`` ends the search.
             max_checks: How many edges the search checks at most: 100,000 unless given.
             shorten: Whether the path that is found is shortened.
-            escape: Whether a start that touches something by at most 10 mm is left, first of all, by an edge that is not checked.
+            escape: Whether a start that touches something by at most 10 mm is left, first of all, by an edge that is not checked;
+                and one that is beyond the joint limits by a straight edge back within them, which is certified to be free.
             time_limit: The longest time of the search [s], 10 s unless given; None for no limit. Not counted are the first edges,
                 during which kernels may be compiled. Where it ends the search, the result depends on the machine.
             progress: Called about a hundred times a second during the search, with the number of edges checked so far and

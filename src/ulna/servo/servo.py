@@ -23,6 +23,7 @@ from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.motion_limits import LARGEST, as_limits, described_limits
+from ulna.planning.targets import beyond_limits
 from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
 from ulna.servo.servo_state import ROUNDING, ServoState
@@ -185,7 +186,9 @@ class Servo:
         goal[:n] = as_configuration(q, self._tree, "q")
         goal[n:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
         if not is_within(goal[:n], self._tree):
-            raise InputError("q", f"beyond the joint limits{degrees_in_words(goal[:n])}")
+            words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond_limits(goal[:n], self._tree).items())
+            back = degrees_in_words(goal[:n]) or "; robot.plan(q, goal, escape=True) begins with the way back within them"
+            raise InputError("q", f"beyond the joint limits: {words}{back}")
         if (np.abs(goal[n:]) > self._limits[layout.SPEED]).any():
             raise InputError("qd", "faster than the limits of velocity")
         after = self._run(layout.START, goal, 0)
