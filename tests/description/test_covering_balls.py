@@ -11,7 +11,7 @@ from ell_mesh import CORNERS, FACES, cache, robot_of_the_ell
 from matrix import matrix
 from ulna.description.meshes import spheres
 from ulna.description.meshes.cover import cover
-from ulna.description.meshes.filled_solid import FilledSolid
+from ulna.description.meshes.filled_solid import FilledSolid, wound_alike
 from ulna.description.meshes.hulls import in_place_of_meshes, mesh_reader
 from ulna.description.meshes.mesh_files import MeshFiles
 
@@ -245,3 +245,39 @@ def test_sampled_points_of_the_meshes_of_a_ur5_are_in_the_balls_of_their_links(c
                 balls = np.array([(*one.pose[:3, 3], one.shape.radius) for one in after.collisions])
                 points = trimesh.sample.sample_surface(mesh, 3000, seed=1)[0] * body.shape.scale
                 assert outside(balls, points @ body.pose[:3, :3].T + body.pose[:3, 3]).max() <= 1e-9
+
+
+def mixed(faces, rng):
+    """The faces, about half of them turned round."""
+    return np.where(rng.random(len(faces))[:, None] < 0.5, faces[:, ::-1], faces)
+
+
+@pytest.mark.parametrize("name", list(SOLIDS))
+def test_a_mesh_of_mixed_winding_encloses_what_the_mesh_wound_well_does(name, rng):
+    solid, _ = SOLIDS[name]
+    faces = mixed(solid.faces, rng)
+    mended = wound_alike(faces)
+    assert trimesh.Trimesh(solid.vertices, mended, process=False).is_winding_consistent
+    well, mended = FilledSolid(solid.vertices, solid.faces), FilledSolid(solid.vertices, faces)
+    points = rng.uniform(*solid.bounds, (100, 3))
+    for point in points:
+        assert mended.depth(point) == pytest.approx(well.depth(point), abs=1e-12)
+    assert sum(well.depth(point) > 0 for point in points) > 10
+
+
+def test_a_mesh_of_mixed_winding_is_covered_by_few_balls(rng):
+    well = cover(CAPPED.vertices, CAPPED.faces, 0.3)
+    balls = cover(CAPPED.vertices, mixed(CAPPED.faces, rng), 0.3)
+    assert len(balls) <= 1.2 * len(well)
+    points = rng.uniform(*CAPPED.bounds, (2000, 3))
+    points = points[np.hypot(points[:, 0], points[:, 1]) < 0.5 * np.cos(np.pi / 16)]
+    assert outside(balls, points).max() <= 0.0
+
+
+def test_faces_that_are_wound_alike_or_have_one_side_only_stay_as_they_are(rng):
+    assert wound_alike(TORUS.faces) is TORUS.faces
+    strip = np.array([[2 * k, 2 * k + 1, 2 * k + 2] for k in range(9)] + [[2 * k + 1, 2 * k + 3, 2 * k + 2] for k in range(9)])
+    band = np.where(strip == 18, 1, np.where(strip == 19, 0, strip))  # a Moebius band
+    assert np.array_equal(wound_alike(band), band)
+    two = np.concatenate([CAPPED.faces, CAPPED.faces[:, ::-1] + len(CAPPED.vertices)])  # each part alike, one inside out
+    assert np.array_equal(wound_alike(two), two)

@@ -14,8 +14,8 @@ Faces = NDArray[np.int64]
 class FilledSolid:
     """The triangles of a mesh, and what its surfaces enclose.
 
-    1. A surface is the triangles that vertices connect. Its open edges are those that are passed more often in one direction than
-       in the other. Each group of open edges is closed by triangles from each edge to the centre of the group.
+    1. A surface is the triangles that vertices connect, wound alike (``wound_alike``). Its open edges are those that are passed
+       more often in one direction than in the other. Each group of open edges is closed by triangles from each edge to the centre of the group.
     2. A closed surface has a whole winding number at every point off it, the same along any path that does not cross it. What it
        encloses are the points whose number is not zero, cavities included where they are surfaces of their own.
 
@@ -25,7 +25,7 @@ class FilledSolid:
 
     def __init__(self, vertices: Array, faces: Faces) -> None:
         groups = _connected(len(vertices), faces[:, [0, 0]], faces[:, [1, 2]])[faces[:, 0]]
-        self.surfaces = [_closed(vertices, faces[groups == k]) for k in np.unique(groups)]
+        self.surfaces = [_closed(vertices, wound_alike(faces[groups == k])) for k in np.unique(groups)]
         self._bounds = [_bounding_balls(triangles) for triangles in self.surfaces]
 
     def depth(self, point: Array) -> float:
@@ -39,6 +39,30 @@ class FilledSolid:
             d for d, one in zip(distances, self.surfaces, strict=True) if abs(winding_numbers(one, point[None])[0]) > 0.5
         ]
         return max(enclosing) if enclosing else -min(distances)
+
+
+def wound_alike(faces: Faces) -> Faces:
+    """The faces, shape (n, 3), with those turned round that are wound against their neighbours; most of each part stay.
+
+    Two triangles that alone share an edge pass it in opposite directions if they are wound alike. A graph of two nodes a face, as
+    it is and turned round, joins what is alike. A part in which both nodes of a face are joined has one side only, and stays.
+    """
+    n = len(faces)
+    a, b = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    _, index, counts = np.unique(np.stack([np.minimum(a, b), np.maximum(a, b)]), axis=1, return_inverse=True, return_counts=True)
+    order = np.argsort(index.ravel(), kind="stable")
+    pairs = order[counts[index.ravel()[order]] == 2].reshape(-1, 2)
+    pairs = pairs[(pairs[:, 0] // 3 != pairs[:, 1] // 3) & (a != b)[pairs[:, 0]]]
+    (first, second), up = (pairs // 3).T, a < b
+    against = up[pairs[:, 0]] == up[pairs[:, 1]]
+    if not against.any():
+        return faces
+    ends, others = np.concatenate([first, first + n]), np.concatenate([second + n * against, second + n * ~against])
+    as_is, turned = _connected(2 * n, ends, others).reshape(2, n)
+    part, side = np.minimum(as_is, turned), as_is > turned
+    most = 2 * np.bincount(part, side) > np.bincount(part)
+    wrong = (side != most[part]) & (as_is != turned)
+    return np.where(wrong[:, None], faces[:, ::-1], faces)
 
 
 def _connected(n: int, ends: Faces, others: Faces) -> Faces:

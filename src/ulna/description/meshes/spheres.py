@@ -14,7 +14,7 @@ from ulna.description.robot_description import Description
 from ulna.description.shapes import Sphere
 from ulna.errors import GeometryError
 
-_VERSION = 1  # of the algorithm: a new number invalidates the cache
+_VERSION = 2  # of the algorithm: a new number invalidates the cache
 _WIDER = 1.5  # by which ``within`` grows until a budget suffices
 
 
