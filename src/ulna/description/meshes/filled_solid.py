@@ -15,7 +15,8 @@ class FilledSolid:
     """The triangles of a mesh, and what its surfaces enclose.
 
     1. A surface is the triangles that vertices connect, wound alike (``wound_alike``). Its open edges are those that are passed
-       more often in one direction than in the other. Each group of open edges is closed by triangles from each edge to the centre of the group.
+       more often in one direction than in the other. Each group of open edges is closed by triangles from each edge to the centre
+       of the group.
     2. A closed surface has a whole winding number at every point off it, the same along any path that does not cross it. What it
        encloses are the points whose number is not zero, cavities included where they are surfaces of their own.
 
