@@ -134,7 +134,7 @@ def reason_of(error: Exception, *, missing: str = "no such file") -> str:
 
 
 def twin_in_words(path: object) -> str:
-    """The end of a sentence about a missing file: the file whose name differs from it in upper and lower case only, if any."""
+    """Names the file that differs from a missing one in upper and lower case only, to end a sentence."""
     twin = case_twin(Path(path)) if isinstance(path, (str, Path)) else None
     return "" if twin is None else f"; only upper and lower case differ from {twin}"
 

@@ -68,7 +68,9 @@ FR3 = ArmModel(  # source: Franka Robotics, "Robot and interface specifications"
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A run of an arm: a row for each command that was sent. It is true if the arm ended at its goal.
+    """A run of an arm: a row for each command that was sent.
+
+    It is true if the arm ended at its goal.
 
     Attributes:
         times: The time of each command since the first [s], shape (n,).
@@ -110,7 +112,7 @@ class Record:
 
     @property
     def ended(self) -> str:
-        """Where the arm ended, in words: at its goal, or by how much the joint that is farthest from its goal is beside it."""
+        """Where the arm ended, in words: beside its goal the joint that is farthest from it."""
         if self.arrived:
             return "at the goal"
         off = np.abs(self.q_end - self.goal)

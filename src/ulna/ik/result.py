@@ -259,6 +259,6 @@ def _many_as_text(result: IKResult) -> str:
 
 
 def _is_beside(result: IKResult) -> bool:
-    """Whether a target is solved, and the link is off its pose by more than the tolerances: the task allows that."""
+    """Whether the link at a solved target is off its pose by more than the tolerances, as the task allows."""
     off = np.stack([result.position_error, result.rotation_error], axis=-1) > result.tolerances
     return bool((off.any(axis=-1) & result.success).any())

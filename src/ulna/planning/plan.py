@@ -404,7 +404,7 @@ class Plan(OneLine):
 
     @property
     def _of_start(self) -> str:
-        """What the first edge of an escape leads out of, in words."""
+        """The reason for the first edge of an escape, in words."""
         beyond = {} if self._motion is None else beyond_limits(self.path[0], self._motion.checker.tree)
         words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond.items())
         return f"the start is beyond the limits: {words}" if beyond else f"the start touches by {self.escape * 1e3:.2g} mm"

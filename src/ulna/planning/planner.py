@@ -289,7 +289,7 @@ def _beyond(request: Request, more: str = "") -> Reason:
 
 
 def _within_limits(request: Request) -> Array | Plan:
-    """The nearest configuration to a start beyond the limits that is within them; why not if the way there is not free."""
+    """The configuration within the limits that is nearest to the start, or why the way there is not free."""
     tree, start = request.tree, request.start
     inside = np.clip(start, tree.least, tree.most)
     if (request.fixed & (inside != start)).any():

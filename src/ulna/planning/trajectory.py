@@ -312,7 +312,7 @@ class Trajectory(OneLine):
         return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions)
 
     def _count_of_periods(self, period: float) -> int:
-        """How many periods the motion takes, the last one begun."""
+        """The number of periods that the motion takes, the last one begun."""
         with np.errstate(over="ignore"):
             n = np.ceil(np.float64(self.duration) / positive("period", period, "a time [s] above 0") * (1 - 1e-12))
         if n > _MOST_SAMPLES:

@@ -183,7 +183,7 @@ class Course:
         return self._in_parts(hit, a, b)
 
     def _in_parts(self, hit: Callable[..., Truths], *rows: Array) -> Truths:
-        """What a check says of each row; those that the time is over for count as in collision."""
+        """The result of a check for each row; rows that the time is over for count as in collision."""
         found = np.ones(len(rows[0]), dtype=bool)
         for k in range(0, len(found), _MOST_CHECKED):
             if self.limit.is_over():

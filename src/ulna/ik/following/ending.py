@@ -53,7 +53,10 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_al
 
 
 def out_of_time(course: Course, k: int, ends: Array) -> Reason:
-    """That the time was over before a path to pose k was found; ends: where paths to the pose before end, shape (m, n_dof)."""
+    """Says that the time was over before a path to pose k was found.
+
+    ends: where paths to the pose before end, shape (m, n_dof).
+    """
     many = f"; {count_of(len(ends), 'configuration')} led to the pose before" if k else ""
     words = f"time_limit={course.limit.seconds:g} was over before a path to it was found{many}; give more time"
     return _Facts(course, k, ends, ends[:0], are_all=False).ending(PathStatus.BUDGET_SPENT, words)

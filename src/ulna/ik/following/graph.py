@@ -68,9 +68,9 @@ def _short_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Coun
 
 
 def _near_pairs(lifts: Lifts, a: Array, b: Array, longest: float) -> Iterator[tuple[Counts, Counts]]:
-    """The pairs (begin, end) that are near each other in the entry in which nodes differ most, in the order of where they end.
+    """The pairs (begin, end) that are near each other in the entry in which nodes differ most.
 
-    All others are further than ``longest`` apart. They come in blocks, of nodes of b one after the other.
+    All others are further than ``longest`` apart. They come in the order of where they end, in blocks.
     """
     n, reach = len(a), longest + 1e-9
     j = int(np.argmax(np.ptp(np.vstack([a, b]), axis=0))) if n and b.size else 0

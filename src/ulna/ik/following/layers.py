@@ -182,7 +182,7 @@ def _distinct(course: Course, q: Array) -> Array:
 
 
 def _are_alone(course: Course, q: Array) -> Truths:
-    """Which rows of q (m, n_dof) differ from all others in the entry in which rows differ most: those need no comparison."""
+    """Which rows of q (m, n_dof) differ from all others in the entry in which rows differ most."""
     if not q.size:
         return np.ones(len(q), dtype=bool)
     j = int(np.argmax(np.ptp(q, axis=0)))
