@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fresh_process import run_fresh
-from ulna.engine.records import Record
+from ulna.engine.records import Record, copied
 from ulna.engine.signatures import NONE, NUMBERS, WHOLE, Array, Group, fits, parts_of, text_of_signature
 
 
@@ -102,6 +102,17 @@ def test_a_record_of_an_array_is_no_copy():
     assert tallies["checks"].tolist() == [0, 5]
     assert tallies["nodes"].tolist() == [[0, 0], [7, 0]]
     assert type(tallies) is np.ndarray
+
+
+def test_a_copy_of_records_is_writable_and_of_its_own():
+    tallies = Tally.records(2)
+    tallies[1].nodes[0] = 7
+    tallies.setflags(write=False)
+    copy = copied(tallies)
+    copy[1].checks = 3
+    assert tallies[1].checks == 0
+    assert (copy[1].nodes.tolist(), copy[1].checks) == ([7, 0], 3)
+    assert fits(copy, Array(Tally, 1))
 
 
 def test_a_field_that_was_not_declared_can_be_neither_read_nor_written():
