@@ -12,7 +12,8 @@ from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
 from ulna.kernels.collision.scene import Carried, Near, Scene
 from ulna.kernels.ik.search_records import SearchSettings
-from ulna.kernels.servo.objective import Objective, Steady
+from ulna.kernels.servo.objective import Objective, Program, Steady
+from ulna.kernels.servo.servo_records import HandGoal, JointLimits, JointState, ServoGoal, ServoSettings, StopCounters
 
 INDEX_ROWS, INDICES, MATRIX, NUMBER, NUMBERS, PAIRS, TABLE, TRUTH_TABLE, WHOLE = numba_types((
     signatures.INDEX_ROWS, signatures.INDICES, signatures.MATRIX, signatures.NUMBER, signatures.NUMBERS, signatures.PAIRS,
@@ -41,8 +42,12 @@ CARRIED = types.NamedTuple((
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 NEAR = types.NamedTuple((NUMBERS, NUMBERS, MATRIX, INDEX_ROWS, INDICES, INDICES, INDICES, POLYTOPE), Near)
 
-OBJECTIVE = types.NamedTuple((*(NUMBERS,) * 6, INDICES), Objective)
+OBJECTIVE = types.NamedTuple((*(NUMBERS,) * 7, INDICES), Objective)
+PROGRAM = types.NamedTuple((NUMBERS, NUMBERS, NUMBERS, INDICES, NUMBERS, NUMBERS), Program)
 STEADY = types.NamedTuple((*(NUMBERS,) * 11, INDICES, NUMBERS), Steady)
+HANDS, STATE = numba_types((signatures.Array(HandGoal, 1), signatures.Array(JointState, 1)))
+(LIMITS,) = numba_types((signatures.Array(JointLimits, 1, constant=True),))
+GOAL = types.NamedTuple((WHOLE, NUMBERS, NUMBERS, HANDS), ServoGoal)
 
 
 def _each(names: str, numba_type) -> dict:
@@ -168,15 +173,16 @@ TYPES = {
     "ik.nearest_branch": {**_each("q seed most inverse_reach", NUMBER), **_each("branch k steps", WHOLE)},
     "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "servo": {
-        **_each("limits state points", MATRIX), **_each("counters active_rows", INDICES), **_each("goal rows", NUMBERS),
-        **_each("n m mode ticks worst hand", WHOLE), **_each("tick below across reserve least growth by", NUMBER),
+        "limits": LIMITS, **_each("state after", STATE), "settings": from_dtype(ServoSettings.structure),
+        "counters": from_dtype(StopCounters.structure), "goal": GOAL, "hands": HANDS, "active_rows": INDICES, "rows": NUMBERS,
+        **_each("n m ticks worst hand", WHOLE), **_each("period below across reserve least growth by", NUMBER),
         **_each("excess columns", NUMBERS), **_each("v w change", TWIST), "chains": TABLE,
-        "objective": OBJECTIVE, "steady": STEADY,
+        "objective": OBJECTIVE, "program": PROGRAM, "steady": STEADY,
     },
     "servo.pace.share_worth": {"root": NUMBER},
-    "servo.desired_motion": {"arrays": OBJECTIVE, "hand": NUMBERS},
-    "servo.braking": {"after": MATRIX, **_each("x t before", NUMBER), "widened": TRUTH},
-    "servo.ramped_stop": {"after": MATRIX, **_each("x t before base slope low high least greatest", NUMBER)},
+    "servo.desired_motion": {"arrays": OBJECTIVE}, "servo.desired_motion.desired_twist": {"hand": from_dtype(HandGoal.structure)},
+    "servo.braking": {**_each("x t before", NUMBER), "widened": TRUTH},
+    "servo.ramped_stop": {**_each("x t before base slope low high least greatest", NUMBER)},
     "servo.desired_motion.approach": {"e": NUMBER},
 }  # fmt: skip
 

@@ -18,6 +18,7 @@ NAMES_ONLY = {
     "planning/search_records.py",
     "planning/time_records.py",
     "servo/objective.py",
+    "servo/servo_records.py",
 }  # NamedTuples and records, and no formula
 BUILTINS = {"abs", "float", "int", "max", "min", "range"}
 OF_NUMPY = {"np.ceil", "np.floor", "np.inf", "np.nan", "np.pi", "np.sqrt", "math.pi"}  # constants, and what takes plain numbers
@@ -30,10 +31,13 @@ TABLES = {
     "balls",
     "bodies",
     "chain",
+    "goal.hands",
     "groups",
+    "hands",
     "jerk_limits",
     "joints",
     "keeps.allowed",
+    "limits",
     "objects",
     "out",
     "pairs",

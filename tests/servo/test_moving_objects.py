@@ -7,7 +7,6 @@ import pytest
 
 import ulna
 from servo_judge import FINER, RATE, hostile
-from ulna.kernels.servo.servo_layout import AGO
 
 ACCELERATION, SPEED, RADIUS = 10.0, 0.3, 0.08
 
@@ -283,5 +282,5 @@ def test_another_shape_does_not_say_where_an_object_is_and_an_image_does(panda):
             servo.step(velocity=np.full(7, 0.1))
         world.reshape("ball", other)
         servo.step()
-        ages.append(round(servo.saved().moving[0, AGO] * RATE))
+        ages.append(round(servo.saved().moving[0].age * RATE))
     assert ages == [11, 1]

@@ -3,16 +3,21 @@
 import numpy as np
 import pytest
 
+from ulna.kernels.servo.objective import Program
 from ulna.kernels.servo.quadratic_program import minimise, solve_on_rows
+
+
+def program_of(G, b):
+    n = G.shape[1]
+    return Program(np.zeros(0), G.ravel().copy(), b, np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros(2 * n * (n + 1)))
 
 
 def solved(H, f, G, b, x):
     """The minimum, and a multiplier for each row, by the kernel."""
-    (m, n), x = G.shape, x.copy()
-    active, multipliers, work = np.zeros(n, dtype=np.int64), np.zeros(n), np.zeros(2 * n * (n + 1))
-    k = minimise(H.ravel().copy(), f.copy(), G.ravel().copy(), b, m, x, active, multipliers, work)
+    m, x, program = len(G), x.copy(), program_of(G, b)
+    k = minimise(H.ravel().copy(), f.copy(), program, m, x)
     of_rows = np.zeros(m)
-    of_rows[active[:k]] = multipliers[:k]
+    of_rows[program.active_rows[:k]] = program.multiplier_rows[:k]
     return x, of_rows
 
 
@@ -67,11 +72,10 @@ def test_a_system_is_solved_on_the_active_rows(rng, k):
     n = 7
     for _ in range(50):
         H, b, G, values, _ = problem(rng, n, k, 1e-2)
-        free, active, work = np.zeros(n), np.arange(k)[::-1].copy(), np.zeros(2 * n * (n + 1))
-        factor = H.ravel().copy()
-        minimise(factor, b.copy(), np.zeros(0), np.zeros(0), 0, free, np.zeros(n, dtype=np.int64), np.zeros(n), work)
+        active, program, factor = np.arange(k)[::-1].copy(), program_of(np.zeros((0, n)), np.zeros(0)), H.ravel().copy()
+        minimise(factor, b.copy(), program, 0, np.zeros(n))
         x, multipliers = b.copy(), np.concatenate([values[active], np.zeros(n - k)])
-        solve_on_rows(factor, G.ravel(), active, multipliers, k, x, work)
+        solve_on_rows(factor, G.ravel(), active, multipliers, k, x, program.work_rows)
         rows = G[active].reshape(k, n)
         right = np.linalg.solve(np.block([[H, rows.T], [rows, np.zeros((k, k))]]), np.r_[b, values[active]])
         np.testing.assert_allclose(x, right[:n], rtol=1e-6, atol=1e-8 * np.abs(right[:n]).max())

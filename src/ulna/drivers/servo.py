@@ -42,14 +42,15 @@ from ulna.drivers.continuous import edge_is_free, interval_work
 from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.lanes import sqrt
-from ulna.engine.signatures import INDICES, MATRIX, NUMBERS, TABLE, WHOLE
+from ulna.engine.records import Records
+from ulna.engine.signatures import MATRIX, NUMBERS, TABLE, WHOLE, Array, Group
 from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding, write_motion
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import Apart, Near, Scene
 from ulna.kernels.ik.search_layout import N_SYSTEM
-from ulna.kernels.servo import servo_layout as layout
+from ulna.kernels.layout import LARGEST
 from ulna.kernels.servo.braking import (
     STILL,
     beyond_rest_of_zero,
@@ -73,7 +74,7 @@ from ulna.kernels.servo.desired_motion import (
     write_pulls,
     write_squares,
 )
-from ulna.kernels.servo.objective import Objective, Steady
+from ulna.kernels.servo.objective import Objective, Program, Steady
 from ulna.kernels.servo.pace import (
     BLURRED,
     NOT_SLOWED,
@@ -89,6 +90,32 @@ from ulna.kernels.servo.pace import (
     write_steady_bounds,
 )
 from ulna.kernels.servo.quadratic_program import minimise
+from ulna.kernels.servo.servo_records import (
+    AT_REST,
+    BRAKING,
+    FOLLOWING,
+    HANDS,
+    IN_COLLISION,
+    LIMITED_BY_ACCELERATION,
+    LIMITED_BY_CLEARANCE,
+    LIMITED_BY_POSITION,
+    MAX_PAIRS,
+    MAX_TOUCHING,
+    NEAR_SINGULARITY,
+    NOT_CERTIFIED,
+    REFUSED,
+    REST,
+    START,
+    HandGoal,
+    JointLimits,
+    JointState,
+    MovingObject,
+    ServoGoal,
+    ServoSettings,
+    ServoTables,
+    StopCounters,
+    TickReport,
+)
 from ulna.kernels.spatial.elementary import all_in_range
 
 RESOLUTION = 1e-3  # [m]: a motion is refused if something in it is not decided by intervals in which all moves by less
@@ -110,6 +137,25 @@ _OUTWARD = 10.0  # the weight of leaving the reserve, beside that of the command
 _SAME = 0.02  # of what is desired: it is reached. The damping alone takes so much of a twist where J has a singular value of 0.07
 
 
+class Chord(NamedTuple):
+    """A chord of a curve, or a line, and how far beside it all is certified, shape (n_dof,) each."""
+
+    q_a: NDArray
+    """Where it begins; ``q_b``: where it ends."""
+    q_b: NDArray
+    spread: NDArray
+    """How far beside the chord all is certified; ``line_spread``: beside a line."""
+    line_spread: NDArray
+
+
+class Work(NamedTuple):
+    """Room for the quadratic program of a tick."""
+
+    objective: Objective
+    program: Program
+    steady: Steady
+
+
 class Tick(NamedTuple):
     """All that a tick reads and writes."""
 
@@ -119,124 +165,156 @@ class Tick(NamedTuple):
     of_world: float
     near: Near
     gradients: NDArray
-    """Gradients of the distances of the near pairs, shape (MOST_PAIRS + 1, n_dof) [m/rad or 1]. The last row is room."""
+    """Gradients of the distances of the near pairs, shape (MAX_PAIRS + 1, n_dof) [m/rad or 1]. The last row is room."""
     excess: NDArray
     """How much farther each is apart than it has to be, and last the least of all (``find_near_pairs``)."""
     wider: NDArray
     """By how much more than the clearance each object has to be away (``scene.Apart``) [m]."""
-    moving: NDArray
-    """The objects that may move by themselves, shape (n, MOVING_WIDTH)."""
+    moving: Records[MovingObject]
+    """The objects that may move by themselves, shape (n,)."""
     touching: NDArray
-    """The pairs in contact, shape (MOST_TOUCHING, PAIR_WIDTH)."""
-    limits: NDArray
-    settings: NDArray
-    state: NDArray
-    counters: NDArray
+    """The pairs in contact, shape (MAX_TOUCHING, PAIR_WIDTH)."""
+    chains: NDArray
+    limits: Records[JointLimits]
+    settings: ServoSettings
+    goal: ServoGoal
+    state: Records[JointState]
+    counters: StopCounters
+    report: TickReport
     x: NDArray
     """The velocities that the quadratic program finds, shape (n_dof,)."""
     tried: NDArray
     """Those that are tried."""
-    points: NDArray
-    """Where a chord begins and ends, and what is certified beside it and beside the line of a stop, shape (4, n_dof)."""
-    after: NDArray
-    """The state after the tick that is tried, shape (N_STATE, n_dof)."""
+    chord: Chord
+    after: Records[JointState]
+    """The state after the tick that is tried."""
+    q: NDArray
+    """Position now, shape (n_dof,)."""
+    rest: NDArray
+    """Where the certified stop ends, shape (n_dof,)."""
+    place: NDArray
+    """Room for a position, shape (n_dof,)."""
 
 
-@entry(*((scene, TABLE, WHOLE, MATRIX, NUMBERS, NUMBERS, MATRIX, INDICES, NUMBERS, NUMBERS, MATRIX) for scene in SCENES))
-def servo_tick(
-    scene, chains, mode, limits, settings, goal, state, counters, report, wider, moving,
+_TABLES = Group((TABLE, Array(JointLimits, 1, constant=True), Array(ServoSettings, 1, constant=True)), ServoTables)
+_GOAL = Group((WHOLE, NUMBERS, NUMBERS, Array(HandGoal, 1)), ServoGoal)
+_STATE, _COUNTERS = Array(JointState, 1), Array(StopCounters, 1)
+_OBJECTS, _REPORT = Array(MovingObject, 1), Array(TickReport, 1)
+
+
+@entry(*((scene, _TABLES, _GOAL, _STATE, _COUNTERS, NUMBERS, _OBJECTS, _REPORT) for scene in SCENES))
+def servo_tick(scene, tables, goal, state, counters, wider, moving, report):
 ):  # fmt: skip
-    """Write the state after a tick, and its report (``servo_layout``). False if the goal is out of range, and nothing is written.
+    """Write the state after a tick, and its report. False if the goal is out of range: then nothing is written.
 
-    For START the goal is a position and a velocity, 2 n_dof numbers: if their stop is not certified the status is REFUSED. For
-    HANDS it is HAND_WIDTH numbers a hand, and ``chains`` are theirs, one after the other.
-    wider: zeros, two more than there are objects; moving: those that may move by themselves, shape (n, MOVING_WIDTH).
+    For START the state becomes the goal's: if its stop is not certified the status is REFUSED. For HANDS ``tables`` have the
+    chains of all hands.
+    wider: zeros, two more than there are objects; moving: those that may move by themselves.
     """
-    if not all_in_range(goal):
+    if not is_goal_in_range(goal):
         return False
-    n = limits.shape[1]
+    limits, settings, n = tables.limits, tables.settings[0], tables.limits.shape[0]
+    room = np.empty((9, n))
     tick = Tick(
-        scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, layout.MOST_PAIRS, 0),
-        np.empty((layout.MOST_PAIRS + 1, n)), np.empty(layout.MOST_PAIRS + 1), wider, moving,
-        np.empty((layout.MOST_TOUCHING, PAIR_WIDTH), np.int64), limits, settings, state, counters,
-        np.empty(n), np.empty(n), np.empty((4, n)), np.zeros((layout.N_STATE, n)),
+        scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, MAX_PAIRS, 0),
+        np.empty((MAX_PAIRS + 1, n)), np.empty(MAX_PAIRS + 1), wider, moving, np.empty((MAX_TOUCHING, PAIR_WIDTH), np.int64),
+        tables.chains, limits, settings, goal, state, counters[0], report[0],
+        room[0], room[1], Chord(room[2], room[3], room[4], room[5]), state.copy(), room[6], room[7], room[8],
     )  # fmt: skip
-    report[:] = -1.0
-    report[layout.SHARE], report[layout.DISTANCE] = 0.0, np.inf
-    if mode == layout.START:
-        report[layout.STATUS] = start(tick, goal)
+    clear(tick.report)
+    if goal.mode == START:
+        tick.report.status = start(tick)
         return True
-    counters[layout.TOUCHING] = 0
-    if counters[layout.CERTIFIED] == 0:
+    tick.counters.touching = 0
+    if not tick.counters.certified:
         if stop_is_free(tick):
-            counters[layout.CERTIFIED] = 1
+            tick.counters.certified = True
         else:
-            find_contacts(tick, near_of(scene, layout.MOST_TOUCHING, wider.shape[0]), report)
-    if mode == layout.REST:
-        report[layout.STATUS] = go_on(tick)
+            find_contacts(tick, near_of(scene, MAX_TOUCHING, wider.shape[0]))
+    if goal.mode == REST:
+        tick.report.status = go_on(tick)
         return True
-    work = work_of(n, goal.shape[0] // layout.HAND_WIDTH if mode == layout.HANDS else 0)
-    ticks = write_velocity_box(state, counters, limits, settings, work[1][5])
-    report[layout.STATUS] = go_on(tick) if ticks < 0 else advance(tick, mode, chains, goal, work, ticks, report)
+    work = work_of(n, goal.hands.shape[0] if goal.mode == HANDS else 0)
+    ticks = write_velocity_box(state, tick.counters, limits, settings, work.program.box_rows)
+    tick.report.status = go_on(tick) if ticks < 0 else advance(tick, work, ticks)
     return True
 
 
-@entry((MATRIX, INDICES, NUMBERS, MATRIX))
+@entry((_STATE, _COUNTERS, Array(ServoSettings, 1, constant=True), MATRIX))
 def write_stop_positions(state, counters, settings, q_out):
     """Write q after each tick that is left of the certified stop, whose state and counters become those of its end.
 
     q_out: as many rows as ticks are left.
     """
     for k in range(q_out.shape[0]):
-        go_on_stopping(state, counters, settings)
-        copy_row(state, layout.Q, q_out, k)
+        go_on_stopping(state, counters[0], settings[0])
+        for j in range(q_out.shape[1]):
+            q_out[k, j] = state[j].q
 
 
 @workspace
 def work_of(n, n_hands):
-    """Room for the quadratic program: its objective; rows, their bounds, the active ones, ...; and the steady motion."""
-    m = 2 * n + layout.MOST_PAIRS
-    return (
+    """Room for the quadratic program."""
+    m, rows = 2 * n + MAX_PAIRS, np.empty((10, n))
+    return Work(
         Objective(
-            np.empty(n * n), np.empty(n), np.empty(6 * n * n_hands), np.empty(max(6 * n_hands, n)), np.empty(N_SYSTEM + 6 * n),
-            np.empty(n_hands), np.empty(n_hands, np.int64),
+            np.empty(n * n), rows[0], np.empty(6 * n * n_hands), np.empty(max(6 * n_hands, n)), np.empty(N_SYSTEM),
+            np.empty(6 * n), np.empty(n_hands), np.empty(n_hands, np.int64),
         ),
-        (np.zeros(m * n), np.empty(m), np.empty(n, np.int64), np.empty(n), np.empty(2 * n * (n + 1)), np.empty(2 * n)),
+        Program(np.empty(2 * n), np.zeros(m * n), np.empty(m), np.empty(n, np.int64), rows[1], np.empty(2 * n * (n + 1))),
         Steady(
-            np.empty(n * n), np.empty(n), np.empty(6 * n * n_hands), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
-            np.empty(n), np.empty(n * n), np.empty(n), np.empty(m), np.empty(n, np.int64), np.empty(n),
+            np.empty(n * n), rows[2], np.empty(6 * n * n_hands), rows[3], rows[4], rows[5], rows[6], rows[7],
+            np.empty(n * n), rows[8], np.empty(m), np.empty(n, np.int64), rows[9],
         ),
     )  # fmt: skip
 
 
+@kernel
+def is_goal_in_range(goal):
+    """Whether all numbers of a goal are finite, and none is too large."""
+    good = all_in_range(goal.q) and all_in_range(goal.qd)
+    for i in range(goal.hands.shape[0]):
+        hand = goal.hands[i]
+        good = good and abs(hand.weight) <= LARGEST and all_in_range(hand.twist) and all_in_range(hand.pose)
+    return good
+
+
+@kernel
+def clear(report):
+    """Write that nothing limits a tick."""
+    report.entry, report.body, report.other = -1, -1, -1
+    report.share, report.distance = 0.0, np.inf
+
+
 @routine
-def find_contacts(tick, near, report):
+def find_contacts(tick, near):
     """Find the pairs in contact where the arm is; the deepest goes to the report."""
-    scene, deepest = tick.scene, GRAZE
-    place_bodies(scene.joints, scene.bodies, tick.state[layout.Q], near.joint_rows, near.body_rows)
-    n = min(find_near_pairs(scene, 0.0, None, GRAZE, near, None), layout.MOST_TOUCHING)
+    scene, report, deepest = tick.scene, tick.report, GRAZE
+    write_q(tick.state, tick.place)
+    place_bodies(scene.joints, scene.bodies, tick.place, near.joint_rows, near.body_rows)
+    n = min(find_near_pairs(scene, 0.0, None, GRAZE, near, None), MAX_TOUCHING)
     for c in range(n):
         copy_row(near.pair_rows, c, tick.touching, c)
         if near.contact_rows[c, DISTANCE] <= deepest:
             deepest = near.contact_rows[c, DISTANCE]
-            report[layout.BODY], report[layout.OTHER] = near.pair_rows[c, PAIR_BODY], near.pair_rows[c, PAIR_OTHER]
-            report[layout.DISTANCE] = deepest
-    tick.counters[layout.TOUCHING] = n
+            report.body, report.other = near.pair_rows[c, PAIR_BODY], near.pair_rows[c, PAIR_OTHER]
+            report.distance = deepest
+    tick.counters.touching = n
 
 
 @kernel
-def start(tick, goal):
-    """Set the state to a position and a velocity; the status."""
-    state, n = tick.state, tick.limits.shape[1]
-    for j in range(n):
-        state[layout.Q, j], state[layout.QD, j], state[layout.QDD, j] = goal[j], goal[n + j], 0.0
+def start(tick):
+    """Set the state to the position and the velocity of the goal; the status."""
+    state = tick.state
+    for j in range(tick.limits.shape[0]):
+        state[j].q, state[j].qd, state[j].qdd = tick.goal.q[j], tick.goal.qd[j], 0.0
     ticks = write_stop(state, tick.limits, tick.settings)
-    tick.counters[layout.TICKS], tick.counters[layout.DONE] = ticks, 0
+    tick.counters.ticks, tick.counters.done = ticks, 0
     if not stop_keeps(state, tick.limits, tick.settings, ticks):
-        return layout.LIMITED_BY_POSITION
-    tick.counters[layout.CERTIFIED] = 1 if stop_is_free(tick) else 0
-    if tick.counters[layout.CERTIFIED] == 0:
-        return layout.REFUSED
+        return LIMITED_BY_POSITION
+    tick.counters.certified = stop_is_free(tick)
+    if not tick.counters.certified:
+        return REFUSED
     return status_of_stop(tick.counters)
 
 
@@ -250,21 +328,21 @@ def go_on(tick):
 @kernel
 def status_of_stop(counters):
     """The status while the certified stop goes on."""
-    if counters[layout.CERTIFIED] == 0:
+    if not counters.certified:
         return status_uncertified(counters)
-    return layout.AT_REST if counters[layout.DONE] >= counters[layout.TICKS] else layout.BRAKING
+    return AT_REST if counters.done >= counters.ticks else BRAKING
 
 
 @kernel
 def status_uncertified(counters):
     """The status where the stop is not certified."""
-    return layout.IN_COLLISION if counters[layout.TOUCHING] > 0 else layout.NOT_CERTIFIED
+    return IN_COLLISION if counters.touching > 0 else NOT_CERTIFIED
 
 
 @kernel
 def time_left(tick):
     """How long the certified stop takes from now on [s]."""
-    return max(tick.counters[layout.TICKS] - tick.counters[layout.DONE], 0) * tick.settings[layout.TICK]
+    return max(tick.counters.ticks - tick.counters.done, 0) * tick.settings.period
 
 
 @kernel
@@ -272,10 +350,10 @@ def widen(tick, time):
     """Write how much farther away than the clearance objects have to be, which may move by themselves for so long [s]."""
     wider, of_tree, of_all = tick.wider, 0.0, 0.0
     for i in range(tick.moving.shape[0]):
-        way = tick.moving[i, layout.FASTEST] * (tick.moving[i, layout.AGO] + time) + MOVED
-        wider[int(tick.moving[i, layout.NUMBER])] = way
+        way = tick.moving[i].speed * (tick.moving[i].age + time) + MOVED
+        wider[tick.moving[i].number] = way
         of_all = max(of_all, way)
-        if tick.moving[i, layout.IN_TREE] > 0.0:
+        if tick.moving[i].in_tree:
             of_tree = max(of_tree, way)
     wider[wider.shape[0] - 2], wider[wider.shape[0] - 1] = of_tree, of_all
 
@@ -283,96 +361,94 @@ def widen(tick, time):
 @routine
 def stop_is_free(tick):
     """Whether what is left of the certified stop is free in this world."""
-    ticks, done = tick.counters[layout.TICKS], tick.counters[layout.DONE]
-    return rest_is_free(tick, tick.state, ticks, done, 0.0, tick.settings[layout.CLEARANCE])
+    ticks, done = tick.counters.ticks, tick.counters.done
+    return rest_is_free(tick, tick.state, ticks, done, 0.0, tick.settings.clearance)
 
 
 @routine
 def is_free(tick, q_a, q_b, spread, margin, time):
     """Whether all within ``spread`` of a line is certainly free, until a time from now [s]; pairs in contact aside."""
     widen(tick, time)
-    apart = Apart(tick.wider, tick.touching[: tick.counters[layout.TOUCHING]])
+    apart = Apart(tick.wider, tick.touching[: tick.counters.touching])
     return edge_is_free(tick.scene, tick.carried, tick.work, q_a, q_b, spread, RESOLUTION, margin, apart, tick.of_world, 0)
 
 
 @kernel
-def advance(tick, mode, chains, goal, work, ticks, report):
+def advance(tick, work, ticks):
     """Steps 1 to 5, with a stop of so many ticks after this one; the status."""
     state, counters, settings, limits = tick.state, tick.counters, tick.settings, tick.limits
-    objective, rows, _ = work
-    normal_rows, bound_rows, active_rows, multiplier_rows, work_rows, box_rows = rows
-    n, certified = limits.shape[1], counters[layout.CERTIFIED] == 1
-    time = max((1 + ticks) * settings[layout.TICK], time_left(tick))
-    count = measure_near(tick, state[layout.TO], tick.near, tick.excess, time)
+    objective, program, box_rows = work.objective, work.program, work.program.box_rows
+    n, certified = limits.shape[0], counters.certified
+    time = max((1 + ticks) * settings.period, time_left(tick))
+    write_q(state, tick.q)
+    write_rest(state, tick.rest)
+    count = measure_near(tick, tick.rest, tick.near, tick.excess, time)
     for c in range(count):
-        pair = tick.near.pair_rows[c]
-        write_gradient(tick.scene, tick.near.joint_rows, pair[0], pair[1], tick.near.contact_rows, tick.gradients, c)
-    least = tick.excess[layout.MOST_PAIRS]
+        body, other = tick.near.pair_rows[c, PAIR_BODY], tick.near.pair_rows[c, PAIR_OTHER]
+        write_gradient(tick.scene, tick.near.joint_rows, body, other, tick.near.contact_rows, tick.gradients, c)
+    least = tick.excess[-1]
     for j in range(n):
         tick.x[j] = min(max(stop_velocity(state, counters, settings, j), box_rows[j]), box_rows[n + j])
     way = way_to_rest(settings, ticks)
-    m = write_rows(tick, count, way, box_rows, normal_rows, bound_rows)
-    write_objective(mode, chains, goal, limits, settings, state[layout.Q], objective)
-    found = set_paces(tick, mode, chains, goal, count, work)
+    m = write_rows(tick, count, way, program)
+    write_objective(tick.chains, tick.goal, limits, settings, tick.q, objective)
+    found = set_paces(tick, count, work)
     keep_reserve(tick, count, way, objective.h_rows, objective.f_rows)
-    k = minimise(objective.h_rows, objective.f_rows, normal_rows, bound_rows, m, tick.x, active_rows, multiplier_rows, work_rows)
+    k = minimise(objective.h_rows, objective.f_rows, program, m, tick.x)
     for j in range(n):
         tick.x[j] = min(max(tick.x[j], box_rows[j]), box_rows[n + j])
-    nearer = come_nearer(tick, mode, chains, goal, least)
-    miss = missed(mode, goal, objective.jacobian_rows, objective.desired_rows, tick.x)
-    status = layout.IN_COLLISION
-    if counters[layout.TOUCHING] == 0:
-        status = status_of_rows(tick, found, nearer, miss, k, rows, ticks, report)
+    nearer = come_nearer(tick, least)
+    miss = missed(tick.goal, objective.jacobian_rows, objective.desired_rows, tick.x)
+    status = IN_COLLISION
+    if counters.touching == 0:
+        status = status_of_rows(tick, found, nearer, miss, program, k, ticks)
     share = certified_share(tick, certified, least, time)
-    report[layout.SHARE] = share
+    tick.report.share = share
     if share == 0.0:
         go_on_stopping(state, counters, settings)
-    if status == layout.IN_COLLISION:
+    if status == IN_COLLISION:
         return status
     if share < 1.0 and is_moved(tick):
-        report_nearest(tick, count, report)
-        return layout.LIMITED_BY_CLEARANCE if certified else layout.NOT_CERTIFIED
+        report_nearest(tick, count)
+        return LIMITED_BY_CLEARANCE if certified else NOT_CERTIFIED
     if not certified:
-        return layout.NOT_CERTIFIED
-    if status == layout.FOLLOWING and counters[layout.DONE] >= counters[layout.TICKS]:
-        return layout.AT_REST
+        return NOT_CERTIFIED
+    if status == FOLLOWING and counters.done >= counters.ticks:
+        return AT_REST
     return status
 
 
 @routine
-def set_paces(tick, mode, chains, goal, count, work):
+def set_paces(tick, count, work):
     """Set the pace of each hand in the objective; the row that holds the steady motion, or -1, and what slows the slowest hand.
 
     There are no paces but of hands. A hand that an object stops goes along it: then what it does beside its twist has the weight
     of what it does along it.
     """
-    if mode != layout.HANDS:
+    if tick.goal.mode != HANDS:
         return -1, NOT_SLOWED
-    objective, rows, steady = work
-    normal_rows, work_rows, n, q = rows[0], rows[4], tick.limits.shape[1], tick.state[layout.Q]
-    limits, settings, across, m = tick.limits, tick.settings, across_of(goal, tick.limits, tick.limits.shape[1]), 2 * n + count
+    objective, steady, hands, limits, settings = work.objective, work.steady, tick.goal.hands, tick.limits, tick.settings
+    program, q, across, m = work.program, tick.q, across_of(hands, limits), 2 * limits.shape[0] + count
     write_steady_bounds(limits, q, tick.excess, RESERVE, steady.bound_rows[:m])
-    k = write_steady(objective, normal_rows, m, work_rows, steady)
+    k = write_steady(objective, program, m, steady)
     if across > 1.0 and is_at_object(tick, k, steady):
         across = 1.0
-        write_squares(goal, settings, objective, across)
-        k = write_steady(objective, normal_rows, m, work_rows, steady)
-    held, most = -1, 0.0
-    if missed(layout.HANDS, goal, objective.jacobian_rows, objective.desired_rows, steady.x_rows) > _SAME:
-        for a in range(k):
-            if steady.multiplier_rows[a] > most:
-                most, held = steady.multiplier_rows[a], steady.active_rows[a]
+        write_squares(hands, settings, objective, across)
+        k = write_steady(objective, program, m, steady)
+    held = -1
+    if missed(tick.goal, objective.jacobian_rows, objective.desired_rows, steady.x_rows) > _SAME:
+        held = strongest_row(steady.active_rows, steady.multiplier_rows, k)
     n_hands, slowest, slowed = objective.pace_rows.shape[0], 1.0, NOT_SLOWED
-    time = write_changes(chains, goal, limits, q, objective, steady)
+    time = write_changes(tick.chains, hands, limits, q, objective, steady)
     least = BLURRED if write_turns(tick, k, time, steady) else 0.0
-    write_growth(goal, objective, steady, normal_rows, work_rows, k, across)
+    write_growth(hands, objective, steady, program, k, across)
     for hand in range(n_hands):
-        write_pace(goal, limits, settings, objective, steady, across, least, hand)
-        if are_apart(goal):
-            write_part(goal, objective, steady, normal_rows, work_rows, k, across, hand)
-            set_apart(limits, settings, tick.state[layout.QD], objective, steady, hand)
+        write_pace(hands, limits, settings, objective, steady, across, least, hand)
+        if are_apart(hands):
+            write_part(hands, objective, steady, program, k, across, hand)
+            set_apart(limits, settings, tick.state, objective, steady, hand)
         if across > 1.0:
-            keep_on_line(goal, objective, steady, hand)
+            keep_on_line(hands, objective, steady, hand)
         if objective.slowing_rows[hand] > NOT_SLOWED and objective.pace_rows[hand] < slowest:
             slowest, slowed = objective.pace_rows[hand], objective.slowing_rows[hand]
     write_pulls(limits, settings, q, objective)
@@ -388,12 +464,12 @@ def write_turns(tick, k, time, steady):
         if row >= 0 and not found:
             found = True
             for j in range(n):
-                steady.ahead_rows[j] = tick.state[layout.TO, j] + time * steady.x_rows[j]
+                steady.ahead_rows[j] = tick.state[j].rest_q + time * steady.x_rows[j]
             place_bodies(scene.joints, scene.bodies, steady.ahead_rows, near.joint_rows, near.body_rows)
         for j in range(n):
             steady.turn_rows[n * a + j] = 0.0
         if row >= 0:
-            body, other, spare = near.pair_rows[row, PAIR_BODY], near.pair_rows[row, PAIR_OTHER], layout.MOST_PAIRS
+            body, other, spare = near.pair_rows[row, PAIR_BODY], near.pair_rows[row, PAIR_OTHER], MAX_PAIRS
             write_contact(scene, near.body_rows, body, other, near.scratch, near.contact_rows, spare)
             write_gradient(scene, near.joint_rows, body, other, near.contact_rows, tick.gradients, spare)
             for j in range(n):
@@ -404,7 +480,7 @@ def write_turns(tick, k, time, steady):
 @kernel
 def is_at_object(tick, k, steady):
     """Whether an object of the world holds the steady motion, of which so many rows are active."""
-    n, found = tick.limits.shape[1], False
+    n, found = tick.limits.shape[0], False
     for a in range(k):
         row = steady.active_rows[a] - 2 * n
         found = found or (row >= 0 and tick.near.pair_rows[row, PAIR_OTHER] >= tick.scene.bodies.shape[0])
@@ -418,7 +494,7 @@ def measure_near(tick, q, near, excess, time):
     widen(tick, time)
     place_bodies(tick.scene.joints, tick.scene.bodies, q, near.joint_rows, near.body_rows)
     apart = Apart(tick.wider, tick.touching[:0])
-    return find_near_pairs(tick.scene, tick.settings[layout.CLEARANCE], apart, WITHIN, near, excess)
+    return find_near_pairs(tick.scene, tick.settings.clearance, apart, WITHIN, near, excess)
 
 
 @routine
@@ -427,13 +503,13 @@ def least_excess(tick, q, time):
 
     By their distance.
     """
-    near, excess = tick.near, tick.excess[layout.MOST_PAIRS :]
+    near, excess = tick.near, tick.excess[-1:]
     none = Near(
-        near.joint_rows, near.body_rows, near.contact_rows[layout.MOST_PAIRS :], near.pair_rows[:0], near.last_rows, near.stack,
+        near.joint_rows, near.body_rows, near.contact_rows[-1:], near.pair_rows[:0], near.last_rows, near.stack,
         near.heights, near.scratch,
     )  # fmt: skip
     measure_near(tick, q, none, excess, time)
-    return excess[0]
+    return excess[-1]
 
 
 @kernel
@@ -441,25 +517,26 @@ def is_moved(tick):
     """Whether the velocity found is not that of rest."""
     moved = False
     for j in range(tick.x.shape[0]):
-        moved = moved or abs(tick.x[j]) > STILL * tick.limits[layout.ACCELERATION, j] * tick.settings[layout.TICK]
+        moved = moved or abs(tick.x[j]) > STILL * tick.limits[j].acceleration * tick.settings.period
     return moved
 
 
 @kernel
-def write_rows(tick, count, way, box_rows, normal_rows, bound_rows):
+def write_rows(tick, count, way, program):
     """Write the rows of the quadratic program, the box first; how many they are.
 
     After a tick that ends with x the arm rests at c + way x. Row i says how much nearer pair i may be there than at the end of
     the certified stop; a pair in contact may become as deep as the deepest is. No row excludes the velocity at which the
     quadratic program starts.
     """
-    n, h, deepest = tick.x.shape[0], tick.settings[layout.TICK], tick.excess[nearest_of(tick, count)]
+    n, h, deepest = tick.x.shape[0], tick.settings.period, tick.excess[nearest_of(tick, count)]
+    box_rows, normal_rows, bound_rows = program.box_rows, program.normal_rows, program.bound_rows
     for j in range(n):
         tick.tried[j] = beyond_rest_of_zero(tick.state, tick.settings, j)  # tried is written anew before it is read
         normal_rows[n * j + j], bound_rows[j] = 1.0, box_rows[j]
         normal_rows[n * (n + j) + j], bound_rows[n + j] = -1.0, -box_rows[n + j]
     for i in range(count):
-        least = deepest if tick.counters[layout.TOUCHING] > 0 and tick.near.contact_rows[i, DISTANCE] <= GRAZE else RESERVE
+        least = deepest if tick.counters.touching > 0 and tick.near.contact_rows[i, DISTANCE] <= GRAZE else RESERVE
         r, at, by = 2 * n + i, -h / (h + EASE) * max(tick.excess[i] - least, 0.0), 0.0
         for j in range(n):
             g = tick.gradients[i, j]
@@ -476,14 +553,14 @@ def keep_reserve(tick, count, way, h_rows, f_rows):
 
     Rows are linear, so that along a curved way pairs get into it. Of pairs in contact only the deepest is led out.
     """
-    n, h, sought = tick.x.shape[0], tick.settings[layout.TICK], 0.0
+    n, h, sought = tick.x.shape[0], tick.settings.period, 0.0
     for j in range(n):
         sought = max(sought, abs(f_rows[j]))
     if sought < SMALL:
         return
     deepest = nearest_of(tick, count)
     for i in range(count):
-        if tick.counters[layout.TOUCHING] > 0 and i != deepest:
+        if tick.counters.touching > 0 and i != deepest:
             continue
         inside = RESERVE - tick.excess[i]
         if inside > 0.0:
@@ -498,16 +575,17 @@ def keep_reserve(tick, count, way, h_rows, f_rows):
 
 
 @kernel
-def come_nearer(tick, mode, chains, goal, least):
+def come_nearer(tick, least):
     """Keep the share of the way from the certified stop's velocity to x that leads to rest no farther from poses; return it."""
-    if mode != layout.HANDS or tick.counters[layout.TOUCHING] > 0 or least < RESERVE:
+    if tick.goal.mode != HANDS or tick.counters.touching > 0 or least < RESERVE:
         return 1.0
-    most, kept = max(pose_squares(chains, goal, tick.state[layout.TO]), NEARBY), 0.0
+    most, kept = max(pose_squares(tick.chains, tick.goal.hands, tick.rest), NEARBY), 0.0
     for share in SHARES:
         if kept == 0.0:
             try_share(tick, share)
             write_tick(tick.tried, tick.state, tick.limits, tick.settings, tick.after)
-            if pose_squares(chains, goal, tick.after[layout.TO]) <= most:
+            write_rest(tick.after, tick.place)
+            if pose_squares(tick.chains, tick.goal.hands, tick.place) <= most:
                 kept = share
     try_share(tick, kept)
     for j in range(tick.x.shape[0]):
@@ -526,21 +604,21 @@ def try_share(tick, share):
 @kernel
 def certified_share(tick, certified, least, time):
     """Steps 3 and 4: accept the largest share that is certified, and return it; 0 if no share is."""
-    clearance, first = tick.settings[layout.CLEARANCE], tick.counters[layout.NEXT_SHARE]
-    if tick.settings[layout.RAMP] > 0.0 and certified and is_nearly_at_rest(tick):
+    clearance, first = tick.settings.clearance, tick.counters.next_share
+    if tick.settings.ramp > 0.0 and certified and is_nearly_at_rest(tick):
         return 0.0
     if certified:
         for i in range(first, first + TRIES):
             if is_candidate(tick, SHARES[i], 1.0, clearance):
-                tick.counters[layout.NEXT_SHARE] = next_share(first, i)
+                tick.counters.next_share = next_share(first, i)
                 accept(tick)
                 return SHARES[i]
-        tick.counters[layout.NEXT_SHARE] = next_share(first, -1)
+        tick.counters.next_share = next_share(first, -1)
     for share in NARROW_SHARES:
         if is_outward(tick, share, _LEAVING * clearance if certified else 0.0, least, time):
             accept(tick)
             return share
-    if not certified or tick.settings[layout.RAMP] > 0.0:
+    if not certified or tick.settings.ramp > 0.0:
         for share in SMALLEST_SHARES:
             if is_outward(tick, share, _LEAVING * clearance if certified else 0.0, least, time):
                 accept(tick)
@@ -559,22 +637,25 @@ def next_share(first, found):
 @routine
 def is_outward(tick, share, margin, least, time):
     """Step 4: whether a share is certified with a margin, and leads to where the least of all pairs is greater than that."""
-    return is_candidate(tick, share, 0.0, margin) and least_excess(tick, tick.after[layout.TO], time) > least
+    if not is_candidate(tick, share, 0.0, margin):
+        return False
+    write_rest(tick.after, tick.place)
+    return least_excess(tick, tick.place, time) > least
 
 
 @routine
 def is_candidate(tick, share, room, margin):
     """Whether a share of the way from the certified stop's velocity to x is within all limits and certified."""
-    state, limits, settings, points = tick.state, tick.limits, tick.settings, tick.points
+    state, limits, settings, chord = tick.state, tick.limits, tick.settings, tick.chord
     try_share(tick, share)
     ticks = write_tick(tick.tried, state, limits, settings, tick.after)
     if not stop_keeps(tick.after, limits, settings, ticks):
         return False
     if room == 0.0:
         for j in range(tick.x.shape[0]):
-            points[0, j], points[3, j] = state[layout.Q, j], limits[layout.ASIDE, j]
-            points[1, j] = points[0, j] + travel(state, tick.after, settings, ticks, j)
-        if longest_way(tick, points[0], points[1]) > HOP:
+            chord.q_a[j], chord.line_spread[j] = state[j].q, limits[j].tracking_error
+            chord.q_b[j] = chord.q_a[j] + travel(state, tick.after, settings, ticks, j)
+        if longest_way(tick, chord) > HOP:
             return False
     return rest_is_free(tick, tick.after, ticks, -1, room, margin)
 
@@ -587,112 +668,132 @@ def rest_is_free(tick, state, ticks, done, room, margin):
     accelerations of at most a, q is no farther than a t^2 / 8 from its chord. Objects may move until the end of the curve and of
     the stop.
     """
-    points, h, bend = tick.points, tick.settings[layout.TICK], 2 * int(tick.settings[layout.RAMP])
+    chord, h, bend = tick.chord, tick.settings.period, 2 * int(tick.settings.ramp)
     n, most, left = tick.x.shape[0], 0.0, (bend if ticks > 0 else 0) - done
     for j in range(n):
-        points[3, j] = tick.limits[layout.ASIDE, j] + room * tick.limits[layout.ROOM, j]
-        points[1, j] = tick.state[layout.Q, j] if done < 0 else state[layout.Q, j]
+        chord.line_spread[j] = tick.limits[j].tracking_error + room * tick.limits[j].room
+        chord.q_b[j] = tick.state[j].q if done < 0 else state[j].q
         if left > 0:
-            before = tick.state[layout.QDD, j]
+            before = tick.state[j].qdd
             most = max(most, abs(curve_moment(state, tick.settings, ticks, before, (done + left) * h, j)[1]))
             most = max(most, abs(curve_moment(state, tick.settings, ticks, before, done * h, j)[1]))
             if done < 0:
-                most = max(most, abs(state[layout.QDD, j]))
+                most = max(most, abs(state[j].qdd))
     if left > 0:
         chords = int(left * h * sqrt(most / (8.0 * BESIDE))) + 1
-        chord = left * h / chords
+        length = left * h / chords
         for i in range(chords):
-            write_chord(tick, state, ticks, done * h + i * chord, chord)
-            if not is_free(tick, points[0], points[1], points[2], margin, left * h):
+            write_chord(tick, state, ticks, done * h + i * length, length)
+            if not is_free(tick, chord.q_a, chord.q_b, chord.spread, margin, left * h):
                 return False
         if ticks == 0:  # the tick ends at rest
             return True
-    return is_free(tick, points[1], state[layout.TO], points[3], margin, max(ticks - done, 0) * h)
+    write_rest(state, tick.place)
+    return is_free(tick, chord.q_b, tick.place, chord.line_spread, margin, max(ticks - done, 0) * h)
+
+
+@kernel
+def write_q(state, q_out):
+    """Write the position of a state."""
+    for j in range(state.shape[0]):
+        q_out[j] = state[j].q
+
+
+@kernel
+def write_rest(state, q_out):
+    """Write where the stop of a state ends."""
+    for j in range(state.shape[0]):
+        q_out[j] = state[j].rest_q
 
 
 @kernel
 def write_chord(tick, state, ticks, begin, length):
     """Write the next chord of a curve, from where the last one ended, and how far all beside it is certified."""
-    points, end = tick.points, begin + length
+    chord, end = tick.chord, begin + length
     for j in range(tick.x.shape[0]):
-        before, points[0, j] = tick.state[layout.QDD, j], points[1, j]
+        before, chord.q_a[j] = tick.state[j].qdd, chord.q_b[j]
         _, first = curve_moment(state, tick.settings, ticks, before, begin, j)
-        points[1, j], last = curve_moment(state, tick.settings, ticks, before, end, j)
+        chord.q_b[j], last = curve_moment(state, tick.settings, ticks, before, end, j)
         most = max(abs(first), abs(last))
         if begin < 0.0 < end:
-            most = max(most, abs(state[layout.QDD, j]))
-        points[2, j] = points[3, j] + 0.125 * length * length * most * (1.0 + 1e-9)
+            most = max(most, abs(state[j].qdd))
+        chord.spread[j] = chord.line_spread[j] + 0.125 * length * length * most * (1.0 + 1e-9)
 
 
 @kernel
-def longest_way(tick, q_a, q_b):
+def longest_way(tick, line):
     """A bound on the way of any point of the robot along a line [m]."""
-    write_motion(tick.scene.joints, q_a, q_b, tick.points[3], tick.carried)
+    write_motion(tick.scene.joints, line.q_a, line.q_b, line.line_spread, tick.carried)
     return fastest_ball(tick.scene.joints, tick.carried)
 
 
 @kernel
 def accept(tick):
     """Write the state after the tick that was tried."""
-    tick.counters[layout.TICKS] = write_tick(tick.tried, tick.state, tick.limits, tick.settings, tick.after)
-    tick.counters[layout.DONE] = 0
-    for row in range(layout.N_STATE):
-        copy_row(tick.after, row, tick.state, row)
+    state, after = tick.state, tick.after
+    tick.counters.ticks, tick.counters.done = write_tick(tick.tried, state, tick.limits, tick.settings, after), 0
+    for j in range(tick.x.shape[0]):
+        state[j] = after[j]
 
 
 @kernel
-def status_of_rows(tick, found, nearer, miss, k, rows, ticks, report):
+def status_of_rows(tick, found, nearer, miss, program, k, ticks):
     """Report what limits the velocity found: the steady motion, or the active constraint of the greatest multiplier.
 
     found: what ``set_paces`` returned.
     """
+    held, slowed = found
     if miss <= _SAME:
-        return layout.FOLLOWING
-    if found[0] >= 0:
-        return status_held(tick, found[0], report)
-    if found[1] > NOT_SLOWED:
-        report[layout.ENTRY] = found[1]  # -1 near a singularity
-        return layout.NEAR_SINGULARITY if found[1] == SINGULAR else layout.LIMITED_BY_ACCELERATION
-    active_rows, multiplier_rows, box_rows = rows[2], rows[3], rows[5]
-    n, most, row = tick.x.shape[0], 0.0, -1
-    for a in range(k):
-        if multiplier_rows[a] > most:
-            most, row = multiplier_rows[a], active_rows[a]
+        return FOLLOWING
+    if held >= 0:
+        return LIMITED_BY_CLEARANCE if write_row(tick, held) else LIMITED_BY_POSITION
+    if slowed > NOT_SLOWED:
+        tick.report.entry = slowed  # -1 near a singularity
+        return NEAR_SINGULARITY if slowed == SINGULAR else LIMITED_BY_ACCELERATION
+    row = strongest_row(program.active_rows, program.multiplier_rows, k)
     if row < 0 or nearer < 1.0:
-        return layout.NEAR_SINGULARITY
-    if row >= 2 * n:
-        write_pair(tick, row - 2 * n, report)
-        return layout.LIMITED_BY_CLEARANCE
-    report[layout.ENTRY] = row % n
-    return limit_reached(box_rows[row], tick.state, tick.limits, tick.settings, ticks, row % n)
+        return NEAR_SINGULARITY
+    if write_row(tick, row):
+        return LIMITED_BY_CLEARANCE
+    return limit_reached(program.box_rows[row], tick.state, tick.limits, tick.settings, ticks, row % tick.x.shape[0])
 
 
 @kernel
-def status_held(tick, row, report):
-    """The status where a row holds the steady motion, which goes to the report."""
+def strongest_row(active_rows, multiplier_rows, k):
+    """The active constraint of the greatest multiplier, of k; -1 if no multiplier is above 0."""
+    most, row = 0.0, -1
+    for a in range(k):
+        if multiplier_rows[a] > most:
+            most, row = multiplier_rows[a], active_rows[a]
+    return row
+
+
+@kernel
+def write_row(tick, row):
+    """Report a constraint: its pair or its entry of q; whether it is that of a pair."""
     n = tick.x.shape[0]
     if row >= 2 * n:
-        write_pair(tick, row - 2 * n, report)
-        return layout.LIMITED_BY_CLEARANCE
-    report[layout.ENTRY] = row % n
-    return layout.LIMITED_BY_POSITION
+        write_pair(tick, row - 2 * n)
+        return True
+    tick.report.entry = row % n
+    return False
 
 
 @kernel
 def is_nearly_at_rest(tick):
     """Whether no velocity is to be left, and little is now: then the certified stop goes on, which ends at rest."""
-    state, limits, h, nearly = tick.state, tick.limits, tick.settings[layout.TICK], not is_moved(tick)
+    state, limits, h, nearly = tick.state, tick.limits, tick.settings.period, not is_moved(tick)
     for j in range(tick.x.shape[0]):
-        nearly = nearly and abs(state[layout.QD, j]) <= limits[layout.ACCELERATION, j] * h
-        nearly = nearly and abs(state[layout.QDD, j]) <= limits[layout.JERK, j] * h
+        nearly = nearly and abs(state[j].qd) <= limits[j].acceleration * h
+        nearly = nearly and abs(state[j].qdd) <= limits[j].jerk * h
     return nearly
 
 
 @kernel
-def report_nearest(tick, count, report):
+def report_nearest(tick, count):
     """Write the pair that was nearest where the certified stop ends to the report."""
     if count > 0:
-        write_pair(tick, nearest_of(tick, count), report)
+        write_pair(tick, nearest_of(tick, count))
 
 
 @kernel
@@ -706,8 +807,8 @@ def nearest_of(tick, count):
 
 
 @kernel
-def write_pair(tick, i, report):
+def write_pair(tick, i):
     """Write near pair i to the report."""
-    report[layout.ENTRY] = -1.0
-    report[layout.BODY], report[layout.OTHER] = tick.near.pair_rows[i, 0], tick.near.pair_rows[i, 1]
-    report[layout.DISTANCE] = tick.near.contact_rows[i, 0]
+    report, near = tick.report, tick.near
+    report.entry, report.body, report.other = -1, near.pair_rows[i, PAIR_BODY], near.pair_rows[i, PAIR_OTHER]
+    report.distance = near.contact_rows[i, DISTANCE]

@@ -75,4 +75,4 @@ class Command(NamedTuple):
 
 
 STATUS_OF = tuple(CommandStatus)
-"""By the numbers of ``servo_layout``, in their order."""
+"""By the numbers of ``servo_records``, in their order."""

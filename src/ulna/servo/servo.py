@@ -14,10 +14,27 @@ from ulna.description.arrays import as_floats, as_number, as_switch, positive
 from ulna.description.likely_units import degrees_in_words
 from ulna.description.pose import as_one_pose
 from ulna.drivers import servo as driver
+from ulna.engine.records import Records, copied
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.problem import as_names, columns_of_joints, refuse_immovable
 from ulna.kernels.layout import OBJECT
-from ulna.kernels.servo import servo_layout as layout
+from ulna.kernels.servo.servo_records import (
+    HANDS,
+    LIMITED_BY_POSITION,
+    NOT_CERTIFIED,
+    OFF_COMMAND,
+    POSITION,
+    REFUSED,
+    REST,
+    START,
+    VELOCITY,
+    HandGoal,
+    JointLimits,
+    ServoGoal,
+    ServoSettings,
+    ServoTables,
+    TickReport,
+)
 from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
@@ -34,7 +51,7 @@ _LONGEST_RAMP = 0.1  # [s]: no acceleration is used that the limit of jerk lets 
 _ROOM = 0.25  # of the way of one tick of acceleration: beside a motion, certified too, so that there is a way out of every rest
 _SLOWEST, _FASTEST = 1e-3, 1e5  # [1/s]: of more ticks a second the differences of commands are rounding
 _DAMPING = 0.01
-_STILL = np.zeros(6)
+_STILL, _NO_HANDS = np.zeros(6), HandGoal.records(0)
 _PULL = 1.0  # [1/s]: towards a posture
 _WEIGHTS = 1e-3, 1e3  # the least and the greatest of a hand
 Goal = ArrayLike | Mapping[str, ArrayLike | None]
@@ -93,30 +110,30 @@ class Servo:
         self._links: tuple[str, ...] = (
             (tree.link_or_tip(link),) if link is None or isinstance(link, str) else as_names(link, "link", "links")
         )
-        self._chains, self._hands = _tables(tree, self._links, weights)
-        self._limits = np.zeros((layout.N_LIMITS, n))
-        self._limits[layout.LOWER], self._limits[layout.UPPER] = tree.least, tree.most
-        self._limits[layout.SPEED] = np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * own))
-        self._limits[layout.ACCELERATION], self._limits[layout.ASIDE] = accelerations, aside
-        self._limits[layout.JERK], self._limits[layout.ROOM] = 0.0 if jerks is None else jerks, _ROOM * least
-        self._limits[layout.SPEED, still] = self._limits[layout.ROOM, still] = 0.0
-        self._settings = np.array([tick, clearance, _DAMPING**2, 0.0, ramp, tick * (1 + ramp)])
+        chains, self._hands = _chains_and_hands(tree, self._links, weights)
+        limits, settings = JointLimits.records(n), ServoSettings.records()
+        limits["lower"], limits["upper"] = tree.least, tree.most
+        limits["speed"] = np.where(still, 0.0, np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * own)))
+        limits["acceleration"], limits["tracking_error"] = accelerations, aside
+        limits["jerk"], limits["room"] = 0.0 if jerks is None else jerks, np.where(still, 0.0, _ROOM * least)
+        one = settings[0]
+        one.period, one.clearance, one.damping, one.ramp, one.lag = tick, clearance, _DAMPING**2, ramp, tick * (1 + ramp)
         if posture is not None:
-            self._limits[layout.POSTURE] = as_configuration(posture, tree, "posture")
-            self._settings[layout.PULL] = _PULL
-        self._goals = np.zeros(n), np.zeros(self._hands.size), np.zeros(2 * n)
-        self._report = np.zeros(layout.N_REPORT)  # of a tick; it is read at once, and is no state
+            limits["posture"], one.pull = as_configuration(posture, tree, "posture"), _PULL
+        self._tables = _read_only(ServoTables(chains, limits, settings))
+        self._goal = ServoGoal(REST, np.zeros(n), np.zeros(n), _NO_HANDS)  # of a tick; it is read at once, and is no state
+        self._report = TickReport.records()  # likewise
         self._names, self._now, self._worst = entry_names(tree), ServoState.unstarted(n), 0.0
 
     @property
     def q(self) -> Array:
         """The joint positions of the last command [rad or m], shape (n_dof,)."""
-        return self._now.motion[layout.Q].copy()
+        return self._now.joints["q"].copy()
 
     @property
     def qd(self) -> Array:
         """The joint velocities of the last command [rad/s or m/s], shape (n_dof,)."""
-        return self._now.motion[layout.QD].copy()
+        return self._now.joints["qd"].copy()
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -126,34 +143,33 @@ class Servo:
     @property
     def rate(self) -> float:
         """Ticks a second [Hz]."""
-        return float(1.0 / self._settings[0])
+        return float(1.0 / self._tables.settings[0].period)
 
     @property
     def limits(self) -> Limits:
         """The greatest velocity, acceleration and jerk of each joint."""
-        speed, acceleration, jerk = self._limits[[layout.SPEED, layout.ACCELERATION, layout.JERK]]
-        return Limits(speed, acceleration, jerk if jerk.any() else None)
+        of = self._tables.limits
+        return Limits(of["speed"].copy(), of["acceleration"].copy(), of["jerk"].copy() if of["jerk"].any() else None)
 
     @property
     def certified_stop(self) -> tuple[Array, Array]:
         """Where the arm rests if it stops from now on [rad or m], and no less than any speed on that way, shape (n_dof,) each."""
-        motion = self._now.motion
-        qd, qdd = motion[[layout.QD, layout.QDD]]
-        left = qd + qdd * self._settings[layout.RAMP] * self._settings[layout.TICK]
-        return motion[layout.TO].copy(), np.maximum(np.abs(qd), np.abs(left))
+        joints, settings = self._now.joints, self._tables.settings[0]
+        left = joints["qd"] + joints["qdd"] * settings.ramp * settings.period
+        return joints["rest_q"].copy(), np.maximum(np.abs(joints["qd"]), np.abs(left))
 
     @property
     def stop_positions(self) -> Array:
         """The commands of the stop from now on [rad or m], shape (n, n_dof): those of ``step()`` until the arm rests."""
-        motion, counters = self._now.motion.copy(), self._now.counters.copy()
-        positions = np.empty((max(counters[layout.TICKS] - counters[layout.DONE], 0), self._tree.n_dof))
-        driver.write_stop_positions(motion, counters, self._settings, positions)
+        joints, counters = copied(self._now.joints), copied(self._now.counters)
+        positions = np.empty((max(counters[0].ticks - counters[0].done, 0), self._tree.n_dof))
+        driver.write_stop_positions(joints, counters, self._tables.settings, positions)
         return positions
 
     @property
     def tracking_error(self) -> Array:
         """How far each joint may be from its command [rad or m], shape (n_dof,)."""
-        return self._limits[layout.ASIDE].copy()
+        return self._tables.limits["tracking_error"].copy()
 
     @property
     def ticks(self) -> int:
@@ -182,22 +198,21 @@ class Servo:
                 to be led out.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        n, goal, lead_out = self._tree.n_dof, self._goals[2], as_switch("lead_out", lead_out)
-        goal[:n] = as_configuration(q, self._tree, "q")
-        goal[n:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
-        if not is_within(goal[:n], self._tree):
-            words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond_limits(goal[:n], self._tree).items())
-            back = degrees_in_words(goal[:n]) or "; robot.plan(q, goal, escape=True) begins with the way back within them"
+        goal, lead_out = self._goal._replace(mode=START), as_switch("lead_out", lead_out)
+        goal.q[:] = as_configuration(q, self._tree, "q")
+        goal.qd[:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
+        if not is_within(goal.q, self._tree):
+            words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond_limits(goal.q, self._tree).items())
+            back = degrees_in_words(goal.q) or "; robot.plan(q, goal, escape=True) begins with the way back within them"
             raise InputError("q", f"beyond the joint limits: {words}{back}")
-        if (np.abs(goal[n:]) > self._limits[layout.SPEED]).any():
+        if (np.abs(goal.qd) > self._tables.limits["speed"]).any():
             raise InputError("qd", "faster than the limits of velocity")
-        after = self._run(layout.START, goal, 0)
-        status = int(self._report[layout.STATUS])
-        if status == layout.REFUSED and lead_out:
-            self._report[layout.STATUS] = layout.NOT_CERTIFIED
-        elif status == layout.LIMITED_BY_POSITION:
+        after, report = self._run(goal, 0), self._report[0]
+        if report.status == REFUSED and lead_out:
+            report.status = NOT_CERTIFIED
+        elif report.status == LIMITED_BY_POSITION:
             raise InputError("qd", "the arm cannot stop within its joint limits")
-        elif status == layout.REFUSED:
+        elif report.status == REFUSED:
             raise InputError(
                 "q", "not certainly free, with the clearance, until the arm rests; robot.check_collision says what is near"
             )
@@ -241,18 +256,20 @@ class Servo:
         if (q is not None) + (velocity is not None) + of_hands > 1:
             raise InputError("step", "takes one of q, velocity, and twist or pose")
         frame, off = as_frame(expressed_in), -1 if measured is None else self._entry_off(measured)
-        mode, goal = layout.REST, self._goals[0]
+        goal = self._goal
         if of_hands:
-            mode, goal = layout.HANDS, self._to_hands(twist, pose, frame)
+            goal = ServoGoal(HANDS, goal.q, goal.qd, self._to_hands(twist, pose, frame))
         elif q is not None:
-            mode, goal[:] = layout.POSITION, as_configuration(q, self._tree, "q")
+            goal = ServoGoal(POSITION, goal.q, goal.qd, _NO_HANDS)
+            goal.q[:] = as_configuration(q, self._tree, "q")
         elif velocity is not None:
-            mode, goal[:] = layout.VELOCITY, as_configuration(velocity, self._tree, "velocity")
-        after = self._run(mode if off < 0 else layout.REST, goal, self._now.ticks + 1)
+            goal = ServoGoal(VELOCITY, goal.q, goal.qd, _NO_HANDS)
+            goal.qd[:] = as_configuration(velocity, self._tree, "velocity")
+        after = self._run(goal if off < 0 else self._goal, self._now.ticks + 1)
         if off >= 0:
-            self._report[layout.STATUS], self._report[layout.ENTRY] = layout.OFF_COMMAND, off
+            self._report["status"], self._report["entry"] = OFF_COMMAND, off
         if after.stated:
-            after.moving[:, layout.AGO] += self._settings[layout.TICK]
+            after.moving["age"] += self._tables.settings["period"]
         command, worst = self._command(after), max(self._worst, perf_counter() - began)
         self._now, self._worst = after, worst
         return command
@@ -270,18 +287,18 @@ class Servo:
             InputError: It is not what ``saved`` of such a servo returned.
         """
         now = self._now
-        if not isinstance(saved, ServoState) or saved.motion.shape != now.motion.shape:
+        if not isinstance(saved, ServoState) or len(saved.joints) != len(now.joints):
             raise InputError("saved", f"{type(saved).__name__}; what servo.saved() returned is expected")
         if saved.objects is not now.objects:
-            counters = saved.counters.copy()
-            counters[layout.CERTIFIED] = 0
-            saved = now._replace(motion=saved.motion, counters=counters, ticks=saved.ticks)
+            counters = copied(saved.counters)
+            counters[0].certified = False
+            saved = now._replace(joints=saved.joints, counters=counters, ticks=saved.ticks)
         self._now = saved
 
     def _entry_off(self, measured: ArrayLike) -> int:
         """The entry of q that was measured farthest off the last command, beyond what is certified; -1 if none was."""
         where = as_configuration(measured, self._tree, "measured")
-        apart = np.abs(where - self._now.motion[layout.Q]) - self._limits[layout.ASIDE]
+        apart = np.abs(where - self._now.joints["q"]) - self._tables.limits["tracking_error"]
         farthest = int(apart.argmax())
         return farthest if apart[farthest] > ROUNDING else -1
 
@@ -289,36 +306,33 @@ class Servo:
         """The state without the tables of robot and world, which ``__setstate__`` makes again: unpickled arrays are writable."""
         of = self._checker
         parts = of.description, of.tree, of.attached, of.given, of.found
-        now, goals = self._now._replace(objects=None), tuple(goal.copy() for goal in self._goals)
-        return {**self.__dict__, "_now": now, "_goals": goals, "_report": self._report.copy(), "_checker": parts}
+        goal, report = self._goal._replace(q=self._goal.q.copy(), qd=self._goal.qd.copy()), copied(self._report)
+        return {**self.__dict__, "_now": self._now._replace(objects=None), "_goal": goal, "_report": report, "_checker": parts}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update({**state, "_checker": Checker(*state["_checker"])})
-        self._chains.setflags(write=False)
+        self.__dict__.update({**state, "_checker": Checker(*state["_checker"]), "_tables": _read_only(state["_tables"])})
 
     def warm_up(self) -> None:
         """Compile what a tick needs, or load it, so that no tick does: for a world of the kinds of shapes that it has now."""
-        after = self._run(layout.REST, self._goals[0], 0)
-        driver.write_stop_positions(after.motion, after.counters, self._settings, after.motion[:0])
+        after = self._run(self._goal, 0)
+        driver.write_stop_positions(after.joints, after.counters, self._tables.settings, np.empty((0, self._tree.n_dof)))
 
-    def _to_hands(self, twist: Goal | None, pose: Goal | None, frame: int) -> Array:
-        """What each hand is sent to, a row of ``servo_layout`` after the other; without those that are free."""
+    def _to_hands(self, twist: Goal | None, pose: Goal | None, frame: int) -> Records[HandGoal]:
+        """Goals of the hands, without those that are free."""
         twists, poses = self._by_link(twist, "twist"), self._by_link(pose, "pose")
-        rows, n_given = self._goals[1].reshape(self._hands.shape), 0
-        for link, hand in zip(self._links, self._hands, strict=True):
+        hands, is_given = copied(self._hands), []
+        hands["frame"] = frame
+        for k, link in enumerate(self._links):
             if link in twists and link in poses:
                 raise InputError("step", f"{link} is given both a twist and a pose")
-            goal, row = poses.get(link, twists.get(link, _STILL)), rows[n_given]
-            if goal is None:
-                continue
-            row[:], row[layout.FRAME] = hand, frame
-            n_given += 1
-            if link in poses:
-                row[layout.GIVEN] = layout.POSE
-                row[layout.GOAL :] = as_one_pose(goal, self._name_of("pose", link))[:3].ravel()
-            else:
-                row[layout.GOAL : layout.GOAL + 6] = _as_twist(goal, self._name_of("twist", link))
-        return self._goals[1][: n_given * layout.HAND_WIDTH]
+            goal = poses.get(link, twists.get(link, _STILL))
+            is_given.append(goal is not None)
+            if goal is not None and link in poses:
+                hands["is_pose"][k] = True
+                hands["pose"][k] = as_one_pose(goal, self._name_of("pose", link))[:3].ravel()
+            elif goal is not None:
+                hands["twist"][k] = _as_twist(goal, self._name_of("twist", link))
+        return hands if all(is_given) else hands[is_given]
 
     def _by_link(self, goal: Goal | None, name: str) -> Mapping[str, ArrayLike | None]:
         """The goals of hands by link. One without a name is that of the only hand."""
@@ -337,23 +351,22 @@ class Servo:
         """How an error names the goal of a hand."""
         return name if len(self._links) == 1 else f"{name}[{link!r}]"
 
-    def _run(self, mode: int, goal: Array, ticks: int) -> ServoState:
+    def _run(self, goal: ServoGoal, ticks: int) -> ServoState:
         """The state after a tick in the world as it is now. It is the servo's once it is put in, by one assignment."""
         scene, objects = self._checker.scene_and_objects(self._world)
         after = self._now.before_tick(objects, ticks)
-        if mode == layout.START:
-            after.counters[layout.NEXT_SHARE] = 0
-        written = after.motion, after.counters, self._report, after.wider, after.moving
-        scene.bound(driver.servo_tick)(self._chains, mode, self._limits, self._settings, goal, *written)
+        if goal.mode == START:
+            after.counters[0].next_share = 0
+        written = after.joints, after.counters, after.wider, after.moving, self._report
+        scene.bound(driver.servo_tick)(self._tables, goal, *written)
         return after
 
     def _command(self, now: ServoState) -> Command:
-        q, qd, qdd = now.motion[:3].copy()
-        share, entry, body, other, distance = self._report[layout.SHARE :].tolist()
-        joint = self._names[int(entry)] if entry >= 0 else None
-        pair = None if body < 0 else (self._name(int(body), now.objects), self._name(int(other), now.objects))
+        joints, (status, share, entry, body, other, distance) = now.joints, self._report.item()
+        joint = self._names[entry] if entry >= 0 else None
+        pair = None if body < 0 else (self._name(body, now.objects), self._name(other, now.objects))
         limiting = Limiting(joint, pair, None if pair is None else distance, share, now.too_fast)
-        return Command(q, qd, qdd, STATUS_OF[int(self._report[layout.STATUS])], limiting)
+        return Command(joints["q"].copy(), joints["qd"].copy(), joints["qdd"].copy(), STATUS_OF[status], limiting)
 
     def _name(self, i: int, objects: Objects | None) -> str:
         bodies = self._checker.bodies
@@ -364,21 +377,26 @@ class Servo:
         return of.names[int(of.table[row, OBJECT])]
 
 
-def _tables(tree: Tree, links: Sequence[str], weights: ArrayLike | None) -> tuple[Array, Array]:
-    """The chains of all hands, one after the other, and the row of each hand in ``servo_layout`` as far as it never changes."""
+def _read_only(tables: ServoTables) -> ServoTables:
+    """The tables as entries take them: those of a servo that was unpickled are writable."""
+    for table in tables:
+        table.setflags(write=False)
+    return tables
+
+
+def _chains_and_hands(tree: Tree, links: Sequence[str], weights: ArrayLike | None) -> tuple[Array, Records[HandGoal]]:
+    """The chains of all hands, one after the other, and each hand's goal as far as it never changes."""
     if not links or len(set(links)) < len(links):
         raise InputError("link", f"{links!r}; one link is expected, or several different ones")
     chains = [tree.chain(link) for link in links]
-    hands = np.zeros((len(links), layout.HAND_WIDTH))
-    hands[:, layout.END] = np.cumsum([len(chain) for chain in chains])
-    hands[1:, layout.FIRST] = hands[:-1, layout.END]
+    hands = HandGoal.records(len(links))
+    hands["end"] = np.cumsum([len(chain) for chain in chains])
+    hands["first"][1:] = hands["end"][:-1]
     given, (least, most) = as_floats("weights", 1.0 if weights is None else weights), _WEIGHTS
     if given.shape not in {(), (len(links),)} or not ((given >= least) & (given <= most)).all():
         raise InputError("weights", f"{weights!r}; a number from {least:g} to {most:g} for each of the links is expected")
-    hands[:, layout.WEIGHT] = given
-    table = np.concatenate(chains)
-    table.setflags(write=False)
-    return table, hands
+    hands["weight"] = given
+    return np.concatenate(chains), hands
 
 
 def _accelerations_of(

@@ -18,28 +18,8 @@ from ulna.engine.lanes import sqrt
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import add_column, column_dot, error_squares, load_six, pose_error, solve_damped, store_six
-from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.layout import IN_BASE
-from ulna.kernels.servo.servo_layout import (
-    ACCELERATION,
-    DAMPING,
-    END,
-    FIRST,
-    FRAME,
-    GIVEN,
-    GOAL,
-    HAND_WIDTH,
-    HANDS,
-    LAG,
-    LOWER,
-    POSE,
-    POSTURE,
-    PULL,
-    SPEED,
-    UPPER,
-    VELOCITY,
-    WEIGHT,
-)
+from ulna.kernels.servo.servo_records import HANDS, VELOCITY
 from ulna.kernels.spatial.se3 import load_pose
 
 _LOOKS = 4  # for joints at their limits
@@ -52,73 +32,73 @@ _SHARE = 0.7  # of the acceleration, with which a position is approached
 
 
 @kernel
-def write_objective(mode, chains, goal_rows, limits, settings, q_rows, arrays):
+def write_objective(chains, goal, limits, settings, q_rows, arrays):
     """Write H and f of the quadratic program, as x' H x / 2 - f' x.
 
-    goal_rows: n_dof velocities or positions, or HAND_WIDTH numbers a hand; q_rows: where the arm is; chains: those of all hands,
-    one after the other. arrays: ``Objective``.
+    goal: a ``ServoGoal``; q_rows: where the arm is; chains: those of all hands, one after the other. arrays: ``Objective``.
     """
     n = arrays.f_rows.shape[0]
-    if mode != HANDS:
+    if goal.mode != HANDS:
         for j in range(n):
-            x = goal_rows[j] if mode == VELOCITY else approach(goal_rows[j] - q_rows[j], limits, settings, j)
-            arrays.desired_rows[j] = min(max(x, -limits[SPEED, j]), limits[SPEED, j])
+            x = goal.qd[j] if goal.mode == VELOCITY else approach(goal.q[j] - q_rows[j], limits, settings, j)
+            arrays.desired_rows[j] = min(max(x, -limits[j].speed), limits[j].speed)
             arrays.f_rows[j] = arrays.desired_rows[j]
             for k in range(n):
                 arrays.h_rows[n * j + k] = 1.0 if j == k else 0.0
         return
-    write_jacobians(chains, goal_rows, limits, q_rows, arrays.jacobian_rows)
-    for i in range(goal_rows.shape[0] // HAND_WIDTH):
-        hand, columns = goal_rows[HAND_WIDTH * i : HAND_WIDTH * (i + 1)], arrays.jacobian_rows[6 * n * i : 6 * n * (i + 1)]
-        w, arrays.pace_rows[i] = desired_twist(hand, chains, limits, settings, q_rows, columns, arrays.system_rows), 1.0
-        store_six(arrays.desired_rows, 6 * i, scaled_six(w, sqrt(hand[WEIGHT])))
-    weigh_jacobians(goal_rows, arrays.jacobian_rows)
-    write_squares(goal_rows, settings, arrays, across_of(goal_rows, limits, n))
+    hands = goal.hands
+    write_jacobians(chains, hands, limits, q_rows, arrays.jacobian_rows)
+    for i in range(hands.shape[0]):
+        columns = arrays.jacobian_rows[6 * n * i : 6 * n * (i + 1)]
+        w, arrays.pace_rows[i] = desired_twist(hands[i], chains, limits, settings, q_rows, columns, arrays), 1.0
+        store_six(arrays.desired_rows, 6 * i, scaled_six(w, sqrt(hands[i].weight)))
+    weigh_jacobians(hands, arrays.jacobian_rows)
+    write_squares(hands, settings, arrays, across_of(hands, limits))
     write_pulls(limits, settings, q_rows, arrays)
 
 
 @kernel
-def across_of(goal_rows, limits, n):
+def across_of(hands, limits):
     """The weight of what a hand does beside its twist: 1 where there are too few joints for the twists of all hands."""
     n_free = 0
-    for j in range(n):
-        n_free += 1 if limits[SPEED, j] > 0.0 else 0
-    return ACROSS if n_free >= 6 * (goal_rows.shape[0] // HAND_WIDTH) else 1.0
+    for j in range(limits.shape[0]):
+        n_free += 1 if limits[j].speed > 0.0 else 0
+    return ACROSS if n_free >= 6 * hands.shape[0] else 1.0
 
 
 @routine
-def write_jacobians(chains, goal_rows, limits, q_rows, jacobian_rows):
+def write_jacobians(chains, hands, limits, q_rows, jacobian_rows):
     """Write J of each hand; joints that are held have columns of zeros."""
     n = q_rows.shape[0]
-    for i in range(goal_rows.shape[0] // HAND_WIDTH):
-        hand, columns = goal_rows[HAND_WIDTH * i : HAND_WIDTH * (i + 1)], jacobian_rows[6 * n * i : 6 * n * (i + 1)]
-        frame = IN_BASE if hand[GIVEN] == POSE else int(hand[FRAME])
-        chain_jacobian(chains[int(hand[FIRST]) : int(hand[END])], q_rows, frame, columns, 6, 1)
+    for i in range(hands.shape[0]):
+        hand, columns = hands[i], jacobian_rows[6 * n * i : 6 * n * (i + 1)]
+        frame = IN_BASE if hand.is_pose else hand.frame
+        chain_jacobian(chains[hand.first : hand.end], q_rows, frame, columns, 6, 1)
         for j in range(n):
-            if limits[SPEED, j] == 0.0:
+            if limits[j].speed == 0.0:
                 for k in range(6):
                     columns[6 * j + k] = 0.0
 
 
 @kernel
-def weigh_jacobians(goal_rows, jacobian_rows):
+def weigh_jacobians(hands, jacobian_rows):
     """Multiply J of each hand by the square root of its weight."""
-    n_hands = goal_rows.shape[0] // HAND_WIDTH
+    n_hands = hands.shape[0]
     width = jacobian_rows.shape[0] // max(n_hands, 1)
     for i in range(n_hands):
-        root = sqrt(goal_rows[HAND_WIDTH * i + WEIGHT])
+        root = sqrt(hands[i].weight)
         for k in range(width * i, width * (i + 1)):
             jacobian_rows[k] *= root
 
 
 @kernel
-def desired_twist(hand, chains, limits, settings, q_rows, jacobian_rows, system_rows):
+def desired_twist(hand, chains, limits, settings, q_rows, jacobian_rows, arrays):
     """The twist that is desired of a hand."""
-    if hand[GIVEN] != POSE:
-        return load_six(hand, GOAL)
-    end = chain_pose(chains[int(hand[FIRST]) : int(hand[END])], q_rows)
-    e = pose_error(end, load_pose(hand[GOAL:], 0))
-    return scaled_six(e, approach_rate(e, limits, settings, jacobian_rows, system_rows, q_rows))
+    if not hand.is_pose:
+        return load_six(hand.twist, 0)
+    end = chain_pose(chains[hand.first : hand.end], q_rows)
+    e = pose_error(end, load_pose(hand.pose, 0))
+    return scaled_six(e, approach_rate(e, limits, settings, jacobian_rows, arrays.system_rows, arrays.free_rows, q_rows))
 
 
 @kernel
@@ -128,15 +108,15 @@ def scaled_six(w, by):
 
 
 @routine
-def write_squares(goal_rows, settings, arrays, across):
+def write_squares(hands, settings, arrays, across):
     """Write H, its lower triangle: the damping, and J' M J of each hand, M the weight of what is not along its twist."""
     n = arrays.f_rows.shape[0]
     for j in range(n):
         for k in range(j + 1):
-            arrays.h_rows[n * j + k] = settings[DAMPING] if j == k else 0.0
-    for i in range(goal_rows.shape[0] // HAND_WIDTH):
+            arrays.h_rows[n * j + k] = settings.damping if j == k else 0.0
+    for i in range(hands.shape[0]):
         w, columns = load_six(arrays.desired_rows, 6 * i), arrays.jacobian_rows[6 * n * i : 6 * n * (i + 1)]
-        beside = 1.0 if goal_rows[HAND_WIDTH * i + GIVEN] == POSE else across
+        beside = 1.0 if hands[i].is_pose else across
         for j in range(n):
             column = weighted(load_six(columns, 6 * j), w, beside)
             for k in range(j + 1):
@@ -148,8 +128,8 @@ def write_pulls(limits, settings, q_rows, arrays):
     """Write f: the twists of the hands, each at its pace, and the pull towards the posture."""
     n = q_rows.shape[0]
     for j in range(n):
-        pull = settings[PULL] * (limits[POSTURE, j] - q_rows[j]) if settings[PULL] > 0.0 else 0.0
-        arrays.f_rows[j] = settings[DAMPING] * min(max(pull, -limits[SPEED, j]), limits[SPEED, j])
+        pull = settings.pull * (limits[j].posture - q_rows[j]) if settings.pull > 0.0 else 0.0
+        arrays.f_rows[j] = settings.damping * min(max(pull, -limits[j].speed), limits[j].speed)
     for i in range(arrays.pace_rows.shape[0]):
         w, columns = (
             scaled_six(load_six(arrays.desired_rows, 6 * i), arrays.pace_rows[i]),
@@ -186,25 +166,25 @@ def size_of(w):
 @kernel
 def approach(e, limits, settings, j):
     """The velocity at which entry j of q approaches a position that is e away."""
-    v = min(speed_to_stop(abs(e), limits, settings, j), limits[SPEED, j])
+    v = min(speed_to_stop(abs(e), limits, settings, j), limits[j].speed)
     return v if e >= 0.0 else -v
 
 
 @kernel
 def speed_to_stop(way, limits, settings, j):
     """The speed at which entry j of q may still stop well within so long a way, whatever its limit of speed is."""
-    a, lag = _SHARE * limits[ACCELERATION, j], _APPROACH * settings[LAG]
+    a, lag = _SHARE * limits[j].acceleration, _APPROACH * settings.lag
     return a * (sqrt(lag * lag + 2.0 * way / a) - lag)
 
 
 @kernel
-def approach_rate(e, limits, settings, jacobian_rows, system_rows, q_rows):
+def approach_rate(e, limits, settings, jacobian_rows, system_rows, free_rows, q_rows):
     """The rate [1/s] at which a pose error is made smaller: the least of those of the joints that the error needs.
 
     A joint that would have to go beyond its limit is left out, and what the others need is computed without it: they would creep
-    after what none of them can do.
+    after what none of them can do. free_rows: room for 6 n_dof numbers.
     """
-    n, free_rows, left_out = q_rows.shape[0], system_rows[N_SYSTEM:], True
+    n, left_out = q_rows.shape[0], True
     for k in range(6 * n):
         free_rows[k] = jacobian_rows[k]
     y = e
@@ -213,12 +193,12 @@ def approach_rate(e, limits, settings, jacobian_rows, system_rows, q_rows):
             y, left_out = solve_damped(free_rows, n, _LOST * _LOST, e, system_rows), False
             for j in range(n):
                 way = column_dot(free_rows, j, y)
-                left = limits[UPPER, j] - q_rows[j] if way > 0.0 else q_rows[j] - limits[LOWER, j]
+                left = limits[j].upper - q_rows[j] if way > 0.0 else q_rows[j] - limits[j].lower
                 if left < min(abs(way), _AT_LIMIT):
                     left_out = True
                     for k in range(6):
                         free_rows[6 * j + k] = 0.0
-    rate = 1.0 / (_APPROACH * settings[LAG])
+    rate = 1.0 / (_APPROACH * settings.lag)
     for j in range(n):
         way = column_dot(free_rows, j, y)
         if abs(way) > 1e-12:
@@ -227,29 +207,29 @@ def approach_rate(e, limits, settings, jacobian_rows, system_rows, q_rows):
 
 
 @kernel
-def pose_squares(chains, goal_rows, q_rows):
+def pose_squares(chains, hands, q_rows):
     """The sum of c |e|^2 of all hands that are sent to a pose, e being the pose error where the arm is at q."""
     total = 0.0
-    for i in range(goal_rows.shape[0] // HAND_WIDTH):
-        hand = goal_rows[HAND_WIDTH * i : HAND_WIDTH * (i + 1)]
-        if hand[GIVEN] == POSE:
-            end = chain_pose(chains[int(hand[FIRST]) : int(hand[END])], q_rows)
-            linear, angular = error_squares(pose_error(end, load_pose(hand[GOAL:], 0)))
-            total += hand[WEIGHT] * (linear + angular)
+    for i in range(hands.shape[0]):
+        hand = hands[i]
+        if hand.is_pose:
+            end = chain_pose(chains[hand.first : hand.end], q_rows)
+            linear, angular = error_squares(pose_error(end, load_pose(hand.pose, 0)))
+            total += hand.weight * (linear + angular)
     return total
 
 
 @kernel
-def missed(mode, goal_rows, jacobian_rows, desired_rows, x_rows):
+def missed(goal, jacobian_rows, desired_rows, x_rows):
     """How much of what is desired a velocity misses, as a share of the greatest: of all twists, or of the velocities."""
     n, miss, size = x_rows.shape[0], 0.0, SMALL
-    if mode != HANDS:
+    if goal.mode != HANDS:
         for j in range(n):
             miss, size = max(miss, abs(x_rows[j] - desired_rows[j])), max(size, abs(desired_rows[j]))
         return miss / size
-    for hand in range(goal_rows.shape[0] // HAND_WIDTH):
+    for hand in range(goal.hands.shape[0]):
         w, columns = load_six(desired_rows, 6 * hand), jacobian_rows[6 * n * hand : 6 * n * (hand + 1)]
-        e, root = (-w[0], -w[1], -w[2], -w[3], -w[4], -w[5]), sqrt(goal_rows[HAND_WIDTH * hand + WEIGHT])
+        e, root = (-w[0], -w[1], -w[2], -w[3], -w[4], -w[5]), sqrt(goal.hands[hand].weight)
         for j in range(n):
             e = add_column(e, columns, j, x_rows[j])
         for i in range(6):

@@ -17,10 +17,29 @@ class Objective(NamedTuple):
     """The twists of the hands, likewise; or the velocities of the joints."""
     system_rows: NDArray
     """Room for the damped system (``damped_system``)."""
+    free_rows: NDArray
+    """Jacobian of one hand, without the joints that are left out; 6 n_dof numbers."""
     pace_rows: NDArray
     """Share of its twist that is asked of each hand."""
     slowing_rows: NDArray
     """Reason why each hand is slowed: the joint whose acceleration limits it, or a negative code of ``pace``."""
+
+
+class Program(NamedTuple):
+    """Constraints of the quadratic program, and room to solve it."""
+
+    box_rows: NDArray
+    """Lower and then upper bounds of the velocities, 2 n_dof numbers."""
+    normal_rows: NDArray
+    """Gradients of the constraints, n_dof numbers a constraint."""
+    bound_rows: NDArray
+    """Their bounds."""
+    active_rows: NDArray
+    """The active constraints."""
+    multiplier_rows: NDArray
+    """Their multipliers."""
+    work_rows: NDArray
+    """Room for 2 n_dof (n_dof + 1) numbers."""
 
 
 class Steady(NamedTuple):

@@ -34,8 +34,8 @@ from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import sqrt
 from ulna.kernels.ik.damped_system import add_column, column_dot, load_six
 from ulna.kernels.servo.desired_motion import SMALL, dot_six, scaled_six, size_of, weigh_jacobians, weighted, write_jacobians
+from ulna.kernels.servo.objective import Program
 from ulna.kernels.servo.quadratic_program import minimise, solve_on_rows
-from ulna.kernels.servo.servo_layout import ACCELERATION, GIVEN, HAND_WIDTH, LAG, LOWER, POSE, UPPER, WEIGHT
 
 _AHEAD = 1e-4  # [rad or m]: how far the joint that moves farthest is ahead where the difference is taken
 _SHARE = 0.7  # of the acceleration
@@ -63,38 +63,32 @@ def write_steady_bounds(limits, q_rows, excess, reserve, bound_rows):
     """
     n = q_rows.shape[0]
     for j in range(n):
-        bound_rows[j] = -_RATE * max(q_rows[j] - limits[LOWER, j], 0.0)
-        bound_rows[n + j] = -_RATE * max(limits[UPPER, j] - q_rows[j], 0.0)
+        bound_rows[j] = -_RATE * max(q_rows[j] - limits[j].lower, 0.0)
+        bound_rows[n + j] = -_RATE * max(limits[j].upper - q_rows[j], 0.0)
     for r in range(2 * n, bound_rows.shape[0]):
         bound_rows[r] = -_RATE * max(excess[r - 2 * n] - reserve, 0.0)
 
 
 @routine
-def write_steady(objective, normal_rows, m, work_rows, steady):
-    """Write the steady motion; how many rows are active."""
+def write_steady(objective, program, m, steady):
+    """Write the steady motion, which has the first m rows of the program; how many rows are active."""
     for i in range(objective.h_rows.shape[0]):
         steady.h_rows[i] = objective.h_rows[i]
     for j in range(objective.f_rows.shape[0]):
         steady.f_rows[j], steady.x_rows[j] = objective.f_rows[j], 0.0
-    return minimise(
-        steady.h_rows,
-        steady.f_rows,
-        normal_rows,
-        steady.bound_rows,
-        m,
-        steady.x_rows,
-        steady.active_rows,
-        steady.multiplier_rows,
-        work_rows,
+    own = Program(
+        program.box_rows, program.normal_rows, steady.bound_rows, steady.active_rows, steady.multiplier_rows, program.work_rows
     )
+    return minimise(steady.h_rows, steady.f_rows, own, m, steady.x_rows)
 
 
 @routine
-def write_part(goal_rows, objective, steady, normal_rows, work_rows, k, across, hand):
+def write_part(hands, objective, steady, program, k, across, hand):
     """Write what of the steady motion, of which k rows are active, is due to the twist of one of several hands."""
     n, w = steady.x_rows.shape[0], load_six(objective.desired_rows, 6 * hand)
+    normal_rows, work_rows = program.normal_rows, program.work_rows
     columns = objective.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)]
-    v = weighted(w, w, 1.0 if goal_rows[HAND_WIDTH * hand + GIVEN] == POSE else across)
+    v = weighted(w, w, 1.0 if hands[hand].is_pose else across)
     for a in range(k):
         steady.value_rows[a] = 0.0
     for j in range(n):
@@ -103,7 +97,7 @@ def write_part(goal_rows, objective, steady, normal_rows, work_rows, k, across, 
 
 
 @routine
-def write_changes(chains, goal_rows, limits, q_rows, objective, steady):
+def write_changes(chains, hands, limits, q_rows, objective, steady):
     """Write how J of each hand changes along the steady motion; return the time [s] to where the difference is taken."""
     fastest = _STILL
     for j in range(q_rows.shape[0]):
@@ -111,22 +105,22 @@ def write_changes(chains, goal_rows, limits, q_rows, objective, steady):
     time = _AHEAD / fastest
     for j in range(q_rows.shape[0]):
         steady.ahead_rows[j] = q_rows[j] + time * steady.x_rows[j]
-    write_jacobians(chains, goal_rows, limits, steady.ahead_rows, steady.jacobian_rows)
-    weigh_jacobians(goal_rows, steady.jacobian_rows)
+    write_jacobians(chains, hands, limits, steady.ahead_rows, steady.jacobian_rows)
+    weigh_jacobians(hands, steady.jacobian_rows)
     for i in range(steady.jacobian_rows.shape[0]):
         steady.jacobian_rows[i] = (steady.jacobian_rows[i] - objective.jacobian_rows[i]) / time
     return time
 
 
 @routine
-def write_growth(goal_rows, objective, steady, normal_rows, work_rows, k, across):
+def write_growth(hands, objective, steady, program, k, across):
     """Write y and z, with k active rows."""
-    n = steady.x_rows.shape[0]
+    n, normal_rows, work_rows = steady.x_rows.shape[0], program.normal_rows, program.work_rows
     for j in range(n):
         steady.kept_rows[j], steady.lost_rows[j] = 0.0, 0.0
-    for i in range(goal_rows.shape[0] // HAND_WIDTH):
+    for i in range(hands.shape[0]):
         columns, changes = objective.jacobian_rows[6 * n * i : 6 * n * (i + 1)], steady.jacobian_rows[6 * n * i : 6 * n * (i + 1)]
-        w, beside = load_six(objective.desired_rows, 6 * i), 1.0 if goal_rows[HAND_WIDTH * i + GIVEN] == POSE else across
+        w, beside = load_six(objective.desired_rows, 6 * i), 1.0 if hands[i].is_pose else across
         change, left = _ZERO, w
         for j in range(n):
             change, left = add_column(change, changes, j, steady.x_rows[j]), add_column(left, columns, j, -steady.x_rows[j])
@@ -147,26 +141,26 @@ def write_growth(goal_rows, objective, steady, normal_rows, work_rows, k, across
 
 
 @routine
-def write_pace(goal_rows, limits, settings, objective, steady, across, least, hand):
+def write_pace(hands, limits, settings, objective, steady, across, least, hand):
     """Write the pace of a hand, and what slows it.
 
     least: the distance to the end of the reach that is reckoned with at least [rad or m]: gradients of pairs may jump.
     """
-    n, root = steady.x_rows.shape[0], sqrt(goal_rows[HAND_WIDTH * hand + WEIGHT])
+    n, root = steady.x_rows.shape[0], sqrt(hands[hand].weight)
     columns, w = objective.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)], load_six(objective.desired_rows, 6 * hand)
     changes, change, v = steady.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)], _ZERO, _ZERO
     size, rate, growth, joint, found, pace = 0.0, 0.0, 0.0, NOT_SLOWED, NOT_SLOWED, 1.0
     for j in range(n):
         v, change = add_column(v, columns, j, steady.x_rows[j]), add_column(change, changes, j, steady.x_rows[j])
         if is_moved_by(columns, j):
-            x, a = abs(steady.x_rows[j]), limits[ACCELERATION, j]
+            x, a = abs(steady.x_rows[j]), limits[j].acceleration
             grows = (abs(steady.kept_rows[j]) + abs(steady.lost_rows[j])) / a
             size, rate = max(size, x), max(rate, x / a)
             if grows > growth:
                 growth, joint = grows, j
     if size > _STILL:
         pace = pace_of(size, rate, min(growth, rate * size / max(least, 1e-300)), settings)
-        if across > 1.0 and (goal_rows.shape[0] == HAND_WIDTH or goal_rows[HAND_WIDTH * hand + GIVEN] != POSE):
+        if across > 1.0 and (hands.shape[0] == 1 or not hands[hand].is_pose):
             pace *= share_worth(v, change, w, size, root)
     if pace < 1.0:
         found = SINGULAR if size_of(v) < _SINGULAR * size * root else joint
@@ -174,43 +168,43 @@ def write_pace(goal_rows, limits, settings, objective, steady, across, least, ha
 
 
 @kernel
-def are_apart(goal_rows):
+def are_apart(hands):
     """Whether one of several hands has a twist: hands that all go to poses share their joints by the squares alone."""
     n_twists = 0
-    for i in range(goal_rows.shape[0] // HAND_WIDTH):
-        n_twists += 1 if goal_rows[HAND_WIDTH * i + GIVEN] != POSE else 0
-    return n_twists > 0 and goal_rows.shape[0] > HAND_WIDTH
+    for i in range(hands.shape[0]):
+        n_twists += 0 if hands[i].is_pose else 1
+    return n_twists > 0 and hands.shape[0] > 1
 
 
 @routine
-def set_apart(limits, settings, qd_rows, objective, steady, hand):
+def set_apart(limits, settings, state, objective, steady, hand):
     """Change the pace of one of several hands by the part of the steady motion that is due to it.
 
     It is slowed by no more than this is of the whole. And it grows only as the joints can accelerate: else a hand that is far
     behind its twist would pull the joints that it shares, faster than the others can make up for it.
     """
-    n, rate, joint, size, whole = qd_rows.shape[0], 0.0, NOT_SLOWED, 0.0, _STILL
+    n, rate, joint, size, whole = state.shape[0], 0.0, NOT_SLOWED, 0.0, _STILL
     columns, w = objective.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)], load_six(objective.desired_rows, 6 * hand)
     now, full = _ZERO, _ZERO
     for j in range(n):
-        now, full = add_column(now, columns, j, qd_rows[j]), add_column(full, columns, j, steady.part_rows[j])
+        now, full = add_column(now, columns, j, state[j].qd), add_column(full, columns, j, steady.part_rows[j])
         size, whole = max(size, abs(steady.part_rows[j])), max(whole, abs(steady.x_rows[j]))
-        if abs(steady.part_rows[j]) > rate * limits[ACCELERATION, j]:
-            rate, joint = abs(steady.part_rows[j]) / limits[ACCELERATION, j], j
+        if abs(steady.part_rows[j]) > rate * limits[j].acceleration:
+            rate, joint = abs(steady.part_rows[j]) / limits[j].acceleration, j
     if objective.slowing_rows[hand] != SINGULAR:
         objective.pace_rows[hand] = 1.0 - (1.0 - objective.pace_rows[hand]) * min(1.0, size / (_PART * whole))
     most = dot_six(full, w)
     if most > SMALL * SMALL and rate > 0.0:
-        pace = max(dot_six(now, w) / most, 0.0) + settings[LAG] / rate
+        pace = max(dot_six(now, w) / most, 0.0) + settings.lag / rate
         if pace < objective.pace_rows[hand]:
             objective.pace_rows[hand], objective.slowing_rows[hand] = pace, joint
 
 
 @routine
-def keep_on_line(goal_rows, objective, steady, hand):
+def keep_on_line(hands, objective, steady, hand):
     """Let a hand with a twist rest where the steady motion would lead it off its line."""
     n, w = steady.x_rows.shape[0], load_six(objective.desired_rows, 6 * hand)
-    if goal_rows[HAND_WIDTH * hand + GIVEN] != POSE and size_of(w) > SMALL:
+    if not hands[hand].is_pose and size_of(w) > SMALL:
         columns = objective.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)]
         objective.pace_rows[hand] *= share_along(columns, w, steady.x_rows)
 
@@ -229,7 +223,7 @@ def pace_of(size, rate, growth, settings):
     """The pace: by the greatest |X|, and the greatest |X| and B by the accelerations of the joints."""
     if growth <= _STILL * rate:
         return 1.0
-    a, b = growth / _SHARE, max(sqrt(_CLOSE * rate / size), _LAG_TICKS * settings[LAG]) * growth / rate
+    a, b = growth / _SHARE, max(sqrt(_CLOSE * rate / size), _LAG_TICKS * settings.lag) * growth / rate
     return min(1.0, 2.0 / (b + sqrt(b * b + 4.0 * a)))
 
 

@@ -22,13 +22,13 @@ _LEAST_PIVOT = 1e-13  # of a diagonal entry
 
 
 @routine
-def minimise(factor_rows, f_rows, normal_rows, bound_rows, m, x_rows, active_rows, multiplier_rows, work_rows):
+def minimise(factor_rows, f_rows, program, m, x_rows):
     """Write the minimum to x; return how many rows are active, whose numbers and multipliers are written.
 
-    factor_rows: H, n n numbers, which is overwritten; normal_rows: m n numbers; active_rows: whole numbers, room for n;
-    work_rows: room for 2 n (n + 1) numbers. f is overwritten with L^-1 f.
+    factor_rows: H, n n numbers, which is overwritten; program: a ``Program`` of m rows. f is overwritten with L^-1 f.
     """
-    n = x_rows.shape[0]
+    n, normal_rows, bound_rows = x_rows.shape[0], program.normal_rows, program.bound_rows
+    active_rows, multiplier_rows, work_rows = program.active_rows, program.multiplier_rows, program.work_rows
     y_rows, schur_rows = work_rows[: n * n], work_rows[n * n : 2 * n * n]
     z_rows, step_rows = work_rows[2 * n * n : 2 * n * n + n], work_rows[2 * n * n + n : 2 * n * n + 2 * n]
     factorise(factor_rows, n, n)

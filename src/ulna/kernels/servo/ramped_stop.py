@@ -32,28 +32,7 @@ are between those of the whole.
 """
 
 from ulna.engine.decorators import kernel, routine
-from ulna.kernels.servo.servo_layout import (
-    ACCELERATION,
-    DONE,
-    FROM,
-    JERK,
-    LIMITED_BY_ACCELERATION,
-    LIMITED_BY_JERK,
-    LIMITED_BY_POSITION,
-    LIMITED_BY_VELOCITY,
-    LOWER,
-    ONSET,
-    QD,
-    QDD,
-    RAMP,
-    RATE,
-    SPEED,
-    TICK,
-    TICKS,
-    TO,
-    UPPER,
-    Q,
-)
+from ulna.kernels.servo.servo_records import LIMITED_BY_ACCELERATION, LIMITED_BY_JERK, LIMITED_BY_POSITION, LIMITED_BY_VELOCITY
 
 ROUNDING = 1e-9  # of a number of ticks, and of limits: rounding may put so much beyond them
 BEYOND = 1e-12  # [rad or m]: what rounding may put a position beyond a limit
@@ -62,88 +41,88 @@ BEYOND = 1e-12  # [rad or m]: what rounding may put a position beyond a limit
 @kernel
 def velocity_left(state, settings, j):
     """x of entry j of a state."""
-    return state[QD, j] + state[QDD, j] * settings[RAMP] * settings[TICK]
+    return state[j].qd + state[j].qdd * settings.ramp * settings.period
 
 
 @kernel
 def acceleration_after(x, state, settings, j):
     """a' of entry j: the acceleration at the end of the tick after which x is left."""
-    h = settings[TICK]
-    return (x - state[QD, j] - 0.5 * h * state[QDD, j]) / (h * (0.5 + settings[RAMP]))
+    h = settings.period
+    return (x - state[j].qd - 0.5 * h * state[j].qdd) / (h * (0.5 + settings.ramp))
 
 
 @kernel
 def deceleration(x, settings, n):
     """A of a stop of n ticks, n > 0."""
-    return x / (settings[TICK] * (n - 1.5 * settings[RAMP]))
+    return x / (settings.period * (n - 1.5 * settings.ramp))
 
 
 @routine
 def write_ramped_tick(x_rows, state, limits, settings, after):
     """Write the state after a tick after which x is left, and the stop from there; how many ticks that takes.
 
-    after: (N_STATE, n_dof), as the state is.
+    after: as the state is.
     """
-    h = settings[TICK]
+    h = settings.period
     for j in range(x_rows.shape[0]):
-        a, b = state[QDD, j], acceleration_after(x_rows[j], state, settings, j)
-        after[Q, j] = state[Q, j] + h * (state[QD, j] + h * (2.0 * a + b) / 6.0)
-        after[QD, j], after[QDD, j] = state[QD, j] + 0.5 * h * (a + b), b
+        a, b = state[j].qdd, acceleration_after(x_rows[j], state, settings, j)
+        after[j].q = state[j].q + h * (state[j].qd + h * (2.0 * a + b) / 6.0)
+        after[j].qd, after[j].qdd = state[j].qd + 0.5 * h * (a + b), b
     return write_ramped_stop(after, limits, settings)
 
 
 @kernel
 def write_ramped_stop(state, limits, settings):
     """Write the stop that begins at a state; how many ticks it takes."""
-    h, m, most, moves = settings[TICK], settings[RAMP], 0.0, False
-    for j in range(state.shape[1]):
-        moves = moves or state[QD, j] != 0.0 or state[QDD, j] != 0.0
-        most = max(most, abs(velocity_left(state, settings, j)) / (limits[ACCELERATION, j] * h))
+    h, m, most, moves = settings.period, settings.ramp, 0.0, False
+    for j in range(state.shape[0]):
+        moves = moves or state[j].qd != 0.0 or state[j].qdd != 0.0
+        most = max(most, abs(velocity_left(state, settings, j)) / (limits[j].acceleration * h))
     steady = int(max(most - 1.5 * m, 0.0))
     steady = steady if most - 1.5 * m <= steady + ROUNDING * most else steady + 1
     n = steady + 3 * int(m) if moves else 0
     bend = 2.0 * m * h
-    for j in range(state.shape[1]):
-        v, a = state[QD, j], state[QDD, j]
-        state[RATE, j], state[FROM, j], state[ONSET, j], state[TO, j] = v, state[Q, j], a, state[Q, j]
+    for j in range(state.shape[0]):
+        v, a = state[j].qd, state[j].qdd
+        state[j].start_qd, state[j].start_q, state[j].start_qdd, state[j].rest_q = v, state[j].q, a, state[j].q
         if moves:
             most = deceleration(velocity_left(state, settings, j), settings, n)
-            state[TO, j] += bend * (v + a * bend / 3.0) + way_by_deceleration(settings, n) * most
+            state[j].rest_q += bend * (v + a * bend / 3.0) + way_by_deceleration(settings, n) * most
     return n
 
 
 @routine
 def ramped_stop_keeps(state, limits, settings, n):
     """Whether the stop of n ticks that a state begins, and the state itself, are within all limits."""
-    bend, good = 2.0 * settings[RAMP] * settings[TICK], True
-    for j in range(state.shape[1]):
-        q, v, a, x = state[FROM, j], state[RATE, j], state[ONSET, j], velocity_left(state, settings, j)
-        speed, most = limits[SPEED, j], limits[ACCELERATION, j]
+    bend, good = 2.0 * settings.ramp * settings.period, True
+    for j in range(state.shape[0]):
+        q, v, a, x = state[j].start_q, state[j].start_qd, state[j].start_qdd, velocity_left(state, settings, j)
+        speed, most = limits[j].speed, limits[j].acceleration
         good = good and abs(a) <= most * (1.0 + ROUNDING) and max(abs(v), abs(x)) <= speed * (1.0 + ROUNDING) + BEYOND
-        low, high = min(q, state[TO, j]), max(q, state[TO, j])
+        low, high = min(q, state[j].rest_q), max(q, state[j].rest_q)
         if n > 0:
             ahead, later = q + v * bend / 3.0, q + bend * (2.0 * v / 3.0 + a * bend / 6.0)
             end = q + bend * (v + a * bend / 3.0) - deceleration(x, settings, n) * bend * bend / 6.0
             low, high = min(low, ahead, later, end), max(high, ahead, later, end)
-        good = good and limits[LOWER, j] - BEYOND <= low and high <= limits[UPPER, j] + BEYOND
+        good = good and limits[j].lower - BEYOND <= low and high <= limits[j].upper + BEYOND
     return good
 
 
 @kernel
 def ramped_moment(state, settings, n, k, j):
     """Position, velocity and acceleration of entry j after k ticks of a stop of n, 0 <= k <= n, n > 0."""
-    h, m, left = settings[TICK], settings[RAMP], n - k
-    rate, onset = state[RATE, j], state[ONSET, j]
+    h, m, left = settings.period, settings.ramp, n - k
+    rate, onset = state[j].start_qd, state[j].start_qdd
     most = deceleration(rate + onset * m * h, settings, n)
     if left == 0:
-        return state[TO, j], 0.0, 0.0
+        return state[j].rest_q, 0.0, 0.0
     if k <= 2 * m:
         t, a = k * h, onset - (onset + most) * k / (2.0 * m)
-        return state[FROM, j] + t * (rate + t * (2.0 * onset + a) / 6.0), rate + 0.5 * t * (onset + a), a
+        return state[j].start_q + t * (rate + t * (2.0 * onset + a) / 6.0), rate + 0.5 * t * (onset + a), a
     if left >= m:
         to_go = most * h * h * (0.5 * (left - m) * left + m * m / 6.0)
-        return state[TO, j] - to_go, most * h * (left - 0.5 * m), -most
-    return state[TO, j] - most * h * h * left**3 / (6.0 * m), most * h * left * left / (2.0 * m), -most * left / m
+        return state[j].rest_q - to_go, most * h * (left - 0.5 * m), -most
+    return state[j].rest_q - most * h * h * left**3 / (6.0 * m), most * h * left * left / (2.0 * m), -most * left / m
 
 
 @kernel
@@ -152,41 +131,41 @@ def bend_moment(state, settings, n, before, t, j):
 
     before: The acceleration where that tick begins.
     """
-    h, m, onset = settings[TICK], settings[RAMP], state[ONSET, j]
-    most = deceleration(state[RATE, j] + onset * m * h, settings, n)
+    h, m, onset = settings.period, settings.ramp, state[j].start_qdd
+    most = deceleration(state[j].start_qd + onset * m * h, settings, n)
     jerk = -(onset + most) / (2.0 * m * h) if t > 0.0 else (onset - before) / h
-    return state[FROM, j] + t * (state[RATE, j] + t * (0.5 * onset + t * jerk / 6.0)), onset + t * jerk
+    return state[j].start_q + t * (state[j].start_qd + t * (0.5 * onset + t * jerk / 6.0)), onset + t * jerk
 
 
 @kernel
 def left_after_one_more(state, counters, settings, j):
     """x of entry j after one more tick of the certified stop."""
-    n, k = counters[TICKS], counters[DONE] + 1
+    n, k = counters.ticks, counters.done + 1
     if k >= n:
         return 0.0
     _, v, a = ramped_moment(state, settings, n, k, j)
-    return v + a * settings[RAMP] * settings[TICK]
+    return v + a * settings.ramp * settings.period
 
 
 @kernel
 def go_on_with_ramp(state, counters, settings):
     """Write the state after one more tick of the certified stop, n > 0."""
-    n, k = counters[TICKS], counters[DONE] + 1
-    for j in range(state.shape[1]):
-        state[Q, j], state[QD, j], state[QDD, j] = ramped_moment(state, settings, n, k, j)
+    n, k = counters.ticks, counters.done + 1
+    for j in range(state.shape[0]):
+        state[j].q, state[j].qd, state[j].qdd = ramped_moment(state, settings, n, k, j)
 
 
 @kernel
 def ways_by_acceleration(settings):
     """By how much q', v' and the place of rest without A move with a'."""
-    h, bend = settings[TICK], 2.0 * settings[RAMP] * settings[TICK]
+    h, bend = settings.period, 2.0 * settings.ramp * settings.period
     return h * h / 6.0, 0.5 * h, h * h / 6.0 + 0.5 * h * bend + bend * bend / 3.0
 
 
 @kernel
 def way_by_deceleration(settings, n):
     """By how much the place of rest after a stop of n ticks moves with A."""
-    h, m = settings[TICK], settings[RAMP]
+    h, m = settings.period, settings.ramp
     steady = n - 3.0 * m
     return 0.5 * h * h * (steady * (steady + m) - m * m)
 
@@ -195,17 +174,17 @@ def way_by_deceleration(settings, n):
 def ramped_way(settings, n):
     """By how much the place of rest after a tick and a stop of n ticks moves with x [s]."""
     _, _, way = ways_by_acceleration(settings)
-    return way / (settings[TICK] * (0.5 + settings[RAMP])) + way_by_deceleration(settings, n) * deceleration(1.0, settings, n)
+    return way / (settings.period * (0.5 + settings.ramp)) + way_by_deceleration(settings, n) * deceleration(1.0, settings, n)
 
 
 @kernel
 def rest_of_zero(state, settings, j):
     """Where entry j rests after a tick after which x = 0 is left."""
-    h, bend = settings[TICK], 2.0 * settings[RAMP] * settings[TICK]
+    h, bend = settings.period, 2.0 * settings.ramp * settings.period
     _, _, way = ways_by_acceleration(settings)
-    v, a = state[QD, j], state[QDD, j]
+    v, a = state[j].qd, state[j].qdd
     aside = h * (v + h * a / 3.0) + bend * (v + 0.5 * h * a)
-    return state[Q, j] + aside + way * acceleration_after(0.0, state, settings, j)
+    return state[j].q + aside + way * acceleration_after(0.0, state, settings, j)
 
 
 @kernel
@@ -214,9 +193,9 @@ def ramped_travel(state, after, settings, n, j):
 
     The integral of the size of a polynomial is at most the mean of the sizes of its Bernstein coefficients, times its time.
     """
-    h, m, v, before, x = settings[TICK], settings[RAMP], after[QD, j], state[QD, j], velocity_left(after, settings, j)
+    h, m, v, before, x = settings.period, settings.ramp, after[j].qd, state[j].qd, velocity_left(after, settings, j)
     most, line = deceleration(x, settings, n), n - 3.0 * m
-    in_tick = abs(before) + abs(before + 0.5 * h * state[QDD, j]) + abs(v)
+    in_tick = abs(before) + abs(before + 0.5 * h * state[j].qdd) + abs(v)
     in_bend = abs(v) + abs(x) + abs(most * h * (line + 0.5 * m))
     return (h * in_tick + 2.0 * m * h * in_bend) / 3.0 + abs(most) * h * h * (0.5 * line * (line + m) + m * m / 6.0)
 
@@ -224,13 +203,13 @@ def ramped_travel(state, after, settings, n, j):
 @kernel
 def limit_of_ramp(x, state, limits, settings, n, j):
     """Which limit x of entry j is at, that is at a border of the box for a stop of n ticks: a status."""
-    h, most, before = settings[TICK], limits[ACCELERATION, j], state[QDD, j]
-    a, speed = acceleration_after(x, state, settings, j), limits[SPEED, j] * (1.0 - 1e-9)
-    if max(abs(x), abs(state[QD, j] + 0.5 * h * (before + a))) >= speed:
+    h, most, before = settings.period, limits[j].acceleration, state[j].qdd
+    a, speed = acceleration_after(x, state, settings, j), limits[j].speed * (1.0 - 1e-9)
+    if max(abs(x), abs(state[j].qd + 0.5 * h * (before + a))) >= speed:
         return LIMITED_BY_VELOCITY
     if max(abs(a), abs(deceleration(x, settings, n))) >= most * (1.0 - 1e-6):
         return LIMITED_BY_ACCELERATION
-    return LIMITED_BY_JERK if abs(a - before) / (limits[JERK, j] * h) >= 1.0 - 1e-6 else LIMITED_BY_POSITION
+    return LIMITED_BY_JERK if abs(a - before) / (limits[j].jerk * h) >= 1.0 - 1e-6 else LIMITED_BY_POSITION
 
 
 @routine
@@ -239,19 +218,19 @@ def is_ramped_box(state, limits, settings, n, box_rows):
 
     Each limit is one of a': base + slope a' is between two numbers.
     """
-    h, m, n_dof, good = settings[TICK], settings[RAMP], box_rows.shape[0] // 2, True
+    h, m, n_dof, good = settings.period, settings.ramp, box_rows.shape[0] // 2, True
     bend, kappa, way = 2.0 * m * h, deceleration(1.0, settings, n), way_by_deceleration(settings, n)
     by_q, by_v, by_rest = ways_by_acceleration(settings)
     by_x = by_v + m * h
     for j in range(n_dof):
-        a, change, most, speed = state[QDD, j], limits[JERK, j] * h, limits[ACCELERATION, j], limits[SPEED, j]
-        v = state[QD, j] + 0.5 * h * a
-        q = state[Q, j] + h * (state[QD, j] + h * a / 3.0)
+        a, change, most, speed = state[j].qdd, limits[j].jerk * h, limits[j].acceleration, limits[j].speed
+        v = state[j].qd + 0.5 * h * a
+        q = state[j].q + h * (state[j].qd + h * a / 3.0)
         low, high = max(a - change, -most), min(a + change, most)
         low, high = narrowed(low, high, v, by_v, -speed, speed)
         fastest = min(speed, most / kappa)
         low, high = narrowed(low, high, v, by_x, -fastest, fastest)
-        least, greatest = limits[LOWER, j], limits[UPPER, j]
+        least, greatest = limits[j].lower, limits[j].upper
         low, high = narrowed(low, high, q, by_q, least, greatest)
         low, high = narrowed(low, high, q + v * bend / 3.0, by_q + by_v * bend / 3.0, least, greatest)
         by = by_q + bend * (2.0 * by_v / 3.0 + bend / 6.0)
@@ -275,7 +254,7 @@ def write_ramped_box(state, counters, limits, settings, box_rows):
 
     One tick more than that has left is tried first, then as many, and last one fewer.
     """
-    left, least = counters[TICKS] - counters[DONE], 3 * int(settings[RAMP])
+    left, least = counters.ticks - counters.done, 3 * int(settings.ramp)
     for n in (left + 1, left, left - 1):
         if (n >= least or n == left + 1) and is_ramped_box(state, limits, settings, max(n, least), box_rows):
             return max(n, least)
