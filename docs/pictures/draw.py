@@ -258,8 +258,8 @@ class ServoMoment:
         servo = self.robot.servo(self.world, rate=1 / self.tick, acceleration=self.acceleration, clearance=self.clearance)
         servo.start(self.q, self.qd)
         box, change = np.empty(4), self.acceleration * self.tick
-        now, tables = servo._now, servo._tables  # noqa: SLF001
-        self.ticks = write_velocity_box(now.joints, now.counters[0], tables.limits, tables.settings[0], box)
+        now, limits, settings = servo._now, servo._limits, servo._settings[0]  # noqa: SLF001
+        self.ticks = write_velocity_box(now.joints, now.counters[0], limits, settings, box)
         of_stop = np.ceil(np.abs(self.qd).max() / change)  # ticks
         self.stop, certified = self.qd * (1 - 1 / of_stop), self.q + self.qd * self.tick * of_stop / 2
         g = self.robot.distance_gradient(certified, self.world, self_collision=False)

@@ -196,30 +196,29 @@ class Tick(NamedTuple):
     """Room for a position, shape (n_dof,)."""
 
 
-_TABLES = Group((TABLE, Array(JointLimits, 1, constant=True), Array(ServoSettings, 1, constant=True)), ServoTables)
-_GOAL = Group((WHOLE, NUMBERS, NUMBERS, Array(HandGoal, 1)), ServoGoal)
-_STATE, _COUNTERS = Array(JointState, 1), Array(StopCounters, 1)
-_OBJECTS, _REPORT = Array(MovingObject, 1), Array(TickReport, 1)
+_SETTINGS, _STATE, _COUNTERS = Array(ServoSettings, 1, constant=True), Array(JointState, 1), Array(StopCounters, 1)
+_GOAL = WHOLE, NUMBERS, NUMBERS, Array(HandGoal, 1)
+_WRITTEN = _STATE, _COUNTERS, NUMBERS, Array(MovingObject, 1), Array(TickReport, 1)
+_TABLES = Group((TABLE, Array(JointLimits, 1, constant=True), _SETTINGS, *_GOAL, *_WRITTEN), ServoTables)
 
 
-@entry(*((scene, _TABLES, _GOAL, _STATE, _COUNTERS, NUMBERS, _OBJECTS, _REPORT) for scene in SCENES))
-def servo_tick(scene, tables, goal, state, counters, wider, moving, report):
-):  # fmt: skip
+@entry(*((scene, _TABLES) for scene in SCENES))
+def servo_tick(scene, tables):
     """Write the state after a tick, and its report. False if the goal is out of range: then nothing is written.
 
-    For START the state becomes the goal's: if its stop is not certified the status is REFUSED. For HANDS ``tables`` have the
-    chains of all hands.
-    wider: zeros, two more than there are objects; moving: those that may move by themselves.
+    For START the state becomes the goal's: if its stop is not certified the status is REFUSED. tables: ``ServoTables``.
     """
+    goal, state = ServoGoal(tables.mode, tables.q, tables.qd, tables.hands), tables.joints
     if not is_goal_in_range(goal):
         return False
     limits, settings, n = tables.limits, tables.settings[0], tables.limits.shape[0]
     room = np.empty((9, n))
     tick = Tick(
         scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, MAX_PAIRS, 0),
-        np.empty((MAX_PAIRS + 1, n)), np.empty(MAX_PAIRS + 1), wider, moving, np.empty((MAX_TOUCHING, PAIR_WIDTH), np.int64),
-        tables.chains, limits, settings, goal, state, counters[0], report[0],
-        room[0], room[1], Chord(room[2], room[3], room[4], room[5]), state.copy(), room[6], room[7], room[8],
+        np.empty((MAX_PAIRS + 1, n)), np.empty(MAX_PAIRS + 1), tables.wider, tables.moving,
+        np.empty((MAX_TOUCHING, PAIR_WIDTH), np.int64), tables.chains, limits, settings, goal, state,
+        tables.counters[0], tables.report[0], room[0], room[1], Chord(room[2], room[3], room[4], room[5]), state.copy(),
+        room[6], room[7], room[8],
     )  # fmt: skip
     clear(tick.report)
     if goal.mode == START:
@@ -230,17 +229,17 @@ def servo_tick(scene, tables, goal, state, counters, wider, moving, report):
         if stop_is_free(tick):
             tick.counters.certified = True
         else:
-            find_contacts(tick, near_of(scene, MAX_TOUCHING, wider.shape[0]))
+            find_contacts(tick, near_of(scene, MAX_TOUCHING, tables.wider.shape[0]))
     if goal.mode == REST:
         tick.report.status = go_on(tick)
         return True
-    work = work_of(n, goal.hands.shape[0] if goal.mode == HANDS else 0)
+    work = work_of(n, len(goal.hands) if goal.mode == HANDS else 0)
     ticks = write_velocity_box(state, tick.counters, limits, settings, work.program.box_rows)
     tick.report.status = go_on(tick) if ticks < 0 else advance(tick, work, ticks)
     return True
 
 
-@entry((_STATE, _COUNTERS, Array(ServoSettings, 1, constant=True), MATRIX))
+@entry((_STATE, _COUNTERS, _SETTINGS, MATRIX))
 def write_stop_positions(state, counters, settings, q_out):
     """Write q after each tick that is left of the certified stop, whose state and counters become those of its end.
 

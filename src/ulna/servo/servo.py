@@ -30,7 +30,6 @@ from ulna.kernels.servo.servo_records import (
     VELOCITY,
     HandGoal,
     JointLimits,
-    ServoGoal,
     ServoSettings,
     ServoTables,
     TickReport,
@@ -110,7 +109,7 @@ class Servo:
         self._links: tuple[str, ...] = (
             (tree.link_or_tip(link),) if link is None or isinstance(link, str) else as_names(link, "link", "links")
         )
-        chains, self._hands = _chains_and_hands(tree, self._links, weights)
+        self._chains, self._hands = _chains_and_hands(tree, self._links, weights)
         limits, settings = JointLimits.records(n), ServoSettings.records()
         limits["lower"], limits["upper"] = tree.least, tree.most
         limits["speed"] = np.where(still, 0.0, np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * own)))
@@ -120,9 +119,10 @@ class Servo:
         one.period, one.clearance, one.damping, one.ramp, one.lag = tick, clearance, _DAMPING**2, ramp, tick * (1 + ramp)
         if posture is not None:
             limits["posture"], one.pull = as_configuration(posture, tree, "posture"), _PULL
-        self._tables = _read_only(ServoTables(chains, limits, settings))
-        self._goal = ServoGoal(REST, np.zeros(n), np.zeros(n), _NO_HANDS)  # of a tick; it is read at once, and is no state
-        self._report = TickReport.records()  # likewise
+        self._limits, self._settings = limits, settings
+        self._refuse_changes()
+        # The goal and the report of a tick are read at once, and are no state.
+        self._goal_q, self._goal_qd, self._report = np.zeros(n), np.zeros(n), TickReport.records()
         self._names, self._now, self._worst = entry_names(tree), ServoState.unstarted(n), 0.0
 
     @property
@@ -143,18 +143,18 @@ class Servo:
     @property
     def rate(self) -> float:
         """Ticks a second [Hz]."""
-        return float(1.0 / self._tables.settings[0].period)
+        return float(1.0 / self._settings[0].period)
 
     @property
     def limits(self) -> Limits:
         """The greatest velocity, acceleration and jerk of each joint."""
-        of = self._tables.limits
+        of = self._limits
         return Limits(of["speed"].copy(), of["acceleration"].copy(), of["jerk"].copy() if of["jerk"].any() else None)
 
     @property
     def certified_stop(self) -> tuple[Array, Array]:
         """Where the arm rests if it stops from now on [rad or m], and no less than any speed on that way, shape (n_dof,) each."""
-        joints, settings = self._now.joints, self._tables.settings[0]
+        joints, settings = self._now.joints, self._settings[0]
         left = joints["qd"] + joints["qdd"] * settings.ramp * settings.period
         return joints["rest_q"].copy(), np.maximum(np.abs(joints["qd"]), np.abs(left))
 
@@ -163,13 +163,13 @@ class Servo:
         """The commands of the stop from now on [rad or m], shape (n, n_dof): those of ``step()`` until the arm rests."""
         joints, counters = copied(self._now.joints), copied(self._now.counters)
         positions = np.empty((max(counters[0].ticks - counters[0].done, 0), self._tree.n_dof))
-        driver.write_stop_positions(joints, counters, self._tables.settings, positions)
+        driver.write_stop_positions(joints, counters, self._settings, positions)
         return positions
 
     @property
     def tracking_error(self) -> Array:
         """How far each joint may be from its command [rad or m], shape (n_dof,)."""
-        return self._tables.limits["tracking_error"].copy()
+        return self._limits["tracking_error"].copy()
 
     @property
     def ticks(self) -> int:
@@ -198,16 +198,15 @@ class Servo:
                 to be led out.
             GeometryError: The robot has no collision shapes, or some that cannot be checked.
         """
-        goal, lead_out = self._goal._replace(mode=START), as_switch("lead_out", lead_out)
-        goal.q[:] = as_configuration(q, self._tree, "q")
-        goal.qd[:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
-        if not is_within(goal.q, self._tree):
-            words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond_limits(goal.q, self._tree).items())
-            back = degrees_in_words(goal.q) or "; robot.plan(q, goal, escape=True) begins with the way back within them"
+        lead_out, self._goal_q[:] = as_switch("lead_out", lead_out), as_configuration(q, self._tree, "q")
+        self._goal_qd[:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
+        if not is_within(self._goal_q, self._tree):
+            words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond_limits(self._goal_q, self._tree).items())
+            back = degrees_in_words(self._goal_q) or "; robot.plan(q, goal, escape=True) begins with the way back within them"
             raise InputError("q", f"beyond the joint limits: {words}{back}")
-        if (np.abs(goal.qd) > self._tables.limits["speed"]).any():
+        if (np.abs(self._goal_qd) > self._limits["speed"]).any():
             raise InputError("qd", "faster than the limits of velocity")
-        after, report = self._run(goal, 0), self._report[0]
+        after, report = self._run(START, _NO_HANDS, 0), self._report[0]
         if report.status == REFUSED and lead_out:
             report.status = NOT_CERTIFIED
         elif report.status == LIMITED_BY_POSITION:
@@ -256,20 +255,18 @@ class Servo:
         if (q is not None) + (velocity is not None) + of_hands > 1:
             raise InputError("step", "takes one of q, velocity, and twist or pose")
         frame, off = as_frame(expressed_in), -1 if measured is None else self._entry_off(measured)
-        goal = self._goal
+        mode, hands = REST, _NO_HANDS
         if of_hands:
-            goal = ServoGoal(HANDS, goal.q, goal.qd, self._to_hands(twist, pose, frame))
+            mode, hands = HANDS, self._to_hands(twist, pose, frame)
         elif q is not None:
-            goal = ServoGoal(POSITION, goal.q, goal.qd, _NO_HANDS)
-            goal.q[:] = as_configuration(q, self._tree, "q")
+            mode, self._goal_q[:] = POSITION, as_configuration(q, self._tree, "q")
         elif velocity is not None:
-            goal = ServoGoal(VELOCITY, goal.q, goal.qd, _NO_HANDS)
-            goal.qd[:] = as_configuration(velocity, self._tree, "velocity")
-        after = self._run(goal if off < 0 else self._goal, self._now.ticks + 1)
+            mode, self._goal_qd[:] = VELOCITY, as_configuration(velocity, self._tree, "velocity")
+        after = self._run(mode if off < 0 else REST, hands, self._now.ticks + 1)
         if off >= 0:
             self._report["status"], self._report["entry"] = OFF_COMMAND, off
         if after.stated:
-            after.moving["age"] += self._tables.settings["period"]
+            after.moving["age"] += self._settings["period"]
         command, worst = self._command(after), max(self._worst, perf_counter() - began)
         self._now, self._worst = after, worst
         return command
@@ -298,7 +295,7 @@ class Servo:
     def _entry_off(self, measured: ArrayLike) -> int:
         """The entry of q that was measured farthest off the last command, beyond what is certified; -1 if none was."""
         where = as_configuration(measured, self._tree, "measured")
-        apart = np.abs(where - self._now.joints["q"]) - self._tables.limits["tracking_error"]
+        apart = np.abs(where - self._now.joints["q"]) - self._limits["tracking_error"]
         farthest = int(apart.argmax())
         return farthest if apart[farthest] > ROUNDING else -1
 
@@ -306,16 +303,22 @@ class Servo:
         """The state without the tables of robot and world, which ``__setstate__`` makes again: unpickled arrays are writable."""
         of = self._checker
         parts = of.description, of.tree, of.attached, of.given, of.found
-        goal, report = self._goal._replace(q=self._goal.q.copy(), qd=self._goal.qd.copy()), copied(self._report)
-        return {**self.__dict__, "_now": self._now._replace(objects=None), "_goal": goal, "_report": report, "_checker": parts}
+        own = {"_goal_q": self._goal_q.copy(), "_goal_qd": self._goal_qd.copy(), "_report": copied(self._report)}
+        return {**self.__dict__, **own, "_now": self._now._replace(objects=None), "_checker": parts}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update({**state, "_checker": Checker(*state["_checker"]), "_tables": _read_only(state["_tables"])})
+        self.__dict__.update({**state, "_checker": Checker(*state["_checker"])})
+        self._refuse_changes()
+
+    def _refuse_changes(self) -> None:
+        """Make the tables read-only that a tick only reads: it is compiled for such."""
+        for table in (self._chains, self._limits, self._settings):
+            table.setflags(write=False)
 
     def warm_up(self) -> None:
         """Compile what a tick needs, or load it, so that no tick does: for a world of the kinds of shapes that it has now."""
-        after = self._run(self._goal, 0)
-        driver.write_stop_positions(after.joints, after.counters, self._tables.settings, np.empty((0, self._tree.n_dof)))
+        after = self._run(REST, _NO_HANDS, 0)
+        driver.write_stop_positions(after.joints, after.counters, self._settings, np.empty((0, self._tree.n_dof)))
 
     def _to_hands(self, twist: Goal | None, pose: Goal | None, frame: int) -> Records[HandGoal]:
         """Goals of the hands, without those that are free."""
@@ -351,14 +354,17 @@ class Servo:
         """How an error names the goal of a hand."""
         return name if len(self._links) == 1 else f"{name}[{link!r}]"
 
-    def _run(self, goal: ServoGoal, ticks: int) -> ServoState:
+    def _run(self, mode: int, hands: Records[HandGoal], ticks: int) -> ServoState:
         """The state after a tick in the world as it is now. It is the servo's once it is put in, by one assignment."""
         scene, objects = self._checker.scene_and_objects(self._world)
         after = self._now.before_tick(objects, ticks)
-        if goal.mode == START:
+        if mode == START:
             after.counters[0].next_share = 0
-        written = after.joints, after.counters, after.wider, after.moving, self._report
-        scene.bound(driver.servo_tick)(self._tables, goal, *written)
+        tables = ServoTables(
+            self._chains, self._limits, self._settings, mode, self._goal_q, self._goal_qd, hands,
+            after.joints, after.counters, after.wider, after.moving, self._report,
+        )  # fmt: skip
+        scene.bound(driver.servo_tick)(tables)
         return after
 
     def _command(self, now: ServoState) -> Command:
@@ -375,13 +381,6 @@ class Servo:
         of = objects.layout
         row = rows_of(of.nodes, np.array([i - len(bodies.names)]))[0]
         return of.names[int(of.table[row, OBJECT])]
-
-
-def _read_only(tables: ServoTables) -> ServoTables:
-    """The tables as entries take them: those of a servo that was unpickled are writable."""
-    for table in tables:
-        table.setflags(write=False)
-    return tables
 
 
 def _chains_and_hands(tree: Tree, links: Sequence[str], weights: ArrayLike | None) -> tuple[Array, Records[HandGoal]]:
