@@ -34,6 +34,7 @@ from ulna.kernels.collision.ball_motion import INSTANT, fastest_ball, place_ball
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import EDGE_CONTACT, EDGE_FREE, EDGE_OUT_OF_RANGE
 from ulna.kernels.collision.interval import self_outcome, world_outcome
+from ulna.kernels.collision.scene import Edge, EdgeCheck
 from ulna.kernels.spatial.elementary import all_in_range
 
 BREADTH = 512  # intervals
@@ -46,17 +47,23 @@ def edges_each(scene, q_a, q_b, resolution, status, contact):
 
     EDGE_FREE and 1.0; or EDGE_CONTACT and the fraction of the edge that is free; or EDGE_OUT_OF_RANGE and 0.0.
     """
-    carried, work, of_world = carried_by(scene), interval_work(q_a.shape[1]), world_rounding(scene)
-    no_spread = np.zeros(q_a.shape[1])
+    check, no_spread = edge_check_of(scene, q_a.shape[1]), np.zeros(q_a.shape[1])
     for e in range(q_a.shape[0]):
-        if not (all_in_range(q_a[e]) and all_in_range(q_b[e])):
+        edge = Edge(q_a[e], q_b[e], no_spread)
+        if not (all_in_range(edge.q_a) and all_in_range(edge.q_b)):
             status[e], contact[e] = EDGE_OUT_OF_RANGE, 0.0
-        elif edge_is_free(scene, carried, work, q_a[e], q_b[e], no_spread, resolution, 0.0, None, of_world, BREADTH):
+        elif edge_is_free(check, edge, resolution, 0.0, None, BREADTH):
             status[e], contact[e] = EDGE_FREE, 1.0
         else:
             status[e] = EDGE_CONTACT
-            contact[e] = free_until(scene, carried, work, q_a[e], q_b[e], resolution, of_world)
+            contact[e] = free_until(check, edge, resolution)
     return True
+
+
+@workspace
+def edge_check_of(scene, n_dof):
+    """The ``EdgeCheck`` of a scene."""
+    return EdgeCheck(scene, carried_by(scene), interval_work(n_dof), world_rounding(scene))
 
 
 @workspace
@@ -71,23 +78,22 @@ def interval_work(n_dof):
 
 
 @kernel
-def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, apart, of_world, breadth):
-    """Whether the edge from q_a to q_b is certainly free, and nothing of the world is nearer than a margin [m].
+def edge_is_free(check, edge, resolution, margin, apart, breadth):
+    """Whether an edge is certainly free, and nothing of the world is nearer than a margin [m].
 
     ``apart`` widens the margin (``scene.Apart``, or None).
 
-    With a spread above 0, (n_dof,), that holds for all that lies so far beside the edge in each entry of q.
-    of_world: ``world_rounding(scene)``. breadth: how many intervals are split the oldest first, at most BREADTH; with 0 an edge
-    that passes near something for long is given up after a few looks at one place. q_a and q_b are in range.
+    check: ``EdgeCheck``; edge: ``Edge``, which is in range. breadth: how many intervals are split the oldest first, at most
+    BREADTH; with 0 an edge that passes near something for long is given up after a few looks at one place.
     """
-    _, lane_rows, waiting, _ = work
-    write_motion(scene.joints, q_a, q_b, spread, carried)
-    fastest = fastest_ball(scene.joints, carried)
+    joints, carried, (_, lane_rows, waiting, _) = check.scene.joints, check.carried, check.work
+    write_motion(joints, edge.q_a, edge.q_b, edge.spread, carried)
+    fastest = fastest_ball(joints, carried)
     waiting[0, 0], waiting[0, 1] = 0.5, 0.5
     oldest, newest = 0, 1
     while oldest < newest:
         n, oldest, newest = split_next(waiting, oldest, newest, lane_rows, breadth)
-        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, margin, apart, of_world, stop=True):
+        if outcome_at(check, edge, INSTANT, margin, apart, stop=True):
             return False
         for lane in range(WIDTH // n * n):
             if lane_rows[2, lane] == 0.0:
@@ -99,10 +105,10 @@ def edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, apa
 
 
 @kernel
-def free_until(scene, carried, work, q_a, q_b, resolution, of_world):
-    """The fraction of an edge that is certainly free, after ``edge_is_free`` has found with the same work that not all is."""
-    _, lane_rows, waiting, _ = work
-    fastest, at_most = fastest_ball(scene.joints, carried), 0.0
+def free_until(check, edge, resolution):
+    """The fraction of an edge that is certainly free, after ``edge_is_free`` has found with the same check that not all is."""
+    _, lane_rows, waiting, _ = check.work
+    fastest, at_most = fastest_ball(check.scene.joints, check.carried), 0.0
     for lane in range(WIDTH):
         if lane_rows[2, lane] == 0.0:  # the contact is in one of these
             at_most = max(at_most, lane_rows[0, lane])
@@ -112,7 +118,7 @@ def free_until(scene, carried, work, q_a, q_b, resolution, of_world):
         if waiting[n, 0] - waiting[n, 1] >= at_most:
             return at_most
         split(waiting, n, 1, lane_rows)
-        outcome_at(scene, carried, work, q_a, q_b, INSTANT, 0.0, None, of_world, stop=False)
+        outcome_at(check, edge, INSTANT, 0.0, None, stop=False)
         for back in range(WIDTH):
             lane = WIDTH - 1 - back
             if lane_rows[2, lane] == 0.0:
@@ -156,19 +162,19 @@ def write_places(q_a, q_b, work):
 
 
 @shared_routine
-def outcome_at(scene, carried, work, q_a, q_b, instant, margin, apart, of_world, stop):
+def outcome_at(check, edge, instant, margin, apart, stop):
     """Whether something touches at the middles of eight intervals; which of them are clear is written to ``lane_rows``.
 
     instant: what is added to their half lengths; 0 if these are 0, so that nothing moves. stop: whether a contact ends the
     search; then a lane that is called clear need not be.
     """
-    q_rows, lane_rows, _, stack = work
+    scene, carried, (q_rows, lane_rows, _, stack) = check.scene, check.carried, check.work
     half = load(lane_rows, 1) + instant
-    write_places(q_a, q_b, work)
+    write_places(edge.q_a, edge.q_b, check.work)
     like = load(q_rows, 0)
     still = instant == 0.0
     place_balls(scene.joints, q_rows, half, still, carried)
-    touches, clear = world_outcome(scene, carried, half, still, margin, apart, of_world, stop, stack, like)
+    touches, clear = world_outcome(scene, carried, half, still, margin, apart, check.of_world, stop, stack, like)
     if not touches:
         touches, clear = self_outcome(scene, carried, half, still, stop, clear, like)
     store(lane_rows, 2, clear)
@@ -176,21 +182,21 @@ def outcome_at(scene, carried, work, q_a, q_b, instant, margin, apart, of_world,
 
 
 @kernel
-def edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world):
-    """Whether the robot is free at 8 n_blocks evenly spaced configurations of an edge, the last of them q_b.
+def edge_is_free_at_samples(check, edge, n_blocks, margin):
+    """Whether the robot is free at 8 n_blocks evenly spaced configurations of an edge, the last of them its end.
 
     Those in an interval that is certified need no look of their own. Intervals are looked at as in ``edge_is_free``, as long as
     the last look settled more samples than it has lanes.
     """
-    _, lane_rows, waiting, _ = work
-    write_motion(scene.joints, q_a, q_b, spread, carried)
+    _, lane_rows, waiting, _ = check.work
+    write_motion(check.scene.joints, edge.q_a, edge.q_b, edge.spread, check.carried)
     waiting[0, 0], waiting[0, 1] = 0.5, 0.5
     oldest, newest, left, settled = 0, 1, WIDTH * n_blocks, WIDTH + 1
     while left > WIDTH and settled > WIDTH and newest < BREADTH:
         n = min(newest - oldest, WIDTH // 2)
         split(waiting, oldest, n, lane_rows)
         oldest, before, left = oldest + n, left, 0
-        if outcome_at(scene, carried, work, q_a, q_b, INSTANT, margin, None, of_world, stop=True):
+        if outcome_at(check, edge, INSTANT, margin, None, stop=True):
             return False
         for lane in range(WIDTH // n * n):
             if lane_rows[2, lane] == 0.0:
@@ -207,10 +213,10 @@ def edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, ma
             lane_rows[0, n] = sample / (WIDTH * n_blocks)
             n += 1
             if n == WIDTH:
-                if touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
+                if touches_at(check, edge, n, margin):
                     return False
                 n = 0
-    return n == 0 or not touches_at(scene, carried, work, q_a, q_b, n, margin, of_world)
+    return n == 0 or not touches_at(check, edge, n, margin)
 
 
 @routine
@@ -221,12 +227,12 @@ def samples_in(waiting, i, n_blocks):
 
 
 @kernel
-def touches_at(scene, carried, work, q_a, q_b, n, margin, of_world):
+def touches_at(check, edge, n, margin):
     """Whether the robot is not free at the first n configurations of eight, n > 0."""
-    lane_rows = work[1]
+    lane_rows = check.work[1]
     for lane in range(WIDTH):
         lane_rows[0, lane], lane_rows[1, lane] = lane_rows[0, min(lane, n - 1)], 0.0
-    touches = outcome_at(scene, carried, work, q_a, q_b, 0.0, margin, None, of_world, stop=True)
+    touches = outcome_at(check, edge, 0.0, margin, None, stop=True)
     for lane in range(WIDTH):
         touches = touches or lane_rows[2, lane] == 0.0
     return touches

@@ -48,7 +48,7 @@ from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding, wri
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import Apart, Near, Scene
+from ulna.kernels.collision.scene import Apart, Edge, EdgeCheck, Near, Scene
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.layout import LARGEST
 from ulna.kernels.servo.braking import (
@@ -369,7 +369,8 @@ def is_free(tick, q_a, q_b, spread, margin, time):
     """Whether all within ``spread`` of a line is certainly free, until a time from now [s]; pairs in contact aside."""
     widen(tick, time)
     apart = Apart(tick.wider, tick.touching[: tick.counters.touching])
-    return edge_is_free(tick.scene, tick.carried, tick.work, q_a, q_b, spread, RESOLUTION, margin, apart, tick.of_world, 0)
+    check = EdgeCheck(tick.scene, tick.carried, tick.work, tick.of_world)
+    return edge_is_free(check, Edge(q_a, q_b, spread), RESOLUTION, margin, apart, 0)
 
 
 @kernel

@@ -9,7 +9,7 @@ from ulna.drivers.continuous import BREADTH, edge_is_free, edge_is_free_at_sampl
 from ulna.drivers.planning.keeping import Keeping, keeps_all
 from ulna.engine.decorators import kernel, routine, workspace
 from ulna.engine.lanes import WIDTH
-from ulna.kernels.collision.scene import Scene
+from ulna.kernels.collision.scene import Edge, EdgeCheck
 from ulna.kernels.planning.search_records import MAX_REFUSED, SearchSettings
 from ulna.kernels.planning.space import distance
 
@@ -20,12 +20,9 @@ class EdgeContext(NamedTuple):
     An entry makes it, since Numba lets no function return a record.
     """
 
-    scene: Scene
-    carried: NamedTuple
-    work: tuple
+    check: EdgeCheck
     settings: SearchSettings
     space: NDArray
-    of_world: float
     no_spread: NDArray
     keeping: Keeping | None
     """None without constraints: what is for these alone is not compiled then."""
@@ -46,7 +43,7 @@ def is_free(context, q_a, q_b, spread):
 
     And whether it keeps the constraints, for certain in any case: that is known first, since it takes less time.
     """
-    if not keeps_all(context.scene.joints, context.keeping, context.work, q_a, q_b, spread):
+    if not keeps_all(context.check.scene.joints, context.keeping, context.check.work, q_a, q_b, spread):
         return False
     return is_clear(context, q_a, q_b, spread, context.settings.resolution)
 
@@ -57,12 +54,11 @@ def is_clear(context, q_a, q_b, spread, resolution):
 
     resolution: of the certificate [m]; infinite for one look at the edge.
     """
-    scene, carried, work, settings, of_world = context.scene, context.carried, context.work, context.settings, context.of_world
-    margin, sampled = settings.margin, settings.sample_spacing
+    check, edge, margin, sampled = context.check, Edge(q_a, q_b, spread), context.settings.margin, context.settings.sample_spacing
     if sampled > 0.0:
         n_blocks = max(1, int(np.ceil(distance(q_a, q_b, context.space) / (sampled * WIDTH))))
-        return edge_is_free_at_samples(scene, carried, work, q_a, q_b, spread, n_blocks, margin, of_world)
-    return edge_is_free(scene, carried, work, q_a, q_b, spread, resolution, margin, None, of_world, BREADTH)
+        return edge_is_free_at_samples(check, edge, n_blocks, margin)
+    return edge_is_free(check, edge, resolution, margin, None, BREADTH)
 
 
 @kernel

@@ -86,12 +86,12 @@ def write_curve(context, q_a, q_b, state):
     """
     rows, curve, n, done = context.keeping.way_rows, context.keeping.curve, 0, 0
     state.checks += 1
-    if keeps_all(context.scene.joints, context.keeping, context.work, q_a, q_b, context.no_spread):
+    if keeps_all(context.check.scene.joints, context.keeping, context.check.work, q_a, q_b, context.no_spread):
         free = is_clear(context, q_a, q_b, context.no_spread, context.settings.resolution)
         copy_point(q_b, curve[0 if free else WIDTH])
         return (1, REACHED) if free else (0, STOPPED)
     write_way(q_a, q_b, rows)
-    project(context.scene.joints, context.keeping, q_a, context.no_spread, rows)
+    project(context.check.scene.joints, context.keeping, q_a, context.no_spread, rows)
     end = REACHED
     for k in range(q_b.shape[0]):
         end = end if rows[k, WIDTH - 1] == q_b[k] else BESIDE
@@ -102,7 +102,7 @@ def write_curve(context, q_a, q_b, state):
             curve[WIDTH, k] = rows[k, done + size - 1]
         state.checks += 1
         before = curve[n - 1] if n > 0 else q_a
-        if keeps_all(context.scene.joints, context.keeping, context.work, before, curve[WIDTH], context.no_spread):
+        if keeps_all(context.check.scene.joints, context.keeping, context.check.work, before, curve[WIDTH], context.no_spread):
             copy_point(curve[WIDTH], curve[n])
             n, done = n + 1, done + size
         else:
@@ -174,7 +174,7 @@ def read_sample_along(context, samples, state, q):
                 rows[k, lane] = sample_entry(samples, space, row, k)
         for k in range(q.shape[0]):
             q[k] = rows[k, 0]
-        project(context.scene.joints, context.keeping, q, context.no_spread, rows)
+        project(context.check.scene.joints, context.keeping, q, context.no_spread, rows)
     for k in range(q.shape[0]):
         q[k] = rows[k, state.sample % WIDTH]
     state.sample += 1

@@ -6,8 +6,7 @@ and its bits do not depend on where. There is no clock in it: the samples are gi
 
 import numpy as np
 
-from ulna.drivers.carried import carried_by
-from ulna.drivers.continuous import interval_work
+from ulna.drivers.continuous import edge_check_of
 from ulna.drivers.planning.aorrtc import grow_cheaper
 from ulna.drivers.planning.edge import EdgeContext, without_turns
 from ulna.drivers.planning.keeping import CONSTRAINTS, keeping_of
@@ -17,7 +16,6 @@ from ulna.drivers.planning.tree import Steps, drop_repeats, rows_for, write_foun
 from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, Array, Group
-from ulna.kernels.collision.ball_motion import world_rounding
 from ulna.kernels.planning.constraint_records import Entry
 from ulna.kernels.planning.search_records import (
     AORRTC,
@@ -49,11 +47,11 @@ def plan_slice(scene, keeps, tables, trees, path):
     the path.
     """
     settings, space, search, shortening = tables.settings[0], tables.space, tables.state[0], path.state[0]
-    n_dof, of_world, keeping = space.shape[0], world_rounding(scene), keeping_of(scene.joints, keeps, space)
-    carried, work, no_spread = carried_by(scene), interval_work(n_dof), np.zeros(n_dof)
+    n_dof, keeping = space.shape[0], keeping_of(scene.joints, keeps, space)
+    check, no_spread = edge_check_of(scene, n_dof), np.zeros(n_dof)
     room = np.empty((4, max(1, n_dof)))
     steps, cut = Steps(room[0], room[1], room[2]), Cut(room[0], room[1], room[2], room[3])
-    context = EdgeContext(scene, carried, work, settings, space, of_world, no_spread, keeping)
+    context = EdgeContext(check, settings, space, no_spread, keeping)
     if shortening.points == 0:
         if not search.joined:
             if search.algorithm == AORRTC:
@@ -68,7 +66,7 @@ def plan_slice(scene, keeps, tables, trees, path):
         shortening.points, shortening.capacity = n, rows_for(n)
         left = max(1, search.until - search.checks)
         shortening.until = max(shortening.until, shortening.checks + left)
-    straight = EdgeContext(scene, carried, work, settings, without_turns(space), of_world, no_spread, keeping)
+    straight = EdgeContext(check, settings, without_turns(space), no_spread, keeping)
     code = shorten_path(straight, path, cut, shortening)
     if code != PAUSED:
         drop_repeats(path.waypoints, shortening)
