@@ -140,11 +140,6 @@ DEFECTS = {
         '<loop_joint name="l" type="spherical"><link1 link="left"/><link2 link="base"/></loop_joint></robot>',
         [(WARNING, "document", "<loop_joint> in <robot> is not read: it closes a loop")],
     ),
-    "a frame of another format": (
-        "</robot>",
-        '<frame name="tcp" link="left" xyz="0 0 0.2" rpy="0 0 0"/></robot>',
-        [(WARNING, "document", "<frame> in <robot> is not read: a <link> without shapes on a fixed joint")],
-    ),
     "a joint of Gazebo": (
         "</robot>",
         '<gazebo><joint name="l" type="revolute"/></gazebo></robot>',

@@ -73,6 +73,6 @@ def test_an_option_is_the_same_in_every_command_but_for_those_of_one_command_tha
             for parameter in each.params:
                 helps.setdefault(parameter.opts[0], set()).add(parameter.help)
     assert {word for word, of in helps.items() if word.startswith("--") and len(of) > 1} == {
-        "--robot", "--q", "--xyz", "--csv", "--self", "--to",
+        "--robot", "--q", "--xyz", "--csv", "--self", "--to", "--time-limit",
     }  # fmt: skip
     assert not {"--q-seed", "--q-start", "--hulls"} & set(helps)

@@ -51,7 +51,7 @@ def test_degrees_are_of_angles_without_a_unit():
         ("uprigt=5deg", "did you mean 'upright'"),
         ("upright=5mm", "such as 5deg"),
         ("upright=1deg,2deg", "such as 5deg"),
-        ("upright=0deg", "at least 1e-06"),
+        ("upright=0deg", "from 1e-06 to below pi"),
         ("line=0,0,0,1mm", "6 are expected"),
         ("line=0,0,0,0,0,0,1mm", "other than the first"),
         ("inside=0,0,0,0,0,0,1,1,1,1mm", "no tolerance"),

@@ -6,10 +6,9 @@ import pytest
 import ulna
 from ulna.collision.bound_scene import BoundScene
 from ulna.drivers import contacts, continuous, nearest, overlap
-from ulna.drivers.scenes import SCENES
 from ulna.engine import bound
 from ulna.engine.signatures import fits
-from ulna.kernels.collision.scene import NearestPair
+from ulna.kernels.collision.scene import SCENES, NearestPair
 
 
 def worlds(rng):

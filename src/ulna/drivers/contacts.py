@@ -2,14 +2,13 @@
 
 import numpy as np
 
-from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry, workspace
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, WHOLE, Group
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, order_of_rows, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import Near, NearPairs
+from ulna.kernels.collision.scene import SCENES, Near, NearPairs
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.spatial.elementary import all_in_range
 

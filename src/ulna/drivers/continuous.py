@@ -26,7 +26,6 @@ Impulse-based dynamic simulation of rigid body systems, 1996).
 import numpy as np
 
 from ulna.drivers.carried import carried_by
-from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry, kernel, routine, shared_routine, workspace
 from ulna.engine.lanes import WIDTH, empty_rows, load, store, zero_rows
 from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS
@@ -34,7 +33,7 @@ from ulna.kernels.collision.ball_motion import INSTANT, fastest_ball, place_ball
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import EDGE_CONTACT, EDGE_FREE, EDGE_OUT_OF_RANGE
 from ulna.kernels.collision.interval import self_outcome, world_outcome
-from ulna.kernels.collision.scene import Edge, EdgeCheck
+from ulna.kernels.collision.scene import SCENES, Edge, EdgeCheck
 from ulna.kernels.spatial.elementary import all_in_range
 
 BREADTH = 512  # intervals

@@ -3,14 +3,13 @@
 import numpy as np
 
 from ulna.drivers.batch import gather
-from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, lane_of, load, store, zero_rows
 from ulna.engine.signatures import MATRIX, Array
 from ulna.kernels.collision.bvh import STACK, place_bounds
 from ulna.kernels.collision.nearest import nearest_indexed, nearest_unindexed, splat_result
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import NearestPair
+from ulna.kernels.collision.scene import SCENES, NearestPair
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.spatial.elementary import all_in_range
 

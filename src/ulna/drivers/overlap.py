@@ -3,7 +3,6 @@
 import numpy as np
 
 from ulna.drivers.batch import gather
-from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, load, store, zero_rows
 from ulna.engine.signatures import MATRIX, NUMBERS, TRUTHS
@@ -11,6 +10,7 @@ from ulna.kernels.collision.bvh import FOUND, STACK, place_bounds
 from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
 from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed
 from ulna.kernels.collision.posed_pair import place_bodies
+from ulna.kernels.collision.scene import SCENES
 from ulna.kernels.spatial.elementary import all_in_range
 
 

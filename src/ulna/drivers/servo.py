@@ -39,7 +39,6 @@ from numpy.typing import NDArray
 from ulna.drivers.carried import carried_by
 from ulna.drivers.contacts import near_of
 from ulna.drivers.continuous import edge_is_free, interval_work
-from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.lanes import sqrt
 from ulna.engine.records import Records
@@ -48,7 +47,7 @@ from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding, wri
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import Apart, Edge, EdgeCheck, Near, Scene
+from ulna.kernels.collision.scene import SCENES, Apart, Edge, EdgeCheck, Near, Scene
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.layout import LARGEST
 from ulna.kernels.servo.braking import (

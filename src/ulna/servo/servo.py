@@ -202,8 +202,8 @@ class Servo:
         self._goal_qd[:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
         if not is_within(self._goal_q, self._tree):
             words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond_limits(self._goal_q, self._tree).items())
-            back = degrees_in_words(self._goal_q) or "; robot.plan(q, goal, escape=True) begins with the way back within them"
-            raise InputError("q", f"beyond the joint limits: {words}{back}")
+            back = f": {words}; robot.plan(q, goal, escape=True) begins with the way back within them"
+            raise InputError("q", f"beyond the joint limits{degrees_in_words(self._goal_q) or back}")
         if (np.abs(self._goal_qd) > self._limits["speed"]).any():
             raise InputError("qd", "faster than the limits of velocity")
         after, report = self._run(START, _NO_HANDS, 0), self._report[0]

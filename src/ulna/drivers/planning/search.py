@@ -13,9 +13,9 @@ from ulna.drivers.planning.keeping import CONSTRAINTS, keeping_of
 from ulna.drivers.planning.rrt_connect import grow_trees
 from ulna.drivers.planning.shortening import Cut, shorten_path
 from ulna.drivers.planning.tree import Steps, drop_repeats, rows_for, write_found
-from ulna.drivers.scenes import SCENES
 from ulna.engine.decorators import entry
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, Array, Group
+from ulna.kernels.collision.scene import SCENES
 from ulna.kernels.planning.constraint_records import Entry
 from ulna.kernels.planning.search_records import (
     AORRTC,

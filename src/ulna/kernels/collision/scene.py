@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.engine.records import Record
+from ulna.engine.signatures import MATRIX, NONE, PAIRS, TABLE, TRUTH_TABLE, WHOLE, Group
 
 
 class Scene(NamedTuple):
@@ -37,6 +38,13 @@ class Scene(NamedTuple):
     """The row after the last of them."""
     may_touch: NDArray
     """Whether a body may touch the objects of a set, shape (n_bodies, n_sets); set 0 is of those that none may touch."""
+
+
+# Robot and world have the same types, so that the kernels of two bodies are compiled once.
+BOXES = Group((TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
+SHAPES = Group((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
+SCENES = BOXES, SHAPES
+"""The types of a scene, which entries take whole."""
 
 
 class Apart(NamedTuple):
