@@ -1,14 +1,12 @@
-/* A bound function: an entry with its leading arguments kept, called with one q, or with one target.
+/* The class Bound (engine/bound.py): an entry with its leading arguments kept, called with one q, or with one target.
 
 It looks at q by its type, its elements, its shape and its flags, makes the answer, and calls the machine code. Whatever is not as it
 should be, and a q that the machine code refuses, goes to another callable with the arguments as they were: Python's own way, which
-converts or refuses by name. What it takes and returns is its way (ways.c).
+converts or refuses by name. What it takes and returns is its way (ways.c). Classes in Python may inherit it.
 */
 #include "bound.h"
 
 #include <string.h>
-
-PyTypeObject *bound_type;
 
 /* Whether the leading arguments fit an overload and the way's own arguments follow; then their slots are in ``bound``. */
 static int fits(Bound *bound, const Overload *overload, const Way *way) {
@@ -60,50 +58,9 @@ static int read_numbers(Bound *bound, const Way *way, PyObject *numbers) {
     return 0;
 }
 
-PyObject *bind_entry(PyObject *module, PyObject *arguments) {
-    PyObject *entry, *leading, *numbers, *otherwise, *like = Py_None, *of_entry, *function = NULL;
-    const char *name;
-    Py_ssize_t n;
-    (void)module;
-    if (!PyArg_ParseTuple(arguments, "OsO!nO!O|O", &entry, &name, &PyTuple_Type, &leading, &n, &PyTuple_Type, &numbers, &otherwise,
-                          &like)) {
-        return NULL;
-    }
-    const Way *way = way_of(name);
-    of_entry = PyCFunction_Check(entry) ? PyCFunction_GetSelf(entry) : NULL;
-    if (!of_entry || Py_TYPE(of_entry) != entry_type) return PyErr_SetString(PyExc_TypeError, "an entry is expected"), NULL;
-    if (!way || n < 1 || !PyCallable_Check(otherwise)) {
-        return PyErr_SetString(PyExc_ValueError, "a way, a number of entries of q and a callable are expected"), NULL;
-    }
-    Bound *bound = PyObject_GC_New(Bound, bound_type);
-    if (!bound) return NULL;
-    Py_INCREF(of_entry);
-    Py_INCREF(leading);
-    Py_INCREF(otherwise);
-    Py_INCREF(like);
-    bound->way = way;
-    bound->entry = (Entry *)of_entry;
-    bound->leading = leading;
-    bound->otherwise = otherwise;
-    bound->like = like;
-    bound->n = n;
-    if (!read_numbers(bound, way, numbers) && !choose_overload(bound, way)) {
-        PyMethodDef method = {bound->entry->name, (PyCFunction)(void (*)(void))way->call, METH_FASTCALL | METH_KEYWORDS, NULL};
-        bound->method = method;
-        function = PyCFunction_NewEx(&bound->method, (PyObject *)bound, NULL);
-    }
-    PyObject_GC_Track(bound);
-    Py_DECREF(bound);
-    return function;
-}
+/* ---- the class ---- */
 
-Bound *bound_of(PyObject *function, const Way *way) {
-    PyObject *self = PyCFunction_Check(function) ? PyCFunction_GetSelf(function) : NULL;
-    if (!self || Py_TYPE(self) != bound_type || ((Bound *)self)->way != way) return NULL;
-    return (Bound *)self;
-}
-
-static int visit_bound(PyObject *self, visitproc visit, void *arg) {
+static int visit(PyObject *self, visitproc visit, void *arg) {
     Bound *bound = (Bound *)self;
     Py_VISIT(Py_TYPE(self));
     Py_VISIT(bound->leading);
@@ -112,18 +69,77 @@ static int visit_bound(PyObject *self, visitproc visit, void *arg) {
     return 0;
 }
 
-static void free_bound(PyObject *self) {
+static int clear(PyObject *self) {
     Bound *bound = (Bound *)self;
+    Py_CLEAR(bound->entry);
+    Py_CLEAR(bound->leading);
+    Py_CLEAR(bound->otherwise);
+    Py_CLEAR(bound->like);
+    return 0;
+}
+
+static void free_bound(PyObject *self) {
     PyTypeObject *type = Py_TYPE(self);
     PyObject_GC_UnTrack(self);
-    Py_XDECREF((PyObject *)bound->entry);
-    Py_XDECREF(bound->leading);
-    Py_XDECREF(bound->otherwise);
-    Py_XDECREF(bound->like);
-    PyObject_GC_Del(self);
+    clear(self);
+    ((freefunc)PyType_GetSlot(type, Py_tp_free))(self);
     Py_DECREF(type);
 }
 
-static PyType_Slot slots_of_type[] = {{Py_tp_dealloc, free_bound}, {Py_tp_traverse, visit_bound}, {0, NULL}};
+/* Bound(entry, way, leading, n, numbers, otherwise, like=None): see engine/bound.py. */
+static int init(PyObject *self, PyObject *arguments, PyObject *named) {
+    Bound *bound = (Bound *)self;
+    PyObject *entry, *leading, *numbers, *otherwise, *like = Py_None, *of_entry;
+    const char *name;
+    Py_ssize_t n;
+    if (named && PyDict_Size(named)) return PyErr_SetString(PyExc_TypeError, "arguments by position are expected"), -1;
+    if (!PyArg_ParseTuple(arguments, "OsO!nO!O|O", &entry, &name, &PyTuple_Type, &leading, &n, &PyTuple_Type, &numbers, &otherwise,
+                          &like)) {
+        return -1;
+    }
+    const Way *way = way_of(name);
+    of_entry = PyCFunction_Check(entry) ? PyCFunction_GetSelf(entry) : NULL;
+    if (entry != Py_None && (!of_entry || Py_TYPE(of_entry) != entry_type)) {
+        return PyErr_SetString(PyExc_TypeError, "an entry is expected"), -1;
+    }
+    if (!way || (of_entry && n < 1) || !PyCallable_Check(otherwise)) {
+        return PyErr_SetString(PyExc_ValueError, "a way, a number of entries of q and a callable are expected"), -1;
+    }
+    if (bound->otherwise) return PyErr_SetString(PyExc_TypeError, "a bound entry cannot be changed"), -1;
+    bound->way = way;
+    bound->leading = Py_NewRef(leading);
+    bound->like = Py_NewRef(like);
+    bound->n = n;
+    if (of_entry) {
+        bound->entry = (Entry *)Py_NewRef(of_entry);
+        if (read_numbers(bound, way, numbers) || choose_overload(bound, way)) return clear(self), -1;
+    }
+    bound->otherwise = Py_NewRef(otherwise);
+    return 0;
+}
+
+/* The arguments of a call in their order, of which ``out`` alone may be given by name; how many, or 0 if Python must look at them. */
+static Py_ssize_t read_arguments(const Way *way, PyObject *arguments, PyObject *named, PyObject **given) {
+    Py_ssize_t n = PyTuple_Size(arguments);
+    if (n < 1 || n > MOST_ARGUMENTS) return 0;
+    for (Py_ssize_t k = 0; k < n; k++) given[k] = PyTuple_GetItem(arguments, k);
+    if (!named || !PyDict_Size(named)) return n;
+    if (!way->takes_out || n != 1 || PyDict_Size(named) != 1) return 0;
+    given[1] = PyDict_GetItemString(named, "out");
+    return given[1] ? 2 : 0;
+}
+
+static PyObject *call(PyObject *self, PyObject *arguments, PyObject *named) {
+    Bound *bound = (Bound *)self;
+    PyObject *given[MOST_ARGUMENTS];
+    Py_ssize_t n = bound->entry ? read_arguments(bound->way, arguments, named, given) : 0;
+    PyObject *result = n ? bound->way->call(bound, given, n) : NULL;
+    if (result || PyErr_Occurred()) return result;
+    if (!bound->otherwise) return PyErr_SetString(PyExc_TypeError, "an entry that is bound to nothing"), NULL;
+    return PyObject_Call(bound->otherwise, arguments, named);
+}
+
+static PyType_Slot slots_of_type[] = {{Py_tp_dealloc, free_bound}, {Py_tp_traverse, visit}, {Py_tp_clear, clear},
+                                      {Py_tp_init, init}, {Py_tp_call, call}, {0, NULL}};
 PyType_Spec bound_spec = {"ulna.engine._calls.Bound", sizeof(Bound), 0,
-                          Py_TPFLAGS_DEFAULT | Py_TPFLAGS_HAVE_GC | Py_TPFLAGS_DISALLOW_INSTANTIATION, slots_of_type};
+                          Py_TPFLAGS_DEFAULT | Py_TPFLAGS_HAVE_GC | Py_TPFLAGS_BASETYPE, slots_of_type};

@@ -1,15 +1,17 @@
 /* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are seven:
 
     pose      f(q, out=None)                entry(*leading, q, out) -> bool; an array of the shape ``numbers``
-    truth     f(q)                          entry(*leading, q) -> int; False or True for the two codes in ``numbers``
-    number    f(q)                          entry(*leading, q[None], record) -> bool; the number that the record begins with
-    edge      f(q_a, q_b, resolution)       entry(*leading, q_a[None], q_b[None], resolution, status, free) -> bool; whether it touches,
-                                            for the two codes in ``numbers``, how far it is free, and q there
+    truth     f(q, first, end)              entry(*leading, q) -> int; False or True for the two codes in ``numbers``
+    number    f(q, first, end)              entry(*leading, q[None], record) -> bool; the number that the record begins with
+    edge      f(q_a, q_b, resolution,       entry(*leading, q_a[None], q_b[None], resolution, status, free) -> bool; whether it touches,
+                first, end)                 for the two codes in ``numbers``, how far it is free, and q there
     copy      f(T)                          entry(*leading, T, out) -> bool; an array of the shape ``numbers``, which T has too
     search    f(target, seed)               entry(*leading, target, seed, q, info) -> bool; q and info, an array of one record,
                                             or None if there is no solution
     branches  f(target)                     entry(*leading, target, q, truths) -> int; q, both rows of truths, and the code; or None if
                                             the code proves nothing. ``numbers``: of branches, and of codes that prove something
+
+``first`` and ``end`` take the place of those of the scene that is bound: the rows of the objects that are not in the BVH.
 */
 #include "bound.h"
 
@@ -72,19 +74,24 @@ static int64_t *slots_of(Bound *bound, int64_t *copy) {
     return memcpy(copy, bound->slots, bound->n_slots * sizeof *copy);
 }
 
-/* The same of a scene: a copy, with other rows of the table of objects unless ``span`` is NULL. */
-static int64_t *slots_of_scene(Bound *bound, int64_t *copy, const int64_t *span) {
+/* The same of a scene: a copy, with the rows of the objects that a call gives, first and end. NULL if they are no numbers. */
+static int64_t *slots_of_scene(Bound *bound, int64_t *copy, PyObject *const *rows) {
     memcpy(copy, bound->slots, bound->n_slots * sizeof *copy);
-    if (span) memcpy(copy + bound->n_slots - SPAN_TO_END, span, sizeof(Span));
-    return copy;
+    int64_t *place = copy + bound->n_slots - ROWS_TO_END;
+    for (int k = 0; k < 2; k++) {
+        if (!PyLong_Check(rows[k])) return NULL;
+        place[k] = PyLong_AsLongLong(rows[k]);
+    }
+    return PyErr_Occurred() ? NULL : copy;
 }
 
 /* ---- the seven ways ---- */
 
-PyObject *pose_of(Bound *bound, PyObject *q, PyObject *out) {
+static PyObject *call_pose(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
     int64_t copy[MOST_SLOTS], good;
     npy_intp rows = bound->numbers[0], columns = bound->numbers[1];
-    if (!is_vector(q, bound->n)) return NULL;
+    PyObject *q = arguments[0], *out = n > 1 && arguments[1] != Py_None ? arguments[1] : NULL;
+    if (n > 2 || !is_vector(q, bound->n)) return NULL;
     if (!out) {
         out = new_array(2, rows, columns);
         if (!out) return NULL;
@@ -100,47 +107,53 @@ PyObject *pose_of(Bound *bound, PyObject *q, PyObject *out) {
     return NULL;
 }
 
-PyObject *truth_of(Bound *bound, PyObject *q, const int64_t *span) {
+static PyObject *call_truth(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
     int64_t copy[MOST_SLOTS], code;
-    if (!is_vector(q, bound->n)) return NULL;
-    int64_t *slots = slots_of_scene(bound, copy, span);
-    put_vector(slots + bound->n_slots, data_of(q), bound->n);
+    if (n != 3 || !is_vector(arguments[0], bound->n)) return NULL;
+    int64_t *slots = slots_of_scene(bound, copy, arguments + 1);
+    if (!slots) return NULL;
+    put_vector(slots + bound->n_slots, data_of(arguments[0]), bound->n);
     if (run_machine_code(bound->entry, bound->overload, slots, &code)) return NULL;
     if (code == bound->numbers[0]) Py_RETURN_FALSE;
     if (code == bound->numbers[1]) Py_RETURN_TRUE;
     return NULL;
 }
 
-PyObject *number_of(Bound *bound, PyObject *q, const int64_t *span) {
+static PyObject *call_number(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
     int64_t copy[MOST_SLOTS], good;
     double record[MOST_SCRATCH];
-    if (!is_vector(q, bound->n)) return NULL;
-    int64_t *slots = slots_of_scene(bound, copy, span);
-    put_vector(put_matrix(slots + bound->n_slots, data_of(q), 1, bound->n), record, 1);
+    if (n != 3 || !is_vector(arguments[0], bound->n)) return NULL;
+    int64_t *slots = slots_of_scene(bound, copy, arguments + 1);
+    if (!slots) return NULL;
+    put_vector(put_matrix(slots + bound->n_slots, data_of(arguments[0]), 1, bound->n), record, 1);
     if (run_machine_code(bound->entry, bound->overload, slots, &good) || !good) return NULL;
     return PyFloat_FromDouble(record[0]);
 }
 
-int edge_of(Bound *bound, PyObject *q_a, PyObject *q_b, double resolution, const int64_t *span, double *free_until, PyObject **q) {
+static PyObject *call_edge(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
     int64_t copy[MOST_SLOTS], good, status[1] = {0};
-    npy_intp n = bound->n;
-    if (!is_vector(q_a, n) || !is_vector(q_b, n)) return -1;
-    int64_t *slots = slots_of_scene(bound, copy, span), *next = put_matrix(slots + bound->n_slots, data_of(q_a), 1, n);
-    next = put_matrix(next, data_of(q_b), 1, n);
+    double free_until[1];
+    PyObject *q_a = arguments[0], *q_b = arguments[1], *q;
+    if (n != 5 || !is_vector(q_a, bound->n) || !is_vector(q_b, bound->n) || !PyFloat_Check(arguments[2])) return NULL;
+    double resolution = PyFloat_AsDouble(arguments[2]);
+    int64_t *slots = slots_of_scene(bound, copy, arguments + 3);
+    if (!slots) return NULL;
+    int64_t *next = put_matrix(put_matrix(slots + bound->n_slots, data_of(q_a), 1, bound->n), data_of(q_b), 1, bound->n);
     memcpy(next, &resolution, sizeof resolution);
     put_vector(put_vector(next + 1, status, 1), free_until, 1);
-    if (run_machine_code(bound->entry, bound->overload, slots, &good) || !good) return -1;
-    if (status[0] != bound->numbers[0] && status[0] != bound->numbers[1]) return -1;
-    if (!(*q = new_array(1, n, 0))) return -1;
+    if (run_machine_code(bound->entry, bound->overload, slots, &good) || !good) return NULL;
+    if ((status[0] != bound->numbers[0] && status[0] != bound->numbers[1]) || !(q = new_array(1, bound->n, 0))) return NULL;
     const double *a = data_of(q_a), *b = data_of(q_b);
-    for (npy_intp k = 0; k < n; k++) ((double *)data_of(*q))[k] = a[k] + *free_until * (b[k] - a[k]); /* not contracted: hatch_build */
-    return status[0] == bound->numbers[1];
+    for (npy_intp k = 0; k < bound->n; k++) {
+        ((double *)data_of(q))[k] = a[k] + *free_until * (b[k] - a[k]); /* not contracted: hatch_build */
+    }
+    return Py_BuildValue("NdN", PyBool_FromLong(status[0] == bound->numbers[1]), *free_until, q);
 }
 
-static PyObject *copy_of(Bound *bound, PyObject *T) {
+static PyObject *call_copy(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
     int64_t copy[MOST_SLOTS], good;
     npy_intp rows = bound->numbers[0], columns = bound->numbers[1];
-    PyObject *out = is_matrix(T, rows, columns, 0) ? new_array(2, rows, columns) : NULL;
+    PyObject *T = arguments[0], *out = n == 1 && is_matrix(T, rows, columns, 0) ? new_array(2, rows, columns) : NULL;
     if (!out) return NULL;
     int64_t *slots = slots_of(bound, copy);
     put_matrix(put_matrix(slots + bound->n_slots, data_of(T), rows, columns), data_of(out), rows, columns);
@@ -149,22 +162,22 @@ static PyObject *copy_of(Bound *bound, PyObject *T) {
     return NULL;
 }
 
-int search_of(Bound *bound, PyObject *target, PyObject *seed, PyObject **q, PyObject **info) {
+static PyObject *call_search(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
     int64_t copy[MOST_SLOTS], good;
-    if (!is_matrix(target, 4, 4, 0) || !is_vector(seed, bound->n)) return -2;
-    *q = new_array(1, bound->n, 0);
-    *info = new_record_like(bound->like);
-    if (*q && *info) {
-        int64_t *slots = slots_of(bound, copy), *next = put_matrix(slots + bound->n_slots, data_of(target), 4, 4);
-        next = put_vector(next, data_of(seed), bound->n);
-        next = put_matrix(next, data_of(*q), 1, bound->n);
-        put_vector(next, data_of(*info), 1);
+    if (n != 2 || !is_matrix(arguments[0], 4, 4, 0) || !is_vector(arguments[1], bound->n)) return NULL;
+    PyObject *q = new_array(1, bound->n, 0), *info = new_record_like(bound->like);
+    if (q && info) {
+        int64_t *slots = slots_of(bound, copy), *next = put_matrix(slots + bound->n_slots, data_of(arguments[0]), 4, 4);
+        next = put_vector(next, data_of(arguments[1]), bound->n);
+        next = put_matrix(next, data_of(q), 1, bound->n);
+        put_vector(next, data_of(info), 1);
         int failed = run_machine_code(bound->entry, bound->overload, slots, &good);
-        if (!failed && good) return 1;
+        if (!failed && good) return Py_BuildValue("NN", q, info);
     }
-    Py_CLEAR(*q);
-    Py_CLEAR(*info);
-    return PyErr_Occurred() ? -1 : 0;
+    Py_XDECREF(q);
+    Py_XDECREF(info);
+    if (PyErr_Occurred()) return NULL;
+    Py_RETURN_NONE;
 }
 
 static PyObject *read_only(PyObject *array) {
@@ -178,109 +191,28 @@ static PyObject *truths_of(const npy_bool *row, npy_intp n) {
     return read_only(array);
 }
 
-int branches_of(Bound *bound, PyObject *target, PyObject **q, PyObject **valid, PyObject **real) {
+static PyObject *call_branches(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
     int64_t copy[MOST_SLOTS], code = -1;
     npy_bool truths[2 * MOST_SCRATCH];
-    npy_intp n = bound->numbers[0];
-    *valid = *real = NULL;
-    if (!is_matrix(target, 4, 4, 0) || !(*q = new_array(2, n, bound->n))) return -1;
-    int64_t *slots = slots_of(bound, copy), *next = put_matrix(slots + bound->n_slots, data_of(target), 4, 4);
-    put_matrix(put_matrix(next, data_of(*q), n, bound->n), truths, 2, n);
+    npy_intp rows = bound->numbers[0];
+    PyObject *q = n == 1 && is_matrix(arguments[0], 4, 4, 0) ? new_array(2, rows, bound->n) : NULL;
+    if (!q) return NULL;
+    int64_t *slots = slots_of(bound, copy), *next = put_matrix(slots + bound->n_slots, data_of(arguments[0]), 4, 4);
+    put_matrix(put_matrix(next, data_of(q), rows, bound->n), truths, 2, rows);
     if (!run_machine_code(bound->entry, bound->overload, slots, &code) && code >= 0 && code < bound->numbers[1]) {
-        read_only(*q);
-        *valid = truths_of(truths, n);
-        *real = truths_of(truths + n, n);
-        if (*valid && *real) return (int)code;
+        return Py_BuildValue("NNNi", read_only(q), truths_of(truths, rows), truths_of(truths + rows, rows), (int)code);
     }
-    Py_CLEAR(*q);
-    Py_CLEAR(*valid);
-    Py_CLEAR(*real);
-    return -1;
-}
-
-/* ---- the same as functions that Python calls ---- */
-
-PyObject *call_with(PyObject *function, PyObject *first, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    Py_ssize_t n_names = names ? PyTuple_Size(names) : 0, shift = first ? 1 : 0;
-    PyObject *given = PyTuple_New(n + shift), *named = n_names ? PyDict_New() : NULL, *result = NULL;
-    if (!given || (n_names && !named)) goto end;
-    if (first) PyTuple_SetItem(given, 0, Py_NewRef(first));
-    for (Py_ssize_t k = 0; k < n; k++) PyTuple_SetItem(given, k + shift, Py_NewRef(arguments[k]));
-    for (Py_ssize_t k = 0; k < n_names; k++) {
-        if (PyDict_SetItem(named, PyTuple_GetItem(names, k), arguments[n + k])) goto end;
-    }
-    result = PyObject_Call(function, given, named);
-end:
-    Py_XDECREF(given);
-    Py_XDECREF(named);
-    return result;
-}
-
-static PyObject *or_in_python(PyObject *result, Bound *bound, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    if (result || PyErr_Occurred()) return result;
-    return call_with(bound->otherwise, NULL, arguments, n, names);
-}
-
-static PyObject *call_pose(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    Bound *bound = (Bound *)self;
-    PyObject *out = n > 1 && arguments[1] != Py_None ? arguments[1] : NULL;
-    int plain = !names && (n == 1 || n == 2);
-    PyObject *result = plain ? pose_of(bound, arguments[0], out) : NULL;
-    return or_in_python(result, bound, arguments, n, names);
-}
-
-static PyObject *call_truth(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    Bound *bound = (Bound *)self;
-    return or_in_python(!names && n == 1 ? truth_of(bound, arguments[0], NULL) : NULL, bound, arguments, n, names);
-}
-
-static PyObject *call_number(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    Bound *bound = (Bound *)self;
-    return or_in_python(!names && n == 1 ? number_of(bound, arguments[0], NULL) : NULL, bound, arguments, n, names);
-}
-
-static PyObject *call_edge(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    Bound *bound = (Bound *)self;
-    PyObject *q;
-    double free_until;
-    int touches = !names && n == 3 && PyFloat_Check(arguments[2])
-        ? edge_of(bound, arguments[0], arguments[1], PyFloat_AsDouble(arguments[2]), NULL, &free_until, &q) : -1;
-    if (touches < 0) return or_in_python(NULL, bound, arguments, n, names);
-    return Py_BuildValue("NdN", PyBool_FromLong(touches), free_until, q);
-}
-
-static PyObject *call_copy(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    Bound *bound = (Bound *)self;
-    return or_in_python(!names && n == 1 ? copy_of(bound, arguments[0]) : NULL, bound, arguments, n, names);
-}
-
-static PyObject *call_search(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    Bound *bound = (Bound *)self;
-    PyObject *q, *info, *both;
-    int found = names || n != 2 ? -2 : search_of(bound, arguments[0], arguments[1], &q, &info);
-    if (found == -2) return call_with(bound->otherwise, NULL, arguments, n, names);
-    if (found < 0) return NULL;
-    if (!found) Py_RETURN_NONE;
-    both = PyTuple_Pack(2, q, info);
     Py_DECREF(q);
-    Py_DECREF(info);
-    return both;
+    return NULL;
 }
 
-static PyObject *call_branches(PyObject *self, PyObject *const *arguments, Py_ssize_t n, PyObject *names) {
-    Bound *bound = (Bound *)self;
-    PyObject *q, *valid, *real;
-    int code = !names && n == 1 ? branches_of(bound, arguments[0], &q, &valid, &real) : -1;
-    return code < 0 ? or_in_python(NULL, bound, arguments, n, names) : Py_BuildValue("NNNi", q, valid, real, code);
-}
-
-const Way POSE = {"pose", call_pose, "12", 'b', 2};
-const Way TRUTH = {"truth", call_truth, "1", 'i', 2};
-const Way NUMBER = {"number", call_number, "2r", 'b', 0};
-const Way EDGE = {"edge", call_edge, "22di1", 'b', 2};
-const Way COPY = {"copy", call_copy, "22", 'b', 2};
-const Way SEARCH = {"search", call_search, "212r", 'b', 0};
-const Way BRANCHES = {"branches", call_branches, "22t", 'i', 2};
+const Way POSE = {"pose", call_pose, "12", 'b', 2, 1};
+const Way TRUTH = {"truth", call_truth, "1", 'i', 2, 0};
+const Way NUMBER = {"number", call_number, "2r", 'b', 0, 0};
+const Way EDGE = {"edge", call_edge, "22di1", 'b', 2, 0};
+const Way COPY = {"copy", call_copy, "22", 'b', 2, 0};
+const Way SEARCH = {"search", call_search, "212r", 'b', 0, 0};
+const Way BRANCHES = {"branches", call_branches, "22t", 'i', 2, 0};
 
 const Way *way_of(const char *name) {
     static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &EDGE, &COPY, &SEARCH, &BRANCHES};

@@ -21,6 +21,12 @@ class BoundScene:
         self._signature = _BOXES if scene.vertices is None else _SHAPES
         self._entries: dict[Any, Any] = {}
 
+    def with_rows(self, first: int, end: int) -> "BoundScene":
+        """The scene with the objects in these rows of the same table; itself if they are there."""
+        if self.scene.first == first and self.scene.end == end:
+            return self
+        return BoundScene(self.scene._replace(first=first, end=end))
+
     def bound(self, entry: Callable[..., ResultT]) -> Callable[..., ResultT]:
         """An entry with the scene given: it takes the other arguments, of the types that are declared."""
         bound = self._entries.get(entry)

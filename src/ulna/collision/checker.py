@@ -5,12 +5,12 @@
 2. Both make a *scene*, to which the entries are bound (``bound_scene``): whether anything touches (``overlap``), each contact
    (``contacts``), the nearest pair (``nearest``), whether a whole edge is free (``continuous``). Boxes among boxes have machine
    code of their own.
-3. The scene of the last call is kept. So is a call of it with its arguments bound, which C makes for one q (``prebound``).
+3. The scene of the last call is kept, with the questions about one q that were asked of it (``questions``).
 4. Contacts and distances come back as numbers of rows; their names are looked up here (``report``, ``distances``).
 """
 
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from ulna.collision.distances import Distances, distances_of
 from ulna.collision.near_pairs import as_reach, find_near_pairs, reports_of
 from ulna.collision.object_tables import NO_OBJECTS, make_objects
 from ulna.collision.object_tree import compact_order
-from ulna.collision.objects import Objects
+from ulna.collision.objects import Layout, Objects
 from ulna.collision.report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
@@ -34,7 +34,7 @@ from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description
 from ulna.description.shapes import lengths
 from ulna.drivers import contacts, continuous, nearest, overlap
-from ulna.engine.bound import bind
+from ulna.engine.bound import Way, bind
 from ulna.engine.records import Records
 from ulna.engine.threads import LEAST_ROWS, in_parts
 from ulna.errors import InputError
@@ -67,9 +67,6 @@ LEAST_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
 RESOLUTION = 1e-4  # [m], unless another is given
 _A_RESOLUTION = f"a length of at least {LEAST_RESOLUTION:g} m"
-_NOTHING_BOUND = False, None, None, None, None
-_NO_LAST_SCENE: tuple[Any, ...] = None, None, None
-_TOUCHES, _NEAREST, _EDGE = 2, 3, 4  # places in Checker.prebound[0]
 _MOST_POINTS = 1 << 18  # of a cloud that are compared with the robot in one call of an entry
 
 
@@ -94,10 +91,8 @@ class Checker:
             found: Those that are found otherwise, when first needed.
         """
         self.description, self.tree, self.attached, self.given, self.found = description, tree, attached, given, found
-        self._last_scene = _NO_LAST_SCENE
+        self._last: Questions | None = None  # of the last scene
         self._may_touch: tuple[tuple[frozenset[str], ...], NDArray[np.bool_]] | None = None
-        self.prebound: list[tuple[Any, ...]] = [_NOTHING_BOUND]
-        """One tuple, of the last scene (``scene`` of ``engine.bound.Quick``)."""
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -120,12 +115,12 @@ class Checker:
     ) -> bool | NDArray[np.bool_]:
         """Whether anything touches: a bool for one q without ``out``, else shape (...,)."""
         objects = _objects_of(world)
-        scene = self._scene(objects, self_collision)
+        questions = self._questions(objects, self_collision)
         if out is None:
-            return self._of_scene(_TOUCHES, objects, self_collision, scene)(q)
-        return self._any_touch(scene, q, out)
+            return questions.overlaps(q, objects.first, objects.end)
+        return self.any_touch(questions.scene(objects.first, objects.end), q, out)
 
-    def _any_touch(self, scene: BoundScene, q: ArrayLike, out: NDArray[np.bool_] | None = None) -> bool | NDArray[np.bool_]:
+    def any_touch(self, scene: BoundScene, q: ArrayLike, out: NDArray[np.bool_] | None = None) -> bool | NDArray[np.bool_]:
         """``in_collision`` in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
@@ -148,12 +143,12 @@ class Checker:
     def signed_distance(self, q: ArrayLike, world: World | None, self_collision: bool, out: Array | None = None) -> Any:
         """The least signed distance [m]: a number for one q without ``out``, else shape (...,)."""
         objects = _objects_of(world)
-        scene = self._scene(objects, self_collision)
+        questions = self._questions(objects, self_collision)
         if out is None:
-            return self._of_scene(_NEAREST, objects, self_collision, scene)(q)
-        return self._least_distance(scene, q, out)
+            return questions.least_distance(q, objects.first, objects.end)
+        return self.least_distance(questions.scene(objects.first, objects.end), q, out)
 
-    def _least_distance(self, scene: BoundScene, q: ArrayLike, out: Array | None = None) -> Any:
+    def least_distance(self, scene: BoundScene, q: ArrayLike, out: Array | None = None) -> Any:
         """``signed_distance`` in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
@@ -187,11 +182,10 @@ class Checker:
         """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each."""
         resolution = as_number("resolution", resolution, LEAST_RESOLUTION, _A_RESOLUTION)
         objects = _objects_of(world)
-        scene = self._scene(objects, self_collision)
-        self._of_scene(_EDGE, objects, self_collision, scene)  # the next call of one edge is one of C, where the extension is
-        return self._edges(scene, q_a, q_b, resolution)
+        report = self._questions(objects, self_collision).edge(q_a, q_b, resolution, objects.first, objects.end)
+        return report if type(report) is EdgeReport else EdgeReport(*report)
 
-    def _edges(self, scene: BoundScene, q_a: ArrayLike, q_b: ArrayLike, resolution: float) -> EdgeReport:
+    def edges(self, scene: BoundScene, q_a: ArrayLike, q_b: ArrayLike, resolution: float) -> EdgeReport:
         """``edge_in_collision`` in Python."""
         starts, ends = as_positions(q_a, self.tree, "q_a"), as_positions(q_b, self.tree, "q_b")
         one = starts.ndim == ends.ndim == 1
@@ -257,35 +251,9 @@ class Checker:
             owner_of_ball[start + compact_order(part.points)[place]] = owner_of_body[pairs[:, PAIR_BODY]]
         return names, owner_of_ball
 
-    def _of_scene(self, place: int, objects: Objects, self_collision: bool, scene: BoundScene) -> Any:
-        """What a question is bound to in the last scene, in C if the extension is there; made when it is first needed."""
-        of = None if objects is NO_OBJECTS else objects
-        last = self.prebound[0]
-        if last[0] is not of or last[1] is not self_collision:
-            last = of, self_collision, *_NOTHING_BOUND[2:]
-        function: Any = last[place]
-        if function is None:
-            function = self._bound(place, scene)
-            self.prebound[0] = *last[:place], function, *last[place + 1 :]
-        return function
-
-    def _bound(self, place: int, scene: BoundScene) -> Any:
-        n, leading = self.tree.n_dof, (scene.scene,)
-        if place == _EDGE:
-            in_python = partial(self._edges, scene)
-            in_c = bind(continuous.edges_each, "edge", leading, n, (EDGE_FREE, EDGE_CONTACT), in_python)
-            return in_c or in_python, EdgeReport, RESOLUTION
-        if place == _TOUCHES:
-            in_python = partial(self._any_touch, scene)
-            in_c = bind(overlap.overlap_one, "truth", leading, n, (FREE, OVERLAPS), in_python)
-        else:
-            in_python = partial(self._least_distance, scene)
-            in_c = bind(nearest.nearest_batch, "number", leading, n, (), in_python, NearestPair.records())
-        return in_c or in_python
-
     def __getstate__(self) -> dict[str, Any]:
         """What is kept of the last scene is not copied, nor pickled."""
-        return {**self.__dict__, "_last_scene": _NO_LAST_SCENE, "prebound": [_NOTHING_BOUND]}
+        return {**self.__dict__, "_last": None}
 
     def scene_of(self, world: World | None, self_collision: bool) -> Scene:
         """What is checked, as the kernels take it."""
@@ -297,10 +265,14 @@ class Checker:
         return self._scene(objects, True), objects
 
     def _scene(self, objects: Objects, self_collision: bool) -> BoundScene:
-        """The robot and the objects, and the entries for them. The last ones are kept."""
-        last = self._last_scene
-        if last[0] is objects and last[1] is self_collision:
-            return last[2]
+        """The robot and the objects, and the entries for them."""
+        return self._questions(objects, self_collision).scene(objects.first, objects.end)
+
+    def _questions(self, objects: Objects, self_collision: bool) -> "Questions":
+        """The questions about objects of this layout. The last ones are kept."""
+        last = self._last
+        if last is not None and last.layout is objects.layout and last.self_collision is self_collision:
+            return last
         as_switch("self_collision", self_collision)
         if objects is NO_OBJECTS and not self_collision:
             raise InputError("world", "is None and self_collision is False, so there is nothing to check")
@@ -309,8 +281,55 @@ class Checker:
             known = self._may_touch = objects.layout.touch_sets, may_touch_of(self.bodies, objects.layout.touch_sets)
         pairs = self.pairs if self_collision else NO_PAIRS
         scene = BoundScene(scene_of(self.tree.joints, self.bodies, pairs, objects, known[1]))
-        self._last_scene = objects, self_collision, scene
+        self._last = last = Questions(self, objects.layout, self_collision, scene)
+        return last
+
+
+class Questions:
+    """The questions about one q among objects of one layout, each bound to their tables when it is first asked.
+
+    With q go the rows of the objects in the table, ``first`` to before ``end``: what moves is laid out in other rows.
+
+    Attributes:
+        layout: Of the objects.
+        self_collision: Whether the robot is checked against itself too.
+    """
+
+    def __init__(self, checker: Checker, layout: Layout, self_collision: bool, scene: BoundScene) -> None:
+        """Of a robot, whose ``checker`` answers in Python; ``scene`` is one with such objects."""
+        self.layout, self.self_collision, self._checker, self._last = layout, self_collision, checker, scene
+
+    def scene(self, first: int, end: int) -> BoundScene:
+        """The scene whose objects have these rows. The last one is kept."""
+        self._last = scene = self._last.with_rows(first, end)
         return scene
+
+    @cached_property
+    def overlaps(self) -> Callable[[ArrayLike, int, int], Any]:
+        """Whether anything touches at q."""
+        return self._bound(overlap.overlap_one, "truth", (FREE, OVERLAPS), self._overlaps_in_python)
+
+    @cached_property
+    def least_distance(self) -> Callable[[ArrayLike, int, int], Any]:
+        """The least signed distance at q [m]."""
+        return self._bound(nearest.nearest_batch, "number", (), self._distance_in_python, NearestPair.records())
+
+    @cached_property
+    def edge(self) -> Callable[[ArrayLike, ArrayLike, float, int, int], Any]:
+        """A report of the edge from q_a to q_b to a resolution [m], or the three values of one."""
+        return self._bound(continuous.edges_each, "edge", (EDGE_FREE, EDGE_CONTACT), self._edge_in_python)
+
+    def _bound(self, entry: Any, way: Way, codes: tuple[int, ...], otherwise: Callable[..., Any], like: Any = None) -> Any:
+        return bind(entry, way, (self._last.scene,), self._checker.tree.n_dof, codes, otherwise, like)
+
+    def _overlaps_in_python(self, q: ArrayLike, first: int, end: int) -> bool | NDArray[np.bool_]:
+        return self._checker.any_touch(self.scene(first, end), q)
+
+    def _distance_in_python(self, q: ArrayLike, first: int, end: int) -> Any:
+        return self._checker.least_distance(self.scene(first, end), q)
+
+    def _edge_in_python(self, q_a: ArrayLike, q_b: ArrayLike, resolution: float, first: int, end: int) -> EdgeReport:
+        return self._checker.edges(self.scene(first, end), q_a, q_b, resolution)
 
 
 def _objects_of(world: World | None) -> Objects:

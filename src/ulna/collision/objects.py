@@ -87,8 +87,6 @@ class Layout:
 class Objects:
     """The solids that the objects of a world consist of, as they were at one moment. Nothing of it changes later.
 
-    Methods in C read ``layout``, ``first`` and ``end`` (``native/method.c``).
-
     Attributes:
         layout: Their tables, of which only the rows from ``first`` to before ``end``, and those below the root, are of these.
         first: The first row of the solids that are not in the BVH.

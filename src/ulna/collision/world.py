@@ -17,8 +17,7 @@ from ulna.description.likely_units import check_object
 from ulna.description.pose import as_one_pose, as_pose, orthonormal
 from ulna.description.shapes import Solid
 from ulna.drivers import placing
-from ulna.engine.ahead import extension
-from ulna.engine.bound import Seen, bind
+from ulna.engine.bound import IN_C, bind
 from ulna.errors import GeometryError, InputError, UnknownNameError, count_of
 from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import table
@@ -27,7 +26,7 @@ _MOST_SHOWN = 6  # objects
 _OF_OBJECTS = "_shapes", "_poses", "_touch_links", "_speeds", "_stated"
 
 
-class World(Seen):
+class World:
     """Obstacles by name. Objects may be added, moved and removed at any time, from any thread.
 
     A change that is interrupted, as by Ctrl-C, is made in whole or not at all.
@@ -346,6 +345,9 @@ class World(Seen):
 
     def objects(self) -> Objects:
         """A snapshot of the objects as tables for the kernels; only what has changed is laid out again."""
+        known = self._objects
+        if known is not None:
+            return known
         with self._lock:
             if self._objects is None:
                 tables, self._tables = self._tables, None  # if this is interrupted, all of it is laid out the next time
@@ -433,8 +435,7 @@ def refuse_no_world(world: object) -> None:
 def _placed() -> Callable[[ArrayLike], NDArray[np.float64]]:
     """``as_one_pose`` of the argument ``pose``: in C in a wheel, in Python without one, since a compiler takes long to load."""
     in_python = partial(as_one_pose, name="pose")
-    in_c = None if extension() is None else bind(placing.copy_exact, "copy", (), 4, (4, 4), in_python)
-    return in_c or in_python
+    return bind(placing.copy_exact, "copy", (), 4, (4, 4), in_python) if IN_C else in_python
 
 
 def _refuse_unsolid(name: str, shape: object) -> None:

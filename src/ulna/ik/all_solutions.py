@@ -43,7 +43,7 @@ class AllSolutions:
         workers: What computes the branches in the place of threads, if given.
     """
 
-    __slots__ = ("_elbow", "_family", "_form", "_of_one", "_query", "_run", "_six", "_tables", "_workers", "in_c")
+    __slots__ = ("_elbow", "_family", "_form", "_of_one", "_query", "_run", "_six", "_tables", "_workers")
 
     def __init__(self, query: Query, redundancy: str | None, workers: Workers = None) -> None:
         self._query, self._workers, tree = query, workers, query.tree
@@ -62,7 +62,6 @@ class AllSolutions:
             self._tables = self._six.table, self._six.chain, self._six.plan(tree.lower, tree.upper), query.home.copy()
             self._run = closed_form.all_branches_of_one
         self._of_one = None if self._six is None else self._one_by_entry()
-        self.in_c = None if self._of_one is None else (self._of_one, IKSolutions, PROOFS, {"family": self._family})
 
     def all_solutions(
         self, T: ArrayLike, n_samples: int, *, whole_turns: bool, q_seed: ArrayLike | None = None, world: World | None = None
@@ -101,7 +100,7 @@ class AllSolutions:
 
     def _one_by_entry(self) -> Callable[[ArrayLike], _One | None]:
         """The way of one target, in C if the extension is there."""
-        return bind(self._run, "branches", self._tables, N_AXES, (N_BRANCHES, UNPROVED), self._in_python) or self._in_python
+        return bind(self._run, "branches", self._tables, N_AXES, (N_BRANCHES, UNPROVED), self._in_python)
 
     def _in_python(self, T: ArrayLike) -> _One | None:
         """q, valid, real and the place of the proof; None if this is not one target, is no pose, or nothing is proved."""

@@ -5,7 +5,7 @@ the reason are those of the search.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ulna.description.pose import as_pose
 from ulna.drivers import closed_form
@@ -46,7 +46,6 @@ class ClosedFormSolver:
         self._search, run = NumericSolver(query), closed_form.nearest_branch_of_one
         alone = form.columns == tuple(range(N_AXES)) and self._n == N_AXES and query.task_axes is None
         self._one = bound_to_one_target(run, self._tables, self._home) if alone else None
-        self.in_c = None if self._one is None else (self._one, self._home, self._one, self._solve_plain)
 
     @staticmethod
     def form_of(query: Query) -> ClosedForm | None:
@@ -69,10 +68,6 @@ class ClosedFormSolver:
                 explanation = Explanation(trace=_no_steps(found[1])) if self._trace else NOTHING_TO_EXPLAIN
                 return IKResult(found[0], found[1], (), self._tolerances, explanation)
         return self._nearest(request)
-
-    def _solve_plain(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
-        """Search with all options: C calls it where neither search finds a solution."""
-        return self.solve(Request(T, q_seed))
 
     def _nearest(self, request: Request) -> IKResult:
         """The nearest branch of each target."""

@@ -16,7 +16,6 @@ from ulna.ik.followed_path import FollowedPath
 from ulna.ik.following.follow import follow
 from ulna.ik.options import Options, Request
 from ulna.ik.problem import Query
-from ulna.ik.reason import NOTHING_TO_EXPLAIN
 from ulna.ik.result import IKResult
 from ulna.ik.search.numeric import NumericSolver
 from ulna.ik.solutions import IKSolutions
@@ -27,14 +26,7 @@ Array = NDArray[np.float64]
 
 
 class Solver(Protocol):
-    """One way to solve a query. It is made once for it, then solves any number of targets, from many threads at once.
-
-    Attributes:
-        in_c: What ``native/method.c`` needs to solve for one target: the search from home, home, the search from a seed, and
-            what is called with T and the seed where neither finds a solution; None where there are no such searches.
-    """
-
-    in_c: tuple | None
+    """One way to solve a query. It is made once for it, then solves any number of targets, from many threads at once."""
 
     def solve(self, request: Request) -> IKResult:
         """The result for the targets of a request."""
@@ -48,22 +40,17 @@ def solver_of(query: Query) -> Solver:
 
 
 _MOST_KEPT = 64  # queries of a robot
-_DEFAULTS = Options()
 
 
 class InverseKinematics:
     """The inverse kinematics of one robot. Its methods are named as those of ``Robot``; see there."""
 
-    __slots__ = ("_all_of", "_query", "_solver", "quick", "quick_solutions")
+    __slots__ = ("_all_of", "_query", "_solver")
 
     def __init__(self, tree: Tree, home: Array, checker: Checker) -> None:
         self._query = partial(_query, tree, home, checker)
-        self.quick: dict[str | None, tuple] = {}
-        """By link: what ``native/method.c`` needs to solve for it with default options, after the first call."""
-        self._solver = lru_cache(_MOST_KEPT, typed=True)(partial(_solver_for, self._query, self.quick))
-        self.quick_solutions: dict[str | None, tuple] = {}
-        """By link: what ``native/method.c`` needs to list all solutions with default options, after the first call."""
-        self._all_of = lru_cache(_MOST_KEPT, typed=True)(partial(_all_of, self._query, self.quick_solutions))
+        self._solver = lru_cache(_MOST_KEPT, typed=True)(partial(_solver_for, self._query))
+        self._all_of = lru_cache(_MOST_KEPT, typed=True)(partial(_all_of, self._query))
 
     def inverse_kinematics(self, request: Request) -> IKResult:
         """The result of the solver of the link and options; see ``Robot.inverse_kinematics``."""
@@ -107,26 +94,11 @@ def _query(tree: Tree, home: Array, checker: Checker, link: str | None, options:
     return Query(tree, home, checker, tree.link_or_tip(link), options)
 
 
-def _solver_for(
-    query_of: Callable[[str | None, Options], Query], quick: dict[str | None, tuple], link: str | None, *options: Any
-) -> Solver:
-    query = query_of(link, Options(*options))
-    solver = solver_of(query)
-    if solver.in_c is not None and query.options == _DEFAULTS:
-        fields = {"_batch": (), "tolerances": query.options.tolerances, "explanation": NOTHING_TO_EXPLAIN}
-        quick[link] = *solver.in_c[:-1], IKResult, fields, solver.in_c[-1]
-    return solver
+def _solver_for(query_of: Callable[[str | None, Options], Query], link: str | None, *options: Any) -> Solver:
+    return solver_of(query_of(link, Options(*options)))
 
 
 def _all_of(
-    query_of: Callable[[str | None, Options], Query],
-    quick: dict[str | None, tuple],
-    link: str | None,
-    redundancy: str | None,
-    *options: Any,
+    query_of: Callable[[str | None, Options], Query], link: str | None, redundancy: str | None, *options: Any
 ) -> AllSolutions:
-    query = query_of(link, Options(*options))
-    every = AllSolutions(query, redundancy)
-    if every.in_c is not None and redundancy is None and query.options == _DEFAULTS:
-        quick[link] = every.in_c
-    return every
+    return AllSolutions(query_of(link, Options(*options)), redundancy)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.drivers import forward
-from ulna.engine.bound import Called, bind, call_in_c
+from ulna.engine.bound import IN_C, Bound, machine_code
 from ulna.engine.entries import ready
 from ulna.engine.threads import LEAST_POSES, in_parts
 from ulna.errors import refuse_unknown
@@ -18,19 +18,49 @@ Array = NDArray[np.float64]
 _SHAPE = (4, 4)
 
 
-class FunctionOfLink(Called):
-    """A function of q for one link: its entry for one q, and its entry for a batch, which is run in parts."""
+class FunctionOfLink(Bound):
+    """A function of q for one link, for a control loop.
 
-    __slots__ = ("_batch", "_chain", "_frame", "_link", "_n_dof", "_one", "_shape", "_tree")
+    It validates its arguments as the method of ``Robot`` does, in less time. It may be pickled, and called from many threads at
+    once, each with an ``out`` of its own.
+    """
+
+    __slots__ = ("_batch", "_leading", "_link", "_one", "_shape", "_tree")
 
     def __init__(
         self, tree: Tree, link: str, one: Callable[..., bool], batch: Callable[..., bool], frame: tuple[int, ...], shape: tuple
     ) -> None:
-        """Of entries that take the chain and ``frame`` before q; ``shape`` is that of the result for one q."""
-        self._tree, self._link, self._n_dof, self._frame, self._shape = tree, link, tree.n_dof or NO_Q, frame, shape
-        self._chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer
+        """Of entries for one q and for a batch, which take the chain and ``frame`` before q; ``shape`` is that of one result."""
+        self._tree, self._link, self._shape = tree, link, shape
         self._one, self._batch = ready(one), batch
-        self.in_c = bind(self._one, "pose", (self._chain, *frame, tree.n_dof), tree.n_dof, shape, self._validated)
+        chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer
+        self._leading = chain, *frame, tree.n_dof or NO_Q
+        code = machine_code(self._one, self._leading) if tree.n_dof else None
+        super().__init__(code, "pose", self._leading, tree.n_dof, shape, self._validated)
+
+    if not IN_C:
+
+        def __call__(self, q: ArrayLike, out: Array | None = None, **unknown: Never) -> Array:
+            """The result at q.
+
+            Args:
+                q: Joint positions [rad or m], shape (..., n_dof).
+                out: Written to and returned if given: a float64 array of the result's shape.
+                **unknown: No other argument is taken.
+
+            Raises:
+                InputError: q has another shape or is out of range, or ``out`` does not fit.
+            """
+            fits = not unknown and (out is None or (type(out) is np.ndarray and out.flags.carray))
+            if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64:
+                one = q if q.flags.carray else q.copy()  # read-only, such as robot.home, it would be of another type
+                result = np.empty(self._shape) if out is None else out
+                try:
+                    if self._one(*self._leading, one, result):
+                        return result
+                except TypeError:  # out has another type; to find that here takes 80 us, so q's type is tested before
+                    pass
+            return self._validated(q, out, **unknown)
 
     def _validated(self, q: ArrayLike, out: Array | None = None, **unknown: Never) -> Array:
         """The result for a batch, and for arguments that must be converted or refused."""
@@ -39,10 +69,9 @@ class FunctionOfLink(Called):
         q = as_positions(q, self._tree)
         result = as_out(out, (*q.shape[:-1], *self._shape), q)
         if q.ndim == 1:
-            x = for_kernel(q)
-            good = result.size == 0 or self._one(self._chain, *self._frame, len(x), x, result)
+            good = result.size == 0 or self._one(*self._leading, for_kernel(q), result)
         else:
-            leading, rows = (self._tree.chain(self._link), *self._frame), flat(q)
+            leading, rows = (self._tree.chain(self._link), *self._leading[1:-1]), flat(q)
             of_rows = result.reshape(len(rows), *self._shape)
             good = in_parts(lambda part: self._batch(*leading, rows[part], of_rows[part]), len(rows), LEAST_POSES)
         if not good:
@@ -51,7 +80,7 @@ class FunctionOfLink(Called):
 
 
 class CompiledForward(FunctionOfLink):
-    """The pose of one link, for a control loop: ``robot.compile_forward(link)``.
+    """The pose of one link, shape (..., 4, 4), for a control loop: ``robot.compile_forward(link)``.
 
     It validates its arguments as ``robot.forward_kinematics`` does, in less time. It may be pickled, and called from many threads
     at once, each with an ``out`` of its own.
@@ -62,31 +91,6 @@ class CompiledForward(FunctionOfLink):
     def __init__(self, tree: Tree, link: str) -> None:
         super().__init__(tree, link, forward.forward_one, forward.forward_batch, (), _SHAPE)
 
-    def __call__(self, q: ArrayLike, out: Array | None = None, **unknown: Never) -> Array:
-        """T_base_link.
-
-        Args:
-            q: Joint positions [rad or m], shape (..., n_dof).
-            out: Written to and returned if given: a float64 array of the result's shape.
-            **unknown: No other argument is taken.
-
-        Returns:
-            Shape (..., 4, 4).
-
-        Raises:
-            InputError: q has another shape or is out of range, or ``out`` does not fit.
-        """
-        fits = not unknown and (out is None or (type(out) is np.ndarray and out.flags.carray))
-        if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64:
-            one = q if q.flags.carray else q.copy()  # read-only, such as robot.home, it would be of another type
-            T, forward_one = np.empty(_SHAPE) if out is None else out, self._one  # as a method it would take 20 ns longer
-            try:
-                if forward_one(self._chain, self._n_dof, one, T):
-                    return T
-            except TypeError:  # out has another type; to find that here takes 80 us, so q's type is tested before
-                pass
-        return self._validated(q, out, **unknown)
-
     def __reduce__(self):
         return CompiledForward, (self._tree, self._link)
 
@@ -94,27 +98,26 @@ class CompiledForward(FunctionOfLink):
         return f"<CompiledForward {self._link!r}, {self._tree.n_dof} dof>"
 
 
-call_in_c(CompiledForward)
+class ForwardByLink(dict[str | None, CompiledForward]):
+    """Forward kinematics of one robot by link, each made when it is first needed; None is the tip.
 
-
-class ForwardByLink(dict[str | None, Callable[..., Array]]):
-    """Forward kinematics of one robot by link, in C where the extension is there; None is the tip.
-
-    A dict, because a look-up in a dict is the fastest way from ``robot.forward_kinematics(q)`` to the function. ``of`` fills it.
+    A dict, because a look-up in a dict is the fastest way from ``robot.forward_kinematics(q)`` to the function.
     """
 
     def __init__(self, tree: Tree) -> None:
         super().__init__()
         self._tree = tree
-        self._made: dict[str, CompiledForward] = {}
 
     def of(self, link: str | None) -> CompiledForward:
-        """Forward kinematics of a link as an object; if two threads make it at once, the first is kept."""
+        """Forward kinematics of a link; if two threads make it at once, the first is kept.
+
+        Raises:
+            UnknownNameError: There is no such link.
+        """
         name = self._tree.link_or_tip(link)
         self._tree.chain(name)  # refuses what is no link
-        function = self._made.get(name) or self._made.setdefault(name, CompiledForward(self._tree, name))
-        self.setdefault(link, function.in_c or function)
-        return function
+        function = self.get(name) or self.setdefault(name, CompiledForward(self._tree, name))
+        return self.setdefault(link, function)
 
 
 def forward_kinematics(tree: Tree, q: ArrayLike, link: str) -> Array:

@@ -1,18 +1,16 @@
 """Computes Jacobians, NumPy in and out."""
 
-from collections.abc import Callable
-from typing import Any, Never
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.pose import rpy_from_matrix
 from ulna.drivers import jacobian
-from ulna.engine.bound import call_in_c
 from ulna.errors import InputError, SingularityError, did_you_mean
 from ulna.kernels.layout import IN_BASE, IN_LINK, IN_SPATIAL
 from ulna.kinematics.forward import FunctionOfLink, forward_kinematics
-from ulna.kinematics.positions import FLOAT64, as_out, as_positions
+from ulna.kinematics.positions import as_out, as_positions
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
@@ -21,7 +19,7 @@ LEAST_COS_PITCH = 1e-6
 
 
 class CompiledJacobian(FunctionOfLink):
-    """The geometric Jacobian of one link, for a control loop: ``robot.compile_jacobian(link, expressed_in=...)``.
+    """The geometric Jacobian of one link, shape (..., 6, n_dof): ``robot.compile_jacobian(link, expressed_in=...)``.
 
     It validates its arguments as ``robot.jacobian`` does, in less time. It may be pickled, and called from many threads at once,
     each with an ``out`` of its own.
@@ -34,31 +32,6 @@ class CompiledJacobian(FunctionOfLink):
         shape = 6, tree.n_dof
         super().__init__(tree, link, jacobian.jacobian_one, jacobian.jacobian_batch, (self._number,), shape)
 
-    def __call__(self, q: ArrayLike, out: Array | None = None, **unknown: Never) -> Array:
-        """J: the link's velocity for a unit rate of each entry of q, linear rows first.
-
-        Args:
-            q: Joint positions [rad or m], shape (..., n_dof).
-            out: Written to and returned if given: a float64 array of the result's shape.
-            **unknown: No other argument is taken.
-
-        Returns:
-            Shape (..., 6, n_dof).
-
-        Raises:
-            InputError: q has another shape or is out of range, or ``out`` does not fit.
-        """
-        fits = not unknown and (out is None or (type(out) is np.ndarray and out.flags.carray))
-        if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64:
-            one = q if q.flags.carray else q.copy()  # read-only, such as robot.home, it would be of another type
-            J, jacobian_one = np.empty(self._shape) if out is None else out, self._one  # as a method it would take 20 ns longer
-            try:
-                if jacobian_one(self._chain, self._number, self._n_dof, one, J):
-                    return J
-            except TypeError:  # out has another type; to find that here takes 80 us, so q's type is tested before
-                pass
-        return self._validated(q, out, **unknown)
-
     def __reduce__(self):
         return CompiledJacobian, (self._tree, self._link, self._expressed_in)
 
@@ -66,30 +39,26 @@ class CompiledJacobian(FunctionOfLink):
         return f"<CompiledJacobian {self._link!r} expressed in {self._expressed_in!r}, {self._tree.n_dof} dof>"
 
 
-call_in_c(CompiledJacobian)
-
-
-class JacobianByLink(dict[Any, Callable[..., Array]]):
-    """The geometric Jacobian of one robot by link and frame, in C where the extension is there; the link None is the tip.
-
-    A link alone is the key of the Jacobian in the frame "base": ``native/method.c`` looks it up so. ``of`` fills the dict.
-    """
+class JacobianByLink(dict[tuple[str | None, str], CompiledJacobian]):
+    """The geometric Jacobian of one robot by link and frame, each made when it is first needed; the link None is the tip."""
 
     def __init__(self, tree: Tree) -> None:
         super().__init__()
         self._tree = tree
-        self._made: dict[tuple[str, int], CompiledJacobian] = {}
 
     def of(self, link: str | None, expressed_in: str) -> CompiledJacobian:
-        """The Jacobian of a link in a frame as an object; if two threads make it at once, the first is kept."""
-        name, frame = self._tree.link_or_tip(link), as_frame(expressed_in)
-        self._tree.chain(name)  # refuses what is no link
-        made = self._made.get((name, frame))
-        function = made or self._made.setdefault((name, frame), CompiledJacobian(self._tree, name, expressed_in))
-        in_c = self.setdefault((link, expressed_in), function.in_c or function)
-        if frame == IN_BASE:
-            self.setdefault(link, in_c)
-        return function
+        """The Jacobian of a link in a frame; if two threads make it at once, the first is kept.
+
+        Raises:
+            UnknownNameError: There is no such link.
+            InputError: There is no such frame.
+        """
+        name = self._tree.link_or_tip(link)
+        as_frame(expressed_in)  # refuses what is no frame
+        self._tree.chain(name)  # and what is no link
+        made = self.get((name, expressed_in))
+        function = made or self.setdefault((name, expressed_in), CompiledJacobian(self._tree, name, expressed_in))
+        return self.setdefault((link, expressed_in), function)
 
 
 def as_frame(expressed_in: str) -> int:

@@ -33,7 +33,6 @@ from ulna.description.urdf_writer import write_urdf
 from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
-from ulna.engine.bound import Quick, put_in_c
 from ulna.errors import InputError, refuse_unknown
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.differential import differential_ik
@@ -74,7 +73,7 @@ Array = NDArray[np.float64]
 _PLAN = PlanOptions()
 
 
-class Robot(Quick):
+class Robot:
     """A robot: its kinematic tree, forward and inverse kinematics, Jacobians and collision queries.
 
     Made by ``ulna.load`` or ``Robot.from_dh``. Immutable, picklable, safe to share between threads; its arrays are read-only.
@@ -109,19 +108,16 @@ class Robot(Quick):
         start.setflags(write=False)
         carried = tuple(attached)
         checker = Checker(description, tree, carried, allowed, _found or FoundPairs(description, wide))
-        inverse_kinematics = InverseKinematics(tree, start, checker)
-        forward, jacobian = ForwardByLink(tree), JacobianByLink(tree)
         self.__dict__.update(
             description=description,
             tree=tree,
             home=start,
             attached=carried,
-            _forward=forward,
-            _jacobian=jacobian,
+            _forward=ForwardByLink(tree),
+            _jacobian=JacobianByLink(tree),
             _checker=checker,
-            _inverse_kinematics=inverse_kinematics,
+            _inverse_kinematics=InverseKinematics(tree, start, checker),
         )
-        self._keep_prebound(forward, jacobian, checker.prebound, inverse_kinematics.quick, inverse_kinematics.quick_solutions)
 
     @classmethod
     def from_dh(
@@ -384,8 +380,8 @@ class Robot(Quick):
         try:
             forward = self._forward[link]
         except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link
-            forward = None
-        return (forward or self._forward.of(link))(q, out)
+            forward = self._forward.of(link)
+        return forward(q, out)
 
     def compile_forward(self, *, link: str | None = None) -> CompiledForward:
         """Forward kinematics of one link as a function ``fk(q, out=None)`` for control loops: the same, but faster.
@@ -455,8 +451,8 @@ class Robot(Quick):
         try:
             jacobian = self._jacobian[link, expressed_in]
         except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link or of a frame
-            jacobian = None
-        return (jacobian or self._jacobian.of(link, expressed_in))(q, out)
+            jacobian = self._jacobian.of(link, expressed_in)
+        return jacobian(q, out)
 
     def on_gpu(self, *, float32: bool = False) -> GpuRobot:
         """A robot like this one, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
@@ -1568,8 +1564,6 @@ class Robot(Quick):
         return table(repr(self)[1:-1], ("joint", "lower", "upper", "velocity", "home"), rows, ["in rad and s; m for slides"])
 
 
-_ABOUT_COLLISION = "in_collision", "signed_distance", "edge_in_collision"
-put_in_c(Robot, ("forward_kinematics", "jacobian", "inverse_kinematics", "all_solutions", *_ABOUT_COLLISION))
 put_other_names(Robot)
 
 

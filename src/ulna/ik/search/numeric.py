@@ -62,7 +62,7 @@ def bound_to_one_target(run: Any, tables: tuple[Any, ...], home: Array) -> OfOne
         q, info = np.empty(of_q), np.empty(1, of_info)
         return (q[0], info) if run(*tables, target, start, q, info) else None
 
-    return bind(run, "search", tables, n, (), in_python, np.zeros(1, of_info)) or in_python
+    return bind(run, "search", tables, n, (), in_python, np.zeros(1, of_info))
 
 
 class NumericSolver:
@@ -73,12 +73,12 @@ class NumericSolver:
         home: Where a search without a seed starts, shape (n_dof,).
     """
 
-    __slots__ = ("_from_home", "_from_seed", "_query", "_tolerances", "home", "in_c", "tables")
+    __slots__ = ("_from_home", "_from_seed", "_query", "_tolerances", "home", "tables")
 
     def __init__(self, query: Query) -> None:
         self._query, self.home, self.tables = query, query.home.copy(), ()
         self._tolerances = query.options.tolerances
-        self._from_home = self._from_seed = self.in_c = None
+        self._from_home = self._from_seed = None
         if _is_usual(query):
             settings, run = replaced(query.settings, first_wins=layout.ANY), multi_start.search_one
             starts = unit_samples(query.tree, query.link, query.options.seed, 0, _MOST, from_seed=True)
@@ -87,7 +87,6 @@ class NumericSolver:
             from_seed = replaced(settings, first_wins=layout.NEAREST, seeded_steps=SEEDED_STEPS)
             self._from_home = bound_to_one_target(run, self.tables, self.home)
             self._from_seed = bound_to_one_target(run, (query.chain, from_seed, plan), self.home)
-            self.in_c = self._from_home, self.home, self._from_seed, self._search_plain
 
     def solve(self, request: Request) -> IKResult:
         """The first solution for one target with default options; of a search with others, or if none is found, the best."""
@@ -102,10 +101,6 @@ class NumericSolver:
             explanation = Explanation(trace=_convergence(make_problem(self._query, T, q_seed), info[0]))
             return IKResult(q, info, (), self._tolerances, explanation)
         return IKResult(q, info, (), self._tolerances)
-
-    def _search_plain(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
-        """Search with all options: C calls it where neither search finds a solution."""
-        return self.search(Request(T, q_seed))
 
     def search(self, request: Request) -> IKResult:
         """The best that the restarts find for any targets."""
