@@ -49,7 +49,8 @@ Way = Literal["pose", "truth", "number", "edge", "copy", "search", "branches"]
 - ``pose``: ``f(q, out=None)``, an array of the shape ``numbers``.
 - ``truth``: ``f(q, first, end)``, False or True for the two codes in ``numbers``.
 - ``number``: ``f(q, first, end)``, the number that the result's record begins with.
-- ``edge``: ``f(q_a, q_b, resolution, first, end)``, False or True for the two codes in ``numbers``, how far it is free, and q there.
+- ``edge``: ``f(q_a, q_b, resolution, first, end)``, False or True for the two codes in ``numbers``, how far it is free, and q
+  there.
 - ``copy``: ``f(T)``, an array of the shape ``numbers``, which T has too.
 - ``search``: ``f(target, seed)``, q and a record about it in an array, or None if there is no solution.
 - ``branches``: ``f(target)``, q of shape (``numbers[0]``, n), which of them are within the limits, which are real, and a code
@@ -68,7 +69,7 @@ def bind(
     otherwise: Callable[..., Any],
     like: Any = None,
 ) -> Callable[..., Any]:
-    """A function of one q of ``n`` entries that calls an entry; ``otherwise`` without the extension, or where Python runs the entry.
+    """A function of one q that calls an entry; ``otherwise`` without the extension, or where Python runs the entry.
 
     Args:
         entry: An entry of the drivers.
