@@ -17,11 +17,8 @@ pytestmark = pytest.mark.compiler  # a wheel is tested in an environment without
 WALKS = {
     "forward_kinematics": ("of CompiledForward forward_one chain_pose", "kernels/chain/poses.py"),
     "jacobian": ("of CompiledJacobian jacobian_one chain_jacobian", "kernels/chain/jacobian.py"),
-    "in_collision": ("in_collision _any_touch _touches overlap_one overlaps_unindexed", "kernels/collision/overlap.py"),
-    "signed_distance": (
-        "signed_distance _least_distance _nearest nearest_batch nearest_unindexed",
-        "kernels/collision/nearest.py",
-    ),
+    "in_collision": ("in_collision overlaps overlap_one overlaps_unindexed", "kernels/collision/overlap.py"),
+    "signed_distance": ("signed_distance least_distance nearest_batch nearest_unindexed", "kernels/collision/nearest.py"),
     "inverse_kinematics": (
         "inverse_kinematics _solver _solver_for solver_of NumericSolver search_one run_jobs advance",
         "kernels/ik/levenberg_marquardt.py",

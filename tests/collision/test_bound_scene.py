@@ -8,7 +8,7 @@ from ulna.collision.bound_scene import BoundScene
 from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.engine import bound
 from ulna.engine.signatures import fits
-from ulna.kernels.collision.scene import SCENES, NearestPair
+from ulna.kernels.collision.scene import BOXES, SHAPES, NearestPair
 
 
 def worlds(rng):
@@ -57,7 +57,7 @@ def test_a_scene_has_the_types_of_the_signature_that_is_chosen(panda, rng, name)
     for robot in (panda, tool, no_joint):
         for itself in (True, False) if world is not None else (True,):
             scene = robot._checker.scene_of(world, itself)
-            assert [fits(scene, kind) for kind in SCENES] == [scene.vertices is None, scene.vertices is not None]
+            assert [fits(scene, kind) for kind in (BOXES, SHAPES)] == [scene.vertices is None, scene.vertices is not None]
 
 
 @pytest.mark.compiler

@@ -71,11 +71,11 @@ def refusal(kind, call, *arguments, **named):
 @pytest.mark.parametrize("what", TAKE_SWITCH)
 @pytest.mark.parametrize("on", ["no", "False", "", 0, 1, None, [], np.ones(2, dtype=bool)], ids=repr)
 def test_a_switch_is_true_or_false_and_nothing_that_python_takes_for_one(panda, what, on):
-    before = dict(vars(panda._checker))["prebound"][0] if what.startswith("self") else None
+    before = panda._checker._last if what.startswith("self") else None
     error = refusal(InputError, TAKE_SWITCH[what], panda, on)
     assert error.argument == what.split()[0]
     assert str(error).endswith("True or False is expected")
-    assert before is None or panda._checker.prebound[0] is before
+    assert before is None or panda._checker._last is before
 
 
 @pytest.mark.parametrize("on", [True, False])

@@ -12,7 +12,7 @@ import pytest
 import robots
 import ulna
 from ulna.engine import _calls
-from ulna.ik.solutions import IKSolutions, Proof
+from ulna.ik.solutions import PROOFS, IKSolutions, Proof
 
 FIELDS = "q", "valid", "real"
 
@@ -57,11 +57,11 @@ def test_it_has_the_bits_of_many_targets_and_of_python(arm):
 def test_it_goes_to_c_once_it_was_asked(arm):
     T = arm.forward_kinematics(arm.home + 0.3)
     arm.all_solutions(T)
-    branches, made, proofs, fields = arm._inverse_kinematics.quick_solutions[None]
-    assert type(branches) is type(len)
-    assert branches.__name__.endswith("closed_form.all_branches_of_one")
+    every = arm._inverse_kinematics._all_usual[None]
+    branches = every._of_one
+    assert isinstance(branches, _calls.Bound)
     q, valid, real, code = branches(T)
-    assert as_bytes(made.of_one(q, valid, real, proofs[code], **fields)) == as_bytes(arm.all_solutions(T))
+    assert as_bytes(IKSolutions.of_one(q, valid, real, PROOFS[code], every._family)) == as_bytes(arm.all_solutions(T))
     assert branches(T[None]) is None
 
 
@@ -122,9 +122,9 @@ def test_it_is_bound_to_so_many_branches_as_there_is_room_for(arm):
     every = arm._inverse_kinematics._all_of(None, None)
     for numbers in [(17, 3), (0, 3), (8, 0), (8,)]:
         with pytest.raises(ValueError, match="a size" if len(numbers) == 2 else "too few"):
-            _calls.bind(every._run, "branches", every._tables, 6, numbers, len)
+            _calls.Bound(every._run, "branches", every._tables, 6, numbers, len)
     with pytest.raises(TypeError):
-        _calls.bind(every._run, "branches", every._tables[:3], 6, (8, 3), len)
+        _calls.Bound(every._run, "branches", every._tables[:3], 6, (8, 3), len)
 
 
 def test_an_arm_that_was_asked_is_freed():

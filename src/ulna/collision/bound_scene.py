@@ -7,7 +7,7 @@ from ulna.engine.bound import bind_first
 from ulna.kernels.collision.scene import Scene
 
 ResultT = TypeVar("ResultT")
-_BOXES, _SHAPES = 0, 1  # signatures of every entry that takes a scene: ``kernels.collision.scene.SCENES``
+_BOXES, _SHAPES = 0, 1  # signatures of every entry that takes a scene: ``BOXES`` and ``SHAPES`` of ``kernels.collision.scene``
 
 
 class BoundScene:

@@ -180,7 +180,8 @@ class Checker:
         self, q_a: ArrayLike, q_b: ArrayLike, world: World | None, self_collision: bool, resolution: float
     ) -> EdgeReport:
         """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each."""
-        resolution = as_number("resolution", resolution, LEAST_RESOLUTION, _A_RESOLUTION)
+        if resolution is not RESOLUTION:
+            resolution = as_number("resolution", resolution, LEAST_RESOLUTION, _A_RESOLUTION)
         objects = _objects_of(world)
         report = self._questions(objects, self_collision).edge(q_a, q_b, resolution, objects.first, objects.end)
         return report if type(report) is EdgeReport else EdgeReport(*report)

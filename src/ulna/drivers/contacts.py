@@ -8,14 +8,14 @@ from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, order_of_rows, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import SCENES, Near, NearPairs
+from ulna.kernels.collision.scene import BOXES, SHAPES, Near, NearPairs
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.spatial.elementary import all_in_range
 
 _FOUND = Group((INDICES, INDEX_ROWS, MATRIX, MATRIX), NearPairs)
 
 
-@entry(*((scene, MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in SCENES))
+@entry(*((scene, MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in (BOXES, SHAPES)))
 def contacts_each(scene, q, rows, candidates, out, gradients):
     """Write the contact of candidate pair c at q[rows[c]] to row c of out, shape (m, CONTACT_WIDTH). False if q is out of range.
 
@@ -37,7 +37,7 @@ def contacts_each(scene, q, rows, candidates, out, gradients):
     return good
 
 
-@entry(*((scene, WHOLE, MATRIX, NUMBER, _FOUND) for scene in SCENES))
+@entry(*((scene, WHOLE, MATRIX, NUMBER, _FOUND) for scene in (BOXES, SHAPES)))
 def near_each(scene, n_objects, q, within, found):
     """Write the pairs at most ``within`` [m] apart at each q, the nearest first, those of one q after those of the one before.
 
@@ -71,11 +71,21 @@ def near_each(scene, n_objects, q, within, found):
 
 
 @workspace
+def scratch_of_epa():
+    """The arrays that EPA writes to, as parts of one: the system would take three back after each call, and give them again."""
+    points, faces, edges = SCRATCH
+    n_points, n_faces = points[0] * points[1], faces[0] * faces[1]
+    block = np.empty(n_points + n_faces + edges[0] * edges[1])
+    of_faces = block[n_points : n_points + n_faces].reshape(faces)
+    return block[:n_points].reshape(points), of_faces, block[n_points + n_faces :].reshape(edges)
+
+
+@workspace
 def near_of(scene, room, n_objects):
     """Room for so many near pairs of a scene."""
     return Near(
         np.empty(12 * scene.joints.shape[0]), np.empty(12 * scene.bodies.shape[0]),
         np.empty((room + 1, CONTACT_WIDTH)), np.empty((room, PAIR_WIDTH), np.int64), np.empty(n_objects, np.int64),
         np.empty(STACK, np.int64), np.empty(STACK),
-        (np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])),
+        scratch_of_epa(),
     )  # fmt: skip

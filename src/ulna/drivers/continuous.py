@@ -33,14 +33,14 @@ from ulna.kernels.collision.ball_motion import INSTANT, fastest_ball, place_ball
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import EDGE_CONTACT, EDGE_FREE, EDGE_OUT_OF_RANGE
 from ulna.kernels.collision.interval import self_outcome, world_outcome
-from ulna.kernels.collision.scene import SCENES, Edge, EdgeCheck
+from ulna.kernels.collision.scene import BOXES, SHAPES, Edge, EdgeCheck
 from ulna.kernels.spatial.elementary import all_in_range
 
 BREADTH = 512  # intervals
 _DEPTH = 128  # halvings of an interval: more than there are numbers between 0 and 1
 
 
-@entry(*((scene, MATRIX, MATRIX, NUMBER, INDICES, NUMBERS) for scene in SCENES))
+@entry(*((scene, MATRIX, MATRIX, NUMBER, INDICES, NUMBERS) for scene in (BOXES, SHAPES)))
 def edges_each(scene, q_a, q_b, resolution, status, contact):
     """Write to status, shape (n,), what the edge from each row of q_a to that of q_b is, and to contact how far it is free.
 

@@ -3,18 +3,18 @@
 import numpy as np
 
 from ulna.drivers.batch import gather
+from ulna.drivers.contacts import scratch_of_epa
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, lane_of, load, store, zero_rows
 from ulna.engine.signatures import MATRIX, Array
 from ulna.kernels.collision.bvh import STACK, place_bounds
 from ulna.kernels.collision.nearest import nearest_indexed, nearest_unindexed, splat_result
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import SCENES, NearestPair
-from ulna.kernels.distance.epa import SCRATCH
+from ulna.kernels.collision.scene import BOXES, SHAPES, NearestPair
 from ulna.kernels.spatial.elementary import all_in_range
 
 
-@entry(*((scene, MATRIX, Array(NearestPair, 1)) for scene in SCENES))
+@entry(*((scene, MATRIX, Array(NearestPair, 1)) for scene in (BOXES, SHAPES)))
 def nearest_batch(scene, q, out):
     """Write the nearest pair at each q of shape (n, n_dof) to out, shape (n,). False if an entry of q is out of range.
 
@@ -24,7 +24,7 @@ def nearest_batch(scene, q, out):
     q_rows, best_rows = zero_rows(max(1, q.shape[1])), empty_rows(3)
     joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
     stack, heights, bound_rows = np.empty(STACK, np.int64), np.empty(STACK), empty_rows(6 * bodies.shape[0])
-    scratch = np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])
+    scratch = scratch_of_epa()
     good = True
     for start in range(0, n, WIDTH):
         gather(q, start, q_rows)

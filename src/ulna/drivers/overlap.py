@@ -10,11 +10,11 @@ from ulna.kernels.collision.bvh import FOUND, STACK, place_bounds
 from ulna.kernels.collision.collision_layout import FREE, OUT_OF_RANGE, OVERLAPS
 from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import SCENES
+from ulna.kernels.collision.scene import BOXES, SHAPES
 from ulna.kernels.spatial.elementary import all_in_range
 
 
-@entry(*((scene, NUMBERS) for scene in SCENES))
+@entry(*((scene, NUMBERS) for scene in (BOXES, SHAPES)))
 def overlap_one(scene, q):
     """FREE or OVERLAPS for one q; OUT_OF_RANGE if an entry of q is."""
     if not all_in_range(q):
@@ -33,7 +33,7 @@ def overlap_one(scene, q):
     return FREE
 
 
-@entry(*((scene, MATRIX, TRUTHS) for scene in SCENES))
+@entry(*((scene, MATRIX, TRUTHS) for scene in (BOXES, SHAPES)))
 def overlap_batch(scene, q, out):
     """Write to the bools of out, shape (n,), whether the robot touches anything. False if an entry of q is out of range.
 

@@ -47,7 +47,7 @@ from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding, wri
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import SCENES, Apart, Edge, EdgeCheck, Near, Scene
+from ulna.kernels.collision.scene import BOXES, SHAPES, Apart, Edge, EdgeCheck, Near, Scene
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.layout import LARGEST
 from ulna.kernels.servo.braking import (
@@ -201,7 +201,7 @@ _WRITTEN = _STATE, _COUNTERS, NUMBERS, Array(MovingObject, 1), Array(TickReport,
 _TABLES = Group((TABLE, Array(JointLimits, 1, constant=True), _SETTINGS, *_GOAL, *_WRITTEN), ServoTables)
 
 
-@entry(*((scene, _TABLES) for scene in SCENES))
+@entry(*((scene, _TABLES) for scene in (BOXES, SHAPES)))
 def servo_tick(scene, tables):
     """Write the state after a tick, and its report. False if the goal is out of range: then nothing is written.
 

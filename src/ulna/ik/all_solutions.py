@@ -70,10 +70,8 @@ class AllSolutions:
         rank = self._query.options.rank
         if whole_turns is not False:
             as_switch("whole_turns", whole_turns)
-        is_default = not whole_turns and q_seed is None and world is None and rank is None
-        if self._of_one is not None and is_default and (alone := self._of_one(T)) is not None:
-            q, valid, real, proved = alone
-            return IKSolutions.of_one(q, valid, real, PROOFS[proved], self._family)
+        if not whole_turns and q_seed is None and world is None and rank is None and (alone := self.of_one(T)) is not None:
+            return alone
         refuse_clearance_of_nothing(rank, world)
         targets = as_floats("T", T)
         if self._six is None or targets.shape[-2:] != _MATRIX:  # the kernel of six joints says what is no pose
@@ -97,6 +95,14 @@ class AllSolutions:
         if not batch:
             return IKSolutions(q, valid, real, PROOFS[found.proof[0]], self._family, int(colliding[0]))
         return IKSolutions.of_many(q, valid, real, found.proof.reshape(batch), self._family, colliding.reshape(batch))
+
+    def of_one(self, T: ArrayLike) -> IKSolutions | None:
+        """All solutions for one target, by one call of the kernels; None if that cannot be or proves nothing."""
+        found = None if self._of_one is None else self._of_one(T)
+        if found is None:
+            return None
+        q, valid, real, proved = found
+        return IKSolutions.of_one(q, valid, real, PROOFS[proved], self._family)
 
     def _one_by_entry(self) -> Callable[[ArrayLike], _One | None]:
         """The way of one target, in C if the extension is there."""

@@ -5,7 +5,7 @@ the reason are those of the search.
 """
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.pose import as_pose
 from ulna.drivers import closed_form
@@ -68,6 +68,11 @@ class ClosedFormSolver:
                 explanation = Explanation(trace=_no_steps(found[1])) if self._trace else NOTHING_TO_EXPLAIN
                 return IKResult(found[0], found[1], (), self._tolerances, explanation)
         return self._nearest(request)
+
+    def with_defaults(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
+        """``solve`` of a query with default options, for targets alone."""
+        found = None if self._one is None else self._one(T, self._home if q_seed is None else q_seed)
+        return self._nearest(Request(T, q_seed)) if found is None else IKResult(*found, (), self._tolerances)
 
     def _nearest(self, request: Request) -> IKResult:
         """The nearest branch of each target."""

@@ -14,7 +14,7 @@ from ulna.ik.all_solutions import AllSolutions
 from ulna.ik.closed_form_solver import ClosedFormSolver
 from ulna.ik.followed_path import FollowedPath
 from ulna.ik.following.follow import follow
-from ulna.ik.options import Options, Request
+from ulna.ik.options import DEFAULTS, N_SAMPLES, Options, Request
 from ulna.ik.problem import Query
 from ulna.ik.result import IKResult
 from ulna.ik.search.numeric import NumericSolver
@@ -32,6 +32,10 @@ class Solver(Protocol):
         """The result for the targets of a request."""
         ...
 
+    def with_defaults(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
+        """The same of a query with default options, for targets alone."""
+        ...
+
 
 def solver_of(query: Query) -> Solver:
     """The solver of a query."""
@@ -45,12 +49,36 @@ _MOST_KEPT = 64  # queries of a robot
 class InverseKinematics:
     """The inverse kinematics of one robot. Its methods are named as those of ``Robot``; see there."""
 
-    __slots__ = ("_all_of", "_query", "_solver")
+    __slots__ = ("_all_of", "_all_usual", "_query", "_solver", "_usual")
 
     def __init__(self, tree: Tree, home: Array, checker: Checker) -> None:
         self._query = partial(_query, tree, home, checker)
         self._solver = lru_cache(_MOST_KEPT, typed=True)(partial(_solver_for, self._query))
         self._all_of = lru_cache(_MOST_KEPT, typed=True)(partial(_all_of, self._query))
+
+        self._usual: dict[str | None, Solver] = {}  # by link: those with default options, which a dict finds in less time
+        self._all_usual: dict[str | None, AllSolutions] = {}
+
+    def with_defaults(self, T: Array, q_seed: ArrayLike | None, link: str | None) -> IKResult:
+        """The result for targets with default options."""
+        try:
+            solver = self._usual.get(link)
+        except TypeError:  # not hashable, so not the name of a link
+            solver = None
+        if solver is None:
+            self._usual[link] = solver = self._solver(self._query(link, DEFAULTS).link, *DEFAULTS)
+        return solver.with_defaults(T, q_seed)
+
+    def all_with_defaults(self, T: Array, link: str | None) -> IKSolutions:
+        """All solutions for targets with default options."""
+        try:
+            every = self._all_usual.get(link)
+        except TypeError:  # as above
+            every = None
+        if every is None:
+            self._all_usual[link] = every = self._all_of(self._query(link, DEFAULTS).link, None, *DEFAULTS)
+        found = every.of_one(T)
+        return every.all_solutions(T, N_SAMPLES, whole_turns=False) if found is None else found
 
     def inverse_kinematics(self, request: Request) -> IKResult:
         """The result of the solver of the link and options; see ``Robot.inverse_kinematics``."""

@@ -13,6 +13,8 @@ from ulna.ik.task import Task, as_task
 POSE = Task.pose()
 _AT_LEAST_0 = 0.0, "a number of at least 0"
 RANKS = ("nearest", "manipulability", "clearance", "mid_range")
+TOLERANCE = 1e-5  # of an error [m or rad]
+N_SAMPLES = 16  # places of the joint that is held
 DEFAULT_BUDGET = 16_000  # steps of all starts together: 800 starts
 
 
@@ -25,8 +27,8 @@ class Options(NamedTuple):
     seed: int = 0
     task: Any = POSE  # a Task; or its name, unless checked
     rank: str | None = None
-    position_tolerance: float = 1e-5
-    rotation_tolerance: float = 1e-5
+    position_tolerance: float = TOLERANCE
+    rotation_tolerance: float = TOLERANCE
     max_step: float | None = None
     max_iterations: int | None = None
     time_limit: float | None = None
@@ -58,6 +60,9 @@ class Options(NamedTuple):
         return self.position_tolerance, self.rotation_tolerance
 
 
+DEFAULTS = Options()
+
+
 class Request(NamedTuple):
     """One call of ``Robot.inverse_kinematics``, as the caller made it; its arguments are documented there."""
 
@@ -67,4 +72,4 @@ class Request(NamedTuple):
     held: tuple[str, ...] = ()
     world: World | None = None
     link: str | None = None
-    options: Options = Options()
+    options: Options = DEFAULTS

@@ -68,7 +68,7 @@ class IKSolutions(OneLine):
 
     @classmethod
     def of_one(cls, q: Array, valid: Truths, real: Truths, proof: Proof, family: str) -> "IKSolutions":
-        """Those of one target, made in less time, of arrays that are read-only (``native/method.c`` does the same)."""
+        """Those of one target, made in less time, of arrays that are read-only."""
         found = object.__new__(cls)
         _put(found, "__dict__", {"q": q, "valid": valid, "real": real, "proof": proof, "family": family})
         return found

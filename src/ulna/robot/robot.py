@@ -38,7 +38,7 @@ from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.differential import differential_ik
 from ulna.ik.followed_path import FollowedPath
 from ulna.ik.inverse_kinematics import InverseKinematics
-from ulna.ik.options import Options, Request
+from ulna.ik.options import N_SAMPLES, TOLERANCE, Options, Request
 from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
 from ulna.ik.solutions import IKSolutions
@@ -71,6 +71,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _PLAN = PlanOptions()
+_SEED, _TASK, _NONE = 0, "pose", ()  # what a default is, so that it is told from an equal value by its identity
 
 
 class Robot:
@@ -378,10 +379,10 @@ class Robot:
             T_base_frame = self.forward_kinematics(q, link=frame) if isinstance(frame, str) else frame_pose(self.tree, frame)
             return inverse(T_base_frame) @ self.forward_kinematics(q, link=link)
         try:
-            forward = self._forward[link]
-        except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link
-            forward = self._forward.of(link)
-        return forward(q, out)
+            forward = self._forward.get(link)
+        except TypeError:  # not hashable, so not the name of a link
+            forward = None
+        return (forward or self._forward.of(link))(q, out)
 
     def compile_forward(self, *, link: str | None = None) -> CompiledForward:
         """Forward kinematics of one link as a function ``fk(q, out=None)`` for control loops: the same, but faster.
@@ -449,10 +450,10 @@ class Robot:
         if unknown:
             refuse_unknown("jacobian", unknown)
         try:
-            jacobian = self._jacobian[link, expressed_in]
-        except (KeyError, TypeError):  # not made yet; or not hashable, so not the name of a link or of a frame
-            jacobian = self._jacobian.of(link, expressed_in)
-        return jacobian(q, out)
+            jacobian = self._jacobian.get((link, expressed_in))
+        except TypeError:  # not hashable, so not the name of a link or of a frame
+            jacobian = None
+        return (jacobian or self._jacobian.of(link, expressed_in))(q, out)
 
     def on_gpu(self, *, float32: bool = False) -> GpuRobot:
         """A robot like this one, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
@@ -546,14 +547,14 @@ class Robot:
         link: str | None = None,
         frame: Frame | None = None,
         seed: int = 0,
-        task: Task | str = "pose",
+        task: Task | str = _TASK,
         world: World | None = None,
         rank: str | None = None,
         posture: ArrayLike | str | None = None,
         held: Iterable[str] = (),
         max_step: float | None = None,
-        position_tolerance: float = 1e-5,
-        rotation_tolerance: float = 1e-5,
+        position_tolerance: float = TOLERANCE,
+        rotation_tolerance: float = TOLERANCE,
         max_iterations: int | None = None,
         time_limit: float | None = None,
         trace: bool = False,
@@ -612,6 +613,12 @@ class Robot:
         """
         if unknown:
             refuse_unknown("inverse_kinematics", unknown)
+        if (
+            type(T) is np.ndarray and frame is None and world is None and rank is None and posture is None and held is _NONE
+            and seed is _SEED and task is _TASK and max_step is None and max_iterations is None and time_limit is None
+            and position_tolerance is TOLERANCE and rotation_tolerance is TOLERANCE and trace is False
+        ):  # fmt: skip
+            return self._inverse_kinematics.with_defaults(T, q_seed, link)
         if isinstance(T, Keep):
             if task != "pose":
                 raise InputError("task", "a constraint has a task of its own; none is given beside it")
@@ -648,15 +655,15 @@ class Robot:
         q_seed: ArrayLike | None = None,
         link: str | None = None,
         frame: Frame | None = None,
-        task: Task | str = "pose",
+        task: Task | str = _TASK,
         world: World | None = None,
         rank: str | None = None,
         redundancy: str | None = None,
-        n_samples: int = 16,
+        n_samples: int = N_SAMPLES,
         whole_turns: bool = False,
         seed: int = 0,
-        position_tolerance: float = 1e-5,
-        rotation_tolerance: float = 1e-5,
+        position_tolerance: float = TOLERANCE,
+        rotation_tolerance: float = TOLERANCE,
         **unknown: Never,
     ) -> IKSolutions:
         """All joint positions that bring a link to poses, and what is proved of them.
@@ -707,6 +714,12 @@ class Robot:
         """
         if unknown:
             refuse_unknown("all_solutions", unknown)
+        if (
+            type(T) is np.ndarray and T.ndim == 2 and frame is None and world is None and rank is None and q_seed is None
+            and redundancy is None and seed is _SEED and task is _TASK and n_samples is N_SAMPLES and whole_turns is False
+            and position_tolerance is TOLERANCE and rotation_tolerance is TOLERANCE
+        ):  # fmt: skip
+            return self._inverse_kinematics.all_with_defaults(T, link)
         options = Options(seed, task, rank, position_tolerance, rotation_tolerance)
         request = Request(poses_in_base(self.tree, T, frame), q_seed, world=world, link=link, options=options)
         return self._inverse_kinematics.all_solutions(
@@ -720,7 +733,7 @@ class Robot:
         *,
         link: str | None = None,
         frame: Frame | None = None,
-        task: Task | str = "pose",
+        task: Task | str = _TASK,
         max_step: float = 0.1,
         world: World | None = None,
         rank: str | None = None,
@@ -1068,7 +1081,7 @@ class Robot:
         *,
         link: str | None = None,
         frame: Frame | None = None,
-        task: Task | str = "pose",
+        task: Task | str = _TASK,
         held: Iterable[str] = (),
         group: str | None = None,
         keep: Keep | Iterable[Keep] = (),

@@ -15,7 +15,7 @@ from ulna.drivers.planning.shortening import Cut, shorten_path
 from ulna.drivers.planning.tree import Steps, drop_repeats, rows_for, write_found
 from ulna.engine.decorators import entry
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, Array, Group
-from ulna.kernels.collision.scene import SCENES
+from ulna.kernels.collision.scene import BOXES, SHAPES
 from ulna.kernels.planning.constraint_records import Entry
 from ulna.kernels.planning.search_records import (
     AORRTC,
@@ -35,7 +35,7 @@ _TREES = Group((MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES), Trees)
 _PATH = Group((MATRIX, INDICES, MATRIX, Array(ShorteningState, 1)), Path)
 
 
-@entry(*((scene, keeps, _SEARCH, _TREES, _PATH) for scene in SCENES for keeps in (NONE, CONSTRAINTS)))
+@entry(*((scene, keeps, _SEARCH, _TREES, _PATH) for scene in (BOXES, SHAPES) for keeps in (NONE, CONSTRAINTS)))
 def plan_slice(scene, keeps, tables, trees, path):
     """Go on with a search, and then with the shortening of the path, each until ``until`` of its state edges were checked.
 

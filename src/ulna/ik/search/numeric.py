@@ -90,17 +90,27 @@ class NumericSolver:
 
     def solve(self, request: Request) -> IKResult:
         """The first solution for one target with default options; of a search with others, or if none is found, the best."""
-        T, q_seed, posture, held, world, *_ = request
-        if self._from_home is None or self._from_seed is None or posture is not None or world is not None or held:
+        if self._from_home is None or request.posture is not None or request.world is not None or request.held:
             return self.search(request)
-        found = self._from_home(T, self.home) if q_seed is None else self._from_seed(T, q_seed)
+        found = self._found(request.T, request.q_seed)
         if found is None:
             return self.search(request)
         q, info = found
         if self._query.options.trace:
-            explanation = Explanation(trace=_convergence(make_problem(self._query, T, q_seed), info[0]))
+            explanation = Explanation(trace=_convergence(make_problem(self._query, request.T, request.q_seed), info[0]))
             return IKResult(q, info, (), self._tolerances, explanation)
         return IKResult(q, info, (), self._tolerances)
+
+    def with_defaults(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
+        """``solve`` of a query with default options, for targets alone."""
+        found = self._found(T, q_seed)
+        return self.search(Request(T, q_seed)) if found is None else IKResult(*found, (), self._tolerances)
+
+    def _found(self, T: ArrayLike, q_seed: ArrayLike | None) -> tuple[Array, Results] | None:
+        """What one call of the kernels finds for one target with default options."""
+        if self._from_home is None or self._from_seed is None:
+            return None
+        return self._from_home(T, self.home) if q_seed is None else self._from_seed(T, q_seed)
 
     def search(self, request: Request) -> IKResult:
         """The best that the restarts find for any targets."""
