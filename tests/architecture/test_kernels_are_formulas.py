@@ -143,7 +143,7 @@ def test_a_kernel_allocates_nothing_and_raises_nothing():
 
 
 def names_numbers_or_a_type(node):
-    """Whether a statement gives names to literal numbers, or one to a type: ``NDArray[np.void]``, or a ``Group`` of a signature."""
+    """Whether a statement gives names to literal numbers, or one to a type: ``NDArray[np.void]``, or a ``Group``."""
     if isinstance(node, ast.Assign) and isinstance(node.value, ast.Subscript):
         return True
     if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and ast.unparse(node.value.func) == "Group":

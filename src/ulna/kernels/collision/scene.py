@@ -40,7 +40,7 @@ class Scene(NamedTuple):
     """Whether a body may touch the objects of a set, shape (n_bodies, n_sets); set 0 is of those that none may touch."""
 
 
-# The types of a scene, which entries take whole. Robot and world have the same, so that the kernels of two bodies are compiled once.
+# The types of a scene, which entries take whole. Those of robot and world are the same: kernels of two bodies are compiled once.
 BOXES = Group((TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
 SHAPES = Group((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
 
