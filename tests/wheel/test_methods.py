@@ -54,8 +54,6 @@ def test_what_python_does_not_take_is_refused_as_by_a_function(panda):
             method(panda.home, queue=1)
         with pytest.raises(TypeError, match="positional argument"):
             method(panda.home, None, None)
-        with pytest.raises(TypeError):
-            getattr(ulna.Robot, name)(object(), panda.home)
 
 
 def test_a_world_that_has_changed_is_asked_again(panda, crate):
