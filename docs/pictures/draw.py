@@ -382,6 +382,8 @@ PICTURES: dict[str, Callable[[tuple[int, int]], Pixels]] = {
     "servo_rows": servo_rows,
 }
 
+FEW_COLORS = {"arms"}  # a third of the bytes
+
 FILMS: dict[str, Callable[[tuple[int, int]], Film]] = {"camera_into_bin_film": camera_into_bin_film}
 
 if __name__ == "__main__":
@@ -389,4 +391,7 @@ if __name__ == "__main__":
         if name in FILMS:
             write_film(Path(__file__).with_name(f"{name}.gif"), FILMS[name](SIZE_OF_FILM))
         else:
-            Image.fromarray(PICTURES[name](SIZE)).save(Path(__file__).with_name(f"{name}.png"), optimize=True)
+            picture = Image.fromarray(PICTURES[name](SIZE))
+            if name in FEW_COLORS:
+                picture = picture.quantize(96, dither=Image.Dither.NONE)
+            picture.save(Path(__file__).with_name(f"{name}.png"), optimize=True)

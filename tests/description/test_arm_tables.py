@@ -7,6 +7,7 @@ import pytest
 
 import formulas
 import ulna
+from doc_pages import ROOT
 from robot_files import EXAMPLES
 from ulna.description.names.arm_tables import arm_tables
 from ulna.description.names.by_name import known_robots
@@ -215,6 +216,12 @@ def test_every_arm_moves_without_touching_itself_in_a_good_part_of_its_configura
 
 
 @robots()
+def test_the_farthest_place_of_the_flange_fits_the_reach_that_the_maker_states(robot):
+    farthest = np.linalg.norm(robot.forward_kinematics(some(robot, 20_000))[:, :2, 3], axis=1).max()
+    assert 0.99 < farthest / arm_tables()[robot.name].reach < 1.25  # makers measure to the wrist, or to the flange
+
+
+@robots()
 def test_inverse_kinematics_finds_a_pose_of_every_arm(robot):
     q = robot.home + 0.1
     found = robot.inverse_kinematics(robot.forward_kinematics(q), q_seed=robot.home)
@@ -238,7 +245,6 @@ def test_arms_of_a_family_have_an_exact_closed_form(robot):
             np.testing.assert_allclose(robot.forward_kinematics(q), T, atol=1e-8)
 
 
-@pytest.mark.slow
 @robots()
 def test_a_motion_of_every_arm_round_a_post_is_planned(robot):
     start, goal = robot.home.copy(), robot.home.copy()
@@ -262,6 +268,13 @@ def test_a_table_states_its_source_and_the_limits_of_motions_are_those_of_the_ar
     np.testing.assert_array_equal(ARMS[name].velocity, robot.velocity_limits)
     if ARMS[name].acceleration is not None:
         np.testing.assert_array_equal(ARMS[name].acceleration, robot.acceleration_limits)
+
+
+def test_the_page_names_every_arm_with_its_source():
+    page = (ROOT / "docs" / "robots.md").read_text(encoding="utf-8")
+    for name, arm in arm_tables().items():
+        repository, commit = arm.source.split(" at ")
+        assert f"| `{name}` | [{repository}](https://github.com/{repository}), {commit} | {arm.licence} | {arm.files} |" in page
 
 
 def test_other_names_give_the_same_arm_and_are_listed_with_its_maker():

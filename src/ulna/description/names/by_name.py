@@ -80,10 +80,12 @@ class KnownRobot:
 
 
 def known_robots() -> list[KnownRobot]:
-    """Every robot that can be loaded by name, sorted by package and name; of a name that several packages have, the first's."""
-    arms = sorted(arm_tables().values(), key=lambda arm: (arm.maker, arm.payload))
+    """Every robot that can be loaded by name: bundled ones by maker, then by package and name.
+
+    Of a name that several packages have, the first's.
+    """
     found = [_bundled(name, [], "Franka Robotics", *_FRANKA[name]) for name in _FILES]
-    found += [_bundled(arm.name, arm.also, arm.maker, arm.model, arm.payload, arm.reach) for arm in arms]
+    found += [_bundled(arm.name, arm.also, arm.maker, arm.model, arm.payload, arm.reach) for arm in arm_tables().values()]
     taken = set(BUNDLED)
     for package, files in _files_by_package().items():
         by_file: dict[Path, list[str]] = {}
