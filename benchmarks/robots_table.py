@@ -38,8 +38,8 @@ descriptions, as numbers in tables of our own (`src/ulna/description/names/arms`
 |---|---|---|---|
 """
 NOT_SAID = """
-- Angles of a source that are a right angle but for its rounding (1.5708) are right angles here, so that closed forms are exact.
-- **Accelerations** are stated for four arms only. The UR5e's (180 deg/s^2), the xArm 7's (20 rad/s^2) and the Gen3s' (8.6 rad/s^2)
+- Angles of a source that are right angles but for rounding (1.5708) are right angles here, so closed forms are exact.
+- **Accelerations** are stated for four arms only. The UR5e's (180 deg/s^2), the xArm 7's (20 rad/s^2), the Gen3s' (8.6 rad/s^2)
   are those of MoveIt's configurations, chosen by their authors. Those of ABB's MoveIt packages are a fifth of the velocities,
   and are not taken. Of other arms, give `acceleration=`.
 - The elbow of a UR has 180 degrees to each side, as in the source: the joint itself turns further. The frames are those of ROS.
@@ -55,7 +55,7 @@ same sources, and proved triangle by triangle that they contain the meshes:
 |---|---|---|
 | IRB 6640 | visual meshes, of `link_1` the collision mesh; all places of the balancing cylinder, which is no joint here | 1 mm |
 | TM5 | collision meshes, as some visual meshes could not be had | 0 mm |
-| UR20, UR30 | visual meshes; their terms differ, so no shape was fitted to them: these are in whole centimetres, then checked | 5 mm |
+| UR20, UR30 | visual meshes; of other terms, so no shape was fitted to them: whole centimetres were chosen, and checked | 5 mm |
 | all others | visual meshes | 0.5 mm |
 
 The lowest 2 mm of a base are left out, so that a floor at z = 0 does not touch it. A shape is larger than its link. So the shapes
