@@ -16,8 +16,58 @@ sys.path.insert(0, str(HERE.parent / "tests"))
 import ulna  # noqa: E402
 from pinocchio_peer import Peer, farthest_jacobian, farthest_link  # noqa: E402
 from robot_files import DEFEAT_THE_MIMIC_OPTION, RTB, example_urdfs, rtb_package_dirs, rtb_xacros  # noqa: E402
+from ulna.description.names.arm_tables import arm_tables  # noqa: E402
 
-INTRODUCTION = """# Tested robots
+ARMS = """# Robots
+
+## Arms by name
+
+These are in Ulna itself: `ulna.load("ur10e")`, `ulna view ur10e`, `ulna list`. The Panda and the FR3 are too.
+
+![Every arm that is bundled, with its name](pictures/arms.png)
+
+| name | also | arm | payload [kg] | reach [m] | closed form of all solutions |
+|---|---|---|---:|---:|---|
+"""
+SOURCES = """
+Payload and reach are those of the makers' data sheets. Kinematics, positions, velocities and efforts are from these public
+descriptions, as numbers in tables of our own (`src/ulna/description/names/arms`): no file or mesh of theirs is here.
+`plan.trajectory(limits="ur10e")` takes the velocities and, where one is stated, the acceleration.
+
+| arm | source, commit | licence | files |
+|---|---|---|---|
+"""
+NOT_SAID = """
+- Angles of a source that are right angles but for rounding (1.5708) are right angles here, so closed forms are exact.
+- **Accelerations** are stated for four arms only. The UR5e's (180 deg/s^2), the xArm 7's (20 rad/s^2), the Gen3s' (8.6 rad/s^2)
+  are those of MoveIt's configurations, chosen by their authors. Those of ABB's MoveIt packages are a fifth of the velocities,
+  and are not taken. Of other arms, give `acceleration=`.
+- The elbow of a UR has 180 degrees to each side, as in the source: the joint itself turns further. The frames are those of ROS.
+  The base on the pendant is turned by half a turn about z.
+- The xArms' velocities (2.14 rad/s) are those of MoveIt's configuration. The URDF has 3.14 rad/s.
+- The M1013's limits are those of its MoveIt configuration. Its URDF has the same ones for every joint.
+- A gripper is no part of an arm here. The ViperX's is, but its fingers do not move: the shapes contain them open and closed.
+
+**Collision shapes** are boxes, capsules and cylinders of our own, not the makers'. A script computed them from the meshes of the
+same sources, and proved triangle by triangle that they contain the meshes:
+
+| arms | contained | by at least |
+|---|---|---|
+| IRB 6640 | visual meshes, of `link_1` the collision mesh; all places of the balancing cylinder, which is no joint here | 1 mm |
+| TM5 | collision meshes, as some visual meshes could not be had | 0 mm |
+| UR20, UR30 | visual meshes; of other terms, so no shape was fitted to them: whole centimetres were chosen, and checked | 5 mm |
+| all others | visual meshes | 0.5 mm |
+
+The lowest 2 mm of a base are left out, so that a floor at z = 0 does not touch it. A shape is larger than its link. So the shapes
+of two links with one link between them may touch where the links do not. If their meshes touched in none of 10,000 random
+configurations, and the shapes did, the pair is allowed: `robot.allowed_collisions` has these pairs with the reason `Never`.
+Cables, hoses and a tool are not in the shapes.
+
+Every arm is tested: its poses against the DH tables and dimensions that its maker states, its home against itself and a floor,
+inverse kinematics and a plan round a post (`tests/description/test_arm_tables.py`).
+
+"""
+INTRODUCTION = """## Tested files
 
 Every URDF of the package example-robot-data and every xacro robot of rtb-data, read by Ulna and compared with Pinocchio
 {pinocchio}. The columns *pose* and *Jacobian* give the largest difference in any entry of the pose of any link [m or 1],
@@ -37,14 +87,14 @@ Pinocchio's mimic option refuses `{}` ("The parent joint of the mimic joint is n
 kinematic tree"). For these robots it was built without that option, and the test computed the mimicking joints; the slow
 reference of the tests agrees too.
 
-## Not loaded
+### Not loaded
 
 | file | reason |
 |---|---|
 """
 
 COLLECTIONS = """
-## Collections
+### Collections
 
 `benchmarks/urdf_files.py FOLDER` reads every URDF below a folder with Ulna and with Pinocchio (urdfdom), and compares the poses
 of all links at 20 random configurations. Read once for this page, at these versions:
@@ -69,6 +119,21 @@ crossed limits (`biped2d_pybullet`).
 """
 
 
+def named_arms() -> str:
+    """The arms that have tables: what they are, where the figures are from, and what the shapes contain."""
+    arms, page = arm_tables().values(), ARMS
+    for arm in arms:
+        form = ulna.load(arm.name).closed_form
+        exact = "none" if form is None else ("exact" if form.is_exact else "near") + (", one joint held" if form.held else "")
+        also = ", ".join(f"`{name}`" for name in arm.also)
+        page += f"| `{arm.name}` | {also} | {arm.maker} {arm.model} | {arm.payload:g} | {arm.reach:g} | {exact} |\n"
+    page += SOURCES
+    for arm in arms:
+        repository, commit = arm.source.split(" at ")
+        page += f"| `{arm.name}` | [{repository}](https://github.com/{repository}), {commit} | {arm.licence} | {arm.files} |\n"
+    return page + NOT_SAID
+
+
 def row(file: Path, package_dirs: list[Path]) -> tuple[str, ulna.Robot, float]:
     """One line of the table, the robot, and the seconds it took to load."""
     seconds = []
@@ -90,7 +155,7 @@ def main() -> None:
             ("example-robot-data", example_urdfs(), []),
             ("rtb-data", rtb_xacros(), [] if RTB is None else rtb_package_dirs(Path(links))),
         ):
-            tables.append(f"## {title}\n\n{HEADER}")
+            tables.append(f"### {title}\n\n{HEADER}")
             for file in files:
                 try:
                     line, robot, seconds = row(file, dirs)
@@ -104,7 +169,7 @@ def main() -> None:
     links_of_largest, name, seconds = largest
     head = INTRODUCTION.format(pinocchio=pin.__version__, largest=name, links=links_of_largest, milliseconds=1e3 * seconds)
     notes = NOTES.format("`, `".join(sorted(DEFEAT_THE_MIMIC_OPTION)))
-    page = head + "".join(tables).rstrip() + "\n" + notes + "".join(refused) + COLLECTIONS
+    page = named_arms() + head + "".join(tables).rstrip() + "\n" + notes + "".join(refused) + COLLECTIONS
     (HERE.parent / "docs" / "robots.md").write_text(page, encoding="utf-8")
 
 

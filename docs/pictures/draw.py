@@ -17,13 +17,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageDraw
 
 import ulna
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from benchmarks.depth_camera import Camera as DepthCamera
 
+from ulna.description.names.by_name import known_robots
 from ulna.drivers.servo import EASE, RESERVE
 from ulna.kernels.servo.braking import write_velocity_box
 from ulna.viewer.film.camera import Camera
@@ -162,6 +163,23 @@ def inverse_kinematics(size: tuple[int, int]) -> Pixels:
         scene.put_frame(T, 0.15)
         tiles.append(scene.paint(q))
     return np.concatenate([np.concatenate(tiles[:4], axis=1), np.concatenate(tiles[4:8], axis=1)])
+
+
+def arms(size: tuple[int, int], columns: int = 8, rows: int = 3) -> Pixels:
+    """Every arm that is bundled, at its home, with its name; each as large as fits."""
+    width, height = size[0] // columns, size[1] // rows
+    names = [robot.name for robot in known_robots() if robot.package == "bundled"]
+    sheet = Image.new("RGB", (columns * width, rows * height), (255, 255, 255))
+    for number, name in enumerate(names):
+        robot = ulna.load(name)
+        places = robot.link_poses(robot.home)[:, :3, 3]
+        middle, extent = (places.min(axis=0) + places.max(axis=0)) / 2, float(np.linalg.norm(np.ptp(places, axis=0)))
+        eye = middle + extent * np.array([1.35, -1.85, 0.7])
+        scene = Scene(robot, tuple(eye.tolist()), tuple(middle.tolist()), (width, height))
+        tile = Image.fromarray(scene.paint(robot.home))
+        ImageDraw.Draw(tile).text((width / 2, 0.93 * height), name, fill=INK, anchor="mm", font_size=max(6, height / 14))
+        sheet.paste(tile, (number % columns * width, number // columns * height))
+    return np.asarray(sheet)
 
 
 def camera_sees(size: tuple[int, int]) -> Pixels:
@@ -357,11 +375,14 @@ PICTURES: dict[str, Callable[[tuple[int, int]], Pixels]] = {
     "following": following,
     "collision": collision,
     "inverse_kinematics": inverse_kinematics,
+    "arms": arms,
     "camera_sees": camera_sees,
     "camera_into_bin": camera_into_bin,
     "tray": tray,
     "servo_rows": servo_rows,
 }
+
+FEW_COLORS = {"arms"}  # a third of the bytes
 
 FILMS: dict[str, Callable[[tuple[int, int]], Film]] = {"camera_into_bin_film": camera_into_bin_film}
 
@@ -370,4 +391,7 @@ if __name__ == "__main__":
         if name in FILMS:
             write_film(Path(__file__).with_name(f"{name}.gif"), FILMS[name](SIZE_OF_FILM))
         else:
-            Image.fromarray(PICTURES[name](SIZE)).save(Path(__file__).with_name(f"{name}.png"), optimize=True)
+            picture = Image.fromarray(PICTURES[name](SIZE))
+            if name in FEW_COLORS:
+                picture = picture.quantize(96, dither=Image.Dither.NONE)
+            picture.save(Path(__file__).with_name(f"{name}.png"), optimize=True)

@@ -26,7 +26,10 @@ def test_a_part_of_a_name_or_package_filters_the_list(ask, run):
     names = [name for robot in answer.robots for name in (robot["name"], *robot["also"])]
     assert {"ur5", "ur5_robot"} <= set(names)
     assert all("ur5" in robot["name"] + "".join(robot["also"]) for robot in answer.robots)
-    assert [robot["name"] for robot in ask("list", "bundled").robots] == ["panda", "fr3"]
+    assert {"panda", "fr3", "ur10e", "gen3_7"} <= {robot["name"] for robot in ask("list", "bundled").robots}
+    assert [(robot["name"], robot["model"]) for robot in ask("list", "fanuc").robots] == [("crx10ia", "CRX-10iA")]
+    row = next(line for line in run("list", "crx").stdout.splitlines() if "crx10ia" in line)
+    assert "FANUC CRX-10iA: 10 kg" in row
     none = run("list", "no such robot")
     assert (none.exit_code, none.stdout.splitlines()[0]) == (1, "no robot is called so")
 

@@ -12,7 +12,7 @@ from assertions import assert_close
 from coal_pairs import coal_request
 from pinocchio_peer import Peer
 
-ROBOTS = ("ur5", "xarm7", "kinova")
+ROBOTS = ("ur5", "xarm", "kinova")
 N = 40
 
 

@@ -159,7 +159,7 @@ def test_a_file_comes_before_a_package_robot_of_the_same_name(examples, tmp_path
 
 
 def test_similar_names_are_suggested_with_their_packages(examples, descriptions):
-    near = "'ur' (example-robot-data) or 'ur5' (example-robot-data) or 'kr6' (robot_descriptions)"
+    near = "'ur' (example-robot-data) or 'ur16e' (bundled) or 'ur5' (example-robot-data) or 'kr6' (robot_descriptions)"
     with pytest.raises(FileError) as caught:
         ulna.load("ur6")
     assert str(caught.value) == f"ur6: no such file; nor is it a robot's name; did you mean {near}?"

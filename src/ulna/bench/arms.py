@@ -39,7 +39,7 @@ ARMS = {
     "pr2": Chain("pr2", "torso_lift_link", "r_gripper_tool_frame"),
     "tiago": Chain("tiago", "torso_lift_link", "arm_tool_link"),
     "z1": Chain("z1", "link00", "link06"),
-    "xarm7": Chain("xarm7", "link_base", "link_eef"),
+    "xarm7": Chain("xarm", "link_base", "link_eef"),
     "so100": Chain("so100", "base", "gripper"),
     "so101": Chain("so101", "base_link", "gripper_frame_link"),
     "iiwa14": Chain(_IIWA, "base_link", "tool0"),  # a file below a folder of ``sys.path``

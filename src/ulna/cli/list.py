@@ -10,34 +10,42 @@ from rich.text import Text
 
 from ulna.cli.depends import command
 from ulna.cli.output import Output, make_table
-from ulna.description.names.by_name import known_robots, packages_to_install
+from ulna.description.names.by_name import KnownRobot, known_robots, packages_to_install
 from ulna.errors import count_of
 
-Part = Annotated[str, typer.Argument(metavar="PART", help="A part of a name or of a package; all robots unless given.")]
+Part = Annotated[
+    str, typer.Argument(metavar="PART", help="A part of a name, of a maker or of a package; all robots unless given.")
+]
 
 LIST_KEYS = (
-    "robots: name, also (its other names), package, path (null if bundled or not downloaded yet), installed; to_install: "
-    "packages that would give more."
+    "robots: name, also (its other names), package, path (null if bundled or not downloaded yet), installed, and of bundled ones "
+    "maker, model, payload (kg), reach (m), else null; to_install: packages that would give more."
 )
 
 
 @command
 def list(part: Part = "") -> Output:  # noqa: A001 -- the command's name
-    """The robots that have names: what gives them, and whether they are installed.
+    """The robots that have names: who makes them, what gives them, and whether they are installed.
 
     As in: ulna list ur. Exit status 1 if there is none.
     """
-    robots = [robot for robot in known_robots() if part.lower() in " ".join((robot.name, *robot.also, robot.package)).lower()]
+    robots = [robot for robot in known_robots() if part.lower() in _words(robot)]
     data = {"robots": [asdict(robot) for robot in robots], "to_install": packages_to_install()}
     return Output(data, list_table, status=0 if robots else 1)
+
+
+def _words(robot: KnownRobot) -> str:
+    return " ".join((robot.name, *robot.also, robot.package, robot.maker or "", robot.model or "")).lower()
 
 
 def list_table(data) -> Iterator[RenderableType]:
     """A row for each robot, how many there are, and how to get more."""
     table = make_table(["robot", "also called", "from"], [], [""])
     for robot in data["robots"]:
-        state = "" if robot["installed"] else "not downloaded"
-        table.add_row(robot["name"], ", ".join(robot["also"]), robot["package"], state)
+        about = "" if robot["installed"] else "not downloaded"
+        if robot["maker"] is not None:
+            about = f"{robot['maker']} {robot['model']}: {robot['payload']:g} kg, {robot['reach']:g} m"
+        table.add_row(robot["name"], ", ".join(robot["also"]), robot["package"], about)
     if data["robots"]:
         yield table
     yield Text(count_of(len(data["robots"]), "robot") if data["robots"] else "no robot is called so", "bold")

@@ -11,6 +11,7 @@ from lxml import etree
 from ulna.description.document import Document, expanded, is_text, open_document, shared_arguments, warn_of_arguments
 from ulna.description.meshes.mesh_files import with_mesh_paths
 from ulna.description.mjcf import read_mjcf
+from ulna.description.names.arm_tables import ArmTable
 from ulna.description.names.by_name import BUNDLED, Bundled, find_by_name
 from ulna.description.packages import as_package_dirs
 from ulna.description.references import matched
@@ -93,7 +94,7 @@ def urdf_text(
 
 def _document(
     source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
-) -> tuple[Document, Bundled | None]:
+) -> tuple[Document, Bundled | ArmTable | None]:
     """The document of a source, expanded; for a bundled robot, which it is."""
     source = _checked_source("source", source, "a name, a path or URDF text")
     if not isinstance(xacro_args, Mapping):

@@ -1,12 +1,14 @@
 """Limits of velocity, acceleration and jerk that the documentation or the source of some arms states.
 
-Only figures read in a source are here. What no source states is None, and has to be given by the caller.
+Only figures read in a source are here, and in the tables of arms. What no source states is None: the caller has to give it.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ulna.description.names.arm_tables import ArmTable, arm_tables
 
 Array = NDArray[np.float64]
 
@@ -51,10 +53,6 @@ def _numbers(*values: float) -> Array:
     return array
 
 
-def _degrees(*values: float) -> Array:
-    return _numbers(*np.deg2rad(values))
-
-
 _FR3_NEAR_ENDS = np.array(
     [
         (0.301, 12.0, -2.7501, 2.7501),
@@ -81,35 +79,14 @@ ARMS = {
         "libfranka, include/franka/rate_limiting.h at 155ddac8, with its margin of 0.001 rad/s",
         _FR3_NEAR_ENDS,
     ),
-    "ur5e": ArmLimits(
-        _degrees(*[180.0] * 6),
-        _degrees(*[180.0] * 6),
-        None,
-        "Universal_Robots_ROS2_Description, config/ur5e/joint_limits.yaml; it says that the acceleration is chosen for MoveIt, "
-        "since the arm's own is not public",
-    ),
-    "ur10e": ArmLimits(
-        _degrees(120.0, 120.0, 180.0, 180.0, 180.0, 180.0),
-        None,
-        None,
-        "Universal_Robots_ROS2_Description, config/ur10e/joint_limits.yaml, which states no acceleration",
-    ),
-    "xarm7": ArmLimits(
-        _numbers(*[2.14] * 7),
-        _numbers(*[20.0] * 7),
-        None,
-        "xarm_ros2, xarm_moveit_config/config/xarm7/joint_limits.yaml, which states no jerk",
-    ),
-    "iiwa7": ArmLimits(
-        _degrees(98.0, 98.0, 100.0, 130.0, 140.0, 180.0, 180.0),
-        None,
-        None,
-        "lbr_fri_ros2_stack, lbr_description/urdf/iiwa7/joint_limits.yaml, which states no acceleration",
-    ),
-    "iiwa14": ArmLimits(
-        _degrees(85.0, 85.0, 100.0, 75.0, 130.0, 135.0, 135.0),
-        None,
-        None,
-        "lbr_fri_ros2_stack, lbr_description/urdf/iiwa14/joint_limits.yaml, which states no acceleration",
-    ),
 }
+
+
+def _of_table(arm: ArmTable) -> ArmLimits:
+    """The limits of an arm that has a table; its positions are those of its description."""
+    velocity = _numbers(*(arm.radians(row.velocity) for row in arm.moving))
+    acceleration = _numbers(*(arm.radians(row.acceleration) for row in arm.moving))
+    return ArmLimits(velocity, acceleration if np.isfinite(acceleration).all() else None, None, arm.limits_from)
+
+
+ARMS.update({name: _of_table(arm) for arm in arm_tables().values() for name in (arm.name, *arm.also)})

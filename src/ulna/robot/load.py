@@ -28,10 +28,10 @@ def load(
     """The robot of a description.
 
     Args:
-        source: A bundled name (``"panda"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text; or SDF,
-            a model of Gazebo, or MJCF, one of MuJoCo (with the extra ``mujoco``). Or the name of a robot of the packages
-            example-robot-data (``"ur5"``, ``"talos"``) or robot_descriptions (``"ur5e"``), where they are installed; nothing is
-            downloaded. A bundled name comes first, then a file, then these in their order.
+        source: A bundled name (``"panda"``, ``"ur10e"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF
+            text; or SDF, a model of Gazebo, or MJCF, one of MuJoCo (with the extra ``mujoco``). Or the name of a robot of the
+            packages example-robot-data (``"ur5"``, ``"talos"``) or robot_descriptions (``"draco3"``), where they are installed;
+            nothing is downloaded. A bundled name comes first, then a file, then these in their order.
         xacro_args: Arguments of a xacro file, or of the one macro that it defines; and the values of ``$(env NAME)`` in it.
         package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie, or such packages themselves. A
             xacro file reads files in them, in its own folder and in its package, and nowhere else.

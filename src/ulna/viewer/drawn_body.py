@@ -29,6 +29,7 @@ _GAP = 0.09  # between two shells, as a part of the radius
 _TURNING = (JointType.REVOLUTE, JointType.CONTINUOUS)
 _FARTHEST = 2.0  # [m] from its zero, of a slide that is drawn
 _NEAR = 0.5  # radii: a shorter leg is not drawn
+_PARALLEL = 0.99  # the cosine between axes that are so
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ class _Joined:
         at: For ``"inline"``, the place along the axis, from the child's origin, at which the shells meet [m].
         ahead: For ``"inline"``, 1 if the child is ahead of the parent in the direction of the axis, else -1.
         straight: Whether the child goes on along the axis.
+        beside: The place along the axis, from the child's origin, at which the child's body runs [m].
     """
 
     kind: str
@@ -63,6 +65,7 @@ class _Joined:
     at: float = 0.0
     ahead: float = 1.0
     straight: bool = False
+    beside: float = 0.0
 
 
 def drawn_body(robot: Robot) -> dict[str, trimesh.Scene]:
@@ -127,17 +130,36 @@ class _Drawing:
             return _Joined("slide", radius)
         if joint.type not in _TURNING:
             return _Joined("", radius)
-        length = float(np.linalg.norm(onward))
+        length, beside = float(np.linalg.norm(onward)), self._beside(joint.child, radius)
         cosine = float(onward @ _unit(joint.axis)) / length if length > 0.0 else 0.0
         straight = abs(cosine) > 0.7
-        if abs(leg.along) >= radius:
-            return _Joined("inline", radius, -leg.along / 2, float(np.sign(leg.along)), straight and cosine * leg.along > 0)
+        carrier = self._carriers.get(joint.parent)
+        before = -leg.along
+        if carrier is not None and abs(side := float(_unit(carrier.axis) @ leg.axis)) > _PARALLEL:
+            before += side * self._beside(joint.parent, radius)
+        if abs(beside - before) >= radius:
+            ahead = float(np.sign(beside - before))
+            goes_on = straight and cosine * ahead > 0
+            return _Joined("inline", radius, (before + beside) / 2, ahead, goes_on, beside)
         if straight:
             ahead = float(np.sign(cosine))
             return _Joined("inline", radius, ahead * min(1.15 * radius, length / 2), ahead, straight=True)
         if not length:
             return _Joined("inline", radius, 0.9 * radius, 1.0)
         return _Joined("hinge", radius)
+
+    def _beside(self, link: str, radius: float) -> float:
+        """The place along its axis at which a link between parallel axes runs [m], where its shapes are far from its origin."""
+        carrier = self._carriers.get(link)
+        if carrier is None or carrier.type not in _TURNING:
+            return 0.0
+        axis = _unit(carrier.axis)
+        parallel = [leg for leg in self._legs[link] if leg.joint.type in _TURNING and abs(leg.axis @ axis) > _PARALLEL]
+        shapes = next(one.collisions for one in self._robot.description.links if one.name == link)
+        if not shapes or not any(np.linalg.norm(leg.foot) > _NEAR * radius for leg in parallel):
+            return 0.0
+        beside = float(np.median([body.pose[:3, 3] @ axis for body in shapes]))
+        return beside if abs(beside) > _NEAR * radius else 0.0
 
     # ---- the body of a link -----------------------------------------------------------------------------------------------
 
@@ -148,13 +170,14 @@ class _Drawing:
         cuts: list[Distance] = []
         dark: list[trimesh.Trimesh] = []
         parts: list[trimesh.Trimesh] = []
-        if carrier is None:
+        if self._stands(link):
             own = _Joined("", 1.3 * self._thickness)
             up, r = np.array([0.0, 0.0, 1.0]), own.radius
             if all(leg.end[2] >= 0.0 for leg in self._legs[link]):
-                dark.append(_turned(np.zeros(3), up, (0.0, 0.2 * r), 1.2 * r))
+                if carrier is None:
+                    dark.append(_turned(np.zeros(3), up, (0.0, 0.2 * r), 1.2 * r))
                 cuts.append(drum(-2.0 * r * up, up, 4.0 * r, 2.1 * r, 0.0))  # no leg goes below the foot
-        else:
+        elif carrier is not None:
             _begin(own, _unit(carrier.axis), shells, cuts, dark, leaf=not self._onward(link).any())
         for leg in self._legs[link]:
             there = self._joined[leg.joint.child]
@@ -163,13 +186,22 @@ class _Drawing:
             elif self._is_hand(leg.joint):
                 parts += _hand(leg.end, self._spread(link, leg.end))
             else:
-                _go(own, leg, there, shells, cuts, dark, leaf=not self._legs[leg.joint.child])
+                start = np.zeros(3) if carrier is None else own.beside * _unit(carrier.axis)
+                _go(own, start, leg, there, shells, cuts, dark, leaf=not self._legs[leg.joint.child])
         if carrier is not None and self._is_finger(carrier):
             shells = [_finger(carrier)]
         size = min([own.radius, *(self._joined[leg.joint.child].radius for leg in self._legs[link])])
         cell = (0.08 if self._robot.n_dof < _MANY else 0.14) * size
         body = mesh_of(cut(union(shells, 0.32 * size), cuts, 1.75 * cell), cell) if shells else None
         return parts + [painted(part, DARK) for part in dark] + ([] if body is None else [painted(body, SHELL)])
+
+    def _stands(self, link: str) -> bool:
+        """Whether a link is the root, or is at its place, only turned about z."""
+        carrier = self._carriers.get(link)
+        if carrier is None:
+            return True
+        at_place = carrier.type == JointType.FIXED and np.allclose(carrier.origin[:, 2:], np.eye(4)[:, 2:])
+        return at_place and self._stands(carrier.parent)
 
     def _is_hand(self, joint: Joint) -> bool:
         """Whether a joint leads from a flange to the point between the fingers of a hand that is drawn."""
@@ -213,7 +245,7 @@ def _begin(
     r = own.radius
     match own.kind:
         case "inline":
-            end = own.at + own.ahead * 0.7 * r if leaf else 0.0 if own.straight else own.ahead * 1.05 * r
+            end = own.at + own.ahead * 0.7 * r if leaf else 0.0 if own.straight else own.beside + own.ahead * 1.05 * r
             body, onward = cone(axis * own.at, axis * end, r, r), axis * own.ahead
             if not own.straight or leaf:
                 body = _with_lid(body, axis * end, onward, r, cuts, dark)
@@ -229,6 +261,7 @@ def _begin(
 
 def _go(
     own: _Joined,
+    begin: Vector,
     leg: _Leg,
     there: _Joined,
     shells: list[Distance],
@@ -237,23 +270,23 @@ def _go(
     *,
     leaf: bool,
 ) -> None:
-    """The part of a link from its origin to a child, and at the child's joint."""
+    """The part of a link from where it begins to a child, and at the child's joint."""
     r, start = there.radius, _WAIST * own.radius
     aside = float(np.linalg.norm(leg.foot)) > _NEAR * r
     match there.kind:
         case "inline":
             seam, onward = leg.end + leg.axis * there.at, leg.axis * there.ahead
             if aside:
-                shells.append(cone(np.zeros(3), leg.foot, start, _WAIST * r))
-                back = leg.foot - 1.05 * r * onward
+                shells.append(cone(begin, begin + leg.foot, start, _WAIST * r))
+                back = begin + leg.foot - 1.05 * r * onward
                 shells.append(_with_lid(cone(back, seam, r, r), back, -onward, r, cuts, dark))
             else:
-                shells.append(cone(leg.foot, seam, start, r))
+                shells.append(cone(begin, seam, start, r))
             cuts.append(_beyond(seam, onward, r, _GAP * r))
             dark.append(_turned(seam, leg.axis, (-0.3 * r, 0.3 * r), 0.92 * r))
         case "hinge":
             big, half, wide = 1.12 * r, 0.52 * r, 1.15 * r
-            shells.append(cone(np.zeros(3), leg.end, start, 0.95 * r))
+            shells.append(cone(begin, leg.end, start, 0.95 * r))
             shells.append(drum(leg.end, leg.axis, big, wide, 0.2 * r))
             cuts.append(drum(leg.end, leg.axis, 1.07 * big, half + _GAP * r, 0.0))
             for side in (-1.0, 1.0):

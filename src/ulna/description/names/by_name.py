@@ -1,9 +1,11 @@
 """Finds robots by name: bundled, of ``example-robot-data``, of ``robot_descriptions``. Downloads nothing."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from ulna.description.names import cached_descriptions, panda
+from ulna.description.names.arm_tables import ArmTable, arm_tables
 from ulna.description.names.cached_descriptions import Named
 from ulna.description.packages import package_folders
 from ulna.errors import FileError, near_names, twin_in_words
@@ -26,9 +28,12 @@ class Bundled:
         return None if self.semantic_file is None else Path(__file__).with_name(self.semantic_file)
 
 
-BUNDLED = {"panda": Bundled("panda.urdf", panda.HOME), "fr3": Bundled("fr3.urdf", panda.HOME, "fr3.srdf")}
-
-
+_FILES = {"panda": Bundled("panda.urdf", panda.HOME), "fr3": Bundled("fr3.urdf", panda.HOME, "fr3.srdf")}
+BUNDLED: dict[str, Bundled | ArmTable] = {
+    **_FILES,
+    **{name: arm for arm in arm_tables().values() for name in (arm.name, *arm.also)},
+}
+_FRANKA = {"panda": ("Panda", 3.0, 0.855), "fr3": ("Franka Research 3", 3.0, 0.855)}  # model, payload [kg], reach [m]
 _MOST_NEAR = 4
 
 
@@ -57,6 +62,10 @@ class KnownRobot:
         package: What gives it: ``"bundled"``, ``"example-robot-data"`` or ``"robot_descriptions"``.
         path: Its file; None for one that is bundled, or that robot_descriptions has not downloaded yet.
         installed: Whether it can be loaded now.
+        maker: Who builds it; None where it is not known here.
+        model: Its maker's name for it.
+        payload: What it may carry [kg].
+        reach: How far it reaches [m].
     """
 
     name: str
@@ -64,11 +73,19 @@ class KnownRobot:
     package: str
     path: str | None
     installed: bool
+    maker: str | None = None
+    model: str | None = None
+    payload: float | None = None
+    reach: float | None = None
 
 
 def known_robots() -> list[KnownRobot]:
-    """Every robot that can be loaded by name, sorted by package and name; of a name that several packages have, the first's."""
-    found = [KnownRobot(name, (), "bundled", None, installed=True) for name in BUNDLED]
+    """Every robot that can be loaded by name: bundled ones by maker, then by package and name.
+
+    Of a name that several packages have, the first's.
+    """
+    found = [_bundled(name, [], "Franka Robotics", *_FRANKA[name]) for name in _FILES]
+    found += [_bundled(arm.name, arm.also, arm.maker, arm.model, arm.payload, arm.reach) for arm in arm_tables().values()]
     taken = set(BUNDLED)
     for package, files in _files_by_package().items():
         by_file: dict[Path, list[str]] = {}
@@ -79,6 +96,10 @@ def known_robots() -> list[KnownRobot]:
             path = file if package == "example-robot-data" else _cached(name, file)
             found.append(KnownRobot(name, tuple(also), package, None if path is None else str(path), path is not None))
     return found
+
+
+def _bundled(name: str, also: list[str], maker: str, model: str, payload: float, reach: float) -> KnownRobot:
+    return KnownRobot(name, tuple(also), "bundled", None, installed=True, maker=maker, model=model, payload=payload, reach=reach)
 
 
 def packages_to_install() -> list[str]:
@@ -113,10 +134,16 @@ def _without(end: str, files: dict[str, Path]) -> dict[str, Path]:
 
 
 def _near(name: str, known: dict[str, str]) -> str:
-    near = near_names(name, known, _MOST_NEAR)
+    variants = sorted(one for one in known if _plain(name) and _plain(one).startswith(_plain(name)))
+    near = list(dict.fromkeys([*variants, *near_names(name, known, _MOST_NEAR)]))[:_MOST_NEAR]
     if not near:
         return f"; {len(known)} names are known, none of them similar; `ulna list` prints them"
     return "; did you mean " + " or ".join(f"{one!r} ({known[one]})" for one in near) + "?"
+
+
+def _plain(name: str) -> str:
+    """A name as people write it: without case, dashes and spaces. ``UR10-e`` is ``ur10e``."""
+    return re.sub(r"[\W_]", "", name.casefold())
 
 
 def _more() -> str:
