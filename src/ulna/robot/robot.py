@@ -54,12 +54,13 @@ from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Narrowed, Tree, build_tree, entry_names
 from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import table
+from ulna.planning.hand import HandLimits
 from ulna.planning.keep import Keep
 from ulna.planning.kept import KeepReport, edge_keeps
 from ulna.planning.many import plan_many
 from ulna.planning.motion_limits import GivenLimits
 from ulna.planning.narrower import Given, narrower
-from ulna.planning.path_trajectory import path_trajectory
+from ulna.planning.path_trajectory import GivenMotion, path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
 from ulna.planning.trajectory import Trajectory
@@ -1155,6 +1156,7 @@ class Robot(Quick):
         acceleration: ArrayLike | None = None,
         jerk: ArrayLike | None = None,
         limits: GivenLimits | None = None,
+        hand: HandLimits | Iterable[HandLimits] | None = None,
         world: World | None = None,
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
@@ -1173,6 +1175,7 @@ class Robot(Quick):
             acceleration: The greatest acceleration [rad/s^2 or m/s^2]; needed unless ``limits`` or the robot states it.
             jerk: The greatest jerk [rad/s^3 or m/s^3]; unless given that of ``limits`` or of the robot, if one states it.
             limits: The name of an arm, as "franka", a file ``joint_limits.yaml``, or the mapping of one.
+            hand: The greatest speed and acceleration of the hand, or of several links, at all times: ``HandLimits``.
             world: Objects. Where a rounded corner is not certified to be free of them and of the robot itself, the motion stops;
                 ``certified`` says whether all of it is free.
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), along the first line, where the acceleration
@@ -1198,7 +1201,7 @@ class Robot(Quick):
             >>> motion.stops, bool(motion.check("franka"))
             (0, True)
         """
-        given = velocity, acceleration, jerk, limits
+        given = GivenMotion(velocity, acceleration, jerk, limits, hand)
         return path_trajectory(q_path, self._checker, world, within, given, (start_velocity, end_velocity))
 
     def plan_many(
