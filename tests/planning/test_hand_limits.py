@@ -176,7 +176,7 @@ def test_quicker_looks_at_motions_within_them(panda, plan):
         (0.25, InputError, "hand: 0.25; an ulna.HandLimits, or several, is expected"),
         ([0.25], InputError, "hand: 0.25; an ulna.HandLimits"),
         (ulna.HandLimits(speed=1, link="panda_link0"), InputError, "no joint moves link 'panda_link0'"),
-        ((SLOW, GENTLE), InputError, "link 'panda_hand' is limited twice"),
+        ((SLOW, GENTLE), InputError, "link 'panda_ee' is limited twice"),
         (ulna.HandLimits(speed=1, link="hnad"), UnknownNameError, "hnad"),
     ],
     ids=str,

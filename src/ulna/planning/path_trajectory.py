@@ -42,7 +42,7 @@ class GivenMotion(NamedTuple):
 
 
 def path_trajectory(
-    q_path: ArrayLike | FollowedPath,
+    q_path: ArrayLike | FollowedPath | Trajectory,
     checker: Checker,
     world: World | None,
     within: float,
@@ -76,12 +76,14 @@ def _anything(paths: Array, _spreads: Array) -> int:
     return len(paths)
 
 
-def _points(q_path: ArrayLike | FollowedPath, checker: Checker) -> Array:
+def _points(q_path: ArrayLike | FollowedPath | Trajectory, checker: Checker) -> Array:
     """The corners of a path, with its ends, shape (n, n_dof)."""
     if isinstance(q_path, FollowedPath):
         if not q_path:
             raise InputError("q_path", f"not followed to its end: {q_path}")
         q_path = q_path.q if q_path.q_start is None else np.vstack([q_path.q_start, q_path.q])
+    elif isinstance(q_path, Trajectory):
+        q_path = q_path._timed.edges_since(0.0)[0]  # noqa: SLF001 - of our own
     points = as_positions(q_path, checker.tree, "q_path")
     if points.ndim != 2 or not points.size:
         raise InputError("q_path", f"shape {points.shape}; configurations, shape (n, {checker.tree.n_dof}), are expected")

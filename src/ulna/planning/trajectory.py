@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,6 +30,7 @@ from ulna.planning.moving_ends import Ends, refuse_path_beyond
 from ulna.planning.positions import PositionLimits
 from ulna.planning.replaced import Timed, replaced
 from ulna.planning.ros_message import joint_trajectory
+from ulna.planning.splined import Splined
 from ulna.planning.timing import QUANTITIES, Limits, Moment, Profile, TimedPath
 
 if TYPE_CHECKING:
@@ -41,6 +42,12 @@ _UNITS = "rad or m", "1/s", "1/s²", "1/s³"  # of a plot
 _IN_TABLE = 1000  # times at which velocities are compared for a table
 _IN_PICTURE = 1.5  # of the greatest value of a plot: limits beyond it are not drawn
 _NEAR = 1e-6  # [rad or m]: of a plan's start to the motion that it replaces
+
+
+class _ReadsMotions(Protocol):
+    """A robot, which reads its motions from files."""
+
+    def motion_from_file(self, path: str | Path, *, others: ArrayLike | None = None) -> Trajectory: ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,12 +65,46 @@ class Trajectory(OneLine):
 
     certified: bool
     joint_names: tuple[str, ...]
-    _timed: Timed
+    _timed: Timed | Splined
     _motion: Motion | None = field(default=None, repr=False)
     _limits: Limits | None = field(default=None, repr=False)
     _ends: Ends | None = field(default=None, repr=False)
     _positions: PositionLimits | None = field(default=None, repr=False)
     _hands: tuple[Hand, ...] = field(default=(), repr=False)
+
+    @staticmethod
+    def from_file(path: str | Path, robot: _ReadsMotions, *, others: ArrayLike | None = None) -> Trajectory:
+        """A motion from elsewhere, to check, to send, or to time anew: ``robot.trajectory(motion, ...)``.
+
+        Read are the message ``trajectory_msgs/JointTrajectory`` and what has one within it, as a plan of MoveIt, in YAML or JSON;
+        and tables with times, as .csv or .npy, that of ``to_csv`` among them. Between two points that state accelerations q is
+        of degree five in time, between two that state velocities of degree three, and else a line: as ros2_control does it.
+        The motion begins at its first point. It is not certified.
+
+        Args:
+            path: The file: ``.yaml``, ``.yml`` and ``.json`` are messages, any other is a table.
+            robot: The robot. Joints go by their names, in any order; those that it does not have are not used.
+            others: Where joints are that the file does not name: q [rad or m], shape (n_dof,). Unless given, it names all.
+
+        Returns:
+            A ``Trajectory`` with the limits that the robot states.
+
+        Raises:
+            FileError: The file cannot be read, or is too long.
+            DescriptionError: It has no such message, or one that is not complete.
+            InputError: A table has other columns, or times that do not increase.
+
+        Example:
+            >>> import tempfile, ulna
+            >>> robot = ulna.load("panda")
+            >>> motion = robot.trajectory([robot.home, robot.home + 0.3], acceleration=5.0)
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     motion.to_csv(f"{folder}/motion.csv")
+            ...     again = ulna.Trajectory.from_file(f"{folder}/motion.csv", robot)
+            >>> again.duration == motion.duration
+            True
+        """
+        return robot.motion_from_file(path, others=others)
 
     def __post_init__(self) -> None:
         for array in self._ends or ():
@@ -342,8 +383,13 @@ class Trajectory(OneLine):
         motion = plan._motion  # noqa: SLF001 - a plan and its trajectory belong together
         if not plan or motion is None:
             raise InputError("plan", f"there is no path: {plan.status}")
-        if self._limits is None:
-            raise InputError("limits", "none is known of this motion")
+        if self._limits is None or isinstance(self._timed, Splined):
+            reason = "none is known of this motion"
+            if self._limits is not None:
+                reason = (
+                    "this motion is from a file, and is not replaced; robot.trajectory(motion, ...) times it anew, within limits"
+                )
+            raise InputError("limits", reason)
         here = self.at(at).q
         if plan.path.shape[1] != len(here) or np.abs(plan.path[0] - here).max() > _NEAR:
             raise InputError(

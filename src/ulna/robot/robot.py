@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Never
 
@@ -1149,7 +1150,7 @@ class Robot(Quick):
 
     def trajectory(
         self,
-        q_path: ArrayLike | FollowedPath,
+        q_path: ArrayLike | FollowedPath | Trajectory,
         *,
         within: float = 0.01,
         velocity: ArrayLike | None = None,
@@ -1167,7 +1168,7 @@ class Robot(Quick):
 
         Args:
             q_path: Joint positions [rad or m], shape (n, n_dof), n >= 1, within the limits, joined by straight lines; or what
-                ``follow`` returns.
+                ``follow`` returns; or a motion, whose path is timed anew.
                 Points that differ from the one before by at most 1e-9 are left out, and those on the line between two others.
             within: How far the motion may leave these lines [rad or m], above 0: at any time some configuration on them differs
                 from the motion's by at most so much in each joint. More of it is faster.
@@ -1203,6 +1204,20 @@ class Robot(Quick):
         """
         given = GivenMotion(velocity, acceleration, jerk, limits, hand)
         return path_trajectory(q_path, self._checker, world, within, given, (start_velocity, end_velocity))
+
+    def motion_from_file(self, path: str | Path, *, others: ArrayLike | None = None) -> Trajectory:
+        """A motion of this robot from elsewhere; see ``Trajectory.from_file``.
+
+        Args:
+            path: A message of ROS or a plan of MoveIt (``.yaml``, ``.yml``, ``.json``), or a table with times (``.csv``).
+            others: Where joints are that the file does not name: q [rad or m], shape (n_dof,). Unless given, it names all.
+
+        Raises:
+            FileError, DescriptionError, InputError: As of ``Trajectory.from_file``.
+        """
+        from ulna.robot.motion_file import motion_of_file  # noqa: PLC0415 - it needs this class
+
+        return motion_of_file(self, path, others)
 
     def plan_many(
         self,
