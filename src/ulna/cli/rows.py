@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.cli.options import warnings_printed
 from ulna.description.columns import (
     ANGLE,
     LENGTH,
@@ -42,7 +43,8 @@ def read_trajectory(path: Path, robot: Robot) -> NDArray[np.float64]:
 
 def read_motion(path: Path, robot: Robot) -> tuple[float, NDArray[np.float64]]:
     """The duration [s] of a motion of a file, and rows of q at even times [rad or m], shape (n, n_dof)."""
-    motion = motion_of_file(robot, path, option=_PLAN)
+    with warnings_printed():
+        motion = motion_of_file(robot, path, option=_PLAN)
     even = np.linspace(0.0, motion.duration, 1 + int(np.ceil(_RATE * motion.duration)))
     return motion.duration, motion.at(even).q
 

@@ -21,7 +21,7 @@ from ulna.errors import DescriptionError, FileError, cited, count_of, reason_of
 Array = NDArray[np.float64]
 ENDINGS = {".yaml", ".yml", ".json"}
 _LONGEST = {".json": 100_000_000, ".yaml": 4_000_000, ".yml": 4_000_000}  # bytes
-_MAX_NODES = 60_000  # of a YAML text, which takes 50 us each
+_MAX_NODES = 30_000  # of a YAML text, each of which takes 50 us
 _DEEPEST = 8  # of what a message is within
 _OTHER_JOINTS = "multi_dof_joint_trajectory"  # its points are poses
 _LARGEST = 1e9  # of a number

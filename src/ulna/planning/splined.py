@@ -31,10 +31,12 @@ class Splined:
     Attributes:
         times: When each begins, and when the last one ends [s], shape (n + 1,), from 0 on.
         control: Their Bernstein coefficients [rad or m], shape (6, n, n_dof).
+        limits_jerk: Whether velocities and accelerations go on without jumps, at both ends too.
     """
 
     times: Array
     control: Array
+    limits_jerk: bool
 
     @property
     def duration(self) -> float:
@@ -56,19 +58,9 @@ class Splined:
         still = (rates[-1, :-1] == 0.0).all(axis=1) & (rates[0, 1:] == 0.0).all(axis=1)
         return self.times[np.concatenate([[True], still, [True]])]
 
-    @cached_property
-    def limits_jerk(self) -> bool:
-        """Whether velocities and accelerations go on without jumps, from rest to rest."""
-        for rates in self._derivatives[1:3]:
-            ends = np.zeros((1, rates.shape[2]))
-            jumps = np.concatenate([ends, rates[-1]]) - np.concatenate([rates[0], ends])
-            if np.abs(jumps).max() > _SMOOTH * np.abs(rates).max():
-                return False
-        return True
-
     def slowed(self, factor: float) -> Splined:
         """The motion passed slower: at time t where this one is at ``factor`` t."""
-        return Splined(self.times / factor, self.control)
+        return Splined(self.times / factor, self.control, self.limits_jerk)
 
     def at(self, t: Array) -> Moment:
         """The moments at times within the motion, shape (...)."""
@@ -137,7 +129,15 @@ def splined(times: Array, q: Array, qd: Array, qdd: Array) -> Splined:
     quintic = (bending[:-1] & bending[1:])[:, None] & cubic
     begin = np.where(quintic, qdd[:-1], (6.0 * straight - 4.0 * first - 2.0 * last) / steps)
     end = np.where(quintic, qdd[1:], (2.0 * first + 4.0 * last - 6.0 * straight) / steps)
-    return Splined(times, bernstein_of((q[:-1], first, begin), (q[1:], last, end), steps))
+    at_ends = np.where(np.isfinite(qd[[0, -1]]), qd[[0, -1]], 0.0)
+    smooth = _goes_on(first, last, at_ends) and _goes_on(begin, end, np.zeros_like(at_ends))
+    return Splined(times, bernstein_of((q[:-1], first, begin), (q[1:], last, end), steps), smooth)
+
+
+def _goes_on(first: Array, last: Array, at_ends: Array) -> bool:
+    """Whether rates at the starts and ends of pieces, shape (n, n_dof), have no jumps between these and those at both ends."""
+    jumps = np.concatenate([at_ends[:1], last]) - np.concatenate([first, at_ends[1:]])
+    return bool(np.abs(jumps).max() <= _SMOOTH * max(np.abs(first).max(), np.abs(last).max()))
 
 
 def _apart(times: Array, q: Array) -> list[int]:

@@ -131,7 +131,7 @@ def _of_table(robot: Robot, path: Path, rest: Array | None, option: str) -> Join
         expected = f"rows of a time and {n} joint positions, velocities and accelerations are expected"
         raise InputError(option, f"{path.name} has shape {rows.shape}; {expected}, as `ulna plan --csv` writes them")
     refuse_infinite(option, path, rows)
-    parts = [rows[:, 1 + i * k : 1 + (i + 1) * k] for i in range(rows.shape[1] // k)]
+    parts = [rows[:, 1 + i * k : 1 + (i + 1) * k] for i in range((rows.shape[1] - 1) // k)]
     parts += [np.full((len(rows), k), np.nan)] * (3 - len(parts))
     read = read or list(names)
     return _with_rest(names, read, JointPoints(tuple(read), rows[:, 0], *parts), rest)
