@@ -203,18 +203,20 @@ class _Rates(NamedTuple):
         """A bound of the third derivative of the place, or of the second one of the angular velocity, shape (n,)."""
         one, two, three = self.of[:3]
         first, second = (np.cumsum(rate, axis=1) for rate in (one, two))
-        return (three + _grown(3.0 * first * second + first**3)) @ weights
+        return three @ weights + (first * (3.0 * second + first * first)) @ _steps_of(weights)
 
     def fourth(self, weights: Array) -> Array:
         """A bound of the fourth derivative of the place, shape (n,)."""
         first, second, third = (np.cumsum(rate, axis=1) for rate in self.of[:3])
         mixed = 4.0 * third * first + 3.0 * second**2 + 6.0 * second * first**2 + first**4
-        return (self.of[3] + _grown(mixed)) @ weights
+        return self.of[3] @ weights + mixed @ _steps_of(weights)
 
 
-def _grown(sums: Array) -> Array:
-    """What each column adds to the one before: of products of sums up to each joint, those of which it is the last."""
-    return np.diff(sums, axis=1, prepend=0.0)
+def _steps_of(weights: Array) -> Array:
+    """By how much each weight is above the next: so weighed, sums up to each joint give a product the weight of its last one."""
+    steps = weights.copy()
+    steps[:-1] -= weights[1:]
+    return steps
 
 
 def as_hands(hand: HandLimits | Iterable[HandLimits] | None, tree: Tree) -> tuple[Hand, ...]:

@@ -1272,6 +1272,7 @@ class Robot(Quick):
         clearance: float = 0.01,
         tracking_error: ArrayLike = 0.0,
         posture: ArrayLike | None = None,
+        hand: HandLimits | Iterable[HandLimits] | None = None,
     ) -> Servo:
         """A servo: it steers the arm tick by tick, and certifies each command together with a full stop after it (docs/servo.md).
 
@@ -1292,6 +1293,7 @@ class Robot(Quick):
             clearance: No object is nearer than this [m]; it does not count between links of the robot.
             tracking_error: How far each joint may be from its command [rad or m]: the certificate holds for all of that.
             posture: A configuration that the null space goes towards [rad or m], shape (n_dof,); none unless given.
+            hand: The greatest speed and angular speed of the hand, or of several links, at all times; no limit unless given.
 
         Raises:
             InputError: An argument that cannot be taken; its name is in the message.
@@ -1311,7 +1313,7 @@ class Robot(Quick):
         members = None if group is None else group_named(group, self.groups)
         return Servo(
             self.tree, self._checker, world, rate, link, weights, held, members, velocity, acceleration, jerk,
-            clearance, tracking_error, posture,
+            clearance, tracking_error, posture, hand,
         )  # fmt: skip
 
     def show(
