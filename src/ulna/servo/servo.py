@@ -283,13 +283,16 @@ class Servo:
 
     def _capped_tick(self, found: ServoState) -> ServoState:
         """The state after a tick in which hands keep their speeds: that found, a slower one, or that of the certified stop."""
-        now, settings = self._now.joints, self._settings
-        if found.counters[0].done > 0 or are_slow(self._capped, now, found, settings):
+        now, settings, q = self._now.joints, self._settings, found.joints["q"]
+        if found.counters[0].done > 0:
             return found
         ticks, lead = found.ticks or 0, settings[0].ramp * settings[0].period
-        stopping = self._run(REST, _NO_HANDS, ticks)
-        stop, left = (state.joints["qd"] + state.joints["qdd"] * lead for state in (stopping, found))
-        share = share_of(self._capped, found.joints["q"], stop, left)
+        left = found.joints["qd"] + found.joints["qdd"] * lead
+        if share_of(self._capped, q, np.zeros_like(left), left) == 1.0 and are_slow(self._capped, now, found, settings):
+            return found
+        stopping = self._run(REST, _NO_HANDS, ticks).joints
+        stop = stopping["qd"] + stopping["qdd"] * lead
+        share = share_of(self._capped, q, stop, left)
         for smaller in (share, 0.5 * share) if share > 0.0 else ():
             self._goal_qd[:] = stop + smaller * (left - stop)
             slower = self._run(VELOCITY, _NO_HANDS, ticks)
