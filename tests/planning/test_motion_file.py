@@ -285,6 +285,7 @@ ALIASES = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
         ("long.csv", "time,a\n" + "0" * 1_000_000),
         ("nan.csv", "time,a\n0,0\n1,nan\n"),
         ("back.csv", "time,a\n1,0\n0,0\n"),
+        ("no_positions.csv", "time,velocity_a\n0,0\n1,0\n"),
         ("lies.npy", b"\x93NUMPY\x01\x00v\x00{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000, 8), }" + b" " * 20),
     ],
 )

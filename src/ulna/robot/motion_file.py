@@ -156,7 +156,7 @@ def _columns(robot: Robot, read: list[str], *, partly: bool) -> Row:
         wanted = [TIMES.name, *positions]
         for order in _ORDERS:
             of = [f"{order} of {name}" for name in positions]
-            if not all(rate in found.at for rate in of):
+            if not all(name in found.at for name in (*positions, *of)):
                 break  # neither are accelerations without velocities used
             for name, rate in zip(positions, of, strict=True):
                 if found.at[name][1] not in {None, 1.0} and found.at[rate][1] is None:
