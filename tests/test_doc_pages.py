@@ -42,14 +42,20 @@ ARM = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
 SRDF = """<robot name="arm"><group name="manipulator"><chain base_link="base_link" tip_link="tool0"/></group>
   <group_state name="home" group="manipulator"><joint name="elbow" value="0.5"/></group_state></robot>"""
 
+MOTION = """time,panda_joint1,panda_joint2,panda_joint3,panda_joint4,panda_joint5,panda_joint6,panda_joint7
+0,0,-0.785,0,-2.356,0,1.571,0.785
+1,0.1,-0.785,0,-2.356,0,1.571,0.785
+"""
+
 
 @pytest.fixture
 def a_users_folder(tmp_path, monkeypatch):
-    """The files that the pages speak of: a robot, its semantic description, a scene, and those of the repository."""
+    """The files that the pages speak of: a robot, its semantic description, a scene, a motion, and those of the repository."""
     (tmp_path / "arm.urdf.xacro").write_text(ARM)
     (tmp_path / "arm.urdf").write_text(ARM.replace("$(arg prefix)", ""))
     (tmp_path / "arm.srdf").write_text(SRDF)
     ulna.save_world(ulna.World(), tmp_path / "scene.json")
+    (tmp_path / "motion.csv").write_text(MOTION)
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     shutil.copytree(ROOT / "examples" / "desk_arm", tmp_path / "desk_arm")
     monkeypatch.chdir(tmp_path)

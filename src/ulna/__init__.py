@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from ulna.inspection.compare import compare
     from ulna.inspection.inspect import inspect
     from ulna.inspection.result import Comparison, Finding, Inspection, Severity
+    from ulna.planning.hand import HandLimits
     from ulna.planning.keep import Keep
     from ulna.planning.plan import Plan, PlanStatus
     from ulna.planning.trajectory import Trajectory
@@ -78,6 +79,7 @@ __all__ = [
     "FollowedPath",
     "GeometryError",
     "HalfSpace",
+    "HandLimits",
     "HeightMap",
     "IKResult",
     "IKSolutions",
@@ -163,6 +165,7 @@ _HOMES = {
     "ulna.inspection.compare": ("compare",),
     "ulna.inspection.inspect": ("inspect",),
     "ulna.inspection.result": ("Comparison", "Finding", "Inspection", "Severity"),
+    "ulna.planning.hand": ("HandLimits",),
     "ulna.planning.keep": ("Keep",),
     "ulna.planning.plan": ("Plan", "PlanStatus"),
     "ulna.planning.trajectory": ("Trajectory",),

@@ -174,3 +174,44 @@ def test_touch_links_of_a_scene_file_are_excluded_from_the_check(ask, slider, tm
     path.write_text(json.dumps(scene))
     answer = ask("check", slider, "--scene", path)
     assert (answer.exit_code, answer.in_collision, answer.signed_distance, answer.pairs) == (0, False, None, [])
+
+
+@pytest.fixture
+def motion_file(tmp_path):
+    """A motion of the cube from 0 to 0.5 m, from rest to rest, whose greatest speed is 0.75 m/s."""
+    points = [
+        {"positions": [q], "velocities": [0.0], "time_from_start": {"sec": sec, "nanosec": 0}} for q, sec in ((0.0, 0), (0.5, 1))
+    ]
+    path = tmp_path / "motion.json"
+    path.write_text(json.dumps({"joint_names": ["slide"], "points": points}), encoding="utf-8")
+    return path
+
+
+def test_a_motion_is_certified_free_and_within_the_limits_of_the_hand_or_touches_at_a_time(ask, run, slider, motion_file):
+    answer = ask("check", slider, "--motion", motion_file, "--box", FAR, "--hand-speed", "0.76")
+    assert (answer.exit_code, answer.in_collision, answer.touches_at, answer.certified) == (0, False, None, True)
+    assert answer.within_limits
+    assert "the speed of cube is at most 0.75 m/s, at 0.500 s" in answer.check
+    assert answer.duration == 1
+    answer = ask("check", slider, "--motion", motion_file, "--hand-speed", "0.74")
+    assert (answer.exit_code, answer.certified, answer.within_limits) == (1, True, False)
+    answer = ask("check", slider, "--motion", motion_file, "--box", NEAR)  # it touches from q = 0.4 on
+    assert (answer.exit_code, answer.in_collision, answer.certified) == (1, True, False)
+    t = answer.touches_at
+    assert 0.5 * (3 * t**2 - 2 * t**3) == pytest.approx(0.4, abs=1e-3)
+    assert run("check", slider, "--motion", motion_file, "--box", NEAR).stdout.splitlines()[-1] == f"collision at {t:.3f} s"
+    assert run("check", slider, "--motion", motion_file).stdout.splitlines()[-1] == "certified free"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--hand-speed", "1"), "--hand-speed: goes with --motion"),
+        (("--motion", "motion.json", "--q", "0"), "--q, --no-self, --within: go with a configuration"),
+        (("--motion", "none.json"), "none.json: no such file"),
+        (("--motion", "motion.json", "--hand-speed", "0"), "--hand-speed: 0.0; a number above 0"),
+    ],
+)
+def test_options_of_a_motion_go_together(refusal, slider, motion_file, monkeypatch, arguments, message):
+    monkeypatch.chdir(motion_file.parent)
+    assert refusal("check", slider, *arguments).startswith(message)

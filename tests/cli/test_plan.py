@@ -168,3 +168,12 @@ def test_a_plan_keeps_the_positions_of_a_file_of_limits(ask, run, tmp_path):
     refused = run("plan", f"--to=-0.6,{home}", "--limits", str(file), "--acceleration", "2")
     assert refused.exit_code == 2
     assert "-0.6 of joint 'panda_joint1' is outside its limits, -0.5 to 2.8973" in " ".join(refused.output.split())
+
+
+def test_the_hand_keeps_its_speed(ask):
+    goal = "1,-pi/4,0,-3pi/4,0,pi/2,pi/4"
+    slow, fast = ask("plan", "--to", goal, "--hand-speed", "0.25"), ask("plan", "--to", goal)
+    robot = ulna.load("panda")
+    way = np.hypot(*robot.forward_kinematics(robot.home)[:2, 3])  # of the hand, about the axis of the first joint
+    assert slow.duration > way / 0.25 > fast.duration
+    assert "the speed of panda_ee is at most 0.25 m/s" in slow.check

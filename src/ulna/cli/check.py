@@ -1,44 +1,116 @@
-"""``ulna check``: whether a robot touches obstacles or itself."""
+"""``ulna check``: whether a robot touches obstacles or itself, at a configuration or in a motion."""
 
 from collections.abc import Iterator
 from dataclasses import fields
+from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 from rich.console import RenderableType
 from rich.text import Text
 
 from ulna.cli.cell import CheckedRobot, Obstacles
-from ulna.cli.depends import command
+from ulna.cli.depends import as_options, command
+from ulna.cli.options import Degrees, HandAcceleration, HandSpeed, hand_of, warnings_printed
 from ulna.cli.output import Q_KEYS, Output, attributes, data_of_q, make_table, number, title
-from ulna.cli.targets import Q
+from ulna.cli.plan import ArmLimits
+from ulna.cli.targets import Positions, q_of
 from ulna.collision.report import Pair
 from ulna.collision.world import World
 from ulna.description.meshes.hulls import in_place_of_meshes
+from ulna.errors import InputError
+from ulna.robot import Robot
+from ulna.robot.motion_file import motion_of_file
 
 SelfCollision = Annotated[bool, typer.Option("--self/--no-self", help="Check the robot's links against each other too.")]
 Within = Annotated[float, typer.Option("--within", metavar="METRES", help="Show pairs that are free but nearer than this too.")]
+
+MotionFile = Annotated[
+    Path | None,
+    typer.Option("--motion", metavar="FILE", help="Check a motion: of `ulna plan --csv`, a message of ROS, or a plan of MoveIt."),
+]
+_PERIOD = 0.001  # [s], of the samples at which a contact of a motion is looked for
 
 CHECK_KEYS = (
     f"{Q_KEYS}; in_place_of_meshes: what of them is checked, in words, or null; "
     "in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
     "robot; pairs: name_a of the robot, link_a, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
-    "witness_a and witness_b: the nearest points, normal from a to b, point: which of a cloud, from 0, else null."
+    "witness_a and witness_b: the nearest points, normal from a to b, point: which of a cloud, from 0, else null. With --motion: "
+    "robot; in_collision: whether a sample of it touches; touches_at: when first, in seconds, or null; certified: whether all of "
+    "it is certified free; within_limits; check: that in words; duration, in seconds."
 )
 _OF_PAIR = (*(field.name for field in fields(Pair) if not field.name.startswith("_")), "point")
 
 
 @command
 def check(
-    robot: CheckedRobot, world: Obstacles, q: Q, *, self_collision: SelfCollision = True, max_distance: Within = 0.0
+    robot: CheckedRobot,
+    world: Obstacles,
+    *,
+    q: Positions = None,
+    degrees: Degrees = False,
+    self_collision: SelfCollision = True,
+    max_distance: Within = 0.0,
+    motion: MotionFile = None,
+    limits: ArmLimits = None,
+    hand_speed: HandSpeed = None,
+    hand_acceleration: HandAcceleration = None,
 ) -> Output:
     """Whether the robot touches itself or boxes, how deep and where, and how far it is from them.
 
     As in: ulna check --box "0.5,0,0.21,0,0,0,0.15,0.09,0.126", or: ulna check --scene scene.json. Exit status 0 if it is
-    free, 1 if not.
+    free, 1 if not. A motion: ulna check --motion motion.csv --limits franka. Exit status 0 if it is certified free and within
+    its limits.
     """
     around = world or World()
-    report = robot.check_collision(q, around, self_collision=self_collision, max_distance=max_distance)
+    if motion is not None:
+        if q is not None or not self_collision or max_distance:
+            raise InputError("--q, --no-self, --within", "go with a configuration, and not with --motion")
+        with as_options({"limits": "--limits", "hand": "--hand-speed"}):
+            return _of_motion(robot, around, motion, limits, hand_speed, hand_acceleration)
+    for option, given in (("--limits", limits), ("--hand-speed", hand_speed), ("--hand-acceleration", hand_acceleration)):
+        if given is not None:
+            raise InputError(option, "goes with --motion")
+    return _of_configuration(robot, around, q_of(robot, q=q, degrees=degrees), self_collision=self_collision, within=max_distance)
+
+
+def _of_motion(
+    robot: Robot, around: World, path: Path, limits: str | None, speed: float | None, acceleration: float | None
+) -> Output:
+    """Whether a motion is free, and within its limits."""
+    with warnings_printed():
+        motion = motion_of_file(robot, path, option="--motion")
+    judged = motion.check(limits, hand=hand_of(robot, speed, acceleration))
+    certified = motion.is_free(around)
+    samples = motion.sampled(_PERIOD)
+    touching = np.flatnonzero([] if certified else robot.in_collision(samples.q, around))
+    data = {
+        "robot": robot.name,
+        "in_collision": bool(len(touching)),
+        "touches_at": float(samples.t[touching[0]]) if len(touching) else None,
+        "certified": certified,
+        "within_limits": bool(judged),
+        "check": str(judged),
+        "duration": motion.duration,
+    }
+    return Output(data, motion_table, status=0 if certified and judged else 1)
+
+
+def motion_table(data) -> Iterator[RenderableType]:
+    """A sentence about the limits, and whether the motion is free."""
+    yield Text(f"{data['robot']}: a motion of {data['duration']:.3f} s", "bold")
+    yield data["check"]
+    if data["in_collision"]:
+        yield Text(f"collision at {data['touches_at']:.3f} s", "bold red")
+    elif data["certified"]:
+        yield Text("certified free", "bold green")
+    else:
+        yield Text("not certified free; no sample, 1 ms apart, touches", "bold yellow")
+
+
+def _of_configuration(robot: Robot, around: World, q, *, self_collision: bool, within: float) -> Output:
+    report = robot.check_collision(q, around, self_collision=self_collision, max_distance=within)
     data = {
         **data_of_q(robot, q),
         "in_place_of_meshes": in_place_of_meshes(robot.description) or None,

@@ -1,14 +1,17 @@
 """Options that several commands share: the robot and a part of it, a link, a seed, a page."""
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from ulna.cli.depends import Depends, Json
+from ulna.cli.depends import Depends, Json, as_options
 from ulna.cli.output import warn
 from ulna.errors import DescriptionWarning, InputError
+from ulna.planning.hand import HandLimits
 from ulna.robot import Robot, load
 from ulna.robot.hand_link import hand_link
 
@@ -47,6 +50,10 @@ LinkName = Annotated[
 ]
 Degrees = Annotated[bool, typer.Option("--degrees", help="All angles given are degrees, not radians.")]
 Seed = Annotated[int, typer.Option(help="Chooses the random samples: the same number gives the same result.")]
+HandSpeed = Annotated[float | None, typer.Option("--hand-speed", metavar="NUMBER", help="The greatest of the hand [m/s].")]
+HandAcceleration = Annotated[
+    float | None, typer.Option("--hand-acceleration", metavar="NUMBER", help="The greatest of the hand [m/s^2].")
+]
 Jerk = Annotated[float | None, typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^3 or m/s^3].")]
 TaskName = Annotated[str, typer.Option(metavar="NAME", help="pose, position, or pointing: the z axis alone.")]
 Host = Annotated[str, typer.Option(help="The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.")]
@@ -80,14 +87,20 @@ def loading(
 Loading = Annotated[dict[str, Any], Depends(loading)]
 
 
-def load_robot(loading: Loading, *, robot: RobotName = "panda") -> Robot:
-    """The robot of a name or a file. Warnings about unknown names in an SRDF are printed on standard error."""
+@contextmanager
+def warnings_printed() -> Iterator[None]:
+    """Within the block, warnings about files are lines on standard error."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DescriptionWarning)
-        arm = load(robot, **loading)
+        yield
     for warning in caught:
         warn(str(warning.message))
-    return arm
+
+
+def load_robot(loading: Loading, *, robot: RobotName = "panda") -> Robot:
+    """The robot of a name or a file. Warnings about unknown names in an SRDF are printed on standard error."""
+    with warnings_printed():
+        return load(robot, **loading)
 
 
 AnyRobot = Annotated[Robot, Depends(load_robot)]
@@ -99,6 +112,14 @@ def link_or_hand(robot: AnyRobot, loading: Loading, *, link: LinkName = None, as
         advice = f"--frame {robot.base} states poses in {robot.base!r} of the whole robot"
         raise InputError("--base, --link", f"{link!r} is not below {robot.base!r}, or is no link; {advice}")
     return named_or_hand(robot, link=link, as_json=as_json)
+
+
+def hand_of(robot: Robot, speed: float | None, acceleration: float | None, link: str | None = None) -> HandLimits | None:
+    """The limits of a link, or of the hand, that options give; None without them."""
+    if speed is None and acceleration is None:
+        return None
+    with as_options({"speed": "--hand-speed", "acceleration": "--hand-acceleration"}):
+        return HandLimits(speed, acceleration, link=link or robot.tree.tip or hand_link(robot))
 
 
 def named_or_hand(robot: Robot, *, link: str | None, as_json: bool) -> str:

@@ -14,7 +14,7 @@ from rich.progress import TextColumn, TimeElapsedColumn
 from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import Json, as_options, command, defaults_of
 from ulna.cli.keeps import KeepTexts, keep_of
-from ulna.cli.options import Degrees, Jerk, LinkName, Seed, named_or_hand
+from ulna.cli.options import Degrees, HandAcceleration, HandSpeed, Jerk, LinkName, Seed, hand_of, named_or_hand
 from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, write_figure
 from ulna.cli.targets import HOME, RPY, XYZ, Start, TargetPose, numbers, positions, state_of, target_pose, words
 from ulna.description.pose import pose
@@ -106,6 +106,8 @@ def plan(
     acceleration: Acceleration = None,
     jerk: Jerk = None,
     limits: ArmLimits = None,
+    hand_speed: HandSpeed = None,
+    hand_acceleration: HandAcceleration = None,
     csv: Csv = None,
     period: Period = 0.01,
     plot: PlotFile = None,
@@ -155,7 +157,8 @@ def plan(
             accelerations = np.where(np.isinf(own), _ACCELERATION, own)
         velocities = None if limits is not None and velocity is None else _velocities(robot, velocity)
         with as_options({name: f"--{name}" for name in ("limits", "velocity", "acceleration", "jerk", "period")}):
-            motion = found.trajectory(velocity=velocities, acceleration=accelerations, jerk=jerk, limits=limits)
+            hand = hand_of(robot, hand_speed, hand_acceleration, link)
+            motion = found.trajectory(velocity=velocities, acceleration=accelerations, jerk=jerk, limits=limits, hand=hand)
             if csv is not None:
                 motion.to_csv(csv, period=period)
         if plot is not None:

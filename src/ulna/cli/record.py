@@ -37,7 +37,7 @@ Trajectory = Annotated[
 ]
 PlanFile = Annotated[
     Path | None,
-    typer.Option("--plan", metavar="FILE", help="A motion that `ulna plan --csv` wrote, shown in its time."),
+    typer.Option("--plan", metavar="FILE", help="A motion that `ulna plan --csv` wrote, or a message of ROS, shown in its time."),
 ]
 Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes that collisions of the arm are checked with.")]
 _SHORTEST = 0.1  # [s] of a motion that does not move

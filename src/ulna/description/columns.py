@@ -10,7 +10,7 @@ from typing import NamedTuple
 from ulna.errors import count_of
 
 LENGTH, ANGLE, TIME, NUMBER = "length", "angle", "time", "number"  # the kinds of quantities; a number has no unit
-_UNITS: dict[str, tuple[str, float]] = {
+_PLAIN_UNITS: dict[str, tuple[str, float]] = {
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), (LENGTH, 1.0)),
     **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), (LENGTH, 1e-3)),
     **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre", "centimetres"), (LENGTH, 1e-2)),
@@ -25,12 +25,27 @@ _UNITS: dict[str, tuple[str, float]] = {
     **dict.fromkeys(("ns", "nsec"), (TIME, 1e-9)),
     **dict.fromkeys(("", "-", "1"), (NUMBER, 1.0)),
 }
+_PER_TIME = {1: ("/s",), 2: ("/s^2", "/s2", "/s\u00b2", "/s/s")}  # of the units of rates
 _IN_BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<]\s*([^\[\]()<>]*?)\s*[\])>]")
 _BEHIND = re.compile(r"(.+?)(?:\s+in\s+|[\s_./-]+|(?=\u00b0))([^\W\d_]+|\u00b0)")
 _PLAIN = re.compile(r"[\w\s./:\[\]()-]*")  # names that are compared by their words
 _SEPARATORS = (";", "\t", ",", None)  # None: blanks
 _COMMENTS = ("#", "//")
 _MAX_COLUMNS, _MAX_NAME = 1000, 200  # that are compared: patterns take time
+
+
+def rate_kind(kind: str, order: int) -> str:
+    """The kind of the first or the second derivative of a quantity of a kind."""
+    return f"{kind}{_PER_TIME[order][0]}"
+
+
+_UNITS = _PLAIN_UNITS | {
+    f"{unit}{per}": (rate_kind(kind, order), factor)
+    for order, all_per in _PER_TIME.items()
+    for per in all_per
+    for unit, (kind, factor) in _PLAIN_UNITS.items()
+    if unit and kind in {LENGTH, ANGLE}
+}
 
 
 class Quantity(NamedTuple):
@@ -236,8 +251,8 @@ def columns_of(names: Sequence[str], row: Row) -> tuple[list[int], list[float]]:
     found = find_columns(names, row.known)
     chosen = row.chosen(found)
     columns, factors = required(found, chosen, names)
-    strange = [name for name in found.others if not row.ignored(name)]
-    strange += [names[column] for name, (column, _) in found.at.items() if name not in chosen]
+    beside = [*found.others, *(names[column] for name, (column, _) in found.at.items() if name not in chosen)]
+    strange = [name for name in beside if not row.ignored(name)]
     if strange:
         raise ValueError(f"column {strange[0][:60]!r} is not known beside {', '.join(chosen[:20])}")
     usual = {one.name: one.unit for one in row.known}

@@ -15,12 +15,13 @@ _KNOWN = {_PREFIX + kind for kind in ("map", "seq", "str", "int", "float", "bool
 _NUMBERS = {_PREFIX + "int", _PREFIX + "float"}
 
 
-def yaml_value(text: str | bytes, tags: Mapping[str, Callable[[str], Any]]) -> Any:
+def yaml_value(text: str | bytes, tags: Mapping[str, Callable[[str], Any]], max_nodes: int = _MAX_NODES) -> Any:
     """The value of a YAML text of one document: dictionaries, lists, texts, numbers, booleans and None.
 
     Args:
         text: The text.
         tags: Further tags, and what makes a value of the text behind them.
+        max_nodes: How many values it may have, each counted as often as an alias repeats it.
 
     Raises:
         ValueError: It is not YAML, has other tags, dates, numbers in base 60, or too many nodes, levels or digits.
@@ -43,8 +44,8 @@ def yaml_value(text: str | bytes, tags: Mapping[str, Callable[[str], Any]]) -> A
             if is_alias and not hasattr(node, "weight"):
                 raise ValueError("a value is within itself")
             node.weight = 1 + sum(one.weight for one in parts_of(node))  # its number of nodes, itself included
-            if max(self.n_nodes, node.weight) > _MAX_NODES:
-                raise ValueError(f"it has more than {_MAX_NODES} values, each counted as often as it is repeated")
+            if max(self.n_nodes, node.weight) > max_nodes:
+                raise ValueError(f"it has more than {max_nodes} values, each counted as often as it is repeated")
             _check(node, tags)
             return node
 

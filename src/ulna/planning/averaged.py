@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ulna.drivers import time_parameterisation
 from ulna.planning.blend import CHORDS, ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
+from ulna.planning.hand import Hand, factor_of, peaks_of
 from ulna.planning.positions import Farthest, farthest_between, farthest_of
 from ulna.planning.timing import (
     AT_REST,
@@ -42,6 +43,8 @@ _SHORT = 0.02  # of the duration: with a shorter window no slower motion is trie
 _MOST_SHARES = 30  # of the acceleration, of which one leaves the path by little enough
 _MOST_EXPECTED = 1e-4  # [rad or m] beside the path, for which the corners' chords are widened
 _FASTER = 1.25  # than on a line: by the length of the edges, a parabola is passed faster
+MAX_TIMES = 4  # that a motion is made with narrower limits of hands
+NARROWER = 1 - 1e-4  # than what a bound of a hand asks for
 _MOST_TRIES = 12  # of a window that depends on the path, which depends on the window
 _LEAVES = 1.0, 0.015  # of the least tolerance of what is kept: how far a mean may leave its path when less acceleration is tried
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
@@ -244,15 +247,37 @@ def timed_path(
 ) -> TimedPath | Averaged | None:
     """The fastest motion along a path, shape (n, n_dof), n >= 2, whose corners are rounded where that is free (``blend``).
 
+    It keeps the limits of hands at all times. A mean passes a hand a little faster than its base does. So the motion is made
+    again with narrower limits, and in the end passed slower, until bounds of its own are within them.
+
     None if the speeds at its ends cannot be had within the limits; from rest to rest there always is one.
     lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes; within: how far the motion may
     leave the path in each entry of q [rad or m]. A parabola leaves it by at most half of that, and the mean leaves the parabola
     by at most the other half.
     """
+    narrower, slowest = is_free, None
+    for _ in range(MAX_TIMES):
+        timed = _timed_path(path, lengths, blend, limits, narrower, within, speeds)
+        if timed is None or not is_free.hands:
+            return timed
+        peaks = peaks_of(timed, is_free.hands)
+        if all(peaks):
+            return timed
+        narrower = narrower._replace(hands=tuple(hand.narrowed(peaks, NARROWER) for hand in narrower.hands))
+        if speeds == AT_REST:
+            slowed = timed.slowed(NARROWER * factor_of(peaks))
+            slowest = slowed if slowest is None or slowed.duration < slowest.duration else slowest
+    return slowest
+
+
+def _timed_path(
+    path: Array, lengths: Array, blend: float, limits: Limits, is_free: IsFree, within: float, speeds: Speeds
+) -> TimedPath | Averaged | None:
+    """``timed_path`` without a bound of hands between the grid points of its path."""
     (velocity, acceleration, jerk), edges = limits, edges_of(path, lengths, is_free.chords)
     if jerk is None:
         pieces = rounded(edges, free_cuts(edges, blend, is_free, within))
-        return fastest(grid_of(pieces), velocity, acceleration, speeds)
+        return fastest(grid_of(pieces), velocity, acceleration, speeds, hands=is_free.hands)
     beside = _expected(edges, velocity, acceleration, jerk)
     cuts = free_cuts(edges, blend, is_free, 0.5 * within, beside)
     if np.count_nonzero(cuts) < np.count_nonzero(edges.turns):
@@ -260,13 +285,14 @@ def timed_path(
     halvings, most, largest = np.zeros(len(cuts), dtype=int), math.inf, cuts.copy()
     slower = [share * is_free.tolerance for share in _LEAVES if is_free.tolerance < math.inf]
     moves = speeds != AT_REST
-    while cuts.any() or moves:
-        motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, min(0.5 * within, most), speeds)
-        if motion is None and moves:
+    while cuts.any() or moves or is_free.hands:  # seven phases along a line have one greatest speed, and a hand there has not
+        near = min(0.5 * within, most)
+        motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, near, speeds, is_free.hands)
+        if motion is None and (moves or not cuts.any()):
             return None
         if motion is None:
             cuts[:] = 0.0
-            break
+            continue
         by = mean_leaves_by(acceleration, motion.window)
         is_covered = not halvings.any() and by <= beside.by and motion.reach <= beside.reach
         corners = np.flatnonzero(cuts)[[] if is_covered else motion.corners_not_free(is_free)]
@@ -294,29 +320,33 @@ def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -
     return Beside(by, 0.5 * window * _FASTER * float(speeds.max()))
 
 
-def _near(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds) -> Averaged | None:
+def _near(
+    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds, hands: tuple[Hand, ...]
+) -> Averaged | None:
     """The mean that leaves the pieces by no more than ``within``, with as much acceleration as that allows; None if none does."""
     share = 1.0
     for _ in range(_MOST_SHARES):
-        motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds)
+        motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds, hands)
         if motion is None or math.isinf(within) or motion.leaves_by <= within:
             return motion
         share *= min(0.95, max(0.2, (within / motion.leaves_by) ** (1 / 3)))  # the window grows with the acceleration
     return None
 
 
-def _averaged(pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds) -> Averaged | None:
+def _averaged(
+    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, hands: tuple[Hand, ...]
+) -> Averaged | None:
     """The mean of the fastest motion along pieces over the least time that keeps the limits of jerk, or of a slower one.
 
     With less acceleration the window is shorter. A motion that goes from speeding up to slowing down at once needs a window twice
     as long as one whose speed is constant for a moment between.
     """
     grid, find = grid_of(pieces), _with_share if speeds == AT_REST else _moving
-    best = find(grid, velocity, acceleration, jerk, speeds)
+    best = find(grid, velocity, acceleration, jerk, speeds, hands)
     for share in _SHARES:
         if best is not None and best.window < _SHORT * best.duration:
             break
-        slower = find(grid, velocity, share * acceleration, jerk, speeds)
+        slower = find(grid, velocity, share * acceleration, jerk, speeds, hands)
         if slower is None or (best is not None and slower.duration >= best.duration):
             break
         best = slower
@@ -336,15 +366,23 @@ class _Candidate(NamedTuple):
 
 
 def _with_share(
-    grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, least: float = _LEAST_WINDOW
+    grid: Grid,
+    velocity: Array,
+    acceleration: Array,
+    jerk: Array,
+    speeds: Speeds,
+    hands: tuple[Hand, ...],
+    least: float = _LEAST_WINDOW,
 ) -> _Candidate | None:
     """The better of the fastest motion and one with coasts; None if the speeds at the ends cannot be had."""
-    motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()), speeds)
+    motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()), speeds, hands)
     candidates = [_Candidate(motion, least_window_of(motion, jerk, least)) for motion in motions]
     return min(candidates, key=lambda candidate: candidate.duration, default=None)
 
 
-def _moving(grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds) -> _Candidate | None:
+def _moving(
+    grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, hands: tuple[Hand, ...]
+) -> _Candidate | None:
     """The fastest motion with a velocity at an end: its base has gone straight on there for half the window.
 
     So the mean begins where the path does. How much of the path that is depends on the window, and the window on the path that
@@ -353,7 +391,7 @@ def _moving(grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speed
     window = _LEAST_WINDOW
     for _ in range(_MOST_TRIES):
         left = _without_ends(grid, 0.5 * window * speeds.start, 0.5 * window * speeds.end)
-        found = None if left is None else _with_share(left, velocity, acceleration, jerk, speeds, window)
+        found = None if left is None else _with_share(left, velocity, acceleration, jerk, speeds, hands, window)
         if found is None or found.window <= window:
             return found
         window = found.window * (1 + 1e-9)

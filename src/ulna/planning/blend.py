@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.planning.hand import Hand, Timed, are_kept
 from ulna.planning.positions import Farthest, PositionLimits
 
 Array = NDArray[np.float64]
@@ -36,6 +37,8 @@ class IsFree(NamedTuple):
     positions: PositionLimits | None = None
     """What whole motions are certified to keep. A path between configurations within these limits, and its roundings, are within
     them: the limits are a box, which is convex."""
+    hands: tuple[Hand, ...] = ()
+    """Whose limits whole motions are certified to keep too."""
 
 
 class Grid(NamedTuple):
@@ -139,7 +142,7 @@ def is_path_free(is_free: IsFree, points: Array, spreads: Array) -> bool:
     return is_free.n_free(points[None], spreads[None]) > 0
 
 
-class _Moving(Protocol):
+class _Moving(Timed, Protocol):
     """A motion in time."""
 
     def farthest(self, since: float) -> Farthest: ...
@@ -148,10 +151,10 @@ class _Moving(Protocol):
 
 
 def is_motion_free(is_free: IsFree, timed: _Moving, since: float) -> bool:
-    """Whether a motion keeps the limits of position from a time on, and is free: it may leave the path that it was made of."""
+    """Whether a motion keeps the limits of position and of hands from a time on, and is free: it may leave its path."""
     if is_free.positions is not None and is_free.positions.beyond(timed, since) is not None:
         return False
-    return is_path_free(is_free, *timed.edges_since(since))
+    return are_kept(timed, is_free.hands, since) and is_path_free(is_free, *timed.edges_since(since))
 
 
 def end_of(path: Grid) -> Array:

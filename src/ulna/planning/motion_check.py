@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.planning.arm_limits import ArmLimits
+from ulna.planning.hand import UNITS, HandPeak
 from ulna.planning.positions import Beyond
 from ulna.planning.timing import QUANTITIES
 
@@ -39,13 +40,15 @@ class MotionCheck:
     """Whether samples of a motion keep its limits, and which of them comes nearest to one. ``if check:`` asks whether they do.
 
     Attributes:
-        within: Whether every difference is within its limit, but for what rounding of the positions can add.
-        joint: The joint whose difference is the greatest share of its limit.
-        quantity: Of what: "velocity", "acceleration" or "jerk"; "position" if the motion leaves the limits of position.
+        within: Whether every difference is within its limit, but for what rounding of the positions can add; and every hand.
+        joint: The joint whose difference is the greatest share of its limit; the link of a hand that is beyond its own.
+        quantity: Of what: "velocity", "acceleration" or "jerk"; "position" if the motion leaves the limits of position; "speed",
+            "acceleration" or "angular_speed" of a hand that is beyond its own.
         time: When [s].
         value: How much, without its sign [rad/s, rad/s^2 or rad/s^3; m of a slide]; or the farthest position [rad or m].
         limit: The limit there, in the unit of ``value``.
         period: The time between two samples [s].
+        hands: The greatest speed and acceleration of each hand that is limited, at all times.
     """
 
     within: bool
@@ -55,9 +58,18 @@ class MotionCheck:
     value: float
     limit: float
     period: float
+    hands: tuple[HandPeak, ...] = ()
 
     def __bool__(self) -> bool:
         return self.within
+
+    def with_hands(self, peaks: Sequence[HandPeak]) -> MotionCheck:
+        """The check of a motion with such peaks of hands."""
+        worst = max(peaks, key=lambda peak: peak.bound / peak.limit, default=None)
+        if worst is None or worst or not self.within:
+            return replace(self, within=self.within and all(peaks), hands=tuple(peaks))
+        found = {"joint": worst.link, "quantity": worst.quantity, "time": worst.time, "value": worst.value, "limit": worst.limit}
+        return replace(self, within=False, hands=tuple(peaks), **found)
 
     def beyond_position(self, beyond: Beyond, names: Sequence[str]) -> MotionCheck:
         """The check of a motion that leaves the limits of position there."""
@@ -72,6 +84,12 @@ class MotionCheck:
         )
 
     def __str__(self) -> str:
+        if any(self.joint == peak.link and not peak for peak in self.hands) and self.quantity in UNITS:
+            return f"beyond a limit: {'; '.join(str(peak) for peak in self.hands if not peak)}"
+        return "; ".join([self._of_joints, *map(str, self.hands)])
+
+    @property
+    def _of_joints(self) -> str:
         if self.quantity == "position":
             which, by = "upper" if self.value > self.limit else "lower", abs(self.value - self.limit)
             beyond = f"{by:.3g} beyond its {which} limit of {self.limit:.6g}"

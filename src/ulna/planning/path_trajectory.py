@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +18,7 @@ from ulna.ik.followed_path import FollowedPath
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.kinematics.tree import entry_names
 from ulna.planning.blend import IsFree
+from ulna.planning.hand import HandLimits, as_hands, refuse_faster
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import GivenLimits, as_motion_limits
 from ulna.planning.moving_ends import as_ends, refuse_path_beyond, with_ends
@@ -24,44 +28,62 @@ from ulna.planning.trajectory import Trajectory, resting
 Array = NDArray[np.float64]
 _APART = 1e-9  # [rad or m]: nearer points count as one
 _STRAIGHT = 1e-12  # of the directions of two edges: no corner
-Given = tuple[ArrayLike | None, ArrayLike | None, ArrayLike | None, GivenLimits | None]
 Velocities = tuple[ArrayLike | None, ArrayLike | None]
 
 
+class GivenMotion(NamedTuple):
+    """The limits that a caller gives, as of ``Plan.trajectory``."""
+
+    velocity: ArrayLike | None
+    acceleration: ArrayLike | None
+    jerk: ArrayLike | None
+    limits: GivenLimits | None
+    hand: HandLimits | Iterable[HandLimits] | None
+
+
 def path_trajectory(
-    q_path: ArrayLike | FollowedPath, checker: Checker, world: World | None, within: float, given: Given, velocities: Velocities
+    q_path: ArrayLike | FollowedPath | Trajectory,
+    checker: Checker,
+    world: World | None,
+    within: float,
+    given: GivenMotion,
+    velocities: Velocities,
 ) -> Trajectory:
-    """See ``Robot.trajectory``. given: velocity, acceleration, jerk and limits; velocities: at the start and at the end."""
+    """See ``Robot.trajectory``. velocities: at the start and at the end."""
     within = as_number("within", within, 0.0, "a distance [rad or m] above 0", above=True)
     refuse_no_world(world)
     tree, points = checker.tree, _points(q_path, checker)
     names = tuple(entry_names(tree))
-    limits, positions = as_motion_limits(tree, *given)
+    (limits, positions), hands = as_motion_limits(tree, *given[:4]), as_hands(given.hand, tree)
     inside = np.clip(points, positions.lower, positions.upper)
     points = np.where(np.abs(inside - points) <= _APART, inside, points)  # for inverse kinematics that is at the limit
     refuse_path_beyond("q_path", points, positions, names)
     space = make_space(tree, points, np.zeros(tree.n_dof, dtype=bool))
     motion = Motion(space, checker, None if world is None else world.snapshot(), 0.0)
-    is_free = (IsFree(_anything) if world is None else motion.certificate)._replace(positions=positions)
+    is_free = (IsFree(_anything) if world is None else motion.certificate)._replace(positions=positions, hands=hands)
     ends = as_ends(*velocities, points, limits, positions, names)
+    refuse_faster(points[[0, -1]], ends, hands)
     if len(points) == 1 and not np.any(ends):
         free = world is not None and motion.is_free(np.repeat(points, 2, axis=0), np.zeros_like(points))
-        return resting(points[0], names, certified=free, motion=motion, limits=limits, positions=positions)
+        still = resting(points[0], names, certified=free, motion=motion, limits=limits, positions=positions)
+        return replace(still, _hands=hands)
     timed = with_ends(points, ends, np.inf, limits, is_free, partial(np.linalg.norm, axis=-1), names, within)
     free = world is not None and motion.is_free(*timed.edges_since(0.0))
-    return Trajectory(free, names, timed, motion, limits, ends, positions)
+    return Trajectory(free, names, timed, motion, limits, ends, positions, hands)
 
 
 def _anything(paths: Array, _spreads: Array) -> int:
     return len(paths)
 
 
-def _points(q_path: ArrayLike | FollowedPath, checker: Checker) -> Array:
+def _points(q_path: ArrayLike | FollowedPath | Trajectory, checker: Checker) -> Array:
     """The corners of a path, with its ends, shape (n, n_dof)."""
     if isinstance(q_path, FollowedPath):
         if not q_path:
             raise InputError("q_path", f"not followed to its end: {q_path}")
         q_path = q_path.q if q_path.q_start is None else np.vstack([q_path.q_start, q_path.q])
+    elif isinstance(q_path, Trajectory):
+        q_path = q_path._timed.edges_since(0.0)[0]  # noqa: SLF001 - of our own
     points = as_positions(q_path, checker.tree, "q_path")
     if points.ndim != 2 or not points.size:
         raise InputError("q_path", f"shape {points.shape}; configurations, shape (n, {checker.tree.n_dof}), are expected")

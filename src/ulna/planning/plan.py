@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
@@ -16,6 +17,7 @@ from ulna.ik.reason import NO_REASON, Reason
 from ulna.ik.time_limit import TimeLimit, as_time_limit
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.notebook.tables import OneLine, table
+from ulna.planning.hand import HandLimits, as_hands, refuse_faster
 from ulna.planning.held_first import arm_of
 from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
@@ -213,6 +215,7 @@ class Plan(OneLine):
         blend: float = 0.1,
         jerk: ArrayLike | None = None,
         limits: GivenLimits | None = None,
+        hand: HandLimits | Iterable[HandLimits] | None = None,
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
     ) -> Trajectory:
@@ -231,6 +234,7 @@ class Plan(OneLine):
                 a Franka's does, needs it.
             limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it, or its mapping: the limits
                 that are not given as numbers (docs/planning.md names the arms and the sources). The file's positions are kept.
+            hand: The greatest speed and acceleration of the hand, or of several links, at all times.
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), where the acceleration is 0; at rest unless
                 given. Where it is not along the first edge, the motion goes straight on as far as it needs, and from there to the
                 second point of the path; all of that is certified.
@@ -256,13 +260,15 @@ class Plan(OneLine):
         if self.escaped:
             positions = _with_start(positions, self.path[0], tree)
         refuse_path_beyond("limits", self.path, positions, names)
-        ends = as_ends(start_velocity, end_velocity, self.path, kept, positions, names)
+        ends, hands = as_ends(start_velocity, end_velocity, self.path, kept, positions, names), as_hands(hand, tree)
+        refuse_faster(self.path[[0, -1]], ends, hands)
         if len(self.path) == 1 and not np.any(ends):
-            return resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept, positions=positions)
-        is_free = self._motion.certificate._replace(positions=positions)
+            still = resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept, positions=positions)
+            return replace(still, _hands=hands)
+        is_free = self._motion.certificate._replace(positions=positions, hands=hands)
         timed = with_ends(self.path, ends, blend, kept, is_free, self._motion.space.lengths, names)
         certified = self.certified and not self.escaped
-        return Trajectory(certified, names, timed, self._motion, kept, ends, positions)
+        return Trajectory(certified, names, timed, self._motion, kept, ends, positions, hands)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
         """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).
@@ -333,6 +339,7 @@ class Plan(OneLine):
         blend: float = 0.1,
         jerk: ArrayLike | None = None,
         limits: GivenLimits | None = None,
+        hand: HandLimits | Iterable[HandLimits] | None = None,
     ) -> Plan:
         """A plan whose motion within these limits takes less time, if one is found: points of the path are moved at random.
 
@@ -347,6 +354,7 @@ class Plan(OneLine):
             blend: How much of its edges a rounded corner takes at most.
             jerk: The greatest jerk.
             limits: The name of an arm, or a file ``joint_limits.yaml``.
+            hand: The greatest speed and acceleration of the hand, or of several links.
 
         Returns:
             A ``Plan``, to call ``trajectory`` of with the same limits; this one's path if none was quicker.
@@ -360,10 +368,13 @@ class Plan(OneLine):
             raise InputError("plan", f"there is no path: {self.status}")
         motion, certify = self._searched.motion, self._searched.certify
         edges, first, tree = motion.edges(certify=certify), 1 + int(self.escaped), motion.checker.tree
+        hands = [each.limits for each in as_hands(hand, tree)]
 
         def duration_of(path: Array) -> float:
             plan = replace(self, path=path)
-            timed = plan.trajectory(acceleration=acceleration, velocity=velocity, blend=blend, jerk=jerk, limits=limits)
+            timed = plan.trajectory(
+                acceleration=acceleration, velocity=velocity, blend=blend, jerk=jerk, limits=limits, hand=hands
+            )
             return timed.duration
 
         duration_of(self.path)  # refuses what cannot be taken, of a path of one point too

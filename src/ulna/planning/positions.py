@@ -98,17 +98,34 @@ def farthest_between(q: Array, qd: Array, qdd: Array, times: Array) -> Farthest:
 
     q, qd, qdd: at the times, shape (n, n_dof) each; times: shape (n,).
     """
-    at_times, steps = farthest_of(q, times), np.diff(times)[:, None]
-    control = np.stack(
+    steps = np.diff(times)[:, None]
+    return farthest_of_curves(bernstein_of((q[:-1], qd[:-1], qdd[:-1]), (q[1:], qd[1:], qdd[1:]), steps), times)
+
+
+def bernstein_of(first: tuple[Array, Array, Array], last: tuple[Array, Array, Array], steps: Array) -> Array:
+    """The Bernstein coefficients of the polynomials of degree five between two moments, shape (6, n, n_dof).
+
+    first, last: positions, velocities and accelerations, shape (n, n_dof) each; steps: shape (n, 1).
+    """
+    (q, qd, qdd), (q_end, qd_end, qdd_end) = first, last
+    return np.stack(
         [
-            q[:-1],
-            q[:-1] + steps * qd[:-1] / 5,
-            q[:-1] + steps * (2 * qd[:-1] / 5 + steps * qdd[:-1] / 20),
-            q[1:] - steps * (2 * qd[1:] / 5 - steps * qdd[1:] / 20),
-            q[1:] - steps * qd[1:] / 5,
-            q[1:],
+            q,
+            q + steps * qd / 5,
+            q + steps * (2 * qd / 5 + steps * qdd / 20),
+            q_end - steps * (2 * qd_end / 5 - steps * qdd_end / 20),
+            q_end - steps * qd_end / 5,
+            q_end,
         ]
     )
+
+
+def farthest_of_curves(control: Array, times: Array) -> Farthest:
+    """The farthest of polynomials by their Bernstein coefficients, shape (6, n, n_dof), each of which ends where one begins.
+
+    times: of their ends, shape (n + 1,).
+    """
+    at_times = farthest_of(np.concatenate([control[0], control[-1][-1:]]), times)
     least, greatest = (
         _greatest(sign * control, sign * at_times.q[end], at_times.times[end], times) for end, sign in ((0, -1), (1, 1))
     )

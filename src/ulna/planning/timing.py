@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ulna.drivers import time_parameterisation
 from ulna.kernels.planning.time_records import PathIntervals, Timing
 from ulna.planning.blend import Grid
+from ulna.planning.hand import Hand, PathBounds, along
 from ulna.planning.positions import Farthest, farthest_of
 
 Array = NDArray[np.float64]
@@ -154,31 +155,35 @@ def grid_of(pieces: Grid) -> Grid:
     return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, first[pieces.borders], pieces.chords)
 
 
-def fastest(grid: Grid, velocity: Array, acceleration: Array, speeds: Speeds = AT_REST, slow: int = 0) -> TimedPath | None:
+def fastest(
+    grid: Grid, velocity: Array, acceleration: Array, speeds: Speeds = AT_REST, slow: int = 0, hands: tuple[Hand, ...] = ()
+) -> TimedPath | None:
     """The fastest motion, by TOPP-RA, which is no faster than at its start in the first ``slow`` intervals.
 
     None if the speeds at the ends cannot be had within the limits; from rest to rest there always is one.
     """
-    ceilings = _ceilings(grid, velocity, speeds)
+    bounds = along(hands, grid) if hands else None
+    ceilings = _ceilings(grid, velocity, speeds, bounds)
     if slow:
         ceilings[: slow + 1] = np.minimum(ceilings[: slow + 1], speeds.start**2)
-    timed, x = _timed(grid, acceleration, ceilings, speeds)
+    timed, x = _timed(grid, acceleration, ceilings, speeds, bounds)
     return timed if _keeps(speeds, x) else None
 
 
 def fastest_and_coasting(
-    grid: Grid, velocity: Array, acceleration: Array, coast: float, speeds: Speeds = AT_REST
+    grid: Grid, velocity: Array, acceleration: Array, coast: float, speeds: Speeds = AT_REST, hands: tuple[Hand, ...] = ()
 ) -> tuple[TimedPath, ...]:
     """The fastest motion, and the fastest whose speed is constant for about ``coast`` [s] where that of the first has a peak.
 
     None, if the speeds at the ends cannot be had within the limits.
     """
-    ceilings = _ceilings(grid, velocity, speeds)
-    first, x = _timed(grid, acceleration, ceilings, speeds)
+    bounds = along(hands, grid) if hands else None
+    ceilings = _ceilings(grid, velocity, speeds, bounds)
+    first, x = _timed(grid, acceleration, ceilings, speeds, bounds)
     if not _keeps(speeds, x):
         return ()
     time_parameterisation.coasts(grid.steps, x, grid.borders, coast, ceilings)
-    second, x = _timed(grid, acceleration, ceilings, speeds)
+    second, x = _timed(grid, acceleration, ceilings, speeds, bounds)
     return (first, second) if _keeps(speeds, x) else (first,)
 
 
@@ -187,14 +192,16 @@ def _keeps(speeds: Speeds, x: Array) -> bool:
     return bool(x[0] == speeds.start**2 and x[-1] * _ROUNDED >= speeds.end**2)
 
 
-def _ceilings(grid: Grid, velocity: Array, speeds: Speeds) -> Array:
-    """What the limits of velocity allow (ds/dt)^2 to be at the grid points, shape (n + 1,), and the stops and the ends."""
+def _ceilings(grid: Grid, velocity: Array, speeds: Speeds, bounds: PathBounds | None) -> Array:
+    """What limits of velocity and of hands allow (ds/dt)^2 to be at the grid points, (n + 1,), with the stops and the ends."""
     steepest = np.maximum(np.abs(grid.slopes), np.abs(_ends(grid)))
     with np.errstate(divide="ignore", over="ignore"):
         of_intervals = np.minimum((velocity * _WITHIN / steepest).min(axis=1), 1e150) ** 2
     ceilings = np.full(len(grid.steps) + 1, _NO_LIMIT)
     ceilings[:-1] = np.minimum(ceilings[:-1], of_intervals)
     ceilings[1:] = np.minimum(ceilings[1:], of_intervals)
+    if bounds is not None:
+        ceilings[:-1], ceilings[1:] = np.minimum(ceilings[:-1], bounds.before), np.minimum(ceilings[1:], bounds.behind)
     ceilings[grid.borders[1:-1]] = 0.0
     for end, square in ((0, speeds.start**2), (-1, speeds.end**2)):
         ceilings[end] = square if square <= ceilings[end] * _ROUNDED else 0.0
@@ -206,15 +213,24 @@ def _ends(grid: Grid) -> Array:
     return grid.slopes + grid.steps[:, None] * grid.bends
 
 
-def _timed(grid: Grid, acceleration: Array, ceilings: Array, speeds: Speeds) -> tuple[TimedPath, Array]:
+def _timed(
+    grid: Grid, acceleration: Array, ceilings: Array, speeds: Speeds, bounds: PathBounds | None
+) -> tuple[TimedPath, Array]:
     """The fastest motion below the ceilings of (ds/dt)^2, and what that is at the grid points, shape (n + 1,)."""
     n = len(grid.steps)
-    intervals = PathIntervals(grid.slopes, _ends(grid), grid.bends, grid.steps)
+    intervals, limits = PathIntervals(grid.slopes, _ends(grid), grid.bends, grid.steps), acceleration * _WITHIN
+    if bounds is not None and bounds.rows[3].size:
+        intervals, limits = _with_rows(intervals, limits, bounds.rows)
     timing = Timing(np.zeros(n + 1), np.zeros(n), np.zeros(n + 1))
     timing.x[0] = speeds.start**2
-    limits = np.ascontiguousarray(acceleration * _WITHIN)
-    time_parameterisation.time_sections(intervals, limits, ceilings, grid.borders, timing)
+    time_parameterisation.time_sections(intervals, np.ascontiguousarray(limits), ceilings, grid.borders, timing)
     return TimedPath(grid, Profile(timing.times, np.sqrt(timing.x[:-1]), timing.u, np.zeros(n))), timing.x
+
+
+def _with_rows(intervals: PathIntervals, limits: Array, rows: tuple[Array, Array, Array, Array]) -> tuple[PathIntervals, Array]:
+    """The intervals with further rows, as if there were more joints, and their limits."""
+    slopes, ends, bends = (np.hstack(pair) for pair in zip(intervals[:3], rows[:3], strict=True))
+    return PathIntervals(slopes, ends, bends, intervals.steps), np.concatenate([limits, rows[3]])
 
 
 def along_lines(lines: Grid, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,11 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.file_bytes import write_table
-from ulna.errors import InputError, needs_extra
+from ulna.errors import InputError, cited, did_you_mean, needs_extra
+from ulna.kinematics.tree import Tree
 from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import OneLine, table
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.blend import CHORDS, Grid
+from ulna.planning.hand import LARGEST, UNITS, Hand, HandLimits, HandPeak, as_hands, peak_of, peaks_of
 from ulna.planning.keep import Keep
 from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.motion import Motion
@@ -28,6 +30,7 @@ from ulna.planning.moving_ends import Ends, refuse_path_beyond
 from ulna.planning.positions import PositionLimits
 from ulna.planning.replaced import Timed, replaced
 from ulna.planning.ros_message import joint_trajectory
+from ulna.planning.splined import Splined
 from ulna.planning.timing import QUANTITIES, Limits, Moment, Profile, TimedPath
 
 if TYPE_CHECKING:
@@ -39,6 +42,12 @@ _UNITS = "rad or m", "1/s", "1/s²", "1/s³"  # of a plot
 _IN_TABLE = 1000  # times at which velocities are compared for a table
 _IN_PICTURE = 1.5  # of the greatest value of a plot: limits beyond it are not drawn
 _NEAR = 1e-6  # [rad or m]: of a plan's start to the motion that it replaces
+
+
+class _ReadsMotions(Protocol):
+    """A robot, which reads its motions from files."""
+
+    def motion_from_file(self, path: str | Path, *, others: ArrayLike | None = None) -> Trajectory: ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,11 +65,46 @@ class Trajectory(OneLine):
 
     certified: bool
     joint_names: tuple[str, ...]
-    _timed: Timed
+    _timed: Timed | Splined
     _motion: Motion | None = field(default=None, repr=False)
     _limits: Limits | None = field(default=None, repr=False)
     _ends: Ends | None = field(default=None, repr=False)
     _positions: PositionLimits | None = field(default=None, repr=False)
+    _hands: tuple[Hand, ...] = field(default=(), repr=False)
+
+    @staticmethod
+    def from_file(path: str | Path, robot: _ReadsMotions, *, others: ArrayLike | None = None) -> Trajectory:
+        """A motion from elsewhere, to check, to send, or to time anew: ``robot.trajectory(motion, ...)``.
+
+        Read are the message ``trajectory_msgs/JointTrajectory`` and what has one within it, as a plan of MoveIt, in YAML or JSON;
+        and tables with times, as .csv or .npy, that of ``to_csv`` among them. Between two points that state accelerations q is
+        of degree five in time, between two that state velocities of degree three, and else a line: as ros2_control does it.
+        The motion begins at its first point. It is not certified.
+
+        Args:
+            path: The file: ``.yaml``, ``.yml`` and ``.json`` are messages, any other is a table.
+            robot: The robot. Joints go by their names, in any order; those that it does not have are not used.
+            others: Where joints are that the file does not name: q [rad or m], shape (n_dof,). Unless given, it names all.
+
+        Returns:
+            A ``Trajectory`` with the limits that the robot states.
+
+        Raises:
+            FileError: The file cannot be read, or is too long.
+            DescriptionError: It has no such message, or one that is not complete.
+            InputError: A table has other columns, or times that do not increase.
+
+        Example:
+            >>> import tempfile, ulna
+            >>> robot = ulna.load("panda")
+            >>> motion = robot.trajectory([robot.home, robot.home + 0.3], acceleration=5.0)
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     motion.to_csv(f"{folder}/motion.csv")
+            ...     again = ulna.Trajectory.from_file(f"{folder}/motion.csv", robot)
+            >>> again.duration == motion.duration
+            True
+        """
+        return robot.motion_from_file(path, others=others)
 
     def __post_init__(self) -> None:
         for array in self._ends or ():
@@ -121,6 +165,11 @@ class Trajectory(OneLine):
         known = {} if self._positions is None else {"position": (self._positions.lower, self._positions.upper)}
         most = zip(QUANTITIES[1:], self._limits or (), strict=False)
         return known | {name: (-each, each) for name, each in most if each is not None}
+
+    @property
+    def hand_limits(self) -> tuple[HandLimits, ...]:
+        """The limits of hands with which it was made, each with the name of its link."""
+        return tuple(hand.limits for hand in self._hands)
 
     def at(self, t: ArrayLike) -> Moment:
         """Positions, velocities and accelerations at times.
@@ -204,6 +253,7 @@ class Trajectory(OneLine):
         velocity: ArrayLike | None = None,
         acceleration: ArrayLike | None = None,
         jerk: ArrayLike | None = None,
+        hand: HandLimits | Iterable[HandLimits] | None = None,
         period: float = 0.001,
     ) -> MotionCheck:
         """Whether a controller accepts the motion: its positions, and velocity, acceleration and jerk by differences of samples.
@@ -220,6 +270,8 @@ class Trajectory(OneLine):
             velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers, instead of that of ``limits``.
             acceleration: The greatest acceleration [rad/s^2 or m/s^2].
             jerk: The greatest jerk [rad/s^3 or m/s^3].
+            hand: The greatest speed and acceleration of the hand, or of several links; those with which the motion was made
+                unless given. They are judged at all times, between the samples too.
             period: The time between two samples [s].
 
         Returns:
@@ -238,7 +290,7 @@ class Trajectory(OneLine):
             tree = None if self._motion is None else self._motion.checker.tree
             arm = limits_of(limits, self.joint_names, None if tree is None else tree.followers, ())
             arm, positions = (arm, positions) if tree is None else within_robot(arm, tree)
-        elif velocity is None and acceleration is None and jerk is None:
+        elif velocity is None and acceleration is None and jerk is None and (hand is None or self._limits is not None):
             if self._limits is None:
                 raise InputError("limits", "none is given, and none is known of this motion")
             arm = ArmLimits(*self._limits, "")
@@ -247,8 +299,41 @@ class Trajectory(OneLine):
             **{name: as_limits(name, most, n, may_be_infinite=True) for name, most in given.items() if most is not None}
         )
         judged = check_of(samples, float(period), arm, self.joint_names, self.end_velocities)
+        judged = judged.with_hands(peaks_of(self._timed, self._hands if hand is None else as_hands(hand, self._tree)))
         beyond = None if positions is None else positions.beyond(self._timed)
         return judged if beyond is None else judged.beyond_position(beyond, self.joint_names)
+
+    def hand_peak(self, link: str | None = None, quantity: str = "speed") -> HandPeak:
+        """The greatest speed of a link's origin in the motion, and when; or the greatest of another quantity.
+
+        Args:
+            link: The link; the robot's tip unless given.
+            quantity: "speed" or "acceleration" of its origin, or "angular_speed".
+
+        Returns:
+            A ``HandPeak``; printed it is a sentence. Its ``bound`` holds at all times.
+
+        Raises:
+            InputError: There is no such quantity, or there are several tips and no link is named.
+            UnknownNameError: There is no such link.
+
+        Example:
+            >>> import ulna
+            >>> robot = ulna.load("panda")
+            >>> motion = robot.trajectory([robot.home, robot.home + 0.3], acceleration=5.0)
+            >>> print(motion.hand_peak())
+            the speed of panda_ee is at most 0.53 m/s, at 0.24 s
+        """
+        if quantity not in UNITS:
+            raise InputError("quantity", f"{cited(quantity)} is none{did_you_mean(str(quantity), UNITS)}")
+        (hand,) = as_hands(HandLimits(**{quantity: LARGEST}, link=link), self._tree)
+        return replace(peak_of(self._timed, hand, quantity), limit=np.inf)
+
+    @property
+    def _tree(self) -> Tree:
+        if self._motion is None:
+            raise AssertionError("every plan with a path has one")
+        return self._motion.checker.tree
 
     def slowed(self, factor: float) -> Trajectory:
         """The motion along the same configurations, slower: at time t it is where this one is at ``factor`` times t.
@@ -266,7 +351,7 @@ class Trajectory(OneLine):
         if not self.duration:
             return self
         timed, names, ends = self._timed.slowed(factor), self.joint_names, Ends(*(factor * self.end_velocities))
-        return Trajectory(self.certified, names, timed, self._motion, self._limits, ends, self._positions)
+        return Trajectory(self.certified, names, timed, self._motion, self._limits, ends, self._positions, self._hands)
 
     def replace(self, plan: Plan, *, at: float) -> Trajectory:
         """The motion that leaves this one while it runs, and goes on along another plan.
@@ -298,8 +383,13 @@ class Trajectory(OneLine):
         motion = plan._motion  # noqa: SLF001 - a plan and its trajectory belong together
         if not plan or motion is None:
             raise InputError("plan", f"there is no path: {plan.status}")
-        if self._limits is None:
-            raise InputError("limits", "none is known of this motion")
+        if self._limits is None or isinstance(self._timed, Splined):
+            reason = "none is known of this motion"
+            if self._limits is not None:
+                reason = (
+                    "this motion is from a file, and is not replaced; robot.trajectory(motion, ...) times it anew, within limits"
+                )
+            raise InputError("limits", reason)
         here = self.at(at).q
         if plan.path.shape[1] != len(here) or np.abs(plan.path[0] - here).max() > _NEAR:
             raise InputError(
@@ -308,8 +398,9 @@ class Trajectory(OneLine):
         tree, ends, names = motion.checker.tree, Ends(self.end_velocities[0], np.zeros_like(here)), self.joint_names
         positions = PositionLimits(tree.lower, tree.upper).narrowed(self._positions)
         refuse_path_beyond("plan", plan.path, positions, names)
-        timed = replaced(self._timed, plan.path, at, self._limits, motion.certificate._replace(positions=positions))
-        return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions)
+        is_free = motion.certificate._replace(positions=positions, hands=self._hands)
+        timed = replaced(self._timed, plan.path, at, self._limits, is_free)
+        return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions, self._hands)
 
     def _count_of_periods(self, period: float) -> int:
         """The number of periods that the motion takes, the last one begun."""
@@ -359,7 +450,7 @@ class Trajectory(OneLine):
         return joint_trajectory(self.at, self.rests, self.end_velocities, self.joint_names, names, period)
 
     def plot(self):
-        """A Matplotlib figure of positions, velocities and accelerations over time; of jerks too if they are limited.
+        """A Matplotlib figure of positions, velocities and accelerations over time; of jerks, and hands, too if they are limited.
 
         The limits that are known and near enough to be in the picture are dashed lines, in the colour of the joint. A notebook
         shows the figure in the last line of a cell; ``figure.savefig("motion.png")`` writes it. No window opens.
@@ -370,9 +461,16 @@ class Trajectory(OneLine):
         with needs_extra("a plot", "plot", "matplotlib"):
             from ulna.notebook.figure import NotebookFigure  # noqa: PLC0415 - it needs the extra
         shown = list(zip(QUANTITIES, _UNITS, strict=True))[: 4 if self.limits_jerk else 3]
-        figure = NotebookFigure(figsize=(8, 2.6 * len(shown)), layout="constrained")
+        n_shown, hands = len(shown), [hand for hand in self._hands if hand.limits.speed is not None]
+        figure = NotebookFigure(figsize=(8, 2.6 * (n_shown + bool(hands))), layout="constrained")
         t, limits = np.linspace(0.0, self.duration, 1000), self.limits
-        for axes, values, (name, unit) in zip(figure.subplots(len(shown), sharex=True), self.at(t), shown, strict=False):
+        rows, moment = figure.subplots(n_shown + bool(hands), sharex=True), self.at(t)
+        for hand in hands:
+            (line,) = rows[-1].plot(t, np.linalg.norm(hand.moved(moment.q, moment.qd)[0], axis=1), label=hand.link)
+            rows[-1].axhline(hand.limits.speed, color=line.get_color(), linestyle="dashed", linewidth=0.8)
+            rows[-1].set_ylabel("speed [m/s]")
+            rows[-1].legend(fontsize="small")
+        for axes, values, (name, unit) in zip(rows, moment, shown, strict=False):
             lines = axes.plot(t, values, label=self.joint_names)
             axes.set_ylabel(f"{name} [{unit}]")
             reach = _IN_PICTURE * np.abs(values).max()

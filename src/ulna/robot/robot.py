@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Never
 
@@ -53,12 +54,13 @@ from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Narrowed, Tree, build_tree, entry_names
 from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import table
+from ulna.planning.hand import HandLimits
 from ulna.planning.keep import Keep
 from ulna.planning.kept import KeepReport, edge_keeps
 from ulna.planning.many import plan_many
 from ulna.planning.motion_limits import GivenLimits
 from ulna.planning.narrower import Given, narrower
-from ulna.planning.path_trajectory import path_trajectory
+from ulna.planning.path_trajectory import GivenMotion, path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
 from ulna.planning.trajectory import Trajectory
@@ -1157,13 +1159,14 @@ class Robot:
 
     def trajectory(
         self,
-        q_path: ArrayLike | FollowedPath,
+        q_path: ArrayLike | FollowedPath | Trajectory,
         *,
         within: float = 0.01,
         velocity: ArrayLike | None = None,
         acceleration: ArrayLike | None = None,
         jerk: ArrayLike | None = None,
         limits: GivenLimits | None = None,
+        hand: HandLimits | Iterable[HandLimits] | None = None,
         world: World | None = None,
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
@@ -1174,7 +1177,7 @@ class Robot:
 
         Args:
             q_path: Joint positions [rad or m], shape (n, n_dof), n >= 1, within the limits, joined by straight lines; or what
-                ``follow`` returns.
+                ``follow`` returns; or a motion, whose path is timed anew.
                 Points that differ from the one before by at most 1e-9 are left out, and those on the line between two others.
             within: How far the motion may leave these lines [rad or m], above 0: at any time some configuration on them differs
                 from the motion's by at most so much in each joint. More of it is faster.
@@ -1182,6 +1185,7 @@ class Robot:
             acceleration: The greatest acceleration [rad/s^2 or m/s^2]; needed unless ``limits`` or the robot states it.
             jerk: The greatest jerk [rad/s^3 or m/s^3]; unless given that of ``limits`` or of the robot, if one states it.
             limits: The name of an arm, as "franka", a file ``joint_limits.yaml``, or the mapping of one.
+            hand: The greatest speed and acceleration of the hand, or of several links, at all times: ``HandLimits``.
             world: Objects. Where a rounded corner is not certified to be free of them and of the robot itself, the motion stops;
                 ``certified`` says whether all of it is free.
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), along the first line, where the acceleration
@@ -1207,8 +1211,22 @@ class Robot:
             >>> motion.stops, bool(motion.check("franka"))
             (0, True)
         """
-        given = velocity, acceleration, jerk, limits
+        given = GivenMotion(velocity, acceleration, jerk, limits, hand)
         return path_trajectory(q_path, self._checker, world, within, given, (start_velocity, end_velocity))
+
+    def motion_from_file(self, path: str | Path, *, others: ArrayLike | None = None) -> Trajectory:
+        """A motion of this robot from elsewhere; see ``Trajectory.from_file``.
+
+        Args:
+            path: A message of ROS or a plan of MoveIt (``.yaml``, ``.yml``, ``.json``), or a table with times (``.csv``).
+            others: Where joints are that the file does not name: q [rad or m], shape (n_dof,). Unless given, it names all.
+
+        Raises:
+            FileError, DescriptionError, InputError: As of ``Trajectory.from_file``.
+        """
+        from ulna.robot.motion_file import motion_of_file  # noqa: PLC0415 - it needs this class
+
+        return motion_of_file(self, path, others)
 
     def plan_many(
         self,
@@ -1263,6 +1281,7 @@ class Robot:
         clearance: float = 0.01,
         tracking_error: ArrayLike = 0.0,
         posture: ArrayLike | None = None,
+        hand: HandLimits | Iterable[HandLimits] | None = None,
     ) -> Servo:
         """A servo: it steers the arm tick by tick, and certifies each command together with a full stop after it (docs/servo.md).
 
@@ -1283,6 +1302,7 @@ class Robot:
             clearance: No object is nearer than this [m]; it does not count between links of the robot.
             tracking_error: How far each joint may be from its command [rad or m]: the certificate holds for all of that.
             posture: A configuration that the null space goes towards [rad or m], shape (n_dof,); none unless given.
+            hand: The greatest speed and angular speed of the hand, or of several links, at all times; no limit unless given.
 
         Raises:
             InputError: An argument that cannot be taken; its name is in the message.
@@ -1302,7 +1322,7 @@ class Robot:
         members = None if group is None else group_named(group, self.groups)
         return Servo(
             self.tree, self._checker, world, rate, link, weights, held, members, velocity, acceleration, jerk,
-            clearance, tracking_error, posture,
+            clearance, tracking_error, posture, hand,
         )  # fmt: skip
 
     def show(

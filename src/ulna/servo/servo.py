@@ -19,8 +19,11 @@ from ulna.errors import InputError, UnknownNameError
 from ulna.ik.problem import as_names, columns_of_joints, refuse_immovable
 from ulna.kernels.layout import OBJECT
 from ulna.kernels.servo.servo_records import (
+    BRAKING,
+    FOLLOWING,
     HANDS,
     LIMITED_BY_POSITION,
+    LIMITED_BY_VELOCITY,
     NOT_CERTIFIED,
     OFF_COMMAND,
     POSITION,
@@ -38,10 +41,12 @@ from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree, entry_names
+from ulna.planning.hand import HandLimits
 from ulna.planning.motion_limits import LARGEST, as_limits, described_limits
 from ulna.planning.targets import beyond_limits
 from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
+from ulna.servo.hand_cap import are_slow, as_capped, share_of
 from ulna.servo.servo_state import ROUNDING, ServoState
 
 Array = NDArray[np.float64]
@@ -79,10 +84,11 @@ class Servo:
         clearance: float,
         tracking_error: ArrayLike,
         posture: ArrayLike | None,
+        hand: HandLimits | Iterable[HandLimits] | None,
     ) -> None:
         """See ``Robot.servo``."""
         refuse_immovable(tree)
-        n = tree.n_dof
+        n, self._capped = tree.n_dof, as_capped(hand, tree)
         if not _SLOWEST <= positive("rate", rate) <= _FASTEST:
             raise InputError("rate", f"{rate!r}; {_SLOWEST:g} to {_FASTEST:g} ticks a second are expected")
         clearance = as_number("clearance", clearance, 0.0, "a distance [m] of at least 0")
@@ -215,6 +221,8 @@ class Servo:
             raise InputError(
                 "q", "not certainly free, with the clearance, until the arm rests; robot.check_collision says what is near"
             )
+        if not are_slow(self._capped, None, after, self._settings):
+            raise InputError("qd", "a hand is faster than its limit, now or until the arm rests")
         command = self._command(after)
         self._now, self._worst = after, 0.0
         return command
@@ -263,6 +271,8 @@ class Servo:
         elif velocity is not None:
             mode, self._goal_qd[:] = VELOCITY, as_configuration(velocity, self._tree, "velocity")
         after = self._run(mode if off < 0 else REST, hands, self._now.ticks + 1)
+        if self._capped and mode != REST and off < 0:
+            after = self._capped_tick(after)
         if off >= 0:
             self._report["status"], self._report["entry"] = OFF_COMMAND, off
         if after.stated:
@@ -270,6 +280,29 @@ class Servo:
         command, worst = self._command(after), max(self._worst, perf_counter() - began)
         self._now, self._worst = after, worst
         return command
+
+    def _capped_tick(self, found: ServoState) -> ServoState:
+        """The state after a tick in which hands keep their speeds: that found, a slower one, or that of the certified stop."""
+        now, settings, q = self._now.joints, self._settings, found.joints["q"]
+        if found.counters[0].done > 0:
+            return found
+        ticks, lead = found.ticks or 0, settings[0].ramp * settings[0].period
+        left = found.joints["qd"] + found.joints["qdd"] * lead
+        if share_of(self._capped, q, np.zeros_like(left), left) == 1.0 and are_slow(self._capped, now, found, settings):
+            return found
+        stopping = self._run(REST, _NO_HANDS, ticks).joints
+        stop = stopping["qd"] + stopping["qdd"] * lead
+        share = share_of(self._capped, q, stop, left)
+        for smaller in (share, 0.5 * share) if share > 0.0 else ():
+            self._goal_qd[:] = stop + smaller * (left - stop)
+            slower = self._run(VELOCITY, _NO_HANDS, ticks)
+            if slower.counters[0].done > 0 or are_slow(self._capped, now, slower, settings):
+                break
+        else:
+            slower = self._run(REST, _NO_HANDS, ticks)
+        if self._report[0].status in {FOLLOWING, BRAKING}:
+            self._report["status"] = LIMITED_BY_VELOCITY
+        return slower
 
     def saved(self) -> ServoState:
         """The state, for ``restore``."""

@@ -1,0 +1,424 @@
+"""Limits the speed and the acceleration of a hand along a path, and bounds them in a motion at all times.
+
+Along a path q(s) the hand moves as p(s), with p' = J_v q' and p'' = J_v q'' + (dJ_v/ds) q'. Passed with ds/dt it moves at
+|p'| ds/dt, and its acceleration is p' u + p'' x with x = (ds/dt)^2 and u = d2s/dt2: both bound x and u as the limits of joints
+do (``kernels.planning.time_optimal``). The acceleration lies in the plane of p' and p'', where a polygon stands for the circle.
+
+Between two samples h apart a curve f lies within h^2 / 8 times the greatest |f''| of the chord, which is nowhere longer than at
+one of its ends. Derivatives of p are bounded by the rates of the joints: a mixed derivative by any of them is at most the
+distance of the hand from the axis of the one that is nearest to it along the chain.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.arrays import as_number
+from ulna.errors import InputError, cited
+from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PRISMATIC, RATIO
+from ulna.kinematics.jacobian import geometric_jacobian
+from ulna.kinematics.tree import Tree
+
+if TYPE_CHECKING:
+    from ulna.planning.blend import Grid
+
+Array = NDArray[np.float64]
+QUANTITIES = "speed", "acceleration", "angular_speed"
+UNITS = {"speed": "m/s", "acceleration": "m/s^2", "angular_speed": "rad/s"}
+LARGEST = 1e9  # of a limit: above, times are rounding
+_DIRECTIONS = 12  # of the polygon, half of its sides: it is 0.9 % narrower than the circle
+_WITHIN = 1 - 1e-4  # of a limit, along a path: what is left is for the bound between samples of the motion
+_PRECISION = 5e-5  # of a limit, of that bound
+_DIFFERENCE = 1e-4  # [rad]: of the joint that moves most, for the derivative of J
+_NO_LIMIT = 1e300
+_MAX_SAMPLES = 300_000  # of a motion: with more of them the bound is wider
+_NODES = np.array([0.1, 0.3, 0.5, 0.7, 0.9])  # within an interval, where nothing jumps
+_DEGREE = len(_NODES) - 1
+_CHOICES = np.array([math.comb(_DEGREE, k) for k in range(_DEGREE + 1)], dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class HandLimits:
+    """The greatest speed of a hand, and of its acceleration, at all times of a motion.
+
+    Attributes:
+        speed: Of the link's origin [m/s]; no limit for None.
+        acceleration: Of the link's origin [m/s^2]; no limit for None.
+        angular_speed: Of the link [rad/s]; no limit for None.
+        link: The link; the robot's tip for None.
+
+    Raises:
+        InputError: None of them is given, or one is not a number above 0.
+
+    Example:
+        >>> import ulna
+        >>> robot = ulna.load("panda")
+        >>> slow = ulna.HandLimits(speed=0.25)
+        >>> motion = robot.trajectory([robot.home, robot.home + 0.3], acceleration=5.0, hand=slow)
+        >>> motion.check().within
+        True
+    """
+
+    speed: float | None = None
+    acceleration: float | None = None
+    angular_speed: float | None = None
+    link: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in QUANTITIES:
+            value = getattr(self, name)
+            if value is not None:
+                expected = f"a number above 0 [{UNITS[name]}], at most {LARGEST:g}"
+                object.__setattr__(self, name, as_number(name, value, 0.0, expected, above=True, most=LARGEST))
+        if all(getattr(self, name) is None for name in QUANTITIES):
+            raise InputError("hand", f"it limits nothing; one of {', '.join(QUANTITIES)} is expected")
+
+
+@dataclass(frozen=True)
+class HandPeak:
+    """The greatest value of a quantity of a hand in a motion. ``if peak:`` asks whether it is within its limit.
+
+    Attributes:
+        link: The link.
+        quantity: "speed", "acceleration" or "angular_speed".
+        value: The greatest that was found [m/s, m/s^2 or rad/s].
+        time: When [s].
+        bound: What it certainly is at most, at all times.
+        limit: The limit; infinite where none was given.
+    """
+
+    link: str
+    quantity: str
+    value: float
+    time: float
+    bound: float
+    limit: float
+
+    def __bool__(self) -> bool:
+        return self.bound <= self.limit
+
+    @property
+    def share(self) -> float:
+        """The value as a share of its limit."""
+        return self.value / self.limit
+
+    def __str__(self) -> str:
+        words, unit = self.quantity.replace("_", " "), UNITS[self.quantity]
+        most = f"the {words} of {self.link} is at most {self.value:.4g} {unit}, at {self.time:.3f} s"
+        if np.isinf(self.limit):
+            return most
+        beyond = "" if self or self.value > self.limit else f", and certainly no more than {self.bound:.9g}"
+        return f"{most}{beyond}, {self.share:.4g} times its limit of {self.limit:.4g} {unit}"
+
+
+class Timed(Protocol):
+    """A motion in time, of which q is a polynomial of degree five at most between two of ``times``."""
+
+    @property
+    def times(self) -> Any:  # noqa: D102 - an array, which some keep in a cached property
+        ...
+
+    @property
+    def duration(self) -> float:  # noqa: D102
+        ...
+
+    def at(self, t: Array) -> Any:  # noqa: D102
+        ...
+
+
+class Hand(NamedTuple):
+    """A link of a robot, and its limits."""
+
+    tree: Tree
+    limits: HandLimits
+    """With the name of the link."""
+
+    @property
+    def link(self) -> str:
+        """Its name."""
+        return str(self.limits.link)
+
+    def limit(self, quantity: str) -> float:
+        """The limit of a quantity; infinite for none."""
+        most = getattr(self.limits, quantity)
+        return np.inf if most is None else float(most)
+
+    def narrowed(self, peaks: Iterable[HandPeak], share: float) -> Hand:
+        """The hand with limits as much narrower as peaks of it are beyond theirs, and by a share more."""
+        beyond = {peak.quantity: peak.limit / peak.bound * share for peak in peaks if peak.link == self.link and not peak}
+        return Hand(self.tree, replace(self.limits, **{name: factor * self.limit(name) for name, factor in beyond.items()}))
+
+    def gentler(self, share: float) -> Hand:
+        """The hand with so much of its acceleration."""
+        most = self.limits.acceleration
+        return self if most is None else Hand(self.tree, replace(self.limits, acceleration=share * most))
+
+    def moved(self, q: Array, qd: Array) -> tuple[Array, Array]:
+        """The velocity and the angular velocity of the link, shape (n, 3) each; q, qd: shape (n, n_dof)."""
+        twist = (geometric_jacobian(self.tree, q, self.link, "base") @ qd[..., None])[..., 0]
+        return twist[..., :3], twist[..., 3:]
+
+    def stopping_distance(self, q: Array, qd: Array) -> float:
+        """The Euclidean distance of q in which the hand stops with half of its acceleration: the other half may turn it."""
+        speed = float(np.linalg.norm(self.moved(q[None], qd[None])[0]))
+        return float(np.linalg.norm(qd)) * speed / self.limit("acceleration")
+
+    def bent(self, q: Array, qd: Array) -> Array:
+        """How the velocity changes while the rates stay, shape (n, 3): by the difference of J a little before and behind."""
+        size = np.abs(qd).max(axis=-1, keepdims=True)
+        step = _DIFFERENCE * qd / np.where(size > 0.0, size, 1.0)
+        (before, _), (behind, _) = self.moved(q - step, qd), self.moved(q + step, qd)
+        return (behind - before) * size / (2.0 * _DIFFERENCE)
+
+    def rates(self, extents: Array, *rates: Array) -> _Rates:
+        """What bounds derivatives of the hand, of those of q, shape (n, n_dof) each. extents: the greatest |q|, (n_dof,)."""
+        chain = self.tree.chain(self.link)
+        moving, columns = chain[:, KIND] != FIXED, chain[:, COLUMN].astype(np.int64)
+        slides = np.where(chain[:, KIND] == PRISMATIC, np.abs(chain[:, RATIO]) * extents[columns] + np.abs(chain[:, OFFSET]), 0.0)
+        lengths = np.linalg.norm(chain[:, [3, 7, 11]], axis=1) + slides
+        behind = np.cumsum(lengths[::-1])[::-1] - lengths
+        arms = np.where(chain[:, KIND] == PRISMATIC, 1.0, behind)[moving]
+        turns = np.where(chain[:, KIND] == PRISMATIC, 0.0, 1.0)[moving]
+        ratios = np.abs(chain[moving, RATIO])
+        return _Rates(arms, turns, tuple(np.abs(rate)[:, columns[moving]] * ratios for rate in rates))
+
+
+class _Rates(NamedTuple):
+    """What bounds the derivatives of a hand: for each joint of its chain an arm, and derivatives of its position."""
+
+    arms: Array
+    """How far the hand is at most from the axis of each joint [m], shape (k,); 1 of a slide."""
+    turns: Array
+    """1 of a joint that turns, 0 of a slide, shape (k,)."""
+    of: tuple[Array, ...]
+    """The greatest first, second, third ... derivative of each joint, shape (n, k) each."""
+
+    def third(self, weights: Array) -> Array:
+        """A bound of the third derivative of the place, or of the second one of the angular velocity, shape (n,)."""
+        one, two, three = self.of[:3]
+        first, second = (np.cumsum(rate, axis=1) for rate in (one, two))
+        return three @ weights + (first * (3.0 * second + first * first)) @ _steps_of(weights)
+
+    def fourth(self, weights: Array) -> Array:
+        """A bound of the fourth derivative of the place, shape (n,)."""
+        first, second, third = (np.cumsum(rate, axis=1) for rate in self.of[:3])
+        mixed = 4.0 * third * first + 3.0 * second**2 + 6.0 * second * first**2 + first**4
+        return self.of[3] @ weights + mixed @ _steps_of(weights)
+
+
+def _steps_of(weights: Array) -> Array:
+    """By how much each weight is above the next: so weighed, sums up to each joint give a product the weight of its last one."""
+    steps = weights.copy()
+    steps[:-1] -= weights[1:]
+    return steps
+
+
+def as_hands(hand: HandLimits | Iterable[HandLimits] | None, tree: Tree) -> tuple[Hand, ...]:
+    """The hands that a caller limits, each with the name of its link.
+
+    Raises:
+        InputError: One is no ``HandLimits``, no joint moves its link, or a link is named twice.
+        UnknownNameError: There is no such link.
+    """
+    hands: list[Hand] = []
+    if hand is not None and (isinstance(hand, (str, bytes, dict)) or not isinstance(hand, (HandLimits, Iterable))):
+        raise InputError("hand", f"{cited(hand)}; an ulna.HandLimits, or several, is expected")
+    for one in () if hand is None else (hand,) if isinstance(hand, HandLimits) else hand:
+        if not isinstance(one, HandLimits):
+            raise InputError("hand", f"{cited(one)}; an ulna.HandLimits, or several, is expected")
+        link = tree.link_or_tip(one.link)
+        if not len(tree.moving_columns(link)):
+            raise InputError("hand", f"no joint moves link {link!r}")
+        if any(link == other.link for other in hands):
+            raise InputError("hand", f"link {link!r} is limited twice")
+        hands.append(Hand(tree, replace(one, link=link)))
+    return tuple(hands)
+
+
+def refuse_faster(q: Array, velocities: Iterable[Array], hands: Iterable[Hand]) -> None:
+    """Refuse velocities at the ends of a motion with which a hand is faster than its limit.
+
+    q: there, shape (2, n_dof); velocities: at the start and at the end, shape (n_dof,) each.
+    """
+    for hand in hands:
+        for name, at, qd in zip(("start_velocity", "end_velocity"), q, velocities, strict=True):
+            for quantity, moved in zip(("speed", "angular_speed"), hand.moved(at[None], qd[None]), strict=True):
+                value, limit = float(np.linalg.norm(moved)), hand.limit(quantity)
+                if value > _WITHIN * limit:
+                    how = f"{quantity.replace('_', ' ')} of {hand.link} would be {value:.4g} {UNITS[quantity]}"
+                    raise InputError(name, f"the {how}, and less than its limit of {limit:.4g} is expected; give a slower one")
+
+
+class PathBounds(NamedTuple):
+    """What hands allow along a path of n intervals."""
+
+    before: Array
+    """The greatest (ds/dt)^2 at the start of each interval, shape (n,)."""
+    behind: Array
+    """The same at its end."""
+    rows: tuple[Array, Array, Array, Array]
+    """Further rows of limits of acceleration: slopes, ends and bends, shape (n, m) each, and the limits, shape (m,)."""
+
+
+def along(hands: Iterable[Hand], grid: Grid) -> PathBounds:
+    """What hands allow along a path."""
+    n, ends = len(grid.steps), grid.slopes + grid.steps[:, None] * grid.bends
+    until = grid.starts + grid.steps[:, None] * (grid.slopes + 0.5 * grid.steps[:, None] * grid.bends)
+    before, behind = np.full(n, _NO_LIMIT), np.full(n, _NO_LIMIT)
+    rows: list[tuple[Array, Array, Array, Array]] = []
+    steepest = np.maximum(np.abs(grid.slopes), np.abs(ends))
+    extents = np.maximum(np.abs(grid.starts), np.abs(until)).max(axis=0) + (steepest * grid.steps[:, None]).max(axis=0)
+    for hand in hands:
+        at_ends = [hand.moved(grid.starts, grid.slopes), hand.moved(until, ends)]
+        rates, beside = hand.rates(extents, steepest, grid.bends, np.zeros_like(ends)), grid.steps**2 / 8.0
+        for k, (quantity, weights) in enumerate((("speed", rates.arms), ("angular_speed", rates.turns))):
+            if hand.limit(quantity) < np.inf:
+                more = beside * rates.third(weights) + 1e-100
+                sizes = [np.linalg.norm(moved[k], axis=1) + more for moved in at_ends]
+                early, late = ((_WITHIN * hand.limit(quantity) / size) ** 2 / _between(*sizes) for size in sizes)
+                early[0] = (hand.limit(quantity) / (sizes[0][0] - more[0] + 1e-100)) ** 2  # there a motion may be at its limit
+                before, behind = np.minimum(before, early), np.minimum(behind, late)
+        if hand.limit("acceleration") < np.inf:
+            limit = _WITHIN * hand.limit("acceleration")
+            curved = [
+                hand.moved(q, grid.bends)[0] + hand.bent(q, slopes) for q, slopes in ((grid.starts, grid.slopes), (until, ends))
+            ]
+            sides = [_sides(moved[0], bend) for moved, bend in zip(at_ends, curved, strict=True)]
+            before, behind = (
+                np.minimum(ceiling, limit / np.maximum(across, 1e-100))
+                for ceiling, (*_, across) in zip((before, behind), sides, strict=True)
+            )
+            (slopes, bends, _), (later, others, _) = sides
+            twice, most = 2.0 * grid.steps[:, None], np.full(_DIRECTIONS, limit * np.cos(0.5 * np.pi / _DIRECTIONS))
+            rows += [(slopes, slopes - twice * bends, bends, most), (later + twice * others, later, others, most)]
+    none = np.empty((n, 0))
+    slopes, later, bends = (np.hstack([none, *(row[k] for row in rows)]) for k in range(3))
+    return PathBounds(before, behind, (slopes, later, bends, np.concatenate([np.empty(0), *(row[3] for row in rows)])))
+
+
+def _between(first: Array, last: Array) -> Array:
+    """How much faster a hand may be within intervals than at their ends, squared, where it is at its limit at both.
+
+    (ds/dt)^2 is linear by the length, and |p'| no more than linear.
+    """
+    share, ratio = np.linspace(0.0, 1.0, 17), (last / first)[:, None]
+    return ((1.0 + share * (ratio**-2 - 1.0)) * (1.0 + share * (ratio - 1.0)) ** 2).max(axis=1)
+
+
+def _sides(slopes: Array, bends: Array) -> tuple[Array, Array, Array]:
+    """p' and p'' along the directions of a polygon in their plane, shape (n, m) each, and |p''| across p', shape (n,)."""
+    size = np.linalg.norm(slopes, axis=1)
+    forward = slopes / np.where(size > 0.0, size, 1.0)[:, None]
+    ahead = (forward * bends).sum(axis=1)
+    across = np.linalg.norm(bends - ahead[:, None] * forward, axis=1)
+    angles = np.arange(_DIRECTIONS) * np.pi / _DIRECTIONS
+    cos, sin = np.cos(angles), np.sin(angles)
+    cos[np.abs(cos) < 1e-12] = 0.0
+    return size[:, None] * cos, ahead[:, None] * cos + across[:, None] * sin, across
+
+
+def peaks_of(timed: Timed, hands: Iterable[Hand], since: float = 0.0) -> tuple[HandPeak, ...]:
+    """The greatest of each quantity of each hand in a motion from a time on, those that are limited; with bounds at all times.
+
+    ``times`` of the motion are the ends of polynomials of degree five.
+    """
+    pieces = _pieces_of(timed, since)
+    return tuple(
+        _peak(hand, quantity, timed, pieces) for hand in hands for quantity in QUANTITIES if hand.limit(quantity) < np.inf
+    )
+
+
+def are_kept(timed: Timed, hands: Iterable[Hand], since: float = 0.0) -> bool:
+    """Whether a motion certainly keeps the limits of hands from a time on."""
+    return all(peaks_of(timed, hands, since))
+
+
+def factor_of(peaks: Iterable[HandPeak]) -> float:
+    """The share of its speed with which the peaks of a motion are within their limits, at most 1."""
+    return min(1.0, *((peak.limit / peak.bound) ** (0.5 if peak.quantity == "acceleration" else 1.0) for peak in peaks))
+
+
+def peak_of(timed: Timed, hand: Hand, quantity: str) -> HandPeak:
+    """The greatest of one quantity of a hand in a motion, limited or not."""
+    return _peak(hand, quantity, timed, _pieces_of(timed, 0.0))
+
+
+class _Pieces(NamedTuple):
+    """A motion as polynomials: velocities and accelerations by their Bernstein coefficients, shape (n, degree + 1, n_dof)."""
+
+    begins: Array
+    """When each begins [s], shape (n,)."""
+    steps: Array
+    """How long it is [s], shape (n,)."""
+    velocities: Array
+    accelerations: Array
+    extents: Array
+    """The greatest |q|, shape (n_dof,)."""
+
+    def rates(self, hand: Hand) -> _Rates:
+        """What bounds the first four derivatives of the hand."""
+        steps, rates = self.steps[:, None, None], [self.velocities, self.accelerations]
+        for degree in (_DEGREE, _DEGREE - 1):
+            rates.append(degree / steps * np.diff(rates[-1], axis=1))
+        return hand.rates(self.extents, *(np.abs(rate).max(axis=1) for rate in rates))
+
+
+def _pieces_of(timed: Timed, since: float) -> _Pieces:
+    times = np.concatenate([[since], timed.times[timed.times > since]])
+    if len(times) < 2:
+        times = np.array([since, since])
+    steps = np.diff(times)
+    if steps.any():
+        times, steps = times[:-1][steps > 0.0], steps[steps > 0.0]
+    else:
+        times, steps = times[:1], np.array([1.0])  # it rests
+    moment = timed.at(np.minimum(times[:, None] + steps[:, None] * _NODES, timed.duration))
+    at_nodes = np.linalg.inv(_bernstein(_NODES))
+    velocities, accelerations = (np.einsum("ij,njk->nik", at_nodes, rate) for rate in (moment.qd, moment.qdd))
+    extents = (np.abs(moment.q).max(axis=1) + steps[:, None] * np.abs(velocities).max(axis=1)).max(axis=0)
+    return _Pieces(times, steps, velocities, accelerations, extents)
+
+
+def _bernstein(shares: Array) -> Array:
+    """Bernstein's polynomials at shares of an interval, shape (n, degree + 1)."""
+    k = np.arange(_DEGREE + 1)
+    return _CHOICES * shares[:, None] ** k * (1.0 - shares[:, None]) ** (_DEGREE - k)
+
+
+def _peak(hand: Hand, quantity: str, timed: Timed, pieces: _Pieces) -> HandPeak:
+    """The greatest of a quantity, and a bound that is above it by about ``_PRECISION`` of the limit, or of the greatest."""
+    rates, limit = pieces.rates(hand), hand.limit(quantity)
+    if quantity == "acceleration":
+        second = rates.fourth(rates.arms)
+    else:
+        second = rates.third(rates.arms if quantity == "speed" else rates.turns)
+    rough = _values(hand, quantity, timed, pieces, np.full(len(second), 2))[0].max()
+    precision = _PRECISION * (limit if limit < np.inf else max(rough, 1e-9))
+    parts = pieces.steps * np.sqrt(second / (8.0 * precision))
+    parts *= min(1.0, _MAX_SAMPLES / max(parts.sum(), 1.0))
+    counts = np.maximum(np.ceil(parts), 1.0).astype(np.int64)
+    values, times, of = _values(hand, quantity, timed, pieces, counts)
+    bounds = values + (second * (pieces.steps / counts) ** 2 / 8.0)[of]
+    worst = int(np.argmax(values))
+    return HandPeak(hand.link, quantity, float(values[worst]), float(times[worst]), float(bounds.max()), limit)
+
+
+def _values(hand: Hand, quantity: str, timed: Timed, pieces: _Pieces, counts: NDArray[np.int64]) -> tuple[Array, Array, Any]:
+    """A quantity at evenly spaced times of each piece, with both of its ends; these times; and of which piece each is."""
+    of = np.repeat(np.arange(len(counts)), counts + 1)
+    first = np.repeat(np.cumsum(counts + 1) - (counts + 1), counts + 1)
+    shares = (np.arange(len(of)) - first) / counts[of]
+    times = np.minimum(pieces.begins[of] + shares * pieces.steps[of], timed.duration)
+    weights = _bernstein(shares)
+    q, qd = timed.at(times).q, np.einsum("nj,njk->nk", weights, pieces.velocities[of])
+    if quantity != "acceleration":
+        moved = hand.moved(q, qd)[0 if quantity == "speed" else 1]
+    else:
+        moved = hand.moved(q, np.einsum("nj,njk->nk", weights, pieces.accelerations[of]))[0] + hand.bent(q, qd)
+    return np.linalg.norm(moved, axis=1), times, of

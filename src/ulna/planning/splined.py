@@ -1,0 +1,149 @@
+"""A motion through points in time, joined by polynomials, as a controller of ROS joins the points of a message.
+
+Source: ros2_control, joint_trajectory_controller, ``Trajectory::interpolate_between_points``: between two points that state
+accelerations it is of degree five, between two that state velocities of degree three, and else a line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.planning.positions import Farthest, bernstein_of, farthest_of_curves
+from ulna.planning.timing import Moment
+
+Array = NDArray[np.float64]
+_DEGREE = 5
+_CHOICES = {5: (1, 5, 10, 10, 5, 1), 4: (1, 4, 6, 4, 1), 3: (1, 3, 3, 1), 2: (1, 2, 1)}
+_BESIDE = 1e-4  # [rad or m]: of a chord
+_SMOOTH = 1e-6  # of the greatest acceleration: a smaller jump of it is rounding of a file
+_MAX_CHORDS = 2000  # of one piece
+_SHORT, _NEAR = 1e-6, 1e-5  # [s], and [rad or m]: points that are so near to the one before count as one with it
+
+
+@dataclass(frozen=True, eq=False)
+class Splined:
+    """Polynomials of degree five in time.
+
+    Attributes:
+        times: When each begins, and when the last one ends [s], shape (n + 1,), from 0 on.
+        control: Their Bernstein coefficients [rad or m], shape (6, n, n_dof).
+        limits_jerk: Whether velocities and accelerations go on without jumps, at both ends too.
+    """
+
+    times: Array
+    control: Array
+    limits_jerk: bool
+
+    @property
+    def duration(self) -> float:
+        """The duration [s]."""
+        return float(self.times[-1])
+
+    @cached_property
+    def _derivatives(self) -> tuple[Array, ...]:
+        """The Bernstein coefficients of q, qd, qdd and the jerk."""
+        found, steps = [self.control], np.diff(self.times)[:, None]
+        for degree in (5, 4, 3):
+            found.append(degree / steps * np.diff(found[-1], axis=0))
+        return tuple(found)
+
+    @property
+    def rests(self) -> Array:
+        """When it is at rest [s]: at the start, at each point with a velocity of 0, at the end."""
+        rates = self._derivatives[1]
+        still = (rates[-1, :-1] == 0.0).all(axis=1) & (rates[0, 1:] == 0.0).all(axis=1)
+        return self.times[np.concatenate([[True], still, [True]])]
+
+    def slowed(self, factor: float) -> Splined:
+        """The motion passed slower: at time t where this one is at ``factor`` t."""
+        return Splined(self.times / factor, self.control, self.limits_jerk)
+
+    def at(self, t: Array) -> Moment:
+        """The moments at times within the motion, shape (...)."""
+        i = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
+        share = np.clip((t - self.times[i]) / np.diff(self.times)[i], 0.0, 1.0)
+        return Moment(*(_value(control, i, share) for control in self._derivatives))
+
+    def farthest(self, since: float) -> Farthest:
+        """Where it is farthest from a time on."""
+        now = min(since, self.duration)
+        i = int(np.clip(np.searchsorted(self.times, now, side="right") - 1, 0, len(self.times) - 2))
+        share, control = (now - self.times[i]) / (self.times[i + 1] - self.times[i]), self.control[:, i:].copy()
+        control[:, 0] = _behind(control[:, 0], float(share))
+        return farthest_of_curves(control, np.concatenate([[now], self.times[i + 1 :]]))
+
+    def edges_since(self, t: float) -> tuple[Array, Array]:
+        """The motion from a time on as straight edges, shape (n, n_dof), n >= 2; and how far it lies beside each, (n - 1, n_dof).
+
+        Between two times h apart it lies within a h^2 / 8 of the chord, a being the greatest acceleration.
+        """
+        steps, bends = np.diff(self.times), np.abs(self._derivatives[2]).max(axis=0)
+        counts = np.ceil(steps * np.sqrt(bends.max(axis=1) / (8.0 * _BESIDE)))
+        counts = np.clip(counts, 1, _MAX_CHORDS).astype(np.int64)
+        of = np.repeat(np.arange(len(steps)), counts)
+        number = np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)
+        ends = self.times[of] + (number + 1) / counts[of] * steps[of]
+        spreads = bends[of] * ((steps / counts)[of] ** 2 / 8)[:, None] * (1 + 1e-9)
+        now = min(t, self.duration)
+        later = ends > now
+        later[-1] = True
+        return self.at(np.concatenate([[now], ends[later]])).q, spreads[later]
+
+
+def _value(control: Array, i: NDArray[np.int64], share: Array) -> Array:
+    """Polynomials i at shares of their time, shape (..., n_dof)."""
+    degree, share = len(control) - 1, share[..., None]
+    weights = (choices * share**k * (1.0 - share) ** (degree - k) for k, choices in enumerate(_CHOICES[degree]))
+    return sum((weight * control[k, i] for k, weight in enumerate(weights)), np.zeros((*i.shape, control.shape[2])))
+
+
+def _behind(control: Array, share: float) -> Array:
+    """The Bernstein coefficients of what is behind a share of a polynomial, shape (6, n_dof) (de Casteljau)."""
+    rows = [control]
+    for _ in range(_DEGREE):
+        rows.append((1.0 - share) * rows[-1][:-1] + share * rows[-1][1:])
+    return np.stack([row[-1] for row in rows[::-1]])
+
+
+def splined(times: Array, q: Array, qd: Array, qdd: Array) -> Splined:
+    """The motion through points.
+
+    Args:
+        times: [s], shape (n,), n >= 2, increasing.
+        q: Positions [rad or m], shape (n, n_dof).
+        qd: Velocities [rad/s or m/s]; NaN in points without any.
+        qdd: Accelerations [rad/s^2 or m/s^2]; NaN in points without any.
+    """
+    kept = _apart(times, q)
+    times, q, qd, qdd = times[kept] - times[0], q[kept], qd[kept], qdd[kept]
+    steps = np.diff(times)[:, None]
+    straight = np.diff(q, axis=0) / steps
+    moving = np.asarray(np.isfinite(qd).all(axis=1))
+    cubic = (moving[:-1] & moving[1:])[:, None]
+    first, last = (np.where(cubic, rates, straight) for rates in (qd[:-1], qd[1:]))
+    bending = np.asarray(np.isfinite(qdd).all(axis=1))
+    quintic = (bending[:-1] & bending[1:])[:, None] & cubic
+    begin = np.where(quintic, qdd[:-1], (6.0 * straight - 4.0 * first - 2.0 * last) / steps)
+    end = np.where(quintic, qdd[1:], (2.0 * first + 4.0 * last - 6.0 * straight) / steps)
+    at_ends = np.where(np.isfinite(qd[[0, -1]]), qd[[0, -1]], 0.0)
+    smooth = _goes_on(first, last, at_ends) and _goes_on(begin, end, np.zeros_like(at_ends))
+    return Splined(times, bernstein_of((q[:-1], first, begin), (q[1:], last, end), steps), smooth)
+
+
+def _goes_on(first: Array, last: Array, at_ends: Array) -> bool:
+    """Whether rates at the starts and ends of pieces, shape (n, n_dof), have no jumps between these and those at both ends."""
+    jumps = np.concatenate([at_ends[:1], last]) - np.concatenate([first, at_ends[1:]])
+    return bool(np.abs(jumps).max() <= _SMOOTH * max(np.abs(first).max(), np.abs(last).max()))
+
+
+def _apart(times: Array, q: Array) -> list[int]:
+    """The points without those that follow so soon and so near that their velocities would be rounding; both ends stay."""
+    kept, end = [0], len(times) - 1
+    for k in range(1, end + 1):
+        if times[k] - times[kept[-1]] >= _SHORT or np.abs(q[k] - q[kept[-1]]).max() >= _NEAR:
+            kept.append(k)
+    return kept if kept[-1] == end else [*(kept[:-1] or [0]), end]

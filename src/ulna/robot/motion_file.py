@@ -1,0 +1,175 @@
+"""Reads a motion from a file: a message of ROS or a plan of MoveIt (YAML, JSON), or a table with times (CSV, .npy)."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.columns import TIMES, Found, Quantity, Row, rate_kind, words_of
+from ulna.description.joint_points import JointPoints, is_message, read_joint_points
+from ulna.description.likely_units import degrees_in_words, warn_of_unit
+from ulna.description.number_rows import read_numbers, refuse_infinite
+from ulna.errors import DescriptionError, DescriptionWarning, InputError, cited, listed
+from ulna.kinematics.positions import as_configuration, refuse_out_of_range
+from ulna.kinematics.tree import entry_names
+from ulna.planning.motion import Motion
+from ulna.planning.motion_limits import described_limits
+from ulna.planning.moving_ends import Ends
+from ulna.planning.positions import PositionLimits
+from ulna.planning.space import make_space
+from ulna.planning.splined import splined
+from ulna.planning.trajectory import Trajectory, resting
+from ulna.robot.coordinates import coordinates_of
+from ulna.robot.joint_columns import joint_columns
+
+if TYPE_CHECKING:
+    from ulna.robot.robot import Robot
+
+Array = NDArray[np.float64]
+_MAX_SECONDS = 7200  # of a motion
+_STILL = 1e-9  # [rad/s or m/s]: a velocity at an end that is rounding
+_ORDERS = {"velocity": r"velocity|vel|speed|qd|dq|qdot", "acceleration": r"acceleration|acc|accel|qdd|ddq|qddot"}
+
+
+def motion_of_file(robot: Robot, path: str | Path, others: ArrayLike | None = None, option: str = "path") -> Trajectory:
+    """The motion of a file; see ``Trajectory.from_file``. option: names the path in errors."""
+    if not isinstance(path, (str, Path)):
+        raise InputError(option, f"{cited(path)}; the name of a file is expected")
+    path, tree = Path(path), robot.tree
+    rest = None if others is None else as_configuration(others, tree, "others")
+    read, where, what = (_of_message, "", "point") if is_message(path) else (_of_table, option, "row")
+    points = read(robot, path, rest, option)
+    wrong = np.flatnonzero(np.diff(points.times) <= 0.0)
+    if len(wrong):
+        raise _refused(f"{what} {wrong[0] + 1} is not later than the {what} before", path, where)
+    if points.times[-1] - points.times[0] > _MAX_SECONDS:
+        lasts = f"lasts {points.times[-1] - points.times[0]:g} s; up to {_MAX_SECONDS} s are read: are these milliseconds?"
+        raise _refused(lasts, path, where)
+    refuse_out_of_range(points.q, option)
+    _look_for_degrees(robot, points.q, option)
+    return _motion(robot, points)
+
+
+def _refused(message: str, path: Path, option: str) -> Exception:
+    """An error about what a file says. option: names the file of a table; of a message the error has the file as its source."""
+    if option:
+        return InputError(option, f"{path.name} {message}" if message.startswith("lasts") else f"{path.name}: {message}")
+    return DescriptionError(message, str(path))
+
+
+def _motion(robot: Robot, points: JointPoints) -> Trajectory:
+    tree, (names, times, q, qd, qdd) = robot.tree, points
+    checker = robot._checker  # noqa: SLF001 - a part of the robot
+    motion = Motion(make_space(tree, q, np.zeros(tree.n_dof, dtype=bool)), checker, None, 0.0)
+    own, positions = described_limits(tree), PositionLimits(tree.lower, tree.upper)
+    limits = own._replace(velocity=np.where(own.velocity > 0.0, own.velocity, np.inf))
+    if len(q) == 1:
+        return resting(q[0], names, certified=False, motion=motion, limits=limits, positions=positions)
+    ends = np.where(np.abs(qd[[0, -1]]) > _STILL, qd[[0, -1]], 0.0)
+    qd[[0, -1]] = np.where(np.isfinite(qd[[0, -1]]), ends, np.nan)
+    return Trajectory(False, names, splined(times, q, qd, qdd), motion, limits, Ends(*ends), positions)
+
+
+def _look_for_degrees(robot: Robot, q: Array, option: str) -> None:
+    """Warn of angles that are more likely degrees: beyond two turns, of joints that cannot turn as far."""
+    tree = robot.tree
+    bounded = (
+        np.array([entry.unit == "rad" for entry in coordinates_of(robot)]) & np.isfinite(tree.lower) & np.isfinite(tree.upper)
+    )
+    beyond = bounded & ((q < tree.lower) | (q > tree.upper)).any(axis=0)
+    hint = degrees_in_words(q[:, beyond])
+    if hint:
+        column = int(np.argmax(np.where(beyond, np.abs(q).max(axis=0), 0.0)))
+        warn_of_unit(option, f"{entry_names(tree)[column]} is at {np.abs(q[:, column]).max():g}{hint}")
+
+
+def _of_message(robot: Robot, path: Path, rest: Array | None, option: str) -> JointPoints:
+    """The points of a message for all entries of q, in their order."""
+    del option  # the errors have the path
+    points, names = read_joint_points(path), entry_names(robot.tree)
+    at = {name: k for k, name in enumerate(points.names)}
+    missing = [name for name in names if name not in at]
+    if len(missing) == len(names):
+        raise DescriptionError(f"has none of the joints {listed(names, 12)}; it has {listed(points.names, 12)}", str(path))
+    if missing and rest is None:
+        raise DescriptionError(f"has no positions of {listed(missing, 12)}; others=q says where they are", str(path))
+    of_robot = {*names, *(joint.name for joint in robot.description.joints)}
+    strange = [name for name in points.names if name not in of_robot]
+    if strange:
+        message = f"{path}: {listed(strange)}: the robot has no such joint, and they are not used"
+        warnings.warn(message, DescriptionWarning, stacklevel=5)
+    return _with_rest(names, [name for name in names if name in at], points, rest)
+
+
+def _with_rest(names: Sequence[str], read: Sequence[str], points: JointPoints, rest: Array | None) -> JointPoints:
+    """Points of all entries of q, of those of some of them in any order; the others rest."""
+    n, columns = len(points.times), [points.names.index(name) for name in read]
+    whole = [
+        np.tile(np.zeros(len(names)) if rest is None else rest, (n, 1)),
+        np.zeros((n, len(names))),
+        np.zeros((n, len(names))),
+    ]
+    to = [list(names).index(name) for name in read]
+    for rows, given in zip(whole, points[2:], strict=True):
+        rows[:, to] = given[:, columns]
+        rows[np.isnan(given).any(axis=1)] = np.nan
+    return JointPoints(tuple(names), points.times, *whole)
+
+
+def _of_table(robot: Robot, path: Path, rest: Array | None, option: str) -> JointPoints:
+    """The points of a table: columns by their names, or a time, q, and then velocities and accelerations in their order."""
+    names, n, read = entry_names(robot.tree), robot.n_dof, []
+    rows = read_numbers(option, path, _columns(robot, read, partly=rest is not None))
+    k = len(read) or n
+    if rows.ndim != 2 or rows.shape[1] not in {1 + k, 1 + 2 * k, 1 + 3 * k} or not len(rows):
+        expected = f"rows of a time and {n} joint positions, velocities and accelerations are expected"
+        raise InputError(option, f"{path.name} has shape {rows.shape}; {expected}, as `ulna plan --csv` writes them")
+    refuse_infinite(option, path, rows)
+    parts = [rows[:, 1 + i * k : 1 + (i + 1) * k] for i in range((rows.shape[1] - 1) // k)]
+    parts += [np.full((len(rows), k), np.nan)] * (3 - len(parts))
+    read = read or list(names)
+    return _with_rest(names, read, JointPoints(tuple(read), rows[:, 0], *parts), rest)
+
+
+def _columns(robot: Robot, read: list[str], *, partly: bool) -> Row:
+    """The columns of a motion, of which those that are read are added to a list by the names of the entries of q.
+
+    partly: whether joints may be missing.
+    """
+    joints, names = joint_columns(robot), entry_names(robot.tree)
+    rates = [
+        Quantity(f"{order} of {one.name}", rate_kind(one.kind, k), _of_rate(one.name, words))
+        for k, (order, words) in enumerate(_ORDERS.items(), start=1)
+        for one in joints.known
+    ]
+
+    def chosen(found: Found) -> Sequence[str]:
+        some = partly and any(name in found.at for name in names)
+        positions = [name for name in names if name in found.at] if some else joints.chosen(found)
+        read[:] = positions if some else names
+        wanted = [TIMES.name, *positions]
+        for order in _ORDERS:
+            of = [f"{order} of {name}" for name in positions]
+            if not all(name in found.at for name in (*positions, *of)):
+                break  # neither are accelerations without velocities used
+            for name, rate in zip(positions, of, strict=True):
+                if found.at[name][1] not in {None, 1.0} and found.at[rate][1] is None:
+                    raise ValueError(f"column {name!r} states a unit, but {rate!r} states none; [rad/s] or [deg/s] is expected")
+            wanted += of
+        return wanted
+
+    return Row((*joints.known, *rates, TIMES), chosen, joints.ignored)
+
+
+def _of_rate(name: str, words: str) -> str:
+    """A pattern of the names of a rate of a joint, or of one by its number."""
+    if name.startswith("#"):
+        return rf"(?:{words}) ?(?:joint )?0*{name[1:]}"
+    joint = re.escape(words_of(name))
+    return rf"(?:{words}) {joint}|(?:.* )?{joint} (?:{words})"
