@@ -64,7 +64,7 @@ def dh_or_reason(robot, link):
 
 def check_or_reason(robot):
     try:
-        data = data_of(check, robot, None, q=robot.home)
+        data = data_of(check, robot, None, q=",".join(map(repr, robot.home.tolist())) or None)
     except ulna.GeometryError as error:
         assert "hulls" in str(error) or "no collision shapes" in str(error)  # noqa: PT017
         return {}
