@@ -173,3 +173,25 @@ def test_surface_nets_lie_on_the_surface_of_a_body():
     mesh = mesh_of(ball, 0.01)
     assert np.linalg.norm(mesh.vertices, axis=1) == pytest.approx(0.1, abs=1e-4)
     assert mesh_of(cut(ball, [cone(np.zeros(3), np.zeros(3), 0.2, 0.2)], 0.0), 0.01) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "link", "beside"),
+    [("ur10e", "upper_arm_link", 0.18), ("ur10e", "forearm_link", 0.04), ("crx10ia", "J2_link", -0.19)],
+)
+def test_a_link_that_runs_beside_its_joints_is_drawn_where_its_shapes_are(name, link, beside):
+    """Halfway between its two parallel axes, along which it is shifted by so much [m]; z is the axis of a UR, y of the CRX."""
+    robot, scenes = drawn(name)
+    joint = next(joint for joint in robot.description.joints if joint.parent == link)
+    carrier = next(joint for joint in robot.description.joints if joint.child == link)
+    places = scenes[link].to_mesh().vertices
+    way = joint.origin[:3, 3] - carrier.axis * (carrier.axis @ joint.origin[:3, 3])
+    along = places @ way / (way @ way)
+    middle = places[(along > 0.4) & (along < 0.6)] @ carrier.axis
+    assert abs((middle.min() + middle.max()) / 2 - beside) < 0.03
+
+
+def test_the_foot_of_a_link_that_only_turns_the_base_is_not_below_the_floor():
+    _, scenes = drawn("ur10e")
+    for link in ("base_link", "base_link_inertia"):
+        assert scenes[link].bounds[0, 2] > -0.005

@@ -50,7 +50,7 @@ def test_joints_in_degrees(panda, server):
     assert np.allclose([slider.value for _, slider in joints.sliders.values()], q, atol=1e-3)
 
 
-@pytest.mark.parametrize("name", ["panda", "kinova", "a1", "hyq"])
+@pytest.mark.parametrize("name", ["panda", "ur10e", "gen3", "irb6640", "vx300s", "kinova", "a1", "hyq"])
 def test_a_page_for_a_robot_by_name(name, server):
     check_page(ulna.load(name), server)
 
