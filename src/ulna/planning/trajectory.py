@@ -322,7 +322,7 @@ class Trajectory(OneLine):
             >>> robot = ulna.load("panda")
             >>> motion = robot.trajectory([robot.home, robot.home + 0.3], acceleration=5.0)
             >>> print(motion.hand_peak())
-            the speed of panda_ee is at most 0.53 m/s, at 0.24 s
+            the speed of panda_ee is at most 1.364 m/s, at 0.245 s
         """
         if quantity not in UNITS:
             raise InputError("quantity", f"{cited(quantity)} is none{did_you_mean(str(quantity), UNITS)}")
