@@ -35,10 +35,26 @@ def unseen(depth=DEPTH, T=None, **options):
     return ulna.VoxelGrid.unseen(depth, K, np.eye(4) if T is None else T, box, 0.05, pose=pose, **options)
 
 
-def added(shape, T=None):
+def added(shape, T=None, **options):
     world = ulna.World()
-    world.add("part", shape, T)
+    world.add("part", shape, T, **options)
     return world
+
+
+def moved(T):
+    world = added(ulna.Box((0.4, 0.3, 0.2)))
+    world.add("other", ulna.Sphere(0.1))
+    world.move_many(["other", "part"], T) if T.ndim == 3 else world.move("part", T)
+    return world
+
+
+def reshaped(shape):
+    world = added(ulna.Sphere(0.1))
+    world.reshape("part", shape)
+    return world
+
+
+BALL = '<robot name="r"><link name="a"><collision><geometry><sphere radius="50"/></geometry></collision></link></robot>'
 
 
 def mostly_far():
@@ -63,6 +79,16 @@ UNLIKELY = {
     "a ball": (lambda: added(ulna.Sphere(60)), "shape: 'part' is 120 x 120 x 120 m"),
     "a hull": (lambda: added(ulna.ConvexMesh(1000 * POINTS)), "shape: 'part' is .*millimetres"),
     "the place of a box": (lambda: added(ulna.Box((0.4, 0.3, 0.2)), ulna.pose((500, 0, 300))), "pose of 'part': 583.1 m"),
+    "a box that is moved": (lambda: moved(ulna.pose((500, 0, 300))), "pose: 583.1 m"),
+    "boxes that are moved": (lambda: moved(ulna.pose([(0, 0, 1), (500, 0, 300)])), "poses: 583.1 m"),
+    "a box of another size": (lambda: reshaped(ulna.Box((400, 300, 200))), "shape: 'part' is 400 x 300 x 200 m"),
+    "the radius of points": (lambda: ulna.PointCloud(POINTS, 10), "radius: each point is a ball of 10 m"),
+    "the radius of pixels": (lambda: ulna.PointCloud.from_depth(DEPTH, K, np.eye(4), radius=5), "radius: .*millimetres"),
+    "voxels of a cloud": (lambda: ulna.PointCloud(POINTS, 0.01).thinned(10), "voxel: 10 m"),
+    "a speed": (lambda: added(ulna.Sphere(0.1), speed=250), "speed: 250 m/s: are these millimetres a second"),
+    "a tool": (lambda: ulna.load("panda").with_tool(ulna.pose((0, 0, 103))), "T_flange_tool: 103 m"),
+    "roll, pitch and yaw": (lambda: ulna.pose((0, 0, 0), (180, 0, 90)), "rpy: up to 180 rad: are these degrees"),
+    "a shape of a URDF": (lambda: ulna.load(BALL), "source: shape 'a_collision' of link 'a' is 100 x 100 x 100 m"),
     "a table of lengths": (lambda: ulna.Robot.from_dh(UR5 * MILLIMETRES, limits=LIMITS), "rows: .*reaches .*millimetres"),
     "a table of angles": (lambda: ulna.Robot.from_dh(UR5 * DEGREES, limits=LIMITS), "rows: .*90 rad: are these degrees"),
     "limits": (lambda: ulna.Robot.from_dh(UR5, limits=np.degrees(LIMITS)), "rows: -180 to 180 rad .*degrees"),

@@ -233,13 +233,28 @@ def test_too_many_triangles_are_refused_before_they_are_built(tmp_path, monkeypa
         read_scene(path, mesh_bytes(path))
 
 
+def test_a_wavefront_file_takes_time_by_its_materials_and_not_by_how_often_they_change(tmp_path):
+    """Each change was a part of its own, and the time grew by the square of their number. Of too many there is no colour."""
+    corners, path = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", tmp_path / "part.obj"
+    changes = b"".join(b"usemtl m%d\nf 1 2 %d\n" % (k % 3, 3 + k % 2) for k in range(3000))
+    text = rewritten_obj(corners + changes, materials=True).data
+    assert (text.count(b"usemtl"), text.count(b"\nf ")) == (3, 3000)
+    assert b"usemtl" not in rewritten_obj(corners + changes, materials=False).data
+    many = corners + b"".join(b"usemtl m%d\nf 1 2 3\n" % k for k in range(50_000))
+    with pytest.raises(ValueError, match="more than 1000 materials"):
+        rewritten_obj(many, materials=True)
+    path.write_bytes(many)
+    files = MeshFiles(ulna.load("panda").description)
+    assert len(read_scene(path, mesh_bytes(path), Beside(files, path)).to_mesh().faces) == 50_000
+
+
 def test_a_wavefront_face_of_too_many_corners_is_refused_before_it_is_cut_into_triangles():
     """Of 10 MB, five million triangles were written out, in almost 1 GB."""
     data = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf " + b"1 " * 5_000_000 + b"\n"
     tracemalloc.start()
     try:
         with pytest.raises(ValueError, match=r"^line 4: it has more than 4000000 triangles, the most that are read$"):
-            rewritten_obj(data)
+            rewritten_obj(data, materials=True)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

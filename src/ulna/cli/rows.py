@@ -65,8 +65,7 @@ def read_poses(path: Path, controller: Controller | None = None) -> NDArray[np.f
     if rows.ndim != 2 or rows.shape[1] not in _POSES or not len(rows):
         raise InputError(_PATH, f"{path.name} has shape {rows.shape}; rows of 6, 7, 12 or 16 numbers are expected")
     refuse_infinite(_PATH, path, rows)
-    poses = np.array([_POSES[rows.shape[1]](row) for row in rows])
-    return as_pose(poses, _PATH)
+    return as_pose(_POSES[rows.shape[1]](rows), _PATH)
 
 
 def _poses_of_controller(path: Path, controller: Controller) -> NDArray[np.float64]:
@@ -81,11 +80,18 @@ def _poses_of_controller(path: Path, controller: Controller) -> NDArray[np.float
     return pose_from(rows * per, controller.name)
 
 
-def _of_matrix(row: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.vstack([row[:12].reshape(3, 4), row[12:] if len(row) > 12 else [0.0, 0.0, 0.0, 1.0]])
+def _of_matrices(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    T = np.tile(np.eye(4), (len(rows), 1, 1))
+    T.reshape(-1, 16)[:, : rows.shape[1]] = rows
+    return T
 
 
-_POSES = {6: lambda row: pose(row[:3], row[3:]), 7: lambda row: pose(row[:3], wxyz=row[3:]), 12: _of_matrix, 16: _of_matrix}
+_POSES = {
+    6: lambda rows: pose(rows[:, :3], rows[:, 3:]),
+    7: lambda rows: pose(rows[:, :3], wxyz=rows[:, 3:]),
+    12: _of_matrices,
+    16: _of_matrices,
+}
 _MATRIX = tuple(Quantity(f"m{i}{j}", NUMBER, rf"[a-z]+ ?{i} ?{j}") for i in range(5) for j in range(5))  # as in "r11"
 _BESIDE = r"(?:.* )?(?:time|stamp|timestamp|t|secs?|nsecs?|nanosec|seq|id|index|frame)"
 

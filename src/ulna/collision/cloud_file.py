@@ -140,7 +140,10 @@ def _pcd(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
 
 
 def _seen_from(points: NDArray, words: Sequence[str], *, from_sensor: bool | None) -> NDArray:
-    """The points of a .pcd, moved by its VIEWPOINT (x, y, z, then w, x, y, z) if they are in the frame of the sensor."""
+    """The points of a .pcd, moved by its VIEWPOINT (x, y, z, then w, x, y, z) if they are in the frame of the sensor.
+
+    Exact zeros of the sensor are no measurement. Moved they would be points at its place, so they become NaN.
+    """
     values = [float(word) for word in words]
     if from_sensor is False or not values or values == [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]:
         return points
@@ -152,7 +155,9 @@ def _seen_from(points: NDArray, words: Sequence[str], *, from_sensor: bool | Non
     if len(values) != 7 or not any(values[3:]):
         raise ValueError(f"its VIEWPOINT is {' '.join(words)[:100]}; a place and a quaternion are expected")
     T = pose(values[:3], wxyz=values[3:])
-    return points @ T[:3, :3].T + T[:3, 3]
+    moved = points @ T[:3, :3].T + T[:3, 3]
+    moved[~points.any(axis=1)] = np.nan
+    return moved
 
 
 READERS: dict[str, Callable[[bytes, Meaning], NDArray]] = {

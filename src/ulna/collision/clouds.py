@@ -15,7 +15,7 @@ from ulna.collision.cloud_file import points_of
 from ulna.collision.cloud_points import in_box, one_per_voxel, points_of_depth
 from ulna.description.arrays import as_floats
 from ulna.description.file_bytes import file_bytes
-from ulna.description.likely_units import check_padding, check_place, check_points
+from ulna.description.likely_units import check_ball, check_padding, check_place, check_points, check_voxel
 from ulna.description.pose import as_one_pose
 from ulna.description.shapes import Box, lengths
 from ulna.errors import FileError, InputError, count_of, reason_of
@@ -70,7 +70,7 @@ class PointCloud:
     def __init__(self, points: ArrayLike, radius: float) -> None:
         rows, n_left_out = _seen(points)
         check_points("points", rows)
-        _fill(self, rows, lengths("radius", (radius,), 1)[0], n_left_out, _NONE)
+        _fill(self, rows, _radius(radius), n_left_out, _NONE)
 
     @classmethod
     def from_depth(
@@ -113,7 +113,7 @@ class PointCloud:
         if not len(points):
             raise InputError("depth", f"none of {n_left_out} pixels has a depth: the camera sees nothing")
         rows, _ = _seen(points)
-        return _fill(object.__new__(cls), rows, lengths("radius", (radius,), 1)[0], n_left_out, _NONE)
+        return _fill(object.__new__(cls), rows, _radius(radius), n_left_out, _NONE)
 
     @classmethod
     def from_file(cls, path: str | Path, *, radius: float, scale: float = 1.0, from_sensor: bool | None = None) -> PointCloud:
@@ -171,6 +171,7 @@ class PointCloud:
             InputError: It is not a length above 0, or less than 5e-7 of the extent of the points.
         """
         kept, farthest = one_per_voxel(self.points, voxel)
+        check_voxel(float(voxel), self.points)
         return self._with(self.points.take(kept, axis=0), self.radius + farthest)
 
     def without(self, robot: HasLinks, q: ArrayLike, *, padding: float = 0.01, pose: ArrayLike | None = None) -> PointCloud:
@@ -230,6 +231,12 @@ def _fill(
     for name, value in (("points", points), ("radius", radius), ("n_left_out", n_left_out), ("n_removed", n_removed)):
         object.__setattr__(cloud, name, value)
     return cloud
+
+
+def _radius(radius: float) -> float:
+    value = lengths("radius", (radius,), 1)[0]
+    check_ball(value)
+    return value
 
 
 def _seen(given: ArrayLike) -> tuple[NDArray[np.floating], int]:

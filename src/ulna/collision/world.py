@@ -13,7 +13,7 @@ from ulna.collision.object_tables import ObjectTables
 from ulna.collision.objects import Objects
 from ulna.description.arrays import as_number
 from ulna.description.given_names import as_link_names, refuse_no_name
-from ulna.description.likely_units import check_object
+from ulna.description.likely_units import FAR, check_object, check_place, check_speed
 from ulna.description.pose import as_one_pose, as_pose, orthonormal
 from ulna.description.shapes import Solid
 from ulna.drivers import placing
@@ -109,6 +109,8 @@ class World:
         T, links = _placed()(np.eye(4) if pose is None else pose), as_link_names(touch_links)
         fastest = None if speed is None else as_number("speed", speed, 0.0, "a speed [m/s] of at least 0")
         check_object(name, shape, T)
+        if fastest is not None:
+            check_speed(fastest)
         with self._lock:
             if name in self._shapes:
                 raise InputError("name", f"the world already has an object {name!r}; move() moves it")
@@ -159,6 +161,7 @@ class World:
             UnknownNameError: There is no such object.
         """
         T = _placed()(pose)
+        check_place("pose", T)
         with self._lock:
             self._known(name)
             self._mark(name, pose_alone=True)
@@ -188,6 +191,8 @@ class World:
         placed = orthonormal(as_pose(poses, "poses"))
         if isinstance(names, str) or placed.ndim != 3 or len(placed) != len(names):
             raise InputError("poses", f"shape {placed.shape}; one pose for each of {count_of(len(names), 'name')} is expected")
+        for T in placed[np.abs(placed[:, :3, 3]).max(axis=1, initial=0.0) > FAR][:1]:
+            check_place("poses", T)
         with self._lock:
             for name in names:
                 self._known(name)
@@ -205,6 +210,7 @@ class World:
             UnknownNameError: There is no such object.
         """
         _refuse_unsolid(name, shape)
+        check_object(name, shape, np.eye(4))
         with self._lock:
             self._known(name)
             self._mark(name)

@@ -22,7 +22,8 @@ _LONGEST = 10_000.0  # [m]: no arm has as many millimetres
 _DIGIT, _ROUNDING = 1e-4, 1e-8  # of a drawing in millimetres
 _NEAR = 0.005  # [m]: nearer than any camera focuses
 _LARGEST_CELL = 5.0  # [m]
-_LARGEST_PADDING = 1.0  # [m]
+_LARGEST_PADDING, _LARGEST_BALL = 1.0, 1.0  # [m]
+_FASTEST = 100.0  # [m/s] of an object beside an arm
 _STEEP, _HIGH = 10.0, 10.0  # heights over the width of their map, and [m]
 _TWO_TURNS = 4 * math.pi
 _IN_MILLIMETRES = "are these millimetres? Lengths are metres"
@@ -79,6 +80,12 @@ def check_place(name: str, T: Array) -> None:
         warn_of_unit(name, f"{distance:.4g} m from the origin: {_IN_MILLIMETRES}")
 
 
+def check_voxel(edge: float, points: Array) -> None:
+    """Look at the edge of the voxels [m] of which each keeps one point of a cloud, shape (n, 3)."""
+    if edge >= _LARGEST_CELL and edge > np.ptp(points, axis=0).max():
+        warn_of_unit("voxel", f"{edge:g} m, more than the whole cloud: {_IN_MILLIMETRES}")
+
+
 def check_cell(edge: float) -> None:
     """Look at the edge of the cells of a grid [m]."""
     if edge >= _LARGEST_CELL:
@@ -91,6 +98,18 @@ def check_heights(heights: Array, bottom: float, cell: float) -> None:
     height = highest - bottom
     if (height > _HIGH and height > _STEEP * width) or (float(heights.min()) > FAR and width < FAR):
         warn_of_unit("heights", f"up to {highest:.4g} m, on a map of {width:.4g} m: {_IN_MILLIMETRES}")
+
+
+def check_ball(radius: float) -> None:
+    """Look at the radius of the points of a cloud [m]."""
+    if radius > _LARGEST_BALL:
+        warn_of_unit("radius", f"each point is a ball of {radius:g} m: {_IN_MILLIMETRES}")
+
+
+def check_speed(speed: float) -> None:
+    """Look at the speed of an object that may move by itself [m/s]."""
+    if speed > _FASTEST:
+        warn_of_unit("speed", f"{speed:g} m/s: are these millimetres a second? Speeds are metres a second")
 
 
 def check_padding(padding: float) -> None:
@@ -128,6 +147,13 @@ def _extents(shape: object) -> tuple[float, float, float]:
     return 0.0, 0.0, 0.0
 
 
+def check_rpy(rpy: Array) -> None:
+    """Look at roll, pitch and yaw [rad], which nobody turns more than twice."""
+    largest = float(np.abs(rpy).max(initial=0.0))
+    if largest > _TWO_TURNS:
+        warn_of_unit("rpy", f"up to {largest:g} rad: {_IN_DEGREES}")
+
+
 def check_dh_rows(rows: Array) -> None:
     """Look at the angles of a Denavit-Hartenberg table, rows of a, d, alpha, theta_offset."""
     largest = float(np.abs(rows[:, 2:]).max(initial=0.0))
@@ -135,11 +161,21 @@ def check_dh_rows(rows: Array) -> None:
         warn_of_unit("rows", f"alpha and theta_offset are up to {largest:g} rad: {_IN_DEGREES}")
 
 
+def check_shapes(name: str, description: Description) -> None:
+    """Look at the extents of the collision shapes of a robot."""
+    bodies = ((link.name, body.name, _extents(body.shape)) for link in description.links for body in link.collisions)
+    far = next((each for each in bodies if max(each[2]) >= FAR and min(each[2]) >= FAR / 10), None)
+    if far is not None:
+        words = " x ".join(f"{extent:.4g}" for extent in far[2])
+        warn_of_unit(name, f"shape {far[1]!r} of link {far[0]!r} is {words} m: {_IN_MILLIMETRES}")
+
+
 def check_description(name: str, description: Description) -> None:
-    """Look at the length of the longest chain of a robot, slides drawn out, and at the limits of its joints.
+    """Look at the shapes of a robot, at the length of its longest chain, slides drawn out, and at the limits of its joints.
 
     Lengths of which one has more digits than a drawing in millimetres are computed: an arm in another unit, say.
     """
+    check_shapes(name, description)
     joints, far = joints_from_root(description), {root_link(description): 0.0}
     for joint in joints:
         slide = _widest(joint) if joint.type == JointType.PRISMATIC else 0.0

@@ -44,6 +44,10 @@ def pose(
     given = [name for name, turn in (("rpy", rpy), ("wxyz", wxyz), ("rotvec", rotvec)) if turn is not None]
     if len(given) > 1:
         raise InputError(", ".join(given), f"give one of them, not {'both' if len(given) == 2 else 'all'}")
+    if rpy is not None:
+        from ulna.description.likely_units import check_rpy  # noqa: PLC0415 - it needs shapes, which need poses
+
+        check_rpy(_finite("rpy", rpy, 3))
     if rotvec is not None:
         rotation = matrix_from_rotation_vector(rotvec)
     else:

@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.pose import pose, rpy_from_matrix
+from ulna.description.pose import matrix_from_rpy, rpy_from_matrix
 from ulna.description.robot_description import Limits, Mimic, frozen
 from ulna.errors import InputError, did_you_mean
 from ulna.notebook import tables
@@ -31,8 +31,9 @@ def checked_convention(convention: str) -> str:
 def around_the_motion(row: Array, convention: str) -> tuple[Array, Array]:
     """The constant poses before and behind Rz(q) or Tz(q) in one row's transform."""
     a, d, alpha, theta = row
-    along_z = pose((0, 0, d), (0, 0, theta))
-    along_x = pose((a, 0, 0), (alpha, 0, 0))
+    along_z, along_x = np.eye(4), np.eye(4)
+    along_z[2, 3], along_x[0, 3] = d, a
+    along_z[:3, :3], along_x[:3, :3] = matrix_from_rpy((0, 0, theta)), matrix_from_rpy((alpha, 0, 0))
     return (along_x @ along_z, np.eye(4)) if convention == "modified" else (along_z, along_x)
 
 

@@ -69,7 +69,8 @@ class FunctionOfLink(Bound):
         q = as_positions(q, self._tree)
         result = as_out(out, (*q.shape[:-1], *self._shape), q)
         if q.ndim == 1:
-            good = result.size == 0 or self._one(*self._leading, for_kernel(q), result)
+            x = for_kernel(q)
+            good = result.size == 0 or self._one(*self._leading[:-1], len(x), x, result)
         else:
             leading, rows = (self._tree.chain(self._link), *self._leading[1:-1]), flat(q)
             of_rows = result.reshape(len(rows), *self._shape)

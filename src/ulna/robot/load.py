@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Literal
 
-from ulna.description.likely_units import check_description
+from ulna.description.likely_units import check_description, check_shapes
 from ulna.description.load import load_description
 from ulna.description.subtree import cut_out
 from ulna.errors import InputError, did_you_mean
@@ -75,9 +75,12 @@ def with_meshes(robot: Robot, meshes: str | None) -> Robot:
     """The robot with its collision meshes replaced as a value of ``MESHES`` says; unchanged for None."""
     match meshes:
         case "hulls":
-            return robot.with_convex_hulls()
+            robot = robot.with_convex_hulls()
         case "decompose":
-            return robot.with_convex_pieces()
+            robot = robot.with_convex_pieces()
+        case _:
+            return robot
+    check_shapes("meshes", robot.description)
     return robot
 
 

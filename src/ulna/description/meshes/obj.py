@@ -8,18 +8,22 @@ from math import isfinite
 from ulna.description.meshes.mesh_files import MOST_TRIANGLES, Rewritten
 
 _SURFACES = ("surf", "bzp", "bsp", "cdc", "cdp")
+_MAX_MATERIALS = 1000  # trimesh takes time by their number squared
 _MOST_WORDS = MOST_TRIANGLES + 4  # of a line: one more corner than a face of so many triangles has
 
 
-def rewritten_obj(data: bytes) -> Rewritten:
-    """Its vertices, texture coordinates, normals, faces and materials. Source: Wavefront, Advanced Visualizer, appendix B1.
+def rewritten_obj(data: bytes, *, materials: bool) -> Rewritten:
+    """Its vertices, texture coordinates, normals and faces, sorted by their materials if these are wanted.
+
+    Source: Wavefront, Advanced Visualizer, appendix B1.
 
     Lines end in LF, CR LF or CR, may be indented, and go on after a backslash. A negative index counts back from where it is
     used. A vertex of four numbers is homogeneous, one of six has a colour, as Assimp reads them. A face of more than three
     vertices is a fan. Lines and points have no faces and are left out, as are groups.
     """
     lists: dict[str, list[str]] = {"v": [], "vt": [], "vn": []}
-    faces = StringIO()
+    faces = {"": StringIO()}  # by the line that names their material
+    material = ""
     libraries: list[str] = []
     highest, n_triangles, all_coloured = 0, 0, True
     for number, line in _lines(data):
@@ -37,9 +41,9 @@ def rewritten_obj(data: bytes) -> Rewritten:
                     raise ValueError(f"line {number}: it has more than {MOST_TRIANGLES} triangles, the most that are read")
                 corners = [_corner(word, lists, number) for word in words[1:]]
                 highest = max([highest, *(int(corner.partition("/")[0]) for corner in corners)])
-                faces.writelines(f"f {corners[0]} {b} {c}\n" for b, c in pairwise(corners[1:]))
-            case "usemtl":
-                faces.write(" ".join(words) + "\n")
+                faces[material].writelines(f"f {corners[0]} {b} {c}\n" for b, c in pairwise(corners[1:]))
+            case "usemtl" if materials:
+                material = _material(words, faces, number)
             case "mtllib":
                 libraries.append(line.strip())
             case word if word in _SURFACES:
@@ -49,7 +53,8 @@ def rewritten_obj(data: bytes) -> Rewritten:
     vertices = lists["v"] if all_coloured else [" ".join(vertex.split()[:3]) for vertex in lists["v"]]
     text = [*libraries[:1], *(f"v {vertex}" for vertex in vertices)]
     text += [f"{kind} {row}" for kind in ("vt", "vn") for row in lists[kind]]
-    return Rewritten("\n".join([*text, faces.getvalue()]).encode(), n_triangles)
+    text += [f"{named}{of_it.getvalue()}" for named, of_it in faces.items()]
+    return Rewritten("\n".join(text).encode(), n_triangles)
 
 
 def _lines(data: bytes) -> list[tuple[int, str]]:
@@ -76,6 +81,15 @@ def _vertex(words: list[str], number: int) -> list[float]:
     if len(values) == 4:
         return [value / values[3] for value in values[:3]]
     return values[:6]
+
+
+def _material(words: list[str], faces: dict[str, StringIO], number: int) -> str:
+    """The line that names a material, which then has a place among the faces."""
+    line = " ".join(words) + "\n"
+    faces.setdefault(line, StringIO())
+    if len(faces) > _MAX_MATERIALS + 1:
+        raise ValueError(f"line {number}: it has more than {_MAX_MATERIALS} materials, the most that are read")
+    return line
 
 
 def _corner(word: str, lists: dict[str, list[str]], number: int) -> str:

@@ -28,6 +28,8 @@ def _properties(content: bytes) -> list[str]:
 def vertices(content: bytes) -> NDArray[np.float64]:
     """The vertices of a .ply, shape (n, 3), whether triangles use them or not."""
     check_ply(content)
+    if len(re.findall(rb"^element +vertex ", content.partition(b"end_header")[0], re.MULTILINE)) > 1:
+        raise ValueError("it has more than one element vertex; one is read")
     names = _properties(content)
     if any(names.count(axis) != 1 for axis in "xyz"):
         raise ValueError(f"its vertices have the properties {' '.join(names)[:100]}; one x, one y and one z are expected")

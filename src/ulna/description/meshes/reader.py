@@ -94,7 +94,7 @@ def _rewritten(kind: str, data: bytes, *, materials: bool) -> Rewritten | None:
         case ".stl":
             return rewritten_stl(data)
         case ".obj":
-            return rewritten_obj(data)
+            return rewritten_obj(data, materials=materials)
         case ".dae":
             return rewritten_collada(data, materials=materials)
         case ".ply":
