@@ -11,6 +11,7 @@ from ulna.errors import InputError
 from ulna.kernels.layout import EXACT_DEFECT, LARGEST, LARGEST_DEFECT
 
 _ROUNDING = 2 * EXACT_DEFECT
+TWO_TURNS = 4 * np.pi  # [rad]: nobody means more
 
 
 def pose(
@@ -44,10 +45,10 @@ def pose(
     given = [name for name, turn in (("rpy", rpy), ("wxyz", wxyz), ("rotvec", rotvec)) if turn is not None]
     if len(given) > 1:
         raise InputError(", ".join(given), f"give one of them, not {'both' if len(given) == 2 else 'all'}")
-    if rpy is not None:
-        from ulna.description.likely_units import check_rpy  # noqa: PLC0415 - it needs shapes, which need poses
+    if rpy is not None and (largest := float(np.abs(_finite("rpy", rpy, 3)).max(initial=0.0))) > TWO_TURNS:
+        from ulna.description.likely_units import warn_of_rpy  # noqa: PLC0415 - it needs shapes, which need poses
 
-        check_rpy(_finite("rpy", rpy, 3))
+        warn_of_rpy(largest)
     if rotvec is not None:
         rotation = matrix_from_rotation_vector(rotvec)
     else:
