@@ -56,6 +56,7 @@ nitpick_ignore_regex = [
         "py:class",
         r"(ArrayLike|Array|NDArray|Path|Solid|Shape|Obstacle|HasLinks|Region|Goal|Frame|Given|GivenLimits|AbstractContextManager)",
     ),
+    ("py:class", r"(ReadsMotions|(ulna\.engine\.records\.)?Records)"),
 ]
 
 autodoc_member_order = "bysource"

@@ -44,7 +44,7 @@ _IN_PICTURE = 1.5  # of the greatest value of a plot: limits beyond it are not d
 _NEAR = 1e-6  # [rad or m]: of a plan's start to the motion that it replaces
 
 
-class _ReadsMotions(Protocol):
+class ReadsMotions(Protocol):
     """A robot, which reads its motions from files."""
 
     def motion_from_file(self, path: str | Path, *, others: ArrayLike | None = None) -> Trajectory: ...
@@ -73,7 +73,7 @@ class Trajectory(OneLine):
     _hands: tuple[Hand, ...] = field(default=(), repr=False)
 
     @staticmethod
-    def from_file(path: str | Path, robot: _ReadsMotions, *, others: ArrayLike | None = None) -> Trajectory:
+    def from_file(path: str | Path, robot: ReadsMotions, *, others: ArrayLike | None = None) -> Trajectory:
         """A motion from elsewhere, to check, to send, or to time anew: ``robot.trajectory(motion, ...)``.
 
         Read are the message ``trajectory_msgs/JointTrajectory`` and what has one within it, as a plan of MoveIt, in YAML or JSON;
