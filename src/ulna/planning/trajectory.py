@@ -47,7 +47,9 @@ _NEAR = 1e-6  # [rad or m]: of a plan's start to the motion that it replaces
 class ReadsMotions(Protocol):
     """A robot, which reads its motions from files."""
 
-    def motion_from_file(self, path: str | Path, *, others: ArrayLike | None = None) -> Trajectory: ...
+    def motion_from_file(self, path: str | Path, *, others: ArrayLike | None = None) -> Trajectory:
+        """As ``Robot.motion_from_file``."""
+        ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
