@@ -86,7 +86,7 @@ UNLIKELY = {
     "the radius of pixels": (lambda: ulna.PointCloud.from_depth(DEPTH, K, np.eye(4), radius=5), "radius: .*millimetres"),
     "voxels of a cloud": (lambda: ulna.PointCloud(POINTS, 0.01).thinned(10), "voxel: 10 m"),
     "a speed": (lambda: added(ulna.Sphere(0.1), speed=250), "speed: 250 m/s: are these millimetres a second"),
-    "a tool": (lambda: ulna.load("panda").with_tool(ulna.pose((0, 0, 103))), "T_flange_tool: 103 m"),
+    "a tool": (lambda: ulna.load("panda").with_tool(ulna.pose((0, 0, 103))), "T_flange_tool: the robot reaches 104"),
     "roll, pitch and yaw": (lambda: ulna.pose((0, 0, 0), (180, 0, 90)), "rpy: up to 180 rad: are these degrees"),
     "a shape of a URDF": (lambda: ulna.load(BALL), "source: shape 'a_collision' of link 'a' is 100 x 100 x 100 m"),
     "a table of lengths": (lambda: ulna.Robot.from_dh(UR5 * MILLIMETRES, limits=LIMITS), "rows: .*reaches .*millimetres"),

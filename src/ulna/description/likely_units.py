@@ -11,7 +11,6 @@ import warnings
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.description.pose import TWO_TURNS
 from ulna.description.robot_description import Description, Joint, JointType
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Sphere
 from ulna.description.structure import joints_from_root, root_link
@@ -26,6 +25,7 @@ _LARGEST_CELL = 5.0  # [m]
 _LARGEST_PADDING, _LARGEST_BALL = 1.0, 1.0  # [m]
 _FASTEST = 100.0  # [m/s] of an object beside an arm
 _STEEP, _HIGH = 10.0, 10.0  # heights over the width of their map, and [m]
+_TWO_TURNS = 4 * math.pi
 _IN_MILLIMETRES = "are these millimetres? Lengths are metres"
 _IN_DEGREES = "are these degrees? Angles are radians"
 
@@ -148,7 +148,9 @@ def _extents(shape: object) -> tuple[float, float, float]:
 
 
 def warn_of_rpy(largest: float) -> None:
-    """Ask about roll, pitch and yaw of which one is of more than two turns [rad]."""
+    """Ask about roll, pitch and yaw [rad] of a pose that is made outside of Ulna: inside, the caller says what it was given."""
+    if sys._getframe(2).f_globals.get("__name__", "").startswith("ulna."):  # noqa: SLF001 - as in ``warn_of_unit``
+        return
     warn_of_unit("rpy", f"up to {largest:g} rad: {_IN_DEGREES}")
 
 
@@ -183,7 +185,7 @@ def check_description(name: str, description: Description) -> None:
         warn_of_unit(name, f"the robot reaches {length:.4g} m when stretched: {_IN_MILLIMETRES}")
     limited = [joint for joint in joints if joint.type == JointType.REVOLUTE and joint.mimic is None]
     widest = sorted(map(_widest, limited))
-    if len(widest) > 1 and widest[0] > TWO_TURNS and widest[len(widest) // 2] <= 360 and widest[-1] <= 720:
+    if len(widest) > 1 and widest[0] > _TWO_TURNS and widest[len(widest) // 2] <= 360 and widest[-1] <= 720:
         first = limited[0]
         words = f"{first.limits.lower:g} to {first.limits.upper:g} rad are the limits of {first.name!r}"
         warn_of_unit(name, f"{words}, and all joints turn more than twice: {_IN_DEGREES}")
@@ -191,7 +193,7 @@ def check_description(name: str, description: Description) -> None:
 
 def degrees_in_words(angles: ArrayLike) -> str:
     """The end of a sentence that refuses angles [rad]: a question, where one is of more than two turns."""
-    return f": {_IN_DEGREES}" if np.abs(angles).max(initial=0.0) > TWO_TURNS else ""
+    return f": {_IN_DEGREES}" if np.abs(angles).max(initial=0.0) > _TWO_TURNS else ""
 
 
 def millimetres_in_words(distance: float, reach: float) -> str:

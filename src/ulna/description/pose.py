@@ -11,7 +11,7 @@ from ulna.errors import InputError
 from ulna.kernels.layout import EXACT_DEFECT, LARGEST, LARGEST_DEFECT
 
 _ROUNDING = 2 * EXACT_DEFECT
-TWO_TURNS = 4 * np.pi  # [rad]: nobody means more
+_THREE_TURNS = 6 * np.pi  # [rad]: more are likely degrees
 
 
 def pose(
@@ -45,7 +45,7 @@ def pose(
     given = [name for name, turn in (("rpy", rpy), ("wxyz", wxyz), ("rotvec", rotvec)) if turn is not None]
     if len(given) > 1:
         raise InputError(", ".join(given), f"give one of them, not {'both' if len(given) == 2 else 'all'}")
-    if rpy is not None and (largest := float(np.abs(_finite("rpy", rpy, 3)).max(initial=0.0))) > TWO_TURNS:
+    if rpy is not None and (largest := float(np.abs(_finite("rpy", rpy, 3)).max(initial=0.0))) > _THREE_TURNS:
         from ulna.description.likely_units import warn_of_rpy  # noqa: PLC0415 - it needs shapes, which need poses
 
         warn_of_rpy(largest)

@@ -23,7 +23,7 @@ from ulna.collision.report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
-from ulna.description.likely_units import check_object, check_place
+from ulna.description.likely_units import check_description, check_object
 from ulna.description.meshes.mesh_files import with_mesh_paths
 from ulna.description.pose import as_one_pose, inverse
 from ulna.description.robot_description import Description
@@ -1386,9 +1386,9 @@ class Robot:
             >>> ulna.load("panda").with_tool(np.eye(4), name="gripper").tip
             'gripper'
         """
-        T = as_one_pose(T_flange_tool, "T_flange_tool")
-        check_place("T_flange_tool", T)
-        return self._changed(description=with_tool(self.description, T, name))
+        description = with_tool(self.description, as_one_pose(T_flange_tool, "T_flange_tool"), name)
+        check_description("T_flange_tool", description)
+        return self._changed(description=description)
 
     def with_limits(
         self,
