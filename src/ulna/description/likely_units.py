@@ -23,7 +23,7 @@ _DIGIT, _ROUNDING = 1e-4, 1e-8  # of a drawing in millimetres
 _NEAR = 0.005  # [m]: nearer than any camera focuses
 _LARGEST_CELL = 5.0  # [m]
 _LARGEST_PADDING, _LARGEST_BALL = 1.0, 1.0  # [m]
-_FASTEST = 100.0  # [m/s] of an object beside an arm
+_MILLIMETRES_A_SECOND = 100.0, 5000.0  # of an object beside an arm; more is stated where it may be anywhere at once
 _STEEP, _HIGH = 10.0, 10.0  # heights over the width of their map, and [m]
 _TWO_TURNS = 4 * math.pi
 _IN_MILLIMETRES = "are these millimetres? Lengths are metres"
@@ -108,7 +108,8 @@ def check_ball(radius: float) -> None:
 
 def check_speed(speed: float) -> None:
     """Look at the speed of an object that may move by itself [m/s]."""
-    if speed > _FASTEST:
+    least, most = _MILLIMETRES_A_SECOND
+    if least < speed < most:
         warn_of_unit("speed", f"{speed:g} m/s: are these millimetres a second? Speeds are metres a second")
 
 
