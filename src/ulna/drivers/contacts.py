@@ -72,12 +72,8 @@ def near_each(scene, n_objects, q, within, found):
 
 @workspace
 def scratch_of_epa():
-    """The arrays that EPA writes to, as parts of one: the system would take three back after each call, and give them again."""
-    points, faces, edges = SCRATCH
-    n_points, n_faces = points[0] * points[1], faces[0] * faces[1]
-    block = np.empty(n_points + n_faces + edges[0] * edges[1])
-    of_faces = block[n_points : n_points + n_faces].reshape(faces)
-    return block[:n_points].reshape(points), of_faces, block[n_points + n_faces :].reshape(edges)
+    """The arrays that EPA writes to: points, faces and edges."""
+    return np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])
 
 
 @workspace
