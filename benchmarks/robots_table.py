@@ -48,8 +48,8 @@ NOT_SAID = """
 - The M1013's limits are those of its MoveIt configuration. Its URDF has the same ones for every joint.
 - A gripper is no part of an arm here. The ViperX's is, but its fingers do not move: the shapes contain them open and closed.
 
-**Collision shapes** are boxes, capsules and cylinders of our own, not the makers'. A script computed them from the meshes of the
-same sources, and proved triangle by triangle that they contain the meshes:
+**Collision shapes** are boxes, capsules and cylinders of our own, not the makers'. They were computed once from the meshes of the
+same sources and compared with these triangle by triangle, outside of this repository, which has no mesh; no test repeats it:
 
 | arms | contained | by at least |
 |---|---|---|

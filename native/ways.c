@@ -133,8 +133,9 @@ static PyObject *call_number(Bound *bound, PyObject *const *arguments, Py_ssize_
 static PyObject *call_edge(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
     int64_t copy[MOST_SLOTS], good, status[1] = {0};
     double free_until[1];
+    if (n != 5) return NULL;
     PyObject *q_a = arguments[0], *q_b = arguments[1], *q;
-    if (n != 5 || !is_vector(q_a, bound->n) || !is_vector(q_b, bound->n) || !PyFloat_Check(arguments[2])) return NULL;
+    if (!is_vector(q_a, bound->n) || !is_vector(q_b, bound->n) || !PyFloat_Check(arguments[2])) return NULL;
     double resolution = PyFloat_AsDouble(arguments[2]);
     int64_t *slots = slots_of_scene(bound, copy, arguments + 3);
     if (!slots) return NULL;

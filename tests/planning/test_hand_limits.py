@@ -130,6 +130,20 @@ def test_velocities_at_the_ends_keep_them_or_are_refused(panda):
             panda.trajectory(path, hand=SLOW, start_velocity=0.3 / rate * along, **options)
 
 
+def test_the_peak_of_a_motion_with_few_and_long_pieces_is_found(panda, tmp_path):
+    """Each piece of a motion from a file is between two of its points: at these the hand rests."""
+    file, rests = tmp_path / "motion.csv", [panda.home, panda.home + 0.3, panda.home - 0.1]
+    rows = "\n".join(",".join(map(repr, [float(t), *q.tolist(), *[0.0] * 7])) for t, q in enumerate(rests))
+    names = panda.joint_names
+    file.write_text(",".join(["time", *names, *(f"velocity_{name}" for name in names)]) + "\n" + rows + "\n")
+    motion = ulna.Trajectory.from_file(file, panda)
+    for quantity, greatest in zip(("speed", "acceleration", "angular_speed"), measured(panda, motion), strict=True):
+        peak = motion.hand_peak(quantity=quantity)
+        assert peak.limit == np.inf
+        assert abs(peak.value - greatest) < 0.02 * greatest  # its accelerations jump, where differences are of both sides
+        assert peak.value <= peak.bound < 1.001 * peak.value
+
+
 def test_check_and_hand_peak_say_how_fast_the_hand_is_and_when(panda):
     path = corners(panda, 1)
     motion = panda.trajectory(path, acceleration=5.0)

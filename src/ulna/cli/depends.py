@@ -5,6 +5,7 @@ what that function returns, and the function's parameters are options of the com
 once, and a command names what it needs.
 """
 
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from typing import Annotated, Any, get_args
 import typer
 
 from ulna.cli.output import Output, show
-from ulna.errors import InputError
+from ulna.errors import InputError, UnitWarning
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of tables: metres and radians, infinity is null.")]
 
@@ -42,6 +43,7 @@ def command(function: Callable[..., Output | None]) -> Callable[..., None]:
         names = {
             each.name: each.metavar if each.param_type_name == "argument" else each.opts[0] for each in context.command.params
         }
+        warnings.filterwarnings("ignore", "rpy: ", UnitWarning)  # options of angles ask about degrees by their own names
         with as_options(names):
             output = _call(function, given, {})
         if output is not None:

@@ -16,7 +16,7 @@ class BoundScene:
     __slots__ = "_entries", "_signature", "scene"
 
     def __init__(self, scene: Scene) -> None:
-        """Of a scene, as ``collision.bodies.scene_of`` makes it."""
+        """Take a scene, as ``collision.bodies.scene_of`` makes it."""
         self.scene = scene
         self._signature = _BOXES if scene.vertices is None else _SHAPES
         self._entries: dict[Any, Any] = {}

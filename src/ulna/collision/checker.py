@@ -5,7 +5,7 @@
 2. Both make a *scene*, to which the entries are bound (``bound_scene``): whether anything touches (``overlap``), each contact
    (``contacts``), the nearest pair (``nearest``), whether a whole edge is free (``continuous``). Boxes among boxes have machine
    code of their own.
-3. The scene of the last call is kept, with the questions about one q that were asked of it (``questions``).
+3. The scene of the last call is kept, with the questions about one q that were asked of it (``Questions``).
 4. Contacts and distances come back as numbers of rows; their names are looked up here (``report``, ``distances``).
 """
 
@@ -292,12 +292,12 @@ class Questions:
     With q go the rows of the objects in the table, ``first`` to before ``end``: what moves is laid out in other rows.
 
     Attributes:
-        layout: Of the objects.
+        layout: The tables of the objects.
         self_collision: Whether the robot is checked against itself too.
     """
 
     def __init__(self, checker: Checker, layout: Layout, self_collision: bool, scene: BoundScene) -> None:
-        """Of a robot, whose ``checker`` answers in Python; ``scene`` is one with such objects."""
+        """Take the checker of the robot, which answers in Python, and a scene with objects of the layout."""
         self.layout, self.self_collision, self._checker, self._last = layout, self_collision, checker, scene
 
     def scene(self, first: int, end: int) -> BoundScene:

@@ -13,7 +13,7 @@ from ulna.collision.object_tables import ObjectTables
 from ulna.collision.objects import Objects
 from ulna.description.arrays import as_number
 from ulna.description.given_names import as_link_names, refuse_no_name
-from ulna.description.likely_units import FAR, check_object, check_place, check_speed
+from ulna.description.likely_units import check_object, check_place, check_speed
 from ulna.description.pose import as_one_pose, as_pose, orthonormal
 from ulna.description.shapes import Solid
 from ulna.drivers import placing
@@ -191,8 +191,8 @@ class World:
         placed = orthonormal(as_pose(poses, "poses"))
         if isinstance(names, str) or placed.ndim != 3 or len(placed) != len(names):
             raise InputError("poses", f"shape {placed.shape}; one pose for each of {count_of(len(names), 'name')} is expected")
-        for T in placed[np.abs(placed[:, :3, 3]).max(axis=1, initial=0.0) > FAR][:1]:
-            check_place("poses", T)
+        if len(placed):
+            check_place("poses", placed[np.linalg.norm(placed[:, :3, 3], axis=1).argmax()])
         with self._lock:
             for name in names:
                 self._known(name)

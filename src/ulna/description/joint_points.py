@@ -7,6 +7,7 @@ A message is a ``trajectory_msgs/JointTrajectory``, or anything that has one wit
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,7 +33,7 @@ class JointPoints(NamedTuple):
     """Points of joints in time.
 
     Attributes:
-        names: Those of the k joints.
+        names: The names of the k joints.
         times: [s], shape (n,), n >= 1.
         q: Positions [rad or m], shape (n, k).
         qd: Velocities [rad/s or m/s], shape (n, k); NaN in points that state none.
@@ -110,9 +111,9 @@ def _points(message: Mapping[str, Any], source: str) -> JointPoints:
     names, points = message["joint_names"], message["points"]
     if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
         raise DescriptionError(f"joint_names is {cited(names)}; a list of names is expected", source)
-    twice = next((name for name in names if names.count(name) > 1), None) if len(names) <= 1000 else names[0]
-    if twice is not None:
-        raise DescriptionError(f"joint_names has {cited(twice)} twice, or more than 1000 names", source)
+    name, count = Counter(names).most_common(1)[0]
+    if count > 1:
+        raise DescriptionError(f"joint_names has {cited(name)} twice", source)
     if not isinstance(points, list) or not points:
         raise DescriptionError(f"points is {cited(points)}; a list of at least one point is expected", source)
     k, times = len(names), np.empty(len(points))

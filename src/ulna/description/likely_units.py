@@ -149,9 +149,7 @@ def _extents(shape: object) -> tuple[float, float, float]:
 
 
 def warn_of_rpy(largest: float) -> None:
-    """Ask about roll, pitch and yaw [rad] of a pose that is made outside of Ulna: inside, the caller says what it was given."""
-    if sys._getframe(2).f_globals.get("__name__", "").startswith("ulna."):  # noqa: SLF001 - as in ``warn_of_unit``
-        return
+    """Ask about roll, pitch and yaw of a pose, of which one is of more than three turns [rad]."""
     warn_of_unit("rpy", f"up to {largest:g} rad: {_IN_DEGREES}")
 
 

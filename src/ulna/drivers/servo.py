@@ -143,7 +143,7 @@ class Chord(NamedTuple):
     """Where it begins; ``q_b``: where it ends."""
     q_b: NDArray
     spread: NDArray
-    """How far beside the chord all is certified; ``line_spread``: beside a line."""
+    """Distance beside the chord within which all is certified; ``line_spread``: beside a line."""
     line_spread: NDArray
 
 

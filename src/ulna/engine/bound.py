@@ -33,10 +33,10 @@ if TYPE_CHECKING or not IN_C:
             otherwise: Callable[..., Any],
             like: Any = None,
         ) -> None:
-            """Of machine code as ``machine_code`` gives it, or None; the other arguments are those of ``bind``."""
+            """Take machine code as ``machine_code`` gives it, or None; the other arguments are those of ``bind``."""
 
         def __call__(self, *arguments: Any, **named: Any) -> Any:
-            """What the entry returns of these arguments."""
+            """Call the entry."""
             raise NotImplementedError
 
 else:
@@ -120,7 +120,7 @@ def bind_first(entry: Callable[..., Any], number: int, *leading: Any) -> Callabl
 
 
 def _called_directly(entry: Any, number: int, leading: tuple) -> Callable[..., Any]:
-    """What Numba has compiled of an entry for a signature; the entry itself in plain Python, and where the extension calls it."""
+    """The machine code of an entry for a signature; the entry itself in plain Python, and where the extension calls it."""
     if not hasattr(entry, "overloads"):
         return entry
     from ulna.engine.decorators import ENTRIES  # noqa: PLC0415 - the compiler is loaded where there is such an entry

@@ -30,7 +30,7 @@ class FunctionOfLink(Bound):
     def __init__(
         self, tree: Tree, link: str, one: Callable[..., bool], batch: Callable[..., bool], frame: tuple[int, ...], shape: tuple
     ) -> None:
-        """Of entries for one q and for a batch, which take the chain and ``frame`` before q; ``shape`` is that of one result."""
+        """Take an entry for one q and one for a batch; before q both take the chain and ``frame``. shape: of one result."""
         self._tree, self._link, self._shape = tree, link, shape
         self._one, self._batch = ready(one), batch
         chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer

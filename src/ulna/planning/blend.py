@@ -38,7 +38,7 @@ class IsFree(NamedTuple):
     """What whole motions are certified to keep. A path between configurations within these limits, and its roundings, are within
     them: the limits are a box, which is convex."""
     hands: tuple[Hand, ...] = ()
-    """Whose limits whole motions are certified to keep too."""
+    """Links with limits of speed or acceleration, which a whole motion must keep."""
 
 
 class Grid(NamedTuple):

@@ -2,7 +2,8 @@
 
 Along a path q(s) the hand moves as p(s), with p' = J_v q' and p'' = J_v q'' + (dJ_v/ds) q'. Passed with ds/dt it moves at
 |p'| ds/dt, and its acceleration is p' u + p'' x with x = (ds/dt)^2 and u = d2s/dt2: both bound x and u as the limits of joints
-do (``kernels.planning.time_optimal``). The acceleration lies in the plane of p' and p'', where a polygon stands for the circle.
+do (``kernels.planning.time_optimal``). The acceleration lies in the plane of p' and p''. There a polygon in
+the circle approximates it.
 
 Between two samples h apart a curve f lies within h^2 / 8 times the greatest |f''| of the chord, which is nowhere longer than at
 one of its ends. Derivatives of p are bounded by the rates of the joints: a mixed derivative by any of them is at most the
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 from ulna.description.arrays import as_number
 from ulna.errors import InputError, cited
 from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PRISMATIC, RATIO
-from ulna.kinematics.jacobian import geometric_jacobian
+from ulna.kinematics.jacobian import CompiledJacobian
 from ulna.kinematics.tree import Tree
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ _DIRECTIONS = 12  # of the polygon, half of its sides: it is 0.9 % narrower than
 _WITHIN = 1 - 1e-4  # of a limit, along a path: what is left is for the bound between samples of the motion
 _PRECISION = 5e-5  # of a limit, of that bound
 _DIFFERENCE = 1e-4  # [rad]: of the joint that moves most, for the derivative of J
-_NO_LIMIT = 1e300
+NO_LIMIT = 1e300
 _MAX_SAMPLES = 300_000  # of a motion: with more of them the bound is wider
 _NODES = np.array([0.1, 0.3, 0.5, 0.7, 0.9])  # within an interval, where nothing jumps
 _DEGREE = len(_NODES) - 1
@@ -45,7 +46,7 @@ _CHOICES = np.array([math.comb(_DEGREE, k) for k in range(_DEGREE + 1)], dtype=n
 
 @dataclass(frozen=True)
 class HandLimits:
-    """The greatest speed of a hand, and of its acceleration, at all times of a motion.
+    """Limits of the speed and the acceleration of a link, kept at all times of a motion.
 
     Attributes:
         speed: Of the link's origin [m/s]; no limit for None.
@@ -89,7 +90,7 @@ class HandPeak:
         quantity: "speed", "acceleration" or "angular_speed".
         value: The greatest that was found [m/s, m/s^2 or rad/s].
         time: When [s].
-        bound: What it certainly is at most, at all times.
+        bound: An upper bound of the value at all times, but for 1e-6 of it: a finite difference is in the acceleration.
         limit: The limit; infinite where none was given.
     """
 
@@ -138,6 +139,8 @@ class Hand(NamedTuple):
     tree: Tree
     limits: HandLimits
     """With the name of the link."""
+    jacobian: CompiledJacobian
+    """Of the link, in the axes of the base."""
 
     @property
     def link(self) -> str:
@@ -152,16 +155,16 @@ class Hand(NamedTuple):
     def narrowed(self, peaks: Iterable[HandPeak], share: float) -> Hand:
         """The hand with limits as much narrower as peaks of it are beyond theirs, and by a share more."""
         beyond = {peak.quantity: peak.limit / peak.bound * share for peak in peaks if peak.link == self.link and not peak}
-        return Hand(self.tree, replace(self.limits, **{name: factor * self.limit(name) for name, factor in beyond.items()}))
+        return self._replace(limits=replace(self.limits, **{name: factor * self.limit(name) for name, factor in beyond.items()}))
 
     def gentler(self, share: float) -> Hand:
         """The hand with so much of its acceleration."""
         most = self.limits.acceleration
-        return self if most is None else Hand(self.tree, replace(self.limits, acceleration=share * most))
+        return self if most is None else self._replace(limits=replace(self.limits, acceleration=share * most))
 
     def moved(self, q: Array, qd: Array) -> tuple[Array, Array]:
         """The velocity and the angular velocity of the link, shape (n, 3) each; q, qd: shape (n, n_dof)."""
-        twist = (geometric_jacobian(self.tree, q, self.link, "base") @ qd[..., None])[..., 0]
+        twist = (self.jacobian(q) @ qd[..., None])[..., 0]
         return twist[..., :3], twist[..., 3:]
 
     def stopping_distance(self, q: Array, qd: Array) -> float:
@@ -170,14 +173,14 @@ class Hand(NamedTuple):
         return float(np.linalg.norm(qd)) * speed / self.limit("acceleration")
 
     def bent(self, q: Array, qd: Array) -> Array:
-        """How the velocity changes while the rates stay, shape (n, 3): by the difference of J a little before and behind."""
+        """(dJ_v/dt) qd, shape (n, 3), by a central difference of J along the motion."""
         size = np.abs(qd).max(axis=-1, keepdims=True)
         step = _DIFFERENCE * qd / np.where(size > 0.0, size, 1.0)
         (before, _), (behind, _) = self.moved(q - step, qd), self.moved(q + step, qd)
         return (behind - before) * size / (2.0 * _DIFFERENCE)
 
     def rates(self, extents: Array, *rates: Array) -> _Rates:
-        """What bounds derivatives of the hand, of those of q, shape (n, n_dof) each. extents: the greatest |q|, (n_dof,)."""
+        """Bounds of the hand by derivatives of q, shape (n, n_dof) each. extents: the greatest |q|, (n_dof,)."""
         chain = self.tree.chain(self.link)
         moving, columns = chain[:, KIND] != FIXED, chain[:, COLUMN].astype(np.int64)
         slides = np.where(chain[:, KIND] == PRISMATIC, np.abs(chain[:, RATIO]) * extents[columns] + np.abs(chain[:, OFFSET]), 0.0)
@@ -190,10 +193,10 @@ class Hand(NamedTuple):
 
 
 class _Rates(NamedTuple):
-    """What bounds the derivatives of a hand: for each joint of its chain an arm, and derivatives of its position."""
+    """Data of bounds of a hand's derivatives: for each joint of its chain an arm, and derivatives of its position."""
 
     arms: Array
-    """How far the hand is at most from the axis of each joint [m], shape (k,); 1 of a slide."""
+    """Greatest distance of the hand from the axis of each joint [m], shape (k,); 1 of a slide."""
     turns: Array
     """1 of a joint that turns, 0 of a slide, shape (k,)."""
     of: tuple[Array, ...]
@@ -237,7 +240,7 @@ def as_hands(hand: HandLimits | Iterable[HandLimits] | None, tree: Tree) -> tupl
             raise InputError("hand", f"no joint moves link {link!r}")
         if any(link == other.link for other in hands):
             raise InputError("hand", f"link {link!r} is limited twice")
-        hands.append(Hand(tree, replace(one, link=link)))
+        hands.append(Hand(tree, replace(one, link=link), CompiledJacobian(tree, link, "base")))
     return tuple(hands)
 
 
@@ -256,7 +259,7 @@ def refuse_faster(q: Array, velocities: Iterable[Array], hands: Iterable[Hand]) 
 
 
 class PathBounds(NamedTuple):
-    """What hands allow along a path of n intervals."""
+    """Limits of ds/dt and of its derivatives that hands set along a path of n intervals."""
 
     before: Array
     """The greatest (ds/dt)^2 at the start of each interval, shape (n,)."""
@@ -267,10 +270,10 @@ class PathBounds(NamedTuple):
 
 
 def along(hands: Iterable[Hand], grid: Grid) -> PathBounds:
-    """What hands allow along a path."""
+    """The limits that hands set along a path."""
     n, ends = len(grid.steps), grid.slopes + grid.steps[:, None] * grid.bends
     until = grid.starts + grid.steps[:, None] * (grid.slopes + 0.5 * grid.steps[:, None] * grid.bends)
-    before, behind = np.full(n, _NO_LIMIT), np.full(n, _NO_LIMIT)
+    before, behind = np.full(n, NO_LIMIT), np.full(n, NO_LIMIT)
     rows: list[tuple[Array, Array, Array, Array]] = []
     steepest = np.maximum(np.abs(grid.slopes), np.abs(ends))
     extents = np.maximum(np.abs(grid.starts), np.abs(until)).max(axis=0) + (steepest * grid.steps[:, None]).max(axis=0)
@@ -295,6 +298,7 @@ def along(hands: Iterable[Hand], grid: Grid) -> PathBounds:
                 for ceiling, (*_, across) in zip((before, behind), sides, strict=True)
             )
             (slopes, bends, _), (later, others, _) = sides
+            # The kernel adds 2 h bend at the end of an interval. So a row has one condition at its start or at its end, twice.
             twice, most = 2.0 * grid.steps[:, None], np.full(_DIRECTIONS, limit * np.cos(0.5 * np.pi / _DIRECTIONS))
             rows += [(slopes, slopes - twice * bends, bends, most), (later + twice * others, later, others, most)]
     none = np.empty((n, 0))
@@ -303,7 +307,7 @@ def along(hands: Iterable[Hand], grid: Grid) -> PathBounds:
 
 
 def _between(first: Array, last: Array) -> Array:
-    """How much faster a hand may be within intervals than at their ends, squared, where it is at its limit at both.
+    """The greatest (speed / limit)^2 within each interval if the hand is at its limit at both ends, shape (n,), by 17 samples.
 
     (ds/dt)^2 is linear by the length, and |p'| no more than linear.
     """
@@ -328,10 +332,12 @@ def peaks_of(timed: Timed, hands: Iterable[Hand], since: float = 0.0) -> tuple[H
 
     ``times`` of the motion are the ends of polynomials of degree five.
     """
-    pieces = _pieces_of(timed, since)
-    return tuple(
-        _peak(hand, quantity, timed, pieces) for hand in hands for quantity in QUANTITIES if hand.limit(quantity) < np.inf
-    )
+    pieces, peaks = _pieces_of(timed, since), []
+    for hand in hands:
+        rates = pieces.rates(hand)
+        limited = [(name, hand.limit(name)) for name in QUANTITIES if hand.limit(name) < np.inf]
+        peaks += [_peak(hand, name, timed, pieces, rates, limit) for name, limit in limited]
+    return tuple(peaks)
 
 
 def are_kept(timed: Timed, hands: Iterable[Hand], since: float = 0.0) -> bool:
@@ -344,9 +350,11 @@ def factor_of(peaks: Iterable[HandPeak]) -> float:
     return min(1.0, *((peak.limit / peak.bound) ** (0.5 if peak.quantity == "acceleration" else 1.0) for peak in peaks))
 
 
-def peak_of(timed: Timed, hand: Hand, quantity: str) -> HandPeak:
-    """The greatest of one quantity of a hand in a motion, limited or not."""
-    return _peak(hand, quantity, timed, _pieces_of(timed, 0.0))
+def peak_of(timed: Timed, tree: Tree, link: str | None, quantity: str) -> HandPeak:
+    """The greatest value of one quantity of a link in a motion, without a limit."""
+    (hand,) = as_hands(HandLimits(**{quantity: LARGEST}, link=link), tree)
+    pieces = _pieces_of(timed, 0.0)
+    return _peak(hand, quantity, timed, pieces, pieces.rates(hand), np.inf)
 
 
 class _Pieces(NamedTuple):
@@ -355,14 +363,14 @@ class _Pieces(NamedTuple):
     begins: Array
     """When each begins [s], shape (n,)."""
     steps: Array
-    """How long it is [s], shape (n,)."""
+    """Durations [s], shape (n,)."""
     velocities: Array
     accelerations: Array
     extents: Array
     """The greatest |q|, shape (n_dof,)."""
 
     def rates(self, hand: Hand) -> _Rates:
-        """What bounds the first four derivatives of the hand."""
+        """Bounds of the first four derivatives of the hand."""
         steps, rates = self.steps[:, None, None], [self.velocities, self.accelerations]
         for degree in (_DEGREE, _DEGREE - 1):
             rates.append(degree / steps * np.diff(rates[-1], axis=1))
@@ -379,8 +387,7 @@ def _pieces_of(timed: Timed, since: float) -> _Pieces:
     else:
         times, steps = times[:1], np.array([1.0])  # it rests
     moment = timed.at(np.minimum(times[:, None] + steps[:, None] * _NODES, timed.duration))
-    at_nodes = np.linalg.inv(_bernstein(_NODES))
-    velocities, accelerations = (np.einsum("ij,njk->nik", at_nodes, rate) for rate in (moment.qd, moment.qdd))
+    velocities, accelerations = (np.einsum("ij,njk->nik", _AT_NODES, rate) for rate in (moment.qd, moment.qdd))
     extents = (np.abs(moment.q).max(axis=1) + steps[:, None] * np.abs(velocities).max(axis=1)).max(axis=0)
     return _Pieces(times, steps, velocities, accelerations, extents)
 
@@ -391,15 +398,19 @@ def _bernstein(shares: Array) -> Array:
     return _CHOICES * shares[:, None] ** k * (1.0 - shares[:, None]) ** (_DEGREE - k)
 
 
-def _peak(hand: Hand, quantity: str, timed: Timed, pieces: _Pieces) -> HandPeak:
+_AT_NODES = np.linalg.inv(_bernstein(_NODES))  # from values there to coefficients
+
+
+def _peak(hand: Hand, quantity: str, timed: Timed, pieces: _Pieces, rates: _Rates, limit: float) -> HandPeak:
     """The greatest of a quantity, and a bound that is above it by about ``_PRECISION`` of the limit, or of the greatest."""
-    rates, limit = pieces.rates(hand), hand.limit(quantity)
     if quantity == "acceleration":
         second = rates.fourth(rates.arms)
     else:
         second = rates.third(rates.arms if quantity == "speed" else rates.turns)
-    rough = _values(hand, quantity, timed, pieces, np.full(len(second), 2))[0].max()
-    precision = _PRECISION * (limit if limit < np.inf else max(rough, 1e-9))
+    scale = limit
+    if limit == np.inf:
+        scale = max(_values(hand, quantity, timed, pieces, np.full(len(second), 2))[0].max(), 1e-9)
+    precision = _PRECISION * scale
     parts = pieces.steps * np.sqrt(second / (8.0 * precision))
     parts *= min(1.0, _MAX_SAMPLES / max(parts.sum(), 1.0))
     counts = np.maximum(np.ceil(parts), 1.0).astype(np.int64)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.planning.arm_limits import ArmLimits
-from ulna.planning.hand import UNITS, HandPeak
+from ulna.planning.hand import HandPeak
 from ulna.planning.positions import Beyond
 from ulna.planning.timing import QUANTITIES
 
@@ -59,6 +59,7 @@ class MotionCheck:
     limit: float
     period: float
     hands: tuple[HandPeak, ...] = ()
+    _of_hand: bool = False  # what is named is a hand, not a joint
 
     def __bool__(self) -> bool:
         return self.within
@@ -69,7 +70,7 @@ class MotionCheck:
         if worst is None or worst or not self.within:
             return replace(self, within=self.within and all(peaks), hands=tuple(peaks))
         found = {"joint": worst.link, "quantity": worst.quantity, "time": worst.time, "value": worst.value, "limit": worst.limit}
-        return replace(self, within=False, hands=tuple(peaks), **found)
+        return replace(self, within=False, hands=tuple(peaks), _of_hand=True, **found)
 
     def beyond_position(self, beyond: Beyond, names: Sequence[str]) -> MotionCheck:
         """The check of a motion that leaves the limits of position there."""
@@ -81,10 +82,11 @@ class MotionCheck:
             time=beyond.time,
             value=beyond.position,
             limit=beyond.limit,
+            _of_hand=False,
         )
 
     def __str__(self) -> str:
-        if any(self.joint == peak.link and not peak for peak in self.hands) and self.quantity in UNITS:
+        if self._of_hand:
             return f"beyond a limit: {'; '.join(str(peak) for peak in self.hands if not peak)}"
         return "; ".join([self._of_joints, *map(str, self.hands)])
 

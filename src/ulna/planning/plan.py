@@ -99,7 +99,8 @@ class Plan(OneLine):
         reason: Why there is no path; no reason if there is one.
         effort: What it took.
         escaped: Whether the start touched something, or was beyond the joint limits, and was left for all that: the first edge
-            leads out of it. Out of a contact it is not certified; at samples it touches only what the start touches.
+            leads out of it. Out of a contact it is not certified; at samples it touches only what the start touches. Back within
+            limits it touches nothing, but keeps neither the clearance nor the constraints.
         escape: How deep the start touched something then [m]; else 0.
         goal: Which goal is reached, of those given; -1 if none.
     """

@@ -159,17 +159,18 @@ def _turned(timed: TimedPath | Averaged, path: Array, at: float, limits: Limits,
     """The motion that leaves one while it moves, or passes its corners."""
     base, window = _base_of(timed)
     stops: list[tuple[TimedPath, list[Grid]]] | None = None
+    rest = is_free._replace(hands=())  # ``_going_on`` has looked at the hands
     for share in _SHARES:
         for way in _straight_on(base, at + window, path, window, share * limits.acceleration, is_free):
             motion = _going_on(base, window, at, way, share, limits, is_free.hands)
-            if motion is not None and is_motion_free(is_free, motion, at):
+            if motion is not None and is_motion_free(rest, motion, at):
                 return motion
         stops = list(_stops(base, window, at, path, limits, is_free)) if stops is None else stops
         for stopped, grids in stops:
             for grid in grids:
                 again = float(stopped.times[-1]) - window
                 motion = _going_on(stopped, window, again, _Way(grid, 0.0), share, limits, is_free.hands)
-                if motion is not None and is_motion_free(is_free, motion, at):
+                if motion is not None and is_motion_free(rest, motion, at):
                     return motion
     return None
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ulna.drivers import time_parameterisation
 from ulna.kernels.planning.time_records import PathIntervals, Timing
 from ulna.planning.blend import Grid
-from ulna.planning.hand import Hand, PathBounds, along
+from ulna.planning.hand import NO_LIMIT, Hand, PathBounds, along
 from ulna.planning.positions import Farthest, farthest_of
 
 Array = NDArray[np.float64]
@@ -19,7 +19,6 @@ INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
 LEAST_INTERVALS = 8
 _MOST_INTERVALS = 4000  # with more pieces than an eighth of these, each has fewer of its own
 N_PHASES = 7  # of constant jerk, of a line from rest to rest
-_NO_LIMIT = 1e300
 _ROUNDED = 1 + 1e-8  # of (ds/dt)^2 at the ends, which is measured
 _WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
 QUANTITIES = "position", "velocity", "acceleration", "jerk"  # of a Moment, in its order
@@ -193,15 +192,16 @@ def _keeps(speeds: Speeds, x: Array) -> bool:
 
 
 def _ceilings(grid: Grid, velocity: Array, speeds: Speeds, bounds: PathBounds | None) -> Array:
-    """What limits of velocity and of hands allow (ds/dt)^2 to be at the grid points, (n + 1,), with the stops and the ends."""
+    """Greatest (ds/dt)^2 at the grid points by the limits of velocity and of hands, shape (n + 1,), with stops and ends."""
     steepest = np.maximum(np.abs(grid.slopes), np.abs(_ends(grid)))
     with np.errstate(divide="ignore", over="ignore"):
         of_intervals = np.minimum((velocity * _WITHIN / steepest).min(axis=1), 1e150) ** 2
-    ceilings = np.full(len(grid.steps) + 1, _NO_LIMIT)
+    ceilings = np.full(len(grid.steps) + 1, NO_LIMIT)
     ceilings[:-1] = np.minimum(ceilings[:-1], of_intervals)
     ceilings[1:] = np.minimum(ceilings[1:], of_intervals)
     if bounds is not None:
-        ceilings[:-1], ceilings[1:] = np.minimum(ceilings[:-1], bounds.before), np.minimum(ceilings[1:], bounds.behind)
+        ceilings[:-1] = np.minimum(ceilings[:-1], bounds.before)
+        ceilings[1:] = np.minimum(ceilings[1:], bounds.behind)
     ceilings[grid.borders[1:-1]] = 0.0
     for end, square in ((0, speeds.start**2), (-1, speeds.end**2)):
         ceilings[end] = square if square <= ceilings[end] * _ROUNDED else 0.0

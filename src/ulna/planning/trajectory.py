@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -20,7 +20,7 @@ from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import OneLine, table
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.blend import CHORDS, Grid
-from ulna.planning.hand import LARGEST, UNITS, Hand, HandLimits, HandPeak, as_hands, peak_of, peaks_of
+from ulna.planning.hand import UNITS, Hand, HandLimits, HandPeak, as_hands, peak_of, peaks_of
 from ulna.planning.keep import Keep
 from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.motion import Motion
@@ -78,8 +78,8 @@ class Trajectory(OneLine):
     def from_file(path: str | Path, robot: ReadsMotions, *, others: ArrayLike | None = None) -> Trajectory:
         """A motion from elsewhere, to check, to send, or to time anew: ``robot.trajectory(motion, ...)``.
 
-        Read are the message ``trajectory_msgs/JointTrajectory`` and what has one within it, as a plan of MoveIt, in YAML or JSON;
-        and tables with times, as .csv or .npy, that of ``to_csv`` among them. Between two points that state accelerations q is
+        It reads a ``trajectory_msgs/JointTrajectory``, or a message that contains one, such as a plan of MoveIt, in YAML or JSON.
+        It also reads tables with times (.csv, .npy), such as ``to_csv`` writes. Between two points that state accelerations q is
         of degree five in time, between two that state velocities of degree three, and else a line: as ros2_control does it.
         The motion begins at its first point. It is not certified.
 
@@ -327,9 +327,8 @@ class Trajectory(OneLine):
             the speed of panda_ee is at most 1.364 m/s, at 0.245 s
         """
         if quantity not in UNITS:
-            raise InputError("quantity", f"{cited(quantity)} is none{did_you_mean(str(quantity), UNITS)}")
-        (hand,) = as_hands(HandLimits(**{quantity: LARGEST}, link=link), self._tree)
-        return replace(peak_of(self._timed, hand, quantity), limit=np.inf)
+            raise InputError("quantity", f"{cited(quantity)} is no quantity of a hand{did_you_mean(str(quantity), UNITS)}")
+        return peak_of(self._timed, self._tree, link, quantity)
 
     @property
     def _tree(self) -> Tree:

@@ -49,7 +49,7 @@ def motion_of_file(robot: Robot, path: str | Path, others: ArrayLike | None = No
     if len(wrong):
         raise _refused(f"{what} {wrong[0] + 1} is not later than the {what} before", path, where)
     if points.times[-1] - points.times[0] > _MAX_SECONDS:
-        lasts = f"lasts {points.times[-1] - points.times[0]:g} s; up to {_MAX_SECONDS} s are read: are these milliseconds?"
+        lasts = f"it lasts {points.times[-1] - points.times[0]:g} s; up to {_MAX_SECONDS} s are read: are these milliseconds?"
         raise _refused(lasts, path, where)
     refuse_out_of_range(points.q, option)
     _look_for_degrees(robot, points.q, option)
@@ -59,7 +59,7 @@ def motion_of_file(robot: Robot, path: str | Path, others: ArrayLike | None = No
 def _refused(message: str, path: Path, option: str) -> Exception:
     """An error about what a file says. option: names the file of a table; of a message the error has the file as its source."""
     if option:
-        return InputError(option, f"{path.name} {message}" if message.startswith("lasts") else f"{path.name}: {message}")
+        return InputError(option, f"{path.name}: {message}")
     return DescriptionError(message, str(path))
 
 

@@ -23,7 +23,7 @@ from ulna.collision.report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
-from ulna.description.likely_units import check_description, check_object
+from ulna.description.likely_units import FAR, check_description, check_object
 from ulna.description.meshes.mesh_files import with_mesh_paths
 from ulna.description.pose import as_one_pose, inverse
 from ulna.description.robot_description import Description
@@ -73,7 +73,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _PLAN = PlanOptions()
-_SEED, _TASK, _NONE = 0, "pose", ()  # what a default is, so that it is told from an equal value by its identity
+# Defaults, known again by identity: a call with all of them takes the shortest way.
+_SEED, _TASK, _NONE = 0, "pose", ()
 
 
 class Robot:
@@ -1125,7 +1126,8 @@ class Robot:
             max_checks: How many edges the search checks at most: 100,000 unless given.
             shorten: Whether the path that is found is shortened.
             escape: Whether a start that touches something by at most 10 mm is left, first of all, by an edge that is not checked;
-                and one that is beyond the joint limits by a straight edge back within them, which is certified to be free.
+                and one that is beyond the joint limits by a straight edge back within them, which is certified to touch nothing
+                but keeps neither ``clearance`` nor ``keep``.
             time_limit: The longest time of the search [s], 10 s unless given; None for no limit. Not counted are the first edges,
                 during which kernels may be compiled. Where it ends the search, the result depends on the machine.
             progress: Called about a hundred times a second during the search, with the number of edges checked so far and
@@ -1386,8 +1388,10 @@ class Robot:
             >>> ulna.load("panda").with_tool(np.eye(4), name="gripper").tip
             'gripper'
         """
-        description = with_tool(self.description, as_one_pose(T_flange_tool, "T_flange_tool"), name)
-        check_description("T_flange_tool", description)
+        T = as_one_pose(T_flange_tool, "T_flange_tool")
+        description = with_tool(self.description, T, name)
+        if np.linalg.norm(T[:3, 3]) > FAR:
+            check_description("T_flange_tool", description)
         return self._changed(description=description)
 
     def with_limits(

@@ -27,7 +27,7 @@ _QUANTITIES = "speed", "angular_speed"
 
 
 class Pieces(NamedTuple):
-    """Pieces of time with linear accelerations: what begins each, shape (k, n_dof), and how long it is, shape (k, 1) [s]."""
+    """Pieces of time with constant jerk: the state at the start of each, shape (k, n_dof), and its duration [s], shape (k, 1)."""
 
     q: Array
     qd: Array
@@ -72,7 +72,7 @@ def share_of(hands: Iterable[Hand], q: Array, stop: Array, found: Array) -> floa
 
 
 def pieces_of(before: Records[JointState] | None, after: ServoState, settings: Records[ServoSettings]) -> Pieces:
-    """A tick and the stop after it: without a limit of jerk two pieces, else the tick, the bend, what is steady, the end.
+    """A tick and the stop after it: two pieces, or with a limit of jerk the tick, the bend, the constant deceleration, the end.
 
     The formulas: ``kernels.servo.braking`` and ``kernels.servo.ramped_stop``.
     """

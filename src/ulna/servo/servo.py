@@ -290,8 +290,8 @@ class Servo:
         left = found.joints["qd"] + found.joints["qdd"] * lead
         if share_of(self._capped, q, np.zeros_like(left), left) == 1.0 and are_slow(self._capped, now, found, settings):
             return found
-        stopping = self._run(REST, _NO_HANDS, ticks).joints
-        stop = stopping["qd"] + stopping["qdd"] * lead
+        stopping, of_stop = self._run(REST, _NO_HANDS, ticks), copied(self._report)
+        stop = stopping.joints["qd"] + stopping.joints["qdd"] * lead
         share = share_of(self._capped, q, stop, left)
         for smaller in (share, 0.5 * share) if share > 0.0 else ():
             self._goal_qd[:] = stop + smaller * (left - stop)
@@ -299,7 +299,7 @@ class Servo:
             if slower.counters[0].done > 0 or are_slow(self._capped, now, slower, settings):
                 break
         else:
-            slower = self._run(REST, _NO_HANDS, ticks)
+            slower, self._report = stopping, of_stop
         if self._report[0].status in {FOLLOWING, BRAKING}:
             self._report["status"] = LIMITED_BY_VELOCITY
         return slower

@@ -47,14 +47,14 @@ class ArmTable:
     """An arm of the tables.
 
     Attributes:
-        name: Its name here.
+        name: Its name for ``ulna.load``.
         maker: Who builds it.
-        model: Its name there.
-        also: Other names here.
+        model: The maker's name for it.
+        also: Other names for ``ulna.load``.
         payload: What it may carry [kg], as its maker says.
         reach: How far it reaches [m], as its maker says.
         source: The public description that the figures are from: repository and commit.
-        licence: That of the source.
+        licence: The licence of the source.
         files: The files of the source.
         limits_from: Where the limits of a motion are from, and what the source leaves open.
         shapes_from: What the shapes were made from.

@@ -12,7 +12,7 @@ from ulna.description.sdf.elements import FRAMES_SINCE, JOINT_AXES_SINCE, MIMIC_
 from ulna.description.sdf.frames import MODEL, WORLD, Array
 from ulna.errors import cited, did_you_mean
 
-_UNLIMITED = 1e16  # SDFormat: a limit of this size or more means that there is none
+_UNLIMITED = 1e16  # SDFormat: a joint whose limit is at least as large is unlimited
 _ROUNDING = 1e-13  # m: an axis this near to the origin of its link goes through it
 _TYPES = ("revolute", "continuous", "prismatic", "fixed")
 _OTHERS = ("screw", "universal", "revolute2", "gearbox", "ball")

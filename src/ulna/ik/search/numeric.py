@@ -107,7 +107,7 @@ class NumericSolver:
         return self.search(Request(T, q_seed)) if found is None else IKResult(*found, (), self._tolerances)
 
     def _found(self, T: ArrayLike, q_seed: ArrayLike | None) -> tuple[Array, Results] | None:
-        """What one call of the kernels finds for one target with default options."""
+        """The solution for one target with default options, by one call of the kernels; None if it finds none."""
         if self._from_home is None or self._from_seed is None:
             return None
         return self._from_home(T, self.home) if q_seed is None else self._from_seed(T, q_seed)

@@ -102,9 +102,9 @@ class EdgeCheck(NamedTuple):
     scene: Scene
     carried: Carried
     work: tuple
-    """Of ``drivers.continuous.interval_work``."""
+    """Room made by ``drivers.continuous.interval_work``."""
     of_world: float
-    """How far rounding may put a point of an object [m]."""
+    """Greatest error of a point of an object by rounding [m]."""
 
 
 class Edge(NamedTuple):

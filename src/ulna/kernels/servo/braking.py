@@ -41,7 +41,7 @@ STILL = 1e-7  # of the velocity of one tick of acceleration: at rest
 
 @kernel
 def ticks_to_stop(state, limits, period):
-    """How many ticks the stop from the velocity of a state takes."""
+    """Number of ticks that the stop from the velocity of a state takes."""
     most = 0.0
     for j in range(state.shape[0]):
         most = max(most, abs(state[j].qd) / (limits[j].acceleration * period))

@@ -46,9 +46,9 @@ class JointLimits(Record):
     """Its greatest acceleration [rad/s^2 or m/s^2]; ``jerk``: its greatest jerk [rad/s^3 or m/s^3], 0 without limits."""
     jerk: float
     tracking_error: float
-    """How far it may be from its command."""
+    """Greatest distance of the arm from its command that is allowed."""
     room: float
-    """How far beside a motion all is certified besides, so that there is room to leave."""
+    """Distance beside a motion within which all is certified too, so that there is room to leave."""
     posture: float
     """Position towards which it is pulled."""
 
@@ -87,7 +87,7 @@ class JointState(Record):
 
 
 class StopCounters(Record):
-    """What a servo counts, besides the states of its joints."""
+    """Counters of a servo."""
 
     ticks: int
     """Number of ticks of the certified stop; ``done``: number of these that are over."""
@@ -114,7 +114,7 @@ class MovingObject(Record):
 
 
 class TickReport(Record):
-    """What a tick was, and what limits it."""
+    """Report of a tick: its status, and the limit that holds it."""
 
     status: int
     """A status, as above."""
@@ -133,7 +133,7 @@ class ServoGoal(NamedTuple):
     """Goal of a tick."""
 
     mode: int
-    """What the tick is for: START, REST, VELOCITY, POSITION or HANDS."""
+    """Mode of the tick: START, REST, VELOCITY, POSITION or HANDS."""
     q: NDArray
     """Joint positions for POSITION and START, shape (n_dof,)."""
     qd: NDArray
@@ -143,7 +143,7 @@ class ServoGoal(NamedTuple):
 
 
 class ServoTables(NamedTuple):
-    """What a tick is given, and what it writes to, besides the scene. The entry takes it whole: a second tuple takes 0.6 us more.
+    """Inputs and outputs of a tick besides the scene. The entry takes it whole: a second tuple takes 0.6 us more.
 
     The first three are only read and stay the same. Then comes the goal (``ServoGoal``), and then what is written.
     """
