@@ -5,6 +5,7 @@ import pytest
 
 import ulna
 from ulna import Box, Capsule, ConvexMesh, Cylinder, DescriptionError, DescriptionWarning, Sphere
+from ulna.description import mjcf
 from ulna.description.robot_description import JointType
 
 mujoco = pytest.importorskip("mujoco")
@@ -143,3 +144,19 @@ def test_a_floor_of_the_world_is_left_out_with_a_warning():
     document = text(old="<worldbody>", new='<worldbody><geom name="floor" type="plane" size="1 1 1"/>')
     with pytest.warns(DescriptionWarning, match=r"link 'world': geom 'floor' is a plane, which no link has: it is left out"):
         assert ulna.load(document).n_dof == 4
+
+
+HOSTILE = {
+    "a texture of 30 GB": "<asset><texture name='t' type='2d' builtin='flat' width='100000' height='100000'/></asset>",
+    "a field of heights of 40 GB": "<asset><hfield name='h' nrow='100000' ncol='100000' size='1 1 1 1'/></asset>",
+    "an arena of 900 GB": "<size memory='900G'/>",
+    "copies without end": "<worldbody><replicate count='1000000000' offset='1 0 0'><geom size='1'/></replicate></worldbody>",
+}
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_model_is_refused_by_a_named_error_in_time(name, monkeypatch):
+    monkeypatch.setattr(mjcf, "TIME_LIMIT_S", 5.0)
+    with pytest.raises(DescriptionError, match="MuJoCo: "):
+        ulna.load(f"<mujoco>{HOSTILE[name]}</mujoco>")

@@ -1,5 +1,9 @@
-"""Reads MJCF, the models of MuJoCo: MuJoCo itself compiles the model, and its tables become links, joints and shapes."""
+"""Reads MJCF, the models of MuJoCo: MuJoCo itself compiles the model, and its tables become links, joints and shapes.
 
+It compiles in a child process, with limits of time and memory (``mjcf_child``).
+"""
+
+import json
 import math
 from importlib import import_module
 from types import ModuleType
@@ -15,6 +19,8 @@ from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Shape, S
 from ulna.errors import DescriptionError, needs_extra
 
 Array = NDArray[np.float64]
+TIME_LIMIT_S = 30.0
+MEMORY_LIMIT_BYTES = 4 << 30
 _COEFFICIENTS = 5  # of the polynomial of an equality of two joints
 
 
@@ -32,14 +38,32 @@ def read_mjcf(document: Document) -> Description:
     """
     with needs_extra("reading MJCF", "mujoco", "mujoco"):
         mujoco = import_module("mujoco")  # whose types differ between its versions
-    try:
-        if document.folder is None:
-            model = mujoco.MjModel.from_xml_string(document.text.decode())
-        else:
-            model = mujoco.MjModel.from_xml_path(str(document.folder / document.file))
-    except (ValueError, UnicodeDecodeError) as error:
-        raise DescriptionError(f"MuJoCo: {' '.join(str(error).split())[:200]}", document.source) from None
+    content = _compiled(document)
+    model = mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": content})
     return _Reader(document, model, mujoco).description()
+
+
+def _compiled(document: Document) -> bytes:
+    """The compiled model, in MuJoCo's own binary form."""
+    from ulna.description.child_process import child_process, last_words, printable, program_of  # noqa: PLC0415 - as for xacro
+
+    path = None if document.folder is None else str((document.folder / document.file).resolve())
+    try:
+        request = json.dumps({"path": path, "text": None if path else document.text.decode()}).encode()
+    except UnicodeDecodeError as error:
+        raise DescriptionError(f"it is not UTF-8 ({error.reason})", document.source) from None
+    with child_process(program_of("ulna.description.mjcf_child"), MEMORY_LIMIT_BYTES, TIME_LIMIT_S) as (child, late):
+        replied, errors = child.communicate(request)
+        if late.is_set():
+            raise DescriptionError(f"MuJoCo: no end within {TIME_LIMIT_S:g} s; compilation stopped", document.source)
+        line, _, content = replied.partition(b"\n")
+        if not line:
+            words = f"{last_words(child, errors)}; it may use {MEMORY_LIMIT_BYTES >> 20} MB"
+            raise DescriptionError(f"MuJoCo: the compilation died ({words})", document.source)
+    reply = json.loads(line)
+    if "error" in reply:
+        raise DescriptionError(f"MuJoCo: {printable(reply['error'])}", document.source)
+    return content
 
 
 class _Reader:

@@ -30,7 +30,7 @@ def confine(memory: int, seconds: float) -> dict[str, str]:
     return {name: why for name, why in left_out.items() if why}
 
 
-def set_limits(memory: int, seconds: float, known=resource) -> dict[str, str]:
+def set_limits(memory: int, seconds: float, known=resource, *, opens_files: bool = False) -> dict[str, str]:
     """Set the limits, and return those that could not be set, with the reason.
 
     No file, socket or pipe can be opened under ``RLIMIT_NOFILE`` = 0; those that are open stay so. Where a limit is lower
@@ -40,10 +40,13 @@ def set_limits(memory: int, seconds: float, known=resource) -> dict[str, str]:
         memory: Bytes of address space.
         seconds: Of the processor's time.
         known: The module ``resource``, or what a test gives in its place.
+        opens_files: Whether the process still opens files and starts threads.
     """
     if known is None:
         return dict.fromkeys(LIMITS, "this system has none")
     wanted = dict(zip(LIMITS, (memory, int(seconds) + 1, 0, 0, 0, 0), strict=True))
+    if opens_files:
+        del wanted["RLIMIT_NPROC"], wanted["RLIMIT_NOFILE"]
     failed = {name: _set(known, name, value) for name, value in wanted.items()}
     return {name: why for name, why in failed.items() if why}
 
