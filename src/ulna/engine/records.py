@@ -113,4 +113,5 @@ def _element_of(hint: Any) -> tuple[Any, ...]:
     if get_origin(hint) is not Annotated:
         return (_ELEMENTS[hint],)
     array, length = get_args(hint)
-    return get_args(get_args(array)[1])[0], (length,)
+    (*_, element) = get_args(array)  # from NumPy 2.5 on the type of the numbers, before it np.dtype of that
+    return (get_args(element) or (element,))[0], (length,)
