@@ -38,8 +38,9 @@ from ulna.kernels.servo.objective import Program
 from ulna.kernels.servo.quadratic_program import minimise, solve_on_rows
 
 _AHEAD = 1e-4  # [rad or m]: how far the joint that moves farthest is ahead where the difference is taken
-_SHARE = 0.7  # of the acceleration
-_CLOSE, _LAG_TICKS = 0.025, 8.0  # [rad or m], ticks: nearer to the end than a lag^2 the approach is exponential, with this lag
+_SHARE, _LAG_TICKS = 0.7, 8.0  # of the acceleration, and ticks: nearer to the end than a lag^2 the approach is exponential
+_SHARE_TO_POSE, _LAG_TICKS_TO_POSE = 1.0, 4.0  # of an only hand that goes to a pose: it need not stay on a line
+_CLOSE = 0.025  # [rad or m]: the lag is longer where the end is farther than this
 _WORTH = 1e-3, 2e-3  # [m/rad, or rad/rad]: where a unit of the joints moves a hand by less along its twist it rests; by more not
 _SLOW = 1e-3, 2e-3  # [m/s, rad/s]: a twist that is slower than the first moves a hand whatever it is worth
 _SOON = 0.05  # [rad or m]: so far ahead
@@ -159,7 +160,8 @@ def write_pace(hands, limits, settings, objective, steady, across, least, hand):
             if grows > growth:
                 growth, joint = grows, j
     if size > _STILL:
-        pace = pace_of(size, rate, min(growth, rate * size / max(least, 1e-300)), settings)
+        is_free = hands.shape[0] == 1 and hands[hand].is_pose  # to leave its line
+        pace = pace_of(size, rate, min(growth, rate * size / max(least, 1e-300)), settings, is_free)
         if across > 1.0 and (hands.shape[0] == 1 or not hands[hand].is_pose):
             pace *= share_worth(v, change, w, size, root)
     if pace < 1.0:
@@ -219,11 +221,12 @@ def is_moved_by(columns, j):
 
 
 @kernel
-def pace_of(size, rate, growth, settings):
+def pace_of(size, rate, growth, settings, is_free):
     """The pace: by the greatest |X|, and the greatest |X| and B by the accelerations of the joints."""
     if growth <= _STILL * rate:
         return 1.0
-    a, b = growth / _SHARE, max(sqrt(_CLOSE * rate / size), _LAG_TICKS * settings.lag) * growth / rate
+    share, ticks = (_SHARE_TO_POSE, _LAG_TICKS_TO_POSE) if is_free else (_SHARE, _LAG_TICKS)
+    a, b = growth / share, max(sqrt(_CLOSE * rate / size), ticks * settings.lag) * growth / rate
     return min(1.0, 2.0 / (b + sqrt(b * b + 4.0 * a)))
 
 
