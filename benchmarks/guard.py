@@ -3,34 +3,73 @@
 ``python -m benchmarks.guard`` measures and compares; ``--write`` keeps the new multiples, for a change that is meant. A multiple
 says more than a time, for both are taken turn by turn on the same machine, but another processor has other multiples: keep to the
 one that is named in the file. No test asserts them.
+
+``--against FOLDER`` times this checkout and another one in turns, each in a process of its own, and prints the quartiles of this
+one's time over the other's.
 """
 
 import argparse
 import json
+import os
+import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
-import ulna
+from benchmarks.guard_works import ROWS, works
 from benchmarks.ratio import ratio
-from ulna.bench.report import WORKLOADS
 from ulna.bench.timing import Workload, processor_name, time_interleaved
 
 KEPT = Path(__file__).parent / "guard.json"
 SLOWER = 1.25  # times the kept multiple: more than the noise of a busy machine
-_ROWS = 1000
+_ROOT = Path(__file__).parents[1]
+_TURNS = 41
 
 
 def measure() -> dict[str, float]:
     """For each work the lower quartile of its time as a multiple of the yardstick's."""
-    panda = ulna.load("panda")
-    x = np.linspace(0.1, 1.0, _ROWS)
-    works = {"yardstick": Workload(lambda _: np.sqrt(x * x + x), range(256))}
-    for make in WORKLOADS.values():
-        works |= make(panda, _ROWS)
-    timings = time_interleaved(works, passes=41)
+    x = np.linspace(0.1, 1.0, ROWS)
+    measured = {"yardstick": Workload(lambda _: np.sqrt(x * x + x), range(256)), **works()}
+    timings = time_interleaved(measured, passes=_TURNS)
     return {name: ratio(timing, timings["yardstick"])[0] for name, timing in timings.items() if name != "yardstick"}
+
+
+def measure_against(folder: Path) -> dict[str, tuple[float, float, float]]:
+    """For each work the quartiles of this checkout's time over that of another, in turns."""
+    with _worker(_ROOT) as here, _worker(folder) as there:
+        names = [name for name in _names(here) if name in set(_names(there))]
+        shares: dict[str, list[float]] = {name: [] for name in names}
+        for turn in range(_TURNS):
+            for name in names:
+                pair = (here, there) if turn % 2 == 0 else (there, here)
+                times = {id(one): _time(one, name) for one in pair}
+                shares[name].append(times[id(here)] / times[id(there)])
+    return {name: tuple(np.percentile(share, (25, 50, 75))) for name, share in shares.items()}
+
+
+@contextmanager
+def _worker(folder: Path) -> Iterator[subprocess.Popen]:
+    """A process that times the works with the ``ulna`` of a checkout."""
+    environment = {**os.environ, "PYTHONPATH": str(folder.resolve() / "src"), "ULNA_THREADS": "1"}
+    command, pipe = [sys.executable, "-m", "benchmarks.guard_works"], subprocess.PIPE
+    with subprocess.Popen(command, cwd=_ROOT, env=environment, stdin=pipe, stdout=pipe, text=True) as process:  # noqa: S603 - our module
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def _names(worker: subprocess.Popen) -> list[str]:
+    return json.loads(worker.stdout.readline() or "[]")  # pyright: ignore[reportOptionalMemberAccess]
+
+
+def _time(worker: subprocess.Popen, name: str) -> float:
+    worker.stdin.write(name + "\n")  # pyright: ignore[reportOptionalMemberAccess]
+    worker.stdin.flush()  # pyright: ignore[reportOptionalMemberAccess]
+    return float(worker.stdout.readline())  # pyright: ignore[reportOptionalMemberAccess]
 
 
 def compare(kept: dict[str, float], now: dict[str, float]) -> list[tuple[str, float, float, str]]:
@@ -51,7 +90,12 @@ def main() -> None:
     """Measure, compare, print; exit status 1 if anything is slower."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.guard", description=__doc__)
     parser.add_argument("--write", action="store_true", help="keep the new multiples")
+    parser.add_argument("--against", type=Path, metavar="FOLDER", help="another checkout, timed in turns with this one")
     options = parser.parse_args()
+    if options.against is not None:
+        for name, quartiles in measure_against(options.against).items():
+            sys.stdout.write(f"{name:32} {'  '.join(f'{share:.3f}' for share in quartiles)}\n")
+        return
     now, kept = measure(), json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {"processor": "", "multiples": {}}
     if options.write:
         text = json.dumps({"processor": processor_name(), "multiples": now}, indent=1)
