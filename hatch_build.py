@@ -26,7 +26,7 @@ from hatchling.metadata.plugin.interface import MetadataHookInterface
 
 AHEAD = os.environ.get("ULNA_AHEAD", "").replace("0", "")
 X86_LEVELS = {"x86-64-v2": 2, "x86-64-v3": 3, "x86-64-v4": 4}  # and the number that the CPU must have (native/cpu.c)
-PACKAGE, ENTRIES = "ulna.drivers", "ulna.drivers:DRIVERS"
+PACKAGE = "ulna"
 PARTS = "together", "rest"  # of the entries of a level, each about half the work: ulna.engine.emit
 ABI, MACRO = "cp311-abi3", "0x030B0000"  # Python 3.11 and every later one
 # No multiply-add where Python has none: a number that both compute has the same bits.
@@ -109,7 +109,7 @@ def _write_objects(root: Path, build: Path, level: str, part: str) -> list[dict[
     path = os.pathsep.join([str(root / "src"), *filter(None, [os.environ.get("PYTHONPATH")])])  # pip's own for the build as well
     environment = {**os.environ, **settings, "PYTHONPATH": path}
     folder = build / level
-    subprocess.run([sys.executable, "-m", "ulna.engine.emit", ENTRIES, str(folder), part], env=environment, check=True, cwd=root)
+    subprocess.run([sys.executable, "-m", "ulna.engine.emit", PACKAGE, str(folder), part], env=environment, check=True, cwd=root)
     return json.loads((folder / f"{part}.json").read_text(encoding="utf-8"))
 
 

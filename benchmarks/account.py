@@ -13,9 +13,9 @@ from benchmarks import idle
 from benchmarks.markdown import table
 from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
-from ulna.drivers import forward, jacobian
 from ulna.engine.entries import ready
 from ulna.kernels.layout import IN_BASE
+from ulna.kinematics.entries import forward, jacobian
 from ulna.robot import Robot
 
 CALLS = 64

@@ -22,8 +22,8 @@ from benchmarks.processors import one_processor
 from benchmarks.ratio import ratio
 from ulna.bench.arms import load_arm, random_positions
 from ulna.bench.timing import Workload, time_interleaved
-from ulna.drivers import multi_start
 from ulna.engine.ahead import is_ahead, level
+from ulna.ik.entries import multi_start
 from ulna.ik.options import Options
 from ulna.kernels.ik.search_records import SearchResult
 

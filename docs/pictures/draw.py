@@ -25,8 +25,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from benchmarks.depth_camera import Camera as DepthCamera
 
 from ulna.description.names.by_name import known_robots
-from ulna.drivers.servo import EASE, RESERVE
 from ulna.kernels.servo.braking import write_velocity_box
+from ulna.servo.entries.tick import EASE, RESERVE
 from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.film import Film, write_film
 from ulna.viewer.film.painter import Ground, Painter, Picture

@@ -1,4 +1,4 @@
-"""A kernel is a formula: it allocates nothing, raises nothing and runs one problem; what runs a batch is in ``drivers/``.
+"""A kernel is a formula: it allocates nothing, raises nothing and runs one problem. Entries of a room run batches.
 
 Read from the syntax trees of the files below ``src/ulna/kernels``, so that a file is checked that no test imports.
 """
@@ -174,7 +174,7 @@ def test_a_package_of_kernels_has_no_code():
 
 
 def test_no_kernel_loops_over_a_batch():
-    """Lanes hold the problems of a batch: a loop over them belongs to a driver, but for those that are listed with a reason."""
+    """Lanes hold the problems of a batch: a loop over them belongs to an entry, but for those that are listed with a reason."""
     assert {name for name, function in all_functions().items() if loops_over_lanes(function)} == set(LANE_LOOPS)
     assert {name: batches_of(function) for name, function in all_functions().items() if batches_of(function)} == {}
 
@@ -197,7 +197,7 @@ KERNEL = "from ulna.engine.decorators import kernel\n@kernel\ndef f(x, rows):\n 
         ("from ulna.engine.decorators import entry\n@entry((1,))\ndef f(x):\n    return x", "imports entry"),
         ("from ulna.engine.decorators import workspace\n@workspace\ndef f(x):\n    return x", "imports workspace"),
         ("def f(x):\n    return x", "f is decorated with []"),
-        ("from ulna.drivers.batch import gather", "imports from ulna.drivers.batch"),
+        ("from ulna.kinematics.entries.batch import gather", "imports from ulna.kinematics.entries.batch"),
     ],
 )
 def test_what_is_no_formula_is_found(source, fault):

@@ -79,10 +79,9 @@ def last_part(node):
 
 
 def files_of(room):
-    """Its face, its drivers, in a folder or in one file, and its kernels."""
-    folders = [folder for folder in (SOURCES / room, SOURCES / "drivers" / room, SOURCES / "kernels" / room) if folder.is_dir()]
-    alone = [path for path in (SOURCES / "drivers" / f"{room}.py",) if path.exists()]
-    return sorted(alone + [path for folder in folders for path in folder.rglob("*.py")])
+    """Its face with its entries, and its kernels."""
+    folders = [folder for folder in (SOURCES / room, SOURCES / "kernels" / room) if folder.is_dir()]
+    return sorted(path for folder in folders for path in folder.rglob("*.py"))
 
 
 @pytest.mark.parametrize("room", ROOMS)

@@ -3,17 +3,15 @@
 import importlib
 import json
 import os
-import pkgutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-import ulna.drivers
-from ulna.drivers import DRIVERS
 from ulna.engine import warmup
 from ulna.engine.decorators import ENTRIES
+from ulna.engine.entries import Entries
 
 pytestmark = pytest.mark.compiler
 
@@ -23,7 +21,7 @@ import json, sys
 from pathlib import Path
 import numpy as np
 import ulna
-from ulna.drivers import placing
+from ulna.collision.entries import placing
 from ulna.engine import bound
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
@@ -140,23 +138,26 @@ def test_nothing_is_compiled_after_warmup(tmp_path):
 
 
 @pytest.mark.process
-def test_warmup_covers_every_module_of_drivers():
+def test_warmup_covers_every_module_of_entries():
     """Entries of modules that are not yet imported are included."""
     code = """
-from ulna.drivers import DRIVERS
+from ulna.engine.entries import Entries
 from ulna.engine.warmup import all_jobs
-print(*{job.name for job in all_jobs(DRIVERS)})
+print(*{job.name for job in all_jobs(Entries("ulna"))})
 """
     found = run(code).stdout.split()
-    for module in pkgutil.walk_packages(ulna.drivers.__path__, "ulna.drivers."):
-        place, functions = module.name.removeprefix("ulna.drivers."), vars(importlib.import_module(module.name)).items()
+    modules = Entries("ulna").modules()
+    assert len(modules) > 20
+    for module in modules:
+        place, functions = module.removeprefix("ulna."), vars(importlib.import_module(module)).items()
         own = {f"{place}.{name}" for name, value in functions if callable(value) and value in ENTRIES}
         assert own == {name for name in found if name.rpartition(".")[0] == place}
 
 
 def test_every_signature_is_one_job():
-    jobs = warmup.all_jobs(DRIVERS)
-    assert len(set(jobs)) == len(jobs) == sum(len(ENTRIES[DRIVERS.marked(name)].signatures) for name in DRIVERS.names())
+    entries = Entries("ulna")
+    jobs = warmup.all_jobs(entries)
+    assert len(set(jobs)) == len(jobs) == sum(len(ENTRIES[entries.marked(name)].signatures) for name in entries.names())
 
 
 @pytest.mark.process

@@ -5,7 +5,7 @@ import pytest
 
 import ulna
 from ulna.collision.bound_scene import BoundScene
-from ulna.drivers import contacts, continuous, nearest, overlap
+from ulna.collision.entries import contacts, continuous, nearest, overlap
 from ulna.engine import bound
 from ulna.engine.signatures import fits
 from ulna.kernels.collision.scene import BOXES, SHAPES, NearestPair

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.drivers.continuous import BREADTH, split_next
+from ulna.collision.entries.continuous import BREADTH, split_next
 from ulna.engine.lanes import empty_rows
 from ulna.errors import InputError
 

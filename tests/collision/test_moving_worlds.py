@@ -8,9 +8,9 @@ import pytest
 
 import ulna
 from ulna.collision import object_tables
+from ulna.collision.entries import placing
 from ulna.collision.object_tables import MOST_UNINDEXED
 from ulna.description.pose import as_one_pose
-from ulna.drivers import placing
 from ulna.errors import InputError, UnknownNameError
 
 LINKS = [(), ("panda_link0", "panda_link1"), ("panda_link7", "panda_link8"), ("cup",)]

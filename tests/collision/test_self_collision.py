@@ -9,7 +9,7 @@ import formulas
 import ulna
 from ulna.collision import sampled_pairs
 from ulna.collision.allowed import AllowedCollisions, LinkPair
-from ulna.drivers import overlap
+from ulna.collision.entries import overlap
 from ulna.errors import InputError, UnknownNameError
 
 # Three cubes in a row on a rail of pegs: the hand slides over the middle one into the base.

@@ -9,7 +9,7 @@ from ulna import FileError
 from ulna.engine import ahead
 
 GOOD = {
-    "package": "ulna.drivers",
+    "package": "ulna",
     "levels": {"x86-64-v2": {"needs": 2, "file": "v2.so", "size": 0, "sha256": "0"}},
     "entries": {"a.b": {"overloads": [{"symbol": "s", "signature": "f"}], "result": "b", "releases_lock": True}},
 }

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.compiler
 PLACE = """
 import sys, numba, ulna
 print(*ulna.load("panda").forward_kinematics([0.0] * 7)[:3, 3].round(9).tolist())
-from ulna.drivers import forward
+from ulna.kinematics.entries import forward
 from ulna.engine.cache import cache_folder
 forward_one = forward.forward_one
 print(sum(forward_one.stats.cache_hits.values()), sum(forward_one.stats.cache_misses.values()))
@@ -83,7 +83,7 @@ def test_a_change_in_the_lamp_of_a_film_leaves_the_machine_code_of_a_pose(clone,
 def test_a_kernel_that_is_edited_while_a_program_runs_does_not_mix_old_code_with_a_new_key(clone, tmp_path):
     """The first process loads a kernel, then the file changes, then another entry compiles that kernel as it was loaded."""
     early = (
-        "import ulna.drivers.forward, pathlib, ulna\n"
+        "import ulna.kinematics.entries.forward, pathlib, ulna\n"
         "file = pathlib.Path(ulna.kernels.spatial.se3.__file__); text = file.read_text()\n"
         "file.write_text(text.replace('a[2] * b[11] + a[3],', 'a[2] * b[11] + 1.0,'))\n"
         "print(*ulna.load('panda').jacobian([0.0] * 7)[:2, 0].round(9).tolist())\n"
@@ -320,7 +320,7 @@ def test_a_folder_that_is_exchanged_after_it_was_checked_is_not_read(tmp_path):
     for kept in folder.glob("*.nbc"):
         (planted / kept.name).write_bytes(pickle.dumps(Planted(mark)))
     exchange = (
-        "import os, ulna.drivers.forward; from ulna.engine.cache import cache_folder; cache_folder()\n"
+        "import os, ulna.kinematics.entries.forward; from ulna.engine.cache import cache_folder; cache_folder()\n"
         f"os.rename({str(base / 'ulna')!r}, {str(base / 'was')!r}); os.rename({str(planted.parent)!r}, {str(base / 'ulna')!r})\n"
     )
     assert run(exchange + PLACE, NUMBA_CACHE_DIR=base)[:2] == [AT_ZERO, "1 0"]

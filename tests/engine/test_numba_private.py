@@ -174,4 +174,4 @@ def test_only_one_module_of_the_engine_imports_private_names():
 @pytest.mark.process
 def test_as_plain_python_nothing_is_missed():
     """``njit`` then returns the function itself, which has none of a dispatcher's attributes."""
-    assert run_fresh("import ulna.drivers.forward; print('quiet')", NUMBA_DISABLE_JIT=1) == ["quiet"]
+    assert run_fresh("import ulna.kinematics.entries.forward; print('quiet')", NUMBA_DISABLE_JIT=1) == ["quiet"]

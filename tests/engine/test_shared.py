@@ -99,11 +99,10 @@ def test_a_change_in_it_reaches_its_callers(ask, tmp_path):
 
 @pytest.mark.process
 def test_compiled_ahead_it_is_in_one_object_file(ask, tmp_path):
-    (tmp_path / "drivers_of_sums").mkdir()
-    (tmp_path / "drivers_of_sums" / "__init__.py").write_text(
-        "from ulna.engine.entries import Entries\nENTRIES = Entries(__name__)\n"
-    )
-    (tmp_path / "drivers_of_sums" / "sums.py").write_text(
+    for folder in ("room_of_sums", "room_of_sums/entries"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "__init__.py").touch()
+    (tmp_path / "room_of_sums" / "entries" / "sums.py").write_text(
         SUMS.replace("return doubled(x)", "return doubled(x) > 0.0").replace(
             "return total(x.reshape(-1), 2.0)", "return total(x.reshape(-1), 2.0) > 0.0"
         )
@@ -111,10 +110,10 @@ def test_compiled_ahead_it_is_in_one_object_file(ask, tmp_path):
     write = """
 import json
 from pathlib import Path
-from drivers_of_sums import ENTRIES
 from ulna.engine.emit import write_objects
+from ulna.engine.entries import Entries
 folder = Path(FOLDER)
-write_objects(ENTRIES, folder, "rest")
+write_objects(Entries("room_of_sums"), folder, "rest")
 index = json.loads((folder / "rest.json").read_text())
 objects = [set(overload["objects"]) for entry in index for overload in entry["overloads"]]
 print(*map(len, objects), len(set.union(*objects)), all((folder / name).exists() for name in set.union(*objects)))

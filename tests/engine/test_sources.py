@@ -1,4 +1,4 @@
-"""The key of machine code covers what an entry uses and no more. The truth: which modules Python itself loads for a driver."""
+"""The key of machine code covers the files of an entry and no others. The truth: the modules that Python loads for it."""
 
 import ast
 import json
@@ -15,11 +15,12 @@ from matrix import matrix
 from ulna.engine import sources
 
 PACKAGE = Path(ulna.__file__).parent
-DRIVERS = sorted(
-    str(path.relative_to(PACKAGE / "drivers").with_suffix(""))
-    for path in (PACKAGE / "drivers").rglob("*.py")
+MODULES = sorted(
+    str(path.relative_to(PACKAGE).with_suffix(""))
+    for path in PACKAGE.rglob("entries/*.py")
     if path.stem not in ("__init__", "batch", "lane_state")
 )
+FORWARD = "kinematics/entries/forward"
 KERNELS = sorted(str(path.relative_to(PACKAGE)) for path in (PACKAGE / "kernels").rglob("*.py") if path.stem != "__init__")
 CHOSEN = (
     "spatial/se3.py",
@@ -30,24 +31,25 @@ CHOSEN = (
 )  # of many, and of few
 LOADED = """
 import importlib, json, sys
-import ulna.drivers, ulna.engine.decorators
-before, found = set(sys.modules), {}
-for driver in sys.argv[1:]:
+import ulna.engine.decorators
+found = {}
+def is_ours(name):
+    return name.startswith("ulna.kernels.") or ".entries." in name
+for module in sys.argv[1:]:
     for name in list(sys.modules):
-        if name.startswith(("ulna.kernels.", "ulna.drivers.")):
+        if is_ours(name):
             del sys.modules[name]
-    importlib.import_module("ulna.drivers." + driver.replace("/", "."))
-    loaded = [module for name, module in sys.modules.items() if name.startswith(("ulna.kernels.", "ulna.drivers."))]
-    found[driver] = [module.__file__ for module in loaded]
+    importlib.import_module("ulna." + module.replace("/", "."))
+    found[module] = [each.__file__ for name, each in sys.modules.items() if is_ours(name)]
 print(json.dumps(found))
 """
 
 
 @cache
 def loaded_by():
-    """For each driver the files of kernels and drivers that Python loads for it."""
-    found = subprocess.run([sys.executable, "-c", LOADED, *DRIVERS], capture_output=True, text=True, check=True).stdout
-    return {driver: {str(Path(file).relative_to(PACKAGE)) for file in files} for driver, files in json.loads(found).items()}
+    """For each module of entries the files of kernels and entries that Python loads for it."""
+    found = subprocess.run([sys.executable, "-c", LOADED, *MODULES], capture_output=True, text=True, check=True).stdout
+    return {module: {str(Path(file).relative_to(PACKAGE)) for file in files} for module, files in json.loads(found).items()}
 
 
 @pytest.fixture
@@ -70,7 +72,7 @@ def clone(tmp_path):
 
 
 def keys(package):
-    return {driver: sources.sources_hash(str(package / "drivers" / f"{driver}.py")) for driver in DRIVERS}
+    return {module: sources.sources_hash(str(package / f"{module}.py")) for module in MODULES}
 
 
 def imported_by(text):
@@ -83,7 +85,7 @@ def imported_by(text):
 
 
 def test_every_import_that_python_sees_is_found_in_the_text():
-    files = [path for room in ("engine", "kernels", "drivers") for path in (PACKAGE / room).rglob("*.py")]
+    files = [path for pattern in ("engine/**/*.py", "kernels/**/*.py", "**/entries/*.py") for path in PACKAGE.glob(pattern)]
     assert len(files) > 100
     missed = []
     for text in (path.read_text() for path in files):
@@ -111,12 +113,12 @@ def test_however_an_import_is_written_its_file_is_found(text, clone, forgetful):
     assert str(clone / "kernels" / "layout.py") in sources.files_used(str(clone / "kernels" / "new.py"))
 
 
-@pytest.mark.parametrize("driver", DRIVERS)
-def test_what_python_loads_for_a_driver_is_what_its_key_covers(driver):
-    covered = {str(Path(file).relative_to(PACKAGE)) for file in sources.files_used(str(PACKAGE / "drivers" / f"{driver}.py"))}
-    packages = {file for file in loaded_by()[driver] if Path(file).name == "__init__.py"}  # they lie on the way
-    assert loaded_by()[driver] - packages <= covered
-    assert {file for file in covered if not file.startswith("engine")} <= loaded_by()[driver]
+@pytest.mark.parametrize("module", MODULES)
+def test_what_python_loads_for_entries_is_what_their_key_covers(module):
+    covered = {str(Path(file).relative_to(PACKAGE)) for file in sources.files_used(str(PACKAGE / f"{module}.py"))}
+    packages = {file for file in loaded_by()[module] if Path(file).name == "__init__.py"}  # they lie on the way
+    assert loaded_by()[module] - packages <= covered
+    assert {file for file in covered if not file.startswith("engine")} <= loaded_by()[module]
 
 
 def test_a_clone_has_the_same_keys(clone):
@@ -129,8 +131,8 @@ def test_a_change_in_a_kernel_changes_the_keys_of_those_that_use_it_and_of_no_ot
     (clone / kernel).write_text((clone / kernel).read_text() + "# changed\n")
     forgetful()
     after = keys(clone)
-    assert {driver for driver in DRIVERS if after[driver] != before[driver]} == {
-        driver for driver in DRIVERS if kernel in loaded_by()[driver]
+    assert {module for module in MODULES if after[module] != before[module]} == {
+        module for module in MODULES if kernel in loaded_by()[module]
     }
 
 
@@ -140,7 +142,7 @@ def test_a_change_in_what_makes_machine_code_changes_every_key(clone, forgetful)
         (clone / "engine" / f"{name}.py").write_text((clone / "engine" / f"{name}.py").read_text() + "# changed\n")
         forgetful()
         after = keys(clone)
-        assert all(after[driver] != before[driver] for driver in DRIVERS), name
+        assert all(after[module] != before[module] for module in MODULES), name
 
 
 @pytest.mark.parametrize("name", ["threads", "warmup", "entries", "processors"])
@@ -152,16 +154,16 @@ def test_a_change_in_what_only_calls_machine_code_changes_no_key(name, clone, fo
 
 
 def test_a_renamed_kernel_changes_the_key(clone, forgetful):
-    before = keys(clone)["forward"]
+    before = keys(clone)[FORWARD]
     (clone / "kernels" / "spatial" / "so_three.py").write_text("")
-    file = clone / "drivers" / "forward.py"
+    file = clone / f"{FORWARD}.py"
     file.write_text(file.read_text() + "from ulna.kernels.spatial import so_three\n")
     forgetful()
-    one = keys(clone)["forward"]
+    one = keys(clone)[FORWARD]
     (clone / "kernels" / "spatial" / "so_three.py").rename(clone / "kernels" / "spatial" / "so_drei.py")
     file.write_text(file.read_text().replace("so_three", "so_drei"))
     forgetful()
-    assert len({before, one, keys(clone)["forward"]}) == 3
+    assert len({before, one, keys(clone)[FORWARD]}) == 3
 
 
 def test_the_entries_of_another_package_follow_its_own_files_and_ulnas(tmp_path, forgetful):

@@ -10,7 +10,7 @@ import robots
 import ulna
 from invalid_poses import INVALID_POSES
 from ulna import InputError, Robot, Task
-from ulna.drivers import multi_start
+from ulna.ik.entries import multi_start
 
 search_jobs = multi_start.search_jobs
 

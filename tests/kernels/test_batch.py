@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import kernel_modes
-from ulna.drivers.batch import gather, gather_poses, scatter_matrices, scatter_matrix, scatter_rows
 from ulna.engine.lanes import load_columns, store, store_columns
 from ulna.kernels.spatial.se3 import load_pose
+from ulna.kinematics.entries.batch import gather, gather_poses, scatter_matrices, scatter_matrix, scatter_rows
 
 PLACES = [(0, 0), (1, 0), (0, 5), (1, 5)]
 BLOCKS = [(1, 0), (7, 0), (8, 0), (9, 0), (9, 8), (16, 8), (17, 8), (20, 8), (20, 16)]

@@ -7,7 +7,7 @@ import formulas
 import kernel_probes as probes
 import robots
 from assertions import assert_close
-from ulna.drivers import forward
+from ulna.kinematics.entries import forward
 from ulna.kinematics.tree import build_tree
 
 forward_batch = forward.forward_batch

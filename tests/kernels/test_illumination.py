@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from kernel_modes import compiled
-from ulna.drivers import rendering
 from ulna.kernels.render.illumination import surface_light
 from ulna.kernels.render.render_layout import NOTHING
+from ulna.viewer.film.entries import rendering
 
 draw_triangles = rendering.draw_triangles
 place_points = rendering.place_points

@@ -8,9 +8,9 @@ import kernel_modes
 import kernel_probes as probes
 import robots
 from assertions import assert_close
-from ulna.drivers import jacobian
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.layout import IN_BASE, IN_LINK, IN_SPATIAL
+from ulna.kinematics.entries import jacobian
 from ulna.kinematics.tree import build_tree
 
 jacobian_batch = jacobian.jacobian_batch

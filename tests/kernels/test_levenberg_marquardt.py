@@ -6,7 +6,7 @@ import pytest
 import formulas
 import robots
 from assertions import assert_close
-from ulna.drivers import multi_start
+from ulna.ik.entries import multi_start
 from ulna.kernels.ik.search_layout import NOT_A_POSE, NOT_FOUND, SOLVED
 from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 from ulna.kernels.layout import LARGEST

@@ -5,7 +5,7 @@ import pytest
 
 import ulna
 from kernel_modes import compiled
-from ulna.drivers.contacts import near_of
+from ulna.collision.entries.contacts import near_of
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER
 from ulna.kernels.collision.contacts import PAIRS_OF_BODY, find_near_pairs
 from ulna.kernels.collision.posed_pair import place_bodies

@@ -5,9 +5,9 @@ import pytest
 
 import formulas
 from assertions import assert_close
+from ulna.collision.entries import contacts, overlap
 from ulna.collision.object_tables import MOST_UNINDEXED, make_objects
 from ulna.description.shapes import Box
-from ulna.drivers import contacts, overlap
 from ulna.kernels.collision.collision_layout import (
     CONTACT_WIDTH,
     DISTANCE,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ulna.drivers import rendering
 from ulna.kernels.render.render_layout import NOTHING
+from ulna.viewer.film.entries import rendering
 
 draw_triangles = rendering.draw_triangles
 place_points = rendering.place_points

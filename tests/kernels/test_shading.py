@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from kernel_modes import compiled
-from ulna.drivers import rendering
 from ulna.kernels.render.illumination import SOFT, cover, ramp, sunlit
+from ulna.viewer.film.entries import rendering
 
 encode = rendering.encode
 lay_panes = rendering.lay_panes

@@ -13,11 +13,9 @@ from numba.core.errors import TypingError
 import kernel_modes
 import kernel_probes
 from matrix import matrix
-from ulna.drivers.forward import forward_batch, forward_one, frames_batch
-from ulna.drivers.jacobian import jacobian_batch
-from ulna.drivers.multi_start import Jobs, search_jobs
-from ulna.drivers.overlap import overlap_batch
+from ulna.collision.entries.overlap import overlap_batch
 from ulna.engine import decorators as compiling
+from ulna.ik.entries.multi_start import Jobs, search_jobs
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import N_BRANCHES, N_KNOWN, N_ROWS
 from ulna.kernels.collision.collision_layout import NO_NODE
@@ -25,6 +23,8 @@ from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 from ulna.kernels.layout import BODY_WIDTH, BOX, HULL
+from ulna.kinematics.entries.forward import forward_batch, forward_one, frames_batch
+from ulna.kinematics.entries.jacobian import jacobian_batch
 
 pytestmark = pytest.mark.compiler
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.drivers.planning import keeping
 from ulna.kernels.planning.constraint_records import Entry
+from ulna.planning.entries import keeping
 from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.kept_goals import shortest_turn
 

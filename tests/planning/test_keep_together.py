@@ -7,8 +7,8 @@ import pytest
 
 import two_arms
 import ulna
-from ulna.drivers.planning import keeping
 from ulna.kernels.planning.constraint_records import Entry
+from ulna.planning.entries import keeping
 from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.kept_goals import poses_beside
 

@@ -10,7 +10,7 @@ import pytest
 
 import ulna
 from servo_judge import boxes, hostile, judge, mixed
-from ulna.drivers import servo as driver
+from ulna.servo.entries import tick as driver
 
 ACCELERATION = 10.0
 WORLDS = {"boxes": lambda: boxes(10, 1), "other boxes": lambda: boxes(10, 2), "mixed": mixed, "none": lambda: None}

@@ -21,9 +21,8 @@ import ulna.robot
 import ulna.viewer.film.painter
 import ulna.viewer.film.recording as film
 from ulna.collision import world as worlds
-from ulna.drivers import DRIVERS
 from ulna.engine import threads
-from ulna.engine.entries import ready
+from ulna.engine.entries import Entries, ready
 from ulna.planning import slices
 
 N = 1000
@@ -74,9 +73,9 @@ def bytes_of(array):
     return array.tobytes() if names is None else b"".join(array[name].tobytes() for name in names)
 
 
-def is_driver(thing):
-    """Whether something that a caller has imported is a module of the drivers."""
-    return isinstance(thing, ModuleType) and thing.__name__.startswith(f"{DRIVERS.package}.")
+def has_entries(thing):
+    """Whether something that a caller has imported is a module of entries."""
+    return isinstance(thing, ModuleType) and ".entries." in thing.__name__
 
 
 def ask():
@@ -166,12 +165,12 @@ def main(file):
     for module in callers:
         if hasattr(module, "np"):
             module.np = Zeros()
-    drivers = {id(each): each for caller in callers for each in vars(caller).values() if is_driver(each)}.values()
-    for name in DRIVERS.names():
-        for driver in drivers:
+    modules = {id(each): each for caller in callers for each in vars(caller).values() if has_entries(each)}.values()
+    for name in Entries("ulna").names():
+        for each in modules:
             module, _, function = name.rpartition(".")
-            if driver.__name__ == f"{DRIVERS.package}.{module}":
-                setattr(driver, function, recording(name, ready(getattr(driver, function))))
+            if each.__name__ == f"ulna.{module}":
+                setattr(each, function, recording(name, ready(getattr(each, function))))
     ask()
     answers = {key: [digest.hexdigest(), ROWS[key]] for key, digest in sorted(HASHES.items())}
     Path(file).write_text(json.dumps(answers, indent=1))

@@ -9,8 +9,8 @@ import pytest
 
 import robots
 import ulna
-from ulna.drivers import forward, jacobian
 from ulna.engine import _calls
+from ulna.kinematics.entries import forward, jacobian
 from ulna.kinematics.forward import CompiledForward
 
 

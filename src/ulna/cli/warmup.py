@@ -13,8 +13,8 @@ from rich.text import Text
 
 from ulna.cli.depends import Json, command
 from ulna.cli.output import Data, Output, make_table
-from ulna.drivers import DRIVERS
 from ulna.engine.ahead import FOLDER, is_ahead
+from ulna.engine.entries import Entries
 from ulna.engine.progress import progress_bar
 from ulna.engine.threads import n_threads
 from ulna.errors import FileError
@@ -43,7 +43,7 @@ def warmup(*, as_json: Json = False) -> Output:
     if folder is None:
         reason = "it cannot be written, or is not for this user alone, so nothing would be kept"
         raise FileError("cache folder", f"{reason}; NUMBA_CACHE_DIR names another")
-    jobs, start = all_jobs(DRIVERS), time.perf_counter()
+    jobs, start = all_jobs(Entries("ulna")), time.perf_counter()
     compiled = with_progress(compile_all(jobs, side_by_side=n_threads() > 1), len(jobs), in_lines=not as_json)
     return Output(warmup_data(str(folder.path), time.perf_counter() - start, compiled), warmup_table)
 

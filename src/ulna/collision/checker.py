@@ -22,6 +22,7 @@ from ulna.collision.bodies import NO_PAIRS, Bodies, checked_pairs, make_bodies, 
 from ulna.collision.bound_scene import BoundScene
 from ulna.collision.clouds import PointCloud
 from ulna.collision.distances import Distances, distances_of
+from ulna.collision.entries import contacts, continuous, nearest, overlap
 from ulna.collision.near_pairs import as_reach, find_near_pairs, reports_of
 from ulna.collision.object_tables import NO_OBJECTS, make_objects
 from ulna.collision.object_tree import compact_order
@@ -33,7 +34,6 @@ from ulna.description.arrays import as_number, as_switch
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description
 from ulna.description.shapes import lengths
-from ulna.drivers import contacts, continuous, nearest, overlap
 from ulna.engine.bound import Way, bind
 from ulna.engine.records import Records
 from ulna.engine.threads import LEAST_ROWS, in_parts

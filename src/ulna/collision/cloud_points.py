@@ -3,18 +3,18 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.entries import thinning
 from ulna.description.arrays import as_cells, as_floats, positive
 from ulna.description.likely_units import check_depths, check_place
 from ulna.description.pose import as_one_pose
 from ulna.description.shapes import Box
-from ulna.drivers import thinning
 from ulna.engine.threads import LEAST_POSES, in_slices
 from ulna.errors import InputError
 from ulna.kernels.layout import CONTACT
 
 Points = NDArray[np.floating]
 MILLIMETRE = 0.001  # a unit of whole numbers, unless given
-_MOST_VOXELS = 1 << 21  # along an axis (``drivers.thinning``)
+_MOST_VOXELS = 1 << 21  # along an axis (``collision.entries.thinning``)
 _ABREAST = 64
 _FULL, _FULL_OFF = 65535, 1e-5  # and [m] by which it may be rounded as a float32
 
@@ -145,7 +145,7 @@ def _bounds(points: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def _voxels_of(points: Points, edge: float, low: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The point nearest to the middle of each voxel that has any, and which voxel each point has (``drivers.thinning``)."""
+    """The point nearest to the middle of each voxel that has any, and which voxel each point has (``entries.thinning``)."""
     n, slots, progress = len(points), np.zeros(thinning.FIRST_SIZE, np.int64), np.zeros(3, np.int64)
     voxels, nearest, own, squares = *(np.empty(n, np.int64) for _ in range(3)), np.empty(n)
 

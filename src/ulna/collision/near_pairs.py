@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from ulna.collision.bodies import Bodies
 from ulna.collision.bound_scene import BoundScene
+from ulna.collision.entries import contacts
 from ulna.collision.objects import Objects
 from ulna.collision.report import Pair, Report
 from ulna.description.arrays import as_number
-from ulna.drivers import contacts
 from ulna.engine.threads import in_parts
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, DISTANCE, NORMAL, PAIR_WIDTH, WITNESS_A, WITNESS_B
 from ulna.kernels.collision.scene import NearPairs

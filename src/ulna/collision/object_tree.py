@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ulna.collision.arena import Arena
 from ulna.collision.clouds import PointCloud
-from ulna.drivers import morton_order, tree_nodes
+from ulna.collision.entries import morton_order, tree_nodes
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.collision_layout import CHILD, NO_NODE, NODE_ROWS, NOWHERE, PLACES
 from ulna.kernels.layout import CONTACT, HALF_EXTENTS, RADIUS

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ulna.collision.allowed import ADJACENT, ALWAYS, FIXED, NEVER, SOMETIMES, AllowedCollisions, LinkPair, as_link_pairs
 from ulna.collision.bodies import NO_PAIRS, Bodies, scene_of
+from ulna.collision.entries import overlap
 from ulna.collision.object_tables import NO_OBJECTS
 from ulna.description.robot_description import Description
-from ulna.drivers import overlap
 from ulna.kernels.collision.collision_layout import OVERLAPS
 from ulna.kernels.collision.scene import Scene
 from ulna.kinematics.positions import for_kernel

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.clouds import PointCloud
+from ulna.collision.entries import placing
 from ulna.collision.grids import Obstacle
 from ulna.collision.object_tables import ObjectTables
 from ulna.collision.objects import Objects
@@ -16,7 +17,6 @@ from ulna.description.given_names import as_link_names, refuse_no_name
 from ulna.description.likely_units import check_object, check_place, check_speed
 from ulna.description.pose import as_one_pose, as_pose, orthonormal
 from ulna.description.shapes import Solid
-from ulna.drivers import placing
 from ulna.engine.bound import IN_C, bind
 from ulna.errors import GeometryError, InputError, UnknownNameError, count_of
 from ulna.notebook.recording import Recording, drawer

@@ -22,7 +22,7 @@ _SOURCE = "a copy of the repository, where Numba compiles for this machine: pip 
 
 
 def ahead_entry(module: str, function: str) -> Callable[..., Any] | None:
-    """A function of a module of drivers from the library of this CPU; None where Numba compiles, or if it is no entry."""
+    """A function of a module of entries from the library of this CPU; None where Numba compiles, or if it is no entry."""
     library = _library() if is_ahead() else None
     if library is None or not module.startswith(f"{library.package}."):
         return None
@@ -62,7 +62,7 @@ class Library:
 
     Attributes:
         level: Its name.
-        package: The package of drivers whose entries it has.
+        package: The package whose entries it has.
     """
 
     def __init__(self, folder: Path, index: dict[str, Any], name: str) -> None:

@@ -72,7 +72,7 @@ def bind(
     """A function of one q that calls an entry; ``otherwise`` without the extension, or where Python runs the entry.
 
     Args:
-        entry: An entry of the drivers.
+        entry: An entry.
         way: What the function takes and returns.
         leading: The arguments of the entry that come before q; they must not be resized while the function is used.
         n: The number of entries of q.
@@ -106,7 +106,7 @@ def bind_first(entry: Callable[..., Any], number: int, *leading: Any) -> Callabl
     Where Numba has compiled the entry, nothing looks at the types of the others either: they have to be those of the signature.
 
     Args:
-        entry: An entry of the drivers.
+        entry: An entry.
         number: Of its signature that has these types, from 0 on.
         leading: Its first arguments.
 

@@ -43,13 +43,13 @@ class Calls(NamedTuple):
     """The signatures that an entry is called with; one of low latency is compiled for its one signature and for no other."""
 
     name: str
-    """Its package, module and function, such as ``ulna.drivers.forward.forward_one``."""
+    """Its package, module and function, such as ``ulna.kinematics.entries.forward.forward_one``."""
     signatures: tuple[Signature, ...]
     low_latency: bool = False
 
 
 ENTRIES: dict[Any, Calls] = {}
-"""Every entry of the drivers imported so far."""
+"""Every entry imported so far."""
 _lock = threading.Lock()
 _closed: set[Any] = set()  # entries of low latency that are compiled, and take no other signature
 

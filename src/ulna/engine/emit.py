@@ -1,7 +1,7 @@
 """Writes the machine code of entries as object files, for a wheel.
 
-``python -m ulna.engine.emit ulna.drivers:DRIVERS FOLDER together``, and ``rest``: the entries that are compiled in one process
-(``Entries.compiled_together``), and the others.
+``python -m ulna.engine.emit ulna FOLDER together``, and ``rest``: the entries that are compiled in one process
+(``Entries.are_together``), and the others.
 
 1. Numba compiles an entry for one signature, for the CPU that ``NUMBA_CPU_NAME`` names, as it does when a program runs.
 2. A second function is added to its optimised module: one with a plain C interface, which takes slots of 8 bytes (``native``).
@@ -15,7 +15,6 @@ interpreter's lock, and the symbol, the signature and the object files of each o
 """
 
 import hashlib
-import importlib
 import json
 import os
 import re
@@ -48,7 +47,7 @@ def write_objects(entries: Entries, folder: Path, part: str) -> None:
     if not have(AHEAD, CODE):
         raise UlnaError(f"no wheel can be built with this version of Numba, which lacks {', '.join(missing_of(AHEAD, CODE))}")
     folder.mkdir(parents=True, exist_ok=True)
-    names = [name for name in sorted(entries.names()) if _part_of(entries, name) == part]
+    names = [name for name in sorted(entries.names()) if entries.are_together(name) == (part == "together")]
     index = [_write_entry(entries, name, folder) for name in names]
     write_whole(folder / f"{part}.json", json.dumps(index, indent=1).encode())
 
@@ -66,10 +65,6 @@ def write_whole(path: Path, content: bytes) -> None:
     except BaseException:
         Path(beside).unlink(missing_ok=True)
         raise
-
-
-def _part_of(entries: Entries, name: str) -> str:
-    return "together" if name.partition(".")[0] in entries.compiled_together else "rest"
 
 
 def _write_entry(entries: Entries, name: str, folder: Path) -> dict[str, Any]:
@@ -165,9 +160,8 @@ def _remove_unused(module: llvm.ModuleRef) -> None:
 
 
 def _main() -> None:
-    place, folder, part = sys.argv[1:]
-    module, _, name = place.partition(":")
-    write_objects(getattr(importlib.import_module(module), name), Path(folder), part)
+    package, folder, part = sys.argv[1:]
+    write_objects(Entries(package), Path(folder), part)
 
 
 if __name__ == "__main__":

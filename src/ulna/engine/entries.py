@@ -1,14 +1,17 @@
-"""Provides the entries of drivers: machine code of a wheel where it brings some, else what Numba compiles.
+"""Provides entries: machine code of a wheel where it brings some, else what Numba compiles.
 
-An entry is a function of the drivers that Python calls. A caller imports the driver's module and calls the function:
-``from ulna.drivers import forward``, then ``forward.forward_batch(chain, q, out)``. The import loads nothing. The module, with
-its kernels and the compiler, is loaded when the function is first used, and not at all where this was compiled ahead.
+An entry is a function that Python calls. It owns its workspaces and runs kernels over a batch, eight problems at a time. The
+entries of a room are in its package ``entries``. A caller imports a module of it and calls the function: ``from
+ulna.kinematics.entries import forward``, then ``forward.forward_batch(chain, q, out)``. The import loads nothing. The module,
+with its kernels and the compiler, is loaded when the function is first used, and not at all where it was compiled ahead.
 """
 
 import importlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
+from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
 
@@ -26,36 +29,35 @@ def ready(entry: EntryT) -> EntryT:
     return entry
 
 
+def modules_of(package: str) -> Callable[[str], ModuleType]:
+    """The ``__getattr__`` of a package of entries: it makes a stand-in for a module, of which nothing is loaded yet.
+
+    A name is looked up by ``_taken`` when it is first used. Then it is an attribute of the stand-in, a plain module, so that it
+    is found there as fast as in any.
+    """
+
+    def module(name: str) -> ModuleType:
+        path = f"{package}.{name}"
+        if name.startswith("__") or find_spec(path) is None:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        stand_in = ModuleType(path)
+        stand_in.__getattr__ = partial(_taken, stand_in)  # type: ignore[method-assign] - of modules it is looked up in the instance
+        return stand_in
+
+    return module
+
+
 @dataclass(frozen=True)
 class Entries:
-    """The entries of a package of drivers.
+    """The entries of all rooms of a package, those in its packages ``entries``.
 
-    Attributes:
-        package: The package's name. Its modules hold the entries.
-        compiled_together: Modules whose entries call the same long kernels: compiled in one process, these are compiled once.
+    An entry's name is its module in the package and its function, such as ``"kinematics.entries.forward.forward_one"``.
     """
 
     package: str
-    compiled_together: frozenset[str] = frozenset()
-
-    def module(self, name: str) -> ModuleType:
-        """A stand-in for a module of the package, of which nothing is loaded yet: ``__getattr__`` of the package.
-
-        A name is looked up by ``_taken`` when it is first used. Then it is an attribute of the stand-in, a plain module, so that
-        it is found there as fast as in any.
-
-        Raises:
-            AttributeError: There is no such module.
-        """
-        path = f"{self.package}.{name}"
-        if name.startswith("__") or find_spec(path) is None:
-            raise AttributeError(f"module {self.package!r} has no attribute {name!r}")
-        module = ModuleType(path)
-        module.__getattr__ = partial(_taken, module)  # type: ignore[method-assign] - of modules it is looked up in the instance
-        return module
 
     def marked(self, name: str) -> Any:
-        """An entry by its name, such as ``"forward.forward_one"`` or ``"planning.search.plan_slice"``, compiled or not.
+        """An entry by its name, compiled or not.
 
         Raises:
             LookupError: There is no such entry.
@@ -66,7 +68,7 @@ class Entries:
         try:
             found = getattr(importlib.import_module(path), function, None)
         except ModuleNotFoundError as error:
-            if error.name != path:
+            if not f"{path}.".startswith(f"{error.name}."):
                 raise
             found = None
         if found not in ENTRIES:
@@ -74,15 +76,24 @@ class Entries:
         return found
 
     def names(self) -> list[str]:
-        """The names of all entries. Imports all modules of the package, and so the compiler."""
-        import pkgutil  # noqa: PLC0415 - `import ulna` need not wait for it
-
+        """The names of all entries. Imports all their modules, and so the compiler."""
         from ulna.engine.decorators import ENTRIES  # noqa: PLC0415 - it loads the compiler
 
+        for module in self.modules():
+            importlib.import_module(module)
         within = f"{self.package}."
-        for module in pkgutil.walk_packages(importlib.import_module(self.package).__path__, within):
-            importlib.import_module(module.name)
         return [calls.name.removeprefix(within) for calls in ENTRIES.values() if calls.name.startswith(within)]
+
+    def modules(self) -> list[str]:
+        """The modules of all packages ``entries``, by their whole names."""
+        folder = Path(str(importlib.import_module(self.package).__file__)).parent
+        files = (file.relative_to(folder.parent) for file in sorted(folder.rglob("entries/*.py")))
+        return [".".join(file.with_suffix("").parts) for file in files if file.stem != "__init__"]
+
+    def are_together(self, name: str) -> bool:
+        """Whether the entry is compiled in one process with others that call the same long kernels (``COMPILED_TOGETHER``)."""
+        room = f"{self.package}.{name}".rsplit(".", 2)[0]
+        return getattr(importlib.import_module(room), "COMPILED_TOGETHER", False)
 
 
 def _taken(stand_in: ModuleType, name: str) -> Any:

@@ -1,6 +1,6 @@
 """Chooses the passes of Numba that a function of ours needs; makes its library, with machine code or without; aligns stacks.
 
-Numba runs some thirty passes over a function. Half of them are for what kernels and drivers do not have: closures and
+Numba runs some thirty passes over a function. Half of them are for what kernels and entries do not have: closures and
 comprehensions, ``with``, ``literal_unroll``, expressions of whole arrays. They took a tenth of the time of compiling. Numba also
 measures each pass and reports it to listeners, which took almost as long.
 

@@ -18,16 +18,16 @@ from ulna.engine.signatures import NONE, parts_of
 
 
 class Job(NamedTuple):
-    """One signature of an entry: the package of drivers, the entry's name there, and the number of the signature."""
+    """One signature of an entry: the package, the entry's name there, and the number of the signature."""
 
     entries: Entries
     name: str
     signature: int
 
     @property
-    def module(self) -> str:
-        """The driver's module, or its folder."""
-        return self.name.partition(".")[0]
+    def is_together(self) -> bool:
+        """Whether the entry is compiled in the process of those that call the same long kernels."""
+        return self.entries.are_together(self.name)
 
 
 class Compiled(NamedTuple):
@@ -57,15 +57,15 @@ def all_jobs(entries: Entries) -> list[Job]:
 def compile_all(jobs: list[Job], *, side_by_side: bool) -> Iterator[Compiled]:
     """Do the jobs, in one process or in two; the result of each, in the order in which they end.
 
-    A kernel that several entries call is translated once in each process. So the entries that the drivers declare as
-    ``compiled_together`` go to one process, and the others to the other. The one that is done first takes the other's last jobs.
+    A kernel that several entries call is translated once in each process. So the entries that are
+    ``COMPILED_TOGETHER`` go to one process, and the others to the other. The one that is done first takes the other's last jobs.
     """
     if not side_by_side:
         with quietly():
             yield from map(compile_one, jobs)
         return
-    together = deque(job for job in jobs if job.module in job.entries.compiled_together)
-    others = deque(job for job in jobs if job.module not in job.entries.compiled_together)
+    together = deque(job for job in jobs if job.is_together)
+    others = deque(job for job in jobs if not job.is_together)
     context = multiprocessing.get_context("spawn")  # a fork of a process that has compiled may deadlock
     with ExitStack() as stack:
         first, second = (stack.enter_context(ProcessPoolExecutor(1, context, initializer=_begin_worker)) for _ in range(2))

@@ -4,11 +4,11 @@ from functools import cache
 
 import numpy as np
 
-from ulna.drivers.batch import write_matrix
 from ulna.gpu.device import cuda
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.poses import chain_pose, frame_pose, tree_poses
 from ulna.kernels.spatial.elementary import all_in_range
+from ulna.kinematics.entries.batch import write_matrix
 
 
 def poses(chain, q, out, out_of_range):

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from ulna.collision.checker import Checker
 from ulna.collision.world import World
-from ulna.drivers.lane_state import reset_state, write_bounds, write_result, write_start, write_target
 from ulna.gpu import device
 from ulna.gpu.device import cuda
 from ulna.gpu.rows import Order, put_records, put_rows, rows_of
+from ulna.ik.entries.lane_state import reset_state, write_bounds, write_result, write_start, write_target
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Request
 from ulna.ik.problem import Query, of_task
@@ -195,7 +195,7 @@ def searches_of(n_dof: int):
     twice, of_jacobian = 2 * n_dof, 6 * n_dof
 
     def searches(chain, seeds, box, samples, posture, settings, following, targets, q_out, info, _):
-        """The arguments are those of ``drivers.multi_start``; ``following``: the number of the next target, shape (1,)."""
+        """The arguments are those of ``ik.entries.multi_start``; ``following``: the number of the next target, shape (1,)."""
         q_rows, last_rows = cuda.local.array((1, n_dof), np.float64), cuda.local.array((1, n_dof), np.float64)
         target_rows, bound_rows = cuda.local.array((1, 12), np.float64), cuda.local.array((1, twice), np.float64)
         state_rows, jacobian = cuda.local.array((1, N_STATE), np.float64), cuda.local.array(of_jacobian, np.float64)

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from ulna.description.arrays import as_switch
 from ulna.description.pose import as_pose
-from ulna.drivers.branch_rows import polish_branches, put_at_limits, write_free_angles
-from ulna.drivers.closed_form import N_OPTIONS
 from ulna.gpu import device
 from ulna.gpu.device import cuda
 from ulna.ik.all_solutions import AllSolutions
 from ulna.ik.closed_form.closed_form import N_AXES, ClosedForm, SixJoints, closed_form_of, joints_at
 from ulna.ik.closed_form.six_joints import proofs_of
+from ulna.ik.entries.branch_rows import polish_branches, put_at_limits, write_free_angles
+from ulna.ik.entries.closed_form import N_OPTIONS
 from ulna.ik.problem import Query
 from ulna.ik.reason import Reason
 from ulna.ik.solutions import PROOFS, IKSolutions, Proof
@@ -141,7 +141,7 @@ def branches(table, chain, plan, columns, seeds, targets, q_out, known_out, real
     """All branches of targets (n, 4, 4), with what is known of each; set the flag if a target is no rigid motion.
 
     table, chain, plan, seeds, and what is written to q_out (n, 8, 6) and known_out (n, 8): those of
-    ``drivers.closed_form.all_branches``. columns: which entry of q_out each joint is. real, valid: (n, 8), whether a branch
+    ``ik.entries.closed_form.all_branches``. columns: which entry of q_out each joint is. real, valid: (n, 8), whether a branch
     reaches the target, and whether it is within the bounds too.
     """
     thread = cuda.grid(1)

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats, as_switch
 from ulna.description.pose import as_pose
-from ulna.drivers import closed_form
 from ulna.engine.bound import bind
 from ulna.errors import InputError
 from ulna.ik.closed_form.axes import N_AXES, turning_order
@@ -17,6 +16,7 @@ from ulna.ik.closed_form.branches import Branches, all_branches, sampled_branche
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
 from ulna.ik.closed_form.six_joints import Workers
+from ulna.ik.entries import closed_form
 from ulna.ik.problem import Query, make_problem, of_task
 from ulna.ik.search.branch_search import searched_solutions
 from ulna.ik.search.ranking import collisions_of, cost_of, refuse_clearance_of_nothing

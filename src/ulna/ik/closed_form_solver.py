@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.pose import as_pose
-from ulna.drivers import closed_form
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.axes import N_AXES, turning_order
 from ulna.ik.closed_form.branches import Branches, all_branches
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
+from ulna.ik.entries import closed_form
 from ulna.ik.options import Request
 from ulna.ik.problem import Problem, Query, excess_of, make_problem, mid_range, refuse_no_pose
 from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation

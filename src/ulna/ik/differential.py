@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats, positive
-from ulna.drivers import differential_ik as driver
 from ulna.engine.threads import in_parts
 from ulna.errors import InputError
+from ulna.ik.entries import differential_ik as entries
 from ulna.ik.problem import refuse_immovable
 from ulna.kernels.ik.search_layout import N_PER_JOINT, N_SYSTEM, N_TURNED
 from ulna.kinematics.jacobian import as_frame
@@ -49,20 +49,20 @@ def differential_ik(
     damping, dt = positive("damping", damping), positive("dt", dt)
     if damping > _MOST_DAMPING:
         raise InputError("damping", f"{damping!r}; at most {_MOST_DAMPING:g} is expected, so that its square is finite")
-    step = driver.ControlStep(chain, frame, tree.limits, tree.velocity_limits, damping**2, dt)
+    step = entries.ControlStep(chain, frame, tree.limits, tree.velocity_limits, damping**2, dt)
     if q.ndim == twist.ndim == 1:
         out = as_out(out, q.shape, q, twist)
         size = N_PER_JOINT * tree.n_dof + N_SYSTEM + N_TURNED
         if len(_work.numbers) < size:
             _work.numbers = np.empty(size)
-        good = driver.differential_one(step, q, twist, _work.numbers, out)
+        good = entries.differential_one(step, q, twist, _work.numbers, out)
     else:
         batch, qs, twists = rows_of_both(q, twist, "q", "twist")
         out = as_out(out, (*batch, tree.n_dof), q, twist)
         of_rows = flat(out)
 
         def run(part: slice) -> bool:
-            return driver.differential_batch(step, qs[part], twists[part], of_rows[part])
+            return entries.differential_batch(step, qs[part], twists[part], of_rows[part])
 
         good = in_parts(run, len(qs))
     if not good:

@@ -6,11 +6,11 @@ from typing import Never
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.drivers import forward
 from ulna.engine.bound import IN_C, Bound, machine_code
 from ulna.engine.entries import ready
 from ulna.engine.threads import LEAST_POSES, in_parts
 from ulna.errors import refuse_unknown
+from ulna.kinematics.entries import forward
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_out, as_positions, flat, for_kernel, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 

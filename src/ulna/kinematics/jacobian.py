@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.pose import rpy_from_matrix
-from ulna.drivers import jacobian
 from ulna.errors import InputError, SingularityError, did_you_mean
 from ulna.kernels.layout import IN_BASE, IN_LINK, IN_SPATIAL
+from ulna.kinematics.entries import jacobian
 from ulna.kinematics.forward import FunctionOfLink, forward_kinematics
 from ulna.kinematics.positions import as_out, as_positions
 from ulna.kinematics.tree import Tree

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import time_parameterisation
 from ulna.planning.blend import CHORDS, ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
+from ulna.planning.entries import time_parameterisation
 from ulna.planning.hand import Hand, factor_of, peaks_of
 from ulna.planning.positions import Farthest, farthest_between, farthest_of
 from ulna.planning.timing import (

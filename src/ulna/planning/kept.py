@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.pose import angle_between, inverse
-from ulna.drivers.planning import keeping
 from ulna.errors import InputError, TruthError, UnknownNameError
 from ulna.ik.reason import Reason
 from ulna.kernels.ik.search_layout import POINTING
@@ -21,6 +20,7 @@ from ulna.kinematics.forward import forward_kinematics
 from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.positions import as_positions, for_kernel, refuse_out_of_range, rows_of_both
 from ulna.kinematics.tree import Tree
+from ulna.planning.entries import keeping
 from ulna.planning.keep import AIM, Keep
 
 Array = NDArray[np.float64]
@@ -254,7 +254,7 @@ def _violations_of(keep: Keep, tree: Tree, q: Array) -> list[Violation]:
 
 
 def _shares(table: Constraints, tree: Tree, a: Array, b: Array, level: float, apart: float, most: float) -> Array:
-    """A bound of the share of a tolerance that is used on each edge, shape (n,); see ``drivers.planning.keeping``."""
+    """A bound of the share of a tolerance that is used on each edge, shape (n,); see ``planning.entries.keeping``."""
     shares = np.zeros(len(a))
     keeping.shares_of_edges(tree.joints, frozen(table), for_kernel(a), for_kernel(b), level, apart, most, shares)
     return shares

@@ -11,7 +11,6 @@ from ulna.collision.checker import Checker
 from ulna.collision.object_tables import NO_OBJECTS
 from ulna.collision.objects import Objects
 from ulna.collision.world import World
-from ulna.drivers.planning import search as driver
 from ulna.engine.lanes import WIDTH
 from ulna.engine.records import Records
 from ulna.ik.time_limit import TimeLimit
@@ -31,6 +30,7 @@ from ulna.kernels.planning.search_records import (
     Trees,
 )
 from ulna.planning.blend import CHORDS_ALONG, IsFree, is_path_free
+from ulna.planning.entries import search as entries
 from ulna.planning.kept import frozen, narrower, step_of, tightest
 from ulna.planning.slices import Pace, Slices
 from ulna.planning.space import Space
@@ -92,7 +92,7 @@ class EdgeChecker(NamedTuple):
         samples, slices = no_rows((0, path.waypoints.shape[1])), Slices(2**62, TimeLimit(None), self.pace)
         tables = SearchTables(self.settings, self.space.table, samples, SearchState.records())
         while slices.another(path.state[0]):
-            code = driver.plan_slice(self.scene, self.keeps, tables, _no_trees(), path)
+            code = entries.plan_slice(self.scene, self.keeps, tables, _no_trees(), path)
             if code != PAUSED:
                 return code == SOLVED
         raise AssertionError("shortening ends by itself")

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.planning import search as driver
 from ulna.engine.lanes import WIDTH
 from ulna.engine.records import Records
 from ulna.ik.time_limit import TimeLimit
@@ -27,6 +26,7 @@ from ulna.kernels.planning.search_records import (
     ShorteningState,
     Trees,
 )
+from ulna.planning.entries import search as entries
 from ulna.planning.motion import EdgeChecker, new_path, no_rows
 from ulna.planning.slices import Slices
 
@@ -147,7 +147,7 @@ class Search:
         while slices.another(shortening if search.joined else search):
             searching = not search.joined
             tables = SearchTables(settings, space.table, self._samples(), self._states)
-            code = driver.plan_slice(scene, keeps, tables, self.trees, path)
+            code = entries.plan_slice(scene, keeps, tables, self.trees, path)
             if self.progress is not None:
                 self.progress(self.effort.checks, max_checks)
             if code in {SOLVED, NOT_FREE}:

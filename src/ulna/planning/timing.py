@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import time_parameterisation
 from ulna.kernels.planning.time_records import PathIntervals, Timing
 from ulna.planning.blend import Grid
+from ulna.planning.entries import time_parameterisation
 from ulna.planning.hand import NO_LIMIT, Hand, PathBounds, along
 from ulna.planning.positions import Farthest, farthest_of
 

@@ -1,4 +1,4 @@
-"""Steers an arm tick by tick: each command, and a full stop after it, is certified free (``drivers.servo``)."""
+"""Steers an arm tick by tick: each command, and a full stop after it, is certified free (``servo.entries.tick``)."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from time import perf_counter
@@ -13,7 +13,6 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_floats, as_number, as_switch, positive
 from ulna.description.likely_units import degrees_in_words
 from ulna.description.pose import as_one_pose
-from ulna.drivers import servo as driver
 from ulna.engine.records import Records, copied
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.problem import as_names, columns_of_joints, refuse_immovable
@@ -46,6 +45,7 @@ from ulna.planning.motion_limits import LARGEST, as_limits, described_limits
 from ulna.planning.targets import beyond_limits
 from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
+from ulna.servo.entries import tick as entries
 from ulna.servo.hand_cap import are_slow, as_capped, share_of
 from ulna.servo.servo_state import ROUNDING, ServoState
 
@@ -169,7 +169,7 @@ class Servo:
         """The commands of the stop from now on [rad or m], shape (n, n_dof): those of ``step()`` until the arm rests."""
         joints, counters = copied(self._now.joints), copied(self._now.counters)
         positions = np.empty((max(counters[0].ticks - counters[0].done, 0), self._tree.n_dof))
-        driver.write_stop_positions(joints, counters, self._settings, positions)
+        entries.write_stop_positions(joints, counters, self._settings, positions)
         return positions
 
     @property
@@ -351,7 +351,7 @@ class Servo:
     def warm_up(self) -> None:
         """Compile what a tick needs, or load it, so that no tick does: for a world of the kinds of shapes that it has now."""
         after = self._run(REST, _NO_HANDS, 0)
-        driver.write_stop_positions(after.joints, after.counters, self._settings, np.empty((0, self._tree.n_dof)))
+        entries.write_stop_positions(after.joints, after.counters, self._settings, np.empty((0, self._tree.n_dof)))
 
     def _to_hands(self, twist: Goal | None, pose: Goal | None, frame: int) -> Records[HandGoal]:
         """Goals of the hands, without those that are free."""
@@ -397,7 +397,7 @@ class Servo:
             self._chains, self._limits, self._settings, mode, self._goal_q, self._goal_qd, hands,
             after.joints, after.counters, after.wider, after.moving, self._report,
         )  # fmt: skip
-        scene.bound(driver.servo_tick)(tables)
+        scene.bound(entries.servo_tick)(tables)
         return after
 
     def _command(self, now: ServoState) -> Command:

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
-from ulna.drivers import closed_form
 from ulna.ik.closed_form.axes import Axes, axes_of, nearest_point, turning_order
+from ulna.ik.entries import closed_form
 from ulna.kernels.chain.closed_form_layout import REACHED
 from ulna.kinematics.tree import Tree
 

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
-from ulna.drivers import closed_form
 from ulna.engine.threads import in_parts
 from ulna.ik.closed_form.added_joints import of_six
 from ulna.ik.closed_form.axes import N_AXES, Axes, axes_of, frame_along
 from ulna.ik.closed_form.families import EXACT, Family, family_of
+from ulna.ik.entries import closed_form
 from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.chain import closed_form_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, PRISMATIC
@@ -82,7 +82,7 @@ class SixJoints:
         return chain
 
     def plan(self, lower: Array, upper: Array, tolerances: tuple[float, float] = (0.0, 0.0)) -> Array:
-        """What the kernels take as the bounds of all entries of q, shapes (n_dof,) (``drivers.closed_form``)."""
+        """What the kernels take as the bounds of all entries of q, shapes (n_dof,) (``ik.entries.closed_form``)."""
         turns = np.where(self.slides, _MORE_THAN_ANY, TURN)
         units = np.where(self.slides, 1.0 / self.table[layout.FORM, layout.INVERSE_REACH], 1.0)
         return np.concatenate([tolerances, lower[self.columns], upper[self.columns], turns, 1.0 / turns, units])

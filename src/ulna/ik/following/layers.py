@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import closed_form
 from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.branches import all_branches
+from ulna.ik.entries import closed_form
 from ulna.ik.following.course import Course, split_as
 from ulna.ik.following.graph import SAME, Graph, Key
 from ulna.ik.solutions import PROOFS, Proof

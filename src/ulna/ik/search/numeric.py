@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.drivers import multi_start
 from ulna.engine.bound import bind
 from ulna.engine.records import replaced
+from ulna.ik.entries import multi_start
 from ulna.ik.options import Request
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, Query, make_problem, refuse_no_pose
 from ulna.ik.reason import Explanation

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers import multi_start
 from ulna.engine.records import replaced
 from ulna.engine.threads import in_parts
+from ulna.ik.entries import multi_start
 from ulna.ik.problem import SEEDED_STEPS, STEPS, Problem, rows_for
 from ulna.ik.search.ranking import Cost
 from ulna.ik.search.starts import closed_form_starts, unit_samples

@@ -8,7 +8,7 @@ Nodes are written once; a change of the tree writes new ones from the changed le
 root goes on in the old tree. A missing child has an AABB whose least values are above all others, and is not a number.
 
 Source: Omohundro, Five balltree construction algorithms (1989), for the idea of a static tree over bounds; Driscoll, Sarnak,
-Sleator and Tarjan, Making data structures persistent (1989), for copying a path. ``drivers.tree_nodes`` writes the nodes.
+Sleator and Tarjan, Making data structures persistent (1989), for copying a path. ``entries.tree_nodes`` writes the nodes.
 """
 
 from ulna.engine.decorators import kernel

@@ -102,7 +102,7 @@ class EdgeCheck(NamedTuple):
     scene: Scene
     carried: Carried
     work: tuple
-    """Room made by ``drivers.continuous.interval_work``."""
+    """Room made by ``collision.entries.continuous.interval_work``."""
     of_world: float
     """Greatest error of a point of an object by rounding [m]."""
 

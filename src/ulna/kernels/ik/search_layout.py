@@ -4,7 +4,7 @@
 SOLVED, NOT_FOUND, NOT_A_POSE = 0, 1, 2
 # What a task requires of the six components of the pose error, in the target's axes.
 WHOLE_POSE, WITH_SLACK, POINTING = 0, 1, 2
-# How a search for one target ends early (``drivers.multi_start``).
+# How a search for one target ends early (``ik.entries.multi_start``).
 ANY, NEAREST = 1, 2
 # Scratch arrays.
 N_SYSTEM = 27  # rows: the lower triangle of a 6x6 matrix, then a vector of six

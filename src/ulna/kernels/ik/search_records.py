@@ -17,7 +17,7 @@ class SearchSettings(Record):
         steps: The most from one start.
         seeded_steps: The most from the first start; 0: ``steps``.
         calm: Whether the damping is in proportion to the size of the error. Such a search converges for targets out of reach.
-        first_wins: Whether a search for one target ends early, and how: 0, ANY or NEAREST (``drivers.multi_start``).
+        first_wins: Whether a search for one target ends early, and how: 0, ANY or NEAREST (``ik.entries.multi_start``).
         with_posture: Whether there is a posture.
         task: Components of the pose error that count: WHOLE_POSE, WITH_SLACK or POINTING, in the target's axes.
         slack: Tolerance of each component at no cost [m, rad], read unless the task is the WHOLE_POSE.

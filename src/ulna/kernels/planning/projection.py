@@ -31,7 +31,7 @@ _FLAT = 0.7  # of a unit vector: an entry at most as long is not the longest
 def project_step(joints, keeping, i, active, q_rows):
     """Move q by one step towards constraint i, in the lanes that are ``active``, within the bounds.
 
-    keeping: the constraints, where the joints are, and room (``drivers.planning.keeping``).
+    keeping: the constraints, where the joints are, and room (``planning.entries.keeping``).
 
     1. Of the poses of the joints, take those of the constraint's two frames, and the Jacobian of the first as the other sees it:
        the twists of the joints that carry one of the two. If an axis is to point at the other frame's origin, the target and the

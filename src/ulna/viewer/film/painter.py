@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from ulna.description.shapes import Box
-from ulna.drivers import rendering
 from ulna.kernels.render.render_layout import NOTHING
 from ulna.viewer.film.camera import Camera, sun_view
+from ulna.viewer.film.entries import rendering
 from ulna.viewer.film.skin import Model, Skin, is_opaque, linear
 from ulna.viewer.palette import INK, TO_SUN, Solid
 

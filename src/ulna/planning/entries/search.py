@@ -6,13 +6,7 @@ and its bits do not depend on where. There is no clock in it: the samples are gi
 
 import numpy as np
 
-from ulna.drivers.continuous import edge_check_of
-from ulna.drivers.planning.aorrtc import grow_cheaper
-from ulna.drivers.planning.edge import EdgeContext, without_turns
-from ulna.drivers.planning.keeping import CONSTRAINTS, keeping_of
-from ulna.drivers.planning.rrt_connect import grow_trees
-from ulna.drivers.planning.shortening import Cut, shorten_path
-from ulna.drivers.planning.tree import Steps, drop_repeats, rows_for, write_found
+from ulna.collision.entries.continuous import edge_check_of
 from ulna.engine.decorators import entry
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, Array, Group
 from ulna.kernels.collision.scene import BOXES, SHAPES
@@ -29,6 +23,12 @@ from ulna.kernels.planning.search_records import (
     ShorteningState,
     Trees,
 )
+from ulna.planning.entries.aorrtc import grow_cheaper
+from ulna.planning.entries.edge import EdgeContext, without_turns
+from ulna.planning.entries.keeping import CONSTRAINTS, keeping_of
+from ulna.planning.entries.rrt_connect import grow_trees
+from ulna.planning.entries.shortening import Cut, shorten_path
+from ulna.planning.entries.tree import Steps, drop_repeats, rows_for, write_found
 
 _SEARCH = Group((Array(SearchSettings, 1, constant=True), Array(Entry, 1), MATRIX, Array(SearchState, 1)), SearchTables)
 _TREES = Group((MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES), Trees)

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ulna.drivers.batch import gather, scatter_matrices, scatter_matrix, share_no_memory, write_matrix
 from ulna.engine.decorators import entry, low_latency_entry
 from ulna.engine.lanes import WIDTH, empty_rows, load, zero_rows
 from ulna.engine.signatures import BLOCKS, MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.kernels.chain.poses import chain_pose, frame_pose, joint_turns, tree_poses, turned_chain_pose
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import store_pose
+from ulna.kinematics.entries.batch import gather, scatter_matrices, scatter_matrix, share_no_memory, write_matrix
 
 
 @low_latency_entry((MATRIX, WHOLE, NUMBERS, MATRIX))

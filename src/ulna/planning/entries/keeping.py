@@ -1,8 +1,8 @@
 """Bounds by how much an edge leaves its constraints, and projects configurations onto them.
 
-An edge is divided into intervals as in ``drivers.continuous``. What is bounded is the greatest share of its tolerance that any
-constraint uses on the edge (``kernels.planning.keeping``): 1 is as much as is allowed. A level is kept, from which on intervals
-count; it is at all times at least ``apart`` above each share that was seen:
+An edge is divided into intervals as in ``collision.entries.continuous``. What is bounded is the greatest share of its tolerance
+that any constraint uses on the edge (``kernels.planning.keeping``): 1 is as much as is allowed. A level is kept, from which on
+intervals count; it is at all times at least ``apart`` above each share that was seen:
 
 1. An interval whose bound is not above the level is done with. Others are split.
 2. The level is the bound of the whole edge when no interval is left. It is more than the truth by ``apart`` at most.
@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.carried import steps_of
-from ulna.drivers.continuous import BREADTH, interval_work, split_next, write_places
+from ulna.collision.entries.carried import steps_of
+from ulna.collision.entries.continuous import BREADTH, interval_work, split_next, write_places
 from ulna.engine.decorators import entry, kernel, routine, shared_routine, workspace
 from ulna.engine.lanes import WIDTH, any_lane, empty_rows, load, splat, store
 from ulna.engine.signatures import MATRIX, NUMBER, NUMBERS, TABLE, Array, Group

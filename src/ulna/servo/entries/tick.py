@@ -36,9 +36,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.carried import carried_by
-from ulna.drivers.contacts import near_of
-from ulna.drivers.continuous import edge_is_free, interval_work
+from ulna.collision.entries.carried import carried_by
+from ulna.collision.entries.contacts import near_of
+from ulna.collision.entries.continuous import edge_is_free, interval_work
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.lanes import sqrt
 from ulna.engine.records import Records

@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.continuous import BREADTH, edge_is_free, edge_is_free_at_samples
-from ulna.drivers.planning.keeping import Keeping, keeps_all
+from ulna.collision.entries.continuous import BREADTH, edge_is_free, edge_is_free_at_samples
 from ulna.engine.decorators import kernel, routine, workspace
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Edge, EdgeCheck
 from ulna.kernels.planning.search_records import MAX_REFUSED, SearchSettings
 from ulna.kernels.planning.space import distance
+from ulna.planning.entries.keeping import Keeping, keeps_all
 
 
 class EdgeContext(NamedTuple):

@@ -17,9 +17,6 @@ al., Adaptive tuning of the sampling domain for dynamic-domain RRTs (IROS 2005):
 
 import numpy as np
 
-from ulna.drivers.planning.edge import passes
-from ulna.drivers.planning.extension import extend, gains_little, read_target
-from ulna.drivers.planning.tree import is_full, join, nearest_node, needs_samples, next_tree, pass_over, read_node
 from ulna.engine.decorators import kernel
 from ulna.kernels.planning.search_records import (
     BESIDE,
@@ -34,6 +31,9 @@ from ulna.kernels.planning.search_records import (
     STOPPED,
 )
 from ulna.kernels.planning.space import adapted_domain, distance, write_step
+from ulna.planning.entries.edge import passes
+from ulna.planning.entries.extension import extend, gains_little, read_target
+from ulna.planning.entries.tree import is_full, join, nearest_node, needs_samples, next_tree, pass_over, read_node
 
 
 @kernel

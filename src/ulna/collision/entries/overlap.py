@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ulna.drivers.batch import gather
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, load, store, zero_rows
 from ulna.engine.signatures import MATRIX, NUMBERS, TRUTHS
@@ -12,6 +11,7 @@ from ulna.kernels.collision.overlap import overlaps_indexed, overlaps_unindexed
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import BOXES, SHAPES
 from ulna.kernels.spatial.elementary import all_in_range
+from ulna.kinematics.entries.batch import gather
 
 
 @entry(*((scene, NUMBERS) for scene in (BOXES, SHAPES)))

@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.lane_state import reset_state, search_state, write_bounds, write_result, write_start, write_target
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.lanes import WIDTH, any_lane, load
 from ulna.engine.signatures import INDICES, MATRICES, MATRIX, NUMBERS, TABLE, Array, Group
+from ulna.ik.entries.lane_state import reset_state, search_state, write_bounds, write_result, write_start, write_target
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, P2, R2, RUNNING, advance
 from ulna.kernels.ik.search_layout import NEAREST, NOT_A_POSE, SOLVED
 from ulna.kernels.ik.search_records import SearchResult, SearchSettings

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ulna.drivers.batch import gather
-from ulna.drivers.contacts import scratch_of_epa
+from ulna.collision.entries.contacts import scratch_of_epa
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, lane_of, load, store, zero_rows
 from ulna.engine.signatures import MATRIX, Array
@@ -12,6 +11,7 @@ from ulna.kernels.collision.nearest import nearest_indexed, nearest_unindexed, s
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import BOXES, SHAPES, NearestPair
 from ulna.kernels.spatial.elementary import all_in_range
+from ulna.kinematics.entries.batch import gather
 
 
 @entry(*((scene, MATRIX, Array(NearestPair, 1)) for scene in (BOXES, SHAPES)))

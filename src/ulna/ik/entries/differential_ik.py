@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.drivers.batch import gather, scatter_rows
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import WIDTH, empty_rows, zero_rows
 from ulna.engine.signatures import CONSTANTS, MATRIX, NUMBER, NUMBERS, TABLE, WHOLE, Group
@@ -13,6 +12,7 @@ from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.ik.bounded_least_squares import bounded_least_squares, velocity_bounds
 from ulna.kernels.ik.search_layout import N_SYSTEM, N_TURNED
 from ulna.kernels.spatial.elementary import all_in_range
+from ulna.kinematics.entries.batch import gather, scatter_rows
 
 
 class ControlStep(NamedTuple):

@@ -2,8 +2,10 @@
 
 import numpy as np
 
-from ulna.drivers.batch import gather, gather_poses, scatter_rows
-from ulna.drivers.branch_rows import (
+from ulna.engine.decorators import entry, kernel, workspace
+from ulna.engine.lanes import WIDTH, lane_of, load, splat, store, where, zero_rows
+from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, TRUTH_ROWS, WHOLE, Array
+from ulna.ik.entries.branch_rows import (
     N_AXES,
     branch_state,
     polish_branches,
@@ -13,10 +15,7 @@ from ulna.drivers.branch_rows import (
     write_free_angles,
     write_seed,
 )
-from ulna.drivers.lane_state import store_state, write_result, write_target
-from ulna.engine.decorators import entry, kernel, workspace
-from ulna.engine.lanes import WIDTH, lane_of, load, splat, store, where, zero_rows
-from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, TRUTH_ROWS, WHOLE, Array
+from ulna.ik.entries.lane_state import store_state, write_result, write_target
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import (
     IS_REAL,
@@ -35,6 +34,7 @@ from ulna.kernels.ik.search_records import SearchResult
 from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import load_pose, matrix_pose, rigidity_defect
+from ulna.kinematics.entries.batch import gather, gather_poses, scatter_rows
 
 _RESULTS = Array(SearchResult, 1)
 _FEW = 4  # targets that take no longer one by one

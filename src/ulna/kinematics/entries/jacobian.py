@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ulna.drivers.batch import gather, scatter_rows, share_no_memory
 from ulna.engine.decorators import entry, low_latency_entry
 from ulna.engine.lanes import WIDTH, zero_rows
 from ulna.engine.signatures import MATRICES, MATRIX, NUMBERS, TABLE, WHOLE
 from ulna.kernels.chain.jacobian import chain_jacobian, first_joints, turned_chain_jacobian
 from ulna.kernels.chain.poses import joint_turns
 from ulna.kernels.spatial.elementary import all_in_range
+from ulna.kinematics.entries.batch import gather, scatter_rows, share_no_memory
 
 
 @low_latency_entry((MATRIX, WHOLE, WHOLE, NUMBERS, MATRIX))

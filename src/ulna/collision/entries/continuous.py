@@ -25,7 +25,7 @@ Impulse-based dynamic simulation of rigid body systems, 1996).
 
 import numpy as np
 
-from ulna.drivers.carried import carried_by
+from ulna.collision.entries.carried import carried_by
 from ulna.engine.decorators import entry, kernel, routine, shared_routine, workspace
 from ulna.engine.lanes import WIDTH, empty_rows, load, store, zero_rows
 from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS

@@ -6,7 +6,7 @@ but the last of a level are full. The root is the last node. There is always one
 
 import numpy as np
 
-from ulna.drivers.morton_order import NUMBER, sorted_keys
+from ulna.collision.entries.morton_order import NUMBER, sorted_keys
 from ulna.engine.decorators import entry, routine
 from ulna.engine.lanes import WIDTH, empty_rows, load, load_columns, splat, store
 from ulna.engine.signatures import MATRIX, NUMBERS, POINTS, POINTS_32, WHOLE
