@@ -11,7 +11,7 @@ from ulna.viewer.palette import Color
 from ulna.viewer.session.ellipsoid import Mobility
 
 STYLE = "padding:0.35em 0.75em;line-height:1.35"
-BUTTON = "border:1px solid #228be6;border-radius:2px;background:transparent;color:#228be6;padding:0.2em 0.7em;cursor:pointer"
+BUTTON = "border:1px solid var(--ulna-link);border-radius:2px;color:var(--ulna-link);background:transparent;padding:0.2em 0.7em"
 
 
 def marked(words: str, color: Color, *, filled: bool = True) -> str:

@@ -33,7 +33,7 @@ OBSTACLES: tuple[Color, ...] = (
     (205, 190, 90),
     (222, 144, 186),
 )  # by their order, on the page and in a film; red is not among them
-AXES: dict[str, Color] = {"x": (215, 55, 75), "y": (47, 158, 68), "z": (28, 113, 216)}  # of buttons, with white letters
+AXES: dict[str, Color] = {"x": (215, 55, 75), "y": (36, 124, 53), "z": (28, 113, 216)}  # of buttons, with white letters
 GROUND: Color = (150, 160, 172)  # half-spaces among them
 CURVES: tuple[Color, ...] = (
     (0, 114, 178),
