@@ -42,8 +42,8 @@ _ROUNDED = 1 + 1e-6  # of the window, which is as much longer than the limits of
 class Continued:
     """A motion up to one of its stops, and from there on another one."""
 
-    first: TimedPath | Averaged | Continued | Splined
-    then: TimedPath | Averaged | Continued | Splined
+    first: Timed
+    then: Timed
 
     @property
     def limits_jerk(self) -> bool:
@@ -90,10 +90,10 @@ class Continued:
         return np.concatenate([early, late[1:]]), np.concatenate([beside, others])
 
 
-Timed = TimedPath | Averaged | Continued
+Timed = TimedPath | Averaged | Continued | Splined
 
 
-def is_from_file(timed: Timed | Splined) -> bool:
+def is_from_file(timed: Timed) -> bool:
     """Whether a motion, or a part of it, is one of polynomials, as those of files are."""
     return is_from_file(timed.first) or is_from_file(timed.then) if isinstance(timed, Continued) else isinstance(timed, Splined)
 
@@ -124,6 +124,8 @@ def _replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsF
             return _replaced(timed.first, path, at, limits, is_free)
         then = _replaced(timed.then, path, at - timed.first.duration, limits, is_free)
         return None if then is None else Continued(timed.first, then)
+    if isinstance(timed, Splined):
+        raise AssertionError("a motion from a file is not replaced")  # noqa: TRY004 - the caller has asked
     if isinstance(timed, Averaged) or limits.jerk is None:
         return _turned(timed, path, at, limits, is_free)
     k = int(np.searchsorted(timed.rests, at + _AT_STOP, side="right")) - 1

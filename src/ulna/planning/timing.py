@@ -43,7 +43,8 @@ class Limits(NamedTuple):
     def wider(self, other: Limits) -> Limits:
         """The limits that a motion keeps of which one part keeps these, and another the others."""
         jerk = None if self.jerk is None or other.jerk is None else np.maximum(self.jerk, other.jerk)
-        return Limits(*map(np.maximum, self[:2], other[:2]), jerk)
+        velocity, acceleration = map(np.maximum, self[:2], other[:2])
+        return Limits(velocity, acceleration, jerk)
 
 
 class Speeds(NamedTuple):

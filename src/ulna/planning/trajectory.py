@@ -31,7 +31,6 @@ from ulna.planning.moving_ends import Ends, refuse_path_beyond
 from ulna.planning.positions import PositionLimits
 from ulna.planning.replaced import Continued, Timed, is_from_file, replaced
 from ulna.planning.ros_message import joint_trajectory, points_of
-from ulna.planning.splined import Splined
 from ulna.planning.timing import QUANTITIES, Limits, Moment, Profile, TimedPath
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ class Trajectory(OneLine):
 
     certified: bool
     joint_names: tuple[str, ...]
-    _timed: Timed | Splined
+    _timed: Timed
     _motion: Motion | None = field(default=None, repr=False)
     _limits: Limits | None = field(default=None, repr=False)
     _ends: Ends | None = field(default=None, repr=False)
@@ -405,7 +404,7 @@ class Trajectory(OneLine):
         return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions, self._hands)
 
     def then(self, other: Trajectory) -> Trajectory:
-        """This motion, a stop, and another motion, which begins where this one ends.
+        """The motion, a stop, and another motion, which begins where the first one ends.
 
         It is certified where both are. Of two different limits it states the wider ones.
 
