@@ -51,14 +51,14 @@ class LinkPanel:
         self._joints = {joint.child: joint for joint in robot.description.joints}
         with gui.add_folder("Link", visible=False) as self.folder:
             self.facts = gui.add_html("")
-            self.fields: dict[str, Any] = {
-                quantity: gui.add_number(
-                    label, 0.0, step=0.001, visible=False, hint="In rad or m, and seconds; 0 for no limit of a rate"
-                )
-                for quantity, label in zip(QUANTITIES, _LABELS, strict=True)
-            }
             self.buttons = [gui.add_button(" ", visible=False) for _ in acts]
             self.close = gui.add_button("Close", color="gray")
+            with gui.add_folder("Limits of its joint", expand_by_default=False) as self.limits:
+                hint = "In rad or m, and seconds; 0 for no limit of a rate"
+                self.fields: dict[str, Any] = {
+                    quantity: gui.add_number(label, 0.0, step=0.001, visible=False, hint=hint)
+                    for quantity, label in zip(QUANTITIES, _LABELS, strict=True)
+                }
         self._typed = TypedFields(tuple(self.fields.values()), moved, lambda: self.chosen)
         for button, (_, act) in zip(self.buttons, acts, strict=True):
             button.on_click(lambda event, act=act: self._do(act, event.client))
@@ -99,9 +99,10 @@ class LinkPanel:
         self.facts.content = facts(_facts_of(robot, session.q, link, joint))
         column = robot.joint_slices[robot.joint_names.index(joint.name)].start if _is_limited(robot, joint) else None  # type: ignore[union-attr]
         limits = {} if column is None else limits_of(robot, column)
+        self.limits.visible = bool(limits)
         for quantity, field in self.fields.items():
             value = limits.get(quantity, np.nan)
-            field.visible = np.isfinite(value) or (quantity in QUANTITIES[2:] and np.isposinf(value))
+            field.visible = bool(np.isfinite(value)) or bool(quantity in QUANTITIES[2:] and np.isposinf(value))
             if field.visible:
                 self._typed.write(field, round(value, 4) if np.isfinite(value) else 0.0)
         for button, (label, _) in zip(self.buttons, self._acts, strict=True):

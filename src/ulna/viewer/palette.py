@@ -47,6 +47,7 @@ CURVES: tuple[Color, ...] = (
 )  # of joints in a plot, which colour-blind people can distinguish; after M. Okabe and K. Ito, 2008
 FLOOR_CELLS: Color = (148, 156, 168)  # the floor's thin lines: all tabs have the same, on light pages and on dark ones
 FLOOR_SECTIONS: Color = (124, 132, 145)
+SKY: tuple[Color, Color] = ((249, 250, 252), (223, 227, 233))  # from the upper edge of a light page to the lower
 TO_SUN = (0.9, 0.25, 1.5)  # the direction to the sun, on the page and in a film
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
 FAINT = 0.1  # of the robot's shape to which the distance is shown
