@@ -107,7 +107,7 @@ def test_a_clicked_link_says_what_it_is_is_hidden_narrowed_and_carries_an_obstac
     page.get_by_role("option", name="crate").click()
     page.get_by_role("button", name="Attach crate").click()
     wait_to_see(page, lambda: view.session.robot.attached and not view.world.names, "an attached crate")
-    before = view.arm.attached["crate"]
+    before = wait_to_see(page, lambda: view.arm.attached.get("crate"), "the crate on the arm")
     page.get_by_text("Attached: crate to").wait_for()
     page.get_by_role("button", name="Put crate down").click()
     wait_to_see(page, lambda: not view.session.robot.attached and view.world.names == ("crate",), "a crate that is put down")

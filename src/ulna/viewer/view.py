@@ -199,6 +199,9 @@ class View:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
+    def __repr__(self) -> str:
+        return f"<View of {self.session.robot.name!r} at {self.url}>"
+
     def _repr_html_(self) -> str:
         """The page in a frame of a notebook."""
         title = html.escape(f"{self.session.robot.name} in 3-D", quote=True)
