@@ -1,4 +1,4 @@
-"""What a person has changed of a robot on its page: contacts that are allowed, limits, attached objects."""
+"""Holds the changes of a robot on its page: contacts that are allowed, limits, attached objects."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Changes(NamedTuple):
         return "".join(["robot", *calls])
 
     def in_words(self) -> str:
-        """What was changed, in sentences; empty if nothing was."""
+        """Sentences that say what was changed; empty if nothing was."""
         joints = dict.fromkeys(joint for of_joints in self.limits.values() for joint in of_joints)
         words = {
             "These links may touch": [" and ".join(pair) for pair in self.allowed],
