@@ -68,10 +68,9 @@ class Plots:
             values, ends = curve.values, [float(end[k]) for end in (curve.low, curve.high) if np.isfinite(end[k])]
         lines = [np.full_like(curve.t, end) for end in ends]
         chart.scales = {"x": {"time": False}, "y": {"range": _SHARES} if k is None else {}}
-        font = {"labelFont": "11px sans-serif"}
         chart.axes = (
-            {"label": "t [s]", "labelSize": 14, "size": 22, **font},
-            {"label": label, "labelSize": 16, "size": 44, **font},
+            {"label": "t [s]", "labelSize": 14, "labelFont": "11px sans-serif", "size": 22},
+            {"label": label, "labelSize": 16, "labelFont": "11px sans-serif", "size": 44},
         )
         chart.series = (
             {"label": "time [s]"},
