@@ -215,6 +215,36 @@ def camera_into_bin(size: tuple[int, int]) -> Pixels:
     return scene.paint_several(q[[0, 40, 60, 99]])
 
 
+def loop(size: tuple[int, int], rate: int = 10) -> Film:
+    """A box is dragged into the way of the Panda, whose motion is planned anew meanwhile, and then played; and so back."""
+    robot, world, pictures = ulna.load("panda"), ulna.World(), []
+    camera, box = Camera((1.75, 0.35, 0.95), (0.12, 0.0, 0.42), fov=0.5), ulna.Box((0.14, 0.14, 0.62))
+    world.add("box", box, ulna.pose((0.45, -0.75, 0.31)))
+    down = (np.pi, 0.0, 0.0)
+    ends = [robot.inverse_kinematics(ulna.pose((0.42, y, 0.4), down), robot.home).q for y in (0.42, -0.42)]
+    track = np.array([(0.45, -0.75), (0.45, 0.02), (0.45, -0.75)])
+    shown = Scene(robot, camera.position, camera.look_at, size)
+
+    def add(q: NDArray, plan: ulna.Plan) -> None:
+        shown.solids.clear()
+        shown.put_way(plan.at(np.linspace(0, 1, 40)), GREEN)
+        shown.put_world(world, () if not robot.in_collision(q, world) else ("box",))
+        pictures.append(Picture(q, camera, tuple(shown.solids)))
+
+    for k, (start, goal) in enumerate((ends, ends[::-1])):
+        plan = robot.plan(start, goal, world)
+        for share in np.linspace(0.0, 1.0, round(1.7 * rate)):
+            eased = share * share * (3.0 - 2.0 * share)
+            x, y = (1.0 - eased) * track[k] + eased * track[k + 1]
+            world.move("box", ulna.pose((x, y, 0.31)))
+            plan = robot.plan(start, goal, world, clearance=0.02) or plan
+            add(start, plan)
+        motion = plan.improve(2000).trajectory(acceleration=3.0)
+        for t in np.linspace(0.0, motion.duration, round(2.3 * rate)):
+            add(motion.at(t).q, plan)
+    return Film(Model(robot), pictures, size, rate, Ground((0.2, 0.0, 0.35), 1.5), samples=2)
+
+
 def camera_into_bin_film(size: tuple[int, int], rate: int = 10) -> Film:
     """The motions of the same example at half their speed, each among the points of the image that it was planned in."""
     example = _example("13_camera_into_bin.py")
@@ -384,12 +414,13 @@ PICTURES: dict[str, Callable[[tuple[int, int]], Pixels]] = {
 
 FEW_COLORS = {"arms"}  # a third of the bytes
 
-FILMS: dict[str, Callable[[tuple[int, int]], Film]] = {"camera_into_bin_film": camera_into_bin_film}
+FILMS: dict[str, Callable[[tuple[int, int]], Film]] = {"camera_into_bin_film": camera_into_bin_film, "loop": loop}
+SIZES_OF_FILMS = {"loop": (760, 300)}
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or (*PICTURES, *FILMS):
         if name in FILMS:
-            write_film(Path(__file__).with_name(f"{name}.gif"), FILMS[name](SIZE_OF_FILM))
+            write_film(Path(__file__).with_name(f"{name}.gif"), FILMS[name](SIZES_OF_FILMS.get(name, SIZE_OF_FILM)))
         else:
             picture = Image.fromarray(PICTURES[name](SIZE))
             if name in FEW_COLORS:

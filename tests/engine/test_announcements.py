@@ -6,7 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from ulna.engine import announcements
+from processes import wait_for
+from ulna.engine import announcements, progress
 from ulna.engine.announcements import compilation_begins, compilation_ended, quietly
 
 pytestmark = pytest.mark.compiler
@@ -40,7 +41,7 @@ def pipe(monkeypatch):
 def compile_for(clock, name, seconds):
     compilation_begins(name)
     clock[0] += seconds
-    compilation_ended()
+    compilation_ended(name)
 
 
 def test_in_a_pipe_a_chain_is_one_line_and_the_next_chain_another(clock, pipe):
@@ -54,13 +55,46 @@ def test_in_a_pipe_a_chain_is_one_line_and_the_next_chain_another(clock, pipe):
     assert pipe.getvalue().splitlines()[1].startswith("ulna: compiling fourth ")
 
 
-def test_on_a_terminal_every_entry_has_its_line(clock, pipe, monkeypatch):
+def test_on_a_terminal_a_line_turns_while_an_entry_is_compiled_and_then_says_how_long_it_took(clock, pipe, monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr(announcements, "sys", SimpleNamespace(stderr=terminal))
+    monkeypatch.setenv("TERM", "xterm")
+    compilation_begins("first")
+    wait_for(lambda: "compiling first for this machine (once), 0 s" in terminal.getvalue(), "the line")
+    clock[0] += 3.0
+    wait_for(lambda: "compiling first for this machine (once), 3 s" in terminal.getvalue(), "the seconds")
+    compilation_ended("first")
+    compile_for(clock, "second", 1.25)
+    wait_for(lambda: announcements._spinner._thread is None, "the end of it")
+    left = [line.rpartition("\x1b[K")[2] for line in terminal.getvalue().split("\n") if line]
+    assert left == ["ulna: compiled first for this machine (once): 3.0 s", "ulna: compiled second for this machine (once): 1.2 s"]
+
+
+def test_beside_a_bar_and_on_a_terminal_without_control_codes_every_entry_has_a_line(clock, pipe, monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(announcements, "sys", SimpleNamespace(stderr=terminal))
+    monkeypatch.setattr(announcements, "is_bar_shown", lambda: True)
     compile_for(clock, "first", 1.0)
+    monkeypatch.setattr(announcements, "is_bar_shown", lambda: False)
+    monkeypatch.setenv("TERM", "dumb")
     compile_for(clock, "second", 1.0)
     lines = [f"ulna: compiling {name} for this machine (once)\n" for name in ("first", "second")]
     assert terminal.getvalue() == "".join(lines)
+
+
+def test_the_line_of_what_failed_ends_and_a_bar_that_is_drawn_is_known(clock, pipe, monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(announcements, "sys", SimpleNamespace(stderr=terminal))
+    monkeypatch.setenv("TERM", "xterm")
+    compilation_begins("failing")
+    clock[0] += 500.0
+    wait_for(lambda: announcements._spinner._thread is None, "the end of it")
+    bar = progress.progress_bar()
+    assert not progress.is_bar_shown()
+    bar.live.start()
+    assert progress.is_bar_shown()
+    bar.live.stop()
+    assert not progress.is_bar_shown()
 
 
 def test_a_program_that_has_configured_logging_gets_a_record_and_no_line(clock, monkeypatch, caplog):

@@ -99,6 +99,22 @@ def test_what_ulna_writes_is_read_as_the_same_motion_and_an_arm_runs_it(panda, t
     assert Recorder(panda.home).run(again).arrived
 
 
+def test_what_is_written_as_json_is_the_message_and_is_read_as_the_same_motion(panda, tmp_path):
+    motion = panda.plan(panda.home, panda.home + 0.3).trajectory(acceleration=3.0, jerk=30.0)
+    back = panda.plan(panda.home + 0.3, panda.home).trajectory(acceleration=3.0)
+    for one in (motion, back, motion.then(back)):
+        one.to_json(tmp_path / "motion.json", period=0.005)
+        again = panda.motion_from_file(tmp_path / "motion.json")
+        t = np.linspace(0.0, one.duration, 300)
+        assert again.duration == pytest.approx(one.duration, abs=1e-9)
+        np.testing.assert_allclose(again.at(t).q, one.at(t).q, atol=1e-4)
+        assert json.loads((tmp_path / "motion.json").read_text())["joint_names"] == list(panda.joint_names)
+    with pytest.raises(FileError, match="no such folder"):
+        motion.to_json(tmp_path / "none" / "motion.json")
+    with pytest.raises(InputError, match="period"):
+        motion.to_json(tmp_path / "motion.json", period=0.0)
+
+
 def test_a_table_states_its_units_and_velocities_count_where_all_joints_have_them(panda, tmp_path):
     q, qd, _ = points_of(panda)
     names = panda.joint_names

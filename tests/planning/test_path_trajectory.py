@@ -173,3 +173,33 @@ def test_a_path_beyond_a_limit_of_position_is_refused_with_its_joint_and_amount(
     motion = panda.trajectory(points, limits="franka")
     assert motion.check()
     assert (motion.at(np.linspace(0, motion.duration, 1001)).q <= panda.upper).all()
+
+
+def test_two_motions_one_after_the_other_are_each_of_them_with_a_stop_between(panda):
+    world = ulna.World()
+    there, away = panda.home + 0.3, panda.home - 0.2
+    first = panda.plan(panda.home, there, world).trajectory(acceleration=3.0, jerk=30.0)
+    second = panda.plan(there, away, world).trajectory(acceleration=5.0)
+    both = first.then(second)
+    assert both.certified
+    assert both.stops == first.stops + second.stops + 1
+    assert both.duration == first.duration + second.duration
+    t = np.linspace(0.0, both.duration, 400)
+    early = t < first.duration
+    np.testing.assert_allclose(both.at(t[early]).q, first.at(t[early]).q, atol=1e-12)
+    np.testing.assert_allclose(both.at(t[~early]).q, second.at(t[~early] - first.duration).q, atol=1e-12)
+    assert both.check()
+    assert not both.limits_jerk
+    assert not both.check(jerk=30.0)
+    np.testing.assert_array_equal(both.limits["acceleration"][1], second.limits["acceleration"][1])
+    assert both.is_free(world)
+    with pytest.raises(InputError, match="begins elsewhere"):
+        first.then(first)
+    with pytest.raises(InputError, match="a motion of the same joints"):
+        first.then(None)
+    moving = panda.plan(there, away, world).trajectory(acceleration=5.0, start_velocity=0.01 * (away - there))
+    with pytest.raises(InputError, match="at rest where they meet"):
+        first.then(moving)
+    still = panda.plan(there, there, world).trajectory(acceleration=5.0)
+    assert first.then(still) is first
+    assert panda.trajectory([panda.home], acceleration=5.0).then(first) is first

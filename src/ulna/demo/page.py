@@ -2,6 +2,7 @@
 
 import os
 import time
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -60,6 +61,7 @@ def serve(
             if passed:
                 app.wait()
     finally:
+        warnings.simplefilter("ignore")  # open pages cause warnings when the server is stopped
         ended = app.stop()
     if not ended:
         os._exit(0 if passed else 1)  # a compilation is running, which takes long; a normal exit during it would abort

@@ -1,20 +1,27 @@
 """Says that machine code is being made, which takes a second to half a minute.
 
-On a terminal each entry is announced as its compilation begins. Elsewhere (a pipe, CI, Jupyter) a chain of compilations is
-announced once: those that one call waits for. That is a record of the logger ``ulna``, level INFO. A program that shows records
+On a terminal a line says which entry is compiled, and counts the seconds; in the end it says how many they were. While a bar of
+progress is drawn there, the line is printed once instead. Elsewhere (a pipe, CI, Jupyter) a chain of compilations is announced
+once: those that one call waits for. That is a record of the logger ``ulna``, level INFO. A program that shows records
 decides itself what becomes of it; one that shows none, or writes them only into a file, gets a line on standard error.
 """
 
 import contextlib
+import itertools
 import logging
+import os
 import sys
 import threading
 import time
+
+from ulna.engine.progress import is_bar_shown
 
 LOGGER = logging.getLogger("ulna")
 LOGGER.addHandler(logging.NullHandler())
 _NEXT_WITHIN_S = 2.0  # of the end of a compilation the next of a chain begins
 _LONGEST_S = 120.0  # of one compilation
+_CLEAR = "\r\x1b[K"  # the line that the terminal is in
+_TURN_S = 0.2
 _lock = threading.Lock()
 _chain_until = 0.0
 
@@ -41,8 +48,10 @@ def compilation_begins(name: str) -> None:
         return
     begins_chain = _prolong(_LONGEST_S)
     on_terminal = sys.stderr is not None and not sys.stderr.closed and sys.stderr.isatty()
-    if on_terminal:
+    if on_terminal and (is_bar_shown() or os.environ.get("TERM") == "dumb"):
         _print(f"ulna: compiling {name} for this machine (once)")
+    elif on_terminal:
+        _spinner.begin(name)
     if begins_chain:
         line = f"compiling {name} and what is called with it for this machine (once; `ulna warmup` compiles everything)"
         LOGGER.info(line)
@@ -50,8 +59,9 @@ def compilation_begins(name: str) -> None:
             _print(f"ulna: {line}")
 
 
-def compilation_ended() -> None:
+def compilation_ended(name: str = "") -> None:
     """What follows soon is of the same chain."""
+    _spinner.end(name)
     _prolong(_NEXT_WITHIN_S, ended=True)
 
 
@@ -70,6 +80,47 @@ def _shows_records() -> bool:
     return not all(isinstance(handler, logging.NullHandler | logging.FileHandler) for handler in handlers)
 
 
-def _print(line: str) -> None:
+def _print(line: str, end: str = "\n") -> None:
     with contextlib.suppress(OSError, ValueError):  # standard error is closed, or None
-        print(line, file=sys.stderr, flush=True)  # noqa: T201
+        print(line, end=end, file=sys.stderr, flush=True)  # noqa: T201
+
+
+class _Spinner:
+    """A line of a terminal that says what is compiled, and for how long, as long as something is."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._since: dict[str, float] = {}  # by the name of what is compiled
+        self._thread: threading.Thread | None = None
+
+    def begin(self, name: str) -> None:
+        """Say that an entry is compiled."""
+        with self._lock:
+            self._since[name] = time.monotonic()
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._turn, name="ulna-spinner", daemon=True)
+                self._thread.start()
+
+    def end(self, name: str) -> None:
+        """Say how long it took."""
+        with self._lock:
+            since = self._since.pop(name, None)
+            if since is not None:
+                _print(f"{_CLEAR}ulna: compiled {name} for this machine (once): {time.monotonic() - since:.1f} s")
+
+    def _turn(self) -> None:
+        turns = itertools.cycle("|/-\\")
+        while True:
+            with self._lock:
+                now = time.monotonic()
+                self._since = {name: since for name, since in self._since.items() if now - since < _LONGEST_S}  # one that failed
+                if not self._since:
+                    self._thread = None
+                    return
+                name, since = list(self._since.items())[-1]
+                words = f"compiling {name} for this machine (once), {now - since:.0f} s"
+                _print(f"{_CLEAR}ulna: {next(turns)} {words}", end="")
+            time.sleep(_TURN_S)
+
+
+_spinner = _Spinner()

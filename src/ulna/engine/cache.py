@@ -169,5 +169,5 @@ class KernelCache(RoutineCache):
 
     def save_overload(self, sig, data):
         """Save the machine code of a signature that was just compiled."""
-        compilation_ended()
+        compilation_ended(self._py_func.__name__)
         super().save_overload(sig, data)

@@ -1,9 +1,18 @@
 """Draws how far a long call is, by rich: on a terminal, on standard error."""
 
+import weakref
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
+
+
+_shown: "weakref.WeakSet[Progress]" = weakref.WeakSet()
+
+
+def is_bar_shown() -> bool:
+    """Whether a bar is drawn now."""
+    return any(bar.live.is_started for bar in _shown)
 
 
 def progress_bar(*columns: "ProgressColumn") -> "Progress":
@@ -13,4 +22,6 @@ def progress_bar(*columns: "ProgressColumn") -> "Progress":
 
     console = Console(stderr=True)
     console.quiet = not console.is_terminal  # rich before 14.3 ends a disabled bar with an empty line
-    return Progress(*columns, console=console, transient=True, disable=console.quiet, speed_estimate_period=120.0)
+    bar = Progress(*columns, console=console, transient=True, disable=console.quiet, speed_estimate_period=120.0)
+    _shown.add(bar)
+    return bar

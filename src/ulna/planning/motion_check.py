@@ -99,7 +99,9 @@ class MotionCheck:
         verdict = "within the limits" if self.within else "beyond a limit"
         share, value = ", where 0 is allowed", f"{self.value:.4g}"
         if self.limit:
-            share = f", {self.value / self.limit:.4g} times its limit of {self.limit:.4g}"
+            of = self.value / self.limit
+            share = f", {100.0 * of:.4g} % of its limit of" if self.within else f", {of:.4g} times its limit of"
+            share += f" {self.limit:.4g}"
         if not self.within and self.value < _LITTLE * self.limit:
             share = f", {100.0 * (self.value - self.limit) / self.limit:.2g} % above its limit of {self.limit:.9g}"
             value = f"{self.value:.9g}"

@@ -71,6 +71,10 @@ class PositionLimits(NamedTuple):
             return self
         return PositionLimits(np.maximum(self.lower, other.lower), np.minimum(self.upper, other.upper))
 
+    def wider(self, other: PositionLimits) -> PositionLimits:
+        """The limits that a motion keeps of which one part keeps these, and another the others."""
+        return PositionLimits(np.minimum(self.lower, other.lower), np.maximum(self.upper, other.upper))
+
     def beyond(self, timed: _Farthest, since: float = 0.0) -> Beyond | None:
         """Where a motion is farthest beyond them from a time on; None if it keeps them, but for rounding."""
         return self.beyond_of(timed.farthest(since))

@@ -24,6 +24,7 @@ from ulna.planning.blend import Grid, IsFree, edges_of, end_of, free_cuts, is_mo
 from ulna.planning.hand import Hand, peaks_of
 from ulna.planning.moving_ends import STRAIGHT_ON, stopping_distance, without_equal
 from ulna.planning.positions import Farthest
+from ulna.planning.splined import Splined
 from ulna.planning.timing import N_PHASES, Limits, Moment, Profile, Speeds, TimedPath, fastest, grid_of
 
 Array = NDArray[np.float64]
@@ -39,11 +40,15 @@ _ROUNDED = 1 + 1e-6  # of the window, which is as much longer than the limits of
 
 @dataclass(frozen=True, eq=False)
 class Continued:
-    """A motion within limits of jerk up to one of its stops, and from there on another one."""
+    """A motion up to one of its stops, and from there on another one."""
 
-    first: TimedPath | Averaged
-    then: TimedPath | Averaged | Continued
-    limits_jerk = True
+    first: Timed
+    then: Timed
+
+    @property
+    def limits_jerk(self) -> bool:
+        """Whether both limit the jerk."""
+        return self.first.limits_jerk and self.then.limits_jerk
 
     @property
     def duration(self) -> float:
@@ -85,7 +90,12 @@ class Continued:
         return np.concatenate([early, late[1:]]), np.concatenate([beside, others])
 
 
-Timed = TimedPath | Averaged | Continued
+Timed = TimedPath | Averaged | Continued | Splined
+
+
+def is_from_file(timed: Timed) -> bool:
+    """Whether a motion, or a part of it, is one of polynomials, as those of files are."""
+    return is_from_file(timed.first) or is_from_file(timed.then) if isinstance(timed, Continued) else isinstance(timed, Splined)
 
 
 def replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed:
@@ -114,6 +124,8 @@ def _replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsF
             return _replaced(timed.first, path, at, limits, is_free)
         then = _replaced(timed.then, path, at - timed.first.duration, limits, is_free)
         return None if then is None else Continued(timed.first, then)
+    if isinstance(timed, Splined):
+        raise AssertionError("a motion from a file is not replaced")  # noqa: TRY004 - the caller has asked
     if isinstance(timed, Averaged) or limits.jerk is None:
         return _turned(timed, path, at, limits, is_free)
     k = int(np.searchsorted(timed.rests, at + _AT_STOP, side="right")) - 1

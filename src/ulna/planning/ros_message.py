@@ -3,7 +3,7 @@
 # pyright: reportMissingImports=false
 # ROS is installed with the system, not by pip; without it pyright cannot check these imports.
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -38,18 +38,26 @@ def joint_trajectory(
         raise MissingROSError(
             f"a message needs trajectory_msgs of ROS ({reason}); docs/ros.md names its packages, to_csv needs none"
         ) from None
+    points = []
+    for time, *values in points_of(at, rests, ends, columns, period):
+        point = JointTrajectoryPoint(**dict(zip(("positions", "velocities", "accelerations"), values, strict=True)))
+        _set_time(point.time_from_start, *time)
+        points.append(point)
+    return JointTrajectory(joint_names=list(names), points=points)
+
+
+def points_of(
+    at: Callable[[Array], Moment], rests: Array, ends: Array, columns: Sequence[int], period: float
+) -> Iterator[tuple[tuple[int, int], list[float], list[float], list[float]]]:
+    """The points of a message: whole seconds and nanoseconds, positions, velocities and accelerations of some columns of q."""
     t, at_rest = _times(rests, period)
     q, qd, qdd = (values[:, columns] for values in at(t)[:3])
     qd[at_rest] = 0.0  # at rest, not by rounding: a controller of ROS 2 refuses what does not end at rest
     if len(t) > 1:
         qd[[0, -1]] = ends[:, columns]
     qdd[at_rest[1:-1]] = 0.0  # neither that before the stop nor that behind it
-    points = []
-    for seconds, *values in zip(t.tolist(), q.tolist(), qd.tolist(), qdd.tolist(), strict=True):
-        point = JointTrajectoryPoint(**dict(zip(("positions", "velocities", "accelerations"), values, strict=True)))
-        _set_time(point.time_from_start, seconds)
-        points.append(point)
-    return JointTrajectory(joint_names=list(names), points=points)
+    times = (divmod(round(seconds * _NANO), _NANO) for seconds in t.tolist())
+    yield from zip(times, q.tolist(), qd.tolist(), qdd.tolist(), strict=True)
 
 
 def _times(rests: Array, period: float) -> tuple[Array, list[int]]:
@@ -62,9 +70,8 @@ def _times(rests: Array, period: float) -> tuple[Array, list[int]]:
     return np.array(t), at
 
 
-def _set_time(duration: Any, seconds: float) -> None:
+def _set_time(duration: Any, whole: int, rest: int) -> None:
     """Set a duration, whose fields have other names in ROS 1 (secs, nsecs) than in ROS 2 (sec, nanosec)."""
-    whole, rest = divmod(round(seconds * _NANO), _NANO)
     one = hasattr(duration, "secs")
     setattr(duration, "secs" if one else "sec", whole)
     setattr(duration, "nsecs" if one else "nanosec", rest)

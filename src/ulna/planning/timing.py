@@ -40,6 +40,12 @@ class Limits(NamedTuple):
     acceleration: Array
     jerk: Array | None = None
 
+    def wider(self, other: Limits) -> Limits:
+        """The limits that a motion keeps of which one part keeps these, and another the others."""
+        jerk = None if self.jerk is None or other.jerk is None else np.maximum(self.jerk, other.jerk)
+        velocity, acceleration = map(np.maximum, self[:2], other[:2])
+        return Limits(velocity, acceleration, jerk)
+
 
 class Speeds(NamedTuple):
     """How fast a path is passed at its start and at its end, ds/dt [1/s]."""

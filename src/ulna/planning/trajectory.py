@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_floats, as_number, positive
 from ulna.description.file_bytes import write_table
-from ulna.errors import InputError, cited, did_you_mean, needs_extra
+from ulna.errors import FileError, InputError, cited, did_you_mean, needs_extra, reason_of
 from ulna.kinematics.tree import Tree
 from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import OneLine, table
@@ -28,9 +29,8 @@ from ulna.planning.motion_check import MotionCheck, Samples, check_of
 from ulna.planning.motion_limits import GivenLimits, as_limits, limits_of, within_robot
 from ulna.planning.moving_ends import Ends, refuse_path_beyond
 from ulna.planning.positions import PositionLimits
-from ulna.planning.replaced import Timed, replaced
-from ulna.planning.ros_message import joint_trajectory
-from ulna.planning.splined import Splined
+from ulna.planning.replaced import Continued, Timed, is_from_file, replaced
+from ulna.planning.ros_message import joint_trajectory, points_of
 from ulna.planning.timing import QUANTITIES, Limits, Moment, Profile, TimedPath
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class Trajectory(OneLine):
 
     certified: bool
     joint_names: tuple[str, ...]
-    _timed: Timed | Splined
+    _timed: Timed
     _motion: Motion | None = field(default=None, repr=False)
     _limits: Limits | None = field(default=None, repr=False)
     _ends: Ends | None = field(default=None, repr=False)
@@ -384,7 +384,7 @@ class Trajectory(OneLine):
         motion = plan._motion  # noqa: SLF001 - a plan and its trajectory belong together
         if not plan or motion is None:
             raise InputError("plan", f"there is no path: {plan.status}")
-        if self._limits is None or isinstance(self._timed, Splined):
+        if self._limits is None or is_from_file(self._timed):
             reason = "none is known of this motion"
             if self._limits is not None:
                 reason = (
@@ -402,6 +402,40 @@ class Trajectory(OneLine):
         is_free = motion.certificate._replace(positions=positions, hands=self._hands)
         timed = replaced(self._timed, plan.path, at, self._limits, is_free)
         return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions, self._hands)
+
+    def then(self, other: Trajectory) -> Trajectory:
+        """The motion, a stop, and another motion, which begins where the first one ends.
+
+        It is certified where both are. Of two different limits it states the wider ones.
+
+        Args:
+            other: A motion of the same joints, as ``robot.plan(motion.q[-1], goal, world).trajectory(...)``.
+
+        Raises:
+            InputError: ``other`` is no such motion, begins elsewhere, or one of the two moves where they meet.
+
+        Example:
+            >>> import ulna
+            >>> robot = ulna.load("panda")
+            >>> there = robot.trajectory([robot.home, robot.home + 0.3], acceleration=5.0)
+            >>> both = there.then(robot.trajectory([robot.home + 0.3, robot.home], acceleration=5.0))
+            >>> both.stops, both.duration == 2 * there.duration
+            (1, True)
+        """
+        if not isinstance(other, Trajectory) or other.joint_names != self.joint_names:
+            raise InputError("other", f"{cited(other)}; a motion of the same joints is expected")
+        if np.abs(other.q[0] - self.q[-1]).max(initial=0.0) > _NEAR:
+            raise InputError("other", "it begins elsewhere than this motion ends; plan it from motion.q[-1]")
+        ends = Ends(self.end_velocities[0], other.end_velocities[1])
+        if np.any([self.end_velocities[1], other.end_velocities[0]]):
+            raise InputError("other", "both motions are to be at rest where they meet")
+        if not self.duration or not other.duration:
+            return other if not self.duration else self
+        limits = None if self._limits is None or other._limits is None else self._limits.wider(other._limits)
+        positions = None if self._positions is None or other._positions is None else self._positions.wider(other._positions)
+        certified, timed = self.certified and other.certified, Continued(self._timed, other._timed)
+        hands = self._hands if self._hands == other._hands else ()
+        return Trajectory(certified, self.joint_names, timed, self._motion, limits, ends, positions, hands)
 
     def _count_of_periods(self, period: float) -> int:
         """The number of periods that the motion takes, the last one begun."""
@@ -429,6 +463,33 @@ class Trajectory(OneLine):
         moment = self.at(t)[:3]
         names = [f"{kind}{name}" for kind in ("", "velocity_", "acceleration_") for name in self.joint_names]
         write_table(path, ["time", *names], np.column_stack([t, *moment]))
+
+    def to_json(self, path: str | Path, *, period: float = 0.01) -> None:
+        """Write what ``to_ros`` returns as JSON, without ROS: ``robot.motion_from_file`` reads it, and so do tools of ROS.
+
+        Args:
+            path: The file's name; it should end in ``.json``.
+            period: The greatest time between two points [s], which are spaced evenly from rest to rest.
+
+        Raises:
+            InputError: ``period`` is not above 0, or there would be more than 10^7 points.
+            FileError: The file cannot be written.
+        """
+        self._count_of_periods(period)
+        columns = list(range(len(self.joint_names)))
+        points = [
+            {
+                "positions": q,
+                "velocities": qd,
+                "accelerations": qdd,
+                "time_from_start": dict(zip(("sec", "nanosec"), time, strict=True)),
+            }
+            for time, q, qd, qdd in points_of(self.at, self.rests, self.end_velocities, columns, period)
+        ]
+        try:
+            Path(path).write_text(json.dumps({"joint_names": self.joint_names, "points": points}), encoding="utf-8")
+        except OSError as error:
+            raise FileError(str(path), reason_of(error, missing="no such folder")) from None
 
     def to_ros(self, joint_names: Sequence[str] | None = None, *, period: float = 0.01) -> Any:
         """The message ``trajectory_msgs/JointTrajectory`` of the ROS that this Python finds, 1 or 2.

@@ -1,6 +1,6 @@
 """Draws a robot in the scene, and shows or hides its visuals, collision shapes, frames and names of links."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import partial
 from itertools import cycle
@@ -50,7 +50,8 @@ class Arm:
     Attributes:
         missing: The meshes that are not shown, each with the reason.
         visuals: The triangles of each link that has any, in its own frame.
-        frames, looks, names: The nodes of the links, of their visuals and of their labels.
+        frames, looks, names: The nodes of the links, of their visuals by link, and of their labels.
+        hidden: The links whose visuals are hidden.
         solids, attached: The nodes of the collision shapes and of the objects attached to links, by their names in reports.
         extent: Its AABB at home.
     """
@@ -68,17 +69,20 @@ class Arm:
         ]
         self._places = np.zeros((len(self.frames), 4, 4))
         number = {name: k for k, name in enumerate(robot.link_names)}
-        self.looks = [self._scene.add_glb(f"{root}/{number[name]}/body", glb_of(scene)) for name, scene in visuals.scenes.items()]
+        self.looks = {
+            name: self._scene.add_glb(f"{root}/{number[name]}/body", glb_of(scene)) for name, scene in visuals.scenes.items()
+        }
+        self.hidden: frozenset[str] = frozenset()
         self.names = [
             self._scene.add_label(f"{root}/{k}/name", name, visible=False, font_screen_scale=0.9, anchor=f"bottom-{side}")  # type: ignore[arg-type]
             for (k, name), side in zip(_names_by_origin(robot), cycle(("right", "left")), strict=False)
         ]
         self._link_of = {held.name: held.link for held in robot.attached}  # by the names of shapes
         self.solids = self._add_solids(number)
-        self.attached = {
-            held.name: add_shape(self._scene, f"{root}/{number[held.link]}/held{k}", held.shape, FREE, STRONG, held.T_link_object)
-            for k, held in enumerate(robot.attached)
-        }
+        self.attached: dict[str, Any] = {}
+        self._looks_shown, self._n_held = True, 0
+        self._clicked: Callable[[str], None] = lambda _: None
+        self.hold(robot)
         self._touching: tuple[str, ...] = ()
         self._tints: dict[str, Any] = {}  # the red over each link that has touched anything
         self._near, self._solids_shown = "", True
@@ -91,6 +95,35 @@ class Arm:
         for k in moved:
             self.frames[k].position, self.frames[k].wxyz = places[k, :3, 3], turns[k]
         self._places[moved] = places[moved]
+
+    def hold(self, robot: Robot) -> None:
+        """Draw what a robot holds, which has the same links."""
+        held = {one.name: one for one in robot.attached}
+        known = {one.name: one for one in self.robot.attached}
+        for name in [name for name in self.attached if held.get(name) is not known.get(name)]:
+            self.attached.pop(name).remove()
+            self._link_of.pop(name)
+        self.robot = robot
+        for name in held.keys() - self.attached.keys():
+            one, self._n_held = held[name], self._n_held + 1
+            place = f"{self._root}/{robot.link_names.index(one.link)}/held{self._n_held}"
+            self.attached[name] = add_shape(self._scene, place, one.shape, FREE, STRONG, one.T_link_object)
+            self._link_of[name] = one.link
+
+    def show_looks(self, *, visible: bool | None = None, hidden: frozenset[str] | None = None) -> None:
+        """Show or hide what the robot looks like, or single links of it."""
+        self._looks_shown = self._looks_shown if visible is None else visible
+        self.hidden = self.hidden if hidden is None else hidden
+        for link, node in self.looks.items():
+            node.visible = self._looks_shown and link not in self.hidden
+        for node in self.attached.values():
+            node.visible = self._looks_shown
+
+    def on_click(self, clicked: Callable[[str], None]) -> None:
+        """Call a function with the name of each link that somebody clicks."""
+        self._clicked = clicked
+        for link, node in self.looks.items():
+            node.on_click(lambda _, link=link: clicked(link))
 
     def mark_touching(self, names: Collection[str]) -> None:
         """Show the collision shapes of these names opaque and red, and their links; the others pale, but attached objects."""
@@ -105,9 +138,10 @@ class Arm:
         for link in red - self._tints.keys():
             k, mesh = self.robot.link_names.index(link), grown(self.visuals[link].to_mesh(), _OVER * self.extent.radius)
             look = {"opacity": TINT, "cast_shadow": False, "receive_shadow": False}
-            self._tints[link] = add_triangles(self._scene, f"{self._root}/{k}/touching", mesh, TOUCHING, **look)
+            tint = self._tints[link] = add_triangles(self._scene, f"{self._root}/{k}/touching", mesh, TOUCHING, **look)
+            tint.on_click(lambda _, link=link: self._clicked(link))
         for link, node in self._tints.items():
-            node.visible = link in red
+            node.visible = link in red and link not in self.hidden
 
     def show_near(self, name: str) -> None:
         """Show the shape between which and an obstacle the distance is shown, faintly if shapes are not shown; empty for none."""
@@ -194,7 +228,7 @@ class VisibilityPanel:
 
     def __init__(self, gui: viser.GuiApi, arm: Arm) -> None:
         for name, hint, nodes, attribute in (
-            ("Visuals", "What the robot looks like", (*arm.looks, *arm.attached.values()), "visible"),
+            ("Visuals", "What the robot looks like", (*arm.looks.values(), *arm.attached.values()), "visible"),
             ("Collision shapes", "What it collides as", arm.solids.values(), "visible"),
             ("Link frames", "x red, y green, z blue", arm.frames, "show_axes"),
             ("Link names", None, arm.names, "visible"),
@@ -202,6 +236,8 @@ class VisibilityPanel:
             box = gui.add_checkbox(name, initial_value=name == "Visuals", disabled=not nodes, hint=hint)
             if name == "Collision shapes":
                 box.on_update(lambda event: arm.show_solids(visible=event.target.value))
+            elif name == "Visuals":
+                box.on_update(lambda event: arm.show_looks(visible=event.target.value))
             else:
                 box.on_update(partial(_show_all, nodes, attribute))
         arm.show_solids(visible=False)

@@ -11,7 +11,7 @@ from ulna.viewer.palette import Color
 from ulna.viewer.session.ellipsoid import Mobility
 
 STYLE = "padding:0.35em 0.75em;line-height:1.35"
-BUTTON = "border:1px solid #228be6;border-radius:2px;background:transparent;color:#228be6;padding:0.2em 0.7em;cursor:pointer"
+BUTTON = "border:1px solid var(--ulna-link);border-radius:2px;color:var(--ulna-link);background:transparent;padding:0.2em 0.7em"
 
 
 def marked(words: str, color: Color, *, filled: bool = True) -> str:
@@ -32,9 +32,10 @@ def small_text(words: str) -> str:
 
 
 def copyable(words: str, label: str, copied: str) -> str:
-    """Small text, and below it a button that copies another text."""
+    """Small text, if there is any, and below it a button that copies another text."""
     button = f'<button data-copy="{html.escape(copied, quote=True)}" style="{BUTTON}">{label}</button>'
-    return f'<div style="padding:0 0.75em 0.4em;font-size:0.8em">{html.escape(words)}<br>{button}</div>'
+    above = f"{html.escape(words)}<br>" if words else ""
+    return f'<div style="padding:0 0.75em 0.4em;font-size:0.8em">{above}{button}</div>'
 
 
 def listed(lines: Iterable[str]) -> str:
@@ -72,8 +73,14 @@ def mobility_html(mobility: Mobility) -> str:
     values = " ".join(f"{value:.3f}" for value in mobility.singular_values)
     radii = " ".join(f"{radius:.3f}" for radius in mobility.radii)
     rows = [("singular values", values), ("half axes [m/s]", radii), ("manipulability", f"{mobility.manipulability:.4g}")]
+    return facts(rows)
+
+
+def facts(rows: Iterable[tuple[str, str]]) -> str:
+    """A table of names and values."""
     cells = "".join(
-        f'<tr><th scope="row" style="text-align:left;padding-right:1em;font-weight:500">{name}</th><td>{value}</td></tr>'
+        f'<tr><th scope="row" style="text-align:left;padding-right:1em;font-weight:500">{html.escape(name)}</th>'
+        f"<td>{html.escape(value)}</td></tr>"
         for name, value in rows
     )
     return f'<table style="{STYLE};font-size:0.8em;margin-left:0.75em;font-variant-numeric:tabular-nums">{cells}</table>'

@@ -54,6 +54,14 @@ class JointSliders:
             if slide.leader or slide.column not in self._dirty:
                 slider.value = _rounded_within(slide.shown(q) * self._factor(slide), slider.min, slider.max)
 
+    def relimit(self, robot: Robot) -> None:
+        """Take the limits of a robot, which has the same joints."""
+        slides = {slide.column: slide for group in slide_groups(robot) for slide in group.slides}
+        self.sliders = {column: (slides[column], slider) for column, (_, slider) in self.sliders.items()}
+        for slide, slider in self.sliders.values():
+            slider.min, slider.max, slider.hint = slide.low, slide.high, slide.hint
+        self._rescale()
+
     def _factor(self, slide: Slide) -> float:
         """What a position is multiplied by where it is shown."""
         return 180.0 / pi if slide.unit == "rad" and self.degrees.value else 1.0

@@ -48,7 +48,8 @@ class Obstacles:
         taken: Names that no obstacle can have: those of the robot's links and shapes.
 
     Attributes:
-        history: What a person has done to the obstacles, to be undone.
+        history: What a person has done, to be undone.
+        is_picked: Whether the chosen one was clicked or dragged in the scene, so that it has handles in any tab.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class Obstacles:
         self._count = 0
         self.lock, self.history = threading.RLock(), SceneHistory(world)
         self._grabbed: Scene = {}  # the obstacle that is dragged, as it was before
+        self.is_picked = False
         gui = server.gui
         self.handles = Handles(server.scene, "/chosen", 0.25 * size, moved, visible=False)
         self.add_buttons = gui.add_button_group("Add", tuple(_NEW))
@@ -82,19 +84,12 @@ class Obstacles:
             self.file = gui.add_upload_button("Choose a file", hint=", ".join(ENDINGS), mime_type=",".join(ENDINGS))
         self.form = ObstacleForm(gui, world, self.change, moved)
         self.delete = gui.add_button("Delete", hint="Take the chosen obstacle away", visible=False)
-        self.undo = gui.add_button("Undo", hint="Ctrl-Z: take back what was last done to an obstacle", disabled=True)
-        self.redo = gui.add_button("Redo", hint="Ctrl-Shift-Z: do again what was undone", disabled=True)
         self.save = gui.add_button("Save scene", hint="Download the obstacles as a file that can be read and edited")
         self.load = gui.add_upload_button(
             "Load scene", hint="Replace the obstacles by those of a saved file", mime_type="application/json"
         )
         self.add_buttons.on_click(lambda event: self.add(event.target.value))
         self.delete.on_click(lambda _: self.remove())
-        undo_key = gui.add_command("Undo a change of the obstacles", hotkey="Z", modifier="cmd/ctrl")
-        redo_key = gui.add_command("Redo a change of the obstacles", hotkey="Z", modifier="cmd/ctrl+shift")
-        for button, key, act in ((self.undo, undo_key, self.history.undo), (self.redo, redo_key, self.history.redo)):
-            button.on_click(lambda _, act=act: self._step(act))
-            key.on_trigger(lambda _, act=act: self._step(act))
         self.save.on_click(self._download)
         self.load.on_upload(self._load)
         self.file.on_upload(self._add_file)
@@ -161,8 +156,8 @@ class Obstacles:
                 self._grabbed = {}
             return other
 
-    def show(self, touching: set[str]) -> None:
-        """Draw the world as it is now; what touches the robot is red."""
+    def show(self, touching: set[str], *, handled: bool = True) -> None:
+        """Draw the world as it is now; what touches the robot is red. handled: whether the chosen one may have handles."""
         with self.lock:
             known = {name: (shape, T) for name, shape, T in self.world.items()}
             for name, (shape, at) in [*self._drawn.items()]:
@@ -177,10 +172,9 @@ class Obstacles:
             for name, (shape, at) in known.items():
                 self._draw(name, shape, at, red=name in touching)
             self.form.show(known)
-            self.undo.disabled, self.redo.disabled = not self.history.can_undo, not self.history.can_redo
             _, at = known.get(self.form.chosen, (None, None))
             self.delete.visible = at is not None
-            self.handles.show(visible=at is not None)
+            self.handles.show(visible=at is not None and handled)
             if at is not None:
                 self.handles.put(at)
 
@@ -204,6 +198,7 @@ class Obstacles:
     def _grab(self, name: str) -> NDArray[np.float64] | None:
         """Choose an obstacle that somebody begins to drag. Returns its pose, shape (4, 4)."""
         with self.lock:
+            self.is_picked = True
             if self.form.chosen != name:
                 self.form.choose(name)
                 self.form.take()
@@ -211,6 +206,7 @@ class Obstacles:
 
     def _pick(self, name: str) -> None:
         with self.lock:
+            self.is_picked = True
             self.form.choose(name)
         self.moved()
 
@@ -219,8 +215,8 @@ class Obstacles:
             with refusals_shown(event.client, "The scene was not saved"):
                 event.client.send_file_download("scene.json", world_to_json(self.world).encode(), save_immediately=True)
 
-    def _step(self, act: Callable[[], tuple[str, ...]]) -> None:
-        """Undo or redo, unless an obstacle is being dragged, and choose an obstacle that has changed."""
+    def step(self, act: Callable[[], tuple[str, ...]]) -> None:
+        """Undo or redo by the history, unless an obstacle is being dragged, and choose an obstacle that has changed."""
         with self.lock:
             names = () if self._grabbed else act()
             if names:

@@ -33,7 +33,7 @@ OBSTACLES: tuple[Color, ...] = (
     (205, 190, 90),
     (222, 144, 186),
 )  # by their order, on the page and in a film; red is not among them
-AXES: dict[str, Color] = {"x": (215, 55, 75), "y": (47, 158, 68), "z": (28, 113, 216)}  # of buttons, with white letters
+AXES: dict[str, Color] = {"x": (215, 55, 75), "y": (36, 124, 53), "z": (28, 113, 216)}  # of buttons, with white letters
 GROUND: Color = (150, 160, 172)  # half-spaces among them
 CURVES: tuple[Color, ...] = (
     (0, 114, 178),
@@ -47,6 +47,7 @@ CURVES: tuple[Color, ...] = (
 )  # of joints in a plot, which colour-blind people can distinguish; after M. Okabe and K. Ito, 2008
 FLOOR_CELLS: Color = (148, 156, 168)  # the floor's thin lines: all tabs have the same, on light pages and on dark ones
 FLOOR_SECTIONS: Color = (124, 132, 145)
+SKY: tuple[Color, Color] = ((249, 250, 252), (223, 227, 233))  # from the upper edge of a light page to the lower
 TO_SUN = (0.9, 0.25, 1.5)  # the direction to the sun, on the page and in a film
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
 FAINT = 0.1  # of the robot's shape to which the distance is shown

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,14 +12,18 @@ from numpy.typing import NDArray
 from ulna.description.pose import quaternion_from_matrix
 from ulna.ik.task import Task
 from ulna.viewer.arm import Arm
-from ulna.viewer.html import marked, small_text
+from ulna.viewer.html import copyable, listed, marked, small_text
 from ulna.viewer.nodes import Handles, add_triangles, grown
 from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN, Color
 from ulna.viewer.plots import Plots
 from ulna.viewer.session.beginning import configurations_of
-from ulna.viewer.session.planned_motion import ASIDE, JERK, TILT, Curve, Planning
+from ulna.viewer.session.changes import Changes
+from ulna.viewer.session.planned_motion import JERK, Aims, Curve, Planning
+from ulna.viewer.session.scene_history import SceneHistory
 from ulna.viewer.session.session import Session
-from ulna.viewer.typed_fields import HandPose
+from ulna.viewer.session.way import ASIDE, TILT
+from ulna.viewer.session.written import as_commands, as_program, motion_file
+from ulna.viewer.typed_fields import HandPose, refusals_shown
 
 _HOLD_HINT = "Whether this joint keeps its position"
 _WHAT = (
@@ -26,6 +31,8 @@ _WHAT = (
     "obstacle is moved."
 )
 _PLAY, _PAUSE = "Play", "Pause"
+_FORMS = "CSV", "JSON"
+_OPENINGS = {"as it is": None, "closed": 0.0, "half open": 0.5, "open": 1.0}
 _NO_CURVES: dict[str, Curve] = {}
 _GHOST_OPACITY = 0.3
 _BAND_OPACITY = 0.35
@@ -95,6 +102,68 @@ class Bands:
             self.cone.position = point
 
 
+class WayPanel:
+    """The way points: a list, how each is approached and left, and the gripper's opening. ``do`` runs an act of a person."""
+
+    def __init__(self, gui: viser.GuiApi, planning: Planning, do: Callable[[Callable[[], object]], None]) -> None:
+        self._planning, self._shown = planning, None
+        with gui.add_folder("Way points", expand_by_default=False, visible=False) as self.folder:
+            self.list = gui.add_html("")
+            hint = "How far the hand {} straight, along its z axis"
+            self.approach = gui.add_number("Approach [mm]", 0.0, min=0.0, step=1.0, hint=hint.format("comes"))
+            self.retract = gui.add_number("Retract [mm]", 0.0, min=0.0, step=1.0, hint=hint.format("leaves"))
+            self.opening = gui.add_dropdown("Gripper", tuple(_OPENINGS), visible=planning.has_gripper, hint="At the way point")
+            self.add = gui.add_button("Add as a way point", hint="The goal, or where the arm is; the next goal comes after it")
+            self.remove = gui.add_button("Remove the last way point", color="gray", disabled=True)
+        self.add.on_click(lambda _: do(self._add))
+        self.remove.on_click(lambda _: do(planning.drop_waypoint))
+
+    def show(self) -> None:
+        """List the way points."""
+        if self._shown is self._planning.waypoints:
+            return
+        self._shown = self._planning.waypoints
+        self.folder.label = f"Way points ({len(self._shown)})"
+        self.remove.disabled = not self._shown
+        self.list.content = listed(self._planning.words_of(stop) for stop in self._shown)
+
+    def _add(self) -> None:
+        self._planning.keep_goal(self.approach.value / 1e3, self.retract.value / 1e3, _OPENINGS[self.opening.value])
+
+
+class KeepPanel:
+    """Saves the motion that is planned, and copies it as a program and as commands."""
+
+    def __init__(self, gui: viser.GuiApi, session: Session, planning: Planning) -> None:
+        self._session, self._planning = session, planning
+        self._told: tuple[object, object] = None, None
+        self.save = gui.add_button_group("Save motion", _FORMS, visible=False)
+        self.copies = gui.add_html("", visible=False)
+        self.changes: Changes = Changes()
+        self.save.on_click(self._save)
+
+    def show(self) -> None:
+        """Show what can be saved and copied, if there is a motion."""
+        planning, shown = self._planning, self._planning.shown
+        motion = None if shown is None or not planning.on else shown.motion
+        self.save.visible = self.copies.visible = motion is not None
+        if shown is None or motion is None or self._told == (shown, self.changes):
+            return
+        self._told = shown, self.changes
+        robot, world, legs, manner = self._session.robot, self._session.world.snapshot(), shown.legs, planning.manner
+        changes = [f"robot = {self.changes.as_expression()}"] if self.changes.in_words() else []
+        program, commands = as_program(robot, changes, world, legs, manner), as_commands(robot, world, legs, manner)
+        self.copies.content = copyable("", "Copy as Python", program) + copyable("", "Copy as a command", commands)
+
+    def _save(self, event: viser.GuiEvent) -> None:
+        shown = self._planning.shown
+        if event.client is not None and shown is not None and shown.motion is not None:
+            with refusals_shown(event.client, "The motion was not saved"):
+                ending = event.target.value.lower()
+                name = f"{self._session.robot.name}_motion.{ending}"
+                event.client.send_file_download(name, motion_file(shown.motion, ending), save_immediately=True)
+
+
 class PlanPanel:
     """The tab of plans. ``moved`` is called after each event."""
 
@@ -129,10 +198,13 @@ class PlanPanel:
         with gui.add_folder("Held joints", expand_by_default=False, visible=False) as self.held:
             names = (name for name in session.robot.joint_names if name not in session.held)
             self.holds = {name: gui.add_checkbox(f"Hold {name}", initial_value=False, hint=_HOLD_HINT) for name in names}
+        self.ways = WayPanel(gui, self.planning, self._do)
+        self.kept = KeepPanel(gui, session, self.planning)
         self.end = gui.add_button("End planning", color="gray", visible=False)
         self.bands = Bands(server.scene, size)
         self.plots = Plots(gui, session.robot, lambda: self._do(lambda: None))
         self._last, self._acted = time.perf_counter(), False
+        self._aims, self._was_on = self.planning.aims, False  # as noted last
         for button, on in ((self.begin, True), (self.end, False)):
             button.on_click(lambda _, on=on: self._do(lambda: self.planning.turn(on=on)))
         self.known.on_click(lambda event: self._do(lambda: self.planning.send_to(self._known[event.target.value])))
@@ -163,8 +235,23 @@ class PlanPanel:
         acted, self._acted = self._acted, False
         return planning.frame(seconds) or acted
 
-    def show(self) -> None:
-        """Show the goal, the line, the sentence, and how far the arm is."""
+    def note_aims(self, history: SceneHistory) -> None:
+        """Make another goal, or other way points, a step to undo."""
+        before, now, went_on = self._aims, self.planning.aims, self.planning.on and self._was_on
+        self._was_on = self.planning.on
+        if self.handles.dragged or (before[0] is now[0] and before[1] is now[1]):
+            return
+        self._aims = now
+        if went_on:
+            history.add_acts(partial(self._aim, before), partial(self._aim, now))
+
+    def _aim(self, aims: Aims) -> tuple[str, ...]:
+        self.planning.aims = self._aims = aims
+        self._acted = True
+        return ()
+
+    def show(self, *, handled: bool = True) -> None:
+        """Show the goal, the line, the sentence, and how far the arm is. handled: whether the goal may have handles."""
         planning, shown = self.planning, self.planning.shown
         fields = (
             self.known,
@@ -177,11 +264,14 @@ class PlanPanel:
             self.upright,
             self.on_line,
             self.held,
+            self.ways.folder,
         )
         for element in (*fields, self.mark, self.end):
             element.visible = planning.on
         self.begin.visible = not planning.on
-        self.handles.show(visible=planning.on)
+        self.handles.show(visible=planning.on and handled)
+        self.ways.show()
+        self.kept.show()
         motion = None if shown is None else shown.motion
         self.play.disabled = self.along.disabled = motion is None
         if planning.on:

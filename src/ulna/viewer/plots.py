@@ -14,7 +14,7 @@ from ulna.viewer.html import STYLE
 from ulna.viewer.palette import CURVES, RED, SLATE
 from ulna.viewer.session.planned_motion import Curve
 
-_ALL = "all, as shares of their limits"
+_ALL = "all joints, relative to limits"
 _PER = ("", "/s", "/s²", "/s³")
 _HEIGHT_PX = 150
 _SHARES = (-1.1, 1.1)
@@ -68,7 +68,10 @@ class Plots:
             values, ends = curve.values, [float(end[k]) for end in (curve.low, curve.high) if np.isfinite(end[k])]
         lines = [np.full_like(curve.t, end) for end in ends]
         chart.scales = {"x": {"time": False}, "y": {"range": _SHARES} if k is None else {}}
-        chart.axes = ({}, {"label": label, "labelSize": 16, "labelFont": "11px sans-serif", "size": 44})
+        chart.axes = (
+            {"label": "t [s]", "labelSize": 14, "labelFont": "11px sans-serif", "size": 22},
+            {"label": label, "labelSize": 16, "labelFont": "11px sans-serif", "size": 44},
+        )
         chart.series = (
             {"label": "time [s]"},
             *({"label": self._entries[n].name, "stroke": self._colors[n], "width": 1.5} for n in columns),

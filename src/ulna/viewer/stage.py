@@ -1,11 +1,13 @@
 """Sets the floor and the camera of a page to the size of its robot; adds the floor as an obstacle."""
 
+import io
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 
 import numpy as np
 import viser
 from numpy.typing import ArrayLike
+from PIL import Image
 
 from ulna.collision.world import World
 from ulna.description.pose import pose
@@ -13,7 +15,7 @@ from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpac
 from ulna.robot import Robot
 from ulna.viewer.arm import Extent
 from ulna.viewer.page import Page
-from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS, TO_SUN
+from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS, SKY, TO_SUN
 from ulna.viewer.visuals import triangles
 
 _SUN, _SKY = 2.4, 1.9  # intensities
@@ -22,7 +24,15 @@ _BESIDE = 4.0  # radii of the robot: obstacles farther away do not lower the flo
 _SHADOW = 0.28  # of the shadows on the floor: their opacity
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
 _FROM = np.array([0.77, -0.72, 0.36])  # the direction from the robot to the camera
-_SIDES = {"aslant": _FROM, "front": (1.0, 0.0, 0.0), "left": (0.0, 1.0, 0.0), "top": (1e-3, 0.0, 1.0)}  # x is forward, y left
+_SIDES = {  # x is forward, y left
+    "corner": _FROM,
+    "front": (1.0, 0.0, 0.0),
+    "back": (-1.0, 0.0, 0.0),
+    "left": (0.0, 1.0, 0.0),
+    "right": (0.0, -1.0, 0.0),
+    "top": (1e-3, 0.0, 1.0),
+}
+_PICTURE_S = 60.0  # the longest that a browser takes for a picture
 _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
 _ASPECT = 1.1  # width by height of the narrowest scene in which the robot fits at this distance
 
@@ -100,7 +110,22 @@ class SightPanel:
         self._server = server = page.server
         self.sides = server.gui.add_button_group("See from", tuple(_SIDES))
         page.add_dark_button()
+        self.picture = server.gui.add_button("Save picture", hint="What this browser sees of the scene, as a .png file")
         self.sides.on_click(self._turn)
+        self.picture.on_click(self._save)
+
+    def _save(self, event: viser.GuiEvent) -> None:
+        """Send a browser what it sees, before a light sky: its canvas is transparent."""
+        if (client := event.client) is None:
+            return
+        height, width = client.camera.image_height, client.camera.image_width
+        seen = client.get_render(height, width, transport_format="png", timeout=_PICTURE_S)
+        levels = np.linspace(*SKY, height)[:, None, :]
+        share = seen[..., 3:] / 255.0
+        picture = (share * seen[..., :3] + (1.0 - share) * levels).round().astype(np.uint8)
+        content = io.BytesIO()
+        Image.fromarray(picture).save(content, "png")
+        client.send_file_download("ulna.png", content.getvalue(), save_immediately=True)
 
     def _turn(self, event: viser.GuiEvent) -> None:
         """Move the camera of the tab in which the button was clicked round what the page showed at first."""

@@ -45,9 +45,6 @@ class SteerPanel:
         self.begin = gui.add_button("Steer the hand", disabled=bool(refusal), hint=refusal or None)
         self.sentence = gui.add_html(small_text(refusal) if refusal else "")
         self.free = gui.add_button("Go to a free pose", hint="The nearest that is found, at once", color="orange", visible=False)
-        self.axes = gui.add_dropdown("Move along", tuple(_AXES), initial_value="base", visible=False)
-        self.step = gui.add_dropdown("Step", tuple(_STEPS), initial_value="while held", visible=False)
-        self.speed = gui.add_slider("Speed [m/s]", min=0.01, max=0.5, step=0.01, initial_value=self.steering.speed, visible=False)
         self.buttons = [
             gui.add_button(f"{word} {'+-'[k]}{axis}  [{shift}{_KEYS[axis][k]}]", color=AXES[axis], visible=False)
             for word, shift in (("move", ""), ("turn", "⇧"))
@@ -59,6 +56,9 @@ class SteerPanel:
             for coordinate in coordinates_of(session.robot)
             for k in (0, 1)
         ]
+        self.axes = gui.add_dropdown("Move along", tuple(_AXES), initial_value="base", visible=False)
+        self.step = gui.add_dropdown("Step", tuple(_STEPS), initial_value="while held", visible=False)
+        self.speed = gui.add_slider("Speed [m/s]", min=0.01, max=0.5, step=0.01, initial_value=self.steering.speed, visible=False)
         self.stop = gui.add_button("End steering", color="gray", visible=False)
         hand = [(3 * turn + axis, 1 - 2 * k) for turn in (0, 1) for k in (0, 1) for axis in range(3)]
         joints = [(k // 2, 2 * (k % 2) - 1) for k in range(len(self.joints))]

@@ -2,6 +2,7 @@
 
 import html
 import time
+from collections.abc import Callable
 from functools import partial
 from typing import Self
 
@@ -9,27 +10,37 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from viser import GuiTabGroupHandle
 
-from ulna.collision.world import World
+from ulna.collision.attached import Attached
+from ulna.collision.world import World, exchange
 from ulna.description.arrays import as_switch, positive
 from ulna.description.meshes.hulls import in_place_of_meshes
+from ulna.description.pose import inverse
+from ulna.description.shapes import HalfSpace, Solid
 from ulna.robot import Robot
 from ulna.viewer.arm import Arm, VisibilityPanel
 from ulna.viewer.compiler import Compiler, rehearsals
+from ulna.viewer.front import FrontTabs
 from ulna.viewer.html import copyable, small_text
 from ulna.viewer.joint_sliders import JointSliders
+from ulna.viewer.link_panel import LinkPanel
 from ulna.viewer.loop import Loop
 from ulna.viewer.move_panel import ConfigurationPanel, HandPanel
 from ulna.viewer.obstacles import Obstacles
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.plan_panel import PlanPanel
 from ulna.viewer.readings import ClearancePanel, EllipsoidPanel, Notice
+from ulna.viewer.session.changes import Changes
+from ulna.viewer.session.scene_history import Scene, scene_of, world_of
 from ulna.viewer.session.session import Session
 from ulna.viewer.stage import Floor, SightPanel, add_stage, floor_height, height_under
 from ulna.viewer.steer_panel import SteerPanel
+from ulna.viewer.undo_panel import UndoPanel
 
 FRAME_S = 1 / 60
 IDLE_S = 1 / 20  # between frames at rest: the program may have changed the world
 _LOADING_S = 0.5  # compiling is shown after this time: loading from disk is faster
+_TABS = "Move", "Obstacles", "Plan", "Steer", "Look"
+_ONE_MOVE_S = 0.5  # without an event, after which a motion of the arm is a step to undo
 _STOP_WITHIN_S = 60.0  # how long to wait for a compilation
 
 
@@ -70,6 +81,8 @@ class View:
     def _build(self, *, steer: bool, jerk: float | None) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
         self._first = self._told = robot
+        self.changes, self._rested, self._moved_at = Changes(), session.q, None
+        self._seen: tuple = (), "", frozenset()
         self.arm = Arm(server, robot)
         self.arm.move_to(session.q)
         extent = self.arm.extent
@@ -85,6 +98,15 @@ class View:
         if self.in_place_of_meshes:
             server.gui.add_html(small_text(self.in_place_of_meshes))
         self.notice = Notice(server.gui)
+        self.undoing = UndoPanel(server.gui)
+        acts = (
+            (self._words_to_allow, self._allow_of),
+            (self._words_to_attach, self._attach),
+            (self._words_to_put_down, self._put_down),
+            (lambda link: "Show this link" if link in self.arm.hidden else "Hide this link", self._hide),
+        )
+        self.link = LinkPanel(server.gui, session, self._set_limit, acts, self._happened)
+        self.arm.on_click(self.link.choose)
         tabs = server.gui.add_tab_group()
         self.steer = self._add_steering(tabs, jerk, on=True) if steer else None  # the first tab is the one that is open
         with tabs.add_tab("Move"):
@@ -111,7 +133,10 @@ class View:
         self.steer = self.steer or self._add_steering(tabs, jerk, on=False)
         with tabs.add_tab("Look"):
             self.sight = SightPanel(self.page)
+            self.link.add_choice(server.gui)
             self.look = VisibilityPanel(server.gui, self.arm)
+        self.front = FrontTabs(server, _TABS, self._happened)
+        self.undoing.step_by(self.obstacles.history, self._step)
         self._show()
 
     def _add_steering(self, tabs: GuiTabGroupHandle, jerk: float | None, *, on: bool) -> SteerPanel | None:
@@ -174,6 +199,9 @@ class View:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
+    def __repr__(self) -> str:
+        return f"<View of {self.session.robot.name!r} at {self.url}>"
+
     def _repr_html_(self) -> str:
         """The page in a frame of a notebook."""
         title = html.escape(f"{self.session.robot.name} in 3-D", quote=True)
@@ -184,8 +212,10 @@ class View:
 
     def _happened(self) -> None:
         """Note the time of an event, and wake the loop."""
+        now = time.perf_counter()
+        self._moved_at = now
         if self._event_time is None:
-            self._event_time = time.perf_counter()
+            self._event_time = now
         self._loop.wake()
 
     def _rehearse(self, _: object) -> None:
@@ -216,7 +246,9 @@ class View:
             self._end_one_mode()
             planned = self.plans is not None and self.plans.take()
             steered = self.steer is not None and self.steer.take()
-            if session.frame() or chosen or news or planned or steered:
+            typed = self.link.take()
+            self._note_moves()
+            if session.frame() or chosen or news or planned or steered or typed or self._is_shown_otherwise():
                 self._show()
             elif self.hand is not None:
                 self.hand.show()
@@ -243,56 +275,170 @@ class View:
         """Show on the page why a frame has failed; None removes the message."""
         self.notice.show_failure(error)
 
+    def _is_shown_otherwise(self) -> bool:
+        """Whether another link is chosen, or another tab is in front, than was shown last."""
+        fronts, before = tuple(map(self.front.shows, _TABS)), self._seen
+        if fronts != before[0]:
+            self.obstacles.is_picked = False
+        self._seen = fronts, self.link.chosen, self.arm.hidden
+        return self._seen != before
+
     def _show(self) -> None:
         session, report = self.session, self.session.clearance.report
         hits = () if report is None else [pair for pair in report.pairs if pair.signed_distance <= 0.0]
+        if session.robot is not self._told:
+            self.arm.hold(session.robot)
+            self.joints.relimit(session.robot)
+            self._tell_changes(session.robot)
         self.arm.move_to(session.q)
         self.arm.mark_touching(report.touching if report is not None else ())
         pair = session.clearance.nearest
         self.arm.show_near("" if pair is None or pair.signed_distance <= 0.0 else pair.name_a)  # what touches is red
         self.clearance.show(session.clearance)
         self.allow.visible = bool(session.own_contacts)
-        if session.robot is not self._told:
-            self._tell_allowed(session.robot)
         if self._under != (under := session.world.objects()) and self.page.floor is not None:
             self._under = under
             self.page.floor.position = (0.0, 0.0, min(self._floor_height, height_under(session.world, self.arm.extent)))
-        self.obstacles.show({pair.name_b for pair in hits if pair.link_b is None})
+        handled = self.front.shows("Obstacles") or self.obstacles.is_picked
+        self.obstacles.show({pair.name_b for pair in hits if pair.link_b is None}, handled=handled)
+        self.undoing.show()
         self.ellipsoid.show()
         self.floor.show()
         self.joints.show(session.q)
         self.configuration.show(session.q)
+        self.link.show()
+        planning = self._planning and self.front.shows("Plan")
         if self.hand is not None:
             self.hand.show()
-            self.hand.handles.show(visible=not self._planning and not self.obstacles.covers(session.hand_pose[:3, 3]))
-        for panel in (self.plans, self.steer):
-            if panel is not None:
-                panel.show()
+            covered = handled and self.obstacles.covers(session.hand_pose[:3, 3])
+            self.hand.handles.show(visible=self.front.shows("Move") and not planning and not covered)
+        if self.plans is not None:
+            self.plans.kept.changes = self.changes
+            self.plans.show(handled=planning)
+        if self.steer is not None:
+            self.steer.show()
 
     @property
     def _moving(self) -> bool:
         return self.session.moving or any(panel is not None and panel.moving for panel in (self.plans, self.steer))
 
-    def _allow(self) -> None:
-        """Allow the pairs of the robot's links that touch here."""
-        before, q = self.session.robot, self.session.q
-        after = before.with_allowed_collisions(at=q)
+    # ---- what a person changes ------------------------------------------------------------------------------------------
+
+    def _change(self, after: Changes, gone: tuple[str, ...] = (), back: Scene | None = None) -> None:
+        """Change the robot, take obstacles away and add others: one step to undo."""
+        before, back = self.changes, back or {}
+        after.of(self._first)  # refused before anything is changed
         with self.obstacles.lock:
-            self._use(after)
-            self.obstacles.history.add_acts(partial(self._use, before), partial(self._use, after))
+            was = {name: entry for name, entry in scene_of(self.world).items() if name in gone or name in back}
+            self._set(after, gone, back)
+            undo, redo = partial(self._set, before, (*(back.keys() - was.keys()),), was), partial(self._set, after, gone, back)
+            self.obstacles.history.add_acts(undo, redo)
         self._happened()
 
-    def _tell_allowed(self, robot: Robot) -> None:
-        """Show which pairs were allowed on the page."""
-        self._told, self.allowed.visible = robot, robot is not self._first
-        if self.allowed.visible:
-            known = self._first.allowed_collisions
-            names = [(pair.link_a, pair.link_b) for pair in robot.allowed_collisions if pair not in known]
-            words = "These links may touch: " + ", ".join(" and ".join(pair) for pair in names)
-            self.allowed.content = copyable(words, "Copy for a program", f"robot.with_allowed_collisions({names})")
+    def _set(self, changes: Changes, gone: tuple[str, ...], back: Scene) -> tuple[str, ...]:
+        self.changes = changes
+        self.session.use(changes.of(self._first))
+        exchange(self.world, gone, world_of(back))
+        return tuple(back)
 
-    def _use(self, robot: Robot) -> tuple[str, ...]:
-        self.session.use(robot)
+    def _tell_changes(self, robot: Robot) -> None:
+        """Show what was changed of the robot on the page."""
+        self._told, words = robot, self.changes.in_words()
+        self.allowed.visible = bool(words)
+        self.allowed.content = copyable(words, "Copy for a program", self.changes.as_expression()) if words else ""
+
+    def _allow(self, pairs: tuple[tuple[str, str], ...] = (), back: Scene | None = None) -> None:
+        """Allow pairs of the robot's links, or all that touch here; and put obstacles back that links may touch."""
+        robot = self.session.robot
+        if not pairs and not back:
+            more, known = robot.with_allowed_collisions(at=self.session.q).allowed_collisions, robot.allowed_collisions
+            pairs = tuple((pair.link_a, pair.link_b) for pair in more if pair not in known)
+        self._change(self.changes._replace(allowed=(*self.changes.allowed, *pairs)), (), back)
+
+    def _contacts_of(self, link: str) -> tuple[tuple[tuple[str, str], ...], tuple[str, ...]]:
+        """The pairs of links, of which it is one, and the obstacles that it touches."""
+        report = self.session.clearance.report
+        hits = () if report is None else [pair for pair in report.pairs if pair.signed_distance <= 0.0]
+        pairs = tuple(pair for pair in self.session.own_contacts if link in pair)
+        return pairs, tuple(dict.fromkeys(pair.name_b for pair in hits if pair.link_b is None and pair.link_a == link))
+
+    def _words_to_allow(self, link: str) -> str:
+        pairs, obstacles = self._contacts_of(link)
+        others = [*((set(pair) - {link}).pop() for pair in pairs), *obstacles]
+        return f"Allow contact with {', '.join(others)}" if others else ""
+
+    def _allow_of(self, link: str) -> None:
+        pairs, names = self._contacts_of(link)
+        scene = scene_of(self.world)
+        touching = {name: scene[name]._replace(touch_links=scene[name].touch_links | {link}) for name in names if name in scene}
+        if pairs or touching:
+            self._allow(pairs, touching)
+
+    def _words_to_attach(self, link: str) -> str:
+        del link
+        name = self.obstacles.chosen
+        shape = None if name is None else self.world.shape(name)
+        return f"Attach {name}" if isinstance(shape, Solid) and not isinstance(shape, HalfSpace) else ""
+
+    def _attach(self, link: str) -> None:
+        """Attach the chosen obstacle to a link."""
+        name = self.obstacles.chosen
+        if name is None:
+            return
+        entry = scene_of(self.world)[name]
+        T = inverse(self.session.robot.forward_kinematics(self.session.q, link=link)) @ entry.T
+        held = Attached(name, entry.shape, T, link, entry.touch_links)  # type: ignore[arg-type]
+        self._change(self.changes._replace(attached=(*self.changes.attached, held)), (name,))
+
+    def _words_to_put_down(self, link: str) -> str:
+        names = [held.name for held in self.changes.attached if held.link == link]
+        return f"Put {', '.join(names)} down" if names else ""
+
+    def _put_down(self, link: str) -> None:
+        """Make what a link holds obstacles again, where they are."""
+        T = self.session.robot.forward_kinematics(self.session.q, link=link)
+        down = [held for held in self.changes.attached if held.link == link]
+        world = World()
+        for held in down:
+            world.add(held.name, held.shape, T @ held.T_link_object, touch_links=held.touch_links)
+        kept = tuple(held for held in self.changes.attached if held.link != link)
+        self._change(self.changes._replace(attached=kept), (), scene_of(world))
+
+    def _hide(self, link: str) -> None:
+        before = self.arm.hidden
+        after = before ^ {link}
+        self._show_hidden(after)
+        self.obstacles.history.add_acts(partial(self._show_hidden, before), partial(self._show_hidden, after))
+
+    def _show_hidden(self, hidden: frozenset[str]) -> tuple[str, ...]:
+        self.arm.show_looks(hidden=hidden)
+        return ()
+
+    def _set_limit(self, joint: str, quantity: str, value: float) -> None:
+        """Narrow a limit of a joint, as for a cell."""
+        self._change(self.changes.with_limit(self._first, quantity, joint, value))
+
+    def _step(self, act: Callable[[], tuple[str, ...]]) -> None:
+        with self.session.lock:
+            self._note_moves(at_once=True)
+        self.obstacles.step(act)
+
+    def _note_moves(self, *, at_once: bool = False) -> None:
+        """Make what a person did to the arm, its goal and its way points steps to undo, once they rest."""
+        if self.plans is not None:
+            self.plans.note_aims(self.obstacles.history)
+        q = self.session.q
+        if self._moving or (self.hand is not None and self.hand.handles.dragged):
+            return
+        by_person = self._moved_at is not None
+        if self._moved_at is not None and not at_once and time.perf_counter() - self._moved_at < _ONE_MOVE_S:
+            return
+        before, self._rested, self._moved_at = self._rested, q, None
+        if by_person and not np.array_equal(q, before):
+            self.obstacles.history.add_acts(partial(self._put, before), partial(self._put, q))
+
+    def _put(self, q: NDArray[np.float64]) -> tuple[str, ...]:
+        self.session.q = self._rested = q
         return ()
 
     def _set_itself(self) -> None:

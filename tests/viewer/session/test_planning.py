@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.viewer.session.planned_motion import ASIDE, TILT, Planning
+from ulna.viewer.session.planned_motion import Planning
 from ulna.viewer.session.session import Session
+from ulna.viewer.session.way import ASIDE, TILT
 
 TICK = 0.05  # s
 

@@ -12,25 +12,22 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
 from ulna.errors import count_of
-from ulna.ik.problem import columns_of_joints
 from ulna.ik.result import IKResult
-from ulna.planning.keep import Keep
 from ulna.planning.plan import Plan, PlanStatus
 from ulna.planning.timing import QUANTITIES
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 from ulna.viewer.session.session import Session
+from ulna.viewer.session.way import Leg, Manner, Waypoint, gripper_of, joined, way_through
 
 NAME = "planning a motion"
-_LONGEST_SEARCH = 0.5  # [s] a page that is dragged cannot wait longer
-_ACCELERATION = 3.0  # [rad/s^2 or m/s^2] of every joint
 JERK = 30.0  # [rad/s^3 or m/s^3] of every joint, where it is limited
-_VELOCITY = 1.0  # [rad/s or m/s] of joints whose description gives none
-TILT = float(np.radians(5.0))  # [rad] how far what points up may tilt, where that is kept
-ASIDE = 0.005  # [m] how far the hand may be from the line, where that is kept
 _POINTS = 200  # of the line that is drawn
 _SAMPLES = 400  # of a curve
 Array = NDArray[np.float64]
+
+
+Aims = tuple[Array | None, tuple[Waypoint, ...]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +65,8 @@ class Planned:
             goal's pose as inverse kinematics without a world comes.
         curves: What is plotted of the motion; empty without one.
         kept_line: The ends of the line that is kept [m], shape (2, 3); None if none is.
+        legs: The motions of which it is made.
+        n_reached: How many of the way points, and of the goal after them, are reached.
     """
 
     plan: Plan
@@ -76,47 +75,25 @@ class Planned:
     end: Array
     curves: dict[str, Curve] = field(default_factory=dict)
     kept_line: Array | None = None
+    legs: tuple[Leg, ...] = ()
+    n_reached: int = 0
 
 
-def planned(
-    robot: Robot,
-    start: Array,
-    goal: Array,
-    world: World,
-    link: str,
-    held: tuple[str, ...],
-    jerk: float | None,
-    keep: tuple[bool, bool] = (False, False),
-) -> Planned:
-    """A motion from a configuration to a pose of a link, shape (4, 4), or to a configuration, shape (n_dof,).
-
-    held: joints that keep their positions, whatever a configuration to go to says of them.
-    keep: whether what of the link points up at the start is kept upright, and whether its origin is kept on the line to the goal.
-    """
-    if goal.ndim == 1 and held:
-        goal = np.where(columns_of_joints(robot.tree, held), start, goal)
-    end = goal if goal.ndim == 2 else robot.forward_kinematics(goal, link=link)
-    line = np.stack([robot.forward_kinematics(start, link=link)[:3, 3], end[:3, 3]])
-    keeps = [Keep.upright(TILT, link=link)] if keep[0] else []
-    if not keep[1] or np.linalg.norm(line[1] - line[0]) < ASIDE:
-        line = None
-    else:
-        keeps.append(Keep.on_line(*line, within=ASIDE, link=link))
-    of_goal = link if goal.ndim == 2 else None
-    plan = robot.plan(start, goal, world, link=of_goal, held=held, keep=keeps, time_limit=_LONGEST_SEARCH)
-    if not plan:
-        if goal.ndim == 1:
-            return Planned(plan, None, np.empty((0, 3)), goal, kept_line=line)
-        of = plan.reason.data  # where the goal is out of reach, what is nearest to it: the sentence says how near
-        near = of if isinstance(of, IKResult) else robot.inverse_kinematics(goal, start, link=link, held=held)
-        return Planned(plan, None, np.empty((0, 3)), near.q, kept_line=line)
-    most = robot.velocity_limits
-    velocity = np.where((most > 0) & (most < np.inf), most, _VELOCITY)
-    acceleration = np.minimum(robot.acceleration_limits, _ACCELERATION)
-    motion = plan.trajectory(velocity=velocity, acceleration=acceleration, jerk=jerk)
-    q = motion.at(np.linspace(0.0, motion.duration, _POINTS)).q
+def planned(robot: Robot, start: Array, stops: tuple[Waypoint, ...], world: World, manner: Manner) -> Planned:
+    """A motion from a configuration through way points, of which the last is the goal."""
+    legs, n_reached = way_through(robot, start, stops, world, manner)
+    link, last, line, motion = manner.link, legs[-1], legs[-1].line, joined(legs)
+    if motion is None:
+        end, goal = last.goal, last.goal
+        if goal.ndim == 2:
+            of = last.plan.reason.data  # where the goal is out of reach, what is nearest to it: the sentence says how near
+            held = manner.held
+            near = of if isinstance(of, IKResult) else robot.inverse_kinematics(goal, last.start, link=link, held=held)
+            end = near.q
+        return Planned(last.plan, None, np.empty((0, 3)), end, kept_line=line, legs=tuple(legs), n_reached=n_reached)
+    q = motion.at(np.linspace(0.0, motion.duration, _POINTS * len(legs))).q
     way = robot.forward_kinematics(q, link=link)[:, :3, 3]
-    return Planned(plan, motion, way, motion.q[-1], curves_of(motion), line)
+    return Planned(last.plan, motion, way, motion.q[-1], curves_of(motion), line, tuple(legs), n_reached)
 
 
 def curves_of(motion: Trajectory) -> dict[str, Curve]:
@@ -137,6 +114,7 @@ class Planning:
         upright: Whether what of the hand points up at the start is kept upright.
         on_line: Whether the hand is kept on the line to the goal.
         held: The joints that keep their positions, besides those of the session.
+        waypoints: The goals through which it goes before the present one.
         shown: The plan; None without a goal, and while its kernels are compiled.
         waiting: Whether its kernels are being compiled.
         share: How much of the motion's time has passed, 0 to 1.
@@ -150,6 +128,7 @@ class Planning:
         self.jerk: float | None = None
         self.upright = self.on_line = False
         self.held: tuple[str, ...] = ()
+        self.waypoints: tuple[Waypoint, ...] = ()
         self.shown: Planned | None = None
         self._goal: Array | None = None
         self._start = session.q
@@ -181,9 +160,49 @@ class Planning:
         """Choose a configuration as the goal, shape (n_dof,)."""
         self._goal = as_floats("q", q).copy()
 
+    def keep_goal(self, approach: float = 0.0, retract: float = 0.0, opening: float | None = None) -> None:
+        """Make the goal, or where the arm is while there is none, a way point; the next goal comes after it."""
+        goal = self._session.q if self._goal is None else self._goal
+        self.aims = None, (*self.waypoints, Waypoint(goal, approach, retract, opening))
+
+    def drop_waypoint(self) -> None:
+        """Leave the last way point out: it is the goal again, unless there is one."""
+        if self.waypoints:
+            *others, last = self.waypoints
+            self.aims = (last.goal if self._goal is None else self._goal), (*others,)
+
+    @property
+    def has_gripper(self) -> bool:
+        """Whether the hand has fingers that open."""
+        return len(gripper_of(self._session.robot, self._session.link)) > 0
+
+    def words_of(self, stop: Waypoint) -> str:
+        """Where a way point is, and how it is approached and left."""
+        T = stop.goal if stop.goal.ndim == 2 else self._session.robot.forward_kinematics(stop.goal, link=self._session.link)
+        words = ", ".join(f"{value + 0.0:.3f}" for value in T[:3, 3].round(3)) + " m"
+        for name, way in (("approach", stop.approach), ("retract", stop.retract)):
+            words += f", {name} {1e3 * way:g} mm" if way else ""
+        return words if stop.opening is None else f"{words}, gripper {100 * stop.opening:g} % open"
+
+    @property
+    def aims(self) -> Aims:
+        """The goal, None if there is none, and the way points before it."""
+        return self._goal, self.waypoints
+
+    @aims.setter
+    def aims(self, aims: Aims) -> None:
+        self._goal, self.waypoints = aims
+        if self._goal is None and not self.waypoints:
+            self.shown, self._asked = None, None
+
+    @property
+    def manner(self) -> Manner:
+        """The manner in which it plans."""
+        return Manner(self._session.link, (*self._session.held, *self.held), self.jerk, self.upright, self.on_line)
+
     def turn(self, *, on: bool) -> None:
         """Begin to plan, from where the arm is and without a goal; or end it."""
-        self._begin(None, on=on)
+        self._begin(None, (), on=on)
 
     def play(self) -> None:
         """Move the arm along the motion, from its beginning if it is at the end; or stop it."""
@@ -224,6 +243,10 @@ class Planning:
         if self.shown is None:
             return "no goal yet: drag the handles of the goal"
         plan, motion = self.shown.plan, self.shown.motion
+        at = f"way point {self.shown.n_reached + 1}: " if motion is None and self.shown.n_reached < len(self.waypoints) else ""
+        return at + self._sentence_of(self.shown, plan, motion)
+
+    def _sentence_of(self, shown: Planned, plan: Plan, motion: Trajectory | None) -> str:
         if isinstance(plan.reason.data, Report):
             hits = [pair for pair in plan.reason.data.pairs if pair.signed_distance <= 0.0]
             own = plan.status == PlanStatus.START_IN_COLLISION and all(pair.link_b is not None for pair in hits)
@@ -235,29 +258,31 @@ class Planning:
         how = "certified free" if motion.certified else "not certified"
         if self.upright or self.on_line:
             how += f", {plan.worst_violation:.0%} of the tolerance used at most"
+        if len(shown.legs) > 1:
+            return f"{plan.status}: {motion.duration:.2f} s, {how}, in {len(shown.legs)} motions"
         too = f"; no path was found without moving {', '.join(plan.moved_beside)} too" if plan.moved_beside else ""
         return f"{plan.status}: {motion.duration:.2f} s, {how}, {count_of(plan.checks, 'edge')} checked{too}"
 
     def start_here(self) -> None:
         """Plan from where the arm is."""
-        self._begin(self._goal, on=self.on)
+        self._begin(self._goal, self.waypoints, on=self.on)
 
-    def _begin(self, goal: Array | None, *, on: bool) -> None:
+    def _begin(self, goal: Array | None, waypoints: tuple[Waypoint, ...], *, on: bool) -> None:
         """Plan to a goal from where the arm is. All is stored at last, with no call between, in case it is interrupted."""
         link, q = self._session.link, self._session.q
-        self.on, self._goal, self._link, self._start, self._placed = on, goal, link, q, (q,)
+        self.on, self._goal, self.waypoints, self._link, self._start, self._placed = on, goal, waypoints, link, q, (q,)
         self.playing, self.share, self.shown, self.waiting, self._asked = False, 0.0, None, False, None
 
     def _plan(self) -> bool:
-        if self._goal is None:
+        stops = self.waypoints if self._goal is None else (*self.waypoints, Waypoint(self._goal, moves_gripper=True))
+        if not stops:
             return False
-        session = self._session
-        keep, held = (self.upright, self.on_line), (*session.held, *self.held)
-        asked = (self._goal.tobytes(), session.world.objects(), self.jerk, keep, held, session.robot)
+        session, manner = self._session, self.manner
+        asked = ([(stop.goal.tobytes(), *stop[1:]) for stop in stops], session.world.objects(), manner, session.robot)
         if asked == self._asked:
             return False
         start, share = (session.q, 0.0) if self.playing else (self._start, self.share)
-        found = session.ask(NAME, planned, session.robot, start, self._goal, session.world, session.link, held, self.jerk, keep)
+        found = session.ask(NAME, planned, session.robot, start, stops, session.world, manner)
         self._start, self.share, self.waiting, self.shown = start, share, found is None, found
         self._asked = None if found is None else asked
         return True

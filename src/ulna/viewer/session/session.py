@@ -42,7 +42,7 @@ class Session:
             thread: then the hand does not move, the clearance is not known, and the next frame calls them again.
 
     Attributes:
-        robot: The robot; what it may touch of itself changes with ``use``.
+        robot: The robot; what it may touch of itself, its limits and what it holds change with ``use``.
         world: The obstacles; any thread may change them at any time.
         target: The pose to which the hand is pulled, T_base_link, shape (4, 4); None if it is not pulled.
         avoiding: Whether the pulled hand avoids collisions with the world and the robot itself.
@@ -188,7 +188,7 @@ class Session:
         return tuple(links for links in dict.fromkeys(touching) if held.isdisjoint(links))
 
     def use(self, robot: Robot) -> None:
-        """Check another robot from the next frame on, which differs in its ``allowed_collisions`` alone. It waits for no lock."""
+        """Take another robot from the next frame on, which has the same joints and links. It waits for no lock."""
         self._wanted = robot
 
     def _begin(self) -> None:
@@ -203,6 +203,8 @@ class Session:
     def _take_robot(self) -> None:
         wanted = self._wanted
         if wanted is not self.robot:
+            if wanted.attached != self.robot.attached:
+                self.names = ShapeNames(wanted)
             hand = None if self._hand is None else Hand(wanted, self._hand.link, self.names)
             self.robot, self._hand = wanted, hand
 

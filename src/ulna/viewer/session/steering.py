@@ -164,7 +164,7 @@ class Steering:
 
     def _now(self) -> tuple:
         session = self._session
-        return session.link, session.q.tobytes(), session.world.objects()
+        return session.link, session.q.tobytes(), (session.robot, session.world.objects())
 
     def _ready(self) -> Servo | None:
         """The servo: a new one where the arm was moved by other means; warm for the world as it is now."""

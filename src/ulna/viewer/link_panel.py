@@ -1,0 +1,139 @@
+"""Shows the link that somebody has clicked or chosen, lets its contacts and limits be changed, and what it holds."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import viser
+
+from ulna.description.pose import rpy_from_matrix
+from ulna.description.robot_description import Joint, JointType
+from ulna.errors import count_of
+from ulna.robot import Robot
+from ulna.viewer.html import facts
+from ulna.viewer.session.changes import QUANTITIES, limits_of
+from ulna.viewer.session.session import Session
+from ulna.viewer.typed_fields import TypedFields, refusals_shown
+
+_NONE = "none"
+_OF_ONE = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+_LABELS = "Lower limit", "Upper limit", "Velocity limit", "Acceleration limit"
+_PLURALS = {"box": "boxes", "mesh": "meshes", "convexmesh": "convex meshes"}
+Act = Callable[[str], object]
+
+
+class LinkPanel:
+    """The folder of one link; hidden while none is chosen.
+
+    Args:
+        gui: The panel, to which it is added.
+        session: The robot.
+        first: The robot as it was before the page changed it.
+        limit: Called with a joint, a quantity and its new limit.
+        acts: By the label of a button, what it does with the link; its name is called with the link too, and is hidden if empty.
+        moved: Called when another link is chosen, or a value was typed.
+    """
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        session: Session,
+        limit: Callable[[str, str, float], object],
+        acts: tuple[tuple[Callable[[str], str], Act], ...],
+        moved: Callable[[], None],
+    ) -> None:
+        self._session, self._limit, self._moved, self.chosen = session, limit, moved, ""
+        self._acts = acts
+        robot = session.robot
+        self._joints = {joint.child: joint for joint in robot.description.joints}
+        with gui.add_folder("Link", visible=False) as self.folder:
+            self.facts = gui.add_html("")
+            self.buttons = [gui.add_button(" ", visible=False) for _ in acts]
+            self.close = gui.add_button("Close", color="gray")
+            with gui.add_folder("Limits of its joint", expand_by_default=False) as self.limits:
+                hint = "In rad or m, and seconds; 0 for no limit of a rate"
+                self.fields: dict[str, Any] = {
+                    quantity: gui.add_number(label, 0.0, step=0.001, visible=False, hint=hint)
+                    for quantity, label in zip(QUANTITIES, _LABELS, strict=True)
+                }
+        self._typed = TypedFields(tuple(self.fields.values()), moved, lambda: self.chosen)
+        for button, (_, act) in zip(self.buttons, acts, strict=True):
+            button.on_click(lambda event, act=act: self._do(act, event.client))
+        self.close.on_click(lambda _: self.choose(""))
+
+    def add_choice(self, gui: viser.GuiApi) -> None:
+        """Add a list of the links where the panel is now, for people without a pointer."""
+        names = (_NONE, *self._session.robot.link_names)
+        self.choice = gui.add_dropdown("Link", names, initial_value=_NONE, hint="Or click it in the scene")
+        self.choice.on_update(lambda event: None if event.client is None else self.choose(self.choice.value.replace(_NONE, "")))
+
+    def choose(self, link: str) -> None:
+        """Choose a link; none for an empty name. The next ``show`` shows it."""
+        self.chosen = link
+        self._moved()
+
+    def take(self) -> bool:
+        """Apply what was typed. Returns whether there was anything."""
+        typed = self._typed.take()
+        for edit in typed:
+            joint = self._joints.get(edit.chosen)
+            quantity = next(name for name, field in self.fields.items() if field is edit.field)
+            with refusals_shown(edit.client, "Not changed"):
+                if joint is not None:
+                    is_none = edit.value == 0.0 and quantity in QUANTITIES[2:]
+                    self._limit(joint.name, quantity, np.inf if is_none else edit.value)
+        return bool(typed)
+
+    def show(self) -> None:
+        """Show the chosen link as it is now."""
+        session, robot, link = self._session, self._session.robot, self.chosen
+        self.folder.visible = bool(link)
+        self.choice.value = link or _NONE
+        if not link:
+            return
+        self.folder.label = link
+        joint = self._joints.get(link)
+        self.facts.content = facts(_facts_of(robot, session.q, link, joint))
+        column = robot.joint_slices[robot.joint_names.index(joint.name)].start if _is_limited(robot, joint) else None  # type: ignore[union-attr]
+        limits = {} if column is None else limits_of(robot, column)
+        self.limits.visible = bool(limits)
+        for quantity, field in self.fields.items():
+            value = limits.get(quantity, np.nan)
+            field.visible = bool(np.isfinite(value)) or bool(quantity in QUANTITIES[2:] and np.isposinf(value))
+            if field.visible:
+                self._typed.write(field, round(value, 4) if np.isfinite(value) else 0.0)
+        for button, (label, _) in zip(self.buttons, self._acts, strict=True):
+            words = label(link)
+            button.visible = bool(words)
+            button.label = words or " "
+
+    def _do(self, act: Act, client: viser.ClientHandle | None) -> None:
+        with refusals_shown(client, "Not changed"):
+            if self.chosen:
+                act(self.chosen)
+        self._moved()
+
+
+def _is_limited(robot: Robot, joint: Joint | None) -> bool:
+    return joint is not None and joint.type in _OF_ONE and joint.name in robot.joint_names
+
+
+def _facts_of(robot: Robot, q: Any, link: str, joint: Joint | None) -> list[tuple[str, str]]:
+    """The names and values of what there is to say of a link."""
+    T = robot.forward_kinematics(q, link=link)
+    own = next(one for one in robot.description.links if one.name == link)
+    kinds = Counter(type(body.shape).__name__.lower() for body in own.collisions)
+    shapes = ", ".join(
+        count_of(n, kind.replace("convexmesh", "convex mesh"), _PLURALS.get(kind, "")) for kind, n in kinds.items()
+    )
+    held = ", ".join(one.name for one in robot.attached if one.link == link)
+    found = [
+        ("moved by", "nothing" if joint is None else f"{joint.name} ({joint.type})"),
+        ("xyz [m]", " ".join(f"{value + 0.0:.4f}" for value in T[:3, 3].round(4))),
+        ("rpy [rad]", " ".join(f"{value + 0.0:.4f}" for value in rpy_from_matrix(T).round(4))),
+        ("shapes", shapes or "none"),
+    ]
+    return [*found, ("holds", held)] if held else found

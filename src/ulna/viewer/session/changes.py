@@ -1,0 +1,79 @@
+"""Holds the changes of a robot on its page: contacts that are allowed, limits, attached objects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ulna.collision.attached import Attached
+from ulna.description.pose import rpy_from_matrix
+from ulna.robot import Robot
+
+QUANTITIES = ("lower", "upper", "velocity", "acceleration")
+Limits = Mapping[str, Mapping[str, float]]
+
+
+class Changes(NamedTuple):
+    """The changes of a robot.
+
+    Attributes:
+        allowed: Pairs of links that may touch.
+        limits: By the quantity, narrower limits by the joint [rad or m, and s].
+        attached: Objects that its links hold.
+    """
+
+    allowed: tuple[tuple[str, str], ...] = ()
+    limits: Limits = {}  # noqa: RUF012 - it is never changed
+    attached: tuple[Attached, ...] = ()
+
+    def of(self, robot: Robot) -> Robot:
+        """A robot with these changes; itself if there are none.
+
+        Raises:
+            UlnaError: A limit or an object cannot be taken.
+        """
+        if self.allowed:
+            robot = robot.with_allowed_collisions(self.allowed)
+        if self.limits:
+            robot = robot.with_limits(**self.limits)  # type: ignore[arg-type]
+        for one in self.attached:
+            robot = robot.with_attached(one.name, one.shape, one.T_link_object, link=one.link, touch_links=one.touch_links)
+        return robot
+
+    def with_limit(self, robot: Robot, quantity: str, joint: str, value: float) -> Changes:
+        """With another limit of a joint of the robot as it was; its own limit is no change."""
+        column = robot.joint_slices[robot.joint_names.index(joint)].start
+        own = limits_of(robot, column)[quantity]
+        of_joints = {name: each for name, each in self.limits.get(quantity, {}).items() if name != joint}
+        of_joints |= {} if np.isclose(value, own, atol=1e-9) else {joint: float(value)}
+        limits = {**self.limits, quantity: of_joints}
+        return self._replace(limits={name: each for name, each in limits.items() if each})
+
+    def as_expression(self) -> str:
+        """Python that makes a robot with these changes of ``robot``."""
+        calls = [f".with_allowed_collisions({list(self.allowed)!r})"] if self.allowed else []
+        if self.limits:
+            calls.append(f".with_limits({', '.join(f'{name}={dict(each)!r}' for name, each in self.limits.items())})")
+        for one in self.attached:
+            T = one.T_link_object
+            place = f"ulna.pose({T[:3, 3].tolist()}, {list(map(float, rpy_from_matrix(T)))})"
+            calls.append(f".with_attached({one.name!r}, ulna.{one.shape!r}, {place}, link={one.link!r})")
+        return "".join(["robot", *calls])
+
+    def in_words(self) -> str:
+        """Sentences that say what was changed; empty if nothing was."""
+        joints = dict.fromkeys(joint for of_joints in self.limits.values() for joint in of_joints)
+        words = {
+            "These links may touch": [" and ".join(pair) for pair in self.allowed],
+            "Narrower limits": joints,
+            "Attached": [f"{one.name} to {one.link}" for one in self.attached],
+        }
+        return ". ".join(f"{what}: {', '.join(each)}" for what, each in words.items() if each)
+
+
+def limits_of(robot: Robot, column: int) -> dict[str, float]:
+    """The limits of an entry of q by quantity; infinite where there is none."""
+    values = robot.lower, robot.upper, robot.velocity_limits, robot.acceleration_limits
+    return {name: float(each[column]) for name, each in zip(QUANTITIES, values, strict=True)}

@@ -1,0 +1,175 @@
+"""Plans a way of a view's arm through several goals: with straight approaches and retreats, and a gripper's openings."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.collision.world import World
+from ulna.description.pose import pose
+from ulna.ik.problem import columns_of_joints
+from ulna.planning.keep import Keep
+from ulna.planning.plan import Plan
+from ulna.planning.trajectory import Trajectory
+from ulna.robot import Robot
+
+LONGEST_SEARCH = 0.5  # [s] a page that is dragged cannot wait longer
+ACCELERATION = 3.0  # [rad/s^2 or m/s^2] of every joint
+VELOCITY = 1.0  # [rad/s or m/s] of joints whose description gives none
+TILT = float(np.radians(5.0))  # [rad] how far what points up may tilt, where that is kept
+ASIDE = 0.005  # [m] how far the hand may be from the line, where that is kept
+Array = NDArray[np.float64]
+
+
+class Waypoint(NamedTuple):
+    """A goal on the way.
+
+    Attributes:
+        goal: A pose of the hand, T_base_hand, shape (4, 4), or a configuration, shape (n_dof,).
+        approach, retract: How far the hand comes and leaves straight, along its own z axis [m]; not so for 0.
+        opening: How far the gripper opens or closes there, from 0 to 1; None if it stays as it is.
+        moves_gripper: Whether a configuration counts for the gripper too.
+    """
+
+    goal: Array
+    approach: float = 0.0
+    retract: float = 0.0
+    opening: float | None = None
+    moves_gripper: bool = False
+
+
+class Manner(NamedTuple):
+    """The manner in which a motion is planned.
+
+    Attributes:
+        link: The hand.
+        held: Joints that keep their positions, whatever a configuration to go to says of them.
+        jerk: The greatest of each joint [rad/s^3 or m/s^3]; None for no limit.
+        upright: Whether what of the hand points up at the start is kept upright.
+        on_line: Whether the hand is kept on the line to the goal.
+    """
+
+    link: str
+    held: tuple[str, ...] = ()
+    jerk: float | None = None
+    upright: bool = False
+    on_line: bool = False
+
+
+class Leg(NamedTuple):
+    """One motion of a way.
+
+    Attributes:
+        start: Where it begins, shape (n_dof,).
+        goal: As of a way point.
+        line: The ends of the line on which the hand is kept [m], shape (2, 3); None if it is on none.
+        plan: The plan.
+        motion: Its motion; None if there is no path.
+    """
+
+    start: Array
+    goal: Array
+    line: Array | None
+    plan: Plan
+    motion: Trajectory | None
+
+
+def gripper_of(robot: Robot, link: str) -> NDArray[np.int64]:
+    """The entries of q that move something of a hand, but not the hand itself: those of its fingers."""
+    below, moving = set(), set(robot.tree.moving_columns(link).tolist())
+    carried = {link}
+    for joint in sorted(robot.description.joints, key=lambda joint: _depth(robot, joint.child)):
+        if joint.parent in carried:
+            carried.add(joint.child)
+            below |= set(robot.tree.moving_columns(joint.child).tolist()) - moving
+    bounded = [column for column in sorted(below) if np.isfinite(robot.upper[column] - robot.lower[column])]
+    return np.array(bounded, dtype=np.int64)
+
+
+def _depth(robot: Robot, link: str) -> int:
+    carriers, depth = {joint.child: joint.parent for joint in robot.description.joints}, 0
+    while link in carriers:
+        link, depth = carriers[link], depth + 1
+    return depth
+
+
+def rates_of(robot: Robot) -> tuple[Array, Array]:
+    """The greatest velocities and accelerations of a motion on the page, shape (n_dof,) each."""
+    most = robot.velocity_limits
+    return np.where((most > 0) & (most < np.inf), most, VELOCITY), np.minimum(robot.acceleration_limits, ACCELERATION)
+
+
+def leg_to(robot: Robot, start: Array, goal: Array, world: World, manner: Manner) -> Leg:
+    """A motion from a configuration to a goal."""
+    if goal.ndim == 1 and manner.held:
+        goal = np.where(columns_of_joints(robot.tree, manner.held), start, goal)
+    link = manner.link
+    end = goal if goal.ndim == 2 else robot.forward_kinematics(goal, link=link)
+    line = np.stack([robot.forward_kinematics(start, link=link)[:3, 3], end[:3, 3]])
+    keeps = [Keep.upright(TILT, link=link)] if manner.upright else []
+    if not manner.on_line or np.linalg.norm(line[1] - line[0]) < ASIDE:
+        line = None
+    else:
+        keeps.append(Keep.on_line(*line, within=ASIDE, link=link))
+    of_goal = link if goal.ndim == 2 else None
+    plan = robot.plan(start, goal, world, link=of_goal, held=manner.held, keep=keeps, time_limit=LONGEST_SEARCH)
+    if not plan:
+        return Leg(start, goal, line, plan, None)
+    velocity, acceleration = rates_of(robot)
+    return Leg(start, goal, line, plan, plan.trajectory(velocity=velocity, acceleration=acceleration, jerk=manner.jerk))
+
+
+def way_through(robot: Robot, start: Array, stops: tuple[Waypoint, ...], world: World, manner: Manner) -> tuple[list[Leg], int]:
+    """The legs through way points, of which the last has no motion if there is none; and how many way points are reached."""
+    legs: list[Leg] = []
+    for k, stop in enumerate(stops):
+        found = _to_stop(robot, legs[-1].motion.q[-1] if legs and legs[-1].motion else start, stop, world, manner)
+        legs += found
+        if found[-1].motion is None:
+            return legs, k
+    return legs, len(stops)
+
+
+def _to_stop(robot: Robot, start: Array, stop: Waypoint, world: World, manner: Manner) -> list[Leg]:
+    """The legs to one way point. It ends early with a leg that has no motion.
+
+    A straight approach is found backwards, from a configuration at the goal: at the goal there are fewer than before it.
+    """
+    straight, columns, goal = manner._replace(on_line=True), gripper_of(robot, manner.link), stop.goal.copy()
+    if goal.ndim == 1 and not stop.moves_gripper:
+        goal[columns] = start[columns]
+    legs = [leg_to(robot, start, goal, world, manner)]
+    if legs[0].motion is None:
+        return legs
+    at = legs[0].motion.q[-1]
+    T = robot.forward_kinematics(at, link=manner.link)
+    if stop.approach > 0.0:
+        back = leg_to(robot, at, T @ pose((0.0, 0.0, -stop.approach)), world, straight)
+        if back.motion is None:
+            return [back]
+        legs = [leg_to(robot, start, back.motion.q[-1], world, manner)]
+        if legs[0].motion is not None:
+            legs.append(leg_to(robot, back.motion.q[-1], at, world, straight))
+        if legs[-1].motion is None:
+            return legs
+    if stop.opening is not None and len(columns):
+        at = at.copy()
+        at[columns] = robot.lower[columns] + stop.opening * (robot.upper[columns] - robot.lower[columns])
+        legs.append(leg_to(robot, legs[-1].motion.q[-1], at, world, manner._replace(on_line=False)))  # type: ignore[union-attr]
+        if legs[-1].motion is None:
+            return legs
+    if stop.retract > 0.0:
+        legs.append(leg_to(robot, legs[-1].motion.q[-1], T @ pose((0.0, 0.0, -stop.retract)), world, straight))  # type: ignore[union-attr]
+    return legs
+
+
+def joined(legs: list[Leg]) -> Trajectory | None:
+    """One motion of all legs; None if one has none."""
+    whole = None
+    for leg in legs:
+        if leg.motion is None:
+            return None
+        whole = leg.motion if whole is None else whole.then(leg.motion)
+    return whole

@@ -1,0 +1,120 @@
+"""Writes what was made on a page as a program, as commands of the terminal, and as files."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.collision.world import World
+from ulna.description.pose import rpy_from_matrix
+from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
+from ulna.planning.trajectory import Trajectory
+from ulna.robot import Robot
+from ulna.viewer.session.way import ASIDE, TILT, Leg, Manner, rates_of
+
+PERIOD = 0.01  # [s] between two rows of a file
+_SCENE = "scene.json"
+_DIGITS = 12
+_PLAIN = {Box: ("extents",), Sphere: ("radius",), Cylinder: ("radius", "length"), Capsule: ("radius", "length"), HalfSpace: ()}
+Array = NDArray[np.float64]
+
+
+def motion_file(motion: Trajectory, ending: str) -> bytes:
+    """A motion as a file that ``robot.motion_from_file`` reads: ``"csv"`` or ``"json"``."""
+    with TemporaryDirectory(prefix="ulna-") as folder:
+        path = Path(folder, f"motion.{ending}")
+        (motion.to_csv if ending == "csv" else motion.to_json)(path, period=PERIOD)
+        return path.read_bytes()
+
+
+def name_of(robot: Robot) -> str:
+    """The name or the path by which a robot is loaded."""
+    description = robot.description
+    return Path(description.source).stem if description.folder is None else str(Path(description.folder, description.source))
+
+
+def as_program(robot: Robot, changes: Iterable[str], world: World, legs: Sequence[Leg], manner: Manner) -> str:
+    """Python that makes a motion of legs again, and writes it. changes: lines that change the robot as the page did."""
+    velocity, acceleration = rates_of(robot)
+    rates = f"acceleration={_rates(acceleration)}"
+    if not np.array_equal(velocity, robot.velocity_limits):
+        rates = f"velocity={_rates(velocity)}, {rates}"
+    if manner.jerk is not None:
+        rates += f", jerk={manner.jerk!r}"
+    lines = ["import ulna", "", f"robot = ulna.load({name_of(robot)!r})", *changes, *_world_lines(world)]
+    for k, leg in enumerate(legs):
+        goal = _numbers(leg.goal) if leg.goal.ndim == 1 else _pose(leg.goal)
+        options = [f"link={manner.link!r}"] if leg.goal.ndim == 2 else []
+        keeps = [f"ulna.Keep.upright({TILT!r}, link={manner.link!r})"] if manner.upright else []
+        if leg.line is not None:
+            ends = ", ".join(map(_numbers, leg.line))
+            keeps.append(f"ulna.Keep.on_line({ends}, within={ASIDE!r}, link={manner.link!r})")
+        options += [f"held={list(manner.held)!r}"] if manner.held else []
+        options += [f"keep=[{', '.join(keeps)}]"] if keeps else []
+        start = _numbers(leg.start) if k == 0 else "motion.q[-1]"
+        lines.append(f"plan = robot.plan({', '.join([start, goal, 'world', *options])})")
+        motion = f"plan.trajectory({rates})"
+        lines.append(f"motion = motion.then({motion})" if k else f"motion = {motion}")
+    lines += ["print(plan, motion, sep='\\n')", f"motion.to_csv('motion.csv', period={PERIOD!r})"]
+    return "\n".join(lines) + "\n"
+
+
+def as_commands(robot: Robot, world: World, legs: Sequence[Leg], manner: Manner) -> str:
+    """The lines of a terminal that make a motion again: one for each leg, which writes a file of its own."""
+    around = ["--scene", _SCENE] if world.names else []
+    acceleration = rates_of(robot)[1]
+    lines = [f"# {_SCENE}: Save scene, in the tab Obstacles"] if world.names else []
+    for k, leg in enumerate(legs, start=1):
+        words = ["ulna", "plan", name_of(robot), "--from", _csv(leg.start)]
+        if leg.goal.ndim == 1:
+            words += ["--to", _csv(leg.goal)]
+        else:
+            words += ["--xyz", _csv(leg.goal[:3, 3]), "--rpy", _csv(rpy_from_matrix(leg.goal)), "--link", manner.link]
+        words += [word for joint in manner.held for word in ("--held", joint)]
+        words += ["--keep", f"{manner.link}:upright={TILT!r}rad"] if manner.upright else []
+        if leg.line is not None:
+            words += ["--keep", f"{manner.link}:line={_csv(leg.line.ravel())},{ASIDE!r}m"]
+        words += [*around, "--acceleration", repr(float(acceleration.min()))]
+        words += [] if manner.jerk is None else ["--jerk", repr(manner.jerk)]
+        lines.append(shlex.join([*words, "--csv", "motion.csv" if len(legs) == 1 else f"motion{k}.csv"]))
+    return "\n".join(lines) + "\n"
+
+
+def _world_lines(world: World) -> list[str]:
+    """The objects of a world; of a file that the page saves, if it has others than plain shapes."""
+    items = list(world.items())
+    if any(type(shape) not in _PLAIN or world.touch_links(name) or world.speed(name) for name, shape, _ in items):
+        return [f"world = ulna.load_world({_SCENE!r})  # Save scene, in the tab Obstacles"]
+    lines = ["world = ulna.World()"]
+    for name, shape, T in items:
+        sizes = ", ".join(_numbers(getattr(shape, size)) for size in _PLAIN[type(shape)])
+        lines.append(f"world.add({name!r}, ulna.{type(shape).__name__}({sizes}), {_pose(T)})")
+    return lines
+
+
+def _pose(T: Array) -> str:
+    return f"ulna.pose({_numbers(T[:3, 3])}, {_numbers(rpy_from_matrix(T))})"
+
+
+def _rates(values: Array) -> str:
+    """The greatest rates of all joints: one number if they are equal."""
+    return _numbers(values[0] if len(values) and (values == values[0]).all() else values)
+
+
+def _numbers(values: ArrayLike) -> str:
+    """One number, or several in brackets."""
+    return repr(_rounded(values).tolist())
+
+
+def _rounded(values: ArrayLike) -> Array:
+    """Numbers to so many digits that nothing of a robot changes, without the rounding of zeros."""
+    return np.asarray(values, dtype=np.float64).round(_DIGITS) + 0.0
+
+
+def _csv(values: Array) -> str:
+    return ", ".join(map(repr, _rounded(values).tolist()))

@@ -1,0 +1,30 @@
+"""Buttons and keys that undo and redo what a person did on the page, in every tab."""
+
+from collections.abc import Callable
+
+import viser
+
+from ulna.viewer.session.scene_history import SceneHistory
+
+
+class UndoPanel:
+    """Two buttons, and two keys. ``step_by`` says what they do."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._gui = gui
+        self.undo = gui.add_button("Undo", hint="Ctrl-Z: take back what was last done", color="gray", disabled=True)
+        self.redo = gui.add_button("Redo", hint="Ctrl-Shift-Z: do again what was undone", color="gray", disabled=True)
+
+    def step_by(self, history: SceneHistory, step: Callable[[Callable[[], tuple[str, ...]]], None]) -> None:
+        """Call ``step`` with what undoes, or does again, the last step of a history."""
+        self._history = history
+        for button, act, words, modifier in (
+            (self.undo, history.undo, "Undo what was last done", "cmd/ctrl"),
+            (self.redo, history.redo, "Redo what was undone", "cmd/ctrl+shift"),
+        ):
+            button.on_click(lambda _, act=act: step(act))
+            self._gui.add_command(words, hotkey="Z", modifier=modifier).on_trigger(lambda _, act=act: step(act))  # type: ignore[arg-type]
+
+    def show(self) -> None:
+        """Enable the buttons that would do anything."""
+        self.undo.disabled, self.redo.disabled = not self._history.can_undo, not self._history.can_redo
