@@ -23,7 +23,7 @@ from ulna.engine.records import Record
 from ulna.gpu import device, rows
 from ulna.gpu.single import in_single
 
-NAMES = "collision", "forward", "robot", "rows", "search", "solutions"
+NAMES = "collision", "forward", "queue", "robot", "rows", "search", "solutions"
 MODULES = [importlib.import_module(f"ulna.gpu.{name}") for name in NAMES]
 launches: list[dict] = []
 sources: dict[FunctionType, list] = {}
@@ -75,7 +75,7 @@ def recorded(driver):
     return Recorded(driver, [home.removesuffix(".single"), name, None, home.endswith(".single")])
 
 
-NEVER_SINGLE = {"searches_of", "distances_of"}
+NEVER_SINGLE = {"searches_of", "distances_of", "branches_of"}
 
 
 def worlds():

@@ -16,8 +16,9 @@ from ulna.collision.objects import numbers_below, table_of
 from ulna.collision.world import World
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import WIDTH
+from ulna.errors import DeviceError
 from ulna.gpu import device
-from ulna.gpu.device import cuda
+from ulna.gpu.staged import over_rows, threads_for
 from ulna.kernels.collision.collision_layout import NO_NODE
 from ulna.kernels.collision.nearest import nearest_unindexed
 from ulna.kernels.collision.overlap import overlaps_unindexed
@@ -35,12 +36,12 @@ class DeviceScene(NamedTuple):
 
     Attributes:
         scene: What the drivers take. A table that it lacks is one without rows.
-        sizes: The numbers of its joints and bodies, and whether all shapes are boxes.
+        sizes: The numbers of its joint positions, joints and bodies, and whether all shapes are boxes.
         number: Over which its tables are: float32 for boxes alone.
     """
 
     scene: Scene
-    sizes: tuple[int, int, bool]
+    sizes: tuple[int, int, int, bool]
     number: Any
 
 
@@ -54,18 +55,18 @@ class DeviceScenes:
         """The scene of a world."""
         scene, last = self._checker.scene_of(world, self_collision), self._last.get(number)
         if last is None or last[0] is not scene:
-            last = self._last[number] = scene, _on_device(scene, number)
+            last = self._last[number] = scene, _on_device(scene, self._checker.tree.n_dof, number)
         return last[1]
 
 
-def _on_device(scene: Scene, number: Any) -> DeviceScene:
+def _on_device(scene: Scene, n_dof: int, number: Any) -> DeviceScene:
     """The scene, as one whose objects are all tested one by one."""
     of_boxes, numbers = scene.vertices is None, np.r_[scene.first : scene.end, numbers_below(scene.nodes, scene.root)]
     number = number if of_boxes else np.float64
     solids = table_of(scene.objects, scene.nodes, numbers)
     every = scene._replace(objects=solids, nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(solids))
     there = Scene._make(part if isinstance(part, int) else device.on_device(_over(number, part)) for part in every)
-    return DeviceScene(there, (len(scene.joints), len(scene.bodies), of_boxes), number)
+    return DeviceScene(there, (n_dof, len(scene.joints), len(scene.bodies), of_boxes), number)
 
 
 def _over(number: Any, part: NDArray[Any] | None) -> NDArray[Any]:
@@ -75,13 +76,16 @@ def _over(number: Any, part: NDArray[Any] | None) -> NDArray[Any]:
     return part.astype(number) if part.dtype == np.float64 else part
 
 
-def distance_scratch(scene: DeviceScene, n: int) -> list[Any]:
-    """Scratch for as many threads as measure n distances, or as there is memory for; boxes need none."""
-    threads, shapes = max(1, min(n, _MOST_DISTANCES)), [(1, 1)] * len(SCRATCH)
-    if not scene.sizes[-1]:
-        threads = max(1, int(min(threads, _MOST_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))))))
-        shapes = list(SCRATCH)
-    return [cuda.device_array((threads, *shape), np.float64) for shape in shapes]
+def distance_scratch(scene: DeviceScene, n: int) -> tuple[list[Any], int]:
+    """Scratch of threads that measure n distances, and of how many: as many as there is memory for. Boxes need none."""
+    if scene.sizes[-1]:
+        return [device.empty((1, 1, 1), np.float64) for _ in SCRATCH], device.LAUNCH.at_most
+    room, block = _MOST_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))), threads_for(scene.sizes[0], 1)
+    threads = int(min(n, _MOST_DISTANCES, room))
+    if threads < min(n, block):
+        needed = min(n, block) * _BYTES * sum(map(prod, SCRATCH)) / _MOST_SCRATCH / 1e9
+        raise DeviceError(f"too little memory is free on the device: distances of such shapes need {needed:.2g} GB")
+    return [device.empty((threads, *shape), np.float64) for shape in SCRATCH], threads
 
 
 @kernel
@@ -97,41 +101,34 @@ def _of_boxes(scene):
 
 
 @cache
-def overlaps_of(n_joints: int, n_bodies: int, of_boxes: bool):
-    """The driver for robots of these sizes: whether each q touches anything, to the bools of out, shape (n,)."""
-    of_joints, of_bodies, as_scene = 12 * n_joints, 12 * n_bodies, _of_boxes if of_boxes else _as_it_is
+def overlaps_of(n_dof: int, n_joints: int, n_bodies: int, of_boxes: bool) -> Any:
+    """The driver for robots of these sizes: whether each q touches anything, bools of shape (n, 1), by (scene,)."""
+    of_joints, as_scene = 12 * n_joints, _of_boxes if of_boxes else _as_it_is
 
-    def overlaps(of_launch, q, out, out_of_range):
-        i = cuda.grid(1)
-        if i < q.shape[0]:
-            if not all_in_range(q[i]):
-                out_of_range[0] = 1
-            scene = as_scene(of_launch)
-            joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
-            place_bodies(scene.joints, scene.bodies, q[i], joint_rows, body_rows)
-            out[i] = overlaps_unindexed(scene, body_rows, q[i, 0]) > 0.0
+    @kernel
+    def overlaps(tables, q, _place, scratch, out, _marks):
+        scene, body_rows = as_scene(tables[0]), scratch[of_joints:]
+        place_bodies(scene.joints, scene.bodies, q, scratch[:of_joints], body_rows)
+        out[0] = overlaps_unindexed(scene, body_rows, q[0]) > 0.0
+        return not all_in_range(q)
 
-    return overlaps
+    return over_rows(overlaps, n_dof, 1, scratch=of_joints + 12 * n_bodies, dtype=np.bool_)
 
 
 @cache
-def distances_of(n_joints: int, n_bodies: int, of_boxes: bool):
-    """The driver for robots of these sizes: the least signed distance of each q to out, shape (n,).
+def distances_of(n_dof: int, n_joints: int, n_bodies: int, of_boxes: bool) -> Any:
+    """The driver for robots of these sizes: the least signed distance of each q, shape (n, 1), by (scene, points, faces, edges).
 
     The scratch of EPA is an array for each thread: points (m, ...), faces (m, ...) and edges (m, ...). So m threads do all.
     """
-    of_joints, of_bodies, as_scene = 12 * n_joints, 12 * n_bodies, _of_boxes if of_boxes else _as_it_is
+    of_joints, as_scene = 12 * n_joints, _of_boxes if of_boxes else _as_it_is
 
-    def distances(of_launch, corners, faces, edges, q, out, out_of_range):
-        thread = cuda.grid(1)
-        if thread < corners.shape[0]:
-            scene = as_scene(of_launch)
-            joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
-            scratch = corners[thread], faces[thread], edges[thread]
-            for i in range(thread, q.shape[0], corners.shape[0]):
-                if not all_in_range(q[i]):
-                    out_of_range[0] = 1
-                place_bodies(scene.joints, scene.bodies, q[i], joint_rows, body_rows)
-                out[i] = nearest_unindexed(scene, body_rows, q[i, 0], scratch)[0]
+    @kernel
+    def distances(tables, q, place, scratch, out, _marks):
+        scene, thread, body_rows = as_scene(tables[0]), min(place[2], tables[1].shape[0] - 1), scratch[of_joints:]
+        place_bodies(scene.joints, scene.bodies, q, scratch[:of_joints], body_rows)
+        polytope = tables[1][thread], tables[2][thread], tables[3][thread]
+        out[0] = nearest_unindexed(scene, body_rows, q[0], polytope)[0]
+        return not all_in_range(q)
 
-    return distances
+    return over_rows(distances, n_dof, 1, scratch=of_joints + 12 * n_bodies)

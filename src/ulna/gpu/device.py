@@ -6,13 +6,13 @@ The extra ``cuda12`` or ``cuda13``, a GPU and its driver are needed only where s
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import DeviceError, InputError, MissingExtraError
-from ulna.gpu.device_array import cuda, in_c_order, is_on_device, refuse_numpy_without_compiler, with_dlpack
+from ulna.gpu.device_array import cuda, empty, in_c_order, is_on_device, refuse_numpy_without_compiler, with_dlpack
 
 THREADS = 128  # of a block
 PIECE = 1 << 17  # problems that are copied and computed together where arrays are on the host
@@ -48,45 +48,57 @@ def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.
     return in_c_order(own.reshape(int(np.prod(own.shape[: len(own.shape) - len(shape)], dtype=np.int64)), *shape))
 
 
+class Launch(NamedTuple):
+    """How a driver runs.
+
+    Attributes:
+        each: How many threads a row has.
+        at_most: So many threads do all: each has scratch of its own among the tables.
+        stream: On which, where the batch is on the device; 0: the default stream.
+    """
+
+    each: int = 1
+    at_most: int = 1 << 40
+    stream: Any = 0
+
+
+LAUNCH = Launch()
+
+
 @cache
 def compiled(driver: Callable) -> Any:
     """A driver as what runs on the device, compiled for it when it is first run."""
     return cuda.jit(driver)
 
 
-def run(
-    driver: Any,
-    constants: Sequence[Any],
-    batch: Rows,
-    results: Sequence[Any],
-    flag: Any,
-    *,
-    shares_scratch: bool = False,
-    threads_each: int = 1,
-) -> None:
-    """Run a driver, a problem a thread: ``driver(*constants, batch, *results, flag)``.
+def run(driver: Any, tables: tuple[Any, ...], batch: Rows, results: Sequence[Any], flag: Any, launch: Launch = LAUNCH) -> None:
+    """Run a driver of ``staged.over_rows``: ``driver(tables, batch, results[0], (flag, *results[1:]))``.
 
     Args:
-        driver: Of ``compiled``.
-        constants: What all problems share, on the device, and numbers.
-        batch: Shape (n, ...). Where it is NumPy's, it is copied piece by piece, while other pieces are computed.
-        results: Arrays with n rows each, where the batch is.
+        driver: The plain function; it is compiled when it first runs.
+        tables: What all problems share, on the device, and numbers.
+        batch: Shape (n, m). Where it is NumPy's, it is copied piece by piece, while other pieces are computed.
+        results: Arrays with a row for each problem, where the batch is.
         flag: An int32 on the device, shape (1,), which problems set.
-        shares_scratch: Whether scratch is among the constants: then one piece is computed at a time.
-        threads_each: How many threads a problem has, beside each other.
+        launch: How.
     """
     if not len(batch):
         return
+    runs, threads = compiled(driver), driver.threads
+    at_most = max(1, launch.at_most // threads)
     if is_on_device(batch):
-        driver[blocks(threads_each * len(batch)), THREADS](*constants, batch, *results, flag)
+        runs[min(at_most, -(-launch.each * len(batch) // threads)), threads, launch.stream](
+            tables, batch, results[0], (flag, *results[1:])
+        )
         return
     n = len(batch)
-    places = [_Place((batch, *results)) for _ in range(1 if shares_scratch or n <= PIECE else 2)]
+    places = [_Place((batch, *results)) for _ in range(1 if launch.at_most < n or n <= PIECE else 2)]
     for k, start in enumerate(range(0, n, PIECE)):
         place, part = places[k % len(places)], slice(start, min(start + PIECE, n))
         place.finish()
         there, *own = place.fill(part)
-        driver[blocks(threads_each * len(there)), THREADS, place.stream](*constants, there, *own, flag)
+        grid = min(at_most, -(-launch.each * len(there) // threads))
+        runs[grid, threads, place.stream](tables, there, own[0], (flag, *own[1:]))
         place.fetch()
     for place in places:
         place.finish()
@@ -100,11 +112,17 @@ class _Place:
     """
 
     def __init__(self, arrays: Sequence[NDArray[Any]]) -> None:
-        self._arrays, self._part = arrays, slice(0, 0)
-        self.stream, rows = cuda.stream(), min(len(arrays[0]), PIECE)
-        shapes = [((rows, *each.shape[1:]), each.dtype) for each in arrays]
+        self._arrays, self._part, n = arrays, slice(0, 0), len(arrays[0])
+        self._each = [len(array) // n for array in arrays]  # rows of a problem
+        self.stream, rows = cuda.stream(), min(n, PIECE)
+        shapes = [((k * rows, *array.shape[1:]), array.dtype) for k, array in zip(self._each, arrays, strict=True)]
         self._there = [cuda.device_array(*shape) for shape in shapes]
-        self._staged = [cuda.pinned_array(*shape) for shape in shapes] if len(arrays[0]) > PIECE else None
+        self._staged = [cuda.pinned_array(*shape) for shape in shapes] if n > PIECE else None
+
+    def _part_of(self, k: int) -> tuple[int, slice]:
+        """How many rows of array k the part has, and which."""
+        each = self._each[k]
+        return each * (self._part.stop - self._part.start), slice(each * self._part.start, each * self._part.stop)
 
     def fill(self, part: slice) -> list[Any]:
         """Begin to copy a part of the batch to the device; the places there of it and of its results."""
@@ -112,23 +130,23 @@ class _Place:
         if self._staged is not None:
             np.copyto(self._staged[0][:n], source)
             source = self._staged[0][:n]
-        there = [each[:n] for each in self._there]
+        there = [array[: self._part_of(k)[0]] for k, array in enumerate(self._there)]
         there[0].copy_to_device(source, stream=self.stream)
         return there
 
     def fetch(self) -> None:
         """Begin to copy the results back."""
-        n = self._part.stop - self._part.start
         for k in range(1, len(self._arrays)):
-            target = self._arrays[k][self._part] if self._staged is None else self._staged[k][:n]
+            n, part = self._part_of(k)
+            target = self._arrays[k][part] if self._staged is None else self._staged[k][:n]
             self._there[k][:n].copy_to_host(target, stream=self.stream)
 
     def finish(self) -> None:
         """Wait for the last part, and write its results to their arrays."""
         self.stream.synchronize()
-        n = self._part.stop - self._part.start
-        for result, staged in zip(self._arrays[1:], (self._staged or ())[1:], strict=False):
-            result[self._part] = staged[:n]
+        for k in range(1, len(self._arrays) if self._staged else 0):
+            n, part = self._part_of(k)
+            self._arrays[k][part] = self._staged[k][:n]  # pyright: ignore[reportOptionalSubscript]
         self._part = slice(0, 0)
 
 
@@ -137,11 +155,19 @@ def blocks(n: int) -> int:
     return -(-n // THREADS)
 
 
-def results_for(batch: Rows, shape: tuple[int, ...], dtype: Any = np.float64) -> Any:
+def results_for(batch: Rows, shape: tuple[int, ...], dtype: Any = np.float64, stream: Any = 0) -> Any:
     """An uninitialised array of a shape where a batch is: on the device, or NumPy's."""
-    if not is_on_device(batch):
-        return np.empty(shape, dtype)
-    return with_dlpack(cuda.device_array(shape, dtype))
+    return empty(shape, dtype, stream) if is_on_device(batch) else np.empty(shape, dtype)
+
+
+def on_host(array: Any, stream: Any = 0) -> NDArray[Any]:
+    """A copy of an array on the device, after what is on the stream; NumPy's as it is."""
+    if not is_on_device(array):
+        return array
+    out = array.copy_to_host(stream=stream)
+    if stream:
+        stream.synchronize()
+    return out
 
 
 def free_memory() -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from math import prod
 from typing import Any
 
@@ -14,7 +15,8 @@ from ulna.errors import InputError
 from ulna.gpu import device
 from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, overlaps_of
 from ulna.gpu.device_array import as_own
-from ulna.gpu.forward import frames_of, jacobians, poses
+from ulna.gpu.forward import frames_of, jacobians_of, poses_of
+from ulna.gpu.queue import Queue
 from ulna.gpu.rows import as_float64
 from ulna.gpu.search import DeviceResult, DeviceSearch, OnHost
 from ulna.gpu.single import in_single
@@ -35,7 +37,8 @@ class GpuRobot:
 
     Each method takes NumPy arrays and returns NumPy arrays. Or it takes arrays on the device (of CuPy, PyTorch, JAX or Numba:
     what has ``__cuda_array_interface__`` or DLPack's ``__dlpack__``), float64 and C-contiguous, and returns Numba's arrays on
-    the device, which have both, so that the others take them without a copy. A chain of calls need not leave the device.
+    the device, which have both, so that the others take them without a copy. A chain of calls need not leave the device. ``out``
+    is where to write results, for the methods that have it: an array of their shape and kind, where q is.
 
     Results differ from those of the CPU by rounding.
 
@@ -54,9 +57,10 @@ class GpuRobot:
         device.require_device()
         self.robot, self.float32, self._tables = robot, as_switch("float32", float32), {}
         self._scenes = DeviceScenes(robot._checker)  # noqa: SLF001 - a part of it
+        self._queue = Queue()
         self._number: Any = np.float32 if self.float32 else np.float64
 
-    def forward_kinematics(self, q: Any, *, link: str | None = None) -> Any:
+    def forward_kinematics(self, q: Any, *, link: str | None = None, out: Any = None) -> Any:
         """T_base_link, shape (..., 4, 4), for joint positions q [rad or m], shape (..., n_dof).
 
         Raises:
@@ -64,9 +68,9 @@ class GpuRobot:
             UnknownNameError: There is no such link.
         """
         chain = self._table("chain", self._link(link), self.robot.tree.chain)
-        return self._over_q(poses, (chain,), q, (4, 4))
+        return self._over_q(poses_of(self.robot.tree.n_dof), (chain,), q, (4, 4), out=out)
 
-    def link_poses(self, q: Any) -> Any:
+    def link_poses(self, q: Any, *, out: Any = None) -> Any:
         """T_base_link of all links in the order of ``link_names``, shape (..., n_links, 4, 4), for q of shape (..., n_dof).
 
         Raises:
@@ -74,9 +78,10 @@ class GpuRobot:
         """
         tree = self.robot.tree
         tables = self._table("joints", None, lambda _: tree.joints), self._table("frames", None, lambda _: tree.link_frames)
-        return self._over_q(frames_of(len(tree.joints)), tables, q, (len(tree.link_frames), 4, 4))
+        n_frames = len(tree.link_frames)
+        return self._over_q(frames_of(tree.n_dof, len(tree.joints), n_frames), tables, q, (n_frames, 4, 4), out=out)
 
-    def jacobian(self, q: Any, *, link: str | None = None, expressed_in: str = "base") -> Any:
+    def jacobian(self, q: Any, *, link: str | None = None, expressed_in: str = "base", out: Any = None) -> Any:
         """The geometric Jacobian, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``.
 
         Raises:
@@ -86,29 +91,30 @@ class GpuRobot:
         """
         chain = self._table("chain", self._link(link), self.robot.tree.chain)
         n_dof = self.robot.tree.n_dof
-        return self._over_q(jacobians, (chain, as_frame(expressed_in)), q, (6, n_dof), row_shape=(6 * n_dof,))
+        return self._over_q(jacobians_of(n_dof), (chain, as_frame(expressed_in)), q, (6, n_dof), out=out)
 
-    def in_collision(self, q: Any, world: World | None = None, *, self_collision: bool = True) -> Any:
+    def in_collision(self, q: Any, world: World | None = None, *, self_collision: bool = True, out: Any = None) -> Any:
         """Whether the robot touches itself or the world, bools of shape (...,); see ``Robot.in_collision``.
 
         Raises:
             InputError: q has another shape or an entry out of range, or there is nothing to check.
             GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
         """
-        return self._any_touch(q, world, self_collision, self._number)
+        return self._any_touch(q, world, self_collision, self._number, out)
 
-    def signed_distance(self, q: Any, world: World | None = None, *, self_collision: bool = True) -> Any:
+    def signed_distance(self, q: Any, world: World | None = None, *, self_collision: bool = True, out: Any = None) -> Any:
         """The least signed distance [m], shape (...,); see ``Robot.signed_distance``.
 
         Raises:
             InputError: As ``in_collision``.
             GeometryError: As ``in_collision``.
         """
-        q = as_own("q", q)
-        n = prod(q.shape[:-1]) if device.is_on_device(q) else np.size(q) // self.robot.tree.n_dof
+        n = prod(np.shape(q)[:-1])
         scene = self._scenes.of(world, self_collision, np.float64)
-        constants = scene.scene, *distance_scratch(scene, n)
-        return self._over_q(distances_of(*scene.sizes), constants, q, (), np.float64, shares_scratch=True)
+        scratch, at_most = distance_scratch(scene, n)
+        return self._over_q(
+            distances_of(*scene.sizes), (scene.scene, *scratch), q, (), number=np.float64, at_most=at_most, out=out
+        )
 
     def inverse_kinematics(
         self,
@@ -197,45 +203,73 @@ class GpuRobot:
         targets, n = as_own("T", T), as_count("n_samples", n_samples, 1)
         return all_solutions(query, targets, self._wide_rows, redundancy, n, whole_turns=whole_turns)
 
+    def checked(self, stream: Any = None) -> AbstractContextManager[None]:
+        """A block in which no call waits for the device; what could not be taken is raised at its end.
+
+        Calls put their work on a stream, one after the other, and return arrays on the device that it will write. Outside such a
+        block a call looks at once whether an entry of its q was out of range, so it waits for its own end. A call with NumPy's
+        arrays waits in either case, and so does ``inverse_kinematics`` with a world.
+
+        Args:
+            stream: That of the calls: Numba's, PyTorch's, CuPy's, or its number; Numba's default stream unless given.
+
+        Raises:
+            InputError: At the end: the error of the first call whose argument could not be taken.
+
+        Example:
+            >>> with on_gpu.checked(torch.cuda.current_stream()):  # doctest: +SKIP
+            ...     T = on_gpu.forward_kinematics(q)
+            ...     hits = on_gpu.in_collision(q, world)
+        """
+        return self._queue.checked(stream)
+
     # ---- parts ---------------------------------------------------------------------------------------------------------
 
     def _over_q(
         self,
         driver: Any,
-        constants: tuple,
+        tables: tuple,
         q: Any,
         shape: tuple[int, ...],
-        number: Any = None,
         *,
+        number: Any = None,
         dtype: Any = None,
-        row_shape: tuple[int, ...] | None = None,
-        shares_scratch: bool = False,
+        at_most: int = device.LAUNCH.at_most,
+        out: Any = None,
     ) -> Any:
-        """The results of a driver for q, shape (..., *shape), where q is; ``row_shape``: as the driver takes them.
+        """The results of a driver for q, shape (..., *shape), where q is.
 
-        number: Over which the driver is to compute; ``dtype``: of its results, that number unless given.
+        number: Over which the driver is to compute; ``dtype``: of its results, that number unless given; ``at_most``: of
+        ``device.Launch``; ``out``: where to write the results, if the caller gives it.
         """
-        q, number = as_own("q", q), number or self._number
-        rows = self._rows(q, number)
-        batch = tuple(np.shape(q)[:-1]) if not device.is_on_device(q) else tuple(q.shape[:-1])
-        flag = device.on_device(np.zeros(1, dtype=np.int32))
-        out = device.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype or number)
-        device.run(
-            device.compiled(in_single(driver) if number is np.float32 else driver),
-            constants,
-            rows,
-            (out,),
-            flag,
-            shares_scratch=shares_scratch,
-        )
-        if flag.copy_to_host()[0]:
-            refuse_out_of_range(rows.copy_to_host() if device.is_on_device(rows) else rows)
-        return out.reshape(*batch, *shape) if batch or shape else out[0]
+        queue, number = self._queue, number or self._number
+        q = as_own("q", q, queue.stream)
+        rows, batch = self._rows(q, number), tuple(np.shape(q)[:-1])
+        kind, width = np.dtype(dtype or number), prod(shape)
+        results = self._results(out, rows, (*batch, *shape), kind)
+        flat_results = results.reshape(len(rows), width)
+        driver = in_single(driver) if number is np.float32 else driver
+        device.run(driver, tables, rows, (flat_results,), queue.flag(), device.Launch(at_most=at_most, stream=queue.stream))
+        queue.launched(lambda: refuse_out_of_range(device.on_host(rows)), is_done=not device.is_on_device(rows))
+        return results if batch or shape else flat_results[0, 0]
 
-    def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any) -> Any:
+    def _results(self, out: Any, rows: Any, shape: tuple[int, ...], kind: np.dtype) -> Any:
+        """Where results go: the caller's array, if it is one of the shape and kind where the rows are, or a new one."""
+        if out is None:
+            return device.results_for(rows, shape, kind, self._queue.stream)
+        own = as_own("out", out, self._queue.stream)
+        if device.is_on_device(own) != device.is_on_device(rows):
+            raise InputError("out", "is on the host or on the device, and q is not; both have to be at one place")
+        is_c = own.is_c_contiguous() if device.is_on_device(own) else isinstance(own, np.ndarray) and own.flags.c_contiguous
+        if not is_c or tuple(own.shape) != shape or own.dtype != kind:
+            what = f"{own.dtype} of shape {tuple(own.shape)}" if hasattr(own, "dtype") else repr(out)
+            raise InputError("out", f"{what}; {kind} of shape {shape}, C-contiguous, is expected")
+        return own
+
+    def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any, out: Any = None) -> Any:
         """Whether anything touches; boxes are checked over ``number``."""
         scene = self._scenes.of(world, self_collision, number)
-        return self._over_q(overlaps_of(*scene.sizes), (scene.scene,), as_own("q", q), (), scene.number, dtype=np.bool_)
+        return self._over_q(overlaps_of(*scene.sizes), (scene.scene,), q, (), number=scene.number, dtype=np.bool_, out=out)
 
     def _rows(self, q: Any, number: Any) -> Any:
         """Configurations (n, n_dof) where q is, as float32 or float64."""
