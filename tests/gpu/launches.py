@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # it is run as a program
 import robots
 import ulna
 from ulna.engine.records import Record
-from ulna.gpu import device, rows
+from ulna.gpu import device
 from ulna.gpu.single import in_single
 
 NAMES = "collision", "forward", "queue", "robot", "rows", "search", "solutions"
@@ -113,8 +113,6 @@ def call_everything():
     on_gpu.inverse_kinematics(strange(T), q, world=boxes)
     on_gpu.inverse_kinematics(strange(T[:1]), world=shapes, task="position")
     on_gpu.all_solutions(T[:1], n_samples=1)
-    rows.put_rows(device.on_device(q), np.array([1]), q[:1])
-    rows.rows_of(device.on_device(q), np.array([1]))
     targets = ur5.forward_kinematics(ur5.home + 0.1)
     for given in (targets, targets[None], strange(targets[None])):
         ur5.on_gpu().all_solutions(given)

@@ -18,8 +18,8 @@ from numba import from_dtype, types
 
 from ulna.gpu.collision import distances_of, overlaps_of
 from ulna.gpu.forward import frames_of, jacobians_of, poses_of
-from ulna.gpu.rows import converted, put, put_each, taken
-from ulna.gpu.search import _write_statuses, searches_of
+from ulna.gpu.rows import converted
+from ulna.gpu.search import choose, searches_of, turned_of
 from ulna.gpu.single import in_single
 from ulna.gpu.solutions import branches_of
 from ulna.kernels.collision.scene import Scene
@@ -31,6 +31,7 @@ FLAG, NEXT, INDICES = types.Array(types.int32, 1, "C"), types.Array(types.int64,
 BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
 COLUMNS, BITS = types.Array(types.int64, 1, "C"), types.Array(types.int8, 1, "C")
 SETTINGS, RESULTS = (types.Array(from_dtype(of.structure), 1, "C") for of in (SearchSettings, SearchResult))
+JOBS = types.Tuple((NEXT, NEXT, *(types.int64,) * 4))
 WHOLES = (types.int64,) * 3  # root, first and end
 SCENE = types.NamedTuple((A2, A2, A2, INDICES, A2, A2, A2, *WHOLES, BOOLS_2), Scene)
 MARKS, OF_BRANCHES = types.Tuple((FLAG,)), types.Tuple((FLAG, BITS, BOOLS, BOOLS))
@@ -50,12 +51,15 @@ DRIVERS = {
     "overlaps of any shapes": (overlaps_of(N_DOF, JOINTS, BODIES, False), of_rows((SCENE,), BOOLS_2), 255, 88),
     "distances of boxes": (distances_of(N_DOF, JOINTS, BODIES, True), of_rows((SCENE, A3, A3, A3)), 255, 64),
     "distances of any shapes": (distances_of(N_DOF, JOINTS, BODIES, False), of_rows((SCENE, A3, A3, A3)), 255, 420),
-    "searches": (searches_of(7), (A2, A2, A2, A2, A1, SETTINGS, NEXT, A3, A2, RESULTS, NEXT), 255, 64),
+    "searches": (
+        searches_of(N_DOF),
+        (A2, A2, A2, A2, A1, SETTINGS, JOBS, A3, A2, RESULTS, types.Tuple((FLAG, NEXT))),
+        255,
+        64,
+    ),
+    "choice": (choose, (JOBS, A2, RESULTS, BOOLS_2, A2, RESULTS, NEXT, NEXT, NEXT), 127, 0),
+    "turned": (turned_of(), of_rows((A2,), A2, MARKS, A3), 64, 0),
     "branches": (branches_of(), of_rows((A2, A2, A1, COLUMNS, A2), A2, OF_BRANCHES, A3), 255, 282),
-    "taken": (taken, (A2, COLUMNS, A2), 33, 0),
-    "put": (put, (A2, COLUMNS, A2), 35, 0),
-    "put records": (put_each, (RESULTS, COLUMNS, RESULTS), 127, 0),
-    "statuses": (_write_statuses, (RESULTS, COLUMNS), 13, 0),
 }
 
 

@@ -29,7 +29,7 @@ def require_device() -> None:
         raise DeviceError("no NVIDIA GPU was found, or its driver is not installed")
 
 
-def on_device(array: NDArray) -> Any:
+def on_device(array: Any) -> Any:
     """A copy of an array on the device, with the strides of its shape.
 
     ``np.ascontiguousarray`` keeps an axis of length 1 whose stride is 0 (``x[None]``), which Numba takes for no C order.

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,11 @@ class Queue:
             self._all = device.on_device(np.zeros(_FLAGS, dtype=np.int32))
             self._each = [self._all[k : k + 1] for k in range(_FLAGS)]
         return self._each[len(self._unseen)]
+
+    @cached_property
+    def spare(self) -> Any:
+        """A flag at which nobody looks."""
+        return device.on_device(np.zeros(1, dtype=np.int32))
 
     def launched(self, refuse: Refuse, *, is_done: bool = False) -> None:
         """Note that a call has been launched with the last flag; look at it now unless calls are deferred.
@@ -73,7 +79,7 @@ def as_stream(stream: Any) -> Any:
     if hasattr(stream, "auto_synchronize"):
         return stream
     protocol: Any = getattr(stream, "__cuda_stream__", None)
-    number = protocol()[1] if callable(protocol) else getattr(stream, "cuda_stream", getattr(stream, "ptr", stream))
+    number: Any = protocol()[1] if protocol is not None else getattr(stream, "cuda_stream", getattr(stream, "ptr", stream))
     if isinstance(number, bool) or not isinstance(number, int | np.integer):
         raise InputError("stream", f"{stream!r}; a CUDA stream, or its number, is expected")
     return cuda.external_stream(int(number)) if number else 0

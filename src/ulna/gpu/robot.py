@@ -18,12 +18,12 @@ from ulna.gpu.device_array import as_own
 from ulna.gpu.forward import frames_of, jacobians_of, poses_of
 from ulna.gpu.queue import Queue
 from ulna.gpu.rows import as_float64
-from ulna.gpu.search import DeviceResult, DeviceSearch, OnHost
+from ulna.gpu.search import DeviceResult, DeviceSearch, OnHost, Tables, Unsolved, refuse, tables_of
 from ulna.gpu.single import in_single
 from ulna.gpu.solutions import DeviceSolutions, all_solutions
-from ulna.ik.options import Options
+from ulna.ik.options import Options, Request
 from ulna.ik.problem import Query, refuse_immovable
-from ulna.ik.result import IKResult
+from ulna.ik.reason import Explanation
 from ulna.ik.solutions import IKSolutions
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.jacobian import as_frame
@@ -56,6 +56,7 @@ class GpuRobot:
         refuse_immovable(robot.tree)
         device.require_device()
         self.robot, self.float32, self._tables = robot, as_switch("float32", float32), {}
+        self._searches: dict[Any, Tables] = {}
         self._scenes = DeviceScenes(robot._checker)  # noqa: SLF001 - a part of it
         self._queue = Queue()
         self._number: Any = np.float32 if self.float32 else np.float64
@@ -127,11 +128,12 @@ class GpuRobot:
         task: Task | str = "pose",
         position_tolerance: float = 1e-5,
         rotation_tolerance: float = 1e-5,
-    ) -> IKResult:
+        max_iterations: int | None = None,
+    ) -> DeviceResult:
         """Joint positions that bring a link to poses; see ``Robot.inverse_kinematics``.
 
-        Each thread searches for a target from the seed and from random starts. Targets that are not solved so are left to the
-        CPU, which finds a solution, or the reason. The search is in float64.
+        Targets are searched from the seed and from as many random starts as on the CPU. Which are solved is known at the end of
+        the call; why the others failed is found by the CPU, when it is first asked for. The search is in float64.
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
@@ -142,6 +144,7 @@ class GpuRobot:
             task: How much of a pose must be reached.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
+            max_iterations: The most steps for a target, 20 a start; as many as on the CPU unless given.
 
         Returns:
             An ``IKResult``. Its ``q`` is on the device where T is; all else is NumPy's, and copied when it is first asked for.
@@ -152,29 +155,42 @@ class GpuRobot:
             GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
         """
         options = Options(
-            seed=seed, task=as_task(task), position_tolerance=position_tolerance, rotation_tolerance=rotation_tolerance
-        )
+            seed=seed, task=as_task(task), position_tolerance=position_tolerance, rotation_tolerance=rotation_tolerance,
+            max_iterations=max_iterations,
+        )  # fmt: skip
         query = self._query(link, options)
-        own = as_own("T", T)
+        own = as_own("T", T, self._queue.stream)
         stays = device.is_on_device(own)
         own = own if stays else as_floats("T", own)
         if own.shape[-2:] != (4, 4):
             raise InputError("T", f"shape {own.shape}, but shape (..., 4, 4) is expected")
         batch = tuple(own.shape[:-2])
         targets = self._wide_rows("T", own, (4, 4)) if stays else np.ascontiguousarray(own).reshape(-1, 4, 4)
-        if world is not None:
-            self._scenes.of(world, True, np.float64)
-        search = DeviceSearch(
-            self.robot._inverse_kinematics,  # noqa: SLF001 - a part of it
-            query,
-            self._seeds(q_seed, batch),
-            q_seed is not None,
-            world,
-            lambda q: _on_host(self._any_touch(q, world, True, np.float64)),
-        )
-        q, info, explanation = search.of(targets, batch)
-        result = DeviceResult if stays else IKResult
-        return result(q.reshape(*batch, query.tree.n_dof), info, batch, options.tolerances, explanation)
+        seeds = None if q_seed is None else self._seeds(q_seed, batch)
+        asked = Request(targets, seeds, world=world, link=query.link, options=query.options)
+        q, info, unsolved = self._searched(query, asked, batch)
+        if not stays:
+            q, info = (device.on_host(part, self._queue.stream) for part in (q, info))
+        return DeviceResult(q.reshape(*batch, query.tree.n_dof), info, batch, options.tolerances, unsolved)
+
+    def _searched(self, query: Query, asked: Request, batch: tuple[int, ...]) -> tuple[Any, Any, Unsolved | Explanation]:
+        """q (n, n_dof) and info (n,) on the device, and what is asked about the unsolved."""
+        queue, on_host = self._queue, self.robot._inverse_kinematics  # noqa: SLF001 - a part of it
+        targets: Any = asked.T
+        touches, unsolved = None if asked.world is None else self._touching(asked.world), Unsolved(on_host, asked, query)
+        if query.unit != 1.0:  # arms of an unusual size are searched in a unit of their own, by the CPU
+            known = unsolved.by_cpu(np.arange(len(targets)), bool(batch))
+            return device.on_device(known.q.reshape(len(known.info), -1)), device.on_device(known.info), known.explanation
+        key = query.link, query.options
+        if key not in self._searches:
+            self._searches[key] = tables_of(query)
+        tables = self._searches[key]
+        if asked.q_seed is not None:
+            tables = tables._replace(seeds=device.on_device(np.asarray(asked.q_seed)))
+        there = targets if device.is_on_device(targets) else device.on_device(targets)
+        q, info = DeviceSearch(query, tables, queue, touches).of(there, queue.flag())
+        queue.launched(lambda: refuse(targets, batch), is_done=True)
+        return q, info, unsolved
 
     def all_solutions(
         self,
@@ -284,7 +300,7 @@ class GpuRobot:
         """Rows of a shape on the device as float64: converted there if they are float32, which ``float32`` alone may be."""
         if not self.float32 or own.dtype != np.float32:
             return device.as_device_rows(name, own, shape)
-        return as_float64(device.as_device_rows(name, own, shape, np.float32))
+        return as_float64(device.as_device_rows(name, own, shape, np.float32), self._queue.stream)
 
     def _query(self, link: str | None, options: Options) -> Query:
         robot = self.robot
@@ -299,15 +315,24 @@ class GpuRobot:
             self._tables[kind, key] = device.on_device(make(key).astype(self._number))
         return self._tables[kind, key]
 
-    def _seeds(self, q_seed: ArrayLike | None, batch: tuple[int, ...]) -> Array:
-        robot = self.robot
-        seeds = np.array(robot.home if q_seed is None else as_positions(q_seed, robot.tree, "q_seed"))
+    def _seeds(self, q_seed: ArrayLike, batch: tuple[int, ...]) -> Array:
+        """Seeds for each target, or one for all, shape (n or 1, n_dof)."""
+        seeds = np.array(as_positions(q_seed, self.robot.tree, "q_seed"))
+        refuse_out_of_range(seeds, "q_seed")
         if seeds.ndim == 1:
             return seeds[None]
         if seeds.shape[:-1] != batch:
             raise InputError("q_seed", f"shape {seeds.shape} does not go with T of shape {(*batch, 4, 4)}")
         return flat(seeds)
 
+    def _touching(self, world: World) -> Any:
+        """What says whether configurations (k, n_dof) on the device touch a world, bools of shape (k, 1) there."""
+        scene, queue = self._scenes.of(world, True, np.float64), self._queue
 
-def _on_host(hits: Any) -> NDArray[np.bool_]:
-    return hits.copy_to_host() if device.is_on_device(hits) else hits
+        def touching(q: Any) -> Any:
+            hits = device.empty((len(q), 1), np.bool_, queue.stream)
+            launch = device.Launch(stream=queue.stream)
+            device.run(overlaps_of(*scene.sizes), (scene.scene,), q, (hits,), queue.spare, launch)
+            return hits
+
+        return touching
