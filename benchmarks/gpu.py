@@ -19,7 +19,7 @@ import numpy as np
 
 import ulna
 from ulna.gpu import device
-from ulna.gpu.collision import overlaps_of
+from ulna.gpu.collision import BOXES, overlaps_of
 from ulna.gpu.device import cuda
 from ulna.gpu.forward import jacobians_of, poses_of
 from ulna.gpu.search import searches_of
@@ -75,7 +75,7 @@ class Bench:
                 work()
         finally:
             device.run = run
-        return float(np.median(times)) or float("nan") if times else float("nan")
+        return float(np.median(times)) if times else float("nan")
 
     def rate(
         self, name: str, n: int, each_bytes: int, work: Callable[[], Any], check: Callable[[Any], float], driver: Any = None
@@ -88,7 +88,7 @@ class Bench:
         if self.peak:
             line["of_memory"] = n * each_bytes / took / self.peak
         line.update(_resources(driver))
-        if driver is not None:
+        if driver is not None and not cuda.config.ENABLE_CUDASIM:
             line["kernel_per_second"] = n / self.kernel_seconds(work)
         self.lines.append(line)
         print(
@@ -149,7 +149,7 @@ def methods(bench: Bench, robot: ulna.Robot, q: Any, *, float32: bool) -> None:
     there, some, name = cuda.to_device(q), q[:_SAMPLE].astype(np.float64), ", float32" if float32 else ""
     of = in_single if float32 else (lambda driver: driver)
     bodies = robot._checker.bodies.table  # noqa: SLF001 - for the size of the driver for boxes
-    n, sizes = len(q), (robot.n_dof, len(robot.tree.joints), len(bodies), True)
+    n, sizes = len(q), (robot.n_dof, len(robot.tree.joints), len(bodies), BOXES)
     expected = robot.forward_kinematics(some)
     bench.rate(f"poses{name}", n, size * 23, lambda: on_gpu.forward_kinematics(there), off(expected), of(poses_of(7)))
     bench.rate(f"Jacobians{name}", n, size * 49, lambda: on_gpu.jacobian(there), off(robot.jacobian(some)), of(jacobians_of(7)))

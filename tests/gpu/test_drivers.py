@@ -16,7 +16,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 
 from numba import from_dtype, types
 
-from ulna.gpu.collision import distances_of, overlaps_of
+from ulna.gpu.collision import ANY, BOXES, CLOSED, distances_of, overlaps_of
 from ulna.gpu.forward import frames_of, jacobians_of, poses_of
 from ulna.gpu.rows import converted
 from ulna.gpu.search import choose, searches_of, turned_of
@@ -47,10 +47,11 @@ DRIVERS = {
     "poses": (poses_of(N_DOF), of_rows((A2,)), 76, 0),
     "jacobians": (jacobians_of(N_DOF), of_rows((A2, types.int64)), 80, 0),
     "frames": (frames_of(N_DOF, JOINTS, FRAMES), of_rows((A2, A2)), 74, 0),
-    "overlaps of boxes": (overlaps_of(N_DOF, JOINTS, BODIES, True), of_rows((SCENE,), BOOLS_2), 134, 0),
-    "overlaps of any shapes": (overlaps_of(N_DOF, JOINTS, BODIES, False), of_rows((SCENE,), BOOLS_2), 255, 88),
-    "distances of boxes": (distances_of(N_DOF, JOINTS, BODIES, True), of_rows((SCENE, A3, A3, A3)), 255, 64),
-    "distances of any shapes": (distances_of(N_DOF, JOINTS, BODIES, False), of_rows((SCENE, A3, A3, A3)), 255, 420),
+    "overlaps of boxes": (overlaps_of(N_DOF, JOINTS, BODIES, BOXES), of_rows((SCENE,), BOOLS_2), 134, 0),
+    "overlaps of any shapes": (overlaps_of(N_DOF, JOINTS, BODIES, ANY), of_rows((SCENE,), BOOLS_2), 255, 88),
+    "distances of boxes": (distances_of(N_DOF, JOINTS, BODIES, BOXES), of_rows((SCENE,)), 255, 64),
+    "distances of closed form": (distances_of(N_DOF, JOINTS, BODIES, CLOSED), of_rows((SCENE,)), 255, 200),
+    "distances of any shapes": (distances_of(N_DOF, JOINTS, BODIES, ANY), of_rows((SCENE, A3, A3, A3)), 255, 420),
     "searches": (
         searches_of(N_DOF),
         (A2, A2, A2, A2, A1, SETTINGS, JOBS, A3, A2, RESULTS, types.Tuple((FLAG, NEXT))),

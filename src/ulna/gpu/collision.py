@@ -15,20 +15,28 @@ from ulna.collision.checker import Checker
 from ulna.collision.objects import numbers_below, table_of
 from ulna.collision.world import World
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import WIDTH
+from ulna.engine.lanes import WIDTH, splat
 from ulna.errors import DeviceError
 from ulna.gpu import device
+from ulna.gpu.device import cuda
 from ulna.gpu.staged import over_rows, threads_for
+from ulna.kernels.chain.poses import frame_pose, tree_poses
 from ulna.kernels.collision.collision_layout import NO_NODE
 from ulna.kernels.collision.nearest import nearest_unindexed
-from ulna.kernels.collision.overlap import overlaps_unindexed
-from ulna.kernels.collision.posed_pair import place_bodies
+from ulna.kernels.collision.posed_pair import BALLS, may_touch, place_bodies, rows_overlap
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
+from ulna.kernels.distance.pairs import is_searched
+from ulna.kernels.layout import REACH, SHAPE
 from ulna.kernels.spatial.elementary import all_in_range
+from ulna.kernels.spatial.se3 import constant_pose
+from ulna.kernels.spatial.vectors import dot, minus, origin
 
 _MOST_SCRATCH, _MOST_DISTANCES = 0.25, 1 << 15  # of the free memory; threads that measure distances
 _BYTES = 8
+# All shapes are boxes; every pair has a closed form of its distance, as balls, capsules and boxes have; any shapes.
+BOXES, CLOSED, ANY = 0, 1, 2
+_is_searched: Any = getattr(is_searched, "py_func", is_searched)
 
 
 class DeviceScene(NamedTuple):
@@ -36,12 +44,12 @@ class DeviceScene(NamedTuple):
 
     Attributes:
         scene: What the drivers take. A table that it lacks is one without rows.
-        sizes: The numbers of its joint positions, joints and bodies, and whether all shapes are boxes.
+        sizes: The numbers of its joint positions, joints and bodies, and the kind of its shapes: BOXES, CLOSED or ANY.
         number: Over which its tables are: float32 for boxes alone.
     """
 
     scene: Scene
-    sizes: tuple[int, int, int, bool]
+    sizes: tuple[int, int, int, int]
     number: Any
 
 
@@ -66,7 +74,14 @@ def _on_device(scene: Scene, n_dof: int, number: Any) -> DeviceScene:
     solids = table_of(scene.objects, scene.nodes, numbers)
     every = scene._replace(objects=solids, nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(solids))
     there = Scene._make(part if isinstance(part, int) else device.on_device(_over(number, part)) for part in every)
-    return DeviceScene(there, (n_dof, len(scene.joints), len(scene.bodies), of_boxes), number)
+    kind = BOXES if of_boxes else ANY if _any_is_searched(scene, solids) else CLOSED
+    return DeviceScene(there, (n_dof, len(scene.joints), len(scene.bodies), kind), number)
+
+
+def _any_is_searched(scene: Scene, solids: NDArray[Any]) -> bool:
+    """Whether the distance of any pair has no closed form."""
+    own, others = (np.unique(table[:, SHAPE]).astype(int).tolist() for table in (scene.bodies, solids))
+    return any(_is_searched(min(a, b), max(a, b)) for a in own for b in (*own, *others))
 
 
 def _over(number: Any, part: NDArray[Any] | None) -> NDArray[Any]:
@@ -77,15 +92,15 @@ def _over(number: Any, part: NDArray[Any] | None) -> NDArray[Any]:
 
 
 def distance_scratch(scene: DeviceScene, n: int) -> tuple[list[Any], int]:
-    """Scratch of threads that measure n distances, and of how many: as many as there is memory for. Boxes need none."""
-    if scene.sizes[-1]:
-        return [device.empty((1, 1, 1), np.float64) for _ in SCRATCH], device.LAUNCH.at_most
+    """Scratch of threads that measure n distances, and of how many: as many as there is memory for. Closed forms need none."""
+    if scene.sizes[-1] != ANY:
+        return [], device.LAUNCH.at_most
     room, block = _MOST_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))), threads_for(scene.sizes[0], 1)
     threads = int(min(n, _MOST_DISTANCES, room))
     if threads < min(n, block):
         needed = min(n, block) * _BYTES * sum(map(prod, SCRATCH)) / _MOST_SCRATCH / 1e9
         raise DeviceError(f"too little memory is free on the device: distances of such shapes need {needed:.2g} GB")
-    return [device.empty((threads, *shape), np.float64) for shape in SCRATCH], threads
+    return [cuda.device_array((threads, *shape), np.float64) for shape in SCRATCH], threads
 
 
 @kernel
@@ -101,34 +116,83 @@ def _of_boxes(scene):
 
 
 @cache
-def overlaps_of(n_dof: int, n_joints: int, n_bodies: int, of_boxes: bool) -> Any:
+def overlaps_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
     """The driver for robots of these sizes: whether each q touches anything, bools of shape (n, 1), by (scene,)."""
-    of_joints, as_scene = 12 * n_joints, _of_boxes if of_boxes else _as_it_is
+    of_joints, as_scene = 12 * n_joints, _of_boxes if kind == BOXES else _as_it_is
 
     @kernel
     def overlaps(tables, q, _place, scratch, out, _marks):
-        scene, body_rows = as_scene(tables[0]), scratch[of_joints:]
-        place_bodies(scene.joints, scene.bodies, q, scratch[:of_joints], body_rows)
-        out[0] = overlaps_unindexed(scene, body_rows, q[0]) > 0.0
+        scene, centre_rows = as_scene(tables[0]), scratch[of_joints:]
+        place_centres(scene, q, scratch[:of_joints], centre_rows)
+        out[0] = any_overlaps(scene, scratch[:of_joints], centre_rows, q[0])
         return not all_in_range(q)
 
-    return over_rows(overlaps, n_dof, 1, scratch=of_joints + 12 * n_bodies, dtype=np.bool_)
+    return over_rows(overlaps, n_dof, 1, scratch=of_joints + 3 * n_bodies, dtype=np.bool_)
+
+
+@kernel
+def place_centres(scene, q, joint_rows, centre_rows):
+    """Write the poses of the joints, and the origins of the bodies, three rows each.
+
+    A thread's rows are in local memory, which all threads together fill beyond the caches. Most pairs are apart by their balls,
+    for which the origin is enough; the pose of a body is computed again where it is not.
+    """
+    tree_poses(scene.joints, q, joint_rows)
+    for k in range(scene.bodies.shape[0]):
+        p = origin(frame_pose(scene.bodies, k, joint_rows, q[0]))
+        centre_rows[3 * k], centre_rows[3 * k + 1], centre_rows[3 * k + 2] = p
+
+
+@kernel
+def any_overlaps(scene, joint_rows, centre_rows, like):
+    """Whether any body overlaps an object, or another body of the pairs. One loop does both: the tests of a pair are long."""
+    bodies, vertices, first, end = scene.bodies, scene.vertices, scene.first, scene.end
+    i, w, n_of_world = 0, first, bodies.shape[0] * (end - first)
+    for m in range(n_of_world + scene.pairs.shape[0]):
+        of_world = m < n_of_world
+        if of_world:
+            k, j, others, points, at = i, w, scene.objects, scene.points, origin(constant_pose(scene.objects, w, like))
+            w += 1
+            if w == end:
+                i, w = i + 1, first
+        else:
+            k, j, others, points = scene.pairs[m - n_of_world, 0], scene.pairs[m - n_of_world, 1], bodies, vertices
+            at = centre_rows[3 * j], centre_rows[3 * j + 1], centre_rows[3 * j + 2]
+        d = minus((centre_rows[3 * k], centre_rows[3 * k + 1], centre_rows[3 * k + 2]), at)
+        reach = BALLS * (bodies[k, REACH] + others[j, REACH])
+        if dot(d, d) <= reach * reach and not (of_world and may_touch(scene, k, j)):
+            a = frame_pose(bodies, k, joint_rows, like)
+            b = constant_pose(others, j, like) if of_world else frame_pose(bodies, j, joint_rows, like)
+            if rows_overlap(bodies, vertices, k, a, others, points, j, b, splat(1.0, like)):
+                return True
+    return False
 
 
 @cache
-def distances_of(n_dof: int, n_joints: int, n_bodies: int, of_boxes: bool) -> Any:
-    """The driver for robots of these sizes: the least signed distance of each q, shape (n, 1), by (scene, points, faces, edges).
+def distances_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
+    """The driver for robots of these sizes: the least signed distance of each q, shape (n, 1).
 
-    The scratch of EPA is an array for each thread: points (m, ...), faces (m, ...) and edges (m, ...). So m threads do all.
+    Its tables are (scene,); for ANY shapes (scene, points, faces, edges): the scratch of EPA, an array for each thread. So as
+    many threads do all as these arrays have rows.
     """
-    of_joints, as_scene = 12 * n_joints, _of_boxes if of_boxes else _as_it_is
+    of_joints, as_scene = 12 * n_joints, _of_boxes if kind == BOXES else _as_it_is
+    nearest = _nearest if kind == ANY else _nearest_closed
 
     @kernel
     def distances(tables, q, place, scratch, out, _marks):
-        scene, thread, body_rows = as_scene(tables[0]), min(place[2], tables[1].shape[0] - 1), scratch[of_joints:]
+        scene, body_rows = as_scene(tables[0]), scratch[of_joints:]
         place_bodies(scene.joints, scene.bodies, q, scratch[:of_joints], body_rows)
-        polytope = tables[1][thread], tables[2][thread], tables[3][thread]
-        out[0] = nearest_unindexed(scene, body_rows, q[0], polytope)[0]
+        out[0] = nearest(scene, body_rows, q[0], tables, place[2])
         return not all_in_range(q)
 
     return over_rows(distances, n_dof, 1, scratch=of_joints + 12 * n_bodies)
+
+
+@kernel
+def _nearest(scene, body_rows, like, tables, thread):
+    return nearest_unindexed(scene, body_rows, like, (tables[1][thread], tables[2][thread], tables[3][thread]))[0]
+
+
+@kernel
+def _nearest_closed(scene, body_rows, like, _tables, _thread):
+    return nearest_unindexed(scene, body_rows, like, None)[0]
