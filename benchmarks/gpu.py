@@ -218,8 +218,8 @@ def closed_forms(bench: Bench, panda: ulna.Robot, n: int) -> None:
 
 def calls(bench: Bench, robot: ulna.Robot, q: Any) -> None:
     """Calls that do not wait, into arrays that are there already; and small batches, beside the CPU on all cores."""
-    on_gpu, world, repeats = robot.on_gpu(), boxes(20), 20
-    for n in (1 << 20, 1000, 100):
+    on_gpu, world, repeats = robot.on_gpu(), boxes(20), 20 if bench.repeats > 1 else 1
+    for n in sorted({min(n, len(q)) for n in (1 << 20, 1000, 100)}, reverse=True):
         part = q[:n]
         there, pose, jacobian = cuda.to_device(part), cuda.device_array((len(part), 4, 4)), cuda.device_array((len(part), 6, 7))
         T = robot.forward_kinematics(part)

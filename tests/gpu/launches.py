@@ -23,7 +23,7 @@ from ulna.engine.records import Record
 from ulna.gpu import device
 from ulna.gpu.single import in_single
 
-NAMES = "collision", "forward", "queue", "robot", "rows", "search", "solutions"
+NAMES = "collision", "edges", "forward", "queue", "robot", "rows", "search", "solutions"
 MODULES = [importlib.import_module(f"ulna.gpu.{name}") for name in NAMES]
 launches: list[dict] = []
 sources: dict[FunctionType, list] = {}
@@ -75,7 +75,7 @@ def recorded(driver):
     return Recorded(driver, [home.removesuffix(".single"), name, None, home.endswith(".single")])
 
 
-NEVER_SINGLE = {"searches_of", "distances_of", "branches_of"}
+NEVER_SINGLE = {"searches_of", "distances_of", "branches_of", "edges_of"}
 
 
 def worlds():
@@ -109,6 +109,7 @@ def call_everything():
     on_gpu = panda.on_gpu()
     on_gpu.in_collision(q[:1])
     on_gpu.signed_distance(q[:1], shapes)
+    on_gpu.edge_in_collision(strange(q[:1]), strange(q[1:]), boxes)
     on_gpu.inverse_kinematics(T[0], q[0])
     on_gpu.inverse_kinematics(strange(T), q, world=boxes)
     on_gpu.inverse_kinematics(strange(T[:1]), world=shapes, task="position")

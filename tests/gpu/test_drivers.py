@@ -17,6 +17,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 from numba import from_dtype, types
 
 from ulna.gpu.collision import ANY, BOXES, CLOSED, distances_of, overlaps_of
+from ulna.gpu.edges import edges_of
 from ulna.gpu.forward import frames_of, jacobians_of, poses_of
 from ulna.gpu.rows import converted
 from ulna.gpu.search import choose, searches_of, turned_of
@@ -25,7 +26,7 @@ from ulna.gpu.solutions import branches_of
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 
-N_DOF, JOINTS, BODIES, FRAMES = 7, 11, 12, 12  # the Panda
+N_DOF, JOINTS, BODIES, FRAMES, BALLS = 7, 11, 12, 12, 6  # the Panda
 A1, A2, A3, A4 = (types.Array(types.float64, n, "C") for n in (1, 2, 3, 4))
 FLAG, NEXT, INDICES = types.Array(types.int32, 1, "C"), types.Array(types.int64, 1, "C"), types.Array(types.int64, 2, "C")
 BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
@@ -34,7 +35,10 @@ SETTINGS, RESULTS = (types.Array(from_dtype(of.structure), 1, "C") for of in (Se
 JOBS = types.Tuple((NEXT, NEXT, *(types.int64,) * 4))
 WHOLES = (types.int64,) * 3  # root, first and end
 SCENE = types.NamedTuple((A2, A2, A2, INDICES, A2, A2, A2, *WHOLES, BOOLS_2), Scene)
+EDGES = types.Tuple((A2, NEXT, NEXT, INDICES, INDICES, NEXT, A1, types.float64))
+OF_EDGES = SCENE, EDGES, INDICES, types.float64, A2
 MARKS, OF_BRANCHES = types.Tuple((FLAG,)), types.Tuple((FLAG, BITS, BOOLS, BOOLS))
+OF_FREE = types.Tuple((FLAG, BOOLS, A1))
 
 
 def of_rows(tables, out=A2, marks=MARKS, rows=A2):
@@ -52,6 +56,8 @@ DRIVERS = {
     "distances of boxes": (distances_of(N_DOF, JOINTS, BODIES, BOXES), of_rows((SCENE,)), 255, 64),
     "distances of closed form": (distances_of(N_DOF, JOINTS, BODIES, CLOSED), of_rows((SCENE,)), 255, 200),
     "distances of any shapes": (distances_of(N_DOF, JOINTS, BODIES, ANY), of_rows((SCENE, A3, A3, A3)), 255, 420),
+    "edges of boxes": (edges_of(N_DOF, JOINTS, BODIES, BOXES, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 200),
+    "edges of any shapes": (edges_of(N_DOF, JOINTS, BODIES, ANY, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 200),
     "searches": (
         searches_of(N_DOF),
         (A2, A2, A2, A2, A1, SETTINGS, JOBS, A3, A2, RESULTS, types.Tuple((FLAG, NEXT))),

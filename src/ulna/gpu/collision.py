@@ -46,11 +46,13 @@ class DeviceScene(NamedTuple):
         scene: What the drivers take. A table that it lacks is one without rows.
         sizes: The numbers of its joint positions, joints and bodies, and the kind of its shapes: BOXES, CLOSED or ANY.
         number: Over which its tables are: float32 for boxes alone.
+        on_host: The same scene, where it was made.
     """
 
     scene: Scene
     sizes: tuple[int, int, int, int]
     number: Any
+    on_host: Scene
 
 
 class DeviceScenes:
@@ -69,13 +71,13 @@ class DeviceScenes:
 
 def _on_device(scene: Scene, n_dof: int, number: Any) -> DeviceScene:
     """The scene, as one whose objects are all tested one by one."""
-    of_boxes, numbers = scene.vertices is None, np.r_[scene.first : scene.end, numbers_below(scene.nodes, scene.root)]
-    number = number if of_boxes else np.float64
+    only_boxes, numbers = scene.vertices is None, np.r_[scene.first : scene.end, numbers_below(scene.nodes, scene.root)]
+    number = number if only_boxes else np.float64
     solids = table_of(scene.objects, scene.nodes, numbers)
     every = scene._replace(objects=solids, nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(solids))
     there = Scene._make(part if isinstance(part, int) else device.on_device(_over(number, part)) for part in every)
-    kind = BOXES if of_boxes else ANY if _any_is_searched(scene, solids) else CLOSED
-    return DeviceScene(there, (n_dof, len(scene.joints), len(scene.bodies), kind), number)
+    kind = BOXES if only_boxes else ANY if _any_is_searched(scene, solids) else CLOSED
+    return DeviceScene(there, (n_dof, len(scene.joints), len(scene.bodies), kind), number, every)
 
 
 def _any_is_searched(scene: Scene, solids: NDArray[Any]) -> bool:
@@ -104,13 +106,14 @@ def distance_scratch(scene: DeviceScene, n: int) -> tuple[list[Any], int]:
 
 
 @kernel
-def _as_it_is(scene):
+def as_it_is(scene):
+    """The scene of a launch."""
     return scene
 
 
 @kernel
-def _of_boxes(scene):
-    """The scene without vertices and points: a launch takes no None."""
+def of_boxes(scene):
+    """The scene of a launch without vertices and points: a launch takes no None."""
     joints, bodies, _, pairs, objects, _, nodes, root, first, end, may_touch = scene
     return Scene(joints, bodies, None, pairs, objects, None, nodes, root, first, end, may_touch)
 
@@ -118,7 +121,7 @@ def _of_boxes(scene):
 @cache
 def overlaps_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
     """The driver for robots of these sizes: whether each q touches anything, bools of shape (n, 1), by (scene,)."""
-    of_joints, as_scene = 12 * n_joints, _of_boxes if kind == BOXES else _as_it_is
+    of_joints, as_scene = 12 * n_joints, of_boxes if kind == BOXES else as_it_is
 
     @kernel
     def overlaps(tables, q, _place, scratch, out, _marks):
@@ -175,7 +178,7 @@ def distances_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
     Its tables are (scene,); for ANY shapes (scene, points, faces, edges): the scratch of EPA, an array for each thread. So as
     many threads do all as these arrays have rows.
     """
-    of_joints, as_scene = 12 * n_joints, _of_boxes if kind == BOXES else _as_it_is
+    of_joints, as_scene = 12 * n_joints, of_boxes if kind == BOXES else as_it_is
     nearest = _nearest if kind == ANY else _nearest_closed
 
     @kernel

@@ -134,7 +134,7 @@ def in_c_order(array: Any) -> Any:
     """
     if array.strides == _c_strides(array):
         return array
-    return array.copy() if cuda.config.ENABLE_CUDASIM else with_dlpack(array)
+    return cuda.to_device(array.copy_to_host()) if cuda.config.ENABLE_CUDASIM else with_dlpack(array)
 
 
 def _c_strides(array: Any) -> tuple[int, ...]:

@@ -9,25 +9,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.checker import LEAST_RESOLUTION, RESOLUTION
+from ulna.collision.report import EdgeReport
 from ulna.collision.world import World
-from ulna.description.arrays import as_count, as_floats, as_switch
+from ulna.description.arrays import as_count, as_floats, as_number, as_switch
 from ulna.errors import InputError
 from ulna.gpu import device
 from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, overlaps_of
 from ulna.gpu.device_array import as_own
+from ulna.gpu.edges import EdgeTables, edge_tables, edges_of, near_for
 from ulna.gpu.forward import frames_of, jacobians_of, poses_of
 from ulna.gpu.queue import Queue
 from ulna.gpu.rows import as_float64
-from ulna.gpu.search import DeviceResult, DeviceSearch, OnHost, Tables, Unsolved, refuse, tables_of
+from ulna.gpu.search import DeviceResult, DeviceSearch, OnHost, Tables, Unsolved, refuse_targets, tables_of
 from ulna.gpu.single import in_single
-from ulna.gpu.solutions import DeviceSolutions, all_solutions
+from ulna.gpu.solutions import Asked, DeviceSolutions, all_solutions
 from ulna.ik.options import Options, Request
 from ulna.ik.problem import Query, refuse_immovable
 from ulna.ik.reason import Explanation
 from ulna.ik.solutions import IKSolutions
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.jacobian import as_frame
-from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
+from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range, rows_of_both
 
 Array = NDArray[np.float64]
 
@@ -57,6 +60,7 @@ class GpuRobot:
         device.require_device()
         self.robot, self.float32, self._tables = robot, as_switch("float32", float32), {}
         self._searches: dict[Any, Tables] = {}
+        self._edges: tuple[Any, EdgeTables] | None = None
         self._scenes = DeviceScenes(robot._checker)  # noqa: SLF001 - a part of it
         self._queue = Queue()
         self._number: Any = np.float32 if self.float32 else np.float64
@@ -116,6 +120,60 @@ class GpuRobot:
         return self._over_q(
             distances_of(*scene.sizes), (scene.scene, *scratch), q, (), number=np.float64, at_most=at_most, out=out
         )
+
+    def edge_in_collision(
+        self,
+        q_a: Any,
+        q_b: Any,
+        world: World | None = None,
+        *,
+        self_collision: bool = True,
+        resolution: float = RESOLUTION,
+    ) -> EdgeReport:
+        """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each; see ``Robot.edge_in_collision``.
+
+        Returns:
+            An ``EdgeReport``. Its arrays are on the device where q_a and q_b are; of one edge it has Python's own numbers.
+
+        Raises:
+            InputError: As ``Robot.edge_in_collision``; or q_a and q_b are not at one place.
+            GeometryError: As ``in_collision``.
+        """
+        queue, tree = self._queue, self.robot.tree
+        resolution = as_number("resolution", resolution, LEAST_RESOLUTION, f"a length of at least {LEAST_RESOLUTION:g} m")
+        a, b = as_own("q_a", q_a, queue.stream), as_own("q_b", q_b, queue.stream)
+        stays = device.is_on_device(a)
+        if stays != device.is_on_device(b) or (stays and tuple(a.shape) != tuple(b.shape)):
+            raise InputError("q_b", "q_a and q_b have to be at one place, on the host or on the device, there of one shape")
+        if stays:
+            batch, *rows = tuple(a.shape[:-1]), self._wide_rows("q_a", a, tree.q_shape), self._wide_rows("q_b", b, tree.q_shape)
+        else:
+            starts, ends = as_positions(a, tree, "q_a"), as_positions(b, tree, "q_b")
+            one = starts.ndim == ends.ndim == 1
+            batch, *each = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
+            rows = [device.on_device(part) for part in each]
+        scene, n = self._scenes.of(world, self_collision, np.float64), len(rows[0])
+        if self._edges is None or self._edges[0] is not scene:
+            self._edges = scene, edge_tables(scene)
+        tables = self._edges[1]
+        near, flag = near_for(scene, n), queue.flag()
+        kinds = ((n, tree.n_dof), np.float64), ((n,), np.bool_), ((n,), np.float64)
+        q, hits, free = (device.empty(shape, kind, queue.stream) for shape, kind in kinds)
+        launch = device.Launch(at_most=len(near), stream=queue.stream)
+        given = scene.scene, tuple(tables), near, resolution, rows[1]
+
+        def refuse() -> None:
+            refuse_out_of_range(device.on_host(rows[0]), "q_a")
+            refuse_out_of_range(device.on_host(rows[1]), "q_b")
+
+        device.run(edges_of(*scene.sizes, len(tables.first) - 1), given, rows[0], (q, hits, free), flag, launch)
+        queue.launched(refuse, is_done=not stays)
+        found = hits, free, q
+        if not stays or not batch:
+            found = [device.on_host(part, queue.stream) for part in found]
+        if not batch:
+            return EdgeReport(bool(found[0][0]), float(found[1][0]), found[2][0])
+        return EdgeReport(*(part.reshape(*batch, *part.shape[1:]) for part in found))
 
     def inverse_kinematics(
         self,
@@ -189,7 +247,7 @@ class GpuRobot:
             tables = tables._replace(seeds=device.on_device(np.asarray(asked.q_seed)))
         there = targets if device.is_on_device(targets) else device.on_device(targets)
         q, info = DeviceSearch(query, tables, queue, touches).of(there, queue.flag())
-        queue.launched(lambda: refuse(targets, batch), is_done=True)
+        queue.launched(lambda: refuse_targets(targets, batch), is_done=True)
         return q, info, unsolved
 
     def all_solutions(
@@ -216,8 +274,8 @@ class GpuRobot:
             UnknownNameError: There is no such link or joint.
         """
         query = self._query(link, Options(task=as_task(task)))
-        targets, n = as_own("T", T), as_count("n_samples", n_samples, 1)
-        return all_solutions(query, targets, self._wide_rows, redundancy, n, whole_turns=whole_turns)
+        asked = Asked(redundancy, as_count("n_samples", n_samples, 1), whole_turns)
+        return all_solutions(query, as_own("T", T, self._queue.stream), self._wide_rows, asked, self._queue)
 
     def checked(self, stream: Any = None) -> AbstractContextManager[None]:
         """A block in which no call waits for the device; what could not be taken is raised at its end.

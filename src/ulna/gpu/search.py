@@ -266,7 +266,7 @@ class DeviceResult(IKResult):
         return IKResult, (device.on_host(self.q), self._explained[0], self._batch, self.tolerances, self.explanation)
 
 
-def refuse(T: Any, batch: tuple[int, ...]) -> None:
+def refuse_targets(T: Any, batch: tuple[int, ...]) -> None:
     """Raise the error of a target that is no pose."""
     refuse_no_pose(device.on_host(T).reshape(*batch, 4, 4))
 

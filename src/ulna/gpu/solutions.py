@@ -11,8 +11,8 @@ is one target. A thread that computed all of them would have more numbers at a t
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, cached_property
-from typing import Any
+from functools import cache, cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from ulna.drivers.branch_rows import polish_branches, put_at_limits, write_free_
 from ulna.drivers.closed_form import N_OPTIONS
 from ulna.engine.decorators import kernel
 from ulna.gpu import device, staged
+from ulna.gpu.queue import Queue
 from ulna.ik.all_solutions import AllSolutions
 from ulna.ik.closed_form.closed_form import N_AXES, ClosedForm, SixJoints, closed_form_of, joints_at
 from ulna.ik.closed_form.six_joints import proofs_of
@@ -77,20 +78,29 @@ class DeviceSolutions(IKSolutions):
         return str(self.copy_to_host())
 
 
-def all_solutions(query: Query, T: Any, rows: Any, redundancy: str | None, n_samples: int, *, whole_turns: bool) -> IKSolutions:
+class Asked(NamedTuple):
+    """What is asked for, as ``Robot.all_solutions`` takes it."""
+
+    redundancy: str | None
+    n_samples: int
+    whole_turns: bool
+
+
+def all_solutions(query: Query, T: Any, rows: Any, asked: Asked, queue: Queue) -> IKSolutions:
     """See ``Robot.all_solutions``; T is NumPy's, or Numba's on the device, and so are the results.
 
     rows: Makes rows of an array on the device, as ``device.as_device_rows``.
     """
-    every, whole_turns = AllSolutions(query, redundancy, _branches), as_switch("whole_turns", whole_turns)
+    redundancy, n_samples, whole_turns = asked.redundancy, asked.n_samples, as_switch("whole_turns", asked.whole_turns)
+    every = AllSolutions(query, redundancy, partial(_branches, queue))
     if not device.is_on_device(T):
         return every.all_solutions(T, n_samples, whole_turns=whole_turns)
     targets = rows("T", T, (4, 4))
     batch = tuple(T.shape[:-2])
     form = None if whole_turns or redundancy is not None else _of_all_joints(query)
     if form is not None:
-        return _staying(query, form, targets, batch)
-    found = every.all_solutions(targets.copy_to_host().reshape(*batch, 4, 4), n_samples, whole_turns=whole_turns)
+        return _staying(query, form, targets, batch, queue)
+    found = every.all_solutions(device.on_host(targets, queue.stream).reshape(*batch, 4, 4), n_samples, whole_turns=whole_turns)
     q, valid, real = (device.on_device(array) for array in (found.q, found.valid, found.real))
     return DeviceSolutions(q, valid, real, found.family, lambda: found.proof)
 
@@ -103,15 +113,16 @@ def _of_all_joints(query: Query) -> ClosedForm | None:
     return form if form.n_joints == N_AXES == query.tree.n_dof else None
 
 
-def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...]) -> DeviceSolutions:
+def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...], queue: Queue) -> DeviceSolutions:
     """The branches of targets (n, 4, 4) on the device, left there."""
     six = joints_at(form, query.home)
-    q, known, real, valid = _run(
-        six, targets, query.home[six.columns][None], six.plan(query.tree.lower, query.tree.upper), six.columns
-    )
+    seeds, plan = query.home[six.columns][None], six.plan(query.tree.lower, query.tree.upper)
+    q, known, real, valid = _run(queue, six, targets, seeds, plan, six.columns)
+
+    stream = queue.stream
 
     def proofs() -> Proof | NDArray[Any]:
-        bits = known.copy_to_host()
+        bits = device.on_host(known, stream)
         proof = _PROOFS[proofs_of(bits, (bits & IS_REAL) > 0)].reshape(batch)
         return proof if batch else Proof(str(proof))
 
@@ -119,22 +130,25 @@ def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...
     return DeviceSolutions(q.reshape(*shape, N_AXES), valid.reshape(*shape), real.reshape(*shape), form.geometry, proofs)
 
 
-def _branches(six: SixJoints, targets: Array, seeds: Array, plan: Array) -> tuple[Any, Any, Any]:
+def _branches(queue: Queue, six: SixJoints, targets: Array, seeds: Array, plan: Array) -> tuple[Any, Any, Any]:
     """``SixJoints.branches``, by the GPU."""
-    q, known, _, _ = _run(six, targets, seeds, plan, np.arange(N_AXES))
+    q, known, _, _ = _run(queue, six, targets, seeds, plan, np.arange(N_AXES))
     return q, known, proofs_of(known, (known & IS_REAL) > 0)
 
 
-def _run(six: SixJoints, targets: Any, seeds: Array, plan: Array, columns: NDArray[np.int64]) -> tuple[Any, ...]:
+def _run(queue: Queue, six: SixJoints, targets: Any, seeds: Array, plan: Array, columns: NDArray[np.int64]) -> tuple[Any, ...]:
     """q (n, 8, 6), what is known of each branch, real and valid, (n, 8), where the targets are."""
-    n, flag = len(targets), device.on_device(np.zeros(1, dtype=np.int32))
+    n, stream = len(targets), queue.stream
     kinds = ((N_AXES,), np.float64), ((), np.int8), ((), np.bool_), ((), np.bool_)
-    results = tuple(device.results_for(targets, (N_BRANCHES * n, *shape), dtype) for shape, dtype in kinds)
+    results = tuple(device.results_for(targets, (N_BRANCHES * n, *shape), dtype, stream) for shape, dtype in kinds)
     tables = tuple(device.on_device(array) for array in (six.table, six.chain, plan, columns, seeds))
-    device.run(branches_of(), tables, targets, results, flag, device.Launch(each=N_BRANCHES))
-    if flag.copy_to_host()[0]:
-        as_pose(device.on_host(targets))
+    device.run(branches_of(), tables, targets, results, queue.flag(), device.Launch(each=N_BRANCHES, stream=stream))
+    queue.launched(lambda: _refuse(device.on_host(targets)), is_done=not device.is_on_device(targets))
     return tuple(array.reshape(n, N_BRANCHES, *shape) for array, (shape, _) in zip(results, kinds, strict=True))
+
+
+def _refuse(targets: Array) -> None:
+    as_pose(targets)
 
 
 @cache

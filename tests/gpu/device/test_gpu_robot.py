@@ -16,7 +16,7 @@ from numba import cuda
 
 import robots
 import ulna
-from ulna.gpu import search
+from ulna.gpu import device, search
 from ulna.ik.inverse_kinematics import InverseKinematics
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
@@ -239,6 +239,54 @@ def test_objects_that_some_links_may_touch_are_checked_as_on_the_cpu(panda, on_g
     there = cuda.to_device(q)
     assert (on_gpu.in_collision(there, world).copy_to_host() == on_gpu.in_collision(q, world)).all()
     np.testing.assert_array_equal(on_gpu.signed_distance(there, world).copy_to_host(), on_gpu.signed_distance(q, world))
+
+
+@pytest.mark.parametrize("world", [None, cell(), round_cell()], ids=["itself", "boxes", "any shapes"])
+def test_edges_are_certified_as_on_the_cpu(panda, on_gpu, world):
+    rng = np.random.default_rng(6)
+    n = 4 if SIMULATED else 3000
+    a = rng.uniform(panda.lower, panda.upper, (n, 7))
+    a[0] = panda.home
+    b = np.clip(a + rng.normal(scale=0.15, size=(n, 7)), panda.lower, panda.upper)
+    found, expected = on_gpu.edge_in_collision(a, b, world), panda.edge_in_collision(a, b, world)
+    differ = found.in_collision != expected.in_collision
+    assert differ.mean() <= 1e-3, "by what is nearer than the resolution alone"
+    t = np.linspace(0.0, 1.0, 101)[:, None, None]
+    samples = a + t * found.free_until[:, None] * (b - a)
+    touching = panda.in_collision(samples, world)
+    touching[-1] &= ~found.in_collision  # what is touched there may be nearer than rounding
+    assert not touching[:, found.free_until > 0.0].any()
+    assert np.abs(found.free_until - expected.free_until)[~differ].max() < 0.02
+    np.testing.assert_allclose(found.q, a + found.free_until[:, None] * (b - a), atol=1e-12)
+    there = on_gpu.edge_in_collision(cuda.to_device(a), cuda.to_device(b), world)
+    np.testing.assert_array_equal(there.in_collision.copy_to_host(), found.in_collision)
+    np.testing.assert_array_equal(there.free_until.copy_to_host(), found.free_until)
+    one = on_gpu.edge_in_collision(a[0], b[0], world)
+    assert (bool(one), one.free_until) == (found.in_collision[0], found.free_until[0])
+
+
+def test_edges_that_cannot_be_taken_are_refused_by_name(panda, on_gpu, q):
+    bad = q[:2].copy()
+    bad[1, 3] = np.nan
+    for place in (np.array, cuda.to_device):
+        with pytest.raises(ulna.InputError, match=r"q_b\[1, 3\]"):
+            on_gpu.edge_in_collision(place(q[:2]), place(bad))
+    with pytest.raises(ulna.InputError, match="q_b"):
+        on_gpu.edge_in_collision(cuda.to_device(q[:2]), q[:2])
+    with pytest.raises(ulna.InputError, match="resolution"):
+        on_gpu.edge_in_collision(q[:2], q[:2], resolution=0.0)
+
+
+def test_what_has_closed_forms_is_measured_without_scratch(panda, on_gpu, q, monkeypatch):
+    world = cell()
+    world.add("ball", ulna.Sphere(0.1), ulna.pose((0.4, 0.2, 0.5)))
+    world.add("rod", ulna.Capsule(0.05, 0.4), ulna.pose((-0.4, 0.1, 0.5), (0.2, 0, 0)))
+    world.add("floor", ulna.HalfSpace(), ulna.pose((0.0, 0.0, -0.3)))
+    monkeypatch.setattr(device, "free_memory", lambda: 0)
+    np.testing.assert_allclose(on_gpu.signed_distance(q, world), panda.signed_distance(q, world), rtol=0, atol=1e-9)
+    assert same_verdicts(panda, q, world, on_gpu.in_collision(q, world))
+    with pytest.raises(ulna.DeviceError, match="too little memory"):
+        on_gpu.signed_distance(q, round_cell())
 
 
 def test_a_seed_and_a_task_are_taken(panda, on_gpu, q):
