@@ -59,7 +59,7 @@ def described(argument):
         kind = argument.dtype.type
         dtype = f"{kind.__module__}:{kind.__name__}" if issubclass(kind, Record) else str(argument.dtype)
         return {"dtype": dtype, "shape": argument.shape, "strides": argument.strides}
-    if isinstance(argument, tuple):
+    if isinstance(argument, tuple | device.Tables):
         kind = type(argument)
         return {"of": f"{kind.__module__}:{kind.__name__}", "parts": [described(each) for each in argument]}
     return {"type": type(argument).__name__, "value": None if argument is None else float(argument)}

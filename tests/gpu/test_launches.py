@@ -54,7 +54,8 @@ def argument(recorded):
     if "parts" in recorded:
         module, _, name = recorded["of"].partition(":")
         parts = tuple(map(argument, recorded["parts"]))
-        return parts if name == "tuple" else getattr(importlib.import_module(module), name)(*parts)
+        kind = getattr(importlib.import_module(module), name)
+        return kind(*parts) if hasattr(kind, "_fields") else kind(parts)
     if "dtype" in recorded:
         return on_device(recorded["shape"], recorded["strides"], dtype_of(recorded["dtype"]))
     return PLAIN[recorded["type"]](recorded["value"])

@@ -43,13 +43,13 @@ class DeviceScene(NamedTuple):
     """A scene on the device.
 
     Attributes:
-        scene: What the drivers take. A table that it lacks is one without rows.
+        tables: What the drivers take: the scene alone. A table that it lacks is one without rows.
         sizes: The numbers of its joint positions, joints and bodies, and the kind of its shapes: BOXES, CLOSED or ANY.
         number: Over which its tables are: float32 for boxes alone.
         on_host: The same scene, where it was made.
     """
 
-    scene: Scene
+    tables: device.Tables
     sizes: tuple[int, int, int, int]
     number: Any
     on_host: Scene
@@ -77,7 +77,7 @@ def _on_device(scene: Scene, n_dof: int, number: Any) -> DeviceScene:
     every = scene._replace(objects=solids, nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(solids))
     there = Scene._make(part if isinstance(part, int) else device.on_device(_over(number, part)) for part in every)
     kind = BOXES if only_boxes else ANY if _any_is_searched(scene, solids) else CLOSED
-    return DeviceScene(there, (n_dof, len(scene.joints), len(scene.bodies), kind), number, every)
+    return DeviceScene(device.Tables((there,)), (n_dof, len(scene.joints), len(scene.bodies), kind), number, every)
 
 
 def _any_is_searched(scene: Scene, solids: NDArray[Any]) -> bool:
@@ -148,25 +148,24 @@ def place_centres(scene, q, joint_rows, centre_rows):
 
 @kernel
 def any_overlaps(scene, joint_rows, centre_rows, like):
-    """Whether any body overlaps an object, or another body of the pairs. One loop does both: the tests of a pair are long."""
-    bodies, vertices, first, end = scene.bodies, scene.vertices, scene.first, scene.end
-    i, w, n_of_world = 0, first, bodies.shape[0] * (end - first)
-    for m in range(n_of_world + scene.pairs.shape[0]):
-        of_world = m < n_of_world
-        if of_world:
-            k, j, others, points, at = i, w, scene.objects, scene.points, origin(constant_pose(scene.objects, w, like))
-            w += 1
-            if w == end:
-                i, w = i + 1, first
-        else:
-            k, j, others, points = scene.pairs[m - n_of_world, 0], scene.pairs[m - n_of_world, 1], bodies, vertices
-            at = centre_rows[3 * j], centre_rows[3 * j + 1], centre_rows[3 * j + 2]
-        d = minus((centre_rows[3 * k], centre_rows[3 * k + 1], centre_rows[3 * k + 2]), at)
-        reach = BALLS * (bodies[k, REACH] + others[j, REACH])
-        if dot(d, d) <= reach * reach and not (of_world and may_touch(scene, k, j)):
-            a = frame_pose(bodies, k, joint_rows, like)
-            b = constant_pose(others, j, like) if of_world else frame_pose(bodies, j, joint_rows, like)
-            if rows_overlap(bodies, vertices, k, a, others, points, j, b, splat(1.0, like)):
+    """Whether any body overlaps an object, or another body of the pairs."""
+    bodies, objects, vertices = scene.bodies, scene.objects, scene.vertices
+    for k in range(bodies.shape[0]):
+        p, reach_k = (centre_rows[3 * k], centre_rows[3 * k + 1], centre_rows[3 * k + 2]), bodies[k, REACH]
+        for w in range(scene.first, scene.end):
+            d, reach = minus(p, (objects[w, 3], objects[w, 7], objects[w, 11])), BALLS * (reach_k + objects[w, REACH])
+            if dot(d, d) <= reach * reach and not may_touch(scene, k, w):
+                a, b = frame_pose(bodies, k, joint_rows, like), constant_pose(objects, w, like)
+                if rows_overlap(bodies, vertices, k, a, objects, scene.points, w, b, splat(1.0, like)):
+                    return True
+    for m in range(scene.pairs.shape[0]):
+        k, j = scene.pairs[m, 0], scene.pairs[m, 1]
+        p, q = 3 * k, 3 * j
+        d = centre_rows[p] - centre_rows[q], centre_rows[p + 1] - centre_rows[q + 1], centre_rows[p + 2] - centre_rows[q + 2]
+        reach = BALLS * (bodies[k, REACH] + bodies[j, REACH])
+        if dot(d, d) <= reach * reach:
+            a, b = frame_pose(bodies, k, joint_rows, like), frame_pose(bodies, j, joint_rows, like)
+            if rows_overlap(bodies, vertices, k, a, bodies, vertices, j, b, splat(1.0, like)):
                 return True
     return False
 

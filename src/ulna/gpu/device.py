@@ -4,15 +4,15 @@ The extra ``cuda12`` or ``cuda13``, a GPU and its driver are needed only where s
 ``NUMBA_ENABLE_CUDASIM=1`` and ``NUMBA_DISABLE_JIT=1`` threads are simulated in plain Python, for tests.
 """
 
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import DeviceError, InputError, MissingExtraError
-from ulna.gpu.device_array import cuda, empty, in_c_order, is_on_device, refuse_numpy_without_compiler, with_dlpack
+from ulna.gpu.device_array import c_strides, cuda, empty, in_c_order, is_on_device, refuse_numpy_without_compiler, with_dlpack
 
 THREADS = 128  # of a block
 PIECE = 1 << 17  # problems that are copied and computed together where arrays are on the host
@@ -43,9 +43,34 @@ def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.
     if own.dtype != dtype or tail != shape:
         expected = f"{np.dtype(dtype)} of shape (..., {_listed(shape)}) is expected"
         raise InputError(name, f"{own.dtype} of shape {tuple(own.shape)} on the device; {expected}")
+    if len(own.shape) == len(shape) + 1 and own.strides == c_strides(own):
+        return own
     if not own.is_c_contiguous():
         raise InputError(name, "an array on the device has to be C-contiguous")
     return in_c_order(own.reshape(int(np.prod(own.shape[: len(own.shape) - len(shape)], dtype=np.int64)), *shape))
+
+
+class Tables:
+    """Arrays on the device and numbers that are launched together again and again, as a tuple whose type is found once."""
+
+    def __init__(self, parts: Iterable[Any]) -> None:
+        self._parts = tuple(parts)
+
+    def __getitem__(self, k: int) -> Any:
+        return self._parts[k]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    @cached_property
+    def _numba_type_(self) -> Any:  # which Numba asks for
+        from numba.core import types  # noqa: PLC0415
+        from numba.cuda.typing.typeof import Purpose, typeof  # noqa: PLC0415 # pyright: ignore[reportMissingImports]
+
+        return types.Tuple([typeof(part, Purpose.argument) for part in self._parts])
 
 
 class Launch(NamedTuple):
@@ -71,15 +96,15 @@ def compiled(driver: Callable) -> Any:
     return cuda.jit(driver)
 
 
-def run(driver: Any, tables: tuple[Any, ...], batch: Rows, results: Sequence[Any], flag: Any, launch: Launch = LAUNCH) -> None:
-    """Run a driver of ``staged.over_rows``: ``driver(tables, batch, results[0], (flag, *results[1:]))``.
+def run(driver: Any, tables: Iterable[Any], batch: Rows, results: Sequence[Any], marks: Any, launch: Launch = LAUNCH) -> None:
+    """Run a driver of ``staged.over_rows``: ``driver(tables, batch, results[0], (*marks, *results[1:]))``.
 
     Args:
         driver: The plain function; it is compiled when it first runs.
         tables: What all problems share, on the device, and numbers.
         batch: Shape (n, m). Where it is NumPy's, it is copied piece by piece, while other pieces are computed.
         results: Arrays with a row for each problem, where the batch is.
-        flag: An int32 on the device, shape (1,), which problems set.
+        marks: A flag, an int32 on the device, shape (1,), which problems set.
         launch: How.
     """
     if not len(batch):
@@ -87,18 +112,17 @@ def run(driver: Any, tables: tuple[Any, ...], batch: Rows, results: Sequence[Any
     runs, threads = compiled(driver), driver.threads
     at_most = max(1, launch.at_most // threads)
     if is_on_device(batch):
-        runs[min(at_most, -(-launch.each * len(batch) // threads)), threads, launch.stream](
-            tables, batch, results[0], (flag, *results[1:])
-        )
+        grid = min(at_most, -(-launch.each * len(batch) // threads)), threads, launch.stream
+        runs[grid](tables, batch, results[0], marks if len(results) == 1 else (*marks, *results[1:]))
         return
     n = len(batch)
-    places = [_Place((batch, *results)) for _ in range(1 if launch.at_most < n or n <= PIECE else 2)]
+    places = [_Place((batch, *results)) for _ in range(1 if launch.at_most < LAUNCH.at_most or n <= PIECE else 2)]
     for k, start in enumerate(range(0, n, PIECE)):
         place, part = places[k % len(places)], slice(start, min(start + PIECE, n))
         place.finish()
         there, *own = place.fill(part)
         grid = min(at_most, -(-launch.each * len(there) // threads))
-        runs[grid, threads, place.stream](tables, there, own[0], (flag, *own[1:]))
+        runs[grid, threads, place.stream](tables, there, own[0], (*marks, *own[1:]))
         place.fetch()
     for place in places:
         place.finish()

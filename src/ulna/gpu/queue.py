@@ -28,19 +28,19 @@ class Queue:
         self.stream, self.is_deferring, self._unseen = 0, False, []
         self._all, self._each = None, []
 
-    def flag(self) -> Any:
-        """A flag that is not set, an int32 on the device, shape (1,)."""
+    def marks(self) -> device.Tables:
+        """A flag that is not set, an int32 on the device, shape (1,): the marks of a launch."""
         if len(self._unseen) == _FLAGS:
             self.look()
         if self._all is None:
             self._all = device.on_device(np.zeros(_FLAGS, dtype=np.int32))
-            self._each = [self._all[k : k + 1] for k in range(_FLAGS)]
+            self._each = [device.Tables((self._all[k : k + 1],)) for k in range(_FLAGS)]
         return self._each[len(self._unseen)]
 
     @cached_property
-    def spare(self) -> Any:
-        """A flag at which nobody looks."""
-        return device.on_device(np.zeros(1, dtype=np.int32))
+    def spare(self) -> device.Tables:
+        """The marks of a launch at which nobody looks."""
+        return device.Tables((device.on_device(np.zeros(1, dtype=np.int32)),))
 
     def launched(self, refuse: Refuse, *, is_done: bool = False) -> None:
         """Note that a call has been launched with the last flag; look at it now unless calls are deferred.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from math import prod
 from typing import Any
@@ -16,7 +17,7 @@ from ulna.description.arrays import as_count, as_floats, as_number, as_switch
 from ulna.errors import InputError
 from ulna.gpu import device
 from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, overlaps_of
-from ulna.gpu.device_array import as_own
+from ulna.gpu.device_array import as_own, as_shaped
 from ulna.gpu.edges import EdgeTables, edge_tables, edges_of, near_for
 from ulna.gpu.forward import frames_of, jacobians_of, poses_of
 from ulna.gpu.queue import Queue
@@ -72,8 +73,7 @@ class GpuRobot:
             InputError: q has another shape or an entry out of range, or the robot has several tips and no link is named.
             UnknownNameError: There is no such link.
         """
-        chain = self._table("chain", self._link(link), self.robot.tree.chain)
-        return self._over_q(poses_of(self.robot.tree.n_dof), (chain,), q, (4, 4), out=out)
+        return self._over_q(poses_of(self.robot.tree.n_dof), self._chain(link), q, (4, 4), out=out)
 
     def link_poses(self, q: Any, *, out: Any = None) -> Any:
         """T_base_link of all links in the order of ``link_names``, shape (..., n_links, 4, 4), for q of shape (..., n_dof).
@@ -82,7 +82,7 @@ class GpuRobot:
             InputError: q has another shape or an entry out of range.
         """
         tree = self.robot.tree
-        tables = self._table("joints", None, lambda _: tree.joints), self._table("frames", None, lambda _: tree.link_frames)
+        tables = self._kept("frames", lambda: (self._there(tree.joints), self._there(tree.link_frames)))
         n_frames = len(tree.link_frames)
         return self._over_q(frames_of(tree.n_dof, len(tree.joints), n_frames), tables, q, (n_frames, 4, 4), out=out)
 
@@ -94,9 +94,9 @@ class GpuRobot:
                 tips and no link is named.
             UnknownNameError: There is no such link.
         """
-        chain = self._table("chain", self._link(link), self.robot.tree.chain)
-        n_dof = self.robot.tree.n_dof
-        return self._over_q(jacobians_of(n_dof), (chain, as_frame(expressed_in)), q, (6, n_dof), out=out)
+        n_dof, frame = self.robot.tree.n_dof, as_frame(expressed_in)
+        tables = self._kept((self._link(link), frame), lambda: (self._chain(link)[0], frame))
+        return self._over_q(jacobians_of(n_dof), tables, q, (6, n_dof), out=out)
 
     def in_collision(self, q: Any, world: World | None = None, *, self_collision: bool = True, out: Any = None) -> Any:
         """Whether the robot touches itself or the world, bools of shape (...,); see ``Robot.in_collision``.
@@ -118,7 +118,7 @@ class GpuRobot:
         scene = self._scenes.of(world, self_collision, np.float64)
         scratch, at_most = distance_scratch(scene, n)
         return self._over_q(
-            distances_of(*scene.sizes), (scene.scene, *scratch), q, (), number=np.float64, at_most=at_most, out=out
+            distances_of(*scene.sizes), (*scene.tables, *scratch), q, (), number=np.float64, at_most=at_most, out=out
         )
 
     def edge_in_collision(
@@ -156,17 +156,17 @@ class GpuRobot:
         if self._edges is None or self._edges[0] is not scene:
             self._edges = scene, edge_tables(scene)
         tables = self._edges[1]
-        near, flag = near_for(scene, n), queue.flag()
+        near, marks = near_for(scene, n), queue.marks()
         kinds = ((n, tree.n_dof), np.float64), ((n,), np.bool_), ((n,), np.float64)
         q, hits, free = (device.empty(shape, kind, queue.stream) for shape, kind in kinds)
         launch = device.Launch(at_most=len(near), stream=queue.stream)
-        given = scene.scene, tuple(tables), near, resolution, rows[1]
+        given = *scene.tables, tuple(tables), near, resolution, rows[1]
 
         def refuse() -> None:
             refuse_out_of_range(device.on_host(rows[0]), "q_a")
             refuse_out_of_range(device.on_host(rows[1]), "q_b")
 
-        device.run(edges_of(*scene.sizes, len(tables.first) - 1), given, rows[0], (q, hits, free), flag, launch)
+        device.run(edges_of(*scene.sizes, len(tables.first) - 1), given, rows[0], (q, hits, free), marks, launch)
         queue.launched(refuse, is_done=not stays)
         found = hits, free, q
         if not stays or not batch:
@@ -246,7 +246,7 @@ class GpuRobot:
         if asked.q_seed is not None:
             tables = tables._replace(seeds=device.on_device(np.asarray(asked.q_seed)))
         there = targets if device.is_on_device(targets) else device.on_device(targets)
-        q, info = DeviceSearch(query, tables, queue, touches).of(there, queue.flag())
+        q, info = DeviceSearch(query, tables, queue, touches).of(there, queue.marks()[0])
         queue.launched(lambda: refuse_targets(targets, batch), is_done=True)
         return q, info, unsolved
 
@@ -302,7 +302,7 @@ class GpuRobot:
     def _over_q(
         self,
         driver: Any,
-        tables: tuple,
+        tables: Iterable[Any],
         q: Any,
         shape: tuple[int, ...],
         *,
@@ -321,9 +321,9 @@ class GpuRobot:
         rows, batch = self._rows(q, number), tuple(np.shape(q)[:-1])
         kind, width = np.dtype(dtype or number), prod(shape)
         results = self._results(out, rows, (*batch, *shape), kind)
-        flat_results = results.reshape(len(rows), width)
+        flat_results = as_shaped(results, (len(rows), width))
         driver = in_single(driver) if number is np.float32 else driver
-        device.run(driver, tables, rows, (flat_results,), queue.flag(), device.Launch(at_most=at_most, stream=queue.stream))
+        device.run(driver, tables, rows, (flat_results,), queue.marks(), device.Launch(at_most=at_most, stream=queue.stream))
         queue.launched(lambda: refuse_out_of_range(device.on_host(rows)), is_done=not device.is_on_device(rows))
         return results if batch or shape else flat_results[0, 0]
 
@@ -343,7 +343,7 @@ class GpuRobot:
     def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any, out: Any = None) -> Any:
         """Whether anything touches; boxes are checked over ``number``."""
         scene = self._scenes.of(world, self_collision, number)
-        return self._over_q(overlaps_of(*scene.sizes), (scene.scene,), q, (), number=scene.number, dtype=np.bool_, out=out)
+        return self._over_q(overlaps_of(*scene.sizes), scene.tables, q, (), number=scene.number, dtype=np.bool_, out=out)
 
     def _rows(self, q: Any, number: Any) -> Any:
         """Configurations (n, n_dof) where q is, as float32 or float64."""
@@ -367,11 +367,19 @@ class GpuRobot:
     def _link(self, link: str | None) -> str:
         return self.robot.tree.link_or_tip(link)
 
-    def _table(self, kind: str, key: Any, make: Any) -> Any:
-        """A table on the device, copied there once."""
-        if (kind, key) not in self._tables:
-            self._tables[kind, key] = device.on_device(make(key).astype(self._number))
-        return self._tables[kind, key]
+    def _chain(self, link: str | None) -> device.Tables:
+        """The chain to a link."""
+        name = self._link(link)
+        return self._kept(name, lambda: (self._there(self.robot.tree.chain(name)),))
+
+    def _there(self, table: Array) -> Any:
+        return device.on_device(table.astype(self._number))
+
+    def _kept(self, key: Any, make: Any) -> device.Tables:
+        """Tables on the device, copied there once."""
+        if key not in self._tables:
+            self._tables[key] = device.Tables(make())
+        return self._tables[key]
 
     def _seeds(self, q_seed: ArrayLike, batch: tuple[int, ...]) -> Array:
         """Seeds for each target, or one for all, shape (n or 1, n_dof)."""
@@ -390,7 +398,7 @@ class GpuRobot:
         def touching(q: Any) -> Any:
             hits = device.empty((len(q), 1), np.bool_, queue.stream)
             launch = device.Launch(stream=queue.stream)
-            device.run(overlaps_of(*scene.sizes), (scene.scene,), q, (hits,), queue.spare, launch)
+            device.run(overlaps_of(*scene.sizes), scene.tables, q, (hits,), queue.spare, launch)
             return hits
 
         return touching

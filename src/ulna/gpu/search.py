@@ -22,6 +22,7 @@ from ulna.drivers.lane_state import reset_state, write_bounds, write_result, wri
 from ulna.engine.decorators import kernel
 from ulna.gpu import device
 from ulna.gpu.device import cuda
+from ulna.gpu.device_array import zeros
 from ulna.gpu.queue import Queue
 from ulna.gpu.staged import MATRIX, over_rows
 from ulna.ik.inverse_kinematics import InverseKinematics
@@ -142,8 +143,9 @@ class DeviceSearch:
         n, stream = jobs.n // jobs.runs, self.queue.stream
         if not n:
             return device.empty((0,), np.int64, stream)
-        q, info = self._empty(jobs.n)
-        counts = device.on_device(np.zeros(2, dtype=np.int64))
+        in_place = not len(jobs.order) and jobs.runs == 1
+        q, info = results[:2] if in_place else self._empty(jobs.n)
+        counts = zeros((2,), np.int64, stream)
         grid = device.blocks(min(jobs.n, _SEARCHES)), device.THREADS, stream
         device.compiled(searches_of(q.shape[1]))[grid](*self.tables, tuple(jobs), targets, q, info, (flag, counts))
         hits = device.empty((0, 1), np.bool_, stream) if self.collides is None else self.collides(q)
@@ -293,24 +295,19 @@ def searches_of(n_dof: int):
         system = cuda.local.array(N_SYSTEM, np.float64)
         rows = q_rows[0], last_rows[0], target_rows[0], bound_rows[0], state_rows[0]  # as the kernels take them
         q, last, target, bound, state = q_rows.T, last_rows.T, target_rows.T, bound_rows.T, state_rows.T  # as one lane of several
-        span, is_new, is_begun, best = (end - first) // runs, True, False, np.inf
-        i = start = until = 0
-        job = cuda.atomic.add(counts, 0, 1)
+        job, is_new, best = cuda.atomic.add(counts, 0, 1), True, np.inf
+        i, start, until = starts_of(order, following, first, end, runs, job, n)
         while job < n:
-            if not is_begun:
-                i = order[job // runs] if order.shape[0] > 0 else job // runs
-                start = first + (job % runs) * span
-                until = start + span
-                if following.shape[0] > 0:
-                    start = following[i]
-                best, is_new, is_begun, info[job].status, info[job].missed = np.inf, True, True, NOT_FOUND, np.inf
-            seed = seeds[min(i, seeds.shape[0] - 1)]
-            if start == 0 and is_new and not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seed)):
-                info[job].status, flag[0], start = NOT_A_POSE, 1, until
-            if start >= until:
-                is_begun, job = False, cuda.atomic.add(counts, 0, 1)
-                continue
             if is_new:
+                seed = seeds[min(i, seeds.shape[0] - 1)]
+                if best == np.inf:
+                    info[job].status, info[job].missed = NOT_FOUND, np.inf
+                if start == 0 and not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seed)):
+                    info[job].status, flag[0], start = NOT_A_POSE, 1, until
+                if start >= until:
+                    job, best = cuda.atomic.add(counts, 0, 1), np.inf
+                    i, start, until = starts_of(order, following, first, end, runs, job, n)
+                    continue
                 write_target(matrix_pose(targets[i]), target, 0)
                 write_bounds(box, bound, 0)
                 write_start(box, seed, samples, start, q, 0)
@@ -318,13 +315,26 @@ def searches_of(n_dof: int):
                 is_new = False
             advance(chain, posture, settings[0], rows, (jacobian, system))
             if state[ENDED, 0] != RUNNING:
-                missed, solved = state[P2, 0] + state[R2, 0], state[ENDED, 0] == HAS_SOLVED
+                missed, solved, is_new = state[P2, 0] + state[R2, 0], state[ENDED, 0] == HAS_SOLVED, True
                 if solved or missed < best:
                     write_result(last, target, state, 0, start, job, q_out, info)
                     best = missed
-                start, is_new = until if solved else start + 1, True
+                start += 1
+                if solved or start == until:
+                    job, best = cuda.atomic.add(counts, 0, 1), np.inf
+                    i, start, until = starts_of(order, following, first, end, runs, job, n)
 
     return searches
+
+
+@kernel
+def starts_of(order, following, first, end, runs, job, n):
+    """The target of a job, the first of its starts, and the one after the last."""
+    if job >= n:
+        return 0, 0, 0
+    i, span = order[job // runs] if order.shape[0] > 0 else job // runs, (end - first) // runs
+    start = first + (job % runs) * span
+    return i, following[i] if following.shape[0] > 0 else start, start + span
 
 
 def choose(jobs, q_of, info_of, hits, q, info, following, left, counts):
@@ -351,7 +361,8 @@ def choose(jobs, q_of, info_of, hits, q, info, following, left, counts):
                 chosen = job
         before = NOT_FOUND if is_first else info[i].status
         following[i] = info_of[chosen].start + 1 if collides else end
-        if (
+        is_in_place = is_first and runs == 1  # there is one job of each target, and its results are the target's
+        if not is_in_place and (
             is_clear
             or is_first
             or (before == NOT_FOUND and (collides or info_of[chosen].missed < info[i].missed))
@@ -359,8 +370,8 @@ def choose(jobs, q_of, info_of, hits, q, info, following, left, counts):
             for j in range(q.shape[1]):
                 q[i, j] = q_of[chosen, j]
             info[i] = info_of[chosen]
-            if collides and not is_clear:
-                info[i].status = _COLLIDES
+        if collides and not is_clear and before == NOT_FOUND:
+            info[i].status = _COLLIDES
         if not is_clear and info[i].status != NOT_A_POSE:
             left[cuda.atomic.add(counts, 1, 1)] = i
 

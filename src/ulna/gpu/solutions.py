@@ -142,7 +142,7 @@ def _run(queue: Queue, six: SixJoints, targets: Any, seeds: Array, plan: Array, 
     kinds = ((N_AXES,), np.float64), ((), np.int8), ((), np.bool_), ((), np.bool_)
     results = tuple(device.results_for(targets, (N_BRANCHES * n, *shape), dtype, stream) for shape, dtype in kinds)
     tables = tuple(device.on_device(array) for array in (six.table, six.chain, plan, columns, seeds))
-    device.run(branches_of(), tables, targets, results, queue.flag(), device.Launch(each=N_BRANCHES, stream=stream))
+    device.run(branches_of(), tables, targets, results, queue.marks(), device.Launch(each=N_BRANCHES, stream=stream))
     queue.launched(lambda: _refuse(device.on_host(targets)), is_done=not device.is_on_device(targets))
     return tuple(array.reshape(n, N_BRANCHES, *shape) for array, (shape, _) in zip(results, kinds, strict=True))
 
