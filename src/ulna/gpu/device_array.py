@@ -108,16 +108,6 @@ def empty(shape: tuple[int, ...], dtype: Any, stream: Any = 0) -> Any:
     return _as_shaped(pointer, shape, kind, stream)
 
 
-def zeros(shape: tuple[int, ...], dtype: Any, stream: Any = 0) -> Any:
-    """The same, filled with zeros in the order of the stream."""
-    array = empty(shape, dtype, stream)
-    if hasattr(array, "gpu_data"):
-        array.gpu_data.memset(0, stream=stream)
-    else:
-        array[:] = 0
-    return array
-
-
 def as_shaped(array: Any, shape: tuple[int, ...]) -> Any:
     """An array in C order with another shape of as many numbers, not copied; Numba's own way takes several times as long."""
     if not hasattr(array, "gpu_data") or not array.size:
@@ -144,9 +134,7 @@ def _core_stream(number: int) -> Any:
 
 def number_of(stream: Any) -> int:
     """The number of a stream that launches are given; 0 is Numba's default stream."""
-    if stream:
-        return int(stream)
-    return _PER_THREAD if cuda.config.CUDA_PER_THREAD_DEFAULT_STREAM else _LEGACY
+    return (int(stream) if stream else 0) or (_PER_THREAD if cuda.config.CUDA_PER_THREAD_DEFAULT_STREAM else _LEGACY)
 
 
 @cache

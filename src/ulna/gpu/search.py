@@ -22,7 +22,6 @@ from ulna.drivers.lane_state import reset_state, write_bounds, write_result, wri
 from ulna.engine.decorators import kernel
 from ulna.gpu import device
 from ulna.gpu.device import cuda
-from ulna.gpu.device_array import zeros
 from ulna.gpu.queue import Queue
 from ulna.gpu.staged import MATRIX, over_rows
 from ulna.ik.inverse_kinematics import InverseKinematics
@@ -145,7 +144,7 @@ class DeviceSearch:
             return device.empty((0,), np.int64, stream)
         in_place = not len(jobs.order) and jobs.runs == 1
         q, info = results[:2] if in_place else self._empty(jobs.n)
-        counts = zeros((2,), np.int64, stream)
+        counts = device.on_device(np.zeros(2, dtype=np.int64))
         grid = device.blocks(min(jobs.n, _SEARCHES)), device.THREADS, stream
         device.compiled(searches_of(q.shape[1]))[grid](*self.tables, tuple(jobs), targets, q, info, (flag, counts))
         hits = device.empty((0, 1), np.bool_, stream) if self.collides is None else self.collides(q)
