@@ -19,12 +19,12 @@ import numpy as np
 
 import ulna
 from ulna.gpu import device
-from ulna.gpu.collision import overlaps_of
+from ulna.gpu.collision import BOXES, overlaps_of
 from ulna.gpu.device import cuda
-from ulna.gpu.forward import jacobians, poses
+from ulna.gpu.forward import jacobians_of, poses_of
 from ulna.gpu.search import searches_of
 from ulna.gpu.single import in_single
-from ulna.gpu.solutions import branches
+from ulna.gpu.solutions import branches_of
 
 _SAMPLE = 2000  # results that the CPU computes again
 # Issue 19, on an H200: problems a second.
@@ -57,6 +57,26 @@ class Bench:
             times.append(time.perf_counter() - start)
         return float(np.median(times))
 
+    def kernel_seconds(self, work: Callable[[], Any]) -> float:
+        """The median time of the launches of a call on the device, by events."""
+        times, run = [], device.run
+
+        def timed(*given: Any, **named: Any) -> None:
+            begin, end = cuda.event(), cuda.event()
+            begin.record()
+            run(*given, **named)
+            end.record()
+            end.synchronize()
+            times.append(1e-3 * cuda.event_elapsed_time(begin, end))
+
+        device.run = timed
+        try:
+            for _ in range(self.repeats):
+                work()
+        finally:
+            device.run = run
+        return float(np.median(times)) if times else float("nan")
+
     def rate(
         self, name: str, n: int, each_bytes: int, work: Callable[[], Any], check: Callable[[Any], float], driver: Any = None
     ):
@@ -68,6 +88,8 @@ class Bench:
         if self.peak:
             line["of_memory"] = n * each_bytes / took / self.peak
         line.update(_resources(driver))
+        if driver is not None and not cuda.config.ENABLE_CUDASIM:
+            line["kernel_per_second"] = n / self.kernel_seconds(work)
         self.lines.append(line)
         print(
             " ".join(f"{key} {value:.4g}" if isinstance(value, float) else str(value) for key, value in line.items()), flush=True
@@ -126,11 +148,11 @@ def methods(bench: Bench, robot: ulna.Robot, q: Any, *, float32: bool) -> None:
     q = q.astype(np.float32 if float32 else np.float64)
     there, some, name = cuda.to_device(q), q[:_SAMPLE].astype(np.float64), ", float32" if float32 else ""
     of = in_single if float32 else (lambda driver: driver)
-    n, sizes = len(q), (len(robot.tree.joints), len(robot._checker.bodies.table), True)  # noqa: SLF001 - the driver for boxes
-    bench.rate(
-        f"poses{name}", n, size * 23, lambda: on_gpu.forward_kinematics(there), off(robot.forward_kinematics(some)), of(poses)
-    )
-    bench.rate(f"Jacobians{name}", n, size * 49, lambda: on_gpu.jacobian(there), off(robot.jacobian(some)), of(jacobians))
+    bodies = robot._checker.bodies.table  # noqa: SLF001 - for the size of the driver for boxes
+    n, sizes = len(q), (robot.n_dof, len(robot.tree.joints), len(bodies), BOXES)
+    expected = robot.forward_kinematics(some)
+    bench.rate(f"poses{name}", n, size * 23, lambda: on_gpu.forward_kinematics(there), off(expected), of(poses_of(7)))
+    bench.rate(f"Jacobians{name}", n, size * 49, lambda: on_gpu.jacobian(there), off(robot.jacobian(some)), of(jacobians_of(7)))
     for count, word in ((1, "box"), (20, "boxes"), (100, "boxes")):
         world = boxes(count)
         bench.rate(
@@ -157,13 +179,16 @@ def distances(bench: Bench, robot: ulna.Robot, q: Any) -> None:
 
 
 def inverse(bench: Bench, robot: ulna.Robot, q: Any) -> None:
-    """Searches, with and without a world; the solutions are verified by the CPU's forward kinematics."""
+    """Searches, with and without a world; the solutions are verified by the CPU's forward kinematics, and counted."""
     on_gpu, world, n = robot.on_gpu(), boxes(1), len(q)
     T = on_gpu.forward_kinematics(cuda.to_device(q))
 
     def missed(found: Any) -> float:
         print(f"{np.mean(found.success):.6%} of {n} solved", flush=True)
         solved = found.success[:_SAMPLE]
+        if found.success.mean() < 1.0:
+            by_cpu = robot.inverse_kinematics(host(T), world=world).success
+            print(f"of {len(solved)} the GPU solves {solved.sum()}, the CPU {by_cpu.sum()}", flush=True)
         return float(np.abs(robot.forward_kinematics(host(found.q)) - host(T))[solved].max())
 
     each, driver = 8 * (16 + robot.n_dof + 13), searches_of(robot.n_dof)
@@ -187,8 +212,51 @@ def closed_forms(bench: Bench, panda: ulna.Robot, n: int) -> None:
 
         bench.rate(
             f"all_solutions, {name}", count, 8 * 16 + 8 * samples * (8 * robot.n_dof + 3),
-            lambda g=on_gpu, t=T, s=samples: g.all_solutions(t, n_samples=s), same, branches,
+            lambda g=on_gpu, t=T, s=samples: g.all_solutions(t, n_samples=s), same, branches_of(),
         )  # fmt: skip
+
+
+def calls(bench: Bench, robot: ulna.Robot, q: Any) -> None:
+    """Calls that do not wait, into arrays that are there already; and small batches, beside the CPU on all cores."""
+    on_gpu, world, repeats = robot.on_gpu(), boxes(20), 20 if bench.repeats > 1 else 1
+    for n in sorted({min(n, len(q)) for n in (1 << 20, 1000, 100)}, reverse=True):
+        part = q[:n]
+        there, pose, jacobian = cuda.to_device(part), cuda.device_array((len(part), 4, 4)), cuda.device_array((len(part), 6, 7))
+        T = robot.forward_kinematics(part)
+        hits, targets = cuda.device_array(len(part), np.bool_), cuda.to_device(T)
+
+        def chain(work: Callable[[], Any]) -> Callable[[], Any]:
+            def several() -> Any:
+                with on_gpu.checked():
+                    for _ in range(repeats):
+                        found = work()
+                return found
+
+            return several
+
+        works = {
+            "poses": (lambda a=there, o=pose: on_gpu.forward_kinematics(a, out=o), lambda a=part: robot.forward_kinematics(a)),
+            "Jacobians": (lambda a=there, o=jacobian: on_gpu.jacobian(a, out=o), lambda a=part: robot.jacobian(a)),
+            "in_collision, 20 boxes": (
+                lambda a=there, o=hits: on_gpu.in_collision(a, world, out=o), lambda a=part: robot.in_collision(a, world),
+            ),
+        }  # fmt: skip
+        for name, (work, on_cpu) in works.items():
+            expected = on_cpu()[:_SAMPLE]
+            bench.rate(
+                f"{name}, calls in a chain, n {n}", repeats * len(part), 1, chain(work),
+                lambda found, e=expected: float(np.abs(host(found) * 1.0 - e).max()),
+            )  # fmt: skip
+            bench.rate(f"{name}, single calls, n {n}", len(part), 1, work, lambda _: 0.0)
+            if n <= 1000:
+                bench.rate(f"{name}, the CPU, n {n}", len(part), 1, on_cpu, lambda _: 0.0)
+        if n <= 1000:
+            works = {
+                "the GPU": lambda t=targets: on_gpu.inverse_kinematics(t),
+                "the CPU": lambda t=T: robot.inverse_kinematics(t),
+            }
+            for name, work in works.items():
+                bench.rate(f"inverse_kinematics, {name}, n {n}", len(part), 1, work, lambda _: 0.0)
 
 
 def copies(bench: Bench, robot: ulna.Robot, q: Any) -> None:
@@ -217,6 +285,7 @@ def main(arguments: list[str] | None = None) -> None:
     distances(bench, panda, part)
     inverse(bench, panda, part)
     closed_forms(bench, panda, min(n, 1 << 21))
+    calls(bench, panda, part)
     copies(bench, panda, q)
     text = json.dumps(bench.lines)
     print(text)

@@ -20,10 +20,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # it is run as a program
 import robots
 import ulna
 from ulna.engine.records import Record
-from ulna.gpu import device, rows
+from ulna.gpu import device
 from ulna.gpu.single import in_single
 
-NAMES = "collision", "forward", "robot", "rows", "search", "solutions"
+NAMES = "collision", "edges", "forward", "queue", "robot", "rows", "search", "solutions"
 MODULES = [importlib.import_module(f"ulna.gpu.{name}") for name in NAMES]
 launches: list[dict] = []
 sources: dict[FunctionType, list] = {}
@@ -59,7 +59,7 @@ def described(argument):
         kind = argument.dtype.type
         dtype = f"{kind.__module__}:{kind.__name__}" if issubclass(kind, Record) else str(argument.dtype)
         return {"dtype": dtype, "shape": argument.shape, "strides": argument.strides}
-    if isinstance(argument, tuple):
+    if isinstance(argument, tuple | device.Tables):
         kind = type(argument)
         return {"of": f"{kind.__module__}:{kind.__name__}", "parts": [described(each) for each in argument]}
     return {"type": type(argument).__name__, "value": None if argument is None else float(argument)}
@@ -75,7 +75,7 @@ def recorded(driver):
     return Recorded(driver, [home.removesuffix(".single"), name, None, home.endswith(".single")])
 
 
-NEVER_SINGLE = {"searches_of", "distances_of"}
+NEVER_SINGLE = {"searches_of", "distances_of", "branches_of", "edges_of"}
 
 
 def worlds():
@@ -109,12 +109,11 @@ def call_everything():
     on_gpu = panda.on_gpu()
     on_gpu.in_collision(q[:1])
     on_gpu.signed_distance(q[:1], shapes)
+    on_gpu.edge_in_collision(strange(q[:1]), strange(q[1:]), boxes)
     on_gpu.inverse_kinematics(T[0], q[0])
     on_gpu.inverse_kinematics(strange(T), q, world=boxes)
     on_gpu.inverse_kinematics(strange(T[:1]), world=shapes, task="position")
     on_gpu.all_solutions(T[:1], n_samples=1)
-    rows.put_rows(device.on_device(q), np.array([1]), q[:1])
-    rows.rows_of(device.on_device(q), np.array([1]))
     targets = ur5.forward_kinematics(ur5.home + 0.1)
     for given in (targets, targets[None], strange(targets[None])):
         ur5.on_gpu().all_solutions(given)

@@ -81,10 +81,14 @@ def test_the_description_of_a_view_is_that_of_the_array():
 
 
 def test_results_are_given_by_dlpack_after_the_work_that_writes_them(monkeypatch):
-    from numba import cuda
-
     waited = []
-    monkeypatch.setattr(cuda, "default_stream", lambda: SimpleNamespace(synchronize=lambda: waited.append(1)))
+    event = SimpleNamespace(record=waited.append, wait=waited.append)
+    config = SimpleNamespace(CUDA_PER_THREAD_DEFAULT_STREAM=False, ENABLE_CUDASIM=False)
+    monkeypatch.setattr(
+        device_array,
+        "cuda",
+        SimpleNamespace(config=config, default_stream=lambda: 1, external_stream=int, event=lambda **_: event),
+    )
     array = np.arange(6.0).reshape(2, 3)
     data = SimpleNamespace(device_ctypes_pointer=SimpleNamespace(value=array.ctypes.data), size=array.nbytes)
     own = _class_with_dlpack()(shape=(2, 3), strides=array.strides, dtype=array.dtype, gpu_data=data)
@@ -94,8 +98,10 @@ def test_results_are_given_by_dlpack_after_the_work_that_writes_them(monkeypatch
     np.testing.assert_array_equal(
         np.from_dlpack(SimpleNamespace(__dlpack__=own.__dlpack__, __dlpack_device__=lambda: (1, 0))), array
     )
-    assert waited == [1]
+    assert not waited, "the caller works on the same stream"
+    own.__dlpack__(stream=7)
+    assert waited == [1, 7], "stream 7 waits for what stream 1 has been given"
     own.__dlpack__(stream=-1)
-    assert waited == [1]
+    assert waited == [1, 7]
     assert own.__cuda_array_interface__["shape"] == (2, 3)
     assert type(own.reshape(6)) is type(own)

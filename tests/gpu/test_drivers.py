@@ -16,43 +16,62 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 
 from numba import from_dtype, types
 
-from ulna.gpu.collision import distances_of, overlaps_of
-from ulna.gpu.forward import frames_of, jacobians, poses
-from ulna.gpu.rows import converted, put, put_each, taken
-from ulna.gpu.search import _write_statuses, searches_of
+from ulna.gpu.collision import ANY, BOXES, CLOSED, distances_of, overlaps_of
+from ulna.gpu.edges import edges_of
+from ulna.gpu.forward import frames_of, jacobians_of, poses_of
+from ulna.gpu.rows import converted
+from ulna.gpu.search import choose, searches_of, turned_of
 from ulna.gpu.single import in_single
-from ulna.gpu.solutions import branches
+from ulna.gpu.solutions import branches_of
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 
-JOINTS, BODIES = 11, 12  # the Panda
+N_DOF, JOINTS, BODIES, FRAMES, BALLS = 7, 11, 12, 12, 6  # the Panda
 A1, A2, A3, A4 = (types.Array(types.float64, n, "C") for n in (1, 2, 3, 4))
 FLAG, NEXT, INDICES = types.Array(types.int32, 1, "C"), types.Array(types.int64, 1, "C"), types.Array(types.int64, 2, "C")
 BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
-COLUMNS, BITS = types.Array(types.int64, 1, "C"), types.Array(types.int8, 2, "C")
+COLUMNS, BITS = types.Array(types.int64, 1, "C"), types.Array(types.int8, 1, "C")
 SETTINGS, RESULTS = (types.Array(from_dtype(of.structure), 1, "C") for of in (SearchSettings, SearchResult))
+JOBS = types.Tuple((NEXT, NEXT, *(types.int64,) * 4))
 WHOLES = (types.int64,) * 3  # root, first and end
 SCENE = types.NamedTuple((A2, A2, A2, INDICES, A2, A2, A2, *WHOLES, BOOLS_2), Scene)
+EDGES = types.Tuple((A2, NEXT, NEXT, INDICES, INDICES, NEXT, A1, types.float64))
+OF_EDGES = SCENE, EDGES, INDICES, types.float64, A2
+MARKS, OF_BRANCHES = types.Tuple((FLAG,)), types.Tuple((FLAG, BITS, BOOLS, BOOLS))
+OF_FREE = types.Tuple((FLAG, BOOLS, A1))
+
+
+def of_rows(tables, out=A2, marks=MARKS, rows=A2):
+    """The types of the arguments of a driver of ``staged.over_rows``."""
+    return types.Tuple(tables), rows, out, marks
+
+
 # The driver, its arguments' types, and the most registers and bytes spilled (stores).
 DRIVERS = {
-    "poses": (poses, (A2, A2, A3, FLAG), 76, 0),
-    "jacobians": (jacobians, (A2, types.int64, A2, A2, FLAG), 80, 0),
-    "frames": (frames_of(JOINTS), (A2, A2, A2, A4, FLAG), 74, 0),
-    "overlaps of boxes": (overlaps_of(JOINTS, BODIES, True), (SCENE, A2, BOOLS, FLAG), 134, 0),
-    "overlaps of any shapes": (overlaps_of(JOINTS, BODIES, False), (SCENE, A2, BOOLS, FLAG), 255, 64),
-    "distances of boxes": (distances_of(JOINTS, BODIES, True), (SCENE, A3, A3, A3, A2, A1, FLAG), 255, 64),
-    "distances of any shapes": (distances_of(JOINTS, BODIES, False), (SCENE, A3, A3, A3, A2, A1, FLAG), 255, 420),
-    "searches": (searches_of(7), (A2, A2, A2, A2, A1, SETTINGS, NEXT, A3, A2, RESULTS, NEXT), 255, 64),
-    "branches": (branches, (A2, A2, A1, COLUMNS, A2, A3, A3, BITS, BOOLS_2, BOOLS_2, FLAG), 255, 128),
-    "taken": (taken, (A2, COLUMNS, A2), 33, 0),
-    "put": (put, (A2, COLUMNS, A2), 35, 0),
-    "put records": (put_each, (RESULTS, COLUMNS, RESULTS), 127, 0),
-    "statuses": (_write_statuses, (RESULTS, COLUMNS), 13, 0),
+    "poses": (poses_of(N_DOF), of_rows((A2,)), 76, 0),
+    "jacobians": (jacobians_of(N_DOF), of_rows((A2, types.int64)), 80, 0),
+    "frames": (frames_of(N_DOF, JOINTS, FRAMES), of_rows((A2, A2)), 74, 0),
+    "overlaps of boxes": (overlaps_of(N_DOF, JOINTS, BODIES, BOXES), of_rows((SCENE,), BOOLS_2), 134, 0),
+    "overlaps of any shapes": (overlaps_of(N_DOF, JOINTS, BODIES, ANY), of_rows((SCENE,), BOOLS_2), 255, 88),
+    "distances of boxes": (distances_of(N_DOF, JOINTS, BODIES, BOXES), of_rows((SCENE,)), 255, 64),
+    "distances of closed form": (distances_of(N_DOF, JOINTS, BODIES, CLOSED), of_rows((SCENE,)), 255, 200),
+    "distances of any shapes": (distances_of(N_DOF, JOINTS, BODIES, ANY), of_rows((SCENE, A3, A3, A3)), 255, 420),
+    "edges of boxes": (edges_of(N_DOF, JOINTS, BODIES, BOXES, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 200),
+    "edges of any shapes": (edges_of(N_DOF, JOINTS, BODIES, ANY, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 2032),
+    "searches": (
+        searches_of(N_DOF),
+        (A2, A2, A2, A2, A1, SETTINGS, JOBS, A3, A2, RESULTS, types.Tuple((FLAG, NEXT))),
+        255,
+        64,
+    ),
+    "choice": (choose, (JOBS, A2, RESULTS, BOOLS_2, A2, RESULTS, NEXT, NEXT, NEXT), 127, 0),
+    "turned": (turned_of(), of_rows((A2,), A2, MARKS, A3), 64, 0),
+    "branches": (branches_of(), of_rows((A2, A2, A1, COLUMNS, A2), A2, OF_BRANCHES, A3), 255, 282),
 }
 
 
 # The same over float32.
-IN_FLOAT32 = {"poses": (52, 0), "jacobians": (54, 0), "frames": (42, 0), "overlaps of boxes": (62, 0)}
+IN_FLOAT32 = {"poses": (58, 0), "jacobians": (67, 0), "frames": (53, 0), "overlaps of boxes": (70, 0)}
 # The sine and cosine of CUDA reduce angles beyond 105615 by a product over float64; nothing else is over float64.
 OF_LARGE_ANGLES = ("cvt.rn.f64.s64", "mul.f64", "cvt.rn.f32.f64", ".reg .f64")
 
@@ -60,6 +79,8 @@ OF_LARGE_ANGLES = ("cvt.rn.f64.s64", "mul.f64", "cvt.rn.f32.f64", ".reg .f64")
 def over_float32(kind):
     if isinstance(kind, types.NamedTuple):
         return types.NamedTuple(tuple(map(over_float32, kind.types)), kind.instance_class)
+    if isinstance(kind, types.BaseTuple):
+        return types.Tuple(tuple(map(over_float32, kind.types)))
     return types.Array(types.float32, kind.ndim, "C") if isinstance(kind, types.Array) and kind.dtype == types.float64 else kind
 
 
@@ -75,7 +96,10 @@ def resources(ptx, folder):
     return max(used), max(stack), max(spills)
 
 
-@pytest.mark.parametrize("name", DRIVERS)
+SLOW = {"edges of any shapes"}  # minutes of the compiler
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in DRIVERS])
 def test_a_driver_becomes_machine_code_within_its_registers(name, ptx_of_driver, tmp_path, record_property):
     driver, signature, most_registers, most_spilled = DRIVERS[name]
     text = ptx_of_driver(driver, signature)

@@ -15,33 +15,44 @@ from ulna.collision.checker import Checker
 from ulna.collision.objects import numbers_below, table_of
 from ulna.collision.world import World
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import WIDTH
+from ulna.engine.lanes import WIDTH, splat
+from ulna.errors import DeviceError
 from ulna.gpu import device
 from ulna.gpu.device import cuda
+from ulna.gpu.staged import over_rows, threads_for
+from ulna.kernels.chain.poses import frame_pose, tree_poses
 from ulna.kernels.collision.collision_layout import NO_NODE
 from ulna.kernels.collision.nearest import nearest_unindexed
-from ulna.kernels.collision.overlap import overlaps_unindexed
-from ulna.kernels.collision.posed_pair import place_bodies
+from ulna.kernels.collision.posed_pair import BALLS, may_touch, place_bodies, rows_overlap
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
+from ulna.kernels.distance.pairs import is_searched
+from ulna.kernels.layout import REACH, SHAPE
 from ulna.kernels.spatial.elementary import all_in_range
+from ulna.kernels.spatial.se3 import constant_pose
+from ulna.kernels.spatial.vectors import dot, minus, origin
 
 _MOST_SCRATCH, _MOST_DISTANCES = 0.25, 1 << 15  # of the free memory; threads that measure distances
 _BYTES = 8
+# All shapes are boxes; every pair has a closed form of its distance, as balls, capsules and boxes have; any shapes.
+BOXES, CLOSED, ANY = 0, 1, 2
+_is_searched: Any = getattr(is_searched, "py_func", is_searched)
 
 
 class DeviceScene(NamedTuple):
     """A scene on the device.
 
     Attributes:
-        scene: What the drivers take. A table that it lacks is one without rows.
-        sizes: The numbers of its joints and bodies, and whether all shapes are boxes.
+        tables: What the drivers take: the scene alone. A table that it lacks is one without rows.
+        sizes: The numbers of its joint positions, joints and bodies, and the kind of its shapes: BOXES, CLOSED or ANY.
         number: Over which its tables are: float32 for boxes alone.
+        on_host: The same scene, where it was made.
     """
 
-    scene: Scene
-    sizes: tuple[int, int, bool]
+    tables: device.Tables
+    sizes: tuple[int, int, int, int]
     number: Any
+    on_host: Scene
 
 
 class DeviceScenes:
@@ -54,18 +65,25 @@ class DeviceScenes:
         """The scene of a world."""
         scene, last = self._checker.scene_of(world, self_collision), self._last.get(number)
         if last is None or last[0] is not scene:
-            last = self._last[number] = scene, _on_device(scene, number)
+            last = self._last[number] = scene, _on_device(scene, self._checker.tree.n_dof, number)
         return last[1]
 
 
-def _on_device(scene: Scene, number: Any) -> DeviceScene:
+def _on_device(scene: Scene, n_dof: int, number: Any) -> DeviceScene:
     """The scene, as one whose objects are all tested one by one."""
-    of_boxes, numbers = scene.vertices is None, np.r_[scene.first : scene.end, numbers_below(scene.nodes, scene.root)]
-    number = number if of_boxes else np.float64
+    only_boxes, numbers = scene.vertices is None, np.r_[scene.first : scene.end, numbers_below(scene.nodes, scene.root)]
+    number = number if only_boxes else np.float64
     solids = table_of(scene.objects, scene.nodes, numbers)
     every = scene._replace(objects=solids, nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(solids))
     there = Scene._make(part if isinstance(part, int) else device.on_device(_over(number, part)) for part in every)
-    return DeviceScene(there, (len(scene.joints), len(scene.bodies), of_boxes), number)
+    kind = BOXES if only_boxes else ANY if _any_is_searched(scene, solids) else CLOSED
+    return DeviceScene(device.Tables((there,)), (n_dof, len(scene.joints), len(scene.bodies), kind), number, every)
+
+
+def _any_is_searched(scene: Scene, solids: NDArray[Any]) -> bool:
+    """Whether the distance of any pair has no closed form."""
+    own, others = (np.unique(table[:, SHAPE]).astype(int).tolist() for table in (scene.bodies, solids))
+    return any(_is_searched(min(a, b), max(a, b)) for a in own for b in (*own, *others))
 
 
 def _over(number: Any, part: NDArray[Any] | None) -> NDArray[Any]:
@@ -75,63 +93,108 @@ def _over(number: Any, part: NDArray[Any] | None) -> NDArray[Any]:
     return part.astype(number) if part.dtype == np.float64 else part
 
 
-def distance_scratch(scene: DeviceScene, n: int) -> list[Any]:
-    """Scratch for as many threads as measure n distances, or as there is memory for; boxes need none."""
-    threads, shapes = max(1, min(n, _MOST_DISTANCES)), [(1, 1)] * len(SCRATCH)
-    if not scene.sizes[-1]:
-        threads = max(1, int(min(threads, _MOST_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))))))
-        shapes = list(SCRATCH)
-    return [cuda.device_array((threads, *shape), np.float64) for shape in shapes]
+def distance_scratch(scene: DeviceScene, n: int) -> tuple[list[Any], int]:
+    """Scratch of threads that measure n distances, and of how many: as many as there is memory for. Closed forms need none."""
+    if scene.sizes[-1] != ANY:
+        return [], device.LAUNCH.at_most
+    room, block = _MOST_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))), threads_for(scene.sizes[0], 1)
+    threads = int(min(n, _MOST_DISTANCES, room))
+    if threads < min(n, block):
+        needed = min(n, block) * _BYTES * sum(map(prod, SCRATCH)) / _MOST_SCRATCH / 1e9
+        raise DeviceError(f"too little memory is free on the device: distances of such shapes need {needed:.2g} GB")
+    return [cuda.device_array((threads, *shape), np.float64) for shape in SCRATCH], threads
 
 
 @kernel
-def _as_it_is(scene):
+def as_it_is(scene):
+    """The scene of a launch."""
     return scene
 
 
 @kernel
-def _of_boxes(scene):
-    """The scene without vertices and points: a launch takes no None."""
+def of_boxes(scene):
+    """The scene of a launch without vertices and points: a launch takes no None."""
     joints, bodies, _, pairs, objects, _, nodes, root, first, end, may_touch = scene
     return Scene(joints, bodies, None, pairs, objects, None, nodes, root, first, end, may_touch)
 
 
 @cache
-def overlaps_of(n_joints: int, n_bodies: int, of_boxes: bool):
-    """The driver for robots of these sizes: whether each q touches anything, to the bools of out, shape (n,)."""
-    of_joints, of_bodies, as_scene = 12 * n_joints, 12 * n_bodies, _of_boxes if of_boxes else _as_it_is
+def overlaps_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
+    """The driver for robots of these sizes: whether each q touches anything, bools of shape (n, 1), by (scene,)."""
+    of_joints, as_scene = 12 * n_joints, of_boxes if kind == BOXES else as_it_is
 
-    def overlaps(of_launch, q, out, out_of_range):
-        i = cuda.grid(1)
-        if i < q.shape[0]:
-            if not all_in_range(q[i]):
-                out_of_range[0] = 1
-            scene = as_scene(of_launch)
-            joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
-            place_bodies(scene.joints, scene.bodies, q[i], joint_rows, body_rows)
-            out[i] = overlaps_unindexed(scene, body_rows, q[i, 0]) > 0.0
+    @kernel
+    def overlaps(tables, q, _place, scratch, out, _marks):
+        scene, centre_rows = as_scene(tables[0]), scratch[of_joints:]
+        place_centres(scene, q, scratch[:of_joints], centre_rows)
+        out[0] = any_overlaps(scene, scratch[:of_joints], centre_rows, q[0])
+        return not all_in_range(q)
 
-    return overlaps
+    return over_rows(overlaps, n_dof, 1, scratch=of_joints + 3 * n_bodies, dtype=np.bool_)
+
+
+@kernel
+def place_centres(scene, q, joint_rows, centre_rows):
+    """Write the poses of the joints, and the origins of the bodies, three rows each.
+
+    A thread's rows are in local memory, which all threads together fill beyond the caches. Most pairs are apart by their balls,
+    for which the origin is enough; the pose of a body is computed again where it is not.
+    """
+    tree_poses(scene.joints, q, joint_rows)
+    for k in range(scene.bodies.shape[0]):
+        p = origin(frame_pose(scene.bodies, k, joint_rows, q[0]))
+        centre_rows[3 * k], centre_rows[3 * k + 1], centre_rows[3 * k + 2] = p
+
+
+@kernel
+def any_overlaps(scene, joint_rows, centre_rows, like):
+    """Whether any body overlaps an object, or another body of the pairs."""
+    bodies, objects, vertices = scene.bodies, scene.objects, scene.vertices
+    for k in range(bodies.shape[0]):
+        p, reach_k = (centre_rows[3 * k], centre_rows[3 * k + 1], centre_rows[3 * k + 2]), bodies[k, REACH]
+        for w in range(scene.first, scene.end):
+            d, reach = minus(p, (objects[w, 3], objects[w, 7], objects[w, 11])), BALLS * (reach_k + objects[w, REACH])
+            if dot(d, d) <= reach * reach and not may_touch(scene, k, w):
+                a, b = frame_pose(bodies, k, joint_rows, like), constant_pose(objects, w, like)
+                if rows_overlap(bodies, vertices, k, a, objects, scene.points, w, b, splat(1.0, like)):
+                    return True
+    for m in range(scene.pairs.shape[0]):
+        k, j = scene.pairs[m, 0], scene.pairs[m, 1]
+        p, q = 3 * k, 3 * j
+        d = centre_rows[p] - centre_rows[q], centre_rows[p + 1] - centre_rows[q + 1], centre_rows[p + 2] - centre_rows[q + 2]
+        reach = BALLS * (bodies[k, REACH] + bodies[j, REACH])
+        if dot(d, d) <= reach * reach:
+            a, b = frame_pose(bodies, k, joint_rows, like), frame_pose(bodies, j, joint_rows, like)
+            if rows_overlap(bodies, vertices, k, a, bodies, vertices, j, b, splat(1.0, like)):
+                return True
+    return False
 
 
 @cache
-def distances_of(n_joints: int, n_bodies: int, of_boxes: bool):
-    """The driver for robots of these sizes: the least signed distance of each q to out, shape (n,).
+def distances_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
+    """The driver for robots of these sizes: the least signed distance of each q, shape (n, 1).
 
-    The scratch of EPA is an array for each thread: points (m, ...), faces (m, ...) and edges (m, ...). So m threads do all.
+    Its tables are (scene,); for ANY shapes (scene, points, faces, edges): the scratch of EPA, an array for each thread. So as
+    many threads do all as these arrays have rows.
     """
-    of_joints, of_bodies, as_scene = 12 * n_joints, 12 * n_bodies, _of_boxes if of_boxes else _as_it_is
+    of_joints, as_scene = 12 * n_joints, of_boxes if kind == BOXES else as_it_is
+    nearest = _nearest if kind == ANY else _nearest_closed
 
-    def distances(of_launch, corners, faces, edges, q, out, out_of_range):
-        thread = cuda.grid(1)
-        if thread < corners.shape[0]:
-            scene = as_scene(of_launch)
-            joint_rows, body_rows = cuda.local.array(of_joints, np.float64), cuda.local.array(of_bodies, np.float64)
-            scratch = corners[thread], faces[thread], edges[thread]
-            for i in range(thread, q.shape[0], corners.shape[0]):
-                if not all_in_range(q[i]):
-                    out_of_range[0] = 1
-                place_bodies(scene.joints, scene.bodies, q[i], joint_rows, body_rows)
-                out[i] = nearest_unindexed(scene, body_rows, q[i, 0], scratch)[0]
+    @kernel
+    def distances(tables, q, place, scratch, out, _marks):
+        scene, body_rows = as_scene(tables[0]), scratch[of_joints:]
+        place_bodies(scene.joints, scene.bodies, q, scratch[:of_joints], body_rows)
+        out[0] = nearest(scene, body_rows, q[0], tables, place[2])
+        return not all_in_range(q)
 
-    return distances
+    return over_rows(distances, n_dof, 1, scratch=of_joints + 12 * n_bodies)
+
+
+@kernel
+def _nearest(scene, body_rows, like, tables, thread):
+    return nearest_unindexed(scene, body_rows, like, (tables[1][thread], tables[2][thread], tables[3][thread]))[0]
+
+
+@kernel
+def _nearest_closed(scene, body_rows, like, _tables, _thread):
+    return nearest_unindexed(scene, body_rows, like, None)[0]

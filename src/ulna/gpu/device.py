@@ -4,15 +4,15 @@ The extra ``cuda12`` or ``cuda13``, a GPU and its driver are needed only where s
 ``NUMBA_ENABLE_CUDASIM=1`` and ``NUMBA_DISABLE_JIT=1`` threads are simulated in plain Python, for tests.
 """
 
-from collections.abc import Callable, Sequence
-from functools import cache
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache, cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import DeviceError, InputError, MissingExtraError
-from ulna.gpu.device_array import cuda, in_c_order, is_on_device, refuse_numpy_without_compiler, with_dlpack
+from ulna.gpu.device_array import c_strides, cuda, empty, in_c_order, is_on_device, refuse_numpy_without_compiler, with_dlpack
 
 THREADS = 128  # of a block
 PIECE = 1 << 17  # problems that are copied and computed together where arrays are on the host
@@ -29,7 +29,7 @@ def require_device() -> None:
         raise DeviceError("no NVIDIA GPU was found, or its driver is not installed")
 
 
-def on_device(array: NDArray) -> Any:
+def on_device(array: Any) -> Any:
     """A copy of an array on the device, with the strides of its shape.
 
     ``np.ascontiguousarray`` keeps an axis of length 1 whose stride is 0 (``x[None]``), which Numba takes for no C order.
@@ -43,9 +43,51 @@ def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.
     if own.dtype != dtype or tail != shape:
         expected = f"{np.dtype(dtype)} of shape (..., {_listed(shape)}) is expected"
         raise InputError(name, f"{own.dtype} of shape {tuple(own.shape)} on the device; {expected}")
+    if len(own.shape) == len(shape) + 1 and own.strides == c_strides(own):
+        return own
     if not own.is_c_contiguous():
         raise InputError(name, "an array on the device has to be C-contiguous")
     return in_c_order(own.reshape(int(np.prod(own.shape[: len(own.shape) - len(shape)], dtype=np.int64)), *shape))
+
+
+class Tables:
+    """Arrays on the device and numbers that are launched together again and again, as a tuple whose type is found once."""
+
+    def __init__(self, parts: Iterable[Any]) -> None:
+        self._parts = tuple(parts)
+
+    def __getitem__(self, k: int) -> Any:
+        return self._parts[k]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    @cached_property
+    def _numba_type_(self) -> Any:  # which Numba asks for
+        from numba.core import types  # noqa: PLC0415
+        from numba.cuda.typing.typeof import Purpose, typeof  # noqa: PLC0415 # pyright: ignore[reportMissingImports]
+
+        return types.Tuple([typeof(part, Purpose.argument) for part in self._parts])
+
+
+class Launch(NamedTuple):
+    """How a driver runs.
+
+    Attributes:
+        each: How many threads a row has.
+        at_most: So many threads do all: each has scratch of its own among the tables.
+        stream: On which, where the batch is on the device; 0: the default stream.
+    """
+
+    each: int = 1
+    at_most: int = 1 << 40
+    stream: Any = 0
+
+
+LAUNCH = Launch()
 
 
 @cache
@@ -54,39 +96,33 @@ def compiled(driver: Callable) -> Any:
     return cuda.jit(driver)
 
 
-def run(
-    driver: Any,
-    constants: Sequence[Any],
-    batch: Rows,
-    results: Sequence[Any],
-    flag: Any,
-    *,
-    shares_scratch: bool = False,
-    threads_each: int = 1,
-) -> None:
-    """Run a driver, a problem a thread: ``driver(*constants, batch, *results, flag)``.
+def run(driver: Any, tables: Iterable[Any], batch: Rows, results: Sequence[Any], marks: Any, launch: Launch = LAUNCH) -> None:
+    """Run a driver of ``staged.over_rows``: ``driver(tables, batch, results[0], (*marks, *results[1:]))``.
 
     Args:
-        driver: Of ``compiled``.
-        constants: What all problems share, on the device, and numbers.
-        batch: Shape (n, ...). Where it is NumPy's, it is copied piece by piece, while other pieces are computed.
-        results: Arrays with n rows each, where the batch is.
-        flag: An int32 on the device, shape (1,), which problems set.
-        shares_scratch: Whether scratch is among the constants: then one piece is computed at a time.
-        threads_each: How many threads a problem has, beside each other.
+        driver: The plain function; it is compiled when it first runs.
+        tables: What all problems share, on the device, and numbers.
+        batch: Shape (n, m). Where it is NumPy's, it is copied piece by piece, while other pieces are computed.
+        results: Arrays with a row for each problem, where the batch is.
+        marks: A flag, an int32 on the device, shape (1,), which problems set.
+        launch: How.
     """
     if not len(batch):
         return
+    runs, threads = compiled(driver), driver.threads
+    at_most = max(1, launch.at_most // threads)
     if is_on_device(batch):
-        driver[blocks(threads_each * len(batch)), THREADS](*constants, batch, *results, flag)
+        grid = min(at_most, -(-launch.each * len(batch) // threads)), threads, launch.stream
+        runs[grid](tables, batch, results[0], marks if len(results) == 1 else (*marks, *results[1:]))
         return
     n = len(batch)
-    places = [_Place((batch, *results)) for _ in range(1 if shares_scratch or n <= PIECE else 2)]
+    places = [_Place((batch, *results)) for _ in range(1 if launch.at_most < LAUNCH.at_most or n <= PIECE else 2)]
     for k, start in enumerate(range(0, n, PIECE)):
         place, part = places[k % len(places)], slice(start, min(start + PIECE, n))
         place.finish()
         there, *own = place.fill(part)
-        driver[blocks(threads_each * len(there)), THREADS, place.stream](*constants, there, *own, flag)
+        grid = min(at_most, -(-launch.each * len(there) // threads))
+        runs[grid, threads, place.stream](tables, there, own[0], (*marks, *own[1:]))
         place.fetch()
     for place in places:
         place.finish()
@@ -100,11 +136,17 @@ class _Place:
     """
 
     def __init__(self, arrays: Sequence[NDArray[Any]]) -> None:
-        self._arrays, self._part = arrays, slice(0, 0)
-        self.stream, rows = cuda.stream(), min(len(arrays[0]), PIECE)
-        shapes = [((rows, *each.shape[1:]), each.dtype) for each in arrays]
+        self._arrays, self._part, n = arrays, slice(0, 0), len(arrays[0])
+        self._each = [len(array) // n for array in arrays]  # rows of a problem
+        self.stream, rows = cuda.stream(), min(n, PIECE)
+        shapes = [((k * rows, *array.shape[1:]), array.dtype) for k, array in zip(self._each, arrays, strict=True)]
         self._there = [cuda.device_array(*shape) for shape in shapes]
-        self._staged = [cuda.pinned_array(*shape) for shape in shapes] if len(arrays[0]) > PIECE else None
+        self._staged = [cuda.pinned_array(*shape) for shape in shapes] if n > PIECE else None
+
+    def _part_of(self, k: int) -> tuple[int, slice]:
+        """How many rows of array k the part has, and which."""
+        each = self._each[k]
+        return each * (self._part.stop - self._part.start), slice(each * self._part.start, each * self._part.stop)
 
     def fill(self, part: slice) -> list[Any]:
         """Begin to copy a part of the batch to the device; the places there of it and of its results."""
@@ -112,23 +154,23 @@ class _Place:
         if self._staged is not None:
             np.copyto(self._staged[0][:n], source)
             source = self._staged[0][:n]
-        there = [each[:n] for each in self._there]
+        there = [array[: self._part_of(k)[0]] for k, array in enumerate(self._there)]
         there[0].copy_to_device(source, stream=self.stream)
         return there
 
     def fetch(self) -> None:
         """Begin to copy the results back."""
-        n = self._part.stop - self._part.start
         for k in range(1, len(self._arrays)):
-            target = self._arrays[k][self._part] if self._staged is None else self._staged[k][:n]
+            n, part = self._part_of(k)
+            target = self._arrays[k][part] if self._staged is None else self._staged[k][:n]
             self._there[k][:n].copy_to_host(target, stream=self.stream)
 
     def finish(self) -> None:
         """Wait for the last part, and write its results to their arrays."""
         self.stream.synchronize()
-        n = self._part.stop - self._part.start
-        for result, staged in zip(self._arrays[1:], (self._staged or ())[1:], strict=False):
-            result[self._part] = staged[:n]
+        for k in range(1, len(self._arrays) if self._staged else 0):
+            n, part = self._part_of(k)
+            self._arrays[k][part] = self._staged[k][:n]  # pyright: ignore[reportOptionalSubscript]
         self._part = slice(0, 0)
 
 
@@ -137,11 +179,19 @@ def blocks(n: int) -> int:
     return -(-n // THREADS)
 
 
-def results_for(batch: Rows, shape: tuple[int, ...], dtype: Any = np.float64) -> Any:
+def results_for(batch: Rows, shape: tuple[int, ...], dtype: Any = np.float64, stream: Any = 0) -> Any:
     """An uninitialised array of a shape where a batch is: on the device, or NumPy's."""
-    if not is_on_device(batch):
-        return np.empty(shape, dtype)
-    return with_dlpack(cuda.device_array(shape, dtype))
+    return empty(shape, dtype, stream) if is_on_device(batch) else np.empty(shape, dtype)
+
+
+def on_host(array: Any, stream: Any = 0) -> NDArray[Any]:
+    """A copy of an array on the device, after what is on the stream; NumPy's as it is."""
+    if not is_on_device(array):
+        return array
+    out = array.copy_to_host(stream=stream)
+    if stream:
+        stream.synchronize()
+    return out
 
 
 def free_memory() -> float:

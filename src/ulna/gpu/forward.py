@@ -1,47 +1,59 @@
 """Runs forward kinematics and the Jacobian on a GPU."""
 
 from functools import cache
+from typing import Any
 
-import numpy as np
-
-from ulna.gpu.device import cuda
+from ulna.engine.decorators import kernel
+from ulna.gpu.staged import MATRIX, over_rows
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.poses import chain_pose, frame_pose, tree_poses
 from ulna.kernels.spatial.elementary import all_in_range
-from ulna.kinematics.entries.batch import write_matrix
-
-
-def poses(chain, q, out, out_of_range):
-    """Write T_base_end for q of shape (n, n_dof) to out, shape (n, 4, 4); set the flag if an entry of q is out of range."""
-    i = cuda.grid(1)
-    if i < q.shape[0]:
-        if not all_in_range(q[i]):
-            out_of_range[0] = 1
-        write_matrix(chain_pose(chain, q[i]), out[i])
-
-
-def jacobians(chain, expressed_in, q, out, out_of_range):
-    """Write J to out, shape (n, 6 n_dof), row after row."""
-    i = cuda.grid(1)
-    if i < q.shape[0]:
-        if not all_in_range(q[i]):
-            out_of_range[0] = 1
-        chain_jacobian(chain, q[i], expressed_in, out[i], 1, q.shape[1])
 
 
 @cache
-def frames_of(n_joints: int):
-    """The driver for robots with so many joints: the poses of all frames, out of shape (n, n_frames, 4, 4)."""
-    size = 12 * n_joints
+def poses_of(n_dof: int) -> Any:
+    """The driver for robots with so many joint positions: T_base_end, rows of 16, by (chain,)."""
+    return over_rows(_pose, n_dof, MATRIX)
 
-    def frames(joints, table, q, out, out_of_range):
-        i = cuda.grid(1)
-        if i < q.shape[0]:
-            if not all_in_range(q[i]):
-                out_of_range[0] = 1
-            joint_rows = cuda.local.array(size, np.float64)
-            tree_poses(joints, q[i], joint_rows)
-            for k in range(table.shape[0]):
-                write_matrix(frame_pose(table, k, joint_rows, q[i, 0]), out[i, k])
 
-    return frames
+@cache
+def jacobians_of(n_dof: int) -> Any:
+    """The driver for robots with so many joint positions: J, rows of 6 n_dof, by (chain, expressed_in)."""
+    return over_rows(_jacobian, n_dof, 6 * n_dof)
+
+
+@cache
+def frames_of(n_dof: int, n_joints: int, n_frames: int) -> Any:
+    """The driver for robots of these sizes: the poses of all frames, rows of 16 n_frames, by (joints, frames)."""
+    return over_rows(_frame, n_dof, MATRIX, pieces=n_frames, scratch=12 * n_joints)
+
+
+@kernel
+def _pose(tables, q, _place, _scratch, out, _marks):
+    """Write T_base_end for q; whether an entry of q is out of range."""
+    _write(chain_pose(tables[0], q), out)
+    return not all_in_range(q)
+
+
+@kernel
+def _jacobian(tables, q, _place, _scratch, out, _marks):
+    """Write J, row after row; whether an entry of q is out of range."""
+    chain_jacobian(tables[0], q, tables[1], out, 1, q.shape[0])
+    return not all_in_range(q)
+
+
+@kernel
+def _frame(tables, q, place, joint_rows, out, _marks):
+    """Write the pose of one frame, for the first of them those of all joints to the scratch; whether q is out of range."""
+    if place[1] == 0:
+        tree_poses(tables[0], q, joint_rows)
+    _write(frame_pose(tables[1], place[1], joint_rows, q[0]), out)
+    return not all_in_range(q)
+
+
+@kernel
+def _write(pose, out):
+    """Write a pose as a homogeneous matrix, row after row."""
+    for k in range(12):
+        out[k] = pose[k]
+    out[12], out[13], out[14], out[15] = 0.0, 0.0, 0.0, 1.0

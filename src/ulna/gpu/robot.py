@@ -2,30 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from contextlib import AbstractContextManager
 from math import prod
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.collision.checker import LEAST_RESOLUTION, RESOLUTION
+from ulna.collision.report import EdgeReport
 from ulna.collision.world import World
-from ulna.description.arrays import as_count, as_floats, as_switch
+from ulna.description.arrays import as_count, as_floats, as_number, as_switch
 from ulna.errors import InputError
 from ulna.gpu import device
 from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, overlaps_of
-from ulna.gpu.device_array import as_own
-from ulna.gpu.forward import frames_of, jacobians, poses
+from ulna.gpu.device_array import as_own, as_shaped
+from ulna.gpu.edges import EdgeTables, edge_tables, edges_of, near_for
+from ulna.gpu.forward import frames_of, jacobians_of, poses_of
+from ulna.gpu.queue import Queue
 from ulna.gpu.rows import as_float64
-from ulna.gpu.search import DeviceResult, DeviceSearch, OnHost
+from ulna.gpu.search import DeviceResult, DeviceSearch, OnHost, Tables, Unsolved, refuse_targets, tables_of
 from ulna.gpu.single import in_single
-from ulna.gpu.solutions import DeviceSolutions, all_solutions
-from ulna.ik.options import Options
+from ulna.gpu.solutions import Asked, DeviceSolutions, all_solutions
+from ulna.ik.options import Options, Request
 from ulna.ik.problem import Query, refuse_immovable
-from ulna.ik.result import IKResult
+from ulna.ik.reason import Explanation
 from ulna.ik.solutions import IKSolutions
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.jacobian import as_frame
-from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range
+from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range, rows_of_both
 
 Array = NDArray[np.float64]
 
@@ -35,7 +41,8 @@ class GpuRobot:
 
     Each method takes NumPy arrays and returns NumPy arrays. Or it takes arrays on the device (of CuPy, PyTorch, JAX or Numba:
     what has ``__cuda_array_interface__`` or DLPack's ``__dlpack__``), float64 and C-contiguous, and returns Numba's arrays on
-    the device, which have both, so that the others take them without a copy. A chain of calls need not leave the device.
+    the device, which have both, so that the others take them without a copy. A chain of calls need not leave the device. ``out``
+    is where to write results, for the methods that have it: an array of their shape and kind, where q is.
 
     Results differ from those of the CPU by rounding.
 
@@ -53,30 +60,33 @@ class GpuRobot:
         refuse_immovable(robot.tree)
         device.require_device()
         self.robot, self.float32, self._tables = robot, as_switch("float32", float32), {}
+        self._searches: dict[Any, Tables] = {}
+        self._edges: tuple[Any, EdgeTables] | None = None
         self._scenes = DeviceScenes(robot._checker)  # noqa: SLF001 - a part of it
+        self._queue = Queue()
         self._number: Any = np.float32 if self.float32 else np.float64
 
-    def forward_kinematics(self, q: Any, *, link: str | None = None) -> Any:
+    def forward_kinematics(self, q: Any, *, link: str | None = None, out: Any = None) -> Any:
         """T_base_link, shape (..., 4, 4), for joint positions q [rad or m], shape (..., n_dof).
 
         Raises:
             InputError: q has another shape or an entry out of range, or the robot has several tips and no link is named.
             UnknownNameError: There is no such link.
         """
-        chain = self._table("chain", self._link(link), self.robot.tree.chain)
-        return self._over_q(poses, (chain,), q, (4, 4))
+        return self._over_q(poses_of(self.robot.tree.n_dof), self._chain(link), q, (4, 4), out=out)
 
-    def link_poses(self, q: Any) -> Any:
+    def link_poses(self, q: Any, *, out: Any = None) -> Any:
         """T_base_link of all links in the order of ``link_names``, shape (..., n_links, 4, 4), for q of shape (..., n_dof).
 
         Raises:
             InputError: q has another shape or an entry out of range.
         """
         tree = self.robot.tree
-        tables = self._table("joints", None, lambda _: tree.joints), self._table("frames", None, lambda _: tree.link_frames)
-        return self._over_q(frames_of(len(tree.joints)), tables, q, (len(tree.link_frames), 4, 4))
+        tables = self._kept("frames", lambda: (self._there(tree.joints), self._there(tree.link_frames)))
+        n_frames = len(tree.link_frames)
+        return self._over_q(frames_of(tree.n_dof, len(tree.joints), n_frames), tables, q, (n_frames, 4, 4), out=out)
 
-    def jacobian(self, q: Any, *, link: str | None = None, expressed_in: str = "base") -> Any:
+    def jacobian(self, q: Any, *, link: str | None = None, expressed_in: str = "base", out: Any = None) -> Any:
         """The geometric Jacobian, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``.
 
         Raises:
@@ -84,31 +94,86 @@ class GpuRobot:
                 tips and no link is named.
             UnknownNameError: There is no such link.
         """
-        chain = self._table("chain", self._link(link), self.robot.tree.chain)
-        n_dof = self.robot.tree.n_dof
-        return self._over_q(jacobians, (chain, as_frame(expressed_in)), q, (6, n_dof), row_shape=(6 * n_dof,))
+        n_dof, frame = self.robot.tree.n_dof, as_frame(expressed_in)
+        tables = self._kept((self._link(link), frame), lambda: (self._chain(link)[0], frame))
+        return self._over_q(jacobians_of(n_dof), tables, q, (6, n_dof), out=out)
 
-    def in_collision(self, q: Any, world: World | None = None, *, self_collision: bool = True) -> Any:
+    def in_collision(self, q: Any, world: World | None = None, *, self_collision: bool = True, out: Any = None) -> Any:
         """Whether the robot touches itself or the world, bools of shape (...,); see ``Robot.in_collision``.
 
         Raises:
             InputError: q has another shape or an entry out of range, or there is nothing to check.
             GeometryError: The robot has no collision shapes, or one of a kind that cannot be checked.
         """
-        return self._any_touch(q, world, self_collision, self._number)
+        return self._any_touch(q, world, self_collision, self._number, out)
 
-    def signed_distance(self, q: Any, world: World | None = None, *, self_collision: bool = True) -> Any:
+    def signed_distance(self, q: Any, world: World | None = None, *, self_collision: bool = True, out: Any = None) -> Any:
         """The least signed distance [m], shape (...,); see ``Robot.signed_distance``.
 
         Raises:
             InputError: As ``in_collision``.
             GeometryError: As ``in_collision``.
         """
-        q = as_own("q", q)
-        n = prod(q.shape[:-1]) if device.is_on_device(q) else np.size(q) // self.robot.tree.n_dof
+        n = prod(np.shape(q)[:-1])
         scene = self._scenes.of(world, self_collision, np.float64)
-        constants = scene.scene, *distance_scratch(scene, n)
-        return self._over_q(distances_of(*scene.sizes), constants, q, (), np.float64, shares_scratch=True)
+        scratch, at_most = distance_scratch(scene, n)
+        return self._over_q(
+            distances_of(*scene.sizes), (*scene.tables, *scratch), q, (), number=np.float64, at_most=at_most, out=out
+        )
+
+    def edge_in_collision(
+        self,
+        q_a: Any,
+        q_b: Any,
+        world: World | None = None,
+        *,
+        self_collision: bool = True,
+        resolution: float = RESOLUTION,
+    ) -> EdgeReport:
+        """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each; see ``Robot.edge_in_collision``.
+
+        Returns:
+            An ``EdgeReport``. Its arrays are on the device where q_a and q_b are; of one edge it has Python's own numbers.
+
+        Raises:
+            InputError: As ``Robot.edge_in_collision``; or q_a and q_b are not at one place.
+            GeometryError: As ``in_collision``.
+        """
+        queue, tree = self._queue, self.robot.tree
+        resolution = as_number("resolution", resolution, LEAST_RESOLUTION, f"a length of at least {LEAST_RESOLUTION:g} m")
+        a, b = as_own("q_a", q_a, queue.stream), as_own("q_b", q_b, queue.stream)
+        stays = device.is_on_device(a)
+        if stays != device.is_on_device(b) or (stays and tuple(a.shape) != tuple(b.shape)):
+            raise InputError("q_b", "q_a and q_b have to be at one place, on the host or on the device, there of one shape")
+        if stays:
+            batch, *rows = tuple(a.shape[:-1]), self._wide_rows("q_a", a, tree.q_shape), self._wide_rows("q_b", b, tree.q_shape)
+        else:
+            starts, ends = as_positions(a, tree, "q_a"), as_positions(b, tree, "q_b")
+            one = starts.ndim == ends.ndim == 1
+            batch, *each = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
+            rows = [device.on_device(part) for part in each]
+        scene, n = self._scenes.of(world, self_collision, np.float64), len(rows[0])
+        if self._edges is None or self._edges[0] is not scene:
+            self._edges = scene, edge_tables(scene)
+        tables = self._edges[1]
+        near, marks = near_for(scene, n), queue.marks()
+        kinds = ((n, tree.n_dof), np.float64), ((n,), np.bool_), ((n,), np.float64)
+        q, hits, free = (device.empty(shape, kind, queue.stream) for shape, kind in kinds)
+        launch = device.Launch(at_most=len(near), stream=queue.stream)
+        given = *scene.tables, tuple(tables), near, resolution, rows[1]
+
+        def refuse() -> None:
+            refuse_out_of_range(device.on_host(rows[0]), "q_a")
+            refuse_out_of_range(device.on_host(rows[1]), "q_b")
+
+        device.run(edges_of(*scene.sizes, len(tables.first) - 1), given, rows[0], (q, hits, free), marks, launch)
+        queue.launched(refuse, is_done=not stays)
+        found = hits, free, q
+        if not stays or not batch:
+            found = [device.on_host(part, queue.stream) for part in found]
+        if not batch:
+            return EdgeReport(bool(found[0][0]), float(found[1][0]), found[2][0])
+        return EdgeReport(*(part.reshape(*batch, *part.shape[1:]) for part in found))
 
     def inverse_kinematics(
         self,
@@ -121,11 +186,12 @@ class GpuRobot:
         task: Task | str = "pose",
         position_tolerance: float = 1e-5,
         rotation_tolerance: float = 1e-5,
-    ) -> IKResult:
+        max_iterations: int | None = None,
+    ) -> DeviceResult:
         """Joint positions that bring a link to poses; see ``Robot.inverse_kinematics``.
 
-        Each thread searches for a target from the seed and from random starts. Targets that are not solved so are left to the
-        CPU, which finds a solution, or the reason. The search is in float64.
+        Targets are searched from the seed and from as many random starts as on the CPU. Which are solved is known at the end of
+        the call; why the others failed is found by the CPU, when it is first asked for. The search is in float64.
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
@@ -136,6 +202,7 @@ class GpuRobot:
             task: How much of a pose must be reached.
             position_tolerance: Largest distance that counts as reached [m].
             rotation_tolerance: Largest angle that counts as reached [rad].
+            max_iterations: The most steps for a target, 20 a start; as many as on the CPU unless given.
 
         Returns:
             An ``IKResult``. Its ``q`` is on the device where T is; all else is NumPy's, and copied when it is first asked for.
@@ -146,29 +213,42 @@ class GpuRobot:
             GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
         """
         options = Options(
-            seed=seed, task=as_task(task), position_tolerance=position_tolerance, rotation_tolerance=rotation_tolerance
-        )
+            seed=seed, task=as_task(task), position_tolerance=position_tolerance, rotation_tolerance=rotation_tolerance,
+            max_iterations=max_iterations,
+        )  # fmt: skip
         query = self._query(link, options)
-        own = as_own("T", T)
+        own = as_own("T", T, self._queue.stream)
         stays = device.is_on_device(own)
         own = own if stays else as_floats("T", own)
         if own.shape[-2:] != (4, 4):
             raise InputError("T", f"shape {own.shape}, but shape (..., 4, 4) is expected")
         batch = tuple(own.shape[:-2])
         targets = self._wide_rows("T", own, (4, 4)) if stays else np.ascontiguousarray(own).reshape(-1, 4, 4)
-        if world is not None:
-            self._scenes.of(world, True, np.float64)
-        search = DeviceSearch(
-            self.robot._inverse_kinematics,  # noqa: SLF001 - a part of it
-            query,
-            self._seeds(q_seed, batch),
-            q_seed is not None,
-            world,
-            lambda q: _on_host(self._any_touch(q, world, True, np.float64)),
-        )
-        q, info, explanation = search.of(targets, batch)
-        result = DeviceResult if stays else IKResult
-        return result(q.reshape(*batch, query.tree.n_dof), info, batch, options.tolerances, explanation)
+        seeds = None if q_seed is None else self._seeds(q_seed, batch)
+        asked = Request(targets, seeds, world=world, link=query.link, options=query.options)
+        q, info, unsolved = self._searched(query, asked, batch)
+        if not stays:
+            q, info = (device.on_host(part, self._queue.stream) for part in (q, info))
+        return DeviceResult(q.reshape(*batch, query.tree.n_dof), info, batch, options.tolerances, unsolved)
+
+    def _searched(self, query: Query, asked: Request, batch: tuple[int, ...]) -> tuple[Any, Any, Unsolved | Explanation]:
+        """q (n, n_dof) and info (n,) on the device, and what is asked about the unsolved."""
+        queue, on_host = self._queue, self.robot._inverse_kinematics  # noqa: SLF001 - a part of it
+        targets: Any = asked.T
+        touches, unsolved = None if asked.world is None else self._touching(asked.world), Unsolved(on_host, asked, query)
+        if query.unit != 1.0:  # arms of an unusual size are searched in a unit of their own, by the CPU
+            known = unsolved.by_cpu(np.arange(len(targets)), bool(batch))
+            return device.on_device(known.q.reshape(len(known.info), -1)), device.on_device(known.info), known.explanation
+        key = query.link, query.options
+        if key not in self._searches:
+            self._searches[key] = tables_of(query)
+        tables = self._searches[key]
+        if asked.q_seed is not None:
+            tables = tables._replace(seeds=device.on_device(np.asarray(asked.q_seed)))
+        there = targets if device.is_on_device(targets) else device.on_device(targets)
+        q, info = DeviceSearch(query, tables, queue, touches).of(there, queue.marks()[0])
+        queue.launched(lambda: refuse_targets(targets, batch), is_done=True)
+        return q, info, unsolved
 
     def all_solutions(
         self,
@@ -194,48 +274,76 @@ class GpuRobot:
             UnknownNameError: There is no such link or joint.
         """
         query = self._query(link, Options(task=as_task(task)))
-        targets, n = as_own("T", T), as_count("n_samples", n_samples, 1)
-        return all_solutions(query, targets, self._wide_rows, redundancy, n, whole_turns=whole_turns)
+        asked = Asked(redundancy, as_count("n_samples", n_samples, 1), whole_turns)
+        return all_solutions(query, as_own("T", T, self._queue.stream), self._wide_rows, asked, self._queue)
+
+    def checked(self, stream: Any = None) -> AbstractContextManager[None]:
+        """A block in which no call waits for the device; what could not be taken is raised at its end.
+
+        Calls put their work on a stream, one after the other, and return arrays on the device that it will write. Outside such a
+        block a call looks at once whether an entry of its q was out of range, so it waits for its own end. A call with NumPy's
+        arrays waits in either case, and so does ``inverse_kinematics`` with a world.
+
+        Args:
+            stream: That of the calls: Numba's, PyTorch's, CuPy's, or its number; Numba's default stream unless given.
+
+        Raises:
+            InputError: At the end: the error of the first call whose argument could not be taken.
+
+        Example:
+            >>> with on_gpu.checked(torch.cuda.current_stream()):  # doctest: +SKIP
+            ...     T = on_gpu.forward_kinematics(q)
+            ...     hits = on_gpu.in_collision(q, world)
+        """
+        return self._queue.checked(stream)
 
     # ---- parts ---------------------------------------------------------------------------------------------------------
 
     def _over_q(
         self,
         driver: Any,
-        constants: tuple,
+        tables: Iterable[Any],
         q: Any,
         shape: tuple[int, ...],
-        number: Any = None,
         *,
+        number: Any = None,
         dtype: Any = None,
-        row_shape: tuple[int, ...] | None = None,
-        shares_scratch: bool = False,
+        at_most: int = device.LAUNCH.at_most,
+        out: Any = None,
     ) -> Any:
-        """The results of a driver for q, shape (..., *shape), where q is; ``row_shape``: as the driver takes them.
+        """The results of a driver for q, shape (..., *shape), where q is.
 
-        number: Over which the driver is to compute; ``dtype``: of its results, that number unless given.
+        number: Over which the driver is to compute; ``dtype``: of its results, that number unless given; ``at_most``: of
+        ``device.Launch``; ``out``: where to write the results, if the caller gives it.
         """
-        q, number = as_own("q", q), number or self._number
-        rows = self._rows(q, number)
-        batch = tuple(np.shape(q)[:-1]) if not device.is_on_device(q) else tuple(q.shape[:-1])
-        flag = device.on_device(np.zeros(1, dtype=np.int32))
-        out = device.results_for(rows, (len(rows), *(shape if row_shape is None else row_shape)), dtype or number)
-        device.run(
-            device.compiled(in_single(driver) if number is np.float32 else driver),
-            constants,
-            rows,
-            (out,),
-            flag,
-            shares_scratch=shares_scratch,
-        )
-        if flag.copy_to_host()[0]:
-            refuse_out_of_range(rows.copy_to_host() if device.is_on_device(rows) else rows)
-        return out.reshape(*batch, *shape) if batch or shape else out[0]
+        queue, number = self._queue, number or self._number
+        q = as_own("q", q, queue.stream)
+        rows, batch = self._rows(q, number), tuple(np.shape(q)[:-1])
+        kind, width = np.dtype(dtype or number), prod(shape)
+        results = self._results(out, rows, (*batch, *shape), kind)
+        flat_results = as_shaped(results, (len(rows), width))
+        driver = in_single(driver) if number is np.float32 else driver
+        device.run(driver, tables, rows, (flat_results,), queue.marks(), device.Launch(at_most=at_most, stream=queue.stream))
+        queue.launched(lambda: refuse_out_of_range(device.on_host(rows)), is_done=not device.is_on_device(rows))
+        return results if batch or shape else flat_results[0, 0]
 
-    def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any) -> Any:
+    def _results(self, out: Any, rows: Any, shape: tuple[int, ...], kind: np.dtype) -> Any:
+        """Where results go: the caller's array, if it is one of the shape and kind where the rows are, or a new one."""
+        if out is None:
+            return device.results_for(rows, shape, kind, self._queue.stream)
+        own = as_own("out", out, self._queue.stream)
+        if device.is_on_device(own) != device.is_on_device(rows):
+            raise InputError("out", "is on the host or on the device, and q is not; both have to be at one place")
+        is_c = own.is_c_contiguous() if device.is_on_device(own) else isinstance(own, np.ndarray) and own.flags.c_contiguous
+        if not is_c or tuple(own.shape) != shape or own.dtype != kind:
+            what = f"{own.dtype} of shape {tuple(own.shape)}" if hasattr(own, "dtype") else repr(out)
+            raise InputError("out", f"{what}; {kind} of shape {shape}, C-contiguous, is expected")
+        return own
+
+    def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any, out: Any = None) -> Any:
         """Whether anything touches; boxes are checked over ``number``."""
         scene = self._scenes.of(world, self_collision, number)
-        return self._over_q(overlaps_of(*scene.sizes), (scene.scene,), as_own("q", q), (), scene.number, dtype=np.bool_)
+        return self._over_q(overlaps_of(*scene.sizes), scene.tables, q, (), number=scene.number, dtype=np.bool_, out=out)
 
     def _rows(self, q: Any, number: Any) -> Any:
         """Configurations (n, n_dof) where q is, as float32 or float64."""
@@ -250,7 +358,7 @@ class GpuRobot:
         """Rows of a shape on the device as float64: converted there if they are float32, which ``float32`` alone may be."""
         if not self.float32 or own.dtype != np.float32:
             return device.as_device_rows(name, own, shape)
-        return as_float64(device.as_device_rows(name, own, shape, np.float32))
+        return as_float64(device.as_device_rows(name, own, shape, np.float32), self._queue.stream)
 
     def _query(self, link: str | None, options: Options) -> Query:
         robot = self.robot
@@ -259,21 +367,38 @@ class GpuRobot:
     def _link(self, link: str | None) -> str:
         return self.robot.tree.link_or_tip(link)
 
-    def _table(self, kind: str, key: Any, make: Any) -> Any:
-        """A table on the device, copied there once."""
-        if (kind, key) not in self._tables:
-            self._tables[kind, key] = device.on_device(make(key).astype(self._number))
-        return self._tables[kind, key]
+    def _chain(self, link: str | None) -> device.Tables:
+        """The chain to a link."""
+        name = self._link(link)
+        return self._kept(name, lambda: (self._there(self.robot.tree.chain(name)),))
 
-    def _seeds(self, q_seed: ArrayLike | None, batch: tuple[int, ...]) -> Array:
-        robot = self.robot
-        seeds = np.array(robot.home if q_seed is None else as_positions(q_seed, robot.tree, "q_seed"))
+    def _there(self, table: Array) -> Any:
+        return device.on_device(table.astype(self._number))
+
+    def _kept(self, key: Any, make: Any) -> device.Tables:
+        """Tables on the device, copied there once."""
+        if key not in self._tables:
+            self._tables[key] = device.Tables(make())
+        return self._tables[key]
+
+    def _seeds(self, q_seed: ArrayLike, batch: tuple[int, ...]) -> Array:
+        """Seeds for each target, or one for all, shape (n or 1, n_dof)."""
+        seeds = np.array(as_positions(q_seed, self.robot.tree, "q_seed"))
+        refuse_out_of_range(seeds, "q_seed")
         if seeds.ndim == 1:
             return seeds[None]
         if seeds.shape[:-1] != batch:
             raise InputError("q_seed", f"shape {seeds.shape} does not go with T of shape {(*batch, 4, 4)}")
         return flat(seeds)
 
+    def _touching(self, world: World) -> Any:
+        """What says whether configurations (k, n_dof) on the device touch a world, bools of shape (k, 1) there."""
+        scene, queue = self._scenes.of(world, True, np.float64), self._queue
 
-def _on_host(hits: Any) -> NDArray[np.bool_]:
-    return hits.copy_to_host() if device.is_on_device(hits) else hits
+        def touching(q: Any) -> Any:
+            hits = device.empty((len(q), 1), np.bool_, queue.stream)
+            launch = device.Launch(stream=queue.stream)
+            device.run(overlaps_of(*scene.sizes), scene.tables, q, (hits,), queue.spare, launch)
+            return hits
+
+        return touching

@@ -1,31 +1,35 @@
-"""Solves inverse kinematics for many targets on a GPU, and leaves the rest to the CPU.
+"""Solves inverse kinematics for many targets on a GPU, from as many starts as the CPU, and says later why the rest failed.
 
-1. Each thread searches for a target by Levenberg-Marquardt, from the seed and from random starts.
-2. With a world: solutions that collide are searched again from further random starts, a few times.
-3. Targets without a solution are left to the CPU, which finds one, or the reason why there is none.
+1. Each thread searches for a target by Levenberg-Marquardt, from the seed and from a few random starts, until one is solved. With
+   a world a solution that collides is none, and targets that are left are searched on, from their next starts.
+2. Targets that are still left are searched from more and more starts at once, a start a thread, until the budget is spent. What
+   is taken is the solution of the first start that has one.
+3. What collides in every solution is known then. Why another target was not reached is found by the CPU, when somebody asks.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.checker import Checker
-from ulna.collision.world import World
+from ulna.engine.decorators import kernel
 from ulna.gpu import device
 from ulna.gpu.device import cuda
-from ulna.gpu.rows import Order, put_records, put_rows, rows_of
+from ulna.gpu.queue import Queue
+from ulna.gpu.staged import MATRIX, over_rows
 from ulna.ik.entries.lane_state import reset_state, write_bounds, write_result, write_start, write_target
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Request
-from ulna.ik.problem import Query, of_task
+from ulna.ik.problem import STEPS, Query, refuse_no_pose
 from ulna.ik.reason import NOTHING_TO_EXPLAIN, Explanation
-from ulna.ik.result import IKResult
+from ulna.ik.result import CODES, IKResult, Status
+from ulna.ik.search.ranking import CollisionFilter
 from ulna.ik.search.starts import unit_samples
 from ulna.kernels.ik.levenberg_marquardt import ENDED, HAS_SOLVED, N_STATE, P2, R2, RUNNING, advance
 from ulna.kernels.ik.search_layout import N_SYSTEM, NOT_A_POSE, NOT_FOUND, SOLVED
@@ -36,10 +40,12 @@ from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-_NONE = np.zeros(0, dtype=np.int64)
-_STARTS = 64  # of a target in a round; those that need more are left to the CPU
-_ROUNDS = 8  # for solutions that collide; then they are left to the CPU
+_FEW = 16  # starts that are tried one after the other, by one thread
+_ROUNDS = 4  # in which targets whose solutions collide are searched on like that
+_AT_ONCE = 16, 64, 192, 448  # then starts are tried at once, up to each of these numbers
 _SEARCHES = 1 << 16  # threads that search
+_JOBS = 1 << 20  # starts whose results are kept at a time
+_COLLIDES = CODES[Status.IN_COLLISION]
 
 
 class OnHost(Protocol):
@@ -53,166 +59,254 @@ class OnHost(Protocol):
     _inverse_kinematics: InverseKinematics
 
 
+class Tables(NamedTuple):
+    """What all searches of a query share, on the device; see ``ik.entries.multi_start``."""
+
+    chain: Any
+    seeds: Any
+    box: Any
+    samples: Any
+    posture: Any
+    settings: Any
+
+
+def tables_of(query: Query) -> Tables:
+    """The tables of a query, for searches from ``home``."""
+    n_starts = max(1, query.options.budget // STEPS)
+    starts = unit_samples(query.tree, query.link, query.options.seed, 0, n_starts, from_seed=True)
+    parts = query.chain, query.home[None], query.limits[0], starts, query.home, query.settings
+    return Tables(*(device.on_device(part) for part in parts))
+
+
+class _Jobs(NamedTuple):
+    """Which targets are searched for, from which starts.
+
+    Attributes:
+        order: Their numbers, shape (m,); empty: all of them.
+        following: From which start on each target is searched for, shape (n,); empty: all from ``first`` on.
+        first: The number of the first start.
+        end: The number after that of the last one.
+        runs: Among how many threads the starts of a target are shared out.
+        n: How many jobs there are: m times runs.
+    """
+
+    order: Any
+    following: Any
+    first: int
+    end: int
+    runs: int
+    n: int
+
+
 @dataclass(frozen=True, eq=False)
 class DeviceSearch:
     """A search of several targets.
 
     Attributes:
-        on_host: What solves the rest.
         query: The link and the options.
-        seeds: Where to start, shape (n or 1, n_dof).
-        seeded: Whether the caller gave them.
-        world: What solutions must be clear of, if anything.
-        collides: Whether configurations (k, n_dof) collide with it, or with the robot itself: bools of the host.
+        tables: On the device.
+        queue: Of the launches.
+        collides: Whether configurations (k, n_dof) on the device collide, bools of shape (k, 1) there; None: nothing counts.
+    """
+
+    query: Query
+    tables: Tables
+    queue: Queue
+    collides: Callable[[Any], Any] | None
+
+    def of(self, targets: Any, flag: Any) -> tuple[Any, Any]:
+        """q (n, n_dof) and info (n,) for targets (n, 4, 4), all on the device. The flag is set if one is no pose."""
+        n, n_starts, stream = len(targets), self.tables.samples.shape[0], self.queue.stream
+        targets, none = self._of_task(targets), device.empty((0,), np.int64, stream)
+        q, info = self._empty(n)
+        following = device.empty((n,), np.int64, stream)
+        few = min(_FEW, n_starts)
+        runs = few if n * few <= _SEARCHES else 1
+        left = self._search(_Jobs(none, none, 0, few, runs, n * runs), targets, (q, info, following), flag)
+        for _ in range(_ROUNDS if runs == 1 and self.collides else 0):
+            left = self._search(_Jobs(left, following, 0, few, 1, len(left)), targets, (q, info, following), flag)
+        first = 0 if runs == 1 and self.collides else few
+        for end in (*_AT_ONCE, n_starts):
+            last = min(end, n_starts)
+            if last <= first:
+                continue
+            size = max(1, _JOBS // (last - first))
+            parts = [left[k : k + size] for k in range(0, len(left), size)]
+            ways = [_Jobs(part, none, first, last, last - first, len(part) * (last - first)) for part in parts]
+            rests = [self._search(jobs, targets, (q, info, following), flag) for jobs in ways]
+            left, first = _joined([rest for rest in rests if len(rest)], none, stream), last
+        return q, info
+
+    def _search(self, jobs: _Jobs, targets: Any, results: tuple[Any, Any, Any], flag: Any) -> Any:
+        """Search for some targets, and keep better results; the numbers of those that are left, on the device."""
+        n, stream = jobs.n // jobs.runs, self.queue.stream
+        if not n:
+            return device.empty((0,), np.int64, stream)
+        in_place = not len(jobs.order) and jobs.runs == 1
+        q, info = results[:2] if in_place else self._empty(jobs.n)
+        counts = device.on_device(np.zeros(2, dtype=np.int64))
+        grid = device.blocks(min(jobs.n, _SEARCHES)), device.THREADS, stream
+        device.compiled(searches_of(q.shape[1]))[grid](*self.tables, tuple(jobs), targets, q, info, (flag, counts))
+        hits = device.empty((0, 1), np.bool_, stream) if self.collides is None else self.collides(q)
+        left = device.empty((n,), np.int64, stream)
+        grid = device.blocks(n), device.THREADS, stream
+        device.compiled(choose)[grid](tuple(jobs), q, info, hits, *results, left, counts)
+        return left[: int(device.on_host(counts, stream)[1])]
+
+    def _empty(self, n: int) -> tuple[Any, Any]:
+        stream = self.queue.stream
+        return device.empty((n, self.query.tree.n_dof), np.float64, stream), device.empty((n,), SearchResult.structure, stream)
+
+    def _of_task(self, targets: Any) -> Any:
+        """Targets of the task's frame, from those of the link."""
+        if self.query.task_axes is None or not len(targets):
+            return targets
+        stream, spare = self.queue.stream, self.queue.spare
+        out, tables = device.empty((len(targets), MATRIX), np.float64, stream), (device.on_device(self.query.T_link_task),)
+        device.run(turned_of(), tables, targets, (out,), spare, device.Launch(stream=stream))
+        return out.reshape(len(targets), 4, 4)
+
+
+def _joined(parts: list[Any], none: Any, stream: Any) -> Any:
+    """Arrays on the device, one after the other."""
+    if len(parts) < 2:
+        return parts[0] if parts else none
+    out = device.empty((sum(map(len, parts)),), np.int64, stream)
+    first = 0
+    for part in parts:
+        out[first : first + len(part)].copy_to_device(part, stream=stream)
+        first += len(part)
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class Unsolved:
+    """What the CPU is asked about targets that were not solved.
+
+    Attributes:
+        on_host: The CPU's inverse kinematics.
+        request: What it is asked; its targets and seeds are all of them, on the host or on the device.
+        query: The same, prepared.
     """
 
     on_host: InverseKinematics
+    request: Request
     query: Query
-    seeds: Array
-    seeded: bool
-    world: World | None
-    collides: Callable[[Any], NDArray[np.bool_]]
 
-    def of(self, targets: Any, batch: tuple[int, ...]) -> tuple[Any, Any, Explanation]:
-        """q (n, n_dof), info (n,) and what is known of the unsolved, for targets (n, 4, 4), NumPy's or on the device.
+    def by_cpu(self, order: NDArray[np.int64], is_batch: bool) -> IKResult:
+        """The result of the CPU for some targets."""
+        targets, seeds = device.on_host(self.request.T)[order], self.request.q_seed
+        if seeds is not None:
+            seeds = np.asarray(seeds)
+            seeds = seeds[order] if len(seeds) > 1 else seeds[0]
+        return self.on_host.inverse_kinematics(self.request._replace(T=targets if is_batch else targets[0], q_seed=seeds))
 
-        Results are where the targets are.
-        """
-        q, info = self._round(targets, self.seeds, 0)
-        if not device.is_on_device(targets):
-            q, info = (array.copy_to_host() if device.is_on_device(array) else array for array in (q, info))
-        solved = _statuses(info) == SOLVED
-        colliding = _NONE if self.world is None else self._colliding(q, np.flatnonzero(solved))
-        if solved.all() and not len(colliding):
-            return q, info, NOTHING_TO_EXPLAIN
-        for k in range(1, _ROUNDS):
-            if len(colliding):
-                colliding = self._again(targets, colliding, k, q, info)
-        rest = np.sort(np.append(np.flatnonzero(~solved), colliding))
-        return q, info, self._by_cpu(targets, rest, batch, q, info)
-
-    def _colliding(self, q: Any, order: Order) -> Order:
-        """Those of some configurations that collide."""
-        some = q if len(order) == len(q) else rows_of(q, order)
-        return order[self.collides(some)] if len(order) else order
-
-    def _again(self, targets: Any, order: Order, k: int, q: Any, info: Any) -> Order:
-        """Search for some targets from the starts of round k; those that still have no solution that is clear."""
-        there = self._round(rows_of(targets, order), self._seeds_of(order), k)
-        more, its_info = (array.copy_to_host() if device.is_on_device(array) else array for array in there)
-        its_info["start"] += k * _STARTS
-        good = its_info["status"] == SOLVED
-        good[self._colliding(more, np.flatnonzero(good))] = False
-        put_rows(q, order[good], more[good])
-        put_records(info, order[good], its_info[good])
-        return order[~good]
-
-    def _seeds_of(self, order: Order) -> Array:
-        return self.seeds[order] if len(self.seeds) > 1 else self.seeds
-
-    def _round(self, targets: Any, seeds: Array, k: int) -> tuple[Any, Any]:
-        """q and info of a search for each target from the starts of round k, on the device."""
-        query, (n, n_dof) = self.query, (len(targets), self.query.tree.n_dof)
-        if query.unit != 1.0 or not n:  # of arms of an unusual size the search is in a unit of its own: all is left to the CPU
-            info = np.zeros(n, SearchResult.structure)
-            info["status"] = NOT_FOUND
-            q = np.zeros((n, n_dof))
-            return (device.on_device(q), device.on_device(info)) if device.is_on_device(targets) else (q, info)
-        first = max(0, k * _STARTS - 1)
-        starts = unit_samples(query.tree, query.link, query.options.seed, first, _STARTS, from_seed=not k)
-        shared = [query.chain, seeds, query.limits[0], starts, query.home, query.settings]
-        constants = [device.on_device(array) for array in shared]
-        if query.task_axes is not None:
-            targets = of_task(query, targets.copy_to_host() if device.is_on_device(targets) else targets)
-        there = targets if device.is_on_device(targets) else device.on_device(targets)
-        q, info = device.results_for(there, (n, n_dof)), device.results_for(there, (n,), SearchResult.structure)
-        following = device.on_device(np.zeros(1, dtype=np.int64))
-        driver = device.compiled(searches_of(n_dof))
-        driver[device.blocks(min(n, _SEARCHES)), device.THREADS](*constants, following, there, q, info, following)
-        return q, info
-
-    def _by_cpu(self, targets: Any, rest: Order, batch: tuple[int, ...], q: Any, info: Any) -> Explanation:
-        """Write the results of the CPU for some targets; what is known of them."""
+    def explained(self, info: Results, is_batch: bool) -> tuple[Results, Explanation]:
+        """The information with the statuses of the CPU, and what is behind them, but for the pairs that collide."""
+        rest = np.flatnonzero(~np.isin(info["status"], (SOLVED, _COLLIDES)))
         if not len(rest):
-            return NOTHING_TO_EXPLAIN
-        there, seeds = rows_of(targets, rest), self._seeds_of(rest)
-        targets, seed = there if batch else there[0], (seeds if len(seeds) > 1 else seeds[0]) if self.seeded else None
-        asked = Request(targets, seed, world=self.world, link=self.query.link, options=self.query.options)
-        found = self.on_host.inverse_kinematics(asked)
-        put_rows(q, rest, found.q.reshape(len(rest), -1))
-        put_records(info, rest, found.info)
-        return found.explanation.renumbered(rest)
+            return info, replace(NOTHING_TO_EXPLAIN, task_axes=self.query.task_axes)
+        found, info = self.by_cpu(rest, is_batch), info.copy()
+        status = found.info["status"]
+        info["status"][rest] = np.where(status == SOLVED, NOT_FOUND, status)  # what q holds is no solution
+        return info, found.explanation.renumbered(rest)
+
+    def collisions(self, info: Results, q: Array) -> dict[int, tuple[tuple[str, str], ...]]:
+        """The pairs that collide at the configurations (n, n_dof) of targets whose solutions all do."""
+        if self.request.world is None:
+            return {}
+        pairs = CollisionFilter(self.query.checker, self.request.world).pairs
+        return {int(i): pairs(q[i]) for i in np.flatnonzero(info["status"] == _COLLIDES)}
 
 
 class DeviceResult(IKResult):
-    """An ``IKResult`` whose q is on the device; all else is copied to the host when it is first asked for."""
+    """An ``IKResult`` of the GPU. What is on the device is copied to the host when it is first asked for.
+
+    Why a target was not reached is found by the CPU, when a status, a reason or what is behind it is first asked for, unless all
+    of its solutions collide. ``success`` and ``q`` never wait for that.
+    """
 
     def __init__(
-        self,
-        q: Any,
-        info: Any,
-        batch: tuple[int, ...],
-        tolerances: tuple[float, float],
-        explanation: Explanation = NOTHING_TO_EXPLAIN,
+        self, q: Any, info: Any, batch: tuple[int, ...], tolerances: tuple[float, float], unsolved: Unsolved | Explanation
     ) -> None:
-        known = {"q": q, "_there": info, "_batch": batch, "tolerances": tolerances, "explanation": explanation}
+        known = {"q": q, "_there": info, "_batch": batch, "tolerances": tolerances, "_unsolved": unsolved}
         for name, value in known.items():
             object.__setattr__(self, name, value)
 
     @cached_property
     def info(self) -> Results:  # pyright: ignore[reportIncompatibleVariableOverride] - it is as read-only
-        """The result for each target."""
-        return self.__dict__["_there"].copy_to_host()
+        """The result for each target; its status is SOLVED, that all solutions collide, or NOT_FOUND."""
+        return device.on_host(self.__dict__["_there"])
+
+    @cached_property
+    def _explained(self) -> tuple[Results, Explanation]:
+        unsolved = self.__dict__["_unsolved"]
+        return (self.info, unsolved) if isinstance(unsolved, Explanation) else unsolved.explained(self.info, bool(self._batch))
+
+    @cached_property
+    def explanation(self) -> Explanation:  # pyright: ignore[reportIncompatibleVariableOverride] - it is as read-only
+        """What is known about the targets that were not reached."""
+        (info, explanation), unsolved = self._explained, self.__dict__["_unsolved"]
+        if isinstance(unsolved, Explanation):
+            return explanation
+        q = device.on_host(self.q).reshape(len(info), -1)
+        return replace(explanation, collisions={**explanation.collisions, **unsolved.collisions(self.info, q)})
+
+    @property
+    def status(self) -> Status | NDArray[np.str_]:
+        """How the search ended; see ``IKResult``."""
+        return IKResult(self.q, self._explained[0], self._batch, self.tolerances).status
+
+    @property
+    def residual(self) -> Array:
+        """The pose error by component; see ``IKResult``."""
+        unsolved = self.__dict__["_unsolved"]
+        return self._residual(unsolved.task_axes if isinstance(unsolved, Explanation) else unsolved.query.task_axes)
 
     def __reduce__(self) -> Any:
-        q: Any = self.q
-        return IKResult, (q.copy_to_host(), self.info, self._batch, self.tolerances, self.explanation)
+        return IKResult, (device.on_host(self.q), self._explained[0], self._batch, self.tolerances, self.explanation)
 
 
-def _statuses(info: Any) -> NDArray[np.int64]:
-    """The statuses of results, on the host."""
-    if not device.is_on_device(info):
-        return info["status"]
-    out = cuda.device_array(len(info), np.int64)
-    device.compiled(_write_statuses)[device.blocks(len(info)), device.THREADS](info, out)
-    return out.copy_to_host()
+def refuse_targets(T: Any, batch: tuple[int, ...]) -> None:
+    """Raise the error of a target that is no pose."""
+    refuse_no_pose(device.on_host(T).reshape(*batch, 4, 4))
 
 
-def _write_statuses(info, out):
-    """Write the statuses of results (n,) to out (n,), one a thread."""
-    i = cuda.grid(1)
-    if i < out.shape[0]:
-        out[i] = info[i].status
+# ---- what runs on the device -----------------------------------------------------------------------------------
 
 
 @cache
 def searches_of(n_dof: int):
     """The driver for robots of so many joints.
 
-    A thread takes a target, searches from one start after the other until it is solved, and takes the next target. All threads of
-    a warp take a step at the same time, whatever targets they have. The result of a target does not depend on its thread.
+    A thread takes a job, searches from one of its starts after the other until it is solved, and takes the next job. All threads
+    of a warp take a step at the same time, whatever targets they have. The result of a job does not depend on its thread.
     """
     twice, of_jacobian = 2 * n_dof, 6 * n_dof
 
-    def searches(chain, seeds, box, samples, posture, settings, following, targets, q_out, info, _):
-        """The arguments are those of ``ik.entries.multi_start``; ``following``: the number of the next target, shape (1,)."""
+    def searches(chain, seeds, box, samples, posture, settings, jobs, targets, q_out, info, marks):
+        """The first are ``Tables``; jobs: ``_Jobs``; results are a row a job; marks: the flag, and the number of the next job."""
+        order, following, first, end, runs, n = jobs
+        flag, counts = marks
         q_rows, last_rows = cuda.local.array((1, n_dof), np.float64), cuda.local.array((1, n_dof), np.float64)
         target_rows, bound_rows = cuda.local.array((1, 12), np.float64), cuda.local.array((1, twice), np.float64)
         state_rows, jacobian = cuda.local.array((1, N_STATE), np.float64), cuda.local.array(of_jacobian, np.float64)
         system = cuda.local.array(N_SYSTEM, np.float64)
         rows = q_rows[0], last_rows[0], target_rows[0], bound_rows[0], state_rows[0]  # as the kernels take them
         q, last, target, bound, state = q_rows.T, last_rows.T, target_rows.T, bound_rows.T, state_rows.T  # as one lane of several
-        start, is_new, best = 0, True, np.inf
-        i = cuda.atomic.add(following, 0, 1)
-        while i < targets.shape[0]:
-            seed = seeds[min(i, seeds.shape[0] - 1)]
-            if start == 0 and is_new and not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seed)):
-                info[i].status = NOT_A_POSE
-                i = cuda.atomic.add(following, 0, 1)
-                continue
+        job, is_new, best = cuda.atomic.add(counts, 0, 1), True, np.inf
+        i, start, until = starts_of(order, following, first, end, runs, job, n)
+        while job < n:
             if is_new:
-                if start == 0:
-                    best, info[i].status = np.inf, NOT_FOUND
+                seed = seeds[min(i, seeds.shape[0] - 1)]
+                if best == np.inf:
+                    info[job].status, info[job].missed = NOT_FOUND, np.inf
+                if start == 0 and not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seed)):
+                    info[job].status, flag[0], start = NOT_A_POSE, 1, until
+                if start >= until:
+                    job, best = cuda.atomic.add(counts, 0, 1), np.inf
+                    i, start, until = starts_of(order, following, first, end, runs, job, n)
+                    continue
                 write_target(matrix_pose(targets[i]), target, 0)
                 write_bounds(box, bound, 0)
                 write_start(box, seed, samples, start, q, 0)
@@ -220,12 +314,78 @@ def searches_of(n_dof: int):
                 is_new = False
             advance(chain, posture, settings[0], rows, (jacobian, system))
             if state[ENDED, 0] != RUNNING:
-                missed, solved = state[P2, 0] + state[R2, 0], state[ENDED, 0] == HAS_SOLVED
+                missed, solved, is_new = state[P2, 0] + state[R2, 0], state[ENDED, 0] == HAS_SOLVED, True
                 if solved or missed < best:
-                    write_result(last, target, state, 0, start, i, q_out, info)
+                    write_result(last, target, state, 0, start, job, q_out, info)
                     best = missed
-                start, is_new = start + 1, True
-                if solved or start == samples.shape[0]:
-                    start, i = 0, cuda.atomic.add(following, 0, 1)
+                start += 1
+                if solved or start == until:
+                    job, best = cuda.atomic.add(counts, 0, 1), np.inf
+                    i, start, until = starts_of(order, following, first, end, runs, job, n)
 
     return searches
+
+
+@kernel
+def starts_of(order, following, first, end, runs, job, n):
+    """The target of a job, the first of its starts, and the one after the last."""
+    if job >= n:
+        return 0, 0, 0
+    i, span = order[job // runs] if order.shape[0] > 0 else job // runs, (end - first) // runs
+    start = first + (job % runs) * span
+    return i, following[i] if following.shape[0] > 0 else start, start + span
+
+
+def choose(jobs, q_of, info_of, hits, q, info, following, left, counts):
+    """Keep what is better of the jobs of a target, a target a thread, and append the target to those that are left unless solved.
+
+    q_of, info_of, hits: of each job, and whether its q collides; q, info: of each target; following: from which start on it is
+    searched on. Kept is the solution of the first job that has one; else the first that collides; else what comes nearest.
+    """
+    t = cuda.grid(1)
+    order, _, _, end, runs, n = jobs
+    if t < n // runs:
+        is_first = order.shape[0] == 0
+        i = t if is_first else order[t]
+        chosen, collides, is_clear = -1, False, False
+        for job in range(t * runs, (t + 1) * runs):
+            solved = info_of[job].status == SOLVED
+            hit = solved and hits.shape[0] > 0 and hits[job, 0]
+            if solved and not hit:
+                chosen, is_clear = job, True
+                break
+            if hit and not collides:
+                chosen, collides = job, True
+            elif not collides and (chosen < 0 or info_of[job].missed < info_of[chosen].missed):
+                chosen = job
+        before = NOT_FOUND if is_first else info[i].status
+        following[i] = info_of[chosen].start + 1 if collides else end
+        is_in_place = is_first and runs == 1  # there is one job of each target, and its results are the target's
+        if not is_in_place and (
+            is_clear
+            or is_first
+            or (before == NOT_FOUND and (collides or info_of[chosen].missed < info[i].missed))
+        ):  # fmt: skip
+            for j in range(q.shape[1]):
+                q[i, j] = q_of[chosen, j]
+            info[i] = info_of[chosen]
+        if collides and not is_clear and before == NOT_FOUND:
+            info[i].status = _COLLIDES
+        if not is_clear and info[i].status != NOT_A_POSE:
+            left[cuda.atomic.add(counts, 1, 1)] = i
+
+
+@cache
+def turned_of() -> Any:
+    """The driver of products of matrices (n, 4, 4) and the one of the tables, rows of 16."""
+    return over_rows(_times, None, MATRIX)
+
+
+@kernel
+def _times(tables, matrix, _place, _own, out, _marks):
+    """Write the product of a matrix and that of the tables, row after row."""
+    by = tables[0]
+    for r in range(4):
+        for c in range(4):
+            out[4 * r + c] = matrix[r, 0] * by[0, c] + matrix[r, 1] * by[1, c] + matrix[r, 2] * by[2, c] + matrix[r, 3] * by[3, c]
+    return False

@@ -41,6 +41,7 @@ def in_single(function: Callable) -> Any:
     cells = tuple(CellType(_value(plain, "", cell.cell_contents)) for cell in plain.__closure__ or ())
     twin = FunctionType(_code(plain.__code__), names, plain.__name__, plain.__defaults__, cells)
     twin.__module__ = f"{plain.__module__}.single"
+    twin.__dict__.update(plain.__dict__)
     return _as_compiled(twin, function)
 
 
@@ -67,6 +68,8 @@ def _number(value: Any) -> Any:
 
 def _value(function: Any, name: str, value: Any) -> Any:
     """What a name of a function's module is in its copy."""
+    if value is np.float64:
+        return np.float32
     if isinstance(value, float):
         home = next((home for home, known in THRESHOLDS if known == name and home in {function.__module__, _LAYOUT}), None)
         return _number(value if home is None else THRESHOLDS[home, name])

@@ -11,16 +11,17 @@ is one target. A thread that computed all of them would have more numbers at a t
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
-from typing import Any
+from functools import cache, cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.arrays import as_switch
 from ulna.description.pose import as_pose
-from ulna.gpu import device
-from ulna.gpu.device import cuda
+from ulna.engine.decorators import kernel
+from ulna.gpu import device, staged
+from ulna.gpu.queue import Queue
 from ulna.ik.all_solutions import AllSolutions
 from ulna.ik.closed_form.closed_form import N_AXES, ClosedForm, SixJoints, closed_form_of, joints_at
 from ulna.ik.closed_form.six_joints import proofs_of
@@ -77,20 +78,29 @@ class DeviceSolutions(IKSolutions):
         return str(self.copy_to_host())
 
 
-def all_solutions(query: Query, T: Any, rows: Any, redundancy: str | None, n_samples: int, *, whole_turns: bool) -> IKSolutions:
+class Asked(NamedTuple):
+    """What is asked for, as ``Robot.all_solutions`` takes it."""
+
+    redundancy: str | None
+    n_samples: int
+    whole_turns: bool
+
+
+def all_solutions(query: Query, T: Any, rows: Any, asked: Asked, queue: Queue) -> IKSolutions:
     """See ``Robot.all_solutions``; T is NumPy's, or Numba's on the device, and so are the results.
 
     rows: Makes rows of an array on the device, as ``device.as_device_rows``.
     """
-    every, whole_turns = AllSolutions(query, redundancy, _branches), as_switch("whole_turns", whole_turns)
+    redundancy, n_samples, whole_turns = asked.redundancy, asked.n_samples, as_switch("whole_turns", asked.whole_turns)
+    every = AllSolutions(query, redundancy, partial(_branches, queue))
     if not device.is_on_device(T):
         return every.all_solutions(T, n_samples, whole_turns=whole_turns)
     targets = rows("T", T, (4, 4))
     batch = tuple(T.shape[:-2])
     form = None if whole_turns or redundancy is not None else _of_all_joints(query)
     if form is not None:
-        return _staying(query, form, targets, batch)
-    found = every.all_solutions(targets.copy_to_host().reshape(*batch, 4, 4), n_samples, whole_turns=whole_turns)
+        return _staying(query, form, targets, batch, queue)
+    found = every.all_solutions(device.on_host(targets, queue.stream).reshape(*batch, 4, 4), n_samples, whole_turns=whole_turns)
     q, valid, real = (device.on_device(array) for array in (found.q, found.valid, found.real))
     return DeviceSolutions(q, valid, real, found.family, lambda: found.proof)
 
@@ -103,15 +113,16 @@ def _of_all_joints(query: Query) -> ClosedForm | None:
     return form if form.n_joints == N_AXES == query.tree.n_dof else None
 
 
-def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...]) -> DeviceSolutions:
+def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...], queue: Queue) -> DeviceSolutions:
     """The branches of targets (n, 4, 4) on the device, left there."""
     six = joints_at(form, query.home)
-    q, known, real, valid = _run(
-        six, targets, query.home[six.columns][None], six.plan(query.tree.lower, query.tree.upper), six.columns
-    )
+    seeds, plan = query.home[six.columns][None], six.plan(query.tree.lower, query.tree.upper)
+    q, known, real, valid = _run(queue, six, targets, seeds, plan, six.columns)
+
+    stream = queue.stream
 
     def proofs() -> Proof | NDArray[Any]:
-        bits = known.copy_to_host()
+        bits = device.on_host(known, stream)
         proof = _PROOFS[proofs_of(bits, (bits & IS_REAL) > 0)].reshape(batch)
         return proof if batch else Proof(str(proof))
 
@@ -119,56 +130,64 @@ def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...
     return DeviceSolutions(q.reshape(*shape, N_AXES), valid.reshape(*shape), real.reshape(*shape), form.geometry, proofs)
 
 
-def _branches(six: SixJoints, targets: Array, seeds: Array, plan: Array) -> tuple[Any, Any, Any]:
+def _branches(queue: Queue, six: SixJoints, targets: Array, seeds: Array, plan: Array) -> tuple[Any, Any, Any]:
     """``SixJoints.branches``, by the GPU."""
-    q, known, _, _ = _run(six, targets, seeds, plan, np.arange(N_AXES))
+    q, known, _, _ = _run(queue, six, targets, seeds, plan, np.arange(N_AXES))
     return q, known, proofs_of(known, (known & IS_REAL) > 0)
 
 
-def _run(six: SixJoints, targets: Any, seeds: Array, plan: Array, columns: NDArray[np.int64]) -> tuple[Any, ...]:
+def _run(queue: Queue, six: SixJoints, targets: Any, seeds: Array, plan: Array, columns: NDArray[np.int64]) -> tuple[Any, ...]:
     """q (n, 8, 6), what is known of each branch, real and valid, (n, 8), where the targets are."""
-    n, flag = len(targets), device.on_device(np.zeros(1, dtype=np.int32))
-    kinds = ((N_BRANCHES, N_AXES), np.float64), ((N_BRANCHES,), np.int8), ((N_BRANCHES,), np.bool_), ((N_BRANCHES,), np.bool_)
-    results = tuple(device.results_for(targets, (n, *shape), dtype) for shape, dtype in kinds)
-    constants = [device.on_device(array) for array in (six.table, six.chain, plan, columns, seeds)]
-    device.run(device.compiled(branches), constants, targets, results, flag, threads_each=N_BRANCHES)
-    if flag.copy_to_host()[0]:
-        as_pose(targets.copy_to_host() if device.is_on_device(targets) else targets)
-    return results
+    n, stream = len(targets), queue.stream
+    kinds = ((N_AXES,), np.float64), ((), np.int8), ((), np.bool_), ((), np.bool_)
+    results = tuple(device.results_for(targets, (N_BRANCHES * n, *shape), dtype, stream) for shape, dtype in kinds)
+    tables = tuple(device.on_device(array) for array in (six.table, six.chain, plan, columns, seeds))
+    device.run(branches_of(), tables, targets, results, queue.marks(), device.Launch(each=N_BRANCHES, stream=stream))
+    queue.launched(lambda: _refuse(device.on_host(targets)), is_done=not device.is_on_device(targets))
+    return tuple(array.reshape(n, N_BRANCHES, *shape) for array, (shape, _) in zip(results, kinds, strict=True))
 
 
-def branches(table, chain, plan, columns, seeds, targets, q_out, known_out, real, valid, not_a_pose):
-    """All branches of targets (n, 4, 4), with what is known of each; set the flag if a target is no rigid motion.
+def _refuse(targets: Array) -> None:
+    as_pose(targets)
 
-    table, chain, plan, seeds, and what is written to q_out (n, 8, 6) and known_out (n, 8): those of
-    ``ik.entries.closed_form.all_branches``. columns: which entry of q_out each joint is. real, valid: (n, 8), whether a branch
-    reaches the target, and whether it is within the bounds too.
+
+@cache
+def branches_of() -> Any:
+    """The driver of all branches: rows of q, and what is known of each, in threads beside each other.
+
+    tables: (table, chain, plan, columns, seeds), those of ``ik.entries.closed_form.all_branches``; columns: which entry of q each
+    joint is. marks: the flag, what is known, whether a branch reaches the target, and whether it is within the bounds too.
     """
-    thread = cuda.grid(1)
-    i, branch = thread // N_BRANCHES, thread % N_BRANCHES
-    if i < targets.shape[0]:
-        if not rigidity_defect(targets[i]) <= LARGEST_DEFECT:
-            not_a_pose[0] = 1
-        signs, free = cuda.local.array(_N_SIGNS, np.float64), cuda.local.array(_FREE, np.float64)
-        target, q = cuda.local.array(12, np.float64), cuda.local.array(N_AXES, np.float64)
-        known, jacobian = cuda.local.array(N_KNOWN, np.float64), cuda.local.array(_OF_JACOBIAN, np.float64)
-        system, last = cuda.local.array(N_SYSTEM, np.float64), cuda.local.array(N_AXES, np.float64)
-        inside, error = cuda.local.array(N_AXES, np.float64), cuda.local.array(1, np.float64)
-        seed, bounds = seeds[min(i, seeds.shape[0] - 1)], plan[N_OPTIONS:]
-        for k in range(_N_SIGNS):
-            signs[k] = 1.0 - 2.0 * ((branch >> (_N_SIGNS - 1 - k)) & 1)
-        pose = matrix_pose(targets[i])
-        for k in range(12):
-            target[k] = pose[k]
-        write_free_angles(table, seed, free)
-        closed_form(table, target, signs, 1, free, q, known)
-        polish_branches(table, chain, (signs, free, target, q, known), (jacobian, system, last))
-        if bounds.shape[0] > 0 and is_any_hardly_beyond(q, known, bounds):
-            put_at_limits(table, chain, (signs, free, target, q, known), (jacobian, system, last), seed, bounds, inside, error)
-        known[0] = known_in_one(known, 0)
-        if bounds.shape[0] > 0:
-            turn_within(q, known, 0, seed, bounds)
-        bits = int(known[0])
-        known_out[i, branch], real[i, branch], valid[i, branch] = bits, (bits & IS_REAL) > 0, (bits & IS_WITHIN) > 0
-        for j in range(N_AXES):
-            q_out[i, branch, columns[j]] = q[j]
+    return staged.over_rows(_branch, None, N_AXES, each=N_BRANCHES)
+
+
+@kernel
+def _branch(tables, matrix, place, _own, q_out, marks):
+    """Write one branch of a target, with what is known of it; whether the target is no rigid motion."""
+    table, chain, plan, columns, seeds = tables
+    _, known_out, real, valid = marks
+    thread = place[0]
+    branch, seed, bounds = thread % N_BRANCHES, seeds[min(thread // N_BRANCHES, seeds.shape[0] - 1)], plan[N_OPTIONS:]
+    signs, free = staged.cuda.local.array(_N_SIGNS, np.float64), staged.cuda.local.array(_FREE, np.float64)
+    target, q = staged.cuda.local.array(12, np.float64), staged.cuda.local.array(N_AXES, np.float64)
+    known, jacobian = staged.cuda.local.array(N_KNOWN, np.float64), staged.cuda.local.array(_OF_JACOBIAN, np.float64)
+    system, last = staged.cuda.local.array(N_SYSTEM, np.float64), staged.cuda.local.array(N_AXES, np.float64)
+    inside, error = staged.cuda.local.array(N_AXES, np.float64), staged.cuda.local.array(1, np.float64)
+    for k in range(_N_SIGNS):
+        signs[k] = 1.0 - 2.0 * ((branch >> (_N_SIGNS - 1 - k)) & 1)
+    pose = matrix_pose(matrix)
+    for k in range(12):
+        target[k] = pose[k]
+    write_free_angles(table, seed, free)
+    closed_form(table, target, signs, 1, free, q, known)
+    polish_branches(table, chain, (signs, free, target, q, known), (jacobian, system, last))
+    if bounds.shape[0] > 0 and is_any_hardly_beyond(q, known, bounds):
+        put_at_limits(table, chain, (signs, free, target, q, known), (jacobian, system, last), seed, bounds, inside, error)
+    known[0] = known_in_one(known, 0)
+    if bounds.shape[0] > 0:
+        turn_within(q, known, 0, seed, bounds)
+    bits = int(known[0])
+    known_out[thread], real[thread], valid[thread] = bits, (bits & IS_REAL) > 0, (bits & IS_WITHIN) > 0
+    for j in range(N_AXES):
+        q_out[columns[j]] = q[j]
+    return not rigidity_defect(matrix) <= LARGEST_DEFECT

@@ -139,8 +139,10 @@ class IKResult:
     @property
     def residual(self) -> Array:
         """The pose error by component, shape (..., 6): x, y, z [m], rotation vector [rad], in the target's axes."""
+        return self._residual(self.explanation.task_axes)
+
+    def _residual(self, R: Array | None) -> Array:
         rows = self.info["residual"]
-        R = self.explanation.task_axes
         if R is not None:
             rows = np.hstack([rows[:, :3] @ R.T, rows[:, 3:] @ R.T])
         return rows.reshape(*self._batch, 6).copy()

@@ -14,8 +14,10 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 
 from numba import cuda
 
+import robots
 import ulna
-from ulna.gpu.search import DeviceSearch
+from ulna.gpu import device, search
+from ulna.ik.inverse_kinematics import InverseKinematics
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
 N = 7 if SIMULATED else 20_000
@@ -32,6 +34,13 @@ def panda():
 @pytest.fixture(scope="module")
 def on_gpu(panda):
     return panda.on_gpu()
+
+
+@pytest.fixture(autouse=True)
+def _few_starts(monkeypatch):
+    """As many starts as there are takes the simulator minutes where there is no solution."""
+    if SIMULATED:
+        monkeypatch.setattr(search, "STEPS", 900)
 
 
 @pytest.fixture
@@ -132,19 +141,66 @@ def test_an_axis_of_the_link_points_as_the_targets_axis(panda, on_gpu):
         assert np.abs(reached[:, :3, [0, 3]] - T[:, :3, [0, 3]]).max() < 2e-5
 
 
-def test_solutions_are_clear_of_a_world(panda, on_gpu, monkeypatch):
-    left, by_cpu = [], DeviceSearch._by_cpu
-    monkeypatch.setattr(DeviceSearch, "_by_cpu", lambda *given: left.append(len(given[2])) or by_cpu(*given))
+def refuse_the_cpu(monkeypatch):
+    def refuse(*_):
+        raise AssertionError("the CPU is asked")
+
+    monkeypatch.setattr(InverseKinematics, "inverse_kinematics", refuse)
+
+
+def test_solutions_are_clear_of_a_world_and_the_cpu_is_not_asked(panda, on_gpu, monkeypatch):
     world = shelf()
     T = panda.forward_kinematics(clear_configurations(panda, world, N))
-    colliding = panda.in_collision(on_gpu.inverse_kinematics(T).q, world)
-    assert colliding.any(), "without the world"
+    assert panda.in_collision(on_gpu.inverse_kinematics(T).q, world).any(), "without the world"
+    refuse_the_cpu(monkeypatch)
     result = on_gpu.inverse_kinematics(T, world=world)
     assert result.success.all()
-    assert sum(left) < colliding.sum(), "some are found in a later round, on the GPU"
-    assert result.starts.max() > 64
+    assert set(result.status) == {"solved"}
     assert not panda.in_collision(result.q, world).any()
     assert np.linalg.norm(panda.forward_kinematics(result.q)[:, :3, 3] - T[:, :3, 3], axis=1).max() <= 1e-5
+
+
+def hard_targets(panda, world):
+    """Out of reach, in a block, clear; the world gets that block."""
+    T = panda.forward_kinematics(clear_configurations(panda, world, 3))
+    T[0, :3, 3] = (5.0, 0.0, 0.0)
+    world.add("block", ulna.Box((0.3, 0.3, 0.3)), T[1])  # around the hand
+    return T
+
+
+@pytest.mark.parametrize("on_device", [False, True])
+def test_the_reasons_of_the_rest_are_found_when_they_are_asked_for(panda, on_gpu, on_device):
+    world = shelf()
+    T = hard_targets(panda, world)
+    with pytest.MonkeyPatch.context() as patch:
+        refuse_the_cpu(patch)
+        result = on_gpu.inverse_kinematics(cuda.to_device(T) if on_device else T, world=world)
+        assert list(result.success[:2]) == [False, False]
+        q = result.q.copy_to_host() if on_device else result.q
+        assert ((q >= panda.lower) & (q <= panda.upper)).all()
+        assert (result.position_error[1:] < 1e-5).all(), "what collides is a solution otherwise"
+    expected = panda.inverse_kinematics(T, world=world)
+    assert list(result.status) == list(expected.status)
+    assert list(result.status)[:2] == ["unreachable", "in collision"]
+    assert result.reach_excess[0] == pytest.approx(expected.reach_excess[0])
+    assert any("block" in pair for pair in result.collisions[1])
+    one = on_gpu.inverse_kinematics(T[0], world=world)
+    assert (one.status, one.reason.sentence) == ("unreachable", panda.inverse_kinematics(T[0]).reason.sentence)
+
+
+def test_what_only_the_limits_prevent_has_the_excess_that_the_cpu_finds():
+    narrow = ulna.Robot.from_dh(robots.UR5, convention="standard", limits=[(-0.5, 0.5)] * 6)
+    T = narrow.forward_kinematics([[0.1] * 6, [1.0, 0.1, 0.2, 0.3, 0.4, 0.1]])
+    found, expected = narrow.on_gpu().inverse_kinematics(T), narrow.inverse_kinematics(T)
+    assert list(found.status) == list(expected.status) == ["solved", "joint limits"]
+    np.testing.assert_allclose(found.limit_excess, expected.limit_excess, atol=1e-6)
+
+
+def test_a_search_from_few_starts_says_that_its_budget_is_spent(panda, on_gpu):
+    T = panda.forward_kinematics(panda.home)
+    T[:3, 3] = 0.0, 0.0, 0.1  # in the base
+    few = on_gpu.inverse_kinematics(T, max_iterations=40)
+    assert few.status == panda.inverse_kinematics(T, max_iterations=40).status == "budget spent"
 
 
 def test_what_collides_in_every_solution_has_the_reason_of_the_cpu(panda, on_gpu):
@@ -183,6 +239,54 @@ def test_objects_that_some_links_may_touch_are_checked_as_on_the_cpu(panda, on_g
     there = cuda.to_device(q)
     assert (on_gpu.in_collision(there, world).copy_to_host() == on_gpu.in_collision(q, world)).all()
     np.testing.assert_array_equal(on_gpu.signed_distance(there, world).copy_to_host(), on_gpu.signed_distance(q, world))
+
+
+@pytest.mark.parametrize("world", [None, cell(), round_cell()], ids=["itself", "boxes", "any shapes"])
+def test_edges_are_certified_as_on_the_cpu(panda, on_gpu, world):
+    rng = np.random.default_rng(6)
+    n = 4 if SIMULATED else 3000
+    a = rng.uniform(panda.lower, panda.upper, (n, 7))
+    a[0] = panda.home
+    b = np.clip(a + rng.normal(scale=0.15, size=(n, 7)), panda.lower, panda.upper)
+    found, expected = on_gpu.edge_in_collision(a, b, world), panda.edge_in_collision(a, b, world)
+    differ = found.in_collision != expected.in_collision
+    assert differ.mean() <= 1e-3, "by what is nearer than the resolution alone"
+    t = np.linspace(0.0, 1.0, 101)[:, None, None]
+    samples = a + t * found.free_until[:, None] * (b - a)
+    touching = panda.in_collision(samples, world)
+    touching[-1] &= ~found.in_collision  # what is touched there may be nearer than rounding
+    assert not touching[:, found.free_until > 0.0].any()
+    assert np.abs(found.free_until - expected.free_until)[~differ].max() < 0.02
+    np.testing.assert_allclose(found.q, a + found.free_until[:, None] * (b - a), atol=1e-12)
+    there = on_gpu.edge_in_collision(cuda.to_device(a), cuda.to_device(b), world)
+    np.testing.assert_array_equal(there.in_collision.copy_to_host(), found.in_collision)
+    np.testing.assert_array_equal(there.free_until.copy_to_host(), found.free_until)
+    one = on_gpu.edge_in_collision(a[0], b[0], world)
+    assert (bool(one), one.free_until) == (found.in_collision[0], found.free_until[0])
+
+
+def test_edges_that_cannot_be_taken_are_refused_by_name(panda, on_gpu, q):
+    bad = q[:2].copy()
+    bad[1, 3] = np.nan
+    for place in (np.array, cuda.to_device):
+        with pytest.raises(ulna.InputError, match=r"q_b\[1, 3\]"):
+            on_gpu.edge_in_collision(place(q[:2]), place(bad))
+    with pytest.raises(ulna.InputError, match="q_b"):
+        on_gpu.edge_in_collision(cuda.to_device(q[:2]), q[:2])
+    with pytest.raises(ulna.InputError, match="resolution"):
+        on_gpu.edge_in_collision(q[:2], q[:2], resolution=0.0)
+
+
+def test_what_has_closed_forms_is_measured_without_scratch(panda, on_gpu, q, monkeypatch):
+    world = cell()
+    world.add("ball", ulna.Sphere(0.1), ulna.pose((0.4, 0.2, 0.5)))
+    world.add("rod", ulna.Capsule(0.05, 0.4), ulna.pose((-0.4, 0.1, 0.5), (0.2, 0, 0)))
+    world.add("floor", ulna.HalfSpace(), ulna.pose((0.0, 0.0, -0.3)))
+    monkeypatch.setattr(device, "free_memory", lambda: 0)
+    np.testing.assert_allclose(on_gpu.signed_distance(q, world), panda.signed_distance(q, world), rtol=0, atol=1e-9)
+    assert same_verdicts(panda, q, world, on_gpu.in_collision(q, world))
+    with pytest.raises(ulna.DeviceError, match="too little memory"):
+        on_gpu.signed_distance(q, round_cell())
 
 
 def test_a_seed_and_a_task_are_taken(panda, on_gpu, q):
@@ -246,6 +350,54 @@ def test_arrays_on_the_device_stay_there(panda, on_gpu, q):
         on_gpu.forward_kinematics(cuda.to_device(q.astype(np.float32)))
     with pytest.raises(ulna.InputError, match="C-contiguous"):
         on_gpu.forward_kinematics(cuda.to_device(np.asfortranarray(q)))
+
+
+def test_results_go_where_the_caller_wants_them(panda, on_gpu, q):
+    n, there = len(q), cuda.to_device(q)
+    world = cell()
+    calls = [
+        (on_gpu.forward_kinematics, (n, 4, 4), float), (on_gpu.jacobian, (n, 6, 7), float),
+        (on_gpu.link_poses, (n, len(panda.link_names), 4, 4), float),
+        (lambda q, out=None: on_gpu.in_collision(q, world, out=out), (n,), bool),
+        (lambda q, out=None: on_gpu.signed_distance(q, world, out=out), (n,), float),
+    ]  # fmt: skip
+    for call, shape, kind in calls:
+        expected, on_host, on_device = call(q), np.empty(shape, kind), cuda.device_array(shape, kind)
+        assert call(q, out=on_host) is on_host
+        assert call(there, out=on_device) is on_device
+        np.testing.assert_array_equal(on_host, expected)
+        np.testing.assert_array_equal(on_device.copy_to_host(), expected)
+    for bad in (np.empty((n, 4, 4), np.float32), np.empty((n, 3, 4)), cuda.device_array((n, 4, 4)), [0.0], np.empty((4, 4, n)).T):
+        with pytest.raises(ulna.InputError, match="out"):
+            on_gpu.forward_kinematics(q, out=bad)
+
+
+def test_a_block_of_calls_raises_at_its_end_what_was_out_of_range(panda, q):
+    on_gpu, good = panda.on_gpu(), cuda.to_device(q)
+    bad = q.copy()
+    bad[2, 3] = np.nan
+    bad = cuda.to_device(bad)
+    done = []
+
+    def block():
+        with on_gpu.checked(cuda.stream()):
+            on_gpu.forward_kinematics(good)
+            on_gpu.jacobian(bad)
+            done.append(on_gpu.in_collision(good, cell()))
+
+    with pytest.raises(ulna.InputError, match=r"q\[2, 3\]"):
+        block()
+    assert len(done) == 1, "the block was not left before its end"
+    np.testing.assert_array_equal(on_gpu.jacobian(good).copy_to_host(), on_gpu.jacobian(q))
+    with on_gpu.checked():
+        for _ in range(70):  # more than there are flags
+            T = on_gpu.forward_kinematics(good[:2])
+        found = on_gpu.inverse_kinematics(T[:2])
+        with pytest.raises(ulna.InputError, match=r"q\[2, 3\]"):
+            on_gpu.forward_kinematics(bad.copy_to_host())
+    assert found.success.all()
+    with pytest.raises(ulna.InputError, match="stream"), on_gpu.checked("fast"):
+        pass
 
 
 class OnlyDlpack:

@@ -53,12 +53,15 @@ def body_of(bodies, vertices, i, pose):
 
 @kernel
 def pair_distance(a, b, scratch):
-    """The contact of two bodies; NaN for two half-spaces, whose distance is not defined."""
+    """The contact of two bodies; NaN for two half-spaces, whose distance is not defined. Without scratch, only of closed form."""
     ordered = a[0] <= b[0]
     first, second = (a, b) if ordered else (b, a)
     kind_a, pose_a, size_a, vertices_a = first
     kind_b, pose_b, size_b, vertices_b = second
-    if is_searched(kind_a, kind_b):
+    if scratch is None:
+        core = closed_core(kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second))
+        below = core[0]
+    elif is_searched(kind_a, kind_b):
         below, core = convex_distance(
             kind_a, pose_a, box_of(first), vertices_a, kind_b, pose_b, box_of(second), vertices_b, scratch
         )  # fmt: skip

@@ -1,0 +1,124 @@
+"""Certifies straight edges on a GPU, an edge a thread, by the bounds of the CPU (``collision.entries.continuous``).
+
+A thread looks at one interval of its edge at a time, from the beginning on: what is clear is left behind, what is not is halved.
+So what is free of an edge is known as soon as whether all of it is.
+"""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ulna.collision.entries.carried import carried_by
+from ulna.engine.decorators import kernel
+from ulna.gpu import device, staged
+from ulna.gpu.collision import BOXES, DeviceScene, as_it_is, of_boxes
+from ulna.kernels.collision.ball_motion import INSTANT, fastest_ball, place_balls, world_rounding, write_motion
+from ulna.kernels.collision.collision_layout import STEP_LENGTH, STEP_WIDTH
+from ulna.kernels.collision.interval import self_outcome, world_outcome
+from ulna.kernels.collision.scene import Carried
+from ulna.kernels.spatial.elementary import all_in_range
+
+_THREADS, _DEPTH = 1 << 16, 128  # that look at edges; halvings of an interval: more than there are numbers between 0 and 1
+
+
+class EdgeTables(NamedTuple):
+    """What edges in a scene need besides it, on the device: the fields of ``Carried`` that belong to the scene, and numbers."""
+
+    balls: Any
+    order: Any
+    first: Any
+    groups: Any
+    runs: Any
+    others: Any
+    lengths: Any
+    of_world: float
+
+
+def edge_tables(scene: DeviceScene) -> EdgeTables:
+    """The tables of a scene."""
+    carried = carried_by(scene.on_host)
+    balls, order, first, groups, runs, others, lengths = map(device.on_device, (*carried[:6], carried.steps[:, STEP_LENGTH]))
+    return EdgeTables(balls, order, first, groups, runs, others, lengths, float(world_rounding(scene.on_host)))
+
+
+def near_for(scene: DeviceScene, n: int) -> Any:
+    """Room for the objects near a ball, a row for each thread that looks at n edges."""
+    return device.empty((max(1, min(n, _THREADS)), max(1, len(scene.on_host.objects))), np.int64)
+
+
+@cache
+def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, n_balls: int) -> Any:
+    """The driver for robots of these sizes, and so many balls: for rows of q_a the last free configuration, rows of n_dof.
+
+    tables: (scene, ``EdgeTables`` as a tuple, near, resolution, q_b). marks: the flag, whether something touches, and the
+    fraction that is free.
+    """
+    of_joints, of_twists, of_balls, of_centres, columns = 12 * n_joints, 6 * n_joints, 7 * n_balls, 3 * n_bodies, n_joints + 1
+    as_scene = of_boxes if kind == BOXES else as_it_is
+
+    @kernel
+    def edges(tables, q_a, place, _own, q_out, marks):
+        scene, q_b = as_scene(tables[0]), tables[4][place[0]]
+        if not (all_in_range(q_a) and all_in_range(q_b)):
+            return True
+        balls, order, first, groups, runs, others, lengths, of_world = tables[1]
+        steps = staged.cuda.local.array((n_joints, STEP_WIDTH), np.float64)
+        speeds = staged.cuda.local.array((n_balls, columns), np.float64)
+        bends = staged.cuda.local.array((n_balls, columns), np.float64)
+        slacks, joint_rows = staged.cuda.local.array(n_balls, np.float64), staged.cuda.local.array(of_joints, np.float64)
+        twist_rows, ball_rows = staged.cuda.local.array(of_twists, np.float64), staged.cuda.local.array(of_balls, np.float64)
+        centre_rows, placed = staged.cuda.local.array(of_centres, np.float64), staged.cuda.local.array(n_balls, np.int64)
+        q, spread = staged.cuda.local.array(n_dof, np.float64), staged.cuda.local.array(n_dof, np.float64)
+        ends, stack = staged.cuda.local.array(_DEPTH, np.float64), staged.cuda.local.array(1, np.int64)
+        carried = Carried(
+            balls, order, first, groups, runs, others, steps, speeds, bends, slacks, joint_rows, twist_rows, ball_rows,
+            centre_rows, placed, tables[2][place[2]],
+        )  # fmt: skip
+        for i in range(n_joints):
+            steps[i, STEP_LENGTH] = lengths[i]
+        for j in range(n_dof):
+            spread[j] = 0.0
+        write_motion(scene.joints, q_a, q_b, spread, carried)
+        hits, low = free_part(scene, carried, of_world, (q_a, q_b, q), tables[3], ends, stack)
+        marks[1][place[0]], marks[2][place[0]] = hits, low
+        write_place(q_a, q_b, low, q_out)
+        return False
+
+    return staged.over_rows(edges, n_dof, n_dof)
+
+
+@kernel
+def free_part(scene, carried, of_world, edge, resolution, ends, stack):
+    """Whether something touches on an edge, or is nearer than the resolution, and the fraction before it that is certainly free.
+
+    edge: q_a, q_b, and room for a configuration.
+    """
+    fastest, low, high, top, hits = fastest_ball(scene.joints, carried), 0.0, 1.0, 0, False
+    while low < high:
+        t, half = 0.5 * (low + high), 0.5 * (high - low) + INSTANT
+        write_place(edge[0], edge[1], t, edge[2])
+        place_balls(scene.joints, edge[2], half, False, carried)
+        touches, clear = world_outcome(scene, carried, half, False, 0.0, None, of_world, True, stack, t)
+        if not touches:
+            touches, clear = self_outcome(scene, carried, half, False, True, clear, t)
+        if not touches and clear > 0.0:
+            low = high
+            if top > 0:
+                top -= 1
+                high = ends[top]
+        elif (high - low) * fastest <= resolution:
+            hits, high = True, low
+        elif touches:  # what follows it is of no interest
+            hits, high, top = True, t, 0
+        else:
+            ends[top], high = high, t
+            top += 1
+    return hits, low
+
+
+@kernel
+def write_place(q_a, q_b, t, q):
+    """Write the configuration at a fraction of an edge."""
+    for j in range(q.shape[0]):
+        q[j] = t * (q_b[j] - q_a[j]) + q_a[j]

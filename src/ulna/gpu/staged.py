@@ -1,0 +1,116 @@
+"""Makes drivers whose rows go in and out through shared memory.
+
+Threads beside each other have problems beside each other. If each read its own row, number by number, a warp would touch a line
+of memory for each thread and each number. So the threads of a block copy its rows together, one number beside the other, to
+memory that they share. Each computes from its row to a row of results there, and all write these together.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ulna.engine.decorators import kernel
+from ulna.gpu.device import THREADS, cuda
+
+_ROOM = 48 << 10  # bytes of shared memory that a block has without asking for more
+MATRIX = 16  # numbers of a pose
+_BYTES = 8  # of the largest number
+
+
+def threads_for(taken: int, given: int, each: int = 1) -> int:
+    """How many threads a block may have, for so many numbers in and out: no more than their rows have room for."""
+    threads = THREADS
+    while threads > each and _BYTES * threads * (_padded(taken) / each + _padded(given)) > _ROOM:
+        threads //= 2
+    return threads
+
+
+@cache
+def over_rows(
+    formula: Callable, taken: int | None, given: int, *, pieces: int = 1, each: int = 1, scratch: int = 1, dtype: Any = np.float64
+) -> Any:
+    """The driver ``driver(tables, rows, out, marks)`` of a formula over one row.
+
+    It sets ``marks[0][0]`` where a formula returns true: its row cannot be taken. ``driver.threads`` are those of a block.
+
+    Args:
+        formula: A kernel ``formula(tables, row, place, scratch, given, marks)``. ``place``: the number of the problem, the piece
+            of its results that is asked for, and the number of its thread.
+        taken: Numbers of a row, which are copied from rows, shape (n, taken); None: 4x4 matrices, shape (n, 4, 4).
+        given: Numbers of a piece of the results, which are copied to out, shape (each n, pieces * given).
+        pieces: How often the formula is called for a row: results that have no room at once are given one after the other.
+        each: How many threads have the same row: the problems of a row are beside each other.
+        scratch: Numbers of a thread's own, kept from piece to piece.
+        dtype: Of the results.
+    """
+    width = taken or MATRIX
+    threads = threads_for(width, given, each)
+    n_rows, copy, length = threads // each, copy_in if taken else copy_matrices_in, taken or 4
+    of_taken, of_given = (n_rows, _padded(width)) if taken else (n_rows, 4, 4), (threads, _padded(given))
+
+    def driver(tables, rows, out, marks):
+        room = cuda.shared.array(of_taken, np.float64)
+        results = cuda.shared.array(of_given, dtype)
+        own = cuda.local.array(scratch, np.float64)
+        thread = cuda.threadIdx.x
+        mine = thread // each
+        for first in range(cuda.blockIdx.x * n_rows, rows.shape[0], cuda.gridDim.x * n_rows):
+            n = min(n_rows, rows.shape[0] - first)
+            copy(rows, first, n, (thread, threads, width), room)
+            cuda.syncthreads()
+            for k in range(pieces):
+                if mine < n:
+                    place = first * each + thread, k, cuda.grid(1)
+                    if formula(tables, room[mine][:length], place, own, results[thread][:given], marks):
+                        marks[0][0] = 1
+                cuda.syncthreads()
+                copy_out(results, (first * each, n * each), k, (thread, threads, given), out)
+                cuda.syncthreads()
+
+    driver.__name__ = driver.__qualname__ = formula.__name__
+    driver.threads = threads  # pyright: ignore[reportFunctionMemberAccess]
+    return driver
+
+
+@kernel
+def copy_in(rows, first, n, thread, room):
+    """Copy n rows, from a first one on, to shared memory.
+
+    thread: the number of this one, how many there are, and how many numbers a row has.
+    """
+    row, column = thread[0] // thread[2], thread[0] % thread[2]
+    while row < n:
+        room[row, column] = rows[first + row, column]
+        row, column = following(row, column, thread)
+
+
+@kernel
+def copy_matrices_in(rows, first, n, thread, room):
+    """The same of 4x4 matrices."""
+    for j in range(thread[0], MATRIX * n, thread[1]):
+        room[j // MATRIX, j // 4 % 4, j % 4] = rows[first + j // MATRIX, j // 4 % 4, j % 4]
+
+
+@kernel
+def copy_out(results, part, k, thread, out):
+    """Copy piece k of rows in shared memory to the rows of a part: the first, and how many."""
+    row, column = thread[0] // thread[2], thread[0] % thread[2]
+    while row < part[1]:
+        out[part[0] + row, k * thread[2] + column] = results[row, column]
+        row, column = following(row, column, thread)
+
+
+@kernel
+def following(row, column, thread):
+    """The row and column as many numbers on as there are threads."""
+    row, column = row + thread[1] // thread[2], column + thread[1] % thread[2]
+    if column >= thread[2]:
+        return row + 1, column - thread[2]
+    return row, column
+
+
+def _padded(width: int) -> int:
+    """An odd number of columns, so that threads beside each other use other banks of the memory."""
+    return width | 1
