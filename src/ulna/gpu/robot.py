@@ -290,10 +290,11 @@ class GpuRobot:
         Raises:
             InputError: At the end: the error of the first call whose argument could not be taken.
 
-        Example:
-            >>> with on_gpu.checked(torch.cuda.current_stream()):  # doctest: +SKIP
-            ...     T = on_gpu.forward_kinematics(q)
-            ...     hits = on_gpu.in_collision(q, world)
+        With PyTorch::
+
+            with on_gpu.checked(torch.cuda.current_stream()):
+                T = on_gpu.forward_kinematics(q)
+                hits = on_gpu.in_collision(q, world)
         """
         return self._queue.checked(stream)
 
