@@ -64,7 +64,8 @@ def looked_at(shadows, floor, triangle=None):
         draw_triangles(points, triangles, nearness, numbers)
     skin = (np.tile([0.0, 0, 1], (3, 1)), np.ones((1, 3)), np.zeros(1), np.zeros(1, np.int64))
     light = np.empty((HEIGHT, WIDTH, 3), np.float32)
-    shade_pixels(numbers, nearness, points, triangles, skin, np.eye(3)[None], camera, SUN, shadows, np.array(floor), light)
+    raster, lighting = rendering.Raster(points, triangles, numbers, nearness), rendering.Lighting(SUN, shadows, np.array(floor))
+    shade_pixels(raster, skin, np.eye(3)[None], camera, lighting, light)
     y, x = np.mgrid[:HEIGHT, :WIDTH] + 0.5
     rays = camera[1] + x[..., None] * camera[2] + y[..., None] * camera[3]
     return light, EYE - rays * (EYE[2] / rays[..., 2:])

@@ -106,9 +106,13 @@ def shaded(numbers, colors):
     camera, sun = np.array([[0.0, 0, 5], [0, 0, -1], [0.01, 0, 0], [0, -0.01, 0]]), np.eye(3, 4)
     floor = np.array([0.0, 0.1, 0, 0, -1, -1, -1])
     shade_pixels(
-        np.array(numbers, np.int32), np.ones((2, 2), np.float32), points, triangles, skin, np.eye(3)[None], camera, sun,
-        np.zeros((8, 8), np.float32), floor, light,
-    )  # fmt: skip
+        rendering.Raster(points, triangles, np.array(numbers, np.int32), np.ones((2, 2), np.float32)),
+        skin,
+        np.eye(3)[None],
+        camera,
+        rendering.Lighting(sun, np.zeros((8, 8), np.float32), floor),
+        light,
+    )
     return light[0, 0]
 
 

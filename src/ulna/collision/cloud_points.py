@@ -147,17 +147,17 @@ def _bounds(points: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 def _voxels_of(points: Points, edge: float, low: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The point nearest to the middle of each voxel that has any, and which voxel each point has (``entries.thinning``)."""
     n, slots, progress = len(points), np.zeros(thinning.FIRST_SIZE, np.int64), np.zeros(3, np.int64)
-    voxels, nearest, own, squares = *(np.empty(n, np.int64) for _ in range(3)), np.empty(n)
+    voxels = thinning.Voxels(np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n, np.int64))
 
     def put(rows: slice) -> bool:
         nonlocal slots
         progress[1] = rows.stop
         while True:
-            thinning.fill_slots(points, edge, low, slots, voxels, nearest, squares, own, progress)
+            thinning.fill_slots(points, edge, low, slots, voxels, progress)
             if progress[0] == rows.stop:
                 return True
             slots = np.zeros(4 * len(slots), np.int64)
-            thinning.move_slots(voxels[: progress[2]], slots)
+            thinning.move_slots(voxels.numbers[: progress[2]], slots)
 
     in_slices(put, slice(0, n), LEAST_POSES)
-    return nearest[: progress[2]], own
+    return voxels.nearest[: progress[2]], voxels.own

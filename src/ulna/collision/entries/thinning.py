@@ -9,10 +9,13 @@ The caller owns the arrays, and calls for some points at a time, since Python no
 Source: Teschner and others, Optimized spatial hashing for collision detection of deformable objects (VMV 2003), for the hash.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ulna.engine.decorators import entry, kernel
-from ulna.engine.signatures import INDICES, NUMBER, NUMBERS, POINTS, POINTS_32
+from ulna.engine.signatures import INDICES, NUMBER, NUMBERS, POINTS, POINTS_32, Group
 
 VOXEL_BITS = 21  # of the number of a voxel along each axis
 FIRST_SIZE = 1 << 10
@@ -21,16 +24,30 @@ BLOCK = 256  # points
 _MASK = (1 << VOXEL_BITS) - 1
 
 
-@entry(*((points, NUMBER, NUMBERS, INDICES, INDICES, INDICES, NUMBERS, INDICES, INDICES) for points in (POINTS, POINTS_32)))
-def fill_slots(points, voxel, low, slots, voxels, nearest, squares, own, progress):
+class Voxels(NamedTuple):
+    """The voxels that have points, as many as there are points at most, shape (n,) each."""
+
+    numbers: NDArray[np.int64]
+    nearest: NDArray[np.int64]
+    """The point nearest to the middle of each."""
+    squares: NDArray[np.float64]
+    """The square of its distance, as a multiple of the edge."""
+    own: NDArray[np.int64]
+    """By point: the voxel that it is in."""
+
+
+_VOXELS = Group((INDICES, INDICES, NUMBERS, INDICES), Voxels)
+
+
+@entry(*((points, NUMBER, NUMBERS, INDICES, _VOXELS, INDICES) for points in (POINTS, POINTS_32)))
+def fill_slots(points, voxel, low, slots, voxels, progress):
     """Find the voxels of points, shape (n, 3), until the table is half full.
 
     voxel: the edge of a voxel [m]; low: the least x, y, z, where the grid begins, with fewer than 2^21 voxels along each axis.
-    slots: the table, shape (2^k,), of the places of voxels in these arrays of shape (n,), counted from 1: ``voxels``, their
-    numbers; ``nearest``, the point nearest to the middle of each; ``squares``, of its distance, as a multiple of the edge. own:
-    which voxel each point has, shape (n,). progress: the first of the points, the one after the last, and how many voxels
-    there are; where to go on, and how many there are then, are written in their place.
+    slots: the table, shape (2^k,), of the places of voxels in ``Voxels``, counted from 1. progress: the first of the points, the
+    one after the last, and how many voxels there are; where to go on, and how many there are then, are written in their place.
     """
+    known, nearest, squares, own = voxels
     scale, most, end, at = 1.0 / voxel, slots.shape[0] // 2, progress[1], -1
     numbers, beside = np.empty(BLOCK, np.int64), np.empty(BLOCK)
     while progress[0] < end:
@@ -41,10 +58,10 @@ def fill_slots(points, voxel, low, slots, voxels, nearest, squares, own, progres
             own[first + i] = slots[first_slot(slots, numbers[i])] - 1
         for i in range(n):
             number, k = numbers[i], first + i
-            if at < 0 or voxels[at] != number:  # otherwise it is that of the point before
+            if at < 0 or known[at] != number:  # otherwise it is that of the point before
                 at = own[k]
-                if at < 0 or voxels[at] != number:
-                    slot = slot_of(slots, voxels, number)
+                if at < 0 or known[at] != number:
+                    slot = slot_of(slots, known, number)
                     at = slots[slot] - 1
                     if at < 0:
                         at = progress[2]
@@ -52,7 +69,7 @@ def fill_slots(points, voxel, low, slots, voxels, nearest, squares, own, progres
                             progress[0] = k
                             return
                         progress[2] = slots[slot] = at + 1
-                        voxels[at], squares[at] = number, np.inf
+                        known[at], squares[at] = number, np.inf
             own[k] = at
             if beside[i] < squares[at]:
                 nearest[at], squares[at] = k, beside[i]

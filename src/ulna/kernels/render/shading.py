@@ -31,14 +31,18 @@ def uniform(numbers, nearness, skin, n, top, left):
 
 
 @routine
-def sample_light(points, triangles, skin, turns, camera, sun, shadows, floor, k, x, y):
-    """The light behind the place (x, y) of the raster, where triangle k is seen, or none."""
+def sample_light(raster, skin, turns, camera, lighting, k, x, y):
+    """The light behind the place (x, y) of the raster, where triangle k is seen, or none.
+
+    raster, lighting: as ``Raster`` and ``Lighting`` of ``viewer.film.entries.rendering``.
+    """
+    sun, shadows, floor = lighting
     if k == NOTHING:
         return floor_light(camera, sun, shadows, floor, x, y)
     normals, colors, glow, owners = skin
     if glow[k] > 0.0:
         return scaled(row(colors, k), glow[k])
-    a, b, c = corners(points, triangles, k)
+    a, b, c = corners(raster.points, raster.triangles, k)
     u, v = weights(a, b, c, twice_area(a, b, c), x, y)
     near = c[2] + u * (a[2] - c[2]) + v * (b[2] - c[2])
     u, v = u * a[2] / near, v * b[2] / near  # the weights in space

@@ -159,16 +159,13 @@ class Painter:
     def _shade(self, picture: Picture, skin: Skin, poses: NDArray, colors: NDArray, glow: NDArray) -> None:
         rows = self._numbers.shape
         rendering.shade_pixels(
-            self._numbers,
-            self._nearness,
-            self._seen,
-            skin.triangles,
+            rendering.Raster(self._seen, skin.triangles, self._numbers, self._nearness),
             (skin.normals, colors, glow, skin.owners),
             np.ascontiguousarray(poses[:, :3, :3]),
             picture.camera.rays(rows[1], rows[0]),
-            self._sun,
-            self._shadows,
-            np.array([self.ground.height, self.ground.cell, *self._lamp(picture, poses)]),
+            rendering.Lighting(
+                self._sun, self._shadows, np.array([self.ground.height, self.ground.cell, *self._lamp(picture, poses)])
+            ),
             self._light,
         )
 

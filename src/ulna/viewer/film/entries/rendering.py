@@ -1,8 +1,26 @@
 """Rasterises, shades and composes one picture."""
 
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 from ulna.engine.decorators import entry
 from ulna.engine.lanes import sqrt
-from ulna.engine.signatures import INDEX_ROWS, INDICES, LIGHT, MATRICES, MATRIX, NEARNESS, NONE, NUMBERED, NUMBERS, PIXELS, SKIN
+from ulna.engine.signatures import (
+    INDEX_ROWS,
+    INDICES,
+    LIGHT,
+    MATRICES,
+    MATRIX,
+    NEARNESS,
+    NONE,
+    NUMBERED,
+    NUMBERS,
+    PIXELS,
+    SKIN,
+    Group,
+)
 from ulna.kernels.render.raster import above_zero, corners, row, span, twice_area, weights
 from ulna.kernels.render.shading import EDGE, held_back, sample_light, uniform
 from ulna.kernels.spatial.se3 import constant_pose
@@ -97,39 +115,62 @@ def draw_triangles(points, triangles, nearness, numbers):
                             numbers[i, j] = k
 
 
-@entry((NUMBERED, NEARNESS, MATRIX, INDEX_ROWS, SKIN, MATRICES, MATRIX, MATRIX, NEARNESS, NUMBERS, LIGHT))
-def shade_pixels(numbers, nearness, points, triangles, skin, turns, camera, sun, shadows, floor, light):
+class Raster(NamedTuple):
+    """The triangles on a raster, and what is seen of them."""
+
+    points: NDArray[np.float64]
+    """Raster coordinates of the vertices, shape (n_points, 3)."""
+    triangles: NDArray[np.int64]
+    """Their vertices, shape (n_triangles, 3)."""
+    numbers: NDArray[np.int32]
+    """The triangle behind each sample, shape (n * height, n * width)."""
+    nearness: NDArray[np.float32]
+    """Its nearness there."""
+
+
+class Lighting(NamedTuple):
+    """What lights a picture. See ``kernels.render.illumination``."""
+
+    sun: NDArray[np.float64]
+    """Shape (3, 4)."""
+    shadows: NDArray[np.float32]
+    """Nearness on the sun's raster."""
+    floor: NDArray[np.float64]
+    """Shape (7,)."""
+
+
+_RASTER, _LIGHTING = Group((MATRIX, INDEX_ROWS, NUMBERED, NEARNESS), Raster), Group((MATRIX, NEARNESS, NUMBERS), Lighting)
+
+
+@entry((_RASTER, SKIN, MATRICES, MATRIX, _LIGHTING, LIGHT))
+def shade_pixels(raster, skin, turns, camera, lighting, light):
     """Write the light of every pixel.
 
     1. Where all samples of a pixel show the same piece of surface, or the floor, the light of its middle.
     2. Elsewhere the mean of the light of each: so edges are smooth, and only they cost more.
 
     Args:
-        numbers: The triangle behind each sample, shape (n * height, n * width).
-        nearness: Its nearness there.
-        points: Raster coordinates of the vertices, shape (n_points, 3).
-        triangles: Shape (n_triangles, 3).
+        raster: A ``Raster``.
         skin: Four arrays of the triangles: the normals of their corners in the axes of their link, shape (3 n_triangles, 3);
             linear colours, shape (n_triangles, 3); how much of it each shines by itself, 0 for none; their links.
         turns: The rotation of each link, shape (n_links, 3, 3).
-        camera: Shape (4, 3). See ``kernels.render.illumination``; as the sun, its shadows and the floor.
-        sun: Shape (3, 4).
-        shadows: Nearness on the sun's raster.
-        floor: Shape (7,).
+        camera: Shape (4, 3). See ``kernels.render.illumination``.
+        lighting: A ``Lighting``.
         light: Shape (height, width, 3); written to.
     """
+    numbers = raster.numbers
     n = numbers.shape[0] // light.shape[0]
     for i in range(light.shape[0]):
         for j in range(light.shape[1]):
-            if uniform(numbers, nearness, skin, n, n * i, n * j):
+            if uniform(numbers, raster.nearness, skin, n, n * i, n * j):
                 k, x, y = numbers[n * i + n // 2, n * j + n // 2], n * j + n // 2 + 0.5, n * i + n // 2 + 0.5
-                total = sample_light(points, triangles, skin, turns, camera, sun, shadows, floor, k, x, y)
+                total = sample_light(raster, skin, turns, camera, lighting, k, x, y)
             else:
                 total = 0.0, 0.0, 0.0
                 for y in range(n * i, n * i + n):
                     for x in range(n * j, n * j + n):
                         k = numbers[y, x]
-                        one = sample_light(points, triangles, skin, turns, camera, sun, shadows, floor, k, x + 0.5, y + 0.5)
+                        one = sample_light(raster, skin, turns, camera, lighting, k, x + 0.5, y + 0.5)
                         total = plus(total, (min(one[0], 1.0), min(one[1], 1.0), min(one[2], 1.0)))
                 total = scaled(total, 1.0 / (n * n))
             light[i, j, 0], light[i, j, 1], light[i, j, 2] = total
