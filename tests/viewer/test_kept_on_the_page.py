@@ -88,9 +88,12 @@ def test_a_move_of_the_arm_is_one_step_to_undo_and_what_the_program_does_is_none
 def test_a_clicked_link_says_what_it_is_is_hidden_narrowed_and_carries_an_obstacle(view, page, panda):
     camera = camera_of(page, view.page.server)
     elbow = panda.forward_kinematics(panda.home, link="panda_link3")[:3, 3]
-    page.mouse.click(*project(camera, elbow))
-    wait_to_see(page, lambda: view.link.chosen, "a chosen link")
-    link = view.link.chosen
+
+    def click():
+        page.mouse.click(*project(camera, elbow))
+        page.wait_for_timeout(3000)
+
+    link = wait_for(lambda: view.link.chosen, "a chosen link", pause=click)
     page.get_by_role("button", name=link).wait_for()
     joint = next(joint for joint in panda.description.joints if joint.child == link)
     page.get_by_text(f"{joint.name} (revolute)").wait_for()
@@ -113,9 +116,10 @@ def test_a_clicked_link_says_what_it_is_is_hidden_narrowed_and_carries_an_obstac
     wait_to_see(page, lambda: not view.session.robot.attached and view.world.names == ("crate",), "a crate that is put down")
     np.testing.assert_allclose(view.world.pose("crate"), ulna.pose((0.5, -0.4, 0.05)), atol=1e-12)
     assert before not in view.arm.attached.values()
-    for _ in range(4):
+    history = view.obstacles.history
+    for left in (3, 2, 1, 0):
         page.get_by_role("button", name="Undo").click()
-        page.wait_for_timeout(300)
+        wait_to_see(page, lambda left=left: history._n_done == left, "a step less")
     wait_to_see(page, lambda: view.session.robot is panda and view.arm.looks[link].visible, "the arm as it was")
     assert view.world.names == ("crate",)
 
