@@ -179,7 +179,7 @@ TYPES = {
         **_each("excess columns", NUMBERS), **_each("v w change", TWIST), "chains": TABLE,
         "objective": OBJECTIVE, "program": PROGRAM, "steady": STEADY,
     },
-    "servo.pace.share_worth": {"root": NUMBER},
+    "servo.pace.share_worth": {"root": NUMBER}, "servo.pace.pace_of": {"is_free": TRUTH},
     "servo.desired_motion": {"arrays": OBJECTIVE}, "servo.desired_motion.desired_twist": {"hand": from_dtype(HandGoal.structure)},
     "servo.braking": {**_each("x t before", NUMBER), "widened": TRUTH},
     "servo.ramped_stop": {**_each("x t before base slope low high least greatest", NUMBER)},
