@@ -1,6 +1,6 @@
 """Names for all that crosses into machine code: no entry of a state, of settings or of a report is read by a number.
 
-Read from the syntax trees of a room: its face, its drivers and its kernels. A numbered place is a subscript whose index has a
+Read from the syntax trees of a room: its face, its entries and its kernels. A numbered place is a subscript whose index has a
 name that stands for a plain number in a module of kernels, however it was imported, or an integer where such a name indexes the
 same variable in the same file. Tables of many rows have columns, so these are left out.
 """

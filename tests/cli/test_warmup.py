@@ -96,7 +96,7 @@ SOME = """
 import sys
 from ulna.engine import warmup
 every = warmup.all_jobs
-chosen = ("forward.forward_one", "forward.forward_batch", "jacobian.jacobian_one")
+chosen = [f"kinematics.entries.{name}" for name in ("forward.forward_one", "forward.forward_batch", "jacobian.jacobian_one")]
 warmup.all_jobs = lambda entries: [job for job in every(entries) if job.name in chosen]
 from ulna.cli.app import app
 app(["warmup", *sys.argv[1:]], prog_name="ulna")

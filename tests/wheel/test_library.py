@@ -93,7 +93,7 @@ DAMAGES = {"cut": cut, "overwritten": overwrite, "end cleared": clear_the_end, "
 def test_a_damaged_or_missing_file_is_an_error_that_says_what_to_do(folder, damage, what):
     damage(folder / (LEVELS["x86-64-v2"]["file"] if what == "library" else ahead.INDEX))
     with pytest.raises(FileError, match=rf"^{folder}.*cannot be loaded .*{AGAIN}"):
-        ahead.load_library(folder, "x86-64-v2").find("forward.forward_one")
+        ahead.load_library(folder, "x86-64-v2").find("kinematics.entries.forward.forward_one")
 
 
 def test_no_other_folder_is_looked_into(tmp_path):
