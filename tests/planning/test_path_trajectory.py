@@ -198,7 +198,7 @@ def test_two_motions_one_after_the_other_are_each_of_them_with_a_stop_between(pa
     with pytest.raises(InputError, match="a motion of the same joints"):
         first.then(None)
     moving = panda.plan(there, away, world).trajectory(acceleration=5.0, start_velocity=0.01 * (away - there))
-    with pytest.raises(InputError, match="at rest where they meet"):
+    with pytest.raises(InputError, match="at rest where they are joined"):
         first.then(moving)
     still = panda.plan(there, there, world).trajectory(acceleration=5.0)
     assert first.then(still) is first

@@ -6,7 +6,6 @@ import pytest
 import ulna
 from browser import around, camera_of, pixels, project, wait_to_see
 from colors import count
-from processes import wait_for
 
 pytestmark = pytest.mark.slow
 
@@ -20,13 +19,6 @@ def view(panda):
     world.add("table", ulna.Box((0.3, 0.3, 0.05)), ulna.pose((-0.6, 0.0, -0.025)))
     with ulna.view(panda, world) as view:
         yield view
-
-
-@pytest.fixture
-def page(view, open_page):
-    page = open_page(view.url)
-    wait_for(lambda: view.ready and view.page.server.get_clients(), "a page that is ready", looks=None)
-    return page
 
 
 def settled(page, view):

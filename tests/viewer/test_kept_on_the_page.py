@@ -21,13 +21,6 @@ def view(panda):
         yield view
 
 
-@pytest.fixture
-def page(view, open_page):
-    page = open_page(view.url)
-    wait_for(lambda: view.ready and view.page.server.get_clients(), "a page that is ready", looks=None)
-    return page
-
-
 def press(page, keys):
     page.evaluate("document.activeElement.blur()")
     page.keyboard.press(keys)

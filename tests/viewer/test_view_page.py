@@ -8,7 +8,6 @@ import pytest
 import ulna
 from browser import around, arrow, camera_of, drag, pixels, project, wait_to_see
 from colors import count
-from processes import wait_for
 from ulna.viewer.move_panel import as_text
 from ulna.viewer.readings import COLOR
 
@@ -16,14 +15,6 @@ NAMELESS = """() => [...document.querySelectorAll('input:not([type=hidden]), tex
     .filter((e) => e.getAttribute('aria-hidden') !== 'true')
     .filter((e) => !(e.ariaLabel || '').trim() && !(e.labels?.[0]?.textContent ?? '').trim() && !e.textContent.trim())
     .map((e) => e.outerHTML.slice(0, 200))"""
-
-
-@pytest.fixture
-def page(view, open_page):
-    """The page, once all its kernels are compiled; a new one for each test."""
-    page = open_page(view.url)
-    wait_for(lambda: view.ready and view.page.server.get_clients(), "a page that is ready", looks=None)
-    return page
 
 
 @pytest.fixture

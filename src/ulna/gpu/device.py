@@ -74,7 +74,7 @@ class Tables:
 
 
 class Launch(NamedTuple):
-    """How a driver runs.
+    """The launch of a driver.
 
     Attributes:
         each: How many threads a row has.
@@ -144,7 +144,7 @@ class _Place:
         self._staged = [cuda.pinned_array(*shape) for shape in shapes] if n > PIECE else None
 
     def _part_of(self, k: int) -> tuple[int, slice]:
-        """How many rows of array k the part has, and which."""
+        """The number of rows of array k in the part, and these rows."""
         each = self._each[k]
         return each * (self._part.stop - self._part.start), slice(each * self._part.start, each * self._part.stop)
 

@@ -23,7 +23,7 @@ _THREADS, _DEPTH = 1 << 16, 128  # that look at edges; halvings of an interval: 
 
 
 class EdgeTables(NamedTuple):
-    """What edges in a scene need besides it, on the device: the fields of ``Carried`` that belong to the scene, and numbers."""
+    """Tables for edges in a scene, on the device: the fields of ``Carried`` that belong to the scene, and numbers."""
 
     balls: Any
     order: Any

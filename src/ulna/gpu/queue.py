@@ -59,7 +59,8 @@ class Queue:
         flags = device.on_host(self._all, self.stream)
         if flags.any():
             self._all = None
-            unseen[int(np.flatnonzero(flags)[0])]()
+        for k in np.flatnonzero(flags[: len(unseen)]).tolist():
+            unseen[k]()
 
     @contextmanager
     def checked(self, stream: Any) -> Iterator[None]:
@@ -71,6 +72,8 @@ class Queue:
             yield
             self.look()
         finally:
+            if self._unseen:  # an error ended the block: flags that nobody has looked at are not those of the next calls
+                self._all = None
             self.stream, self.is_deferring, self._unseen = before, False, []
 
 

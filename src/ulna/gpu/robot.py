@@ -82,7 +82,7 @@ class GpuRobot:
             InputError: q has another shape or an entry out of range.
         """
         tree = self.robot.tree
-        tables = self._kept("frames", lambda: (self._there(tree.joints), self._there(tree.link_frames)))
+        tables = self._kept(("frames",), lambda: (self._there(tree.joints), self._there(tree.link_frames)))
         n_frames = len(tree.link_frames)
         return self._over_q(frames_of(tree.n_dof, len(tree.joints), n_frames), tables, q, (n_frames, 4, 4), out=out)
 
@@ -95,7 +95,7 @@ class GpuRobot:
             UnknownNameError: There is no such link.
         """
         n_dof, frame = self.robot.tree.n_dof, as_frame(expressed_in)
-        tables = self._kept((self._link(link), frame), lambda: (self._chain(link)[0], frame))
+        tables = self._kept(("jacobian", self._link(link), frame), lambda: (self._chain(link)[0], frame))
         return self._over_q(jacobians_of(n_dof), tables, q, (6, n_dof), out=out)
 
     def in_collision(self, q: Any, world: World | None = None, *, self_collision: bool = True, out: Any = None) -> Any:
@@ -371,7 +371,7 @@ class GpuRobot:
     def _chain(self, link: str | None) -> device.Tables:
         """The chain to a link."""
         name = self._link(link)
-        return self._kept(name, lambda: (self._there(self.robot.tree.chain(name)),))
+        return self._kept(("chain", name), lambda: (self._there(self.robot.tree.chain(name)),))
 
     def _there(self, table: Array) -> Any:
         return device.on_device(table.astype(self._number))
@@ -393,7 +393,7 @@ class GpuRobot:
         return flat(seeds)
 
     def _touching(self, world: World) -> Any:
-        """What says whether configurations (k, n_dof) on the device touch a world, bools of shape (k, 1) there."""
+        """A function that tells whether configurations (k, n_dof) on the device touch a world: bools of shape (k, 1) there."""
         scene, queue = self._scenes.of(world, True, np.float64), self._queue
 
         def touching(q: Any) -> Any:

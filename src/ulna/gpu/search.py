@@ -1,7 +1,7 @@
 """Solves inverse kinematics for many targets on a GPU, from as many starts as the CPU, and says later why the rest failed.
 
 1. Each thread searches for a target by Levenberg-Marquardt, from the seed and from a few random starts, until one is solved. With
-   a world a solution that collides is none, and targets that are left are searched on, from their next starts.
+   a world, a solution that collides does not count: its target is searched again, from its next starts.
 2. Targets that are still left are searched from more and more starts at once, a start a thread, until the budget is spent. What
    is taken is the solution of the first start that has one.
 3. What collides in every solution is known then. Why another target was not reached is found by the CPU, when somebody asks.
@@ -60,7 +60,7 @@ class OnHost(Protocol):
 
 
 class Tables(NamedTuple):
-    """What all searches of a query share, on the device; see ``ik.entries.multi_start``."""
+    """Tables that all searches of a query share, on the device; see ``ik.entries.multi_start``."""
 
     chain: Any
     seeds: Any
@@ -181,7 +181,7 @@ def _joined(parts: list[Any], none: Any, stream: Any) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Unsolved:
-    """What the CPU is asked about targets that were not solved.
+    """The request to the CPU about targets that were not solved.
 
     Attributes:
         on_host: The CPU's inverse kinematics.
@@ -245,7 +245,7 @@ class DeviceResult(IKResult):
 
     @cached_property
     def explanation(self) -> Explanation:  # pyright: ignore[reportIncompatibleVariableOverride] - it is as read-only
-        """What is known about the targets that were not reached."""
+        """The explanation of the targets that were not reached."""
         (info, explanation), unsolved = self._explained, self.__dict__["_unsolved"]
         if isinstance(unsolved, Explanation):
             return explanation

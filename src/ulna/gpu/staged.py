@@ -20,7 +20,7 @@ _BYTES = 8  # of the largest number
 
 
 def threads_for(taken: int, given: int, each: int = 1) -> int:
-    """How many threads a block may have, for so many numbers in and out: no more than their rows have room for."""
+    """The number of threads of a block, for so many numbers in and out: no more than their rows have room for."""
     threads = THREADS
     while threads > each and _BYTES * threads * (_padded(taken) / each + _padded(given)) > _ROOM:
         threads //= 2

@@ -406,13 +406,14 @@ class Trajectory(OneLine):
     def then(self, other: Trajectory) -> Trajectory:
         """The motion, a stop, and another motion, which begins where the first one ends.
 
-        It is certified where both are. Of two different limits it states the wider ones.
+        It is certified where both are. Of two different limits it states the wider ones. Limits of hands are kept where both
+        motions have the same.
 
         Args:
             other: A motion of the same joints, as ``robot.plan(motion.q[-1], goal, world).trajectory(...)``.
 
         Raises:
-            InputError: ``other`` is no such motion, begins elsewhere, or one of the two moves where they meet.
+            InputError: ``other`` has other joints or begins elsewhere, or a motion is not at rest where they are joined.
 
         Example:
             >>> import ulna
@@ -428,7 +429,7 @@ class Trajectory(OneLine):
             raise InputError("other", "it begins elsewhere than this motion ends; plan it from motion.q[-1]")
         ends = Ends(self.end_velocities[0], other.end_velocities[1])
         if np.any([self.end_velocities[1], other.end_velocities[0]]):
-            raise InputError("other", "both motions are to be at rest where they meet")
+            raise InputError("other", "both motions must be at rest where they are joined")
         if not self.duration or not other.duration:
             return other if not self.duration else self
         limits = None if self._limits is None or other._limits is None else self._limits.wider(other._limits)

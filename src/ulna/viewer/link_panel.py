@@ -31,7 +31,6 @@ class LinkPanel:
     Args:
         gui: The panel, to which it is added.
         session: The robot.
-        first: The robot as it was before the page changed it.
         limit: Called with a joint, a quantity and its new limit.
         acts: By the label of a button, what it does with the link; its name is called with the link too, and is hidden if empty.
         moved: Called when another link is chosen, or a value was typed.

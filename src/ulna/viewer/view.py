@@ -327,7 +327,6 @@ class View:
     def _change(self, after: Changes, gone: tuple[str, ...] = (), back: Scene | None = None) -> None:
         """Change the robot, take obstacles away and add others: one step to undo."""
         before, back = self.changes, back or {}
-        after.of(self._first)  # refused before anything is changed
         with self.obstacles.lock:
             was = {name: entry for name, entry in scene_of(self.world).items() if name in gone or name in back}
             self._set(after, gone, back)
@@ -336,8 +335,9 @@ class View:
         self._happened()
 
     def _set(self, changes: Changes, gone: tuple[str, ...], back: Scene) -> tuple[str, ...]:
+        robot = changes.of(self._first)  # refused before anything is changed
         self.changes = changes
-        self.session.use(changes.of(self._first))
+        self.session.use(robot)
         exchange(self.world, gone, world_of(back))
         return tuple(back)
 

@@ -400,6 +400,33 @@ def test_a_block_of_calls_raises_at_its_end_what_was_out_of_range(panda, q):
         pass
 
 
+def test_a_block_that_an_error_ends_leaves_no_flag_to_later_calls(panda, q):
+    on_gpu, good, bad = panda.on_gpu(), cuda.to_device(q), q.copy()
+    bad[2, 3] = np.nan
+    bad = cuda.to_device(bad)
+
+    def block():
+        with on_gpu.checked():
+            for rows in (good, good, bad):
+                on_gpu.forward_kinematics(rows)
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        block()
+    np.testing.assert_array_equal(on_gpu.forward_kinematics(good).copy_to_host(), on_gpu.forward_kinematics(q))
+    with pytest.raises(ulna.InputError, match=r"q\[2, 3\]"):
+        on_gpu.forward_kinematics(bad)
+
+
+def test_a_link_may_have_any_name(panda, q):
+    robot = ulna.load(panda.to_urdf().replace('"panda_link3"', '"frames"'))
+    on_gpu = robot.on_gpu()
+    on_gpu.link_poses(q)
+    np.testing.assert_allclose(
+        on_gpu.forward_kinematics(q, link="frames"), robot.forward_kinematics(q, link="frames"), atol=1e-14
+    )
+
+
 class OnlyDlpack:
     """An array on the device that has DLPack alone, as those of JAX."""
 

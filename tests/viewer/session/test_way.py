@@ -12,7 +12,7 @@ from ulna.cli.app import app
 from ulna.viewer.session.changes import Changes
 from ulna.viewer.session.planned_motion import Planning
 from ulna.viewer.session.session import Session
-from ulna.viewer.session.way import gripper_of
+from ulna.viewer.session.way import Manner, gripper_of
 from ulna.viewer.session.written import as_commands, as_program, motion_file
 
 FINGER = """<link name="finger{k}"/><joint name="finger_joint{k}" type="prismatic"><parent link="panda_link8"/>
@@ -161,3 +161,11 @@ def test_changes_are_of_the_robot_as_it_was_and_none_is_the_robot_itself(panda):
         changes.in_words()
         == "These links may touch: panda_link1 and panda_link7. Narrower limits: panda_joint2. Attached: cup to panda_ee"
     )
+
+
+def test_a_program_of_a_robot_that_has_no_file_loads_none(panda):
+    for robot in (ulna.load(panda.to_urdf()), panda.with_tool(ulna.pose((0.0, 0.0, 0.1)))):
+        program = as_program(robot, [], ulna.World(), [], Manner(robot.tip))
+        assert "robot = ..." in program
+        assert "ulna.load" not in program
+    assert "robot = ulna.load('panda')" in as_program(panda, [], ulna.World(), [], Manner(panda.tip))

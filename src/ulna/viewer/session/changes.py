@@ -74,6 +74,6 @@ class Changes(NamedTuple):
 
 
 def limits_of(robot: Robot, column: int) -> dict[str, float]:
-    """The limits of an entry of q by quantity; infinite where there is none."""
+    """The limits of an entry of q, by quantity; a missing limit is infinite."""
     values = robot.lower, robot.upper, robot.velocity_limits, robot.acceleration_limits
     return {name: float(each[column]) for name, each in zip(QUANTITIES, values, strict=True)}

@@ -161,7 +161,7 @@ class Planning:
         self._goal = as_floats("q", q).copy()
 
     def keep_goal(self, approach: float = 0.0, retract: float = 0.0, opening: float | None = None) -> None:
-        """Make the goal, or where the arm is while there is none, a way point; the next goal comes after it."""
+        """Add the goal as a way point, or the present configuration if there is no goal."""
         goal = self._session.q if self._goal is None else self._goal
         self.aims = None, (*self.waypoints, Waypoint(goal, approach, retract, opening))
 
@@ -186,7 +186,7 @@ class Planning:
 
     @property
     def aims(self) -> Aims:
-        """The goal, None if there is none, and the way points before it."""
+        """The goal, or None, and the way points before it."""
         return self._goal, self.waypoints
 
     @aims.setter

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.collision.world import World
 from ulna.description.pose import pose
+from ulna.description.structure import joints_below
 from ulna.ik.problem import columns_of_joints
 from ulna.planning.keep import Keep
 from ulna.planning.plan import Plan
@@ -78,21 +79,10 @@ class Leg(NamedTuple):
 
 def gripper_of(robot: Robot, link: str) -> NDArray[np.int64]:
     """The entries of q that move something of a hand, but not the hand itself: those of its fingers."""
-    below, moving = set(), set(robot.tree.moving_columns(link).tolist())
-    carried = {link}
-    for joint in sorted(robot.description.joints, key=lambda joint: _depth(robot, joint.child)):
-        if joint.parent in carried:
-            carried.add(joint.child)
-            below |= set(robot.tree.moving_columns(joint.child).tolist()) - moving
-    bounded = [column for column in sorted(below) if np.isfinite(robot.upper[column] - robot.lower[column])]
-    return np.array(bounded, dtype=np.int64)
-
-
-def _depth(robot: Robot, link: str) -> int:
-    carriers, depth = {joint.child: joint.parent for joint in robot.description.joints}, 0
-    while link in carriers:
-        link, depth = carriers[link], depth + 1
-    return depth
+    columns = robot.tree.moving_columns
+    below = {column for joint in joints_below(robot.description, link) for column in columns(joint.child).tolist()}
+    fingers = sorted(below - set(columns(link).tolist()))
+    return np.array([k for k in fingers if np.isfinite(robot.upper[k] - robot.lower[k])], dtype=np.int64)
 
 
 def rates_of(robot: Robot) -> tuple[Array, Array]:
@@ -122,7 +112,7 @@ def leg_to(robot: Robot, start: Array, goal: Array, world: World, manner: Manner
 
 
 def way_through(robot: Robot, start: Array, stops: tuple[Waypoint, ...], world: World, manner: Manner) -> tuple[list[Leg], int]:
-    """The legs through way points, of which the last has no motion if there is none; and how many way points are reached."""
+    """The legs through the way points, and how many of these are reached. Where planning fails, the last leg has no motion."""
     legs: list[Leg] = []
     for k, stop in enumerate(stops):
         found = _to_stop(robot, legs[-1].motion.q[-1] if legs and legs[-1].motion else start, stop, world, manner)

@@ -46,7 +46,7 @@ def as_program(robot: Robot, changes: Iterable[str], world: World, legs: Sequenc
         rates = f"velocity={_rates(velocity)}, {rates}"
     if manner.jerk is not None:
         rates += f", jerk={manner.jerk!r}"
-    lines = ["import ulna", "", f"robot = ulna.load({name_of(robot)!r})", *changes, *_world_lines(world)]
+    lines = ["import ulna", "", _robot_line(robot), *changes, *_world_lines(world)]
     for k, leg in enumerate(legs):
         goal = _numbers(leg.goal) if leg.goal.ndim == 1 else _pose(leg.goal)
         options = [f"link={manner.link!r}"] if leg.goal.ndim == 2 else []
@@ -83,6 +83,13 @@ def as_commands(robot: Robot, world: World, legs: Sequence[Leg], manner: Manner)
         words += [] if manner.jerk is None else ["--jerk", repr(manner.jerk)]
         lines.append(shlex.join([*words, "--csv", "motion.csv" if len(legs) == 1 else f"motion{k}.csv"]))
     return "\n".join(lines) + "\n"
+
+
+def _robot_line(robot: Robot) -> str:
+    """The line that loads the robot. What a program has changed of it before it was shown is not known here."""
+    if not robot.description.text or not Path(robot.description.source).suffix:
+        return "robot = ...  # the robot of the page, which was not loaded as it is by a name or from a file"
+    return f"robot = ulna.load({name_of(robot)!r})  # with the same arguments, tools and attached objects as on the page"
 
 
 def _world_lines(world: World) -> list[str]:

@@ -129,7 +129,7 @@ class Raster(NamedTuple):
 
 
 class Lighting(NamedTuple):
-    """What lights a picture. See ``kernels.render.illumination``."""
+    """The light of a picture. See ``kernels.render.illumination``."""
 
     sun: NDArray[np.float64]
     """Shape (3, 4)."""
