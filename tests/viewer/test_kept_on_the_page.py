@@ -108,7 +108,7 @@ def test_a_clicked_link_says_what_it_is_is_hidden_narrowed_and_carries_an_obstac
     page.get_by_role("button", name="Put crate down").click()
     wait_to_see(page, lambda: not view.session.robot.attached and view.world.names == ("crate",), "a crate that is put down")
     np.testing.assert_allclose(view.world.pose("crate"), ulna.pose((0.5, -0.4, 0.05)), atol=1e-12)
-    assert before not in view.arm.attached.values()
+    wait_to_see(page, lambda: before not in view.arm.attached.values(), "an arm without the crate")
     history = view.obstacles.history
     for left in (3, 2, 1, 0):
         page.get_by_role("button", name="Undo").click()

@@ -71,8 +71,8 @@ def advance(chain, posture, settings, rows, scratch):
     if settings.with_posture:
         move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacobian_rows, system_rows)
     else:
-        y = solve_damped(jacobian_rows, posture.shape[0], damping, e, system_rows)
-        for j in range(posture.shape[0]):
+        y = solve_damped(jacobian_rows, q_rows.shape[0], damping, e, system_rows)
+        for j in range(q_rows.shape[0]):
             moved = load(q_rows, j) + column_dot(jacobian_rows, j, y)
             store(q_rows, j, within_bounds(moved, bound_rows, j))
     store(state_rows, TAKEN, load(state_rows, TAKEN) + 1.0)
@@ -107,9 +107,9 @@ def move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacob
     """Step 4; the largest change of a joint is stored in the state."""
     share = posture_share(posture, q_rows)
     rest = without_posture(posture, share, q_rows, jacobian_rows, e)
-    y = solve_damped(jacobian_rows, posture.shape[0], damping, rest, system_rows)
+    y = solve_damped(jacobian_rows, q_rows.shape[0], damping, rest, system_rows)
     largest = splat(0.0, damping)
-    for j in range(posture.shape[0]):
+    for j in range(q_rows.shape[0]):
         q = load(q_rows, j)
         moved = q + column_dot(jacobian_rows, j, y) + share * (posture[j] - q)
         moved = within_bounds(moved, bound_rows, j)
@@ -122,7 +122,7 @@ def move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacob
 def posture_share(posture, q_rows):
     """The fraction of (posture - q) that moves no joint by more than _POSTURE_STEP: the arm is not linear beyond."""
     largest = splat(_POSTURE_STEP, load(q_rows, 0))
-    for j in range(posture.shape[0]):
+    for j in range(q_rows.shape[0]):
         largest = maximum(largest, abs(posture[j] - load(q_rows, j)))
     return _POSTURE_STEP / largest
 
@@ -130,6 +130,6 @@ def posture_share(posture, q_rows):
 @kernel
 def without_posture(posture, share, q_rows, jacobian_rows, e):
     """e - J d: the error that remains once the joints have moved by that fraction of (posture - q)."""
-    for j in range(posture.shape[0]):
+    for j in range(q_rows.shape[0]):
         e = add_column(e, jacobian_rows, j, share * (load(q_rows, j) - posture[j]))
     return e
