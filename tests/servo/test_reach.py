@@ -57,6 +57,8 @@ def assert_rests(arm, direction, speed, seconds):
         ("ur5", 21, 0.1),
         ("gen3", 13, 0.5),
         ("two hands", 21, 0.5),
+        ("two hands", 2, 0.1),
+        ("two hands", 3, 0.5),
     ],
 )
 def test_an_arm_that_a_twist_stretches_slows_along_its_line_and_rests_there(arm, name, direction, speed):

@@ -17,8 +17,9 @@ however near that is. So with B = |y| + |z|
 the speed |s X| is at most sqrt(a d), which a deceleration of a / 2 brings down to zero in d, and near the end at most d / lag,
 which is less where d is below a lag^2. Elsewhere the pace is 1, unless the twist asks for a greater acceleration than there is.
 
-Of several hands each has its own pace, by the joints that move it. Where little of X is due to its own twist, it is slowed as
-little, unless it is near a singularity: slowing it would not help the others.
+Hands with a twist that share a joint have one pace, the least of theirs. Hands that share none have each its own, by the joints that
+move it. Beside a hand without a twist, a hand to whose twist little of X is due is slowed as little, unless it is near a singularity:
+slowing it would not help the others.
 
 Last, a hand is not followed where a unit of the joints moves it by too little along its twist, now and a little ahead: there the
 arm is stretched, and joints to spare would turn for nothing. So the arm rests very near the end of its reach. On the way back
@@ -170,12 +171,44 @@ def write_pace(hands, limits, settings, objective, steady, across, least, hand):
 
 
 @kernel
-def are_apart(hands):
-    """Whether one of several hands has a twist: hands that all go to poses share their joints by the squares alone."""
+def has_twist(hands, objective, hand):
+    """Whether a hand has a twist that is not zero."""
+    return not hands[hand].is_pose and size_of(load_six(objective.desired_rows, 6 * hand)) > SMALL
+
+
+@kernel
+def are_apart(hands, objective):
+    """Whether some hands have a twist and others none. Hands that all go to poses share their joints by the squares."""
     n_twists = 0
     for i in range(hands.shape[0]):
-        n_twists += 0 if hands[i].is_pose else 1
-    return n_twists > 0 and hands.shape[0] > 1
+        n_twists += 1 if has_twist(hands, objective, i) else 0
+    return 0 < n_twists < hands.shape[0]
+
+
+@routine
+def share_paces(hands, objective):
+    """Give hands with a twist that share a joint the least of their paces.
+
+    So the joints move along the steady motion. If each hand had a pace of its own, the motion of a shared joint would turn where
+    one hand comes to the end of its reach, and the other would pull it back and forth.
+    """
+    n_hands, n = hands.shape[0], objective.f_rows.shape[0]
+    for _ in range(n_hands - 1):  # so the least pace gets from hand to hand
+        for a in range(n_hands):
+            for b in range(n_hands):
+                if objective.pace_rows[b] < objective.pace_rows[a] and share_joint(hands, objective, n, a, b):
+                    objective.pace_rows[a], objective.slowing_rows[a] = objective.pace_rows[b], objective.slowing_rows[b]
+
+
+@kernel
+def share_joint(hands, objective, n, a, b):
+    """Whether two hands with a twist are moved by the same joint."""
+    found = False
+    if has_twist(hands, objective, a) and has_twist(hands, objective, b):
+        for j in range(n):
+            ours, theirs = objective.jacobian_rows[6 * n * a :], objective.jacobian_rows[6 * n * b :]
+            found = found or (is_moved_by(ours, j) and is_moved_by(theirs, j))
+    return found
 
 
 @routine

@@ -81,6 +81,7 @@ from ulna.kernels.servo.pace import (
     are_apart,
     keep_on_line,
     set_apart,
+    share_paces,
     write_changes,
     write_growth,
     write_pace,
@@ -443,11 +444,13 @@ def set_paces(tick, count, work):
     write_growth(hands, objective, steady, program, k, across)
     for hand in range(n_hands):
         write_pace(hands, limits, settings, objective, steady, across, least, hand)
-        if are_apart(hands):
+        if are_apart(hands, objective):
             write_part(hands, objective, steady, program, k, across, hand)
             set_apart(limits, settings, tick.state, objective, steady, hand)
         if across > 1.0:
             keep_on_line(hands, objective, steady, hand)
+    share_paces(hands, objective)
+    for hand in range(n_hands):
         if objective.slowing_rows[hand] > NOT_SLOWED and objective.pace_rows[hand] < slowest:
             slowest, slowed = objective.pace_rows[hand], objective.slowing_rows[hand]
     write_pulls(limits, settings, q, objective)
