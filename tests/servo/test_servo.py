@@ -488,3 +488,24 @@ def test_a_velocity_of_0_in_a_file_means_not_known_where_one_is_given():
     servo.start(np.zeros(2))
     speeds = [np.abs(servo.step(velocity=[0.4, 0.4]).qd).max() for _ in range(600)]
     assert 0.39 < max(speeds) <= 0.5
+
+
+def test_goals_in_a_frame_are_those_in_the_base_that_they_mean(panda):
+    """The same commands, to a bit of rounding, as with the goal turned into the base by hand."""
+    T_base_table, at = ulna.pose((0.2, -0.1, 0.3), (0.1, 0.2, 1.5)), panda.forward_kinematics(panda.home)
+    R = T_base_table[:3, :3]
+    goal, twist = at @ ulna.pose((0.05, 0.02, -0.04)), np.array([0.05, 0.02, -0.03, 0.1, 0, 0.2])
+    in_table = {"pose": np.linalg.inv(T_base_table) @ goal}, {"twist": np.r_[R.T @ twist[:3], R.T @ twist[3:]]}
+    for stated, meant in zip(in_table, ({"pose": goal}, {"twist": twist}), strict=True):
+        ours, theirs = panda.servo(acceleration=5.0), panda.servo(acceleration=5.0)
+        ours.start(panda.home)
+        theirs.start(panda.home)
+        for _ in range(50):
+            command, expected = ours.step(**stated, frame=T_base_table), theirs.step(**meant)
+        np.testing.assert_allclose(command.q, expected.q, atol=1e-9)
+        assert np.abs(command.q - panda.home).max() > 1e-4
+    with pytest.raises(ulna.InputError, match="moves in the base"):
+        ours.step(pose=goal, frame="panda_link3")
+    for wrong in ({"twist": twist, "expressed_in": "link"}, {"q": panda.home}):
+        with pytest.raises(ulna.InputError, match="frame: goes with poses"):
+            ours.step(**wrong, frame=T_base_table)

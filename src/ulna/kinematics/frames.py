@@ -16,6 +16,11 @@ Frame = str | ArrayLike
 """A link by name, such as ``base`` of a UR, the frame of its pendant; or T_base_frame, shape (4, 4), as of a work object."""
 
 
+def standing_links(tree: Tree) -> tuple[str, ...]:
+    """The links that no joint moves, the base among them."""
+    return tuple(name for name in tree.link_names if tree.link_row[name] == BASE)
+
+
 def frame_pose(tree: Tree, frame: Frame) -> Array:
     """The pose of a frame in the robot's base, T_base_frame, shape (4, 4).
 

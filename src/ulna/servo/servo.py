@@ -36,6 +36,7 @@ from ulna.kernels.servo.servo_records import (
     ServoTables,
     TickReport,
 )
+from ulna.kinematics.frames import Frame, frame_pose, twist_in_base
 from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
@@ -235,6 +236,7 @@ class Servo:
         twist: Goal | None = None,
         pose: Goal | None = None,
         expressed_in: str = "base",
+        frame: Frame | None = None,
         measured: ArrayLike | None = None,
     ) -> Command:
         """The next command. At most one goal is given; without one the arm comes to rest by its certified stop.
@@ -249,6 +251,8 @@ class Servo:
             pose: Where the link is to go, T_base_link, shape (4, 4); or by link. Of several hands some may be given poses, and
                 others twists. One that is not named stays where it is, as a twist of 0 does; one for which there is None is free.
             expressed_in: The frame of the twists; see ``Robot.jacobian``.
+            frame: The frame of poses, and the axes of twists, instead of the base's: a link that stands still, such as ``"base"``
+                of a UR, or the frame's pose T_base_frame, shape (4, 4). It goes with ``expressed_in="base"``.
             measured: Where the arm is now [rad or m], shape (n_dof,); not looked at unless given.
 
         Raises:
@@ -262,10 +266,12 @@ class Servo:
         of_hands = twist is not None or pose is not None
         if (q is not None) + (velocity is not None) + of_hands > 1:
             raise InputError("step", "takes one of q, velocity, and twist or pose")
-        frame, off = as_frame(expressed_in), -1 if measured is None else self._entry_off(measured)
+        axes, off = as_frame(expressed_in), -1 if measured is None else self._entry_off(measured)
+        if frame is not None and (expressed_in != "base" or not of_hands):
+            raise InputError("frame", "goes with poses, and with twists whose expressed_in is 'base'")
         mode, hands = REST, _NO_HANDS
         if of_hands:
-            mode, hands = HANDS, self._to_hands(twist, pose, frame)
+            mode, hands = HANDS, self._to_hands(twist, pose, axes, None if frame is None else frame_pose(self._tree, frame))
         elif q is not None:
             mode, self._goal_q[:] = POSITION, as_configuration(q, self._tree, "q")
         elif velocity is not None:
@@ -353,11 +359,11 @@ class Servo:
         after = self._run(REST, _NO_HANDS, 0)
         entries.write_stop_positions(after.joints, after.counters, self._settings, np.empty((0, self._tree.n_dof)))
 
-    def _to_hands(self, twist: Goal | None, pose: Goal | None, frame: int) -> Records[HandGoal]:
-        """Goals of the hands, without those that are free."""
+    def _to_hands(self, twist: Goal | None, pose: Goal | None, axes: int, frame: Array | None) -> Records[HandGoal]:
+        """Goals of the hands, without those that are free. frame: T_base_frame, if they are stated in one."""
         twists, poses = self._by_link(twist, "twist"), self._by_link(pose, "pose")
         hands, is_given = copied(self._hands), []
-        hands["frame"] = frame
+        hands["frame"] = axes
         for k, link in enumerate(self._links):
             if link in twists and link in poses:
                 raise InputError("step", f"{link} is given both a twist and a pose")
@@ -365,9 +371,10 @@ class Servo:
             is_given.append(goal is not None)
             if goal is not None and link in poses:
                 hands["is_pose"][k] = True
-                hands["pose"][k] = as_one_pose(goal, self._name_of("pose", link))[:3].ravel()
+                T = as_one_pose(goal, self._name_of("pose", link))
+                hands["pose"][k] = (T if frame is None else frame @ T)[:3].ravel()
             elif goal is not None:
-                hands["twist"][k] = _as_twist(goal, self._name_of("twist", link))
+                hands["twist"][k] = twist_in_base(self._tree, _as_twist(goal, self._name_of("twist", link)), frame)
         return hands if all(is_given) else hands[is_given]
 
     def _by_link(self, goal: Goal | None, name: str) -> Mapping[str, ArrayLike | None]:

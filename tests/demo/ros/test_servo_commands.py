@@ -38,17 +38,34 @@ def jog(names, velocities, **head):
     return stamped(joint_names=names, velocities=velocities, **head)
 
 
-def test_a_twist_is_in_the_axes_of_its_frame():
-    assert twist_goal(twist(0.1), "base", "hand") == {"twist": [0.1, 0, 0, 0, 0, 0], "expressed_in": "base"}
-    assert twist_goal(twist(0.1, frame="/hand"), "base", "hand")["expressed_in"] == "link"
-    with pytest.raises(InputError, match="frame_id"):
-        twist_goal(twist(0.1, frame="camera"), "base", "hand")
+@pytest.fixture(scope="module")
+def on_a_table():
+    """A hand on a joint, on a base that is turned on a table."""
+    joints = '<joint name="mount" type="fixed"><parent link="table"/><child link="base"/><origin rpy="0 0 1.5"/></joint>'
+    limit = '<limit lower="-1" upper="1" velocity="1" effort="1"/>'
+    joints += f'<joint name="a" type="revolute"><parent link="base"/><child link="hand"/>{limit}</joint>'
+    return ulna.load(f'<robot name="arm"><link name="table"/><link name="base"/><link name="hand"/>{joints}</robot>')
+
+
+def test_a_twist_is_in_the_axes_of_its_frame(on_a_table):
+    tree = on_a_table.tree
+    assert twist_goal(twist(0.1), tree, "hand") == {"twist": [0.1, 0, 0, 0, 0, 0], "frame": "table"}
+    assert twist_goal(twist(0.1, frame="base"), tree, "hand")["frame"] == "base"
+    assert twist_goal(twist(0.1, frame="/hand"), tree, "hand") == {"twist": [0.1, 0, 0, 0, 0, 0], "expressed_in": "link"}
+    with pytest.raises(InputError, match=r"frame_id: 'camera'; 'table' or 'base' or 'hand' is expected"):
+        twist_goal(twist(0.1, frame="camera"), tree, "hand")
+
+
+def test_a_pose_is_in_a_link_that_stands_still(on_a_table):
+    assert pose_goal(posed(frame="/base"), on_a_table.tree)["frame"] == "base"
+    with pytest.raises(InputError, match="frame_id: 'hand'"):
+        pose_goal(posed(frame="hand"), on_a_table.tree)
 
 
 @pytest.mark.parametrize("value", [NAN, INF, -INF])
-def test_a_twist_that_is_not_finite_is_refused(value):
+def test_a_twist_that_is_not_finite_is_refused(value, on_a_table):
     with pytest.raises(InputError, match="finite"):
-        twist_goal(twist(value), "base", "hand")
+        twist_goal(twist(value), on_a_table.tree, "hand")
 
 
 @pytest.mark.parametrize(
@@ -60,13 +77,13 @@ def test_a_twist_that_is_not_finite_is_refused(value):
         (posed(frame="camera"), "frame_id"),
     ],
 )
-def test_what_is_no_pose_is_refused(message, words):
+def test_what_is_no_pose_is_refused(message, words, on_a_table):
     with pytest.raises(InputError, match=words):
-        pose_goal(message, "base")
+        pose_goal(message, on_a_table.tree)
 
 
-def test_a_pose_is_that_of_its_quaternion():
-    T = pose_goal(posed(xyzw=(0.0, 0.0, 1.0, 0.0)), "base")["pose"]
+def test_a_pose_is_that_of_its_quaternion(on_a_table):
+    T = pose_goal(posed(xyzw=(0.0, 0.0, 1.0, 0.0)), on_a_table.tree)["pose"]
     np.testing.assert_allclose(T, [[-1, 0, 0, 0.4], [0, -1, 0, 0], [0, 0, 1, 0.4], [0, 0, 0, 1]], atol=1e-15)
 
 

@@ -6,40 +6,42 @@ import numpy as np
 
 from ulna.description.pose import pose
 from ulna.errors import InputError, cited
+from ulna.kinematics.frames import standing_links
+from ulna.kinematics.tree import Tree
 from ulna.robot import Robot
 
 Goal = dict[str, Any]
 """The keyword arguments of ``Servo.step``."""
 
 
-def twist_goal(message: Any, base: str, link: str) -> Goal:
-    """A goal of a ``TwistStamped`` [m/s and rad/s] in the base's axes or, with the link as its frame, in those of the link.
+def twist_goal(message: Any, tree: Tree, link: str) -> Goal:
+    """A goal of a ``TwistStamped`` [m/s and rad/s] along the axes of its frame: the link steered, or one that stands still.
 
     Raises:
         InputError: It is in another frame, or not finite.
     """
     v, w = message.twist.linear, message.twist.angular
     twist = [v.x, v.y, v.z, w.x, w.y, w.z]
-    frame = _frame(message, base, link)
+    frame = _frame(message, tree, link)
     if not np.isfinite(twist).all():
         raise InputError("twist", f"{cited(twist)}; finite numbers are expected")
-    return {"twist": twist, "expressed_in": "link" if frame == link else "base"}
+    return {"twist": twist, "expressed_in": "link"} if frame == link else {"twist": twist, "frame": frame}
 
 
-def pose_goal(message: Any, base: str) -> Goal:
-    """A goal of a ``PoseStamped`` in the base.
+def pose_goal(message: Any, tree: Tree) -> Goal:
+    """A goal of a ``PoseStamped``, whose frame is a link that stands still.
 
     Raises:
         InputError: It is in another frame, not finite, or without an orientation: a quaternion of zeros was not set.
     """
-    _frame(message, base)
+    frame = _frame(message, tree)
     p, r = message.pose.position, message.pose.orientation
     xyz, wxyz = (p.x, p.y, p.z), (r.w, r.x, r.y, r.z)
     if not np.isfinite((*xyz, *wxyz)).all():
         raise InputError("pose", f"{cited((*xyz, *wxyz))}; finite numbers are expected")
     if not any(wxyz):
         raise InputError("orientation", "a quaternion of zeros; no rotation is x, y, z, w = 0, 0, 0, 1")
-    return {"pose": pose(xyz, wxyz=wxyz)}
+    return {"pose": pose(xyz, wxyz=wxyz), "frame": frame}
 
 
 def jog_goal(message: Any, robot: Robot) -> Goal:
@@ -78,9 +80,9 @@ def seconds_left(stamp: Any, now: float, timeout: float) -> float:
     return min(timeout, timeout - age)
 
 
-def _frame(message: Any, *known: str) -> str:
-    """The frame of a message, which is empty or one of those known."""
-    frame = message.header.frame_id.removeprefix("/")
-    if frame not in ("", *known):
+def _frame(message: Any, tree: Tree, *others: str) -> str:
+    """The frame of a message: a link that stands still, the base if it names none, or one of the others."""
+    frame, known = message.header.frame_id.removeprefix("/") or tree.root, (*standing_links(tree), *others)
+    if frame not in known:
         raise InputError("frame_id", f"{cited(frame)}; {' or '.join(map(repr, known))} is expected")
     return frame

@@ -84,10 +84,10 @@ class ServoNode(Node):
         self.create_timer(1.0 / settings.rate, self._beat)
 
     def _twist(self, message: TwistStamped) -> Goal:
-        return twist_goal(message, self._robot.base, self._settings.link)
+        return twist_goal(message, self._robot.tree, self._settings.link)
 
     def _pose(self, message: PoseStamped) -> Goal:
-        return pose_goal(message, self._robot.base)
+        return pose_goal(message, self._robot.tree)
 
     def _jog(self, message: Any) -> Goal:
         return jog_goal(message, self._robot)

@@ -17,9 +17,9 @@ however near that is. So with B = |y| + |z|
 the speed |s X| is at most sqrt(a d), which a deceleration of a / 2 brings down to zero in d, and near the end at most d / lag,
 which is less where d is below a lag^2. Elsewhere the pace is 1, unless the twist asks for a greater acceleration than there is.
 
-Hands with a twist that share a joint have one pace, the least of theirs. Hands that share none have each its own, by the joints that
-move it. Beside a hand without a twist, a hand to whose twist little of X is due is slowed as little, unless it is near a singularity:
-slowing it would not help the others.
+Hands with a twist that share a joint have one pace, the least of theirs. Hands that share none have each its own, by the joints
+that move it. Beside a hand without a twist, a hand to whose twist little of X is due is slowed as little, unless it is near a
+singularity: slowing it would not help the others.
 
 Last, a hand is not followed where a unit of the joints moves it by too little along its twist, now and a little ahead: there the
 arm is stretched, and joints to spare would turn for nothing. So the arm rests very near the end of its reach. On the way back
