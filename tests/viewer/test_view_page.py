@@ -171,6 +171,27 @@ def test_a_typed_pose_moves_the_hand_or_gives_a_reason(view, page, camera):
 
 
 @pytest.mark.slow
+def test_a_pose_is_typed_in_the_frame_of_an_obstacle(view, page, camera):
+    tab(page, "Move")
+    T_base_obstacle = ulna.pose((0.2, 0.6, 0.1), (0, 0, 1.0))
+    view.world.add("table", ulna.Box((0.2, 0.2, 0.2)), T_base_obstacle)
+    field, before = page.get_by_label("Hand xyz [m], z"), view.session.hand_pose
+    page.get_by_label("In the frame of", exact=True).click()
+    page.get_by_role("option", name="table", exact=True).click()
+    seen = np.linalg.solve(T_base_obstacle, before)
+    wait_to_see(page, lambda: float(field.input_value()) == pytest.approx(seen[2, 3], abs=6e-4), "its height in the frame")
+    field.fill(f"{seen[2, 3] - 0.05:.3f}")
+    field.press("Enter")
+    goal = seen.copy()
+    goal[2, 3] = round(seen[2, 3] - 0.05, 3)
+    wait_to_see(page, lambda: np.allclose(view.session.hand_pose, T_base_obstacle @ goal, atol=1e-4), "the hand there")
+    page.get_by_role("button", name="home").click()
+    wait_to_see(page, lambda: np.array_equal(view.q, view.session.robot.home), "the arm at home")
+    view.world.remove("table")
+    page.get_by_label("In the frame of", exact=True).wait_for(state="hidden")
+
+
+@pytest.mark.slow
 def test_q_is_copied_saved_and_loaded(view, page, camera, tmp_path):
     tab(page, "Move")
     view.q = q = view.session.robot.home + 0.1

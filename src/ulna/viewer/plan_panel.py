@@ -255,8 +255,6 @@ class PlanPanel:
         planning, shown = self.planning, self.planning.shown
         fields = (
             self.known,
-            self.pose.xyz,
-            self.pose.rpy,
             self.play,
             self.along,
             self.here,
@@ -274,9 +272,9 @@ class PlanPanel:
         self.kept.show()
         motion = None if shown is None else shown.motion
         self.play.disabled = self.along.disabled = motion is None
+        self.pose.show(visible=planning.on)
         if planning.on:
             self.handles.put(planning.hand_pose)
-            self.pose.show()
             color = UNKNOWN if shown is None else GREEN if motion is not None else RED
             self.mark.color = color
             self.sentence.content = marked(planning.sentence, color, filled=shown is not None and motion is None)

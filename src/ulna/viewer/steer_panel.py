@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 import viser
 
+from ulna.kinematics.frames import standing_links
 from ulna.robot.coordinates import coordinates_of
 from ulna.servo.command import CommandStatus
 from ulna.viewer.html import marked, small_text
@@ -19,7 +20,7 @@ _WHAT = (
     "Hold a button, or its key, and the hand moves until you let go. It touches nothing: before an obstacle it slows down and "
     "stops, and a sentence says why."
 )
-_AXES = {"base": "base", "hand": "link", "joints": JOINTS}
+_AXES = {"base": "base", "hand": "link", "joints": JOINTS}  # and the other links that stand still, by their names
 _STEPS = {"while held": 0.0, "1 mm or 0.5°": 1.0, "1 cm or 5°": 10.0, "5 cm or 25°": 50.0}  # [mm or half a degree]
 _MM, _HALF_A_DEGREE = 1e-3, np.radians(0.5)
 _LONGEST_FRAME = 0.1  # [s] after a pause the arm does not jump
@@ -56,7 +57,9 @@ class SteerPanel:
             for coordinate in coordinates_of(session.robot)
             for k in (0, 1)
         ]
-        self.axes = gui.add_dropdown("Move along", tuple(_AXES), initial_value="base", visible=False)
+        tree = session.robot.tree
+        others = [f"axes of {name}" for name in standing_links(tree) if name != tree.root]
+        self.axes = gui.add_dropdown("Move along", (*_AXES, *others), initial_value="base", visible=False)
         self.step = gui.add_dropdown("Step", tuple(_STEPS), initial_value="while held", visible=False)
         self.speed = gui.add_slider("Speed [m/s]", min=0.01, max=0.5, step=0.01, initial_value=self.steering.speed, visible=False)
         self.stop = gui.add_button("End steering", color="gray", visible=False)
@@ -115,7 +118,9 @@ class SteerPanel:
             self._do(lambda: self.steering.step(entry, sign, size))
 
     def _choose(self) -> None:
-        self.steering.speed, self.steering.expressed_in = self.speed.value, _AXES[self.axes.value]
+        axes = self.axes.value
+        self.steering.speed, self.steering.axes_of = self.speed.value, None if axes in _AXES else axes.removeprefix("axes of ")
+        self.steering.expressed_in = _AXES.get(axes, "base")
 
     def _do(self, act: Callable[[], object]) -> None:
         with self._session.lock:

@@ -86,7 +86,7 @@ def rounded(values: NDArray[Any]) -> tuple[float, ...]:
 
 
 class HandPose:
-    """Two fields, position and angles. A typed pose sends the hand of a session, or the goal of a plan, there."""
+    """Two fields, position and angles, in a frame. A typed pose sends the hand of a session, or the goal of a plan, there."""
 
     def __init__(
         self,
@@ -99,8 +99,14 @@ class HandPose:
     ) -> None:
         self._sent = sent
         zero = (0.0, 0.0, 0.0)
-        where = "Where the hand is in the base frame; type where to go" if name == "Hand" else "Where the hand is to go"
-        turned = f"Roll, pitch, yaw of the {name.lower()} in the base frame"
+        where = "Where the hand is in the frame; type where to go" if name == "Hand" else "Where the hand is to go, in the frame"
+        turned = f"Roll, pitch, yaw of the {name.lower()} in the frame"
+        frames = tuple(sent.frames)
+        self.frame = gui.add_dropdown(
+            "In the frame of", frames, initial_value=frames[0], hint="A link that stands still, or an obstacle", visible=False
+        )
+        self._moved = moved
+        self.frame.on_update(self._choose)
         self.xyz = gui.add_vector3(f"{name} xyz [m]", zero, step=0.001, hint=where, visible=visible)
         self.rpy = gui.add_vector3(f"{name} rpy [rad]", zero, step=0.001, hint=turned, visible=visible)
         self._fields = TypedFields((self.xyz, self.rpy), moved)
@@ -110,12 +116,28 @@ class HandPose:
         typed = self._fields.take()
         if not typed:
             return
-        T = self._sent.hand_pose if self._sent.target is None else self._sent.target.copy()
+        frame = self._frame(self._sent.frames)
+        T = np.linalg.solve(frame, self._sent.hand_pose if self._sent.target is None else self._sent.target)
         with refusals_shown(typed[0].client, "Not changed"):
             for field, value, _, _ in typed:
                 (retype_position if field is self.xyz else retype_angles)(T, value)
-            self._sent.send(T)
+            self._sent.send(frame @ T)
 
-    def show(self) -> None:
-        """Show the pose of the hand, except in a field that was just typed in."""
-        self._fields.write_pose(self.xyz, self.rpy, self._sent.hand_pose)
+    def show(self, *, visible: bool = True) -> None:
+        """Show the pose of the hand, except in a field that was just typed in. The frame is shown where there are several."""
+        frames = self._sent.frames
+        if (names := tuple(frames)) != self.frame.options:
+            chosen = self.frame.value if self.frame.value in names else names[0]
+            self.frame.options, self.frame.value = names, chosen
+        self.frame.visible = visible and len(names) > 1
+        for field in (self.xyz, self.rpy):
+            field.visible = visible
+        self._fields.write_pose(self.xyz, self.rpy, np.linalg.solve(self._frame(frames), self._sent.hand_pose))
+
+    def _frame(self, frames: dict[str, NDArray[Any]]) -> NDArray[Any]:
+        """T_base_frame of the frame that is chosen; that of the base where it is there no more."""
+        return frames.get(self.frame.value, np.eye(4))
+
+    def _choose(self, event: viser.GuiEvent) -> None:
+        if event.client is not None:
+            self._moved()

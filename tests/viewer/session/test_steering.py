@@ -120,6 +120,19 @@ def test_axes_of_the_hand(panda, steered, clock):
     assert way[2, 3] > 0.02
 
 
+def test_axes_of_a_link_that_stands_still(clock):
+    """Those of ``base`` of a UR are turned by half a turn about z: its x is minus that of base_link."""
+    ur5 = ulna.load("ur5", meshes="hulls")
+    bent = np.array([0.0, -1.2, 1.5, -1.8, -1.5, 0.0])
+    steered = Steering(Session(ur5, q=bent))
+    steered.turn(on=True)
+    steered.axes_of = "base"
+    before = ur5.forward_kinematics(bent, link=steered._session.link)
+    way = (ur5.forward_kinematics(run(steered, clock, 0.5, (0, -1))[-1], link=steered._session.link) - before)[:3, 3]
+    assert way @ ur5.forward_kinematics(bent, link="base")[:3, 0] < -0.02
+    assert np.abs(way[1:]).max() < 2e-3
+
+
 def test_before_a_wall_it_says_so_and_touches_nothing(panda, world, steered, clock):
     went = run(steered, clock, 4.0, (0, 1))
     assert steered.sentence.startswith("limited by clearance: ")

@@ -148,6 +148,11 @@ class Planning:
             return session.hand_pose
         return self._goal.copy() if self._goal.ndim == 2 else session.robot.forward_kinematics(self._goal, link=session.link)
 
+    @property
+    def frames(self) -> dict[str, Array]:
+        """See ``Session.frames``."""
+        return self._session.frames
+
     def send(self, T_base_hand: ArrayLike) -> None:
         """Choose a pose of the hand as the goal, shape (4, 4).
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.world import World, refuse_no_world
 from ulna.description.pose import as_one_pose
 from ulna.errors import GeometryError, InputError, UnknownNameError
+from ulna.kinematics.frames import frame_pose, standing_links
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.robot import Robot
 from ulna.robot.hand_link import hand_link
@@ -136,6 +137,17 @@ class Session:
     def hand_pose(self) -> Array:
         """T_base_hand, shape (4, 4)."""
         return self.robot.forward_kinematics(self.q, link=self.link)
+
+    @property
+    def frames(self) -> dict[str, Array]:
+        """T_base_frame, shape (4, 4), of each frame for poses: links that stand still, the base first, and obstacles.
+
+        An obstacle with the name of such a link is left out.
+        """
+        tree, world = self.robot.tree, self.world.snapshot()
+        names = dict.fromkeys((tree.root, *standing_links(tree)))
+        links = {name: frame_pose(tree, name) for name in names}
+        return links | {name: world.pose(name) for name in world.names if name not in links}
 
     def pull(self, T_base_hand: ArrayLike) -> None:
         """Pull the hand to a pose, shape (4, 4); the following frames move it there.

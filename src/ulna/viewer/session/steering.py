@@ -62,6 +62,7 @@ class Steering:
         waiting: Whether its kernels are being compiled.
         speed: Of the hand while a button is held [m/s].
         expressed_in: What the buttons move: the hand along the axes of "base", or of "link", its own; or "joints".
+        axes_of: A link that stands still, along whose axes the hand moves instead of the base's; None for the base.
         command: The last command; None if there was none.
         refusal: Why the arm cannot be steered from where it is; empty if it can.
     """
@@ -69,6 +70,7 @@ class Steering:
     def __init__(self, session: Session, jerk: float | None = None) -> None:
         self._session, self.jerk = session, jerk
         self.speed, self.expressed_in = 0.1, "base"
+        self.axes_of: str | None = None
         self.turn(on=False)
 
     def turn(self, *, on: bool) -> None:
@@ -134,7 +136,7 @@ class Steering:
             elif self.expressed_in == JOINTS:
                 command = servo.step(velocity=goal)
             else:
-                command = servo.step(twist=goal, expressed_in=self.expressed_in)
+                command = servo.step(twist=goal, expressed_in=self.expressed_in, frame=self.axes_of)
             entry, sign, ticks = self._step
             self._step = entry, sign, max(ticks - 1, 0)
             self.command, self._owed = command, self._owed - 1 / RATE
