@@ -122,3 +122,8 @@ def test_a_name_is_that_of_a_quantity_with_its_unit_or_of_none(name, found):
 def test_names_that_contradict_are_refused(names, message):
     with pytest.raises(ValueError, match=message):
         find_columns(names, KNOWN)
+
+
+def test_a_line_of_a_million_characters_is_refused_before_it_is_split():
+    with pytest.raises(ValueError, match="a line has 1000001 characters; up to 1000000 are read"):
+        head_of(["," * 1_000_001], frozenset())

@@ -32,6 +32,7 @@ _PLAIN = re.compile(r"[\w\s./:\[\]()-]*")  # names that are compared by their wo
 _SEPARATORS = (";", "\t", ",", None)  # None: blanks
 _COMMENTS = ("#", "//")
 _MAX_COLUMNS, _MAX_NAME = 1000, 200  # that are compared: patterns take time
+_LONGEST_LINE = 1_000_000  # characters
 
 
 def rate_kind(kind: str, order: int) -> str:
@@ -170,8 +171,10 @@ def fields_of(line: str, separator: str | None) -> list[str]:
     """The fields of a line, without the quotes around them, and without an empty one at its end.
 
     Raises:
-        ValueError: One is longer than the ``csv`` module takes.
+        ValueError: The line, or one of them, is too long.
     """
+    if len(line) > _LONGEST_LINE:
+        raise ValueError(f"a line has {len(line)} characters; up to {_LONGEST_LINE} are read")
     try:
         fields = next(csv.reader([line.strip()], delimiter=separator or " ", skipinitialspace=True), [])
     except csv.Error as error:
