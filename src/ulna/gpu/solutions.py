@@ -110,7 +110,7 @@ def _of_all_joints(query: Query) -> ClosedForm | None:
     form = closed_form_of(query.tree, query.link, task=query.options.task)
     if form is None or not form.is_exact or query.task_axes is not None:
         return None
-    return form if form.n_joints == N_AXES == query.tree.n_dof else None
+    return form if form.n_joints == N_AXES == query.tree.n_dof and not form.couplings else None
 
 
 def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...], queue: Queue) -> DeviceSolutions:

@@ -57,7 +57,7 @@ class AllSolutions:
         self._family = FAMILY if self._elbow else "" if form is None else form.geometry
         self._six = None
         in_order = form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES
-        if form is not None and in_order and query.task_axes is None and workers is None:
+        if form is not None and in_order and not form.couplings and query.task_axes is None and workers is None:
             self._six = joints_at(form, query.home)
             self._tables = self._six.table, self._six.chain, self._six.plan(tree.lower, tree.upper), query.home.copy()
             self._run = closed_form.all_branches_of_one

@@ -44,7 +44,7 @@ class ClosedFormSolver:
         self._home, self._tolerances, self._trace = query.home.copy(), options.tolerances, options.trace
         self._by_way = options.rank is None or options.rank == "nearest"
         self._search, run = NumericSolver(query), closed_form.nearest_branch_of_one
-        alone = form.columns == tuple(range(N_AXES)) and self._n == N_AXES and query.task_axes is None
+        alone = form.columns == tuple(range(N_AXES)) and self._n == N_AXES and query.task_axes is None and not form.couplings
         self._one = bound_to_one_target(run, self._tables, self._home) if alone else None
 
     @staticmethod
@@ -77,6 +77,8 @@ class ClosedFormSolver:
     def _nearest(self, request: Request) -> IKResult:
         """The nearest branch of each target."""
         problem = make_problem(self._query, request.T, request.q_seed)
+        if self._form.couplings:
+            return self._nearest_of_all(problem)
         targets, seeds = problem.targets, self._six.entries_of(problem.seeds)
         angles, info = np.empty((len(targets), N_AXES)), np.empty(len(targets), SearchResult.structure)
         nearest = closed_form.nearest_branches
@@ -93,6 +95,17 @@ class ClosedFormSolver:
             solved = np.flatnonzero(info["status"] == layout.SOLVED)
             info[solved] = run_from_each(problem, solved, q[solved], 0)[1]
         return self._with_unsolved(problem, q, info, info["status"] == layout.SOLVED, None)
+
+    def _nearest_of_all(self, problem: Problem) -> IKResult:
+        """The nearest of the branches within the limits, where the limits are not those of the angles that the kernels find."""
+        as_pose(problem.targets.reshape(*problem.batch, 4, 4))
+        branches = all_branches(self._form, self._query.tree, problem.targets, problem.seeds)
+        seeds = np.broadcast_to(problem.seeds, (len(problem.targets), self._n))
+        ways = np.where(branches.valid, np.abs(branches.q - seeds[:, None]).max(axis=-1), np.inf)
+        chosen, rows = ways.argmin(axis=1), np.arange(len(ways))
+        found = branches.valid[rows, chosen]
+        q, info = run_from_each(problem, rows, np.where(found[:, None], branches.q[rows, chosen], seeds), 0)
+        return self._with_unsolved(problem, q, info, found & (info["status"] == layout.SOLVED), None)
 
     def _best(self, request: Request) -> IKResult:
         """The best branch of each target."""

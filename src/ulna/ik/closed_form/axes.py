@@ -1,16 +1,29 @@
 """Finds the axes of the joints that a closed form moves, in the zero configuration."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, PRISMATIC, RATIO, TABLE_WIDTH
+from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PARENT, PRISMATIC, RATIO, REVOLUTE, TABLE_WIDTH
 from ulna.kinematics.size import length_of, size_of
 from ulna.kinematics.tree import motion_along_z, row_pose
 
 Array = NDArray[np.float64]
 N_AXES = 6
+_SAME_AXIS = 1e-12  # sine of an angle, or share of the reach
+
+
+class Coupling(NamedTuple):
+    """A joint that turns by its own entry of q and by a whole multiple of another entry, as Fanuc's J3 turns with J2."""
+
+    column: int
+    """The entry of the joint."""
+    leader: int
+    """The other entry."""
+    ratio: int
+    """The multiple."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +54,40 @@ class Axes:
     def unit(self) -> float:
         """The length of which shares are taken [m]: the reach, or the longest slide where that is nothing but rounding."""
         return size_of(self.reach, self.slide)
+
+
+def decoupled(chain: Array) -> tuple[Array, tuple[Coupling, ...]]:
+    """The chain without followers that turn about the axis of the joint next to them, and what they add to that joint."""
+    moving = [i for i, row in enumerate(chain) if int(row[KIND]) != FIXED and row[RATIO] != 0.0]
+    columns = [int(chain[i][COLUMN]) for i in moving]
+    changed, couplings, reach = chain.copy(), [], length_of(chain[1:])
+    for i, column in zip(moving, columns, strict=True):
+        place = moving.index(i)
+        beside = [moving[k] for k in (place - 1, place + 1) if 0 <= k < len(moving)]
+        found = [one for j in beside if columns.count(column) > 1 and (one := _coupling(chain, i, j, reach)) is not None]
+        if found and columns.count(found[0].column) == 1:
+            at_zero = row_pose(chain[i]) @ motion_along_z(REVOLUTE, chain[i][OFFSET])
+            changed[i, :PARENT] = [*at_zero[:3].ravel(), FIXED, 0, 1.0, 0.0]
+            couplings.append(found[0])
+    changed.setflags(write=False)
+    return (changed, tuple(couplings)) if couplings else (chain, ())
+
+
+def _coupling(chain: Array, i: int, j: int, reach: float) -> Coupling | None:
+    """The coupling of the joint in row j to the entry of a follower in row i, if both turn about one axis."""
+    follower, joint = chain[i], chain[j]
+    if int(follower[KIND]) != REVOLUTE or int(joint[KIND]) != REVOLUTE or follower[COLUMN] == joint[COLUMN]:
+        return None
+    first, last = min(i, j), max(i, j)
+    pose = motion_along_z(REVOLUTE, chain[first][OFFSET])
+    for row in chain[first + 1 : last]:
+        pose = pose @ row_pose(row) @ (np.eye(4) if int(row[KIND]) == FIXED else motion_along_z(int(row[KIND]), row[OFFSET]))
+    aside = (pose @ row_pose(chain[last]))[:3, 2:]  # the other axis and a point on it, as the first joint sees them
+    same = (np.linalg.norm(aside[:2], axis=0) <= _SAME_AXIS * np.array([1.0, reach])).all()
+    ratio = np.sign(aside[2, 0]) * follower[RATIO] / joint[RATIO]
+    if not same or abs(joint[RATIO]) != 1.0 or ratio != np.rint(ratio):
+        return None
+    return Coupling(int(joint[COLUMN]), int(follower[COLUMN]), int(ratio))
 
 
 def axes_of(chain: Array, columns: tuple[int, ...], q: Array, slide: float) -> Axes | None:

@@ -61,7 +61,7 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
         proof = np.full(len(targets), PROOFS.index(Proof.SEARCHED))
     elif form.n_joints < N_AXES:
         proof = proofs_of(known, real, form.n_at_rest)
-    if form.n_joints == N_AXES == tree.n_dof:  # they are within the limits already
+    if form.n_joints == N_AXES == tree.n_dof and not form.couplings:  # they are within the limits already
         return Branches(q, real, (known & layout.IS_WITHIN) > 0, proof)
     return within_limits(form.chain, tree, q, real, proof, seeds)
 
@@ -69,12 +69,19 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
 def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Computed:
     """q, what is known of each branch, and what a form of six joints proves; joints at a limit to rounding are at it."""
     six = joints_at(form, seeds[0] if len(seeds) else np.zeros(tree.n_dof))
-    q, known, proof = six.branches(targets, six.entries_of(seeds), workers, six.plan(tree.lower, tree.upper))
+    lower, upper, turned = tree.lower, tree.upper, seeds
+    if form.couplings:  # the limits are not those of the sums
+        lower, upper, turned = np.full(tree.n_dof, -np.inf), np.full(tree.n_dof, np.inf), seeds.copy()
+        for column, leader, ratio in form.couplings:
+            turned[:, column] += ratio * seeds[:, leader]
+    q, known, proof = six.branches(targets, six.entries_of(turned), workers, six.plan(lower, upper))
     if form.n_joints < N_AXES:
         q, known = _of_fewer(six, targets, q, known, tree.lower[six.columns], tree.upper[six.columns])
     if form.columns != tuple(range(tree.n_dof)):
         angles, q = q, np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
         q[..., six.columns] = angles
+    for column, leader, ratio in form.couplings:
+        q[..., column] -= ratio * q[..., leader]
     return q, known.astype(np.int8), proof.astype(np.int64)
 
 

@@ -13,6 +13,7 @@ angles. What is left is again of that kind, and R_4 R_5 R_6 = (R_1 R_2 R_3)' R g
 1. ``axes``: where the axes are. ``families``: which are parallel or intersect, or nearly; then the axes are moved to be exactly
    so, and ``miss`` says by how much. With a miss of at most 1e-12 a form is *exact*; up to 1e-3 its branches are starts of
    Newton steps.
+   A joint that another one turns too is seen as one that turns by the sum of both (``axes.decoupled``).
 2. ``added_joints``: an arm of fewer joints becomes one of six. Of an arm of seven one joint is held (``branches``).
 3. ``six_joints``: the table of the kernels (``kernels/chain``), which compute the branches; ``branches``: within the limits.
 
@@ -23,7 +24,7 @@ nothing is proved. Where its two roots are one to rounding, they are ``coincidin
 have taken it, nothing is proved (``kernels/chain/accuracy``).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -31,7 +32,7 @@ from numpy.typing import NDArray
 
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.closed_form.added_joints import free_turns
-from ulna.ik.closed_form.axes import N_AXES, turning_order
+from ulna.ik.closed_form.axes import N_AXES, Coupling, decoupled, turning_order
 from ulna.ik.closed_form.families import EXACT, NAMES
 from ulna.ik.closed_form.six_joints import SixJoints, six_joints
 from ulna.ik.task import Task
@@ -58,6 +59,7 @@ class ClosedForm(OneLine):
         is_exact: Whether ``miss`` is at most 1e-12, so that the branches are all there are. Otherwise, up to 1e-3, they are
             starts of Newton steps, which may miss some, and prove nothing.
         slide: How far the longest slide may move [m].
+        couplings: The joints that turn with another entry of q too; ``chain`` has none of them.
     """
 
     family: str
@@ -71,6 +73,7 @@ class ClosedForm(OneLine):
     held_column: int | None = field(repr=False)
     n_free: int = field(repr=False)
     slide: float = field(repr=False)
+    couplings: tuple[Coupling, ...] = field(repr=False)
 
     @property
     def n_at_rest(self) -> int:
@@ -114,8 +117,10 @@ def closed_form_of(tree: Tree, link: str, held: str | None = None, task: Task = 
 
 @lru_cache(maxsize=_MOST_LINKS)
 def _closed_form_of(tree: Tree, link: str, held: str | None, task: Task) -> ClosedForm | None:
-    chain, n_free = tree.chain(link), free_turns(task)
+    (chain, couplings), n_free = decoupled(tree.chain(link)), free_turns(task)
     order = turning_order(chain)
+    if couplings and len(order) != N_AXES:
+        return None
     if task.turn is not None:
         chain = lengthened(chain, task.frame)
     if held is not None:
@@ -124,7 +129,8 @@ def _closed_form_of(tree: Tree, link: str, held: str | None, task: Task) -> Clos
     if n_free is None:
         return None
     if len(order) <= N_AXES:
-        return _made(tree, chain, order, n_free, None)
+        form = _made(tree, chain, order, n_free, None)
+        return None if form is None else replace(form, couplings=couplings)
     if len(order) != N_AXES + 1 or n_free:
         return None
     found = [form for column in _by_preference(order) if (form := _made(tree, chain, order, 0, column)) is not None]
@@ -159,6 +165,7 @@ def _made(tree: Tree, chain: Array, order: tuple[int, ...], n_free: int, held: i
         held_column=held,
         n_free=n_free,
         slide=slide,
+        couplings=(),
     )
 
 
