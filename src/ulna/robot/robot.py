@@ -65,6 +65,7 @@ from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
 from ulna.planning.trajectory import Trajectory
 from ulna.robot.other_names import put_other_names, without_other_names
+from ulna.servo.servo import Request as ServoRequest
 from ulna.servo.servo import Servo
 
 if TYPE_CHECKING:
@@ -1322,10 +1323,10 @@ class Robot:
             'following'
         """
         members = None if group is None else group_named(group, self.groups)
-        return Servo(
-            self.tree, self._checker, world, rate, link, weights, held, members, velocity, acceleration, jerk,
-            clearance, tracking_error, posture, hand,
-        )  # fmt: skip
+        asked = ServoRequest(
+            rate, link, weights, held, members, velocity, acceleration, jerk, clearance, tracking_error, posture, hand
+        )
+        return Servo(self.tree, self._checker, world, asked)
 
     def show(
         self, q: ArrayLike | None = None, world: World | None = None, *, boxes: bool = False, size: tuple[int, int] | None = None

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -62,6 +62,23 @@ _WEIGHTS = 1e-3, 1e3  # the least and the greatest of a hand
 Goal = ArrayLike | Mapping[str, ArrayLike | None]
 
 
+class Request(NamedTuple):
+    """The options of a servo as they are given; see ``Robot.servo``."""
+
+    rate: float
+    link: str | Sequence[str] | None
+    weights: ArrayLike | None
+    held: Iterable[str]
+    group: JointGroup | None
+    velocity: ArrayLike | None
+    acceleration: ArrayLike | None
+    jerk: ArrayLike | None
+    clearance: float
+    tracking_error: ArrayLike
+    posture: ArrayLike | None
+    hand: HandLimits | Iterable[HandLimits] | None
+
+
 class Servo:
     """Steers an arm tick by tick; made by ``Robot.servo``. One thread at a time may use it.
 
@@ -69,34 +86,17 @@ class Servo:
     is done in whole or not at all.
     """
 
-    def __init__(
-        self,
-        tree: Tree,
-        checker: Checker,
-        world: World | None,
-        rate: float,
-        link: str | Sequence[str] | None,
-        weights: ArrayLike | None,
-        held: Iterable[str],
-        group: JointGroup | None,
-        velocity: ArrayLike | None,
-        acceleration: ArrayLike | None,
-        jerk: ArrayLike | None,
-        clearance: float,
-        tracking_error: ArrayLike,
-        posture: ArrayLike | None,
-        hand: HandLimits | Iterable[HandLimits] | None,
-    ) -> None:
+    def __init__(self, tree: Tree, checker: Checker, world: World | None, request: Request) -> None:
         """See ``Robot.servo``."""
         refuse_immovable(tree)
-        n, self._capped = tree.n_dof, as_capped(hand, tree)
-        if not _SLOWEST <= positive("rate", rate) <= _FASTEST:
-            raise InputError("rate", f"{rate!r}; {_SLOWEST:g} to {_FASTEST:g} ticks a second are expected")
-        clearance = as_number("clearance", clearance, 0.0, "a distance [m] of at least 0")
-        aside = as_floats("tracking_error", tracking_error)
+        n, group, velocity, self._capped = tree.n_dof, request.group, request.velocity, as_capped(request.hand, tree)
+        if not _SLOWEST <= positive("rate", request.rate) <= _FASTEST:
+            raise InputError("rate", f"{request.rate!r}; {_SLOWEST:g} to {_FASTEST:g} ticks a second are expected")
+        clearance = as_number("clearance", request.clearance, 0.0, "a distance [m] of at least 0")
+        aside = as_floats("tracking_error", request.tracking_error)
         if aside.shape not in {(), (n,)} or not ((aside >= 0) & (aside < np.inf)).all():
-            raise InputError("tracking_error", f"{tracking_error!r}; a number of at least 0, or {n} of them, is expected")
-        still = columns_of_joints(tree, as_names(held))
+            raise InputError("tracking_error", f"{request.tracking_error!r}; a number of at least 0, or {n} of them, is expected")
+        still = columns_of_joints(tree, as_names(request.held))
         if group is not None:
             still |= ~np.isin(np.arange(n), group.columns)
         if still.all():
@@ -108,15 +108,15 @@ class Servo:
             raise InputError("robot", f"its description allows {slow} a velocity of 0, so a servo would never move; {advice}")
         speeds = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, n, may_be_infinite=True)
         own = np.where(tree.velocity_limits == 0.0, np.inf, tree.velocity_limits)  # 0 of a file is beside a given one no limit
-        accelerations, jerks = _accelerations_of(tree, acceleration, jerk, still)
-        tick = 1.0 / float(rate)
+        accelerations, jerks = _accelerations_of(tree, request.acceleration, request.jerk, still)
+        tick = 1.0 / float(request.rate)
         accelerations, ramp, least = _ramps(accelerations, jerks, tick)
         self._tree, self._checker, self._world = tree, checker, world
-        link = tip_of(group) if link is None and group is not None else link
+        link = tip_of(group) if request.link is None and group is not None else request.link
         self._links: tuple[str, ...] = (
             (tree.link_or_tip(link),) if link is None or isinstance(link, str) else as_names(link, "link", "links")
         )
-        self._chains, self._hands = _chains_and_hands(tree, self._links, weights)
+        self._chains, self._hands = _chains_and_hands(tree, self._links, request.weights)
         limits, settings = JointLimits.records(n), ServoSettings.records()
         limits["lower"], limits["upper"] = tree.least, tree.most
         limits["speed"] = np.where(still, 0.0, np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * own)))
@@ -124,8 +124,8 @@ class Servo:
         limits["jerk"], limits["room"] = 0.0 if jerks is None else jerks, np.where(still, 0.0, _ROOM * least)
         one = settings[0]
         one.period, one.clearance, one.damping, one.ramp, one.lag = tick, clearance, _DAMPING**2, ramp, tick * (1 + ramp)
-        if posture is not None:
-            limits["posture"], one.pull = as_configuration(posture, tree, "posture"), _PULL
+        if request.posture is not None:
+            limits["posture"], one.pull = as_configuration(request.posture, tree, "posture"), _PULL
         self._limits, self._settings = limits, settings
         self._refuse_changes()
         # The goal and the report of a tick are read at once, and are no state.
