@@ -11,6 +11,7 @@ from numba import from_dtype, types
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
 from ulna.kernels.collision.scene import Carried, Near, Scene
+from ulna.kernels.distance.body_records import Body, Core, Simplex
 from ulna.kernels.ik.search_records import SearchSettings
 from ulna.kernels.servo.objective import Objective, Program, Steady
 from ulna.kernels.servo.servo_records import HandGoal, JointLimits, JointState, ServoGoal, ServoSettings, StopCounters
@@ -24,12 +25,15 @@ SETTINGS = from_dtype(SearchSettings.structure)  # of a search of inverse kinema
 ANGLE, VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (2, 3, 4, 6, 12))  # an angle: its sine and cosine
 PAIR = types.UniTuple(ANGLE, 2)  # two angles: their middle, and the way from it to one of them
 TWO_VECTORS, THREE_VECTORS = (types.UniTuple(VECTOR, n) for n in (2, 3))
-BODY = types.Tuple((WHOLE, POSE, SIZE, TABLE))  # kind, pose, half extents and radius, vertices
+CORE = types.NamedTuple((WHOLE, VECTOR, TABLE), Core)
+BODY = types.NamedTuple((POSE, CORE, NUMBER), Body)
 ROW = types.Tuple((TABLE, TABLE, WHOLE, POSE))  # a table of bodies, the vertices, a row of the table, its pose
-CORES = types.Tuple((WHOLE, VECTOR, TABLE, WHOLE, VECTOR, TABLE, THREE_VECTORS, VECTOR))  # two bodies of EPA; the second's pose
+RELATIVE = types.Tuple((THREE_VECTORS, VECTOR))  # a rotation by rows, and a translation
+CORES = types.Tuple((CORE, CORE, RELATIVE))  # those of EPA
 DISTANCE = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))  # and witness points and normal
 CORNER = types.Tuple((NUMBER, VECTOR))  # the square of a distance, and a point
 POINTS = types.Tuple((NUMBER, VECTOR, VECTOR))  # and two points
+SIMPLEX = types.NamedTuple((VECTOR, THREE_VECTORS, THREE_VECTORS, VECTOR), Simplex)  # of GJK
 CANDIDATE = types.UniTuple(NUMBER, 3)  # of GJK: |v|^2 and two weights
 SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
 SCENE_OF_BOXES = types.NamedTuple(
@@ -106,30 +110,34 @@ TYPES = {
     "chain.two_circles": {
         **_each("u b_1 b_2 axes", ANGLE), **_each("form lines", SIZE), **_each("line k a b d size off", NUMBER),
     },
-    "distance": {"scratch": POLYTOPE, "body": CORES, **_each("index square gap depth angle level", NUMBER), "points": MATRIX},
-    "distance.box_distance": {"best": POINTS, "other": POINTS, **_each("length sign_1 sign_2 sign_y sign_z", NUMBER)},
-    "distance.box_distance.edge_pair": {**_each("y z", VECTOR)},
+    "distance": {
+        "scratch": POLYTOPE, "cores": CORES, **_each("core core_a core_b", CORE), "relative": RELATIVE,
+        **_each("index square gap depth angle level", NUMBER), "points": MATRIX,
+    },
+    "distance.box_distance": {"best": POINTS, "other": POINTS, "length": NUMBER},
+    "distance.box_distance.edge_pair": {"sides": TWO_VECTORS, "s": SIZE},
     "distance.box_distance.nearest_corner": {"edges": THREE_VECTORS},
     "distance.box_distance.nearest_edges": {"sides": TWO_VECTORS, "s": THREE_VECTORS},
     "distance.box_distance.nearest_of_four": {**_each("y z", VECTOR)},
     "distance.box_distance.nearer_corner": {"best": CORNER, "other": CORNER},
     "distance.box_distance.pose_axis": {"k": NUMBER},
     "distance.box_distance.row_signs": {"row": VECTOR},
-    "distance.box_sat": {"m": THREE_VECTORS, **_each("t1 t2 h1 h2 widest axis", NUMBER), **_each("r1 r2 m0 m1 m2", VECTOR)},
+    "distance.box_sat": {"m": THREE_VECTORS, **_each("widest axis", NUMBER)},
+    "distance.box_sat.edge_gaps": {**_each("t h", ANGLE), "r": TWO_VECTORS},
     "distance.box_sat.widest_of_edges": {"edges": TWO_VECTORS},
-    "distance.epa": {"relative": types.Tuple((THREE_VECTORS, VECTOR)), "common_point": VECTOR, "z": VECTOR},
+    "distance.epa": {"common_point": VECTOR, "z": VECTOR},
     "distance.epa.with_penetration": {"contact": DISTANCE, "inside": NUMBER},
     "distance.epa_polytope.set_face": {"f": WHOLE},
     "distance.epa_polytope.toggle_edge": {**_each("i j", NUMBER)},
     "distance.epa_polytope.remove_visible": {"w": WHOLE},
     "distance.epa_polytope.unit_cross": {**_each("a b", VECTOR)},
-    "distance.gjk": {**_each("points sources", THREE_VECTORS), "weights": VECTOR, **_each("e e0 e1 e2 f n0 n1 n2", VECTOR)},
+    "distance.gjk": {"simplex": SIMPLEX, **_each("edges normals", THREE_VECTORS), **_each("e f", VECTOR)},
     "distance.gjk.point_of": {**_each("k1 k2", VECTOR)},
     "distance.gjk.chosen_three": {**_each("a b", THREE_VECTORS)},
     "distance.gjk.nearer": {"best": CANDIDATE, "other": CANDIDATE},
     **{f"distance.pairs.pair_{name}": {"a": BODY, "b": BODY} for name in ("distance", "overlap", "gap")},
     "distance.pairs.contact_reach": {"a": BODY, "b": BODY},
-    **{f"distance.pairs.{name}": {"body": BODY} for name in ("box_of", "outer_box_of")},
+    "distance.pairs.outer_half": {"body": BODY},
     "distance.swept_segments": {"core": DISTANCE, "otherwise": VECTOR, "outwards": VECTOR},
     "collision": {
         **_each("bounds", TWO_VECTORS), **_each("stack found", INDICES), **_each("speeds rows", MATRIX), "pairs": PAIRS,

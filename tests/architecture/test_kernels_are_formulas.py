@@ -13,6 +13,7 @@ DECORATORS = {"kernel", "exact_kernel", "routine", "shared_routine"}
 IMPORTS, IMPORTS_FROM = {"math", "numpy"}, {"ulna.engine.decorators", "ulna.engine.lanes"}
 NAMES_ONLY = {
     "collision/scene.py",
+    "distance/body_records.py",
     "ik/search_records.py",
     "planning/constraint_records.py",
     "planning/search_records.py",

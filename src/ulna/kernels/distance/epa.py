@@ -22,6 +22,7 @@ import numpy as np
 
 from ulna.engine.decorators import kernel, shared_routine
 from ulna.engine.lanes import lane_count, lane_of, sqrt, with_lane
+from ulna.kernels.distance.body_records import Core
 from ulna.kernels.distance.box_sat import relative_pose
 from ulna.kernels.distance.epa_polytope import (
     FACE_WIDTH,
@@ -39,7 +40,6 @@ from ulna.kernels.distance.epa_polytope import (
     set_face,
 )
 from ulna.kernels.distance.gjk import nearest_cores
-from ulna.kernels.distance.support import Core
 from ulna.kernels.layout import CYLINDER
 from ulna.kernels.spatial.elementary import sincos
 from ulna.kernels.spatial.vectors import (

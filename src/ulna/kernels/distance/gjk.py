@@ -18,10 +18,9 @@ a box at micrometres. A weighted sum of corners has only the digits of the corne
 known (``point_of``): along the normal of a face, from the two shortest edges; or perpendicular to an edge.
 """
 
-from typing import Any, NamedTuple
-
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, logical_not, splat, sqrt, where
+from ulna.kernels.distance.body_records import Simplex
 from ulna.kernels.distance.box_sat import point_in_a, relative_pose
 from ulna.kernels.distance.support import support
 from ulna.kernels.spatial.elementary import maximum, minimum
@@ -37,26 +36,11 @@ _NOISE = 2e-15  # of the bodies' size: the rounding of a point: less than this i
 _SURE = 1e-14  # the rounding of a triple product, as a share of the product of the lengths
 
 
-class Simplex(NamedTuple):
-    """Up to three points of the Minkowski difference, and their point nearest to the origin."""
-
-    v: Any
-    """The nearest point."""
-    points: Any
-    """Three points."""
-    sources: Any
-    """The points of A that these come from."""
-    weights: Any
-    """The shares of the three that make up v."""
-
-
 @kernel
 def nearest_cores(a, core_a, b, core_b, reach):
-    """Nearest points of two cores.
+    """Nearest points of two cores at poses a and b.
 
-    Args:
-        a, b: The poses of the cores.
-        reach: [m] A lane also ends as soon as the distance is certainly more than this, or certainly not. Negative: no such end.
+    reach: a lane also ends as soon as the distance is certainly more than this [m], or certainly not. Negative: no such end.
 
     Returns:
         A lower bound of the distance and the distance of the points, both [m] and zero where the cores overlap; the points p of A
@@ -104,8 +88,8 @@ def core_bound(h):
 
 @kernel
 def difference(core_a, core_b, relative, v):
-    """The support point along -v of the Minkowski difference of two cores in the frame of A, and its p. relative: R_a_b, t_a_b."""
-    r, t = relative
+    """The support point along -v of the Minkowski difference of two cores in the frame of A, and its p."""
+    r, t = relative  # R_a_b, t_a_b
     p = support(core_a, (-v[0], -v[1], -v[2]))
     q = support(core_b, transposed_times(r, v))
     return minus(p, point_in_a(r, t, q)), p

@@ -12,15 +12,14 @@ distance is then zero, so that the sign of the distance agrees with the overlap 
 The scratch is three arrays, which the entry owns, of the shapes in ``epa.SCRATCH``.
 """
 
-from typing import Any, NamedTuple
-
 from ulna.engine.decorators import kernel, routine, shared_routine
 from ulna.engine.lanes import any_lane, splat, where
+from ulna.kernels.distance.body_records import Body, Core
 from ulna.kernels.distance.box_distance import box_pair
 from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
 from ulna.kernels.distance.epa import with_penetration
 from ulna.kernels.distance.gjk import core_bound, nearest_cores
-from ulna.kernels.distance.support import Core, support
+from ulna.kernels.distance.support import support
 from ulna.kernels.distance.swept_segments import point_box, point_cylinder, segment_segment, swept
 from ulna.kernels.layout import (
     BOX,
@@ -39,16 +38,6 @@ from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.vectors import add_scaled, chosen, dot, minus, origin, rotate_inverse, scaled, transform, z_axis
 
 _ANY = 1e300  # [m] a reach that every distance is within, so that a search ends in its first step
-
-
-class Body(NamedTuple):
-    """A core at a pose, swept by a ball."""
-
-    pose: Any
-    """Twelve numbers."""
-    core: Core
-    radius: Any
-    """That of the ball [m]."""
 
 
 @kernel

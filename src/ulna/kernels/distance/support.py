@@ -1,28 +1,11 @@
 """Computes the support point of a core, its farthest along a direction."""
 
-from typing import Any, NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import splat, sqrt, where
 from ulna.kernels.layout import BOX, CYLINDER, HULL
 from ulna.kernels.spatial.vectors import chosen, dot, scaled
-
-
-class Core(NamedTuple):
-    """A convex shape in its own frame. Swept by a ball, at a pose, it is a body (``pairs.Body``).
-
-    Kind and vertices are the same in all lanes; the half extents are numbers of lanes.
-    """
-
-    kind: int
-    """A kind of ``kernels.layout``."""
-    half: Any
-    """Three half extents [m]."""
-    vertices: NDArray
-    """Those of a hull, shape (n, 3); else of shape (0, 3)."""
 
 
 @kernel
