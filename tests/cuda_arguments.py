@@ -10,7 +10,7 @@ from numba import from_dtype, types
 
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
-from ulna.kernels.collision.scene import Carried, Near, Scene
+from ulna.kernels.collision.scene import Carried, Near, Posed, Scene
 from ulna.kernels.distance.body_records import Body, Core, Simplex
 from ulna.kernels.ik.search_records import SearchSettings
 from ulna.kernels.servo.objective import Objective, Program, Steady
@@ -27,7 +27,8 @@ PAIR = types.UniTuple(ANGLE, 2)  # two angles: their middle, and the way from it
 TWO_VECTORS, THREE_VECTORS = (types.UniTuple(VECTOR, n) for n in (2, 3))
 CORE = types.NamedTuple((WHOLE, VECTOR, TABLE), Core)
 BODY = types.NamedTuple((POSE, CORE, NUMBER), Body)
-ROW = types.Tuple((TABLE, TABLE, WHOLE, POSE))  # a table of bodies, the vertices, a row of the table, its pose
+POSED = types.NamedTuple((TABLE, TABLE, WHOLE, POSE), Posed)
+POSED_BOX = types.NamedTuple((TABLE, types.none, WHOLE, POSE), Posed)
 RELATIVE = types.Tuple((THREE_VECTORS, VECTOR))  # a rotation by rows, and a translation
 CORES = types.Tuple((CORE, CORE, RELATIVE))  # those of EPA
 DISTANCE = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))  # and witness points and normal
@@ -141,7 +142,8 @@ TYPES = {
     "distance.swept_segments": {"core": DISTANCE, "otherwise": VECTOR, "outwards": VECTOR},
     "collision": {
         **_each("bounds", TWO_VECTORS), **_each("stack found", INDICES), **_each("speeds rows", MATRIX), "pairs": PAIRS,
-        "points": TABLE, "scene": SCENE, "heights": NUMBERS, "scratch": POLYTOPE, "best": VECTOR,
+        "points": TABLE, **_each("posed ours theirs", POSED), "scene": SCENE, "heights": NUMBERS, "scratch": POLYTOPE,
+        "best": VECTOR,
         **_each("within half clear margin speed bend turning slack slope fastest extent", NUMBER), **_each("n p node top", WHOLE),
         **_each("still stop", TRUTH),
         "carried": CARRIED, "apart": types.none, "back": WHOLE,
@@ -165,7 +167,6 @@ TYPES = {
     "collision.interval.object_outcome": {"placed": types.Tuple((POSE, VECTOR, VECTOR))},
     "collision.interval.pair_outcome": {"e": WHOLE},
     "collision.interval.spheres_way": {"e": WHOLE, "pair": types.UniTuple(WHOLE, 2), "centres": TWO_VECTORS},
-    "collision.interval.gap_or_contact": {**_each("first second", ROW)},
     # Here one configuration is a column, chosen by its lane, of rows of several.
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},

@@ -26,8 +26,9 @@ from ulna.kernels.collision.collision_layout import (
 from ulna.kernels.collision.posed_pair import (
     BALLS,
     ball_distance,
+    body_at,
+    box_rows_gap,
     gap_is_searched,
-    half_extents,
     may_touch,
     rows_contact,
     rows_gap,
@@ -35,7 +36,6 @@ from ulna.kernels.collision.posed_pair import (
     wider_by,
     widest,
 )
-from ulna.kernels.distance.box_sat import certain_gap
 from ulna.kernels.layout import COLUMN, JOINT, KIND, LARGEST, OBJECT, PARENT, PRISMATIC, RADIUS, RATIO, REACH
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, z_axis
@@ -46,13 +46,11 @@ PAIRS_OF_BODY = 6  # with the world, that a servo keeps
 @kernel
 def write_contact(scene, body_rows, i, j, scratch, out, row):
     """Write the contact of a pair, in plain numbers, to a row of out."""
-    bodies, vertices, a = scene.bodies, scene.vertices, load_pose(body_rows, i)
-    n = bodies.shape[0]
+    ours, n = body_at(scene, i, load_pose(body_rows, i)), scene.bodies.shape[0]
     if j < n:
-        distance, p, q, normal = rows_contact(bodies, vertices, i, a, bodies, vertices, j, load_pose(body_rows, j), scratch)
+        distance, p, q, normal = rows_contact(ours, body_at(scene, j, load_pose(body_rows, j)), scratch)
     else:
-        solid, b = solid_at(scene, j - n, 0.0)
-        distance, p, q, normal = rows_contact(bodies, vertices, i, a, scene.objects, scene.points, solid, b, scratch)
+        distance, p, q, normal = rows_contact(ours, solid_at(scene, j - n, 0.0), scratch)
     out[row, DISTANCE] = distance
     out[row, WITNESS_A], out[row, WITNESS_A + 1], out[row, WITNESS_A + 2] = p
     out[row, WITNESS_B], out[row, WITNESS_B + 1], out[row, WITNESS_B + 2] = q
@@ -104,8 +102,10 @@ def find_near_pairs(scene, clearance, apart, within, near, excess):
         i, j = scene.pairs[p, 0], scene.pairs[p, 1]
         if excess is not None:
             count = add_nearest_pair(scene, i, j, 0.0, apart, within, near, excess, count)
-        elif ball_distance(bodies, i, load_pose(near.body_rows, i), bodies, j, load_pose(near.body_rows, j)) <= within:
-            count = add_pair(scene, i, j, -1, within, near, count)
+        else:
+            ours, theirs = body_at(scene, i, load_pose(near.body_rows, i)), body_at(scene, j, load_pose(near.body_rows, j))
+            if ball_distance(ours, theirs) <= within:
+                count = add_pair(scene, i, j, -1, within, near, count)
     return count
 
 
@@ -132,37 +132,37 @@ def add_solid(scene, k, a, w, clearance, apart, within, near, excess, first, cou
     """Add body k, at pose a, and solid w of the world if they are near; the new count. The rows of body k begin at ``first``."""
     if excess is not None:
         return add_nearest_pair(scene, k, scene.bodies.shape[0] + w, clearance, apart, within, near, excess, count)
-    row, b = solid_at(scene, w, 0.0)
-    least = least_distance(scene.bodies, k, a, scene.objects, row, b, within)
-    if not least <= within or may_touch(scene, k, row):
+    theirs = solid_at(scene, w, 0.0)
+    least = least_distance(body_at(scene, k, a), theirs, within)
+    if not least <= within or may_touch(scene, k, theirs.row):
         return count
-    return add_nearest_solid(scene, k, w, int(scene.objects[row, OBJECT]), least, within, near, first, count)
+    return add_nearest_solid(scene, k, w, int(scene.objects[theirs.row, OBJECT]), least, within, near, first, count)
 
 
 @routine
 def add_nearest_pair(scene, i, j, clearance, apart, within, near, excess, count):
     """Write a pair that is near, where there is room or in place of a farther one; the new count."""
-    room, bodies, a, number = near.pair_rows.shape[0], scene.bodies, load_pose(near.body_rows, i), -1
-    if j < bodies.shape[0]:
-        row, b, others, points = j, load_pose(near.body_rows, j), bodies, scene.vertices
+    room, n, ours, number = near.pair_rows.shape[0], scene.bodies.shape[0], body_at(scene, i, load_pose(near.body_rows, i)), -1
+    if j < n:
+        theirs = body_at(scene, j, load_pose(near.body_rows, j))
     else:
-        row, b = solid_at(scene, j - bodies.shape[0], 0.0)
-        if may_touch(scene, i, row):
+        theirs = solid_at(scene, j - n, 0.0)
+        if may_touch(scene, i, theirs.row):
             return count
-        others, points, number = scene.objects, scene.points, int(scene.objects[row, OBJECT])
-        clearance = clearance + wider_by(scene, apart, row)
-    slot, farthest = slot_of_pair(i, j, bodies.shape[0], within, near, excess, count)
+        number = int(scene.objects[theirs.row, OBJECT])
+        clearance = clearance + wider_by(scene, apart, theirs.row)
+    slot, farthest = slot_of_pair(i, j, n, within, near, excess, count)
     limit = max(farthest, excess[room])
     reach = clearance + limit
-    if least_distance(bodies, i, a, others, row, b, reach) >= reach:
+    if least_distance(ours, theirs, reach) >= reach:
         return count
-    gap = rows_gap(bodies, scene.vertices, i, a, others, points, row, b, reach, 0.0)
+    gap = rows_gap(ours, theirs, reach, 0.0)
     if gap >= reach:
         return count
     write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, room)
     distance = near.contact_rows[room, DISTANCE]
     excess[room] = min(excess[room], distance - clearance)
-    if distance <= 0.0 or gap_is_searched(bodies, scene.vertices, i, others, points, row):
+    if distance <= 0.0 or gap_is_searched(ours, theirs):
         gap = distance
     of_pair = min(gap, distance) - clearance
     if distance - clearance >= within or of_pair >= farthest:
@@ -195,12 +195,13 @@ def slot_of_pair(i, j, n, within, near, excess, count):
 
 
 @kernel
-def least_distance(bodies, i, a, others, j, b, reach):
-    """A lower bound of the distance of two rows [m]: by their bounding balls, and if that is within reach by boxes round them."""
-    least = ball_distance(bodies, i, a, others, j, b)
+def least_distance(ours, theirs, reach):
+    """A lower bound of the distance of two bodies [m]: by their bounding balls, and within reach by boxes round them."""
+    bodies, i, others, j = ours.table, ours.row, theirs.table, theirs.row
+    least = ball_distance(ours, theirs)
     if least > reach or not others[j, REACH] <= LARGEST:
         return least
-    gap = certain_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]), 0.0)
+    gap = box_rows_gap(ours, theirs, 0.0)
     touching = (BALLS - 1.0) * (bodies[i, REACH] + others[j, REACH])  # bodies within the contact tolerance are zero apart
     return max(least, gap - bodies[i, RADIUS] - others[j, RADIUS] - touching)
 

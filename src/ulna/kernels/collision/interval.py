@@ -40,7 +40,17 @@ from ulna.kernels.collision.collision_layout import (
     RUN_END,
     RUN_FIRST,
 )
-from ulna.kernels.collision.posed_pair import BALLS, is_excepted, may_touch, rows_gap, solid_at, wider_by, widest
+from ulna.kernels.collision.posed_pair import (
+    BALLS,
+    body_at,
+    is_excepted,
+    may_touch,
+    object_at,
+    rows_gap,
+    solid_at,
+    wider_by,
+    widest,
+)
 from ulna.kernels.collision.reached import (
     NEVER,
     ball_bounds,
@@ -151,7 +161,8 @@ def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margi
                 top = push_reached(scene.nodes, node, bounds, bodies, k, a, p, within - tree_spare(apart), stack, top)
                 continue
             o = -1 - node
-        row, b = solid_at(scene, o, half)
+        theirs = solid_at(scene, o, half)
+        row, b = theirs.row, theirs.pose
         if may_touch(scene, k, row) or is_excepted(scene, apart, k, row):
             continue
         less, own = spare(scene, apart, row), margin + wider_by(scene, apart, row)
@@ -194,8 +205,7 @@ def object_outcome(scene, carried, g, k, o, b, placed, way, within, slack, half,
         if not any_lane(distance <= within):
             return False, clear
         if not has_exact_ball(other, kind):
-            ours, theirs = (bodies, scene.vertices, k, a), (objects, scene.points, o, b)
-            distance = gap_or_contact(ours, theirs, within, margin, slack - margin)
+            distance = gap_or_contact(body_at(scene, k, a), object_at(scene, o, b), within, margin, slack - margin)
         away = away | (distance > way)
     return any_lane(distance <= margin), where(away, clear, 0.0)
 
@@ -261,8 +271,7 @@ def pair_outcome(scene, carried, e, i, j, p, way, slack, half, still, stop, clea
         if not any_lane(near & (clear > 0.0)):
             return False, clear
         of_i = frame_pose(bodies, i, carried.joint_rows, half)
-        ours, theirs = (bodies, scene.vertices, i, of_i), (bodies, scene.vertices, j, of_j)
-        distance = gap_or_contact(ours, theirs, where(near, within, NEVER), 0.0, slack)
+        distance = gap_or_contact(body_at(scene, i, of_i), body_at(scene, j, of_j), where(near, within, NEVER), 0.0, slack)
     else:
         nearer = minimum(way, spheres_way(scene, carried, e, (i, j), (p, q), half, still) + slack)
     return any_lane(near & (distance <= 0.0)), where(near & (distance <= nearer), 0.0, clear)
@@ -281,22 +290,20 @@ def spheres_way(scene, carried, e, pair, centres, half, still):
 
 
 @kernel
-def gap_or_contact(first, second, reach, margin, rounding):
+def gap_or_contact(ours, theirs, reach, margin, rounding):
     """A lower bound of the distance of two bodies, exact enough to know whether it is above ``reach``, and above a margin.
 
     Where ``reach`` is NEVER it may be any lower bound.
-
-    Each body: its table, the vertices, its row and its pose.
     """
-    distance = posed_gap(*first, *second, reach, rounding)
+    distance = posed_gap(ours, theirs, reach, rounding)
     near = (distance <= margin) & (reach >= 0.0)
     if any_lane(near):
-        again = posed_gap(*first, *second, where(near, margin, NEVER), rounding)
+        again = posed_gap(ours, theirs, where(near, margin, NEVER), rounding)
         distance = where(near, again, distance)
     return distance
 
 
 @routine
-def posed_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding):
+def posed_gap(ours, theirs, reach, rounding):
     """``posed_pair.rows_gap``, called and not inlined: it takes longest to compile."""
-    return rows_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding)
+    return rows_gap(ours, theirs, reach, rounding)

@@ -45,6 +45,18 @@ BOXES = Group((TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE, WHOLE, WHO
 SHAPES = Group((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
 
 
+class Posed(NamedTuple):
+    """A row of a table of bodies, at a pose."""
+
+    table: NDArray
+    """Shape (n, BODY_WIDTH)."""
+    vertices: NDArray | None
+    """Those of the table's hulls, shape (m, 3); None if all shapes are boxes."""
+    row: int
+    pose: tuple
+    """Twelve numbers."""
+
+
 class Apart(NamedTuple):
     """How far bodies have to be from objects, where that is not the same for all; None where it is."""
 
