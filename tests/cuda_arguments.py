@@ -10,7 +10,7 @@ from numba import from_dtype, types
 
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
-from ulna.kernels.collision.scene import Carried, Near, Posed, Scene
+from ulna.kernels.collision.scene import Carried, Intervals, Mover, Near, Posed, Reach, Scene
 from ulna.kernels.distance.body_records import Body, Core, Simplex
 from ulna.kernels.ik.search_records import SearchSettings
 from ulna.kernels.servo.objective import Objective, Program, Steady
@@ -40,6 +40,7 @@ SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOL
 SCENE_OF_BOXES = types.NamedTuple(
     (TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene
 )
+INTERVALS = types.NamedTuple((NUMBER, TRUTH, TRUTH, NUMBER, types.none, NUMBER), Intervals)
 CARRIED = types.NamedTuple((
     MATRIX, INDICES, INDICES, INDEX_ROWS, INDEX_ROWS, INDICES, MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,
     NUMBERS, NUMBERS, INDICES, INDICES,
@@ -146,7 +147,7 @@ TYPES = {
         "best": VECTOR,
         **_each("within half clear margin speed bend turning slack slope fastest extent", NUMBER), **_each("n p node top", WHOLE),
         **_each("still stop", TRUTH),
-        "carried": CARRIED, "apart": types.none, "back": WHOLE,
+        "carried": CARRIED, "apart": types.none, "back": WHOLE, "intervals": INTERVALS, "group": types.UniTuple(WHOLE, 3),
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},
     "collision.contacts": {
@@ -163,10 +164,14 @@ TYPES = {
     "collision.posed_pair.solid_at": {"w": WHOLE},
     "collision.reached": {**_each("centre half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE},
     "collision.interval": {**_each("o g", WHOLE), "p": VECTOR, "of_all": NUMBER},
-    "collision.interval.body_outcome": {"found": types.Tuple((WHOLE, TRUTH, INDICES))},
-    "collision.interval.object_outcome": {"placed": types.Tuple((POSE, VECTOR, VECTOR))},
-    "collision.interval.pair_outcome": {"e": WHOLE},
-    "collision.interval.spheres_way": {"e": WHOLE, "pair": types.UniTuple(WHOLE, 2), "centres": TWO_VECTORS},
+    "collision.interval.body_outcome": {
+        "mover": types.Tuple((WHOLE, WHOLE, NUMBER)), "found": types.Tuple((WHOLE, TRUTH, INDICES)),
+    },
+    "collision.interval.object_outcome": {
+        "mover": types.NamedTuple((WHOLE, WHOLE, POSE, VECTOR, VECTOR), Mover), "reach": types.NamedTuple((NUMBER,) * 4, Reach),
+    },
+    "collision.interval.pair_outcome": {"pair": types.UniTuple(WHOLE, 3), "reach": types.UniTuple(NUMBER, 2)},
+    "collision.interval.spheres_way": {"pair": types.UniTuple(WHOLE, 3), "centres": TWO_VECTORS},
     # Here one configuration is a column, chosen by its lane, of rows of several.
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},

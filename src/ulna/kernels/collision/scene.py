@@ -1,6 +1,6 @@
 """Names the parts of a robot and a world as the kernels and the entries take them, and of what these find."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +65,50 @@ class Apart(NamedTuple):
     the BVH, and the greatest of all: shape (n_objects + 2,)."""
     touching: NDArray
     """Pairs of a body and an object that may touch all the same, shape (n, PAIR_WIDTH)."""
+
+
+class Intervals(NamedTuple):
+    """Eight intervals of an edge, and what a look at them asks of every pair of bodies."""
+
+    half: Any
+    """Half of their lengths, as a fraction of the edge."""
+    still: bool
+    """Whether these are 0, so that nothing moves."""
+    stop: bool
+    """Whether a contact ends the search. Then contacts are looked for in lanes that are not clear too."""
+    margin: float
+    """How near an object may be [m], which ``apart`` widens."""
+    apart: Apart | None
+    of_world: float
+    """How far rounding may put a point of an object [m]."""
+
+
+class Mover(NamedTuple):
+    """A body at the middles of eight intervals."""
+
+    ball: int
+    """That which holds it."""
+    row: int
+    """Its own in the table of bodies."""
+    pose: Any
+    """Twelve numbers."""
+    centre: Any
+    """In the base frame [m]."""
+    velocity: Any
+    """That of its centre along the edge [m]."""
+
+
+class Reach(NamedTuple):
+    """How far a point of a body gets in eight intervals, and how near to it an object may be."""
+
+    way: Any
+    """How far it gets within half of an interval, with ``slack`` [m]."""
+    within: Any
+    """The same where the lane is clear, else how near a contact is [m]."""
+    slack: float
+    """What rounding and the margin add [m]."""
+    margin: float
+    """How near the object may be [m]."""
 
 
 class Carried(NamedTuple):
