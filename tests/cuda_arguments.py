@@ -10,7 +10,7 @@ from numba import from_dtype, types
 
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
-from ulna.kernels.collision.scene import Carried, Intervals, Mover, Near, Posed, Reach, Scene
+from ulna.kernels.collision.scene import Carried, Intervals, Mover, Near, Nearness, Posed, Reach, Scene
 from ulna.kernels.distance.body_records import Body, Core, Simplex
 from ulna.kernels.ik.search_records import SearchSettings
 from ulna.kernels.servo.objective import Objective, Program, Steady
@@ -152,8 +152,10 @@ TYPES = {
     "collision.bvh.gap_bound": {"gap": VECTOR},
     "collision.contacts": {
         **_each("contacts contact_rows from_rows to_rows out", MATRIX), **_each("joint witness first count w", WHOLE),
+        **_each("contact gradient", NUMBERS), "solid": types.Tuple((WHOLE, WHOLE, NUMBER)), "kept": types.UniTuple(WHOLE, 2),
         "order": INDICES,
-        **_each("sign least clearance", NUMBER), "near": NEAR, "excess": NUMBERS,
+        **_each("sign clearance", NUMBER), "near": NEAR, "excess": NUMBERS,
+        "nearness": types.NamedTuple((NUMBER, types.none, NUMBER), Nearness),
     },
     "collision.ball_motion": {
         **_each("q_a q_b spread rows", NUMBERS), **_each("joint shared a b g", WHOLE), **_each("p w_shared", VECTOR),

@@ -67,6 +67,16 @@ class Apart(NamedTuple):
     """Pairs of a body and an object that may touch all the same, shape (n, PAIR_WIDTH)."""
 
 
+class Nearness(NamedTuple):
+    """How near a pair has to be to be found."""
+
+    clearance: float
+    """How far apart it has to be [m]; an object also by ``apart``."""
+    apart: Apart | None
+    within: float
+    """How much farther apart it is at most [m]."""
+
+
 class Intervals(NamedTuple):
     """Eight intervals of an edge, and what a look at them asks of every pair of bodies."""
 
