@@ -163,6 +163,7 @@ TYPES = {
     },
     "collision.reached.has_exact_ball": {**_each("kind other", WHOLE)},
     "collision.reached.core_slope": {"e": VECTOR},
+    "collision.reached.push_reached": {"body": types.Tuple((POSED, VECTOR, TWO_VECTORS))},
     "collision.posed_pair.solid_at": {"w": WHOLE},
     "collision.reached": {**_each("centre half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE},
     "collision.interval": {**_each("o g", WHOLE), "p": VECTOR, "of_all": NUMBER},
@@ -176,7 +177,7 @@ TYPES = {
     "collision.interval.spheres_way": {"pair": types.UniTuple(WHOLE, 3), "centres": TWO_VECTORS},
     # Here one configuration is a column, chosen by its lane, of rows of several.
     "collision.nearest.splat_result": {"best_rows": MATRIX},
-    "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},
+    "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX), "search": types.Tuple((INDICES, NUMBERS))},
     "collision.overlap.overlaps_indexed": {**_each("body_rows bound_rows", MATRIX)},
     "ik": {
         "rows": NUMBERS, "settings": SETTINGS, **_each("p r", WHOLE), **_each("slack dt cosine sine running", NUMBER),

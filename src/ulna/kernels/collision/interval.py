@@ -158,7 +158,8 @@ def body_outcome(scene, carried, intervals, mover, found, slack, clear):
             top -= 1
             node = stack[top]
             if node >= 0:
-                top = push_reached(scene.nodes, node, bounds, bodies, k, a, p, within - tree_spare(apart), stack, top)
+                body = body_at(scene, k, a), p, bounds
+                top = push_reached(scene.nodes, node, body, within - tree_spare(apart), stack, top)
                 continue
             o = -1 - node
         theirs = solid_at(scene, o, half)

@@ -49,13 +49,15 @@ def nearest_unindexed(scene, body_rows, like, scratch):
 
 
 @kernel
-def nearest_indexed(best, scene, body_rows, bound_rows, lane, stack, heights, scratch):
+def nearest_indexed(best, scene, body_rows, bound_rows, lane, search, scratch):
     """The nearer of the best pair and those of the robot, in one lane, and the indexed objects.
+
+    search: a stack of nodes, and the lower bounds of their distances.
 
     Depth first, the nearest child first; a node known to be farther than the best is pruned. All lanes do the
     same, so that the distance of two bodies is compiled for lanes only.
     """
-    n, like = scene.bodies.shape[0], best[0]
+    n, like, (stack, heights) = scene.bodies.shape[0], best[0], search
     for k in range(n):
         bounds, ours = lane_bounds(bound_rows, k, lane), body_at(scene, k, splat_pose(lane_pose(body_rows, k, lane), like))
         stack[0], heights[0], top = scene.root, -np.inf, 1
