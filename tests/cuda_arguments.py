@@ -75,7 +75,7 @@ TYPES = {
         **_each("matrix nodes faces edges", MATRIX),
         **_each("posture settings velocity_limits", NUMBERS),
     },
-    "spatial": {"rows": NUMBERS, **_each("defect fault r00 r01 r02 r10 r11 r12 r20 r21 r22", NUMBER)},
+    "spatial": {"rows": NUMBERS, **_each("defect fault", NUMBER)},
     "spatial.se3.turned_about_z": {**_each("s c", NUMBER)},
     "spatial.vectors": {**_each("a b", VECTOR)},
     **{
@@ -186,9 +186,11 @@ TYPES = {
     "ik.task_error.task_error": {"slack": NUMBERS},
     "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 5)},
     "ik.bounded_least_squares.minus_where": {**_each("a b", TWIST)},
+    "ik.bounded_least_squares.release_steepest": {"rows": types.UniTuple(NUMBERS, 3)},
     "ik.damped_system": {"v": TWIST}, "ik.singular_values.add_rotated": {"v": TWIST},
     "ik.nearest_branch": {**_each("q seed most inverse_reach", NUMBER), **_each("branch k steps", WHOLE)},
-    "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
+    "ik.nearest_branch.polish": {"rows": types.UniTuple(NUMBERS, 4), "scratch": types.UniTuple(NUMBERS, 3)},
+    "ik.levenberg_marquardt": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "servo": {
         "limits": LIMITS, **_each("state after", STATE), "settings": from_dtype(ServoSettings.structure),
         "counters": from_dtype(StopCounters.structure), "goal": GOAL, "hands": HANDS, "active_rows": INDICES, "rows": NUMBERS,

@@ -94,8 +94,9 @@ def angle_in_first_quadrant(x, out):
 
 
 def vector_of_rotation(x, out):
-    R = load(x, 0), load(x, 1), load(x, 2), load(x, 3), load(x, 4), load(x, 5), load(x, 6), load(x, 7), load(x, 8)
-    v = rotation_vector(*R)
+    v = rotation_vector((
+        (load(x, 0), load(x, 1), load(x, 2)), (load(x, 3), load(x, 4), load(x, 5)), (load(x, 6), load(x, 7), load(x, 8)),
+    ))  # fmt: skip
     for k in range(3):
         store(out, k, v[k])
 
