@@ -10,6 +10,7 @@ from numba import from_dtype, types
 
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
+from ulna.kernels.chain.branch_records import Branches, Sure
 from ulna.kernels.collision.scene import Carried, Intervals, Mover, Near, Nearness, Posed, Reach, Scene
 from ulna.kernels.distance.body_records import Body, Core, Simplex
 from ulna.kernels.ik.search_records import SearchSettings
@@ -45,6 +46,7 @@ CARRIED = types.NamedTuple((
     MATRIX, INDICES, INDICES, INDEX_ROWS, INDEX_ROWS, INDICES, MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,
     NUMBERS, NUMBERS, INDICES, INDICES,
 ), Carried)  # fmt: skip
+BRANCHES = types.NamedTuple((NUMBERS, WHOLE, NUMBERS, NUMBERS, NUMBERS), Branches)
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 NEAR = types.NamedTuple((NUMBERS, NUMBERS, MATRIX, INDEX_ROWS, INDICES, INDICES, INDICES, POLYTOPE), Near)
 
@@ -89,15 +91,15 @@ TYPES = {
         "motion": POSE, **_each("two three reach v", VECTOR), "both": PAIR,
         **_each("r whole last columns", THREE_VECTORS), "angles": VECTOR,
         **_each("a_s a_c discriminant sign square missed sure apart next_apart near least near_5", NUMBER),
-        **_each("row branch", WHOLE), "is_first": INDICES,
+        **_each("row branch", WHOLE), "is_first": INDICES, "branches": BRANCHES, "known": types.NamedTuple((NUMBER,) * 4, Sure),
+        "limits": ANGLE,
     },
     "chain.subproblems": {"k": VECTOR, **_each("b d s c", NUMBER)},
     "chain.closed_form_rows": {"normals": WHOLE},
     **{f"chain.{name}": {**_each("x y z", VECTOR)} for name in ("closed_form_rows.by_columns", "parallel_links.row_of")},
     "chain.spherical_wrist": {"family": WHOLE, **_each("outer inner", ANGLE)},
-    "chain.three_parallel.hand": {"singular": NUMBER},
-    "chain.three_parallel.within_reach": {"singular": TRUTH},
-    "chain.parallel_links.links": {"angles": SIZE},
+    "chain.three_parallel.within_reach": {"singular": TRUTH, "angles": types.UniTuple(ANGLE, 3)},
+    "chain.parallel_links.links": {"angles": SIZE, "both": TWO_VECTORS},
     "chain.closed_form_rows.put": {"angle": NUMBER},
     "chain.sliding_arm": {"family": WHOLE, **_each("first second third joint", VECTOR), **_each("way sign_1 sign_2", NUMBER)},
     "chain.sliding_arm.ways_in_plane": {"k": VECTOR},
