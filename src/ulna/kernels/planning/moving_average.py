@@ -96,7 +96,7 @@ def write_coasts(steps, x, rest_rows, window, ceilings):
 
 @kernel
 def flatten_peak(steps, x, section, peak, window, ceilings):
-    """Lower the ceilings about one peak; return the last border lowered. section, peak: the first border of each, and the last."""
+    """Lower the ceilings about one peak; return the last border lowered. section, peak: their first border and their last."""
     (first, last), (low, high) = section, peak
     level, length = x[low], 0.0
     for k in range(low, high):
