@@ -32,6 +32,7 @@ from ulna.kernels.distance.box_sat import boxes_overlap
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.layout import IN_BASE
 from ulna.kernels.collision.posed_pair import balls_overlap, half_extents, place_bodies
+from ulna.kernels.collision.scene import Posed
 from ulna.kernels.spatial.se3 import load_pose
 
 class Counting(np.ndarray):
@@ -60,7 +61,7 @@ if len(sys.argv) > 1:
     place_bodies(joints, bodies, q, rows(12 * len(joints)), body_rows)
     counts["place_bodies"], Counting.operations = Counting.operations, 0
     a, b = load_pose(body_rows, 0), load_pose(body_rows, 1)
-    balls_overlap(bodies, 0, a, bodies, 1, b)
+    balls_overlap(Posed(bodies, None, 0, a), Posed(bodies, None, 1, b))
     counts["balls_overlap"], Counting.operations = Counting.operations, 0
     boxes_overlap(a, half_extents(bodies, 0, a[0]), b, half_extents(bodies, 1, a[0]))
     counts["boxes_overlap"] = Counting.operations

@@ -10,7 +10,9 @@ from numba import from_dtype, types
 
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
-from ulna.kernels.collision.scene import Carried, Near, Scene
+from ulna.kernels.chain.branch_records import Branches, Sure
+from ulna.kernels.collision.scene import Carried, Intervals, Mover, Near, Nearness, Posed, Reach, Scene
+from ulna.kernels.distance.body_records import Body, Core, Simplex
 from ulna.kernels.ik.search_records import SearchSettings
 from ulna.kernels.servo.objective import Objective, Program, Steady
 from ulna.kernels.servo.servo_records import HandGoal, JointLimits, JointState, ServoGoal, ServoSettings, StopCounters
@@ -24,21 +26,27 @@ SETTINGS = from_dtype(SearchSettings.structure)  # of a search of inverse kinema
 ANGLE, VECTOR, SIZE, TWIST, POSE = (types.UniTuple(NUMBER, n) for n in (2, 3, 4, 6, 12))  # an angle: its sine and cosine
 PAIR = types.UniTuple(ANGLE, 2)  # two angles: their middle, and the way from it to one of them
 TWO_VECTORS, THREE_VECTORS = (types.UniTuple(VECTOR, n) for n in (2, 3))
-BODY = types.Tuple((WHOLE, POSE, SIZE, TABLE))  # kind, pose, half extents and radius, vertices
-ROW = types.Tuple((TABLE, TABLE, WHOLE, POSE))  # a table of bodies, the vertices, a row of the table, its pose
-CORES = types.Tuple((WHOLE, VECTOR, TABLE, WHOLE, VECTOR, TABLE, THREE_VECTORS, VECTOR))  # two bodies of EPA; the second's pose
+CORE = types.NamedTuple((WHOLE, VECTOR, TABLE), Core)
+BODY = types.NamedTuple((POSE, CORE, NUMBER), Body)
+POSED = types.NamedTuple((TABLE, TABLE, WHOLE, POSE), Posed)
+POSED_BOX = types.NamedTuple((TABLE, types.none, WHOLE, POSE), Posed)
+RELATIVE = types.Tuple((THREE_VECTORS, VECTOR))  # a rotation by rows, and a translation
+CORES = types.Tuple((CORE, CORE, RELATIVE))  # those of EPA
 DISTANCE = types.Tuple((NUMBER, VECTOR, VECTOR, VECTOR))  # and witness points and normal
 CORNER = types.Tuple((NUMBER, VECTOR))  # the square of a distance, and a point
 POINTS = types.Tuple((NUMBER, VECTOR, VECTOR))  # and two points
+SIMPLEX = types.NamedTuple((VECTOR, THREE_VECTORS, THREE_VECTORS, VECTOR), Simplex)  # of GJK
 CANDIDATE = types.UniTuple(NUMBER, 3)  # of GJK: |v|^2 and two weights
 SCENE = types.NamedTuple((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
 SCENE_OF_BOXES = types.NamedTuple(
     (TABLE, TABLE, types.none, PAIRS, TABLE, types.none, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene
 )
+INTERVALS = types.NamedTuple((NUMBER, TRUTH, TRUTH, NUMBER, types.none, NUMBER), Intervals)
 CARRIED = types.NamedTuple((
     MATRIX, INDICES, INDICES, INDEX_ROWS, INDEX_ROWS, INDICES, MATRIX, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS,
     NUMBERS, NUMBERS, INDICES, INDICES,
 ), Carried)  # fmt: skip
+BRANCHES = types.NamedTuple((NUMBERS, WHOLE, NUMBERS, NUMBERS, NUMBERS), Branches)
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 NEAR = types.NamedTuple((NUMBERS, NUMBERS, MATRIX, INDEX_ROWS, INDICES, INDICES, INDICES, POLYTOPE), Near)
 
@@ -69,7 +77,7 @@ TYPES = {
         **_each("matrix nodes faces edges", MATRIX),
         **_each("posture settings velocity_limits", NUMBERS),
     },
-    "spatial": {"rows": NUMBERS, **_each("defect fault r00 r01 r02 r10 r11 r12 r20 r21 r22", NUMBER)},
+    "spatial": {"rows": NUMBERS, **_each("defect fault", NUMBER)},
     "spatial.se3.turned_about_z": {**_each("s c", NUMBER)},
     "spatial.vectors": {**_each("a b", VECTOR)},
     **{
@@ -83,15 +91,15 @@ TYPES = {
         "motion": POSE, **_each("two three reach v", VECTOR), "both": PAIR,
         **_each("r whole last columns", THREE_VECTORS), "angles": VECTOR,
         **_each("a_s a_c discriminant sign square missed sure apart next_apart near least near_5", NUMBER),
-        **_each("row branch", WHOLE), "is_first": INDICES,
+        **_each("row branch", WHOLE), "is_first": INDICES, "branches": BRANCHES, "known": types.NamedTuple((NUMBER,) * 4, Sure),
+        "limits": ANGLE,
     },
     "chain.subproblems": {"k": VECTOR, **_each("b d s c", NUMBER)},
     "chain.closed_form_rows": {"normals": WHOLE},
     **{f"chain.{name}": {**_each("x y z", VECTOR)} for name in ("closed_form_rows.by_columns", "parallel_links.row_of")},
     "chain.spherical_wrist": {"family": WHOLE, **_each("outer inner", ANGLE)},
-    "chain.three_parallel.hand": {"singular": NUMBER},
-    "chain.three_parallel.within_reach": {"singular": TRUTH},
-    "chain.parallel_links.links": {"angles": SIZE},
+    "chain.three_parallel.within_reach": {"singular": TRUTH, "angles": types.UniTuple(ANGLE, 3)},
+    "chain.parallel_links.links": {"angles": SIZE, "both": TWO_VECTORS},
     "chain.closed_form_rows.put": {"angle": NUMBER},
     "chain.sliding_arm": {"family": WHOLE, **_each("first second third joint", VECTOR), **_each("way sign_1 sign_2", NUMBER)},
     "chain.sliding_arm.ways_in_plane": {"k": VECTOR},
@@ -106,43 +114,50 @@ TYPES = {
     "chain.two_circles": {
         **_each("u b_1 b_2 axes", ANGLE), **_each("form lines", SIZE), **_each("line k a b d size off", NUMBER),
     },
-    "distance": {"scratch": POLYTOPE, "body": CORES, **_each("index square gap depth angle level", NUMBER), "points": MATRIX},
-    "distance.box_distance": {"best": POINTS, "other": POINTS, **_each("length sign_1 sign_2 sign_y sign_z", NUMBER)},
-    "distance.box_distance.edge_pair": {**_each("y z", VECTOR)},
+    "distance": {
+        "scratch": POLYTOPE, "cores": CORES, **_each("core core_a core_b", CORE), "relative": RELATIVE,
+        **_each("index square gap depth angle level", NUMBER), "points": MATRIX,
+    },
+    "distance.box_distance": {"best": POINTS, "other": POINTS, "length": NUMBER},
+    "distance.box_distance.edge_pair": {"sides": TWO_VECTORS, "s": SIZE},
     "distance.box_distance.nearest_corner": {"edges": THREE_VECTORS},
     "distance.box_distance.nearest_edges": {"sides": TWO_VECTORS, "s": THREE_VECTORS},
     "distance.box_distance.nearest_of_four": {**_each("y z", VECTOR)},
     "distance.box_distance.nearer_corner": {"best": CORNER, "other": CORNER},
     "distance.box_distance.pose_axis": {"k": NUMBER},
     "distance.box_distance.row_signs": {"row": VECTOR},
-    "distance.box_sat": {"m": THREE_VECTORS, **_each("t1 t2 h1 h2 widest axis", NUMBER), **_each("r1 r2 m0 m1 m2", VECTOR)},
+    "distance.box_sat": {"m": THREE_VECTORS, **_each("widest axis", NUMBER)},
+    "distance.box_sat.edge_gaps": {**_each("t h", ANGLE), "r": TWO_VECTORS},
     "distance.box_sat.widest_of_edges": {"edges": TWO_VECTORS},
-    "distance.epa": {"relative": types.Tuple((THREE_VECTORS, VECTOR)), "common_point": VECTOR, "z": VECTOR},
+    "distance.epa": {"common_point": VECTOR, "z": VECTOR},
     "distance.epa.with_penetration": {"contact": DISTANCE, "inside": NUMBER},
     "distance.epa_polytope.set_face": {"f": WHOLE},
     "distance.epa_polytope.toggle_edge": {**_each("i j", NUMBER)},
     "distance.epa_polytope.remove_visible": {"w": WHOLE},
     "distance.epa_polytope.unit_cross": {**_each("a b", VECTOR)},
-    "distance.gjk": {**_each("points sources", THREE_VECTORS), "weights": VECTOR, **_each("e e0 e1 e2 f n0 n1 n2", VECTOR)},
+    "distance.gjk": {"simplex": SIMPLEX, **_each("edges normals", THREE_VECTORS), **_each("e f", VECTOR)},
     "distance.gjk.point_of": {**_each("k1 k2", VECTOR)},
     "distance.gjk.chosen_three": {**_each("a b", THREE_VECTORS)},
     "distance.gjk.nearer": {"best": CANDIDATE, "other": CANDIDATE},
     **{f"distance.pairs.pair_{name}": {"a": BODY, "b": BODY} for name in ("distance", "overlap", "gap")},
     "distance.pairs.contact_reach": {"a": BODY, "b": BODY},
-    **{f"distance.pairs.{name}": {"body": BODY} for name in ("box_of", "outer_box_of")},
+    "distance.pairs.outer_half": {"body": BODY},
     "distance.swept_segments": {"core": DISTANCE, "otherwise": VECTOR, "outwards": VECTOR},
     "collision": {
         **_each("bounds", TWO_VECTORS), **_each("stack found", INDICES), **_each("speeds rows", MATRIX), "pairs": PAIRS,
-        "points": TABLE, "scene": SCENE, "heights": NUMBERS, "scratch": POLYTOPE, "best": VECTOR,
+        "points": TABLE, **_each("posed ours theirs", POSED), "scene": SCENE, "heights": NUMBERS, "scratch": POLYTOPE,
+        "best": VECTOR,
         **_each("within half clear margin speed bend turning slack slope fastest extent", NUMBER), **_each("n p node top", WHOLE),
         **_each("still stop", TRUTH),
-        "carried": CARRIED, "apart": types.none, "back": WHOLE,
+        "carried": CARRIED, "apart": types.none, "back": WHOLE, "intervals": INTERVALS, "group": types.UniTuple(WHOLE, 3),
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},
     "collision.contacts": {
         **_each("contacts contact_rows from_rows to_rows out", MATRIX), **_each("joint witness first count w", WHOLE),
+        **_each("contact gradient", NUMBERS), "solid": types.Tuple((WHOLE, WHOLE, NUMBER)), "kept": types.UniTuple(WHOLE, 2),
         "order": INDICES,
-        **_each("sign least clearance", NUMBER), "near": NEAR, "excess": NUMBERS,
+        **_each("sign clearance", NUMBER), "near": NEAR, "excess": NUMBERS,
+        "nearness": types.NamedTuple((NUMBER, types.none, NUMBER), Nearness),
     },
     "collision.ball_motion": {
         **_each("q_a q_b spread rows", NUMBERS), **_each("joint shared a b g", WHOLE), **_each("p w_shared", VECTOR),
@@ -150,17 +165,21 @@ TYPES = {
     },
     "collision.reached.has_exact_ball": {**_each("kind other", WHOLE)},
     "collision.reached.core_slope": {"e": VECTOR},
+    "collision.reached.push_reached": {"body": types.Tuple((POSED, VECTOR, TWO_VECTORS))},
     "collision.posed_pair.solid_at": {"w": WHOLE},
     "collision.reached": {**_each("centre half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE},
     "collision.interval": {**_each("o g", WHOLE), "p": VECTOR, "of_all": NUMBER},
-    "collision.interval.body_outcome": {"found": types.Tuple((WHOLE, TRUTH, INDICES))},
-    "collision.interval.object_outcome": {"placed": types.Tuple((POSE, VECTOR, VECTOR))},
-    "collision.interval.pair_outcome": {"e": WHOLE},
-    "collision.interval.spheres_way": {"e": WHOLE, "pair": types.UniTuple(WHOLE, 2), "centres": TWO_VECTORS},
-    "collision.interval.gap_or_contact": {**_each("first second", ROW)},
+    "collision.interval.body_outcome": {
+        "mover": types.Tuple((WHOLE, WHOLE, NUMBER)), "found": types.Tuple((WHOLE, TRUTH, INDICES)),
+    },
+    "collision.interval.object_outcome": {
+        "mover": types.NamedTuple((WHOLE, WHOLE, POSE, VECTOR, VECTOR), Mover), "reach": types.NamedTuple((NUMBER,) * 4, Reach),
+    },
+    "collision.interval.pair_outcome": {"pair": types.UniTuple(WHOLE, 3), "reach": types.UniTuple(NUMBER, 2)},
+    "collision.interval.spheres_way": {"pair": types.UniTuple(WHOLE, 3), "centres": TWO_VECTORS},
     # Here one configuration is a column, chosen by its lane, of rows of several.
     "collision.nearest.splat_result": {"best_rows": MATRIX},
-    "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX)},
+    "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX), "search": types.Tuple((INDICES, NUMBERS))},
     "collision.overlap.overlaps_indexed": {**_each("body_rows bound_rows", MATRIX)},
     "ik": {
         "rows": NUMBERS, "settings": SETTINGS, **_each("p r", WHOLE), **_each("slack dt cosine sine running", NUMBER),
@@ -169,9 +188,11 @@ TYPES = {
     "ik.task_error.task_error": {"slack": NUMBERS},
     "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 5)},
     "ik.bounded_least_squares.minus_where": {**_each("a b", TWIST)},
+    "ik.bounded_least_squares.release_steepest": {"rows": types.UniTuple(NUMBERS, 3)},
     "ik.damped_system": {"v": TWIST}, "ik.singular_values.add_rotated": {"v": TWIST},
     "ik.nearest_branch": {**_each("q seed most inverse_reach", NUMBER), **_each("branch k steps", WHOLE)},
-    "ik.levenberg_marquardt.advance": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
+    "ik.nearest_branch.polish": {"rows": types.UniTuple(NUMBERS, 4), "scratch": types.UniTuple(NUMBERS, 3)},
+    "ik.levenberg_marquardt": {"rows": types.UniTuple(NUMBERS, 5), "scratch": types.UniTuple(NUMBERS, 2)},
     "servo": {
         "limits": LIMITS, **_each("state after", STATE), "settings": from_dtype(ServoSettings.structure),
         "counters": from_dtype(StopCounters.structure), "goal": GOAL, "hands": HANDS, "active_rows": INDICES, "rows": NUMBERS,

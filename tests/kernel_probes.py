@@ -6,6 +6,7 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_count, lane_of, load, logical_not, rint, splat, sqrt, store, where, with_lane
 from ulna.kernels.chain.jacobian import chain_jacobian
 from ulna.kernels.chain.poses import chain_pose, frame_pose, joint_turns, tree_poses, turned_chain_pose
+from ulna.kernels.distance.body_records import Body, Core
 from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
 from ulna.kernels.distance.pairs import body_of, pair_distance, pair_overlap
 from ulna.kernels.ik.damped_system import block_joints_at_bounds, solve_damped
@@ -93,8 +94,9 @@ def angle_in_first_quadrant(x, out):
 
 
 def vector_of_rotation(x, out):
-    R = load(x, 0), load(x, 1), load(x, 2), load(x, 3), load(x, 4), load(x, 5), load(x, 6), load(x, 7), load(x, 8)
-    v = rotation_vector(*R)
+    v = rotation_vector((
+        (load(x, 0), load(x, 1), load(x, 2)), (load(x, 3), load(x, 4), load(x, 5)), (load(x, 6), load(x, 7), load(x, 8)),
+    ))  # fmt: skip
     for k in range(3):
         store(out, k, v[k])
 
@@ -208,15 +210,16 @@ def two_boxes(x, out):
 
 def two_bodies(kind_a, vertices_a, kind_b, vertices_b, scratch, x, out):
     """Pose, half extents and radius of two bodies: signed distance, witness points, normal; and whether they overlap."""
-    a = kind_a, load_pose(x, 0), (load(x, 12), load(x, 13), load(x, 14), load(x, 15)), vertices_a
-    b = kind_b, load_pose(x[16:], 0), (load(x, 28), load(x, 29), load(x, 30), load(x, 31)), vertices_b
+    core_a = Core(kind_a, (load(x, 12), load(x, 13), load(x, 14)), vertices_a)
+    core_b = Core(kind_b, (load(x, 28), load(x, 29), load(x, 30)), vertices_b)
+    a, b = Body(load_pose(x, 0), core_a, load(x, 15)), Body(load_pose(x[16:], 0), core_b, load(x, 31))
     distance, p, q, n = pair_distance(a, b, scratch)
     store(out, 0, distance)
     for k in range(3):
         store(out, 1 + k, p[k])
         store(out, 4 + k, q[k])
         store(out, 7 + k, n[k])
-    store(out, 10, where(pair_overlap(a, b, splat(1.0, a[1][0])), 1.0, 0.0))
+    store(out, 10, where(pair_overlap(a, b, splat(1.0, a.radius)), 1.0, 0.0))
 
 
 def single_lanes(x, out):
@@ -231,9 +234,10 @@ def single_lanes(x, out):
 
 def row_of_bodies(bodies, vertices, x, out):
     """Row 1 of a table of bodies at a pose: kind, half extents and radius, and how many vertices."""
-    kind, pose, size, own = body_of(bodies, vertices, 1, load_pose(x, 0))
-    store(out, 0, splat(kind, pose[0]))
-    for k in range(4):
-        store(out, 1 + k, size[k])
-    store(out, 5, splat(own.shape[0], pose[0]))
-    store(out, 6, splat(own[0, 2], pose[0]))
+    pose, core, radius = body_of(bodies, vertices, 1, load_pose(x, 0))
+    store(out, 0, splat(core.kind, pose[0]))
+    for k in range(3):
+        store(out, 1 + k, core.half[k])
+    store(out, 4, radius)
+    store(out, 5, splat(core.vertices.shape[0], pose[0]))
+    store(out, 6, splat(core.vertices[0, 2], pose[0]))

@@ -12,7 +12,9 @@ KERNELS = Path(__file__).parents[2] / "src" / "ulna" / "kernels"
 DECORATORS = {"kernel", "exact_kernel", "routine", "shared_routine"}
 IMPORTS, IMPORTS_FROM = {"math", "numpy"}, {"ulna.engine.decorators", "ulna.engine.lanes"}
 NAMES_ONLY = {
+    "chain/branch_records.py",
     "collision/scene.py",
+    "distance/body_records.py",
     "ik/search_records.py",
     "planning/constraint_records.py",
     "planning/search_records.py",

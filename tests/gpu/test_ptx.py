@@ -15,11 +15,11 @@ from numba.core.dispatcher import Dispatcher
 pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its own: make test-cuda")
 
 import ulna.kernels
-from cuda_arguments import SCENE_OF_BOXES, argument_types, place_of
+from cuda_arguments import POSED_BOX, SCENE_OF_BOXES, argument_types, place_of
 
 COMPILED = "chain", "collision", "distance", "ik", "servo", "spatial"
 LEFT_OUT = {"planning": "one search at a time, on the CPU", "render": "films are drawn by the CPU"}
-SHAPES_ALONE = {"collision.posed_pair.convex_overlap"}  # not called where all bodies are boxes
+SHAPES_ALONE = {"collision.posed_pair.convex_body", "collision.posed_pair.convex_overlap"}  # not called where all are boxes
 
 
 def kernels():
@@ -36,7 +36,7 @@ KERNELS = {place: kernel for place, kernel in kernels().items() if place.split("
 OF_BOXES = {
     p: k
     for p, k in KERNELS.items()
-    if p.startswith("collision.") and not {"vertices", "scene"}.isdisjoint(inspect.signature(k).parameters)
+    if p.startswith("collision.") and not {"vertices", "posed", "ours", "scene"}.isdisjoint(inspect.signature(k).parameters)
 }
 
 
@@ -61,10 +61,9 @@ def test_a_kernel_compiles_to_ptx(place, ptx):
 
 @pytest.mark.parametrize("place", sorted(set(OF_BOXES) - SHAPES_ALONE))
 def test_a_kernel_of_boxes_compiles_to_ptx(place, ptx):
-    check(
-        ptx(OF_BOXES[place], argument_types(OF_BOXES[place], vertices=types.none, points=types.none, scene=SCENE_OF_BOXES)),
-        OF_BOXES[place],
-    )
+    instead = {"vertices": types.none, "points": types.none, "scene": SCENE_OF_BOXES}
+    instead |= dict.fromkeys(("posed", "ours", "theirs"), POSED_BOX)
+    check(ptx(OF_BOXES[place], argument_types(OF_BOXES[place], **instead)), OF_BOXES[place])
 
 
 def test_a_kernel_that_the_table_of_arguments_lacks_is_a_failure():

@@ -10,6 +10,7 @@ from ulna.collision.object_tree import compact_order, most_nodes, write_tree
 from ulna.engine.lanes import WIDTH, empty_rows, load, store
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.reached import NEVER, ball_bounds, push_reached, tree_is_reached
+from ulna.kernels.collision.scene import Posed
 from ulna.kernels.layout import BODY_WIDTH, BOX, CAPSULE, HALF_EXTENTS, RADIUS, REACH, SHAPE, SPHERE
 from ulna.kernels.spatial.se3 import load_pose
 
@@ -20,12 +21,12 @@ def search(nodes, root, bodies, poses, within_rows, stack, found):
     """The objects at which a search ends, as the certificate of an edge does it; and whether the ball alone reaches any."""
     a, within, count, top = load_pose(poses, 0), load(within_rows, 0), 0, 1
     p = a[3], a[7], a[11]
-    bounds = ball_bounds(p, within + bodies[0, REACH])
+    body = Posed(bodies, None, 0, a), p, ball_bounds(p, within + bodies[0, REACH])
     stack[0] = root
     while top > 0:
         top -= 1
         if stack[top] >= 0:
-            top = push_reached(nodes, stack[top], bounds, bodies, 0, a, p, within, stack, top)
+            top = push_reached(nodes, stack[top], body, within, stack, top)
         else:
             found[count] = -1 - stack[top]
             count += 1

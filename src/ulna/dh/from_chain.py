@@ -38,8 +38,8 @@ def dh_table(description: Description, tree: Tree, link: str, convention: str, t
     rows = _rows(normals, convention)
     _refuse_far_normals(chain, axes, rows, tolerance)
     tables = [
-        _table(description, tree, link, convention, chain, some, T_base_0, tuple(_notes(chain, axes, tolerance)))
-        for some, T_base_0 in _as_they_are_and_cleaned(rows, _frame_0(axes, normals, convention))
+        _table(description, tree, link, convention, chain, some, tuple(_notes(chain, axes, tolerance)))
+        for some in _as_they_are_and_cleaned(rows, _frame_0(axes, normals, convention))
     ]
     return tables[1] if _as_good_as(tables[1], tables[0]) else tables[0]
 
@@ -87,11 +87,11 @@ def _table(
     link: str,
     convention: str,
     chain: DHChain,
-    rows: Array,
-    T_base_0: Array,
+    begun: tuple[Array, Array],
     notes: tuple[str, ...],
 ) -> DHTable:
-    """The table of these rows; the remaining pose of the tip at zero is ``T_n_tip``."""
+    """The table of these rows behind ``T_base_0``; the remaining pose of the tip at zero is ``T_n_tip``."""
+    rows, T_base_0 = begun
     nowhere = np.zeros((1, len(rows)))
     T_n_tip = _decimal(inverse(_frame_n(rows, convention, T_base_0, chain, nowhere)[0]) @ chain.T_base_tip)
     q = random_positions(tree, _N_CONFIGURATIONS)

@@ -23,7 +23,7 @@ from ulna.gpu.staged import over_rows, threads_for
 from ulna.kernels.chain.poses import frame_pose, tree_poses
 from ulna.kernels.collision.collision_layout import NO_NODE
 from ulna.kernels.collision.nearest import nearest_unindexed
-from ulna.kernels.collision.posed_pair import BALLS, may_touch, place_bodies, rows_overlap
+from ulna.kernels.collision.posed_pair import BALLS, body_at, may_touch, object_at, place_bodies, rows_overlap
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.distance.pairs import is_searched
@@ -149,14 +149,14 @@ def place_centres(scene, q, joint_rows, centre_rows):
 @kernel
 def any_overlaps(scene, joint_rows, centre_rows, like):
     """Whether any body overlaps an object, or another body of the pairs."""
-    bodies, objects, vertices = scene.bodies, scene.objects, scene.vertices
+    bodies, objects = scene.bodies, scene.objects
     for k in range(bodies.shape[0]):
         p, reach_k = (centre_rows[3 * k], centre_rows[3 * k + 1], centre_rows[3 * k + 2]), bodies[k, REACH]
         for w in range(scene.first, scene.end):
             d, reach = minus(p, (objects[w, 3], objects[w, 7], objects[w, 11])), BALLS * (reach_k + objects[w, REACH])
             if dot(d, d) <= reach * reach and not may_touch(scene, k, w):
-                a, b = frame_pose(bodies, k, joint_rows, like), constant_pose(objects, w, like)
-                if rows_overlap(bodies, vertices, k, a, objects, scene.points, w, b, splat(1.0, like)):
+                ours = body_at(scene, k, frame_pose(bodies, k, joint_rows, like))
+                if rows_overlap(ours, object_at(scene, w, constant_pose(objects, w, like)), splat(1.0, like)):
                     return True
     for m in range(scene.pairs.shape[0]):
         k, j = scene.pairs[m, 0], scene.pairs[m, 1]
@@ -164,8 +164,8 @@ def any_overlaps(scene, joint_rows, centre_rows, like):
         d = centre_rows[p] - centre_rows[q], centre_rows[p + 1] - centre_rows[q + 1], centre_rows[p + 2] - centre_rows[q + 2]
         reach = BALLS * (bodies[k, REACH] + bodies[j, REACH])
         if dot(d, d) <= reach * reach:
-            a, b = frame_pose(bodies, k, joint_rows, like), frame_pose(bodies, j, joint_rows, like)
-            if rows_overlap(bodies, vertices, k, a, bodies, vertices, j, b, splat(1.0, like)):
+            ours = body_at(scene, k, frame_pose(bodies, k, joint_rows, like))
+            if rows_overlap(ours, body_at(scene, j, frame_pose(bodies, j, joint_rows, like)), splat(1.0, like)):
                 return True
     return False
 

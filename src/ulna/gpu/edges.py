@@ -16,7 +16,7 @@ from ulna.gpu.collision import BOXES, DeviceScene, as_it_is, of_boxes
 from ulna.kernels.collision.ball_motion import INSTANT, fastest_ball, place_balls, world_rounding, write_motion
 from ulna.kernels.collision.collision_layout import STEP_LENGTH, STEP_WIDTH
 from ulna.kernels.collision.interval import self_outcome, world_outcome
-from ulna.kernels.collision.scene import Carried
+from ulna.kernels.collision.scene import Carried, Intervals
 from ulna.kernels.spatial.elementary import all_in_range
 
 _THREADS, _DEPTH = 1 << 16, 128  # that look at edges; halvings of an interval: more than there are numbers between 0 and 1
@@ -99,9 +99,10 @@ def free_part(scene, carried, of_world, edge, resolution, ends, stack):
         t, half = 0.5 * (low + high), 0.5 * (high - low) + INSTANT
         write_place(edge[0], edge[1], t, edge[2])
         place_balls(scene.joints, edge[2], half, False, carried)
-        touches, clear = world_outcome(scene, carried, half, False, 0.0, None, of_world, True, stack, t)
+        intervals = Intervals(half, False, True, 0.0, None, of_world)
+        touches, clear = world_outcome(scene, carried, intervals, stack, t)
         if not touches:
-            touches, clear = self_outcome(scene, carried, half, False, True, clear, t)
+            touches, clear = self_outcome(scene, carried, intervals, clear, t)
         if not touches and clear > 0.0:
             low = high
             if top > 0:

@@ -316,7 +316,7 @@ def searches_of(n_dof: int):
             if state[ENDED, 0] != RUNNING:
                 missed, solved, is_new = state[P2, 0] + state[R2, 0], state[ENDED, 0] == HAS_SOLVED, True
                 if solved or missed < best:
-                    write_result(last, target, state, 0, start, job, q_out, info)
+                    write_result((last, target, state), 0, start, job, q_out, info)
                     best = missed
                 start += 1
                 if solved or start == until:

@@ -182,7 +182,7 @@ def _branch(tables, matrix, place, _own, q_out, marks):
     closed_form(table, target, signs, 1, free, q, known)
     polish_branches(table, chain, (signs, free, target, q, known), (jacobian, system, last))
     if bounds.shape[0] > 0 and is_any_hardly_beyond(q, known, bounds):
-        put_at_limits(table, chain, (signs, free, target, q, known), (jacobian, system, last), seed, bounds, inside, error)
+        put_at_limits(table, chain, (signs, free, target, q, known), (jacobian, system, last), (seed, bounds), (inside, error))
     known[0] = known_in_one(known, 0)
     if bounds.shape[0] > 0:
         turn_within(q, known, 0, seed, bounds)

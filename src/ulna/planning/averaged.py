@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.kernels.planning.time_records import TimedIntervals
 from ulna.planning.blend import CHORDS, ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
 from ulna.planning.entries import time_parameterisation
 from ulna.planning.hand import Hand, factor_of, peaks_of
@@ -424,7 +425,8 @@ def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
     """The least and the greatest acceleration in each interval, shape (n, n_dof)."""
     (_, slopes, bends, steps, *_), (times, speeds, rates, _) = motion
     lows, highs = np.empty_like(slopes), np.empty_like(slopes)
-    time_parameterisation.bounds_of_acceleration(times, slopes, bends, steps, speeds, rates, lows, highs)
+    intervals = TimedIntervals(times, slopes, bends, steps, speeds, rates)
+    time_parameterisation.bounds_of_acceleration(intervals, lows, highs)
     return lows, highs
 
 

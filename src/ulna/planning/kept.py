@@ -256,5 +256,5 @@ def _violations_of(keep: Keep, tree: Tree, q: Array) -> list[Violation]:
 def _shares(table: Constraints, tree: Tree, a: Array, b: Array, level: float, apart: float, most: float) -> Array:
     """A bound of the share of a tolerance that is used on each edge, shape (n,); see ``planning.entries.keeping``."""
     shares = np.zeros(len(a))
-    keeping.shares_of_edges(tree.joints, frozen(table), for_kernel(a), for_kernel(b), level, apart, most, shares)
+    keeping.shares_of_edges(tree.joints, frozen(table), for_kernel(a), for_kernel(b), keeping.Bound(level, apart, most), shares)
     return shares

@@ -33,7 +33,7 @@ from ulna.kernels.collision.ball_motion import INSTANT, fastest_ball, place_ball
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import EDGE_CONTACT, EDGE_FREE, EDGE_OUT_OF_RANGE
 from ulna.kernels.collision.interval import self_outcome, world_outcome
-from ulna.kernels.collision.scene import BOXES, SHAPES, Edge, EdgeCheck
+from ulna.kernels.collision.scene import BOXES, SHAPES, Edge, EdgeCheck, Intervals
 from ulna.kernels.spatial.elementary import all_in_range
 
 BREADTH = 512  # intervals
@@ -168,14 +168,13 @@ def outcome_at(check, edge, instant, margin, apart, stop):
     search; then a lane that is called clear need not be.
     """
     scene, carried, (q_rows, lane_rows, _, stack) = check.scene, check.carried, check.work
-    half = load(lane_rows, 1) + instant
+    half, still = load(lane_rows, 1) + instant, instant == 0.0
     write_places(edge.q_a, edge.q_b, check.work)
-    like = load(q_rows, 0)
-    still = instant == 0.0
+    like, intervals = load(q_rows, 0), Intervals(half, still, stop, margin, apart, check.of_world)
     place_balls(scene.joints, q_rows, half, still, carried)
-    touches, clear = world_outcome(scene, carried, half, still, margin, apart, check.of_world, stop, stack, like)
+    touches, clear = world_outcome(scene, carried, intervals, stack, like)
     if not touches:
-        touches, clear = self_outcome(scene, carried, half, still, stop, clear, like)
+        touches, clear = self_outcome(scene, carried, intervals, clear, like)
     store(lane_rows, 2, clear)
     return touches
 

@@ -10,6 +10,8 @@ Source: Morton, A computer oriented geodetic data base (IBM, 1966); Karras, Maxi
 (HPG 2012), for its use in a tree.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from ulna.engine.decorators import entry, kernel, routine, workspace
@@ -26,6 +28,19 @@ NUMBER_BITS = 30  # of a point's number in a key: a tree has fewer than 2^30 poi
 NUMBER = (1 << NUMBER_BITS) - 1
 CROWD = 64
 _NO_EXTENT = 1e-290  # [m]: a cube as small is not cut
+
+
+class Grid(NamedTuple):
+    """The cells of a cube."""
+
+    low: Any
+    """The least x, y, z of the points [m]."""
+    scale: float
+    """One over the edge of a cell [1/m]."""
+    bits: int
+    """Of the number of a cell along each axis."""
+    digit_bits: int
+    """Of a digit of the code."""
 
 
 @entry((POINTS, INDICES), (POINTS_32, INDICES))
@@ -67,11 +82,12 @@ def sort_part(points, keys, spare, counts, spread, first, end):
         return False
     n = end - first
     bits, n_digits = OF_FEW if n <= FEW else OF_SOME if n <= SOME else OF_MANY
-    digit_bits, scale = 3 * bits // n_digits, ((1 << bits) - 1) / widest
+    digit_bits = 3 * bits // n_digits
+    grid = Grid(low, ((1 << bits) - 1) / widest, bits, digit_bits)
     if n_digits == 2:
-        write_codes(points, keys, keys, counts, spread, first, end, low, scale, bits, digit_bits)
+        write_codes(points, keys, keys, counts, spread, (first, end), grid)
     else:
-        write_codes(points, keys, spare, counts, spread, first, end, low, scale, bits, digit_bits)
+        write_codes(points, keys, spare, counts, spread, (first, end), grid)
         move_by_digit(spare, keys, counts, first, end, 0, digit_bits)
     move_by_digit(keys, spare, counts, first, end, n_digits - 2, digit_bits)
     move_by_digit(spare, keys, counts, first, end, n_digits - 1, digit_bits)
@@ -93,8 +109,12 @@ def bounds_of_keys(points, keys, first, end):
 
 
 @routine
-def write_codes(points, source, keys, counts, spread, first, end, low, scale, bits, digit_bits):
-    """Write the codes of some keys, and to counts how many have which value of each of up to three digits."""
+def write_codes(points, source, keys, counts, spread, part, grid):
+    """Write the codes of some keys, and to counts how many have which value of each of up to three digits.
+
+    part: the first of the keys, and the one after the last.
+    """
+    (first, end), (low, scale, bits, digit_bits) = part, grid
     most, mask, size = (1 << bits) - 1, (1 << digit_bits) - 1, 1 << digit_bits
     for i in range(3 * size):
         counts[i] = 0

@@ -39,7 +39,7 @@ def nearest_batch(scene, q, out):
         for lane in range(min(WIDTH, n - start)):
             if has_tree:
                 one = splat_result(best_rows, lane, load(q_rows, 0))
-                one = nearest_indexed(one, scene, body_rows, bound_rows, lane, stack, heights, scratch)
+                one = nearest_indexed(one, scene, body_rows, bound_rows, lane, (stack, heights), scratch)
                 best_rows[0, lane], best_rows[1, lane] = lane_of(one[0], 0), lane_of(one[1], 0)
                 best_rows[2, lane] = lane_of(one[2], 0)
             pair = out[start + lane]

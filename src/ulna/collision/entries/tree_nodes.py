@@ -43,7 +43,7 @@ def write_cloud(points, T, reach, row, nodes, first):
     n_lowest, above = (n_leaves + WIDTH - 1) // WIDTH, first + (n_leaves + 1) // 2
     for i in range(n_lowest):
         gather_points(points, keys, WIDTH * WIDTH * i, rows)
-        write_leaves(rows, T, reach, row, nodes, first + i * WIDTH // 2, above + i, min(WIDTH, n_leaves - WIDTH * i))
+        write_leaves(rows, T, (row, reach), nodes, first + i * WIDTH // 2, above + i, min(WIDTH, n_leaves - WIDTH * i))
     for k in range(n, 2 * WIDTH * (above - first)):
         i, lane = NODE_ROWS * (first + k // (2 * WIDTH)) + 3 * (k // WIDTH % 2), k % WIDTH
         nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane] = NOWHERE, NOWHERE, NOWHERE
@@ -62,9 +62,12 @@ def gather_points(points, keys, start, rows):
 
 
 @routine
-def write_leaves(rows, T, reach, row, nodes, first, above, n):
-    """Write n times eight points, n at most 8, sixteen to each node from number ``first`` on, and their bounds to that above."""
-    like = load(rows, 0)
+def write_leaves(rows, T, ball, nodes, first, above, n):
+    """Write n times eight points, n at most 8, sixteen to each node from number ``first`` on, and their bounds to that above.
+
+    ball: its row in the table of solids, and its radius; as for ``write_cloud``.
+    """
+    (row, reach), like = ball, load(rows, 0)
     for leaf in range(WIDTH):
         x, y, z = load(rows, leaf), load(rows, WIDTH + leaf), load(rows, 2 * WIDTH + leaf)
         number = first + leaf // 2

@@ -65,7 +65,6 @@ def write_free_angles(table, angle_rows, free_rows):
 def polish_branches(table, chain, rows, scratch):
     """Polish the branches of the rows of ``branch_state``."""
     _, _, target_rows, q_rows, known_rows = rows
-    jacobian_rows, system_rows, last_rows = scratch
     least, most, steps = table[POLISH, LEAST_ERROR], table[POLISH, MOST_ERROR], int(table[POLISH, STEPS])
     for k in range(q_rows.shape[0] // N_AXES):
         error = maximum(load(known_rows, N_KNOWN * k), least)
@@ -74,23 +73,20 @@ def polish_branches(table, chain, rows, scratch):
             error = where(complex_, maximum(error, 2.0 * most), error)
         store(known_rows, N_KNOWN * k, error)
         if any_lane((error > ENOUGH) & (error <= most)):
-            polish(
-                chain, target_rows, q_rows[N_AXES * k : N_AXES * (k + 1)], known_rows[N_KNOWN * k : N_KNOWN * (k + 1)],
-                known_rows[:0], table[FORM, INVERSE_REACH], most, steps, jacobian_rows, system_rows, last_rows,
-            )  # fmt: skip
+            branch, known = q_rows[N_AXES * k : N_AXES * (k + 1)], known_rows[N_KNOWN * k : N_KNOWN * (k + 1)]
+            polish(chain, (target_rows, branch, known, known_rows[:0]), table[FORM, INVERSE_REACH], most, steps, scratch)
 
 
 @workspace
-def put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_rows, error_rows):
+def put_at_limits(table, chain, rows, scratch, seed, room):
     """Put joints of branches that are hardly beyond a limit at it, where the branch reaches the target there as well.
 
     How far beyond it a joint may be follows from how well its angle is known: near the singularity of a wrist two joints turn
     against each other by eps / |sin q_5| within the rounding eps of the pose. So the others follow the joint to its limit, and
-    what counts is the error there. Whether there are any is found by ``is_any_hardly_beyond`` in less time. bound_rows: those of
-    ``nearest_branch``; inside_rows: six; error_rows: one.
+    what counts is the error there. Whether there are any is found by ``is_any_hardly_beyond`` in less time. seed: the rows of the
+    seed and of the bounds of ``nearest_branch``; room: six rows for q, and one for the error.
     """
-    _, _, target_rows, q_rows, known_rows = rows
-    jacobian_rows, system_rows, last_rows = scratch
+    (_, _, target_rows, q_rows, known_rows), (seed_rows, bound_rows), (inside_rows, error_rows) = rows, seed, room
     n_limits = 2 * (bound_rows.shape[0] // N_BOUNDS)
     for k in range(q_rows.shape[0] // N_AXES):
         branch, residual = q_rows[N_AXES * k : N_AXES * (k + 1)], load(known_rows, N_KNOWN * k + RESIDUAL)
@@ -98,24 +94,22 @@ def put_at_limits(table, chain, rows, scratch, seed_rows, bound_rows, inside_row
         if any_lane(beyond):
             put_inside(branch, seed_rows, bound_rows, inside_rows)
             store(error_rows, 0, where(beyond, 1.0, 0.0 * residual))
-            polish(
-                chain, target_rows, inside_rows, error_rows, bound_rows[:n_limits], table[FORM, INVERSE_REACH],
-                np.inf, _STEPS_AT_LIMITS, jacobian_rows, system_rows, last_rows,
-            )  # fmt: skip
+            polished = target_rows, inside_rows, error_rows, bound_rows[:n_limits]
+            polish(chain, polished, table[FORM, INVERSE_REACH], np.inf, _STEPS_AT_LIMITS, scratch)
             put = beyond & (load(error_rows, 0) <= maximum(residual, ENOUGH))
             for j in range(N_AXES):
                 store(branch, j, where(put, load(inside_rows, j), load(branch, j)))
 
 
 @workspace
-def polish_seed(table, chain, rows, scratch, seed_rows, q_rows, known_rows, one_target):
+def polish_seed(table, chain, rows, scratch, seed, one_target):
     """Polish the seeds too, where they may lead to a branch that is nearer than those known; False where none does.
 
     That is so of axes that are nearly of the family, since a polished branch is not the nearest for certain; and where an angle
-    is undetermined. seed_rows: six; q_rows: six, written; known_rows: N_KNOWN, of which the residual is written, infinite where
-    the seed is not polished; one_target: whether the lanes are the branches of one target.
+    is undetermined. seed: six rows of it; six for q, written; N_KNOWN, of which the residual is written, infinite where the seed
+    is not polished. one_target: whether the lanes are the branches of one target.
     """
-    jacobian_rows, system_rows, last_rows = scratch
+    seed_rows, q_rows, known_rows = seed
     like, most = load(seed_rows, 0), table[POLISH, MOST_ERROR]
     wanted = splat(1.0, like) > 0.0
     if table[POLISH, LEAST_ERROR] == 0.0:
@@ -132,10 +126,8 @@ def polish_seed(table, chain, rows, scratch, seed_rows, q_rows, known_rows, one_
     store(known_rows, RESIDUAL, where(near, error, np.inf))
     if not any_lane(near):
         return False
-    polish(
-        chain, rows[2], q_rows, known_rows[:1], known_rows[:0], table[FORM, INVERSE_REACH], most, int(table[POLISH, STEPS]),
-        jacobian_rows, system_rows, last_rows,
-    )  # fmt: skip
+    polished = rows[2], q_rows, known_rows[:1], known_rows[:0]
+    polish(chain, polished, table[FORM, INVERSE_REACH], most, int(table[POLISH, STEPS]), scratch)
     return True
 
 

@@ -108,7 +108,7 @@ def write_branches(table, chain, n_signs, rows, scratch, best, with_bounds):
     closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
     polish_branches(table, chain, rows, scratch)
     if with_bounds and is_any_hardly_beyond(q_rows, known_rows, best[1]):
-        put_at_limits(table, chain, rows, scratch, best[0], best[1], best[5], best[6])
+        put_at_limits(table, chain, rows, scratch, (best[0], best[1]), (best[5], best[6]))
 
 
 @kernel
@@ -136,10 +136,8 @@ def polish_all(chain, targets, q, bounds, inverse_reach, steps, errors):
         gather(q, start, q_rows)
         for lane in range(WIDTH):
             error_rows[0, lane] = errors[min(start + lane, n - 1)]
-        polish(
-            chain, target_rows, q_rows, error_rows, bound_rows, inverse_reach, np.inf, steps, jacobian_rows, system_rows,
-            last_rows,
-        )  # fmt: skip
+        rows, scratch = (target_rows, q_rows, error_rows, bound_rows), (jacobian_rows, system_rows, last_rows)
+        polish(chain, rows, inverse_reach, np.inf, steps, scratch)
         scatter_rows(q_rows, n_dof, q, start)
         for lane in range(min(WIDTH, n - start)):
             errors[start + lane] = error_rows[0, lane]
@@ -180,13 +178,13 @@ def run_targets(table, chain, plan, targets, seeds, q_out, info):
             write_free_angles(table, best[0], rows[1])
         write_branches(table, chain, 1 if step == 1 else 2, rows, scratch, best, with_bounds=True)
         best[3][:] = np.inf
-        if polish_seed(table, chain, rows, scratch, best[0], best[5], best[6], step == 1):
+        if polish_seed(table, chain, rows, scratch, (best[0], best[5], best[6]), step == 1):
             nearest_branch(best[5], best[6], best[0], best[1], best[2], best[3])
         nearest_branch(rows[3], rows[4], best[0], best[1], best[2], best[3])
         verify(chain, plan, rows[2], best[2], best[3], best[4])
         for lane in range(WIDTH if step > 1 else 1):
             i, chosen = min(start + lane, n - 1), lane if step > 1 else least_lane(best[3])
-            write_result(best[2], rows[2], best[4], chosen, 0, i, q_out, info)
+            write_result((best[2], rows[2], best[4]), chosen, 0, i, q_out, info)
             if not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seeds[min(i, seeds.shape[0] - 1)])):
                 info[i].status = NOT_A_POSE
             good &= info[i].status == SOLVED

@@ -80,8 +80,9 @@ def store_state(state_rows, ended, p2, r2, steps, e):
 
 
 @routine
-def write_result(q_rows, target_rows, state_rows, lane, start, row, q_out, info):
-    """Write the result of a lane to a row of q and of the information."""
+def write_result(rows, lane, start, row, q_out, info):
+    """Write the result of a lane, from the rows of q, the target and the state, to a row of q and of the information."""
+    q_rows, target_rows, state_rows = rows
     for j in range(q_out.shape[1]):
         q_out[row, j] = q_rows[j, lane]
     e = (

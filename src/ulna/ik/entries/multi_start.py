@@ -112,7 +112,7 @@ def run_jobs(chain, settings, jobs, q_out, info):
                 waiting, best = waiting and own[lane] > 0, min(best, missed)
             if better:
                 row = 0 if first_wins else own[lane]
-                write_result(rows[1], rows[2], rows[4], lane, own[lane] % n_starts, row, q_out, info)
+                write_result((rows[1], rows[2], rows[4]), lane, own[lane] % n_starts, row, q_out, info)
             if found:
                 break
             own[lane], following = start_job(settings, jobs, following, lane, rows, info)

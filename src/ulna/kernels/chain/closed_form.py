@@ -9,6 +9,7 @@
 
 from ulna.engine.decorators import kernel, shared_routine
 from ulna.engine.lanes import any_lane
+from ulna.kernels.chain.branch_records import Branches
 from ulna.kernels.chain.closed_form_layout import (
     ANY_THREE_AXES,
     FAMILY,
@@ -45,20 +46,20 @@ def closed_form(table, target_rows, sign_rows, n, free_rows, q_rows, known_rows)
     table: ``closed_form_layout``; target_rows: a pose, twelve; sign_rows: 3 n; free_rows: twelve, sines and cosines of what
     angles are to be where any would do; q_rows: six a branch, written; known_rows: what is known of it, N_KNOWN a branch.
     """
-    motion = end_motion(table, load_pose(target_rows, 0))
+    motion, branches = end_motion(table, load_pose(target_rows, 0)), Branches(sign_rows, n, free_rows, q_rows, known_rows)
     p = minus(plus(origin(motion), rotate(motion, tabled(table, LAST))), tabled(table, POINTS))
     if int(table[FORM, FAMILY]) == THREE_PARALLEL:
-        three_parallel(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+        three_parallel(table, motion, p, branches)
     elif int(table[FORM, FAMILY]) == PARALLEL_23:
-        parallel_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+        parallel_wrist(table, motion, p, branches)
     elif int(table[FORM, FAMILY]) == OFFSET_HAND:
-        offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+        offset_hand(table, motion, p, branches)
     elif int(table[FORM, FAMILY]) == ANY_THREE_AXES:
-        any_three_axes(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+        any_three_axes(table, motion, p, branches)
     elif int(table[FORM, FAMILY]) > INTERSECTING_23:
-        sliding_arm(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+        sliding_arm(table, motion, p, branches)
     else:
-        spherical_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows)
+        spherical_wrist(table, motion, p, branches)
 
 
 @kernel

@@ -10,6 +10,7 @@ steps and sources.
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
 from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind, worse
+from ulna.kernels.chain.branch_records import Sure
 from ulna.kernels.chain.closed_form_layout import AXES, NORMALS, OF_2, OF_4, POINTS
 from ulna.kernels.chain.closed_form_rows import by_columns, end_frame, free_angle, in_frame, put, put_known, tabled, turned
 from ulna.kernels.chain.spherical_wrist import outer_angles, wrist
@@ -58,8 +59,13 @@ def four_angles(first, fifth, sixth, bend):
 
 
 @kernel
-def links(table, two, three, v, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed, near, sure, apart):
-    """Write n branches from that row on: ``angles`` are q_1, q_5, q_6 and q_2 + q_3 + q_4; v without what is behind joint 4."""
+def links(table, both, v, angles, row, branches, known):
+    """Write n branches from that row on: ``angles`` are q_1, q_5, q_6 and q_2 + q_3 + q_4; v without what is behind joint 4.
+
+    both: two and three; known: ``branch_records.Sure``.
+    """
+    (two, three), (missed, near, sure, apart) = both, known
+    sign_rows, n, free_rows, q_rows, known_rows = branches
     thirds, sure_3, apart_3 = elbow_angles(two, three, v, free_angle(free_rows, 2))
     near_3, sure_3, apart_3 = accuracy(near, sure_3, apart_3, DOUBLE)
     least, nearest = minimum(sure, sure_3), worse(apart, apart_3)
@@ -77,8 +83,9 @@ def links(table, two, three, v, angles, row, sign_rows, n, free_rows, q_rows, kn
 
 
 @kernel
-def parallel_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
+def parallel_wrist(table, motion, p, branches):
     """Write all branches; the arguments are those of ``spherical_wrist``."""
+    sign_rows, n, free_rows = branches.sign_rows, branches.n, branches.free_rows
     last, (two, three), onward = end_frame(table, motion), two_links(table), to_wrist(table)
     behind = dot(tabled(table, AXES + 1), plus(tabled(table, POINTS + 2), tabled(table, POINTS + 3)))
     firsts, sure_1, apart_1 = outer_angles(table, p, free_rows)
@@ -99,7 +106,7 @@ def parallel_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
             whole = in_wrist(onward, both, turned_to)
             near, sure = near_behind(near_3, sure_2), minimum(sure_3, sure_behind(near_3, sure_2))
             row, missed = (i * n + j) * n, missed + off * off
-            wrist(table, whole, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed, near, sure, apart_3)
+            wrist(table, whole, angles, row, branches, Sure(missed, near, sure, apart_3))
 
 
 @kernel

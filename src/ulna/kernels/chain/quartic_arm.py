@@ -12,6 +12,7 @@ and cosines of q_1 and of one other angle, and so is a pair of circles (``two_ci
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, where
 from ulna.kernels.chain.accuracy import DOUBLE_OF_QUARTIC, accuracy, near_base, near_behind, sure_behind
+from ulna.kernels.chain.branch_records import Sure
 from ulna.kernels.chain.closed_form_layout import AXES, HARDLY_DETERMINED, OF_2, POINTS
 from ulna.kernels.chain.closed_form_rows import end_frame, free_angle, in_frame, tabled, turned
 from ulna.kernels.chain.parallel_links import behind_first, four_angles, links, two_links
@@ -77,12 +78,13 @@ def one_of_pencil(near, both, passing_lines, line, sign, free):
 
 
 @kernel
-def offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
+def offset_hand(table, motion, p, branches):
     """Family 1: write all branches; the arguments are those of ``three_parallel``."""
+    sign_rows, n, free_rows = branches.sign_rows, branches.n, branches.free_rows
     h1, h2, h5, h6 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 4), tabled(table, AXES + 5)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     p4, p5 = tabled(table, POINTS + 4), tabled(table, POINTS + 5)
-    back, last, (two, three) = reversed_vector(h1), end_frame(table, motion), two_links(table)
+    back, last, links_of_arm = reversed_vector(h1), end_frame(table, motion), two_links(table)
     behind = dot(h2, plus(plus(p2, p3), p4))
     ahead = parts(h2, back, p)
     ahead = ahead[0] - dot(h2, p1) - behind, ahead[1], ahead[2]
@@ -96,19 +98,18 @@ def offset_hand(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
             v, whole = behind_first(table, first, p, last)
             reach = in_frame(table, OF_2, 1, plus(p4, turn(h5, fifth, p5)))
             # Where it is singular the quartic has a double root.
-            bend, sixth, missed, sure, near = hand(table, whole, v, reach, fifth, near_1, HARDLY_DETERMINED, free_rows)
+            bend, sixth, missed, sure, near = hand(table, whole, v, reach, fifth, (near_1, HARDLY_DETERMINED), free_rows)
             angles = four_angles(first, fifth, sixth, bend)
             rest, row = minus(v, turned(bend, reach)), (i * n + j) * n
             off = v[2] - reach[2] - dot(h2, plus(p2, p3))
-            links(
-                table, two, three, rest, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed + off * off, near,
-                minimum(sure_1, sure), apart,
-            )  # fmt: skip
+            known = Sure(missed + off * off, near, minimum(sure_1, sure), apart)
+            links(table, links_of_arm, rest, angles, row, branches, known)
 
 
 @kernel
-def any_three_axes(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
+def any_three_axes(table, motion, p, branches):
     """Family 2: write all branches; the arguments are those of ``spherical_wrist``."""
+    sign_rows, n, free_rows = branches.sign_rows, branches.n, branches.free_rows
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     back, last = reversed_vector(h1), end_frame(table, motion)
@@ -133,4 +134,4 @@ def any_three_axes(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
                 full_circle_angle(second[0], second[1]),
                 full_circle_angle(third[0], third[1]),
             )
-            wrist(table, whole, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed, near, sure, apart)
+            wrist(table, whole, angles, row, branches, Sure(missed, near, sure, apart))

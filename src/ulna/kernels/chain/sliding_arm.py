@@ -15,6 +15,7 @@ Where an equation is linear the sign that chooses among its solutions has to be 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, where
 from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind
+from ulna.kernels.chain.branch_records import Sure
 from ulna.kernels.chain.closed_form_layout import (
     AXES,
     FAMILY,
@@ -39,9 +40,9 @@ from ulna.kernels.spatial.vectors import add_scaled, cross, dot, minus, plus
 
 
 @kernel
-def sliding_arm(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
-    """Write all branches; the arguments are those of ``closed_form``, and p from the point on joint 1 to the wrist's centre."""
-    last = end_frame(table, motion)
+def sliding_arm(table, motion, p, branches):
+    """Write all branches. motion: G of ``closed_form``; p: from the point on joint 1 to the wrist's centre."""
+    last, sign_rows, n, free_rows = end_frame(table, motion), branches.sign_rows, branches.n, branches.free_rows
     for i in range(n):
         for j in range(n):
             joints, missed, sure, apart, near = first_joints(table, p, load(sign_rows, i), load(sign_rows, n + j), free_rows)
@@ -50,7 +51,7 @@ def sliding_arm(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
             missed = missed + position_square(table, p, first, second, third)
             whole, row = behind_arm(table, first[:2], second[:2], third[:2], last), (i * n + j) * n
             angles = joint_value(first), joint_value(second), joint_value(third)
-            wrist(table, whole, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed, near, sure, apart)
+            wrist(table, whole, angles, row, branches, Sure(missed, near, sure, apart))
 
 
 @kernel

@@ -16,6 +16,7 @@ Where axes 2 and 3 are parallel behind a first one that turns, steps 1 and 2 are
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
 from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind, worse
+from ulna.kernels.chain.branch_records import Sure
 from ulna.kernels.chain.closed_form_layout import (
     AXES,
     BENDS,
@@ -58,8 +59,9 @@ from ulna.kernels.spatial.vectors import cross, dot, minus, plus, transposed_tim
 
 
 @kernel
-def spherical_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
-    """Write all branches; the arguments are those of ``closed_form``, and p from the point on axis 1 to the wrist's centre."""
+def spherical_wrist(table, motion, p, branches):
+    """Write all branches. motion: G of ``closed_form``; p: from the point on axis 1 to the wrist's centre."""
+    sign_rows, n, free_rows = branches.sign_rows, branches.n, branches.free_rows
     family, last = int(table[FORM, FAMILY]), end_frame(table, motion)
     outers, sure_1, apart_1 = outer_angles(table, p, free_rows)
     near_1, sure_1, apart_1 = accuracy(near_base(table), sure_1, apart_1, DOUBLE)
@@ -80,12 +82,13 @@ def spherical_wrist(table, motion, p, sign_rows, n, free_rows, q_rows, known_row
             missed, row = position_square(table, p, first, second, third), (i * n + j) * n
             whole, sure = behind_arm(table, first, second, third, last), minimum(sure_2, sure_behind(near_2, size))
             near = near_behind(near_2, size)
-            wrist(table, whole, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed, near, sure, apart_2)
+            wrist(table, whole, angles, row, branches, Sure(missed, near, sure, apart_2))
 
 
 @kernel
-def wrist(table, whole, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed, near, sure, apart):
-    """Step 3: write n branches from that row on. whole: W; ``angles`` are q_1, q_2 and q_3."""
+def wrist(table, whole, angles, row, branches, known):
+    """Step 3: write n branches from that row on. whole: W; ``angles`` are q_1, q_2 and q_3; known: ``branch_records.Sure``."""
+    (sign_rows, n, free_rows, q_rows, known_rows), (missed, near, sure, apart) = branches, known
     h4, h5, h6, axis = tabled(table, AXES + 3), tabled(table, AXES + 4), tabled(table, AXES + 5), column(whole, 2)
     bends, free = (table[BENDS, 0], table[BENDS, 1]), table[BENDS, FREE_WRIST]
     fifths, sure_5, apart_5 = angles_to_direction(h4, h6, h5, axis, bends, free_angle(free_rows, 4))

@@ -16,6 +16,7 @@ matrix, for each q_1.
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, load, sqrt
 from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind
+from ulna.kernels.chain.branch_records import Sure
 from ulna.kernels.chain.closed_form_layout import AXES, BENDS, OF_2, POINTS
 from ulna.kernels.chain.closed_form_rows import (
     column,
@@ -47,14 +48,15 @@ SINGULAR = 1e-40  # of the fourth power of sin q_5, by ``sure_behind``
 
 
 @kernel
-def three_parallel(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows):
-    """Write all branches; the arguments are those of ``closed_form``, and p from the point on axis 1 to that on axis 6."""
+def three_parallel(table, motion, p, branches):
+    """Write all branches. motion: G of ``closed_form``; p: from the point on axis 1 to that on axis 6."""
+    sign_rows, n, free_rows = branches.sign_rows, branches.n, branches.free_rows
     h1, h2, h5, h6 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 4), tabled(table, AXES + 5)
     p1, p2, p3, p4 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3), tabled(table, POINTS + 4)
     behind = dot(h2, plus(plus(p2, p3), p4))
     firsts, sure_1, apart_1 = angles_to_plane(h2, p, reversed_vector(h1), dot(h2, p1) + behind, free_angle(free_rows, 0))
     near_1, sure_1, apart_1 = accuracy(near_base(table), sure_1, apart_1, DOUBLE)
-    last, (two, three), four = end_frame(table, motion), two_links(table), in_frame(table, OF_2, 1, p4)
+    last, both, four = end_frame(table, motion), two_links(table), in_frame(table, OF_2, 1, p4)
     bends = table[BENDS, 0], table[BENDS, 1]
     for i in range(n):
         first = one_of_two(firsts, load(sign_rows, i))
@@ -67,21 +69,21 @@ def three_parallel(table, motion, p, sign_rows, n, free_rows, q_rows, known_rows
         sure_5, apart_5 = minimum(sure_1, sure_5), minimum(apart_1, apart_5)
         for j in range(n):
             fifth = one_of_two(fifths, load(sign_rows, n + j))
-            bend, sixth, missed, sure, near = hand(table, whole, v, four, fifth, near_5, SINGULAR, free_rows)
+            bend, sixth, missed, sure, near = hand(table, whole, v, four, fifth, (near_5, SINGULAR), free_rows)
             angles = four_angles(first, fifth, sixth, bend)
             rest, row = minus(v, turned(bend, four)), (i * n + j) * n
-            links(
-                table, two, three, rest, angles, row, sign_rows, n, free_rows, q_rows, known_rows, missed + off * off, near,
-                minimum(sure_5, sure), apart_5,
-            )  # fmt: skip
+            known = Sure(missed + off * off, near, minimum(sure_5, sure), apart_5)
+            links(table, both, rest, angles, row, branches, known)
 
 
 @kernel
-def hand(table, whole, v, reach, fifth, near_5, singular, free_rows):
+def hand(table, whole, v, reach, fifth, limits, free_rows):
     """Steps 2 and 3 for an angle q_5: ``bend`` and q_6; what is missed of the rotation; how well determined; ``near`` behind.
 
-    whole: W; v and reach: R_1' p - P_1 and P_4 (or P_4 + R_5 P_5) in the frame of axis 2; singular: what ``sure`` is below there.
+    whole: W; v and reach: R_1' p - P_1 and P_4 (or P_4 + R_5 P_5) in the frame of axis 2; limits: ``near`` of q_5, and what
+    ``sure`` is below where it is singular.
     """
+    near_5, singular = limits
     across, along = fifth_row(table, 0, fifth), fifth_row(table, 2, fifth)  # R_5' n_2 and R_5' h_2, in the frame of axis 6
     sixth, sure = angle_onto_in_frame(whole[2], along, free_angle(free_rows, 5))
     t = times(whole, turned_back(sixth, across))
@@ -89,16 +91,16 @@ def hand(table, whole, v, reach, fifth, near_5, singular, free_rows):
     near, sure = near_behind(near_5, sure), sure_behind(near_5, sure)
     ends = sure <= singular
     if any_lane(ends):
-        bend, sixth = within_reach(table, whole, v, reach, fifth, sixth, bend, ends)
+        bend, sixth = within_reach(table, whole, v, reach, (fifth, sixth, bend), ends)
         t = times(whole, turned_back(sixth, across))
     e, f = minus(t, (bend[1], bend[0], 0.0)), minus(turned_back(sixth, along), whole[2])
     return bend, sixth, dot(e, e) + dot(f, f), sure, near
 
 
 @kernel
-def within_reach(table, whole, v, reach, fifth, sixth, bend, singular):
-    """Step 3: ``bend`` and q_6, where the mask is true and the two links do not reach."""
-    two, three = two_links(table)
+def within_reach(table, whole, v, reach, angles, singular):
+    """Step 3: ``bend`` and q_6, where the mask is true and the two links do not reach. angles: q_5, q_6 and ``bend``."""
+    (two, three), (fifth, sixth, bend) = two_links(table), angles
     # |two + R_3 three|^2 is between middle - half and middle + half.
     square_2, square_3 = two[0] * two[0] + two[1] * two[1], three[0] * three[0] + three[1] * three[1]
     middle, half = square_2 + square_3, 2.0 * sqrt(square_2 * square_3)

@@ -222,8 +222,12 @@ def way_of(speed, bend, v, turning, half):
 
 
 @kernel
-def pair_way(joints, carried, a, b, shared, half, like):
-    """How much nearer two points of two balls come within ``half``, seen from the joint that carries both."""
+def pair_way(joints, carried, group, half, like):
+    """How much nearer two points of two balls come within ``half``, seen from the joint that carries both.
+
+    group: the two balls, and that joint.
+    """
+    a, b, shared = group
     p, q = load_vector(carried.ball_rows, 7 * a), load_vector(carried.ball_rows, 7 * b)
     v_a, w = joint_twist(carried, shared, p, like)
     v_b = joint_twist(carried, shared, q, like)[0]
@@ -243,12 +247,13 @@ def pair_bounds(joints, carried, a, b, shared):
 
 
 @kernel
-def approach_way(joints, carried, a, b, shared, d, v, half):
+def approach_way(joints, carried, group, d, v, half):
     """How much nearer two points that are fixed to two balls come within ``half``.
 
-    d: their difference; v: that of their velocities, from any joint: what turns both does not change ``dot(d, v)``.
+    group: the two balls, and the joint that carries both; d: the difference of the points; v: that of their velocities, from any
+    joint: what turns both does not change ``dot(d, v)``.
     """
-    n = joints.shape[0]
+    n, (a, b, shared) = joints.shape[0], group
     speed, bend = pair_bounds(joints, carried, a, b, shared)
     return tangent_way(speed, bend, along(d, v), carried.speeds[a, n] + carried.speeds[b, n], half)
 

@@ -26,8 +26,9 @@ from ulna.kernels.collision.collision_layout import (
 from ulna.kernels.collision.posed_pair import (
     BALLS,
     ball_distance,
+    body_at,
+    box_rows_gap,
     gap_is_searched,
-    half_extents,
     may_touch,
     rows_contact,
     rows_gap,
@@ -35,7 +36,7 @@ from ulna.kernels.collision.posed_pair import (
     wider_by,
     widest,
 )
-from ulna.kernels.distance.box_sat import certain_gap
+from ulna.kernels.collision.scene import Nearness
 from ulna.kernels.layout import COLUMN, JOINT, KIND, LARGEST, OBJECT, PARENT, PRISMATIC, RADIUS, RATIO, REACH
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, z_axis
@@ -46,13 +47,11 @@ PAIRS_OF_BODY = 6  # with the world, that a servo keeps
 @kernel
 def write_contact(scene, body_rows, i, j, scratch, out, row):
     """Write the contact of a pair, in plain numbers, to a row of out."""
-    bodies, vertices, a = scene.bodies, scene.vertices, load_pose(body_rows, i)
-    n = bodies.shape[0]
+    ours, n = body_at(scene, i, load_pose(body_rows, i)), scene.bodies.shape[0]
     if j < n:
-        distance, p, q, normal = rows_contact(bodies, vertices, i, a, bodies, vertices, j, load_pose(body_rows, j), scratch)
+        distance, p, q, normal = rows_contact(ours, body_at(scene, j, load_pose(body_rows, j)), scratch)
     else:
-        solid, b = solid_at(scene, j - n, 0.0)
-        distance, p, q, normal = rows_contact(bodies, vertices, i, a, scene.objects, scene.points, solid, b, scratch)
+        distance, p, q, normal = rows_contact(ours, solid_at(scene, j - n, 0.0), scratch)
     out[row, DISTANCE] = distance
     out[row, WITNESS_A], out[row, WITNESS_A + 1], out[row, WITNESS_A + 2] = p
     out[row, WITNESS_B], out[row, WITNESS_B + 1], out[row, WITNESS_B + 2] = q
@@ -65,22 +64,23 @@ def write_gradient(scene, joint_rows, i, j, contacts, out, row):
     for k in range(out.shape[1]):
         out[row, k] = 0.0
     if i >= 0:
-        add_speeds(scene.joints, joint_rows, int(scene.bodies[i, JOINT]), contacts, row, WITNESS_A, -1.0, out)
+        contact, gradient = contacts[row], out[row]
+        add_speeds(scene.joints, joint_rows, int(scene.bodies[i, JOINT]), contact, WITNESS_A, -1.0, gradient)
         if j < scene.bodies.shape[0]:
-            add_speeds(scene.joints, joint_rows, int(scene.bodies[j, JOINT]), contacts, row, WITNESS_B, 1.0, out)
+            add_speeds(scene.joints, joint_rows, int(scene.bodies[j, JOINT]), contact, WITNESS_B, 1.0, gradient)
 
 
 @kernel
-def add_speeds(joints, joint_rows, joint, contacts, row, witness, sign, out):
-    """Add to a row of out, for each entry of q, sign times the speed along the normal of a witness point moved by a joint."""
-    point = contacts[row, witness], contacts[row, witness + 1], contacts[row, witness + 2]
-    normal = contacts[row, NORMAL], contacts[row, NORMAL + 1], contacts[row, NORMAL + 2]
+def add_speeds(joints, joint_rows, joint, contact, witness, sign, gradient):
+    """Add to a gradient, for each entry of q, sign times the speed along the normal of a witness point moved by a joint."""
+    point = contact[witness], contact[witness + 1], contact[witness + 2]
+    normal = contact[NORMAL], contact[NORMAL + 1], contact[NORMAL + 2]
     while joint >= 0:
         pose = load_pose(joint_rows, joint)
         z = z_axis(pose)
         if int(joints[joint, KIND]) != PRISMATIC:
             z = cross(z, minus(point, origin(pose)))
-        out[row, int(joints[joint, COLUMN])] += sign * joints[joint, RATIO] * dot(normal, z)
+        gradient[int(joints[joint, COLUMN])] += sign * joints[joint, RATIO] * dot(normal, z)
         joint = int(joints[joint, PARENT])
 
 
@@ -93,26 +93,29 @@ def find_near_pairs(scene, clearance, apart, within, near, excess):
     the lower bound of its distance that certificates compute, where these need it, and last the least of all pairs, by their
     distance.
     """
-    bodies, count = scene.bodies, 0
-    for k in range(bodies.shape[0]):
-        first, a = count, load_pose(near.body_rows, k)
+    objects, links, count = Nearness(clearance, apart, within), Nearness(0.0, apart, within), 0
+    for k in range(scene.bodies.shape[0]):
+        first, ours = count, body_at(scene, k, load_pose(near.body_rows, k))
         for w in range(scene.first, scene.end):
-            count = add_solid(scene, k, a, w, clearance, apart, within, near, excess, first, count)
+            count = add_solid(scene, ours, w, objects, near, excess, (first, count))
         if scene.root >= 0:
-            count = add_indexed(scene, k, a, clearance, apart, within, near, excess, count)
+            count = add_indexed(scene, ours, objects, near, excess, count)
     for p in range(scene.pairs.shape[0]):
         i, j = scene.pairs[p, 0], scene.pairs[p, 1]
         if excess is not None:
-            count = add_nearest_pair(scene, i, j, 0.0, apart, within, near, excess, count)
-        elif ball_distance(bodies, i, load_pose(near.body_rows, i), bodies, j, load_pose(near.body_rows, j)) <= within:
-            count = add_pair(scene, i, j, -1, within, near, count)
+            count = add_nearest_pair(scene, i, j, links, near, excess, count)
+        else:
+            ours, theirs = body_at(scene, i, load_pose(near.body_rows, i)), body_at(scene, j, load_pose(near.body_rows, j))
+            if ball_distance(ours, theirs) <= within:
+                count = add_pair(scene, i, j, -1, within, near, count)
     return count
 
 
 @kernel
-def add_indexed(scene, k, a, clearance, apart, within, near, excess, first):
-    """Add body k, at pose a, and the solids of the tree that are near it, the nearest nodes first; the new count."""
-    bounds, n, count, top = bounds_of(scene.bodies, k, a), scene.bodies.shape[0], first, 1
+def add_indexed(scene, ours, nearness, near, excess, first):
+    """Add a body and the solids of the tree that are near it, the nearest nodes first; the new count."""
+    k, (clearance, apart, within) = ours.row, nearness
+    bounds, n, count, top = bounds_of(scene.bodies, k, ours.pose), scene.bodies.shape[0], first, 1
     near.stack[0], near.heights[0] = scene.root, -np.inf
     while top > 0:
         top -= 1
@@ -123,46 +126,51 @@ def add_indexed(scene, k, a, clearance, apart, within, near, excess, first):
             if node >= 0:
                 top = push_children(scene.nodes, node, bounds, reach, near.stack, near.heights, top)
             else:
-                count = add_solid(scene, k, a, -1 - node, clearance, apart, within, near, excess, first, count)
+                count = add_solid(scene, ours, -1 - node, nearness, near, excess, (first, count))
     return count
 
 
 @kernel
-def add_solid(scene, k, a, w, clearance, apart, within, near, excess, first, count):
-    """Add body k, at pose a, and solid w of the world if they are near; the new count. The rows of body k begin at ``first``."""
+def add_solid(scene, ours, w, nearness, near, excess, kept):
+    """Add a body and solid w of the world if they are near; the new count.
+
+    kept: the first row of that body, and the count.
+    """
+    k, (_, count) = ours.row, kept
     if excess is not None:
-        return add_nearest_pair(scene, k, scene.bodies.shape[0] + w, clearance, apart, within, near, excess, count)
-    row, b = solid_at(scene, w, 0.0)
-    least = least_distance(scene.bodies, k, a, scene.objects, row, b, within)
-    if not least <= within or may_touch(scene, k, row):
+        return add_nearest_pair(scene, k, scene.bodies.shape[0] + w, nearness, near, excess, count)
+    theirs, within = solid_at(scene, w, 0.0), nearness.within
+    least = least_distance(ours, theirs, within)
+    if not least <= within or may_touch(scene, k, theirs.row):
         return count
-    return add_nearest_solid(scene, k, w, int(scene.objects[row, OBJECT]), least, within, near, first, count)
+    return add_nearest_solid(scene, k, (w, int(scene.objects[theirs.row, OBJECT]), least), within, near, kept)
 
 
 @routine
-def add_nearest_pair(scene, i, j, clearance, apart, within, near, excess, count):
+def add_nearest_pair(scene, i, j, nearness, near, excess, count):
     """Write a pair that is near, where there is room or in place of a farther one; the new count."""
-    room, bodies, a, number = near.pair_rows.shape[0], scene.bodies, load_pose(near.body_rows, i), -1
-    if j < bodies.shape[0]:
-        row, b, others, points = j, load_pose(near.body_rows, j), bodies, scene.vertices
+    clearance, apart, within = nearness
+    room, n, ours, number = near.pair_rows.shape[0], scene.bodies.shape[0], body_at(scene, i, load_pose(near.body_rows, i)), -1
+    if j < n:
+        theirs = body_at(scene, j, load_pose(near.body_rows, j))
     else:
-        row, b = solid_at(scene, j - bodies.shape[0], 0.0)
-        if may_touch(scene, i, row):
+        theirs = solid_at(scene, j - n, 0.0)
+        if may_touch(scene, i, theirs.row):
             return count
-        others, points, number = scene.objects, scene.points, int(scene.objects[row, OBJECT])
-        clearance = clearance + wider_by(scene, apart, row)
-    slot, farthest = slot_of_pair(i, j, bodies.shape[0], within, near, excess, count)
+        number = int(scene.objects[theirs.row, OBJECT])
+        clearance = clearance + wider_by(scene, apart, theirs.row)
+    slot, farthest = slot_of_pair(i, j, n, within, near, excess, count)
     limit = max(farthest, excess[room])
     reach = clearance + limit
-    if least_distance(bodies, i, a, others, row, b, reach) >= reach:
+    if least_distance(ours, theirs, reach) >= reach:
         return count
-    gap = rows_gap(bodies, scene.vertices, i, a, others, points, row, b, reach, 0.0)
+    gap = rows_gap(ours, theirs, reach, 0.0)
     if gap >= reach:
         return count
     write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, room)
     distance = near.contact_rows[room, DISTANCE]
     excess[room] = min(excess[room], distance - clearance)
-    if distance <= 0.0 or gap_is_searched(bodies, scene.vertices, i, others, points, row):
+    if distance <= 0.0 or gap_is_searched(ours, theirs):
         gap = distance
     of_pair = min(gap, distance) - clearance
     if distance - clearance >= within or of_pair >= farthest:
@@ -195,19 +203,24 @@ def slot_of_pair(i, j, n, within, near, excess, count):
 
 
 @kernel
-def least_distance(bodies, i, a, others, j, b, reach):
-    """A lower bound of the distance of two rows [m]: by their bounding balls, and if that is within reach by boxes round them."""
-    least = ball_distance(bodies, i, a, others, j, b)
+def least_distance(ours, theirs, reach):
+    """A lower bound of the distance of two bodies [m]: by their bounding balls, and within reach by boxes round them."""
+    bodies, i, others, j = ours.table, ours.row, theirs.table, theirs.row
+    least = ball_distance(ours, theirs)
     if least > reach or not others[j, REACH] <= LARGEST:
         return least
-    gap = certain_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]), 0.0)
+    gap = box_rows_gap(ours, theirs, 0.0)
     touching = (BALLS - 1.0) * (bodies[i, REACH] + others[j, REACH])  # bodies within the contact tolerance are zero apart
     return max(least, gap - bodies[i, RADIUS] - others[j, RADIUS] - touching)
 
 
 @routine
-def add_nearest_solid(scene, i, w, number, least, within, near, first, count):
-    """Add body i and solid w, ``least`` [m] apart at least, unless a nearer solid of their object is kept; the new count."""
+def add_nearest_solid(scene, i, solid, within, near, kept):
+    """Add body i and a solid unless a nearer solid of the same object is kept; the new count.
+
+    solid: its number, that of its object, and how far from body i it is at least [m]; kept: as for ``add_solid``.
+    """
+    (w, number, least), (first, count) = solid, kept
     j = scene.bodies.shape[0] + w
     if near.last_rows.shape[0] == 0:
         return add_pair(scene, i, j, number, within, near, count)

@@ -40,7 +40,16 @@ from ulna.kernels.collision.collision_layout import (
     RUN_END,
     RUN_FIRST,
 )
-from ulna.kernels.collision.posed_pair import BALLS, is_excepted, may_touch, rows_gap, solid_at, wider_by, widest
+from ulna.kernels.collision.posed_pair import (
+    BALLS,
+    body_at,
+    is_excepted,
+    may_touch,
+    rows_gap,
+    solid_at,
+    wider_by,
+    widest,
+)
 from ulna.kernels.collision.reached import (
     NEVER,
     ball_bounds,
@@ -51,6 +60,7 @@ from ulna.kernels.collision.reached import (
     push_reached,
     tree_is_reached,
 )
+from ulna.kernels.collision.scene import Mover, Reach
 from ulna.kernels.layout import JOINT, REACH, SHAPE, SPHERE
 from ulna.kernels.spatial.elementary import minimum
 from ulna.kernels.spatial.se3 import constant_pose
@@ -58,28 +68,27 @@ from ulna.kernels.spatial.vectors import dot, minus, origin
 
 
 @kernel
-def world_outcome(scene, carried, half, still, margin, apart, of_world, stop, stack, like):
+def world_outcome(scene, carried, intervals, stack, like):
     """Whether a body touches an object in any lane; and 1.0 in the lanes in whose interval all of them are clear, else 0.0.
 
-    still: whether ``half`` is 0; margin: how near an object may be [m], which ``apart`` widens (``scene.Apart``, or None);
-    of_world: how far rounding may put a point of an object [m]; stop: whether a contact ends the search. Then contacts are looked
-    for in lanes that are not clear too. The last balls first: a hand touches something more often than a base.
+    The last balls first: a hand touches something more often than a base.
     """
+    _, still, stop, margin, apart, of_world = intervals
     clear, bodies, balls = splat(1.0, like), scene.bodies, carried.balls
     for back in range(balls.shape[0]):
         g = balls.shape[0] - 1 - back
         joint, slack = int(balls[g, BALL_JOINT]), carried.slacks[g] + of_world + margin + widest(apart, 1)
         p, reach = load_vector(carried.ball_rows, 7 * g), load(carried.ball_rows, 7 * g + 6) + slack
         within = where(clear > 0.0, reach, slack if stop else NEVER)
-        n_near, of_tree = objects_near(scene, carried, g, p, within, half, still, apart, slack), within - tree_spare(apart)
+        n_near, of_tree = objects_near(scene, carried, intervals, g, p, within, slack), within - tree_spare(apart)
         in_tree = scene.root >= 0 and tree_is_reached(scene.nodes, scene.root, p, of_tree, BALLS * balls[g, BALL_RADIUS], stack)
         if n_near == 0 and not in_tree:
             continue
         place_bodies_of(bodies, carried, g, like)
         turning = turning_at(carried, joint, still, like)
         for m in range(carried.first[g], carried.first[g + 1]):
-            k, found = carried.order[m], (n_near, in_tree, stack)
-            touches, clear = body_outcome(scene, carried, g, k, turning, found, slack, half, still, margin, apart, stop, clear)
+            mover, found = (g, carried.order[m], turning), (n_near, in_tree, stack)
+            touches, clear = body_outcome(scene, carried, intervals, mover, found, slack, clear)
             if touches and stop:
                 return True, clear
         if not stop and not any_lane(clear > 0.0):
@@ -100,14 +109,14 @@ def tree_spare(apart):
 
 
 @kernel
-def objects_near(scene, carried, g, p, of_all, half, still, apart, slack):
+def objects_near(scene, carried, intervals, g, p, of_all, slack):
     """Write to ``near`` the unindexed objects that ball g, with its centre p, may reach in any lane; how many.
 
     of_all: how far a point of it gets, and ``slack``, which is what rounding and the widest margin add to it.
     """
     objects, n, n_joints, ball = scene.objects, 0, scene.joints.shape[0], BALLS * carried.balls[g, BALL_RADIUS]
     for o in range(scene.first, scene.end):
-        less = spare(scene, apart, o)
+        less = spare(scene, intervals.apart, o)
         within, d = of_all - less, minus(p, (objects[o, 3], objects[o, 7], objects[o, 11]))
         most = within + (ball + BALLS * objects[o, REACH])
         if not any_lane((dot(d, d) <= most * most) & (within >= 0.0)):
@@ -115,9 +124,9 @@ def objects_near(scene, carried, g, p, of_all, half, still, apart, slack):
         b, radius = constant_pose(objects, o, p[0]), core_radius(objects, o) + ball
         e, most = core_offset(p, objects, o, b), within + radius
         near = (dot(e, e) <= most * most) & (within >= 0.0)
-        if not still and any_lane(near):
+        if not intervals.still and any_lane(near):
             slope = core_slope(e, load_vector(carried.ball_rows, 7 * g + 3), objects, o, b)
-            most = centre_way(carried, g, n_joints, slope, half) + (slack - less + radius)
+            most = centre_way(carried, g, n_joints, slope, intervals.half) + (slack - less + radius)
             near = near & (dot(e, e) <= most * most)
         if any_lane(near):
             carried.near[n] = o
@@ -126,13 +135,14 @@ def objects_near(scene, carried, g, p, of_all, half, still, apart, slack):
 
 
 @kernel
-def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margin, apart, stop, clear):
-    """``world_outcome`` for body k, of ball g, alone.
+def body_outcome(scene, carried, intervals, mover, found, slack, clear):
+    """``world_outcome`` for one body alone.
 
-    turning: how fast its joint turns; found: how many objects are in ``near``, whether those of the tree are to be searched, and
-    the stack for that.
+    mover: its ball, the body, and how fast its joint turns; found: how many objects are in ``near``, whether those of the tree
+    are to be searched, and the stack for that.
     """
-    bodies, (n_near, in_tree, stack) = scene.bodies, found
+    half, still, stop, margin, apart, _ = intervals
+    bodies, (g, k, turning), (n_near, in_tree, stack) = scene.bodies, mover, found
     p, v = load_vector(carried.centre_rows, 3 * k), body_velocity(carried, g, k, still, half)
     way = body_way(carried, g, scene.joints.shape[0], v, turning * bodies[k, REACH], half, still) + slack
     a, radius, otherwise = pose_of(bodies, k, carried, p, half), BALLS * bodies[k, REACH], slack if stop else NEVER
@@ -148,16 +158,17 @@ def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margi
             top -= 1
             node = stack[top]
             if node >= 0:
-                top = push_reached(scene.nodes, node, bounds, bodies, k, a, p, within - tree_spare(apart), stack, top)
+                body = body_at(scene, k, a), p, bounds
+                top = push_reached(scene.nodes, node, body, within - tree_spare(apart), stack, top)
                 continue
             o = -1 - node
-        row, b = solid_at(scene, o, half)
+        theirs = solid_at(scene, o, half)
+        row = theirs.row
         if may_touch(scene, k, row) or is_excepted(scene, apart, k, row):
             continue
-        less, own = spare(scene, apart, row), margin + wider_by(scene, apart, row)
-        touches, now = object_outcome(
-            scene, carried, g, k, row, b, (a, p, v), way - less, within - less, slack - less, half, still, own, clear
-        )  # fmt: skip
+        less = spare(scene, apart, row)
+        reach = Reach(way - less, within - less, slack - less, margin + wider_by(scene, apart, row))
+        touches, now = object_outcome(scene, carried, intervals, Mover(g, k, a, p, v), theirs, reach, clear)
         if touches and stop:
             return True, now
         if any_lane(now < clear):
@@ -169,21 +180,18 @@ def body_outcome(scene, carried, g, k, turning, found, slack, half, still, margi
 
 
 @kernel
-def object_outcome(scene, carried, g, k, o, b, placed, way, within, slack, half, still, margin, clear):
-    """``world_outcome`` for body k, of ball g, and the object of row o at pose b.
-
-    placed: the body's pose, its centre and the velocity of that; way: how far a point of it gets within ``half``, and ``slack``;
-    within: the same where the lane is clear, else how near a contact is.
-    """
-    bodies, objects, (a, p, v) = scene.bodies, scene.objects, placed
+def object_outcome(scene, carried, intervals, mover, theirs, reach, clear):
+    """``world_outcome`` for one body (``scene.Mover``) and one object alone."""
+    bodies, (g, k, a, p, v), (way, within, slack, margin) = scene.bodies, mover, reach
+    objects, o, b = scene.objects, theirs.row, theirs.pose
     e, radius, nearer = core_offset(p, objects, o, b), core_radius(objects, o) + BALLS * bodies[k, REACH], way
     most = within + radius
     if not any_lane((dot(e, e) <= most * most) & (within >= 0.0)):
         return False, clear
     distance = sqrt(dot(e, e)) - radius
-    if not still:
+    if not intervals.still:
         slope = core_slope(e, v, objects, o, b)
-        nearer = minimum(way, centre_way(carried, g, scene.joints.shape[0], slope, half) + slack)
+        nearer = minimum(way, centre_way(carried, g, scene.joints.shape[0], slope, intervals.half) + slack)
         if not any_lane(distance <= minimum(nearer, within)):
             return False, clear
     away = distance > nearer
@@ -194,8 +202,7 @@ def object_outcome(scene, carried, g, k, o, b, placed, way, within, slack, half,
         if not any_lane(distance <= within):
             return False, clear
         if not has_exact_ball(other, kind):
-            ours, theirs = (bodies, scene.vertices, k, a), (objects, scene.points, o, b)
-            distance = gap_or_contact(ours, theirs, within, margin, slack - margin)
+            distance = gap_or_contact(body_at(scene, k, a), theirs, within, margin, slack - margin)
         away = away | (distance > way)
     return any_lane(distance <= margin), where(away, clear, 0.0)
 
@@ -210,8 +217,9 @@ def pose_of(bodies, k, carried, p, like):
 
 
 @kernel
-def self_outcome(scene, carried, half, still, stop, clear, like):
+def self_outcome(scene, carried, intervals, clear, like):
     """``world_outcome`` for the pairs of the robot's own bodies instead; lanes that are not clear stay so."""
+    half, still, stop = intervals.half, intervals.still, intervals.stop
     bodies, balls, groups = scene.bodies, carried.balls, carried.groups
     for e in range(groups.shape[0]):
         a, b = groups[e, GROUP_A], groups[e, GROUP_B]
@@ -220,13 +228,13 @@ def self_outcome(scene, carried, half, still, stop, clear, like):
         most = radii + slack + load(carried.ball_rows, 7 * a + 6) + load(carried.ball_rows, 7 * b + 6)
         if not any_lane(dot(d, d) <= most * most):
             continue
-        way, shared = splat(slack, like), groups[e, GROUP_SHARED]
+        way, group = splat(slack, like), (a, b, groups[e, GROUP_SHARED])
         if not still:
             v = minus(load_vector(carried.ball_rows, 7 * a + 3), load_vector(carried.ball_rows, 7 * b + 3))
-            most = radii + (approach_way(scene.joints, carried, a, b, shared, d, v, half) + slack)
+            most = radii + (approach_way(scene.joints, carried, group, d, v, half) + slack)
             if not any_lane(dot(d, d) <= most * most):
                 continue
-            way = pair_way(scene.joints, carried, a, b, shared, half, like) + slack
+            way = pair_way(scene.joints, carried, group, half, like) + slack
         place_bodies_of(bodies, carried, a, like)
         place_bodies_of(bodies, carried, b, like)
         for run in range(groups[e, GROUP_FIRST], groups[e, GROUP_END]):
@@ -237,66 +245,72 @@ def self_outcome(scene, carried, half, still, stop, clear, like):
             if not any_lane((dot(d, d) <= most * most) & (clear > 0.0)):
                 continue
             for m in range(carried.runs[run, RUN_FIRST], carried.runs[run, RUN_END]):
-                touches, clear = pair_outcome(scene, carried, e, i, carried.others[m], p, way, slack, half, still, stop, clear)
+                pair = e, i, carried.others[m]
+                touches, clear = pair_outcome(scene, carried, intervals, pair, p, (way, slack), clear)
                 if touches and stop:
                     return True, clear
     return False, clear
 
 
 @kernel
-def pair_outcome(scene, carried, e, i, j, p, way, slack, half, still, stop, clear):
-    """``self_outcome`` for bodies i and j, of the two balls of group e. p: the centre of body i; way, slack: as there."""
-    bodies, q = scene.bodies, load_vector(carried.centre_rows, 3 * j)
-    d, reach = minus(p, q), BALLS * (bodies[i, REACH] + bodies[j, REACH])
+def pair_outcome(scene, carried, intervals, pair, p, reach, clear):
+    """``self_outcome`` for two bodies. pair: the group of their two balls, and the bodies; p: the centre of the first.
+
+    reach: how much nearer a point of one comes to one of the other, with what rounding adds; and that alone.
+    """
+    bodies, (_, i, j), (way, slack) = scene.bodies, pair, reach
+    half, stop, q = intervals.half, intervals.stop, load_vector(carried.centre_rows, 3 * j)
+    d, radii = minus(p, q), BALLS * (bodies[i, REACH] + bodies[j, REACH])
     within = where(clear > 0.0, way, splat(slack, way) if stop else splat(NEVER, way))
-    most = within + reach
+    most = within + radii
     near = (dot(d, d) <= most * most) & (within >= 0.0)
     if not any_lane(near & (clear > 0.0)):
         return False, clear
-    distance, nearer = sqrt(dot(d, d)) - reach, way
+    distance, nearer = sqrt(dot(d, d)) - radii, way
     if int(bodies[i, SHAPE]) != SPHERE or int(bodies[j, SHAPE]) != SPHERE:
         of_j = frame_pose(bodies, j, carried.joint_rows, half)
-        e, most = core_offset(p, bodies, j, of_j), within + (core_radius(bodies, j) + BALLS * bodies[i, REACH])
-        near = near & (dot(e, e) <= most * most)
+        offset, most = core_offset(p, bodies, j, of_j), within + (core_radius(bodies, j) + BALLS * bodies[i, REACH])
+        near = near & (dot(offset, offset) <= most * most)
         if not any_lane(near & (clear > 0.0)):
             return False, clear
         of_i = frame_pose(bodies, i, carried.joint_rows, half)
-        ours, theirs = (bodies, scene.vertices, i, of_i), (bodies, scene.vertices, j, of_j)
-        distance = gap_or_contact(ours, theirs, where(near, within, NEVER), 0.0, slack)
+        distance = gap_or_contact(body_at(scene, i, of_i), body_at(scene, j, of_j), where(near, within, NEVER), 0.0, slack)
     else:
-        nearer = minimum(way, spheres_way(scene, carried, e, (i, j), (p, q), half, still) + slack)
+        nearer = minimum(way, spheres_way(scene, carried, intervals, pair, (p, q)) + slack)
     return any_lane(near & (distance <= 0.0)), where(near & (distance <= nearer), 0.0, clear)
 
 
 @kernel
-def spheres_way(scene, carried, e, pair, centres, half, still):
-    """How much nearer two spheres of group e with these centres come within ``half``. A turn about its own centre moves none."""
-    if still:
+def spheres_way(scene, carried, intervals, pair, centres):
+    """How much nearer two spheres of a group with these centres come within ``half``. A turn about its own centre moves none.
+
+    pair: as for ``pair_outcome``.
+    """
+    half = intervals.half
+    if intervals.still:
         return splat(0.0, half)
-    groups, (i, j), (p, q) = carried.groups, pair, centres
+    groups, (e, i, j), (p, q) = carried.groups, pair, centres
     v_p = joint_twist(carried, int(scene.bodies[i, JOINT]), p, half)[0]
     v_q = joint_twist(carried, int(scene.bodies[j, JOINT]), q, half)[0]
-    a, b, shared = groups[e, GROUP_A], groups[e, GROUP_B], groups[e, GROUP_SHARED]
-    return approach_way(scene.joints, carried, a, b, shared, minus(p, q), minus(v_p, v_q), half)
+    group = groups[e, GROUP_A], groups[e, GROUP_B], groups[e, GROUP_SHARED]
+    return approach_way(scene.joints, carried, group, minus(p, q), minus(v_p, v_q), half)
 
 
 @kernel
-def gap_or_contact(first, second, reach, margin, rounding):
+def gap_or_contact(ours, theirs, reach, margin, rounding):
     """A lower bound of the distance of two bodies, exact enough to know whether it is above ``reach``, and above a margin.
 
     Where ``reach`` is NEVER it may be any lower bound.
-
-    Each body: its table, the vertices, its row and its pose.
     """
-    distance = posed_gap(*first, *second, reach, rounding)
+    distance = posed_gap(ours, theirs, reach, rounding)
     near = (distance <= margin) & (reach >= 0.0)
     if any_lane(near):
-        again = posed_gap(*first, *second, where(near, margin, NEVER), rounding)
+        again = posed_gap(ours, theirs, where(near, margin, NEVER), rounding)
         distance = where(near, again, distance)
     return distance
 
 
 @routine
-def posed_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding):
+def posed_gap(ours, theirs, reach, rounding):
     """``posed_pair.rows_gap``, called and not inlined: it takes longest to compile."""
-    return rows_gap(bodies, vertices, k, a, others, points, j, b, reach, rounding)
+    return rows_gap(ours, theirs, reach, rounding)

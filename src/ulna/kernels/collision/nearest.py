@@ -9,18 +9,21 @@ import numpy as np
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_of, splat, where
 from ulna.kernels.collision.bvh import lane_bounds, push_children
-from ulna.kernels.collision.posed_pair import ball_distance, may_touch, rows_contact, solid_at
+from ulna.kernels.collision.posed_pair import ball_distance, body_at, may_touch, object_at, rows_contact, solid_at
 from ulna.kernels.spatial.se3 import constant_pose, lane_pose, load_pose
 
 
 @kernel
-def nearer_pair(best, bodies, vertices, k, a, others, points, j, b, number, scratch):
-    """The nearer of the best pair and another, measured only where its bounding balls are nearer than the best."""
-    if not any_lane(ball_distance(bodies, k, a, others, j, b) < best[0]):
+def nearer_pair(best, ours, theirs, number, scratch):
+    """The nearer of the best pair and another, measured only where its bounding balls are nearer than the best.
+
+    number: that of the other body or the object.
+    """
+    if not any_lane(ball_distance(ours, theirs) < best[0]):
         return best
-    distance = rows_contact(bodies, vertices, k, a, others, points, j, b, scratch)[0]
+    distance = rows_contact(ours, theirs, scratch)[0]
     nearer = distance < best[0]
-    return where(nearer, distance, best[0]), where(nearer, float(k), best[1]), where(nearer, float(number), best[2])
+    return where(nearer, distance, best[0]), where(nearer, float(ours.row), best[1]), where(nearer, float(number), best[2])
 
 
 @kernel
@@ -29,33 +32,34 @@ def nearest_unindexed(scene, body_rows, like, scratch):
 
     One loop does both, since the code that measures a distance is compiled for each place that calls it, which takes long.
     """
-    best, bodies, vertices = (splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)), scene.bodies, scene.vertices
-    n, n_unindexed = bodies.shape[0], scene.end - scene.first
+    best = splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)
+    n, n_unindexed = scene.bodies.shape[0], scene.end - scene.first
     n_of_world = n * n_unindexed
     for m in range(n_of_world + scene.pairs.shape[0]):
         if m < n_of_world:
             i, w = m // n_unindexed, scene.first + m % n_unindexed
             if may_touch(scene, i, w):
                 continue
-            b, others, points, row, number = constant_pose(scene.objects, w, like), scene.objects, scene.points, w, n + w
+            theirs, number = object_at(scene, w, constant_pose(scene.objects, w, like)), n + w
         else:
-            i, row = scene.pairs[m - n_of_world, 0], scene.pairs[m - n_of_world, 1]
-            b, others, points, number = load_pose(body_rows, row), bodies, vertices, row
-        best = nearer_pair(best, bodies, vertices, i, load_pose(body_rows, i), others, points, row, b, number, scratch)
+            i, number = scene.pairs[m - n_of_world, 0], scene.pairs[m - n_of_world, 1]
+            theirs = body_at(scene, number, load_pose(body_rows, number))
+        best = nearer_pair(best, body_at(scene, i, load_pose(body_rows, i)), theirs, number, scratch)
     return best
 
 
 @kernel
-def nearest_indexed(best, scene, body_rows, bound_rows, lane, stack, heights, scratch):
+def nearest_indexed(best, scene, body_rows, bound_rows, lane, search, scratch):
     """The nearer of the best pair and those of the robot, in one lane, and the indexed objects.
+
+    search: a stack of nodes, and the lower bounds of their distances.
 
     Depth first, the nearest child first; a node known to be farther than the best is pruned. All lanes do the
     same, so that the distance of two bodies is compiled for lanes only.
     """
-    bodies, objects, like = scene.bodies, scene.objects, best[0]
-    n = bodies.shape[0]
+    n, like, (stack, heights) = scene.bodies.shape[0], best[0], search
     for k in range(n):
-        bounds, a = lane_bounds(bound_rows, k, lane), splat_pose(lane_pose(body_rows, k, lane), like)
+        bounds, ours = lane_bounds(bound_rows, k, lane), body_at(scene, k, splat_pose(lane_pose(body_rows, k, lane), like))
         stack[0], heights[0], top = scene.root, -np.inf, 1
         while top > 0:
             top -= 1
@@ -65,10 +69,10 @@ def nearest_indexed(best, scene, body_rows, bound_rows, lane, stack, heights, sc
                     top = push_children(scene.nodes, node, bounds, nearest, stack, heights, top)
                 else:
                     w = -1 - node
-                    row, b = solid_at(scene, w, like)
-                    if may_touch(scene, k, row):
+                    theirs = solid_at(scene, w, like)
+                    if may_touch(scene, k, theirs.row):
                         continue
-                    best = nearer_pair(best, bodies, scene.vertices, k, a, objects, scene.points, row, b, n + w, scratch)
+                    best = nearer_pair(best, ours, theirs, n + w, scratch)
     return best
 
 

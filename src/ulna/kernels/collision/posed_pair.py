@@ -1,13 +1,15 @@
 """Computes poses of the robot's bodies at q, and distance or overlap of pairs of rows.
 
 Each table comes with its vertices. If either is None, all shapes are boxes. A scene of boxes, the most frequent, thus compiles
-without GJK and EPA, in a fraction of the time.
+without GJK and EPA, in a fraction of the time. The compiler leaves out what follows a test for None where that is an argument
+of its own, and no field: so ``overlap_by``, ``contact_by`` and ``gap_by`` take the vertices beside the bodies.
 """
 
 from ulna.engine.decorators import kernel, shared_routine
 from ulna.engine.lanes import WIDTH, load, splat, sqrt
 from ulna.kernels.chain.poses import frame_pose, tree_poses
 from ulna.kernels.collision.collision_layout import BALL_ROW, CHILD, FIRST_BALL, NODE_ROWS, PAIR_BODY, PAIR_OBJECT
+from ulna.kernels.collision.scene import Posed
 from ulna.kernels.distance.box_distance import box_pair
 from ulna.kernels.distance.box_sat import boxes_overlap, certain_gap
 from ulna.kernels.distance.pairs import body_of, is_searched, pair_distance, pair_gap, pair_overlap
@@ -27,72 +29,126 @@ def place_bodies(joints, bodies, q_rows, joint_rows, body_rows):
 
 
 @kernel
-def rows_overlap(bodies, vertices, i, a, others, points, j, b, wanted):
-    """True where body i of one table, at pose a, and body j of another, at pose b, share a point.
+def body_at(scene, k, a):
+    """Body k of the robot, at pose a."""
+    return Posed(scene.bodies, scene.vertices, k, a)
+
+
+@kernel
+def object_at(scene, row, b):
+    """The object of a row, at pose b."""
+    return Posed(scene.objects, scene.points, row, b)
+
+
+@kernel
+def rows_overlap(ours, theirs, wanted):
+    """True where two bodies (``scene.Posed``) share a point.
 
     wanted: 1.0 where that is to be found; elsewhere, where it is 0.0, the result may be either. Boxes, the most frequent, are
     tested inline; other shapes by a call, which keeps the loops over boxes small.
     """
+    return overlap_by(ours.vertices, theirs.vertices, ours, theirs, wanted)
+
+
+@kernel
+def overlap_by(vertices, points, ours, theirs, wanted):
+    """``rows_overlap``, by the vertices of the two."""
     if vertices is None or points is None:
-        return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
-    if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
-        return boxes_overlap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
-    return convex_overlap(bodies, vertices, i, a, others, points, j, b, wanted)
+        return box_rows_overlap(ours, theirs)
+    if are_boxes(ours, theirs):
+        return box_rows_overlap(ours, theirs)
+    return convex_overlap(ours, theirs, wanted)
+
+
+@kernel
+def are_boxes(ours, theirs):
+    """Whether two bodies are boxes."""
+    return int(ours.table[ours.row, SHAPE]) == BOX and int(theirs.table[theirs.row, SHAPE]) == BOX
+
+
+@kernel
+def box_rows_overlap(ours, theirs):
+    """``rows_overlap`` for boxes."""
+    return boxes_overlap(ours.pose, half_of(ours, ours.pose[0]), theirs.pose, half_of(theirs, ours.pose[0]))
 
 
 @shared_routine
-def convex_overlap(bodies, vertices, i, a, others, points, j, b, wanted):
+def convex_overlap(ours, theirs, wanted):
     """``rows_overlap`` for convex shapes of any kind."""
-    return pair_overlap(body_of(bodies, vertices, i, a), body_of(others, points, j, b), wanted)
+    return pair_overlap(convex_body(ours), convex_body(theirs), wanted)
 
 
 @kernel
-def rows_contact(bodies, vertices, i, a, others, points, j, b, scratch):
-    """The contact (``pairs``) of body i of one table, at pose a, and body j of another, at pose b."""
+def convex_body(posed):
+    """A row at a pose as a convex body (``pairs``)."""
+    return body_of(posed.table, posed.vertices, posed.row, posed.pose)
+
+
+@kernel
+def rows_contact(ours, theirs, scratch):
+    """The contact (``pairs``) of two bodies."""
+    return contact_by(ours.vertices, theirs.vertices, ours, theirs, scratch)
+
+
+@kernel
+def contact_by(vertices, points, ours, theirs, scratch):
+    """``rows_contact``, by the vertices of the two."""
     if vertices is None or points is None:
-        return box_pair(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]))
-    return pair_distance(body_of(bodies, vertices, i, a), body_of(others, points, j, b), scratch)
+        return box_pair(ours.pose, half_of(ours, ours.pose[0]), theirs.pose, half_of(theirs, ours.pose[0]))
+    return pair_distance(convex_body(ours), convex_body(theirs), scratch)
 
 
 @kernel
-def rows_gap(bodies, vertices, i, a, others, points, j, b, reach, rounding):
+def rows_gap(ours, theirs, reach, rounding):
     """A lower bound of the distance of two bodies [m], up to a rounding [m]; above reach [m] it may be any larger number."""
-    if vertices is None or points is None:
-        return certain_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]), rounding)
-    if int(bodies[i, SHAPE]) == BOX and int(others[j, SHAPE]) == BOX:
-        return certain_gap(a, half_extents(bodies, i, a[0]), b, half_extents(others, j, a[0]), rounding)
-    return pair_gap(body_of(bodies, vertices, i, a), body_of(others, points, j, b), reach, rounding)
+    return gap_by(ours.vertices, theirs.vertices, ours, theirs, reach, rounding)
 
 
 @kernel
-def gap_is_searched(bodies, vertices, i, others, points, j):
-    """Whether ``rows_gap`` is a search, which finds the distance itself if reach is less than that; else it may be below it."""
+def gap_by(vertices, points, ours, theirs, reach, rounding):
+    """``rows_gap``, by the vertices of the two."""
     if vertices is None or points is None:
+        return box_rows_gap(ours, theirs, rounding)
+    if are_boxes(ours, theirs):
+        return box_rows_gap(ours, theirs, rounding)
+    return pair_gap(convex_body(ours), convex_body(theirs), reach, rounding)
+
+
+@kernel
+def box_rows_gap(ours, theirs, rounding):
+    """``rows_gap`` of the boxes round two cores."""
+    return certain_gap(ours.pose, half_of(ours, ours.pose[0]), theirs.pose, half_of(theirs, ours.pose[0]), rounding)
+
+
+@kernel
+def gap_is_searched(ours, theirs):
+    """Whether ``rows_gap`` is a search, which finds the distance itself if reach is less than that; else it may be below it."""
+    if ours.vertices is None or theirs.vertices is None:
         return False
-    kind, other = int(bodies[i, SHAPE]), int(others[j, SHAPE])
+    kind, other = int(ours.table[ours.row, SHAPE]), int(theirs.table[theirs.row, SHAPE])
     return is_searched(min(kind, other), max(kind, other))
 
 
 @kernel
-def ball_distance(bodies, i, a, others, j, b):
-    """The signed distance of the bounding balls of two rows, at poses a and b: a lower bound of that of the bodies."""
-    d = minus(origin(a), origin(b))
-    return sqrt(dot(d, d)) - BALLS * (bodies[i, REACH] + others[j, REACH])
+def ball_distance(ours, theirs):
+    """The signed distance of the bounding balls of two bodies: a lower bound of that of the bodies."""
+    d = minus(origin(ours.pose), origin(theirs.pose))
+    return sqrt(dot(d, d)) - BALLS * (ours.table[ours.row, REACH] + theirs.table[theirs.row, REACH])
 
 
 @kernel
-def balls_overlap(bodies, i, a, others, j, b):
-    """True where the bounding balls of two rows, at poses a and b, overlap; elsewhere the bodies do not."""
-    reach = BALLS * (bodies[i, REACH] + others[j, REACH])
-    d = minus(origin(a), origin(b))
+def balls_overlap(ours, theirs):
+    """True where the bounding balls of two bodies overlap; elsewhere the bodies do not."""
+    reach = BALLS * (ours.table[ours.row, REACH] + theirs.table[theirs.row, REACH])
+    d = minus(origin(ours.pose), origin(theirs.pose))
     return dot(d, d) <= reach * reach
 
 
 @kernel
 def solid_at(scene, w, like):
-    """The row of solid w in the table of objects, and its pose as numbers of the kind of ``like``."""
+    """Solid w, at its pose as numbers of the kind of ``like``."""
     if w < FIRST_BALL:
-        return w, constant_pose(scene.objects, w, like)
+        return object_at(scene, w, constant_pose(scene.objects, w, like))
     k, lane = (w - FIRST_BALL) // WIDTH, (w - FIRST_BALL) % WIDTH
     first = NODE_ROWS * (k // 2)
     i, row = first + 3 * (k % 2), int(scene.nodes[first + CHILD, BALL_ROW])
@@ -102,7 +158,7 @@ def solid_at(scene, w, like):
         splat(scene.nodes[i + 2, lane], like),
     )
     one, none = splat(1.0, like), splat(0.0, like)
-    return row, (one, none, none, x, none, one, none, y, none, none, one, z)
+    return object_at(scene, row, (one, none, none, x, none, one, none, y, none, none, one, z))
 
 
 @kernel
@@ -132,6 +188,12 @@ def wider_by(scene, apart, row):
 def widest(apart, back):
     """The greatest of these of all objects, with back = 1, or of those in the BVH, with back = 2 [m]."""
     return 0.0 if apart is None else apart.wider[-back]
+
+
+@kernel
+def half_of(posed, like):
+    """The half extents of a body."""
+    return half_extents(posed.table, posed.row, like)
 
 
 @kernel

@@ -85,18 +85,19 @@ def tree_is_reached(nodes, root, p, within, radius, stack):
 
 
 @kernel
-def push_reached(nodes, node, bounds, bodies, k, a, p, within, stack, top):
-    """Push those children of a node that body k, at pose a with its centre p, reaches onto a stack; return the new top.
+def push_reached(nodes, node, body, within, stack, top):
+    """Push those children of a node that a body reaches onto a stack; return the new top.
 
-    bounds: ``ball_bounds`` of the body.
+    body: as ``scene.Posed``, its centre, and ``ball_bounds`` of it.
     """
-    bits = children_in(nodes, node, bounds)
+    posed, p, bounds = body
+    bodies, k, bits = posed.table, posed.row, children_in(nodes, node, bounds)
     while bits != 0:
         lane = lowest_bit(bits)
         centre, half = child_box(nodes, node, lane)
         reaches = ball_reaches(centre, half, p, within, BALLS * bodies[k, REACH])
         if any_lane(reaches) and int(bodies[k, SHAPE]) != SPHERE:
-            reaches = reaches & core_reaches(centre, half, bodies, k, a, within)
+            reaches = reaches & core_reaches(centre, half, bodies, k, posed.pose, within)
         if any_lane(reaches):
             stack[top] = child_of(nodes, node, lane)
             top += 1

@@ -1,6 +1,6 @@
 """Names the parts of a robot and a world as the kernels and the entries take them, and of what these find."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,18 @@ BOXES = Group((TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE, WHOLE, WHO
 SHAPES = Group((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
 
 
+class Posed(NamedTuple):
+    """A row of a table of bodies, at a pose."""
+
+    table: NDArray
+    """Shape (n, BODY_WIDTH)."""
+    vertices: NDArray | None
+    """Those of the table's hulls, shape (m, 3); None if all shapes are boxes."""
+    row: int
+    pose: tuple
+    """Twelve numbers."""
+
+
 class Apart(NamedTuple):
     """How far bodies have to be from objects, where that is not the same for all; None where it is."""
 
@@ -53,6 +65,60 @@ class Apart(NamedTuple):
     the BVH, and the greatest of all: shape (n_objects + 2,)."""
     touching: NDArray
     """Pairs of a body and an object that may touch all the same, shape (n, PAIR_WIDTH)."""
+
+
+class Nearness(NamedTuple):
+    """How near a pair has to be to be found."""
+
+    clearance: float
+    """How far apart it has to be [m]; an object also by ``apart``."""
+    apart: Apart | None
+    within: float
+    """How much farther apart it is at most [m]."""
+
+
+class Intervals(NamedTuple):
+    """Eight intervals of an edge, and what a look at them asks of every pair of bodies."""
+
+    half: Any
+    """Half of their lengths, as a fraction of the edge."""
+    still: bool
+    """Whether these are 0, so that nothing moves."""
+    stop: bool
+    """Whether a contact ends the search. Then contacts are looked for in lanes that are not clear too."""
+    margin: float
+    """How near an object may be [m], which ``apart`` widens."""
+    apart: Apart | None
+    of_world: float
+    """How far rounding may put a point of an object [m]."""
+
+
+class Mover(NamedTuple):
+    """A body at the middles of eight intervals."""
+
+    ball: int
+    """That which holds it."""
+    row: int
+    """Its own in the table of bodies."""
+    pose: Any
+    """Twelve numbers."""
+    centre: Any
+    """In the base frame [m]."""
+    velocity: Any
+    """That of its centre along the edge [m]."""
+
+
+class Reach(NamedTuple):
+    """How far a point of a body gets in eight intervals, and how near to it an object may be."""
+
+    way: Any
+    """How far it gets within half of an interval, with ``slack`` [m]."""
+    within: Any
+    """The same where the lane is clear, else how near a contact is [m]."""
+    slack: float
+    """What rounding and the margin add [m]."""
+    margin: float
+    """How near the object may be [m]."""
 
 
 class Carried(NamedTuple):

@@ -176,12 +176,12 @@ def nearest_edges(best, t, h, d, length, sides, s):
     """
     y, z = sides
     of_d, of_y, of_z = s
-    best = nearer(best, edge_pair(t, h, d, length, y, z, of_d[1], of_d[2], of_y[0], of_z[0]))
+    best = nearer(best, edge_pair(t, h, d, length, (y, z), (of_d[1], of_d[2], of_y[0], of_z[0])))
     t, h, d, y, z = cycled(t), cycled(h), cycled(d), cycled(y), cycled(z)
-    square, p, q = edge_pair(t, h, d, length, y, z, of_d[2], of_d[0], of_y[1], of_z[1])
+    square, p, q = edge_pair(t, h, d, length, (y, z), (of_d[2], of_d[0], of_y[1], of_z[1]))
     best = nearer(best, (square, cycled(cycled(p)), cycled(cycled(q))))
     t, h, d, y, z = cycled(t), cycled(h), cycled(d), cycled(y), cycled(z)
-    square, p, q = edge_pair(t, h, d, length, y, z, of_d[0], of_d[1], of_y[2], of_z[2])
+    square, p, q = edge_pair(t, h, d, length, (y, z), (of_d[0], of_d[1], of_y[2], of_z[2]))
     return nearer(best, (square, cycled(p), cycled(q)))
 
 
@@ -192,7 +192,7 @@ def cycled(v):
 
 
 @kernel
-def edge_pair(t, h, d, length, y, z, sign_1, sign_2, sign_y, sign_z):
+def edge_pair(t, h, d, length, sides, s):
     """Nearest points of an edge of A along axis 0 and of an edge of B along d, outermost along their common perpendicular.
 
     1. n = (0, -d2, d1) is the perpendicular, turned by ``towards`` to lead from A to B. A's edge lies on the side of n; B's,
@@ -200,7 +200,10 @@ def edge_pair(t, h, d, length, y, z, sign_1, sign_2, sign_y, sign_z):
        entry 0 of z, and n . z that of minus entry 0 of y.
     2. Seen along axis 0 A's edge is a point: the nearest point of B's line to it, kept within the edge; then the point of A's
        edge nearest to that. Where the edges do not cross, the pair is one of points all the same.
+
+    s: the signs of entries 1 and 2 of d, and of entry 0 of y and of z.
     """
+    (y, z), (sign_1, sign_2, sign_y, sign_z) = sides, s
     towards = where(t[2] * d[1] - t[1] * d[2] < 0.0, -1.0, 1.0)
     p1, p2 = -(towards * sign_2 * h[1]), towards * sign_1 * h[2]
     i, j = -(towards * sign_z), towards * sign_y

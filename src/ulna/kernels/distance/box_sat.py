@@ -52,11 +52,12 @@ def face_gaps(r, m, t, h, g):
 
 
 @kernel
-def edge_gaps(t1, t2, h1, h2, r1, r2, m0, m1, m2, g):
+def edge_gaps(t, h, r, m, g):
     """The gaps along the products of one edge of A by the three of B, times the products' lengths, and those lengths squared.
 
-    0, 1, 2 number A's axes from this edge on: t and h are A's entries, r and m the rows of these axes.
+    0, 1, 2 number A's axes from this edge on. t, h: A's entries 1 and 2; r: the rows of these two axes; m: of all three.
     """
+    (t1, t2), (h1, h2), (r1, r2), (m0, m1, m2) = t, h, r, m
     return (
         (
             abs(t2 * r1[0] - t1 * r2[0]) - (h1 * m2[0] + h2 * m1[0]) - (g[1] * m0[2] + g[2] * m0[1]),
@@ -74,9 +75,9 @@ def all_gaps(a, h, b, g):
     m = sizes(r[0]), sizes(r[1]), sizes(r[2])
     return (
         face_gaps(r, m, t, h, g),
-        edge_gaps(t[1], t[2], h[1], h[2], r[1], r[2], m[0], m[1], m[2], g),
-        edge_gaps(t[2], t[0], h[2], h[0], r[2], r[0], m[1], m[2], m[0], g),
-        edge_gaps(t[0], t[1], h[0], h[1], r[0], r[1], m[2], m[0], m[1], g),
+        edge_gaps((t[1], t[2]), (h[1], h[2]), (r[1], r[2]), (m[0], m[1], m[2]), g),
+        edge_gaps((t[2], t[0]), (h[2], h[0]), (r[2], r[0]), (m[1], m[2], m[0]), g),
+        edge_gaps((t[0], t[1]), (h[0], h[1]), (r[0], r[1]), (m[2], m[0], m[1]), g),
     )
 
 

@@ -22,6 +22,7 @@ import numpy as np
 
 from ulna.engine.decorators import kernel, shared_routine
 from ulna.engine.lanes import lane_count, lane_of, sqrt, with_lane
+from ulna.kernels.distance.body_records import Core
 from ulna.kernels.distance.box_sat import relative_pose
 from ulna.kernels.distance.epa_polytope import (
     FACE_WIDTH,
@@ -66,20 +67,24 @@ _LEVEL = 1e-13  # of the bodies' size: a point no higher than this above a face 
 
 
 @kernel
-def with_penetration(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, contact, inside, scratch):
+def with_penetration(a, core_a, b, core_b, contact, inside, scratch):
     """The contact with minus the depth as distance in the lanes where the cores overlap, one lane after the other."""
     distance, p, q, n = contact
     for lane in range(lane_count(distance)):
         if lane_of(inside, lane) != 0.0:
             x, y = pose_of(a, lane), pose_of(b, lane)
-            depth, deepest, way = core_depth(
-                kind_a, vector_of(h, lane), vertices_a, kind_b, vector_of(g, lane), vertices_b, relative_pose(x, y),
-                transform_inverse(x, vector_of(p, lane)), scratch[0], scratch[1], scratch[2],
-            )  # fmt: skip
+            common, one, other = transform_inverse(x, vector_of(p, lane)), core_of(core_a, lane), core_of(core_b, lane)
+            depth, deepest, way = core_depth(one, other, relative_pose(x, y), common, scratch)
             deepest, way = transform(x, deepest), rotate(x, way)
             distance, n = with_lane(distance, lane, -depth), vector_with(n, lane, way)
             p, q = vector_with(p, lane, deepest), vector_with(q, lane, add_scaled(deepest, -depth, way))
     return distance, p, q, n
+
+
+@kernel
+def core_of(core, lane):
+    """A core of one lane."""
+    return Core(core.kind, vector_of(core.half, lane), core.vertices)
 
 
 @kernel
@@ -102,23 +107,22 @@ def pose_of(a, lane):
 
 
 @shared_routine
-def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, common_point, points, faces, edges):
+def core_depth(core_a, core_b, relative, common_point, scratch):
     """The depth, the point of A that lies deepest in B, and the normal from A to B, in the frame of A.
 
     relative is R_a_b, t_a_b. ``common_point`` is a point of both, returned if the Minkowski difference has no volume.
     """
-    r, t = relative
-    body = (kind_a, h, vertices_a, kind_b, g, vertices_b, r, t)
-    size = extent(body, points)
-    flat, normal = first_polytope(body, size, points, faces)
+    cores, (points, faces, edges) = (core_a, core_b, relative), scratch
+    size = extent(cores, points)
+    flat, normal = first_polytope(cores, size, points, faces)
     if flat:
         return 0.0, common_point, normal
     n_points, n_faces, depth = 4, 4, 1e300
-    most = _CURVED if (kind_a == CYLINDER) | (kind_b == CYLINDER) else MAX_POINTS
+    most = _CURVED if (core_a.kind == CYLINDER) | (core_b.kind == CYLINDER) else MAX_POINTS
     while n_points < most:
         face = lowest_face(faces, n_faces)
         n = (faces[face, 3], faces[face, 4], faces[face, 5])
-        height = farthest(body, n, points, n_points)
+        height = farthest(cores, n, points, n_points)
         if height < depth:
             depth, normal = height, n
         if depth - faces[face, 6] <= _EXACT * size:
@@ -127,7 +131,7 @@ def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, common_po
             if distance <= _TOUCHING * size:
                 return max(depth, 0.0), p, normal
             n = scaled(w, 1.0 / distance)
-            if farthest(body, n, points, n_points) - distance <= _EXACT * size:
+            if farthest(cores, n, points, n_points) - distance <= _EXACT * size:
                 return distance, p, n
         n_faces, n_edges = remove_visible(points, n_points, faces, n_faces, edges, _LEVEL * size)
         if n_edges == 0 or n_faces + n_edges > MAX_FACES:
@@ -135,26 +139,26 @@ def core_depth(kind_a, h, vertices_a, kind_b, g, vertices_b, relative, common_po
         for k in range(n_edges):
             set_face(points, faces, n_faces + k, int(edges[k, 0]), int(edges[k, 1]), n_points)
         n_faces, n_points = n_faces + n_edges, n_points + 1
-    return refined_depth(body, depth, normal, size, points)
+    return refined_depth(cores, depth, normal, size, points)
 
 
 @kernel
-def depth_around_axes(body, depth, n, points):
+def depth_around_axes(cores, depth, n, points):
     """The least bound and its normal among the given ones and the normals across the axis of each cylinder.
 
     If two bodies of revolution share an axis, or nearly so, the depth is almost equal in all directions around it. No polytope
     is fine enough there, but a search over the circle of directions is.
     """
-    r = body[6]
-    if body[0] == CYLINDER:
-        depth, n = depth_around_axis(body, (0.0, 0.0, 1.0), depth, n, points)
-    if body[3] == CYLINDER:
-        depth, n = depth_around_axis(body, (r[0][2], r[1][2], r[2][2]), depth, n, points)
+    core_a, core_b, (r, _) = cores
+    if core_a.kind == CYLINDER:
+        depth, n = depth_around_axis(cores, (0.0, 0.0, 1.0), depth, n, points)
+    if core_b.kind == CYLINDER:
+        depth, n = depth_around_axis(cores, (r[0][2], r[1][2], r[2][2]), depth, n, points)
     return depth, n
 
 
 @kernel
-def depth_around_axis(body, z, depth, n, points):
+def depth_around_axis(cores, z, depth, n, points):
     """``depth_around_axes`` for the axis z.
 
     The lowest of many directions, then sections of the arc about it (Kiefer, Proc. AMS 1953).
@@ -164,18 +168,18 @@ def depth_around_axis(body, z, depth, n, points):
     best, lowest = 0.0, 1e300
     for k in range(_DIRECTIONS):
         angle = 2.0 * np.pi * k / _DIRECTIONS
-        height = farthest(body, on_circle(u, v, angle), points, 0)
+        height = farthest(cores, on_circle(u, v, angle), points, 0)
         if height < lowest:
             best, lowest = angle, height
     low, high = best - 2.0 * np.pi / _DIRECTIONS, best + 2.0 * np.pi / _DIRECTIONS
     for _ in range(_SECTIONS):
         first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        if farthest(body, on_circle(u, v, first), points, 0) < farthest(body, on_circle(u, v, second), points, 0):
+        if farthest(cores, on_circle(u, v, first), points, 0) < farthest(cores, on_circle(u, v, second), points, 0):
             high = second
         else:
             low = first
     found = on_circle(u, v, 0.5 * (low + high))
-    height = farthest(body, found, points, 0)
+    height = farthest(cores, found, points, 0)
     if height < depth:
         return height, found
     return depth, n
@@ -189,21 +193,21 @@ def on_circle(u, v, angle):
 
 
 @kernel
-def refined_depth(body, depth, n, size, points):
+def refined_depth(cores, depth, n, size, points):
     """The depth, the point of A and the normal, from an upper bound of the depth and its normal.
 
     B is moved out by the depth and a little more; then the normal of the nearest points is closer to that of the least depth. It
     replaces the old one as long as it lowers the bound. These points, moved back, are the witness points.
     """
-    kind_a, h, vertices_a, kind_b, g, vertices_b, r, t = body
-    depth, n = depth_around_axes(body, depth, n, points)
+    core_a, core_b, (r, t) = cores
+    depth, n = depth_around_axes(cores, depth, n, points)
     a = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
     p = (0.0, 0.0, 0.0)
     for _ in range(_ROUNDS):
         at = add_scaled(t, max(depth, 0.0) + _CLEARANCE * size, n)
         b = (*r[0], at[0], *r[1], at[1], *r[2], at[2])
-        _, _, p, _, nearest, _ = nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, -1.0)
-        height = farthest(body, nearest, points, 0)
+        _, _, p, _, nearest, _ = nearest_cores(a, core_a, b, core_b, -1.0)
+        height = farthest(cores, nearest, points, 0)
         if height >= depth:
             break
         depth, n = height, nearest

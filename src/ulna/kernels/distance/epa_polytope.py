@@ -17,10 +17,10 @@ _FLAT = 1e-13  # of the bodies' size: a set so thin has no volume
 
 
 @routine
-def farthest(body, n, points, i):
+def farthest(cores, n, points, i):
     """Write the support point along n, and its p, to row i of the points. Returns its extent along n."""
-    kind_a, h, vertices_a, kind_b, g, vertices_b, r, t = body
-    w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, (-n[0], -n[1], -n[2]))
+    core_a, core_b, relative = cores
+    w, p = difference(core_a, core_b, relative, (-n[0], -n[1], -n[2]))
     for k in range(3):
         points[i, k], points[i, 3 + k] = w[k], p[k]
     return dot(n, w)
@@ -33,13 +33,13 @@ def point(points, i):
 
 
 @kernel
-def extent(body, points):
+def extent(cores, points):
     """The size of the set: the sum of its widths along the three axes. The ends along the widest are written to rows 0 and 1."""
     size, widest = 0.0, -1.0
     for k in range(3):
         n = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
         i = 2 if k > 0 else 0  # where the ends are tried
-        width = farthest(body, n, points, i) + farthest(body, scaled(n, -1.0), points, i + 1)
+        width = farthest(cores, n, points, i) + farthest(cores, scaled(n, -1.0), points, i + 1)
         size += width
         if width > widest:
             widest = width
@@ -49,7 +49,7 @@ def extent(body, points):
 
 
 @kernel
-def first_polytope(body, size, points, faces):
+def first_polytope(cores, size, points, faces):
     """Make a tetrahedron of support points. Returns whether the set is flat, and its normal if so.
 
     Two points are given; the third is the farthest from their line, the fourth the farthest from the plane of the three.
@@ -60,10 +60,10 @@ def first_polytope(body, size, points, faces):
     for found in (2, 3):
         d, e = minus(point(points, 1), point(points, 0)), minus(point(points, 2), point(points, 0))
         n = across(d) if found == 2 else unit_cross(d, e)
-        width = farther_of_two(body, n, points, found)
+        width = farther_of_two(cores, n, points, found)
         if found == 2 and width <= _FLAT * size:
             n = unit_cross(d, n)
-            width = farther_of_two(body, n, points, found)
+            width = farther_of_two(cores, n, points, found)
         if width <= _FLAT * size:
             return True, n
     if dot(n, minus(point(points, 3), point(points, 0))) > 0.0:  # seen from the fourth point the others run clockwise
@@ -91,11 +91,11 @@ def unit_cross(a, b):
 
 
 @kernel
-def farther_of_two(body, n, points, i):
+def farther_of_two(cores, n, points, i):
     """Put the point of the set that is farthest from point 0 along n or -n in place i; how far it is."""
     start = dot(n, point(points, 0))
-    above = farthest(body, n, points, i) - start
-    below = farthest(body, scaled(n, -1.0), points, i + 1) + start
+    above = farthest(cores, n, points, i) - start
+    below = farthest(cores, scaled(n, -1.0), points, i + 1) + start
     if below > above:
         for k in range(POINT_WIDTH):
             points[i, k] = points[i + 1, k]

@@ -20,6 +20,7 @@ known (``point_of``): along the normal of a face, from the two shortest edges; o
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, logical_not, splat, sqrt, where
+from ulna.kernels.distance.body_records import Simplex
 from ulna.kernels.distance.box_sat import point_in_a, relative_pose
 from ulna.kernels.distance.support import support
 from ulna.kernels.spatial.elementary import maximum, minimum
@@ -36,28 +37,29 @@ _SURE = 1e-14  # the rounding of a triple product, as a share of the product of 
 
 
 @kernel
-def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
-    """Nearest points of two cores.
+def nearest_cores(a, core_a, b, core_b, reach):
+    """Nearest points of two cores at poses a and b.
 
-    Args, but for the bodies (``pairs``):
-        reach: [m] A lane also ends as soon as the distance is certainly more than this, or certainly not. Negative: no such end.
+    reach: a lane also ends as soon as the distance is certainly more than this [m], or certainly not. Negative: no such end.
 
     Returns:
         A lower bound of the distance and the distance of the points, both [m] and zero where the cores overlap; the points p of A
         and q of B; the unit normal from p to q; and where the cores overlap.
     """
-    r, t = relative_pose(a, b)
-    size = core_bound(h) + core_bound(g) + abs(t[0]) + abs(t[1]) + abs(t[2])
-    w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, (-t[0], -t[1], -t[2]))
+    relative = relative_pose(a, b)
+    t = relative[1]
+    size = core_bound(core_a.half) + core_bound(core_b.half) + abs(t[0]) + abs(t[1]) + abs(t[2])
+    w, p = difference(core_a, core_b, relative, (-t[0], -t[1], -t[2]))
     zero = splat(0.0, t[0])
-    points, sources, weights = (w, w, w), (p, p, p), (zero + 1.0, zero, zero)
-    v, below, noise, inside, active = w, zero - _FAR, _NOISE * size, zero > 1.0, zero < 1.0
+    simplex = Simplex(w, (w, w, w), (p, p, p), (zero + 1.0, zero, zero))
+    below, noise, inside, active = zero - _FAR, _NOISE * size, zero > 1.0, zero < 1.0
     for _ in range(STEPS):
+        v = simplex.v
         distance = sqrt(dot(v, v))
         touching = distance <= _TOUCHING * size
         inside = inside | (active & touching)
         active = active & logical_not(touching)
-        w, p = difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v)
+        w, p = difference(core_a, core_b, relative, v)
         bound = dot(v, w) / where(touching, 1.0, distance)
         gained = bound > below + noise
         below = where(active & (bound > below), bound, below)
@@ -66,11 +68,12 @@ def nearest_cores(kind_a, a, h, vertices_a, kind_b, b, g, vertices_b, reach):
         active = active & logical_not(done)
         if not any_lane(active):
             break
-        v, points, sources, weights, new, within = advance(active, v, points, sources, weights, w, p, distance, noise, size)
+        simplex, new, within = advance(active, simplex, w, p, distance, noise, size)
         within = within & active & (below <= _EXACT * size)
         inside = inside | within
         active = active & (new | gained) & logical_not(within)
     inside = inside | (below <= 0.0)  # no certain gap: EPA computes the depth
+    v, _, sources, weights = simplex
     distance = where(inside, 0.0, sqrt(dot(v, v)))
     n = scaled(v, -1.0 / where(inside, 1.0, distance))
     p = add_scaled(add_scaled(scaled(sources[0], weights[0]), weights[1], sources[1]), weights[2], sources[2])
@@ -84,22 +87,24 @@ def core_bound(h):
 
 
 @kernel
-def difference(kind_a, h, vertices_a, kind_b, g, vertices_b, r, t, v):
-    """The support point along -v of the Minkowski difference in the frame of A, and its p."""
-    p = support(kind_a, h, vertices_a, (-v[0], -v[1], -v[2]))
-    q = support(kind_b, g, vertices_b, transposed_times(r, v))
+def difference(core_a, core_b, relative, v):
+    """The support point along -v of the Minkowski difference of two cores in the frame of A, and its p."""
+    r, t = relative  # R_a_b, t_a_b
+    p = support(core_a, (-v[0], -v[1], -v[2]))
+    q = support(core_b, transposed_times(r, v))
     return minus(p, point_in_a(r, t, q)), p
 
 
 @kernel
-def advance(active, v, points, sources, weights, w, p, distance, noise, size):
+def advance(active, simplex, w, p, distance, noise, size):
     """The simplex with w, in the active lanes, unless v would be farther out than rounding explains: there all stays.
 
-    v, its three points with the points of A and the shares that make it up; where w is new, deeper than the three points; and
-    where the tetrahedron holds the origin. v may stay as far out as it was, for its direction may be the better.
+    Returns the simplex; where w is new, deeper than its three points; and where the tetrahedron holds the origin. v may stay as
+    far out as it was, for its direction may be the better.
 
     A candidate is (|v|^2, share of the first point, share of the second): the first and second besides w.
     """
+    v, points, sources, weights = simplex
     e0, e1, e2 = minus(points[0], w), minus(points[1], w), minus(points[2], w)
     n0, n1, n2 = cross(e0, e1), cross(e1, e2), cross(e2, e0)
     best0 = nearer(edge_candidate(w, e0), face_candidate(w, e0, e1, n0))
@@ -114,14 +119,13 @@ def advance(active, v, points, sources, weights, w, p, distance, noise, size):
     nearest = point_of(w, k1, k2, x, y, chosen(third, n2, chosen(second, n1, n0)))
     level = active & (dot(nearest, nearest) <= (distance + noise) * (distance + noise))
     deeper = minimum(minimum(dot(v, e0), dot(v, e1)), dot(v, e2)) > noise * distance
-    return (
+    grown = Simplex(
         chosen(level, nearest, v),
         chosen_three(level, (w, k1, k2), points),
         chosen_three(level, (p, s1, s2), sources),
         chosen(level, (1.0 - x - y, x, y), weights),
-        level & deeper,
-        holds_origin(w, e0, e1, e2, n0, n1, n2, size),
     )
+    return grown, level & deeper, holds_origin(w, (e0, e1, e2), (n0, n1, n2), size)
 
 
 @kernel
@@ -182,8 +186,9 @@ def face_candidate(w, e, f, n):
 
 
 @kernel
-def holds_origin(w, e0, e1, e2, n0, n1, n2, size):
-    """Where the tetrahedron of w, w + e0, w + e1, w + e2 holds the origin, by more than rounding at each face."""
+def holds_origin(w, edges, normals, size):
+    """Where the tetrahedron of w and w + each of three edges holds the origin, by more than rounding at each face."""
+    (e0, e1, e2), (n0, n1, n2) = edges, normals
     volume = dot(n0, e2)
     x, y, z = dot(n1, w) * volume, dot(n2, w) * volume, dot(n0, w) * volume
     rounding = _SURE * size * maximum(maximum(dot(e0, e0), dot(e1, e1)), dot(e2, e2)) * abs(volume)

@@ -9,14 +9,14 @@ from ulna.kernels.spatial.vectors import chosen, dot, scaled
 
 
 @kernel
-def support(kind, h, vertices, d):
+def support(core, d):
     """The point of a core that is farthest along d. Points and segments are boxes whose extents are zero."""
-    if kind <= BOX:
-        return box_support(h, d)
-    if kind == CYLINDER:
-        return cylinder_support(h, d)
-    if kind == HULL:
-        return hull_support(vertices, d)
+    if core.kind <= BOX:
+        return box_support(core.half, d)
+    if core.kind == CYLINDER:
+        return cylinder_support(core.half, d)
+    if core.kind == HULL:
+        return hull_support(core.vertices, d)
     return scaled(d, np.nan)  # a half-space has no farthest point
 
 

@@ -30,7 +30,7 @@ _LOST_OF_FEW = 1e-4  # the same for fewer than six entries: then nothing above 1
 @routine
 def bounded_least_squares(jacobian_rows, v_rows, damping, bound_rows, x_rows, scratch):
     """Write the minimum to x_rows. v_rows: six; bound_rows: lower, then upper bounds; damping: lambda, one number."""
-    active_rows, goal_rows, free_rows, system_rows, rotated_rows = scratch
+    active_rows, goal_rows, _, _, _ = scratch
     n_dof = x_rows.shape[0]
     v = load_six(v_rows, 0)
     zero = splat(0.0, v[0])
@@ -43,23 +43,23 @@ def bounded_least_squares(jacobian_rows, v_rows, damping, bound_rows, x_rows, sc
     by_values = squares * (_LOST if n_dof >= 6 else _LOST_OF_FEW) >= damping
     running, rounds = zero + 1.0, 0
     while any_lane(running > 0.0) and rounds < _ROUNDS * n_dof + 1:
-        rest = solve_free(jacobian_rows, v, damping, x_rows, active_rows, goal_rows, free_rows, system_rows)
+        rest = solve_free(jacobian_rows, v, damping, x_rows, scratch)
         residual = rest
         if any_lane(by_values):
-            residual = solve_free_by_singular_values(
-                rest, damping, by_values, x_rows, active_rows, goal_rows, free_rows, rotated_rows
-            )
+            residual = solve_free_by_singular_values(rest, damping, by_values, x_rows, scratch)
         blocking = step_to_bound(bound_rows, x_rows, active_rows, goal_rows, running)
         settled = (blocking < 0.0) & (running > 0.0)
         if any_lane(settled):
-            released = release_steepest(jacobian_rows, v, damping, bound_rows, x_rows, active_rows, settled, by_values, residual)
+            rows = bound_rows, x_rows, active_rows
+            released = release_steepest(jacobian_rows, v, damping, rows, settled, by_values, residual)
             running = where(settled & (released < 0.0), 0.0, running)
         rounds += 1
 
 
 @kernel
-def solve_free(jacobian_rows, v, damping, x_rows, active_rows, goal_rows, free_rows, system_rows):
+def solve_free(jacobian_rows, v, damping, x_rows, scratch):
     """Step 2: solve for the free entries. Returns v - J_a x_a, the right-hand side for them."""
+    active_rows, goal_rows, free_rows, system_rows, _ = scratch
     for j in range(x_rows.shape[0]):
         active = load(active_rows, j) > 0.0
         v = add_column(v, jacobian_rows, j, where(active, -load(x_rows, j), 0.0))
@@ -73,9 +73,9 @@ def solve_free(jacobian_rows, v, damping, x_rows, active_rows, goal_rows, free_r
 
 
 @kernel
-def solve_free_by_singular_values(rest, damping, by_values, x_rows, active_rows, goal_rows, free_rows, rotated_rows):
-    """Step 2 by singular values, in the lanes of by_values. Returns v - J x at the solution; overwrites free_rows."""
-    n_dof = x_rows.shape[0]
+def solve_free_by_singular_values(rest, damping, by_values, x_rows, scratch):
+    """Step 2 by singular values, in the lanes of by_values. Returns v - J x at the solution; overwrites the free rows."""
+    n_dof, (active_rows, goal_rows, free_rows, _, rotated_rows) = x_rows.shape[0], scratch
     residual = damped_by_singular_values(free_rows, n_dof, splat(damping, rest[0]), rest, rotated_rows)
     shares = load_six(rotated_rows, 0)
     for j in range(n_dof):
@@ -107,11 +107,13 @@ def step_to_bound(bound_rows, x_rows, active_rows, goal_rows, running):
 
 
 @kernel
-def release_steepest(jacobian_rows, v, damping, bound_rows, x_rows, active_rows, settled, by_values, residual):
+def release_steepest(jacobian_rows, v, damping, rows, settled, by_values, residual):
     """Step 4: release the active entry of steepest descent in settled lanes. Returns its index, or -1 if none descends.
 
-    residual: v - J x where x was computed by singular values, with a small relative error.
+    rows: the bounds, x and the active set; residual: v - J x where x was computed by singular values, with a small relative
+    error.
     """
+    bound_rows, x_rows, active_rows = rows
     n_dof = x_rows.shape[0]
     e = -v[0], -v[1], -v[2], -v[3], -v[4], -v[5]
     for j in range(n_dof):

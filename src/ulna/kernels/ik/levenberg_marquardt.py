@@ -69,7 +69,7 @@ def advance(chain, posture, settings, rows, scratch):
     damping = (p2 + r2) * _DAMPING + sqrt(p2 + r2) * (1.0 if settings.calm else 0.0) + _LEAST_DAMPING
     store(state_rows, LAMBDA, damping)
     if settings.with_posture:
-        move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacobian_rows, system_rows)
+        move_with_posture(posture, e, damping, rows, scratch)
     else:
         y = solve_damped(jacobian_rows, q_rows.shape[0], damping, e, system_rows)
         for j in range(q_rows.shape[0]):
@@ -103,8 +103,9 @@ def check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows):
 
 
 @kernel
-def move_with_posture(posture, e, damping, q_rows, bound_rows, state_rows, jacobian_rows, system_rows):
+def move_with_posture(posture, e, damping, rows, scratch):
     """Step 4; the largest change of a joint is stored in the state."""
+    (q_rows, _, _, bound_rows, state_rows), (jacobian_rows, system_rows) = rows, scratch
     share = posture_share(posture, q_rows)
     rest = without_posture(posture, share, q_rows, jacobian_rows, e)
     y = solve_damped(jacobian_rows, q_rows.shape[0], damping, rest, system_rows)

@@ -138,13 +138,13 @@ def turn_within(q_rows, known_rows, branch, seed_rows, bound_rows):
 
 
 @shared_routine
-def polish(chain, target_rows, q_rows, error_rows, bound_rows, inverse_reach, most, steps, jacobian_rows, system_rows, last_rows):
+def polish(chain, rows, inverse_reach, most, steps, scratch):
     """At most ``steps`` of the above for the lanes whose error is above ENOUGH and at most ``most``.
 
-    q_rows: (n_dof), changed; error_rows: one, the error (a share of the reach, and radians, in one square), changed; bound_rows:
-    the lower bounds of the first joints, then the upper ones, none of the others; the others are scratch: (6 n_dof), (N_SYSTEM),
-    (n_dof).
+    rows: the target, twelve; q (n_dof), changed; one, the error (a share of the reach, and radians, in one square), changed; the
+    lower bounds of the first joints, then the upper ones, none of the others. scratch: (6 n_dof), (N_SYSTEM), (n_dof).
     """
+    (target_rows, q_rows, error_rows, bound_rows), (jacobian_rows, system_rows, last_rows) = rows, scratch
     n_dof, n_bounded, target = q_rows.shape[0], bound_rows.shape[0] // 2, load_pose(target_rows, 0)
     for _ in range(steps):
         error = load(error_rows, 0)

@@ -40,14 +40,18 @@ def time_of_change(times, lows, highs, jerk_limits, rest_rows, window):
         for j in range(jerk_limits.shape[0]):
             change = 0.0
             for i in range(first - 1, last):
-                change = max(change, change_from(times, lows, highs, j, first, last, i, window))
+                change = max(change, change_from(times, lows, highs, j, (first, last), i, window))
             longest = max(longest, change / jerk_limits[j])
     return longest
 
 
 @kernel
-def change_from(times, lows, highs, j, first, last, i, window):
-    """How much q''_j may change within a time that begins in interval i of a section, first - 1 for the rest before it."""
+def change_from(times, lows, highs, j, section, i, window):
+    """How much q''_j may change within a time that begins in interval i of a section.
+
+    section: its first border, and its last; i is one less than the first for the rest before it.
+    """
+    first, last = section
     low = high = 0.0
     if i >= first:
         low, high = lows[i, j], highs[i, j]
@@ -86,13 +90,14 @@ def write_coasts(steps, x, rest_rows, window, ceilings):
                 while high < last and x[high + 1] == x[k]:
                     high += 1
                 if high < last and x[high + 1] < x[k]:
-                    k = max(k, flatten_peak(steps, x, first, last, low, high, window, ceilings))
+                    k = max(k, flatten_peak(steps, x, (first, last), (low, high), window, ceilings))
             k += 1
 
 
 @kernel
-def flatten_peak(steps, x, first, last, low, high, window, ceilings):
-    """Lower the ceilings about one peak, at the borders from ``low`` to ``high``; return the last border lowered."""
+def flatten_peak(steps, x, section, peak, window, ceilings):
+    """Lower the ceilings about one peak; return the last border lowered. section, peak: their first border and their last."""
+    (first, last), (low, high) = section, peak
     level, length = x[low], 0.0
     for k in range(low, high):
         length += steps[k]

@@ -18,6 +18,23 @@ class PathIntervals(NamedTuple):
     """Their lengths, shape (N,)."""
 
 
+class TimedIntervals(NamedTuple):
+    """The intervals of a path that is timed, N in all."""
+
+    times: NDArray
+    """Their borders [s], shape (N + 1,)."""
+    slopes: NDArray
+    """q' at the start of each, shape (N, n_dof)."""
+    bends: NDArray
+    """q'', which is constant in each, shape (N, n_dof)."""
+    steps: NDArray
+    """Their lengths, shape (N,)."""
+    speeds: NDArray
+    """ds/dt at the start of each, shape (N,)."""
+    rates: NDArray
+    """d2s/dt2 in each, shape (N,)."""
+
+
 class Timing(NamedTuple):
     """The time parameterization of a path."""
 

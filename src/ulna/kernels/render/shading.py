@@ -31,12 +31,12 @@ def uniform(numbers, nearness, skin, n, top, left):
 
 
 @routine
-def sample_light(raster, skin, turns, camera, lighting, k, x, y):
-    """The light behind the place (x, y) of the raster, where triangle k is seen, or none.
+def sample_light(raster, skin, turns, camera, lighting, k, place):
+    """The light behind a place (x, y) of the raster, where triangle k is seen, or none.
 
     raster, lighting: as ``Raster`` and ``Lighting`` of ``viewer.film.entries.rendering``.
     """
-    sun, shadows, floor = lighting
+    (x, y), (sun, shadows, floor) = place, lighting
     if k == NOTHING:
         return floor_light(camera, sun, shadows, floor, x, y)
     normals, colors, glow, owners = skin
@@ -62,8 +62,12 @@ def axis_row(turns, m, i):
 
 
 @kernel
-def held_back(a, b, c, d, x, y, nearest, opacity, edge):
-    """How much of the light behind the place (x, y) a pane holds back: nothing outside it, or behind what is nearest there."""
+def held_back(pane, x, y, nearest, opacity, edge):
+    """How much of the light behind the place (x, y) a pane holds back: nothing outside it, or behind what is nearest there.
+
+    pane: its four corners.
+    """
+    a, b, c, d = pane
     near, margin = half_pane(a, b, c, x, y)
     if margin < 0.0:
         near, margin = half_pane(c, d, a, x, y)

@@ -138,13 +138,14 @@ def worse(defect, fault):
 
 
 @kernel
-def rotation_vector(r00, r01, r02, r10, r11, r12, r20, r21, r22):
-    """The rotation vector (axis times angle, angle in [0, pi]) of a rotation matrix: the logarithm of SO(3).
+def rotation_vector(r):
+    """The rotation vector (axis times angle, angle in [0, pi]) of a rotation matrix, by rows: the logarithm of SO(3).
 
     1. Four candidates for the unit quaternion, each a column of 4 q q' (Shepperd, J. Guidance and Control 1978);
        take the one with the largest diagonal element, so that nothing cancels, near pi either.
     2. Turn it so that w >= 0; the angle is 2 atan2(|v|, w) and the axis v / |v|.
     """
+    (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = r
     w2, x2 = 1.0 + r00 + r11 + r22, 1.0 + r00 - r11 - r22
     y2, z2 = 1.0 - r00 + r11 - r22, 1.0 - r00 - r11 + r22
     wx, wy, wz = r21 - r12, r02 - r20, r10 - r01
@@ -166,14 +167,21 @@ def rotation_vector(r00, r01, r02, r10, r11, r12, r20, r21, r22):
 @kernel
 def rotation_between(a, b):
     """The rotation vector that turns pose a's axes into pose b's, in the axes in which both are given: log(R_b R_a')."""
-    return rotation_vector(
-        b[0] * a[0] + b[1] * a[1] + b[2] * a[2],
-        b[0] * a[4] + b[1] * a[5] + b[2] * a[6],
-        b[0] * a[8] + b[1] * a[9] + b[2] * a[10],
-        b[4] * a[0] + b[5] * a[1] + b[6] * a[2],
-        b[4] * a[4] + b[5] * a[5] + b[6] * a[6],
-        b[4] * a[8] + b[5] * a[9] + b[6] * a[10],
-        b[8] * a[0] + b[9] * a[1] + b[10] * a[2],
-        b[8] * a[4] + b[9] * a[5] + b[10] * a[6],
-        b[8] * a[8] + b[9] * a[9] + b[10] * a[10],
+    r = (
+        (
+            b[0] * a[0] + b[1] * a[1] + b[2] * a[2],
+            b[0] * a[4] + b[1] * a[5] + b[2] * a[6],
+            b[0] * a[8] + b[1] * a[9] + b[2] * a[10],
+        ),
+        (
+            b[4] * a[0] + b[5] * a[1] + b[6] * a[2],
+            b[4] * a[4] + b[5] * a[5] + b[6] * a[6],
+            b[4] * a[8] + b[5] * a[9] + b[6] * a[10],
+        ),
+        (
+            b[8] * a[0] + b[9] * a[1] + b[10] * a[2],
+            b[8] * a[4] + b[9] * a[5] + b[10] * a[6],
+            b[8] * a[8] + b[9] * a[9] + b[10] * a[10],
+        ),
     )
+    return rotation_vector(r)

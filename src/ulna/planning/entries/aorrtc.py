@@ -46,7 +46,7 @@ def iterate_cheaper(context, samples, trees, steps, state):
     parent, cost = cheaper_step(context, trees, own, steps, state, share)
     if parent < 0:
         return False
-    parent, cost = cheaper_parent(context, trees, own, steps, state, parent, cost, share)
+    parent, cost = cheaper_parent(context, trees, own, steps, state, (parent, cost), share)
     node = add_node(trees, own, state, steps.new, parent, INF)
     set_cost(trees.costs[own], node, cost)
     other = connect_below(context, trees, 1 - own, steps, state, bound - cost)
@@ -80,8 +80,12 @@ def cheaper_step(context, trees, tree, steps, state, share):
 
 
 @routine
-def cheaper_parent(context, trees, tree, steps, state, parent, cost, share):
-    """Step 3: a parent of the configuration ``new`` that makes it cheaper than ``cost``, if one is drawn; and that cost."""
+def cheaper_parent(context, trees, tree, steps, state, found, share):
+    """Step 3: a parent of the configuration ``new`` that makes it cheaper, if one is drawn, else that found; and its cost.
+
+    found: the parent so far, and the cost of ``new`` behind it.
+    """
+    parent, cost = found
     space, rows, costs, at, new = context.space, trees.rows[tree], trees.costs[tree], steps.at, steps.new
     least = from_roots(trees, tree, new, at, space, state)
     for _ in range(_MOST_PARENTS):

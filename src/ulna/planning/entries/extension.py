@@ -27,22 +27,24 @@ def extend(context, trees, tree, near, step, radius, state):
     step: the node's configuration, and the one to reach, which becomes the last node's. The end is STOPPED, BESIDE or REACHED
     (``search_records``).
     """
-    return extend_by(context.keeping, context, trees, tree, near, step, radius, state)
+    return extend_by(context.keeping, context, trees, (tree, near), step, radius, state)
 
 
 @kernel
-def extend_by(keeping, context, trees, tree, near, step, radius, state):
-    """``extend``, with the constraints of the context or None."""
+def extend_by(keeping, context, trees, own, step, radius, state):
+    """``extend``, with the constraints of the context or None. own: the tree, and its node."""
+    tree, near = own
     if keeping is not None:
-        return extend_along(context, trees, tree, near, step[0], step[1], radius, state)
+        return extend_along(context, trees, own, step, radius, state)
     if not passes(context, step[0], step[1], trees.refused, state):
         return -1, STOPPED
     return add_node(trees, tree, state, step[1], near, radius), REACHED
 
 
 @routine
-def extend_along(context, trees, tree, near, at, new, radius, state):
-    """``extend`` along the constraints; ``at`` is moved to the last node."""
+def extend_along(context, trees, own, step, radius, state):
+    """``extend`` along the constraints; the configuration of the node is moved to the last node."""
+    (tree, near), (at, new) = own, step
     curve, settings, space, node, end = context.keeping.curve, context.settings, context.space, near, BESIDE
     aim = curve[WIDTH + 1]
     for _ in range(settings.max_strides):

@@ -23,6 +23,7 @@ from ulna.engine.lanes import WIDTH, any_lane, empty_rows, load, splat, store
 from ulna.engine.signatures import MATRIX, NUMBER, NUMBERS, TABLE, Array, Group
 from ulna.kernels.chain.poses import tree_poses
 from ulna.kernels.collision.ball_motion import INSTANT, write_steps, write_twists
+from ulna.kernels.collision.scene import Edge
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.planning.constraint_records import Constraint, Constraints
 from ulna.kernels.planning.keeping import keep_shares, write_keep_bounds
@@ -32,6 +33,17 @@ APART = 1e-4  # of a tolerance: what is nearer to it may be refused
 _SHORTEST = 1e-13  # of t: half of an interval that is not split
 _MOST_STEPS = 12  # of a projection
 _INF = float("inf")
+
+
+class Bound(NamedTuple):
+    """How near a bound of a share has to be to the truth, and where it is of no interest."""
+
+    level: float
+    """It is at least this."""
+    apart: float
+    """By how much it is more than the truth at most; times the share, if that is above 1."""
+    most: float
+    """From here on the search ends."""
 
 
 class Moving(NamedTuple):
@@ -110,12 +122,12 @@ def room_of(joints, keeps, bound_rows):
 CONSTRAINTS = Group((TABLE, Array(Constraint, 1, constant=True)), Constraints)
 
 
-@entry((TABLE, CONSTRAINTS, MATRIX, MATRIX, NUMBER, NUMBER, NUMBER, NUMBERS))
-def shares_of_edges(joints, keeps, q_a, q_b, level, apart, most, shares):
+@entry((TABLE, CONSTRAINTS, MATRIX, MATRIX, Group((NUMBER, NUMBER, NUMBER), Bound), NUMBERS))
+def shares_of_edges(joints, keeps, q_a, q_b, bound, shares):
     """Write to shares, shape (n,), the bound of the edge from each row of q_a to that of q_b; see ``greatest_share``."""
     keeping, work, no_spread = room_of(joints, keeps, empty_rows(0)), interval_work(q_a.shape[1]), np.zeros(q_a.shape[1])
     for e in range(q_a.shape[0]):
-        shares[e] = greatest_share(joints, keeping, work, q_a[e], q_b[e], no_spread, level, apart, most)
+        shares[e] = greatest_share(joints, keeping, work, Edge(q_a[e], q_b[e], no_spread), bound)
     return True
 
 
@@ -124,16 +136,16 @@ def keeps_all(joints, keeping, work, q_a, q_b, spread):
     """Whether all within ``spread`` of an edge certainly keeps the constraints, if there are any."""
     if keeping is None:
         return True
-    return greatest_share(joints, keeping, work, q_a, q_b, spread, 1.0, APART, 1.0) <= 1.0
+    return greatest_share(joints, keeping, work, Edge(q_a, q_b, spread), Bound(1.0, APART, 1.0)) <= 1.0
 
 
 @routine
-def greatest_share(joints, keeping, work, q_a, q_b, spread, level, apart, most):
-    """A bound of the share of a tolerance that is used within ``spread``, (n_dof,), of an edge: at least ``level``.
+def greatest_share(joints, keeping, work, edge, bound):
+    """A bound (``Bound``) of the share of a tolerance that is used on an edge, and within its spread; the edge is in range.
 
-    It is more than the truth by ``apart`` at most (times the share, if that is above 1), unless it is ``level``, or above
-    ``most``, where the search ends. q_a and q_b are in range.
+    It is more than the truth by ``apart`` at most, unless it is ``level``, or above ``most``.
     """
+    (q_a, q_b, spread), (level, apart, most) = edge, bound
     _, lane_rows, waiting, _ = work
     write_steps(joints, q_a, q_b, spread, keeping.moving.steps)
     write_keep_bounds(joints, keeping.keeps, keeping.moving, keeping.slacks)

@@ -6,9 +6,10 @@ from ulna.engine.decorators import entry
 from ulna.engine.signatures import INDICES, MATRIX, NUMBER, NUMBERS, Group
 from ulna.kernels.planning import moving_average
 from ulna.kernels.planning.time_optimal import write_bounds, write_controllable, write_fastest, write_times
-from ulna.kernels.planning.time_records import PathIntervals, Timing
+from ulna.kernels.planning.time_records import PathIntervals, TimedIntervals, Timing
 
 _INTERVALS = Group((MATRIX, MATRIX, MATRIX, NUMBERS), PathIntervals)
+_TIMED = Group((NUMBERS, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS), TimedIntervals)
 _TIMING = Group((NUMBERS, NUMBERS, NUMBERS), Timing)
 
 
@@ -41,9 +42,10 @@ def least_window(times, lows, highs, jerk_limits, rests, window):
     return True
 
 
-@entry((NUMBERS, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS, MATRIX, MATRIX))
-def bounds_of_acceleration(times, slopes, bends, steps, speeds, rates, lows, highs):
-    """Write the least and the greatest acceleration in each interval, shape (N, n_dof); always True."""
+@entry((_TIMED, MATRIX, MATRIX))
+def bounds_of_acceleration(intervals, lows, highs):
+    """Write the least and the greatest acceleration in each of ``TimedIntervals``, shape (N, n_dof); always True."""
+    times, slopes, bends, steps, speeds, rates = intervals
     for i in range(steps.shape[0]):
         step, early, rate = steps[i], speeds[i], rates[i]
         late = early + rate * (times[i + 1] - times[i])

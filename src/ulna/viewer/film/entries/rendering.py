@@ -53,7 +53,7 @@ def lay_panes(points, paints, nearness, light):
                     held = 0.0
                     for y in range(m * i, m * i + m):
                         for x in range(m * j, m * j + m):
-                            held += held_back(a, b, c, d, x + 0.5, y + 0.5, nearness[y, x], paints[k, 3], EDGE * m)
+                            held += held_back((a, b, c, d), x + 0.5, y + 0.5, nearness[y, x], paints[k, 3], EDGE * m)
                     if held > 0.0:
                         part = held / (m * m)
                         for channel in range(3):
@@ -164,13 +164,13 @@ def shade_pixels(raster, skin, turns, camera, lighting, light):
         for j in range(light.shape[1]):
             if uniform(numbers, raster.nearness, skin, n, n * i, n * j):
                 k, x, y = numbers[n * i + n // 2, n * j + n // 2], n * j + n // 2 + 0.5, n * i + n // 2 + 0.5
-                total = sample_light(raster, skin, turns, camera, lighting, k, x, y)
+                total = sample_light(raster, skin, turns, camera, lighting, k, (x, y))
             else:
                 total = 0.0, 0.0, 0.0
                 for y in range(n * i, n * i + n):
                     for x in range(n * j, n * j + n):
                         k = numbers[y, x]
-                        one = sample_light(raster, skin, turns, camera, lighting, k, x + 0.5, y + 0.5)
+                        one = sample_light(raster, skin, turns, camera, lighting, k, (x + 0.5, y + 0.5))
                         total = plus(total, (min(one[0], 1.0), min(one[1], 1.0), min(one[2], 1.0)))
                 total = scaled(total, 1.0 / (n * n))
             light[i, j, 0], light[i, j, 1], light[i, j, 2] = total

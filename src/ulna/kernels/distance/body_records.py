@@ -1,0 +1,39 @@
+"""Names the parts of convex bodies as the kernels of their distance take them."""
+
+from typing import Any, NamedTuple
+
+from numpy.typing import NDArray
+
+
+class Core(NamedTuple):
+    """A convex shape in its own frame. Kind and vertices are the same in all lanes; the half extents are numbers of lanes."""
+
+    kind: int
+    """A kind of ``kernels.layout``."""
+    half: Any
+    """Three half extents [m]."""
+    vertices: NDArray
+    """Those of a hull, shape (n, 3); else of shape (0, 3)."""
+
+
+class Body(NamedTuple):
+    """A core at a pose, swept by a ball."""
+
+    pose: Any
+    """Twelve numbers."""
+    core: Core
+    radius: Any
+    """That of the ball [m]."""
+
+
+class Simplex(NamedTuple):
+    """Up to three points of the Minkowski difference of two cores, and their point nearest to the origin."""
+
+    v: Any
+    """The nearest point."""
+    points: Any
+    """Three points."""
+    sources: Any
+    """The points of the first core that these come from."""
+    weights: Any
+    """The shares of the three that make up v."""
