@@ -40,7 +40,8 @@ def measure() -> dict[str, float]:
 def measure_against(folder: Path) -> dict[str, tuple[float, float, float]]:
     """For each work the quartiles of this checkout's time over that of another, in turns."""
     with _worker(_ROOT) as here, _worker(folder) as there:
-        names = [name for name in _names(here) if name in set(_names(there))]
+        ours, theirs = _names(here), _names(there)
+        names = [name for name in ours if name in theirs]
         shares: dict[str, list[float]] = {name: [] for name in names}
         for turn in range(_TURNS):
             for name in names:
