@@ -16,9 +16,9 @@ BUTTON = "border:1px solid var(--ulna-link);border-radius:2px;color:var(--ulna-l
 
 def marked(words: str, color: Color, *, filled: bool = True) -> str:
     """A coloured disc, or a ring if not filled, and text; screen readers announce its changes."""
-    look = f"background:rgb{color}" if filled else f"border:0.22em solid rgb{color};box-sizing:border-box"
-    disc = f"display:inline-block;width:0.9em;height:0.9em;border-radius:50%;vertical-align:-0.08em;{look}"
-    return f'<div role="status" style="{STYLE};font-weight:600"><span style="{disc}"></span> {html.escape(words)}</div>'
+    look = "background:currentColor" if filled else "border:0.22em solid;box-sizing:border-box"
+    disc = f"--mark:rgb{color};display:inline-block;width:0.9em;height:0.9em;border-radius:50%;vertical-align:-0.08em;{look}"
+    return f'<div role="status" style="{STYLE};font-weight:600"><span data-mark style="{disc}"></span> {html.escape(words)}</div>'
 
 
 def lead(words: str) -> str:
