@@ -56,8 +56,14 @@ TO_SUN = (0.9, 0.25, 1.5)  # the direction to the sun, on the page and in a film
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
 FAINT = 0.1  # of the robot's shape to which the distance is shown
 TINT = 0.7  # of the red over a link that touches
+HOLLOW = 0.35  # of a mark in the scene, unless something is in the way
 
 ShapeT = TypeVar("ShapeT", Box, Cylinder)
+
+
+def is_in_the_way(color: Color) -> bool:
+    """Whether a colour says that something touches, or stops an arm: signs of it are full, all others hollow."""
+    return color in (RED, STOPPED)
 
 
 @dataclass(frozen=True, eq=False)
