@@ -1,8 +1,9 @@
-"""Draws the pictures, and a film, of the pages about planning, following, collisions and inverse kinematics.
+"""Draws the pictures, and the films, of the pages.
 
     .venv/bin/python docs/pictures/draw.py            # all; or the names of some
 
-It needs the extras ``viewer`` and ``meshes``, and Matplotlib (group ``docs``). The scenes are those of the pages' first examples.
+It needs the extras ``viewer``, ``meshes`` and ``reach``, and Matplotlib (group ``docs``). The scenes are those of the pages'
+first examples.
 """
 
 import runpy
@@ -10,6 +11,7 @@ import sys
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -26,6 +28,7 @@ from benchmarks.depth_camera import Camera as DepthCamera
 
 from ulna.description.names.by_name import known_robots
 from ulna.kernels.servo.braking import write_velocity_box
+from ulna.reachability.plot import draw
 from ulna.servo.entries.tick import EASE, RESERVE
 from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.film import Film, write_film
@@ -35,6 +38,7 @@ from ulna.viewer.palette import GREEN, INK, MOVABLE, RED, Solid, collision_boxes
 
 Pixels = NDArray[np.uint8]
 SIZE, SIZE_OF_FILM = (960, 540), (640, 360)
+GAP = 4  # pixels of white between the parts of a picture
 NOTHING = """<robot name="nothing"><link name="{}">
   <visual><origin xyz="0 0 -1"/><geometry><box size="0.001 0.001 0.001"/></geometry></visual></link></robot>"""
 LEAST = 6  # of 255, by which a pixel differs from the background
@@ -105,6 +109,22 @@ class Scene:
         return [painter.paint(Picture(row, self.camera, solids)) for row in q]
 
 
+def part_of(size: tuple[int, int], columns: int, rows: int = 1) -> tuple[int, int]:
+    """The size of each of several parts of a picture, with gaps between them."""
+    return (size[0] - (columns - 1) * GAP) // columns, (size[1] - (rows - 1) * GAP) // rows
+
+
+def beside(parts: Sequence[Pixels], size: tuple[int, int], columns: int) -> Pixels:
+    """Parts of one size in rows, with a letter in each: (a), (b) and so on."""
+    sheet, font = Image.new("RGB", size, (255, 255, 255)), max(6, size[1] / 27)
+    height, width, _ = parts[0].shape
+    for number, part in enumerate(parts):
+        tile = Image.fromarray(part)
+        ImageDraw.Draw(tile).text((0.6 * font, 0.5 * font), f"({chr(ord('a') + number)})", fill=INK, font_size=font)
+        sheet.paste(tile, (number % columns * (width + GAP), number // columns * (height + GAP)))
+    return np.asarray(sheet)
+
+
 def planning(size: tuple[int, int]) -> Pixels:
     """The Panda goes round a post and under a shelf."""
     robot, world = ulna.load("panda"), ulna.World()
@@ -142,14 +162,14 @@ def collision(size: tuple[int, int]) -> Pixels:
         world.add("crate", ulna.Box(extents=(0.15, 0.09, 0.126)), ulna.pose(xyz=place))
         report = robot.check_collision(robot.home, world, max_distance=0.5)
         touching = [pair for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0]
-        scene = Scene(robot, (1.55, -1.05, 0.8), (0.15, 0.0, 0.4), (size[0] // 2, size[1]))
+        scene = Scene(robot, (1.55, -1.05, 0.8), (0.15, 0.0, 0.4), part_of(size, 2))
         scene.put_world(world, [pair.name_b for pair in touching])
         scene.solids += collision_boxes(robot, [pair.name_a for pair in touching])
         nearest = next(pair for pair in report.pairs if pair.link_b is None)
         if not touching:
             scene.put_line(nearest.witness_a, nearest.witness_b, INK)
         halves.append(scene.paint(robot.home))
-    return np.concatenate(halves, axis=1)
+    return beside(halves, size, 2)
 
 
 def inverse_kinematics(size: tuple[int, int]) -> Pixels:
@@ -159,10 +179,10 @@ def inverse_kinematics(size: tuple[int, int]) -> Pixels:
     found = robot.all_solutions(T)
     tiles = []
     for q in found.q[found.valid][:8]:
-        scene = Scene(robot, (1.2, -1.35, 0.9), (0.22, 0.1, 0.28), (size[0] // 4, size[1] // 2))
+        scene = Scene(robot, (1.2, -1.35, 0.9), (0.22, 0.1, 0.28), part_of(size, 4, 2))
         scene.put_frame(T, 0.15)
         tiles.append(scene.paint(q))
-    return np.concatenate([np.concatenate(tiles[:4], axis=1), np.concatenate(tiles[4:8], axis=1)])
+    return beside(tiles, size, 4)
 
 
 def arms(size: tuple[int, int], columns: int = 8, rows: int = 3) -> Pixels:
@@ -195,13 +215,13 @@ def camera_sees(size: tuple[int, int]) -> Pixels:
     rest = cloud.without(robot, q, padding=0.02)
     owned = cloud.points[robot.links_near(cloud, q, within=0.02)[1] >= 0]
     hidden = ulna.VoxelGrid.unseen(image, CAMERA.intrinsics, CAMERA.pose, ulna.Box((0.44, 0.8, 0.3)), 0.02, pose=T)
-    scenes = [Scene(robot, (-0.5, -1.75, 1.1), (0.35, 0.0, 0.28), (size[0] // 2, size[1])) for _ in range(2)]
+    scenes = [Scene(robot, (-0.5, -1.75, 1.1), (0.35, 0.0, 0.28), part_of(size, 2)) for _ in range(2)]
     scenes[0].put(rest, np.eye(4), MOVABLE)
     scenes[0].put(ulna.PointCloud(owned, 0.006), np.eye(4), RED)
     scenes[1].put(rest.thinned(0.02), np.eye(4), MOVABLE)
     for middle, half in zip(*hidden.without(robot, q, padding=0.02, pose=T).boxes, strict=True):
         scenes[1].put(ulna.Box(2 * half), T @ ulna.pose(middle), SHADE)
-    return np.concatenate([scene.paint(q) for scene in scenes], axis=1)
+    return beside([scene.paint(q) for scene in scenes], size, 2)
 
 
 def camera_into_bin(size: tuple[int, int]) -> Pixels:
@@ -343,6 +363,19 @@ def servo_rows(size: tuple[int, int]) -> Pixels:
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
+def reachability(size: tuple[int, int]) -> Pixels:
+    """The figure of the Panda's map; a small one is of fewer voxels."""
+    with TemporaryDirectory() as folder:
+        voxel = 0.05 if size[0] >= SIZE[0] else 0.2
+        found = ulna.reachability_map(ulna.load("panda"), Path(folder) / "panda.zarr", voxel=voxel, orientations=48)
+        figure = draw(found)
+    figure.set_size_inches(12, 12 * size[1] / size[0])
+    figure.set_dpi(size[0] / 12)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
 def _draw_bars(axes: Axes, moment: ServoMoment) -> None:
     """The bars now, and where they would rest."""
     x, y, side = moment.post
@@ -410,19 +443,20 @@ PICTURES: dict[str, Callable[[tuple[int, int]], Pixels]] = {
     "camera_into_bin": camera_into_bin,
     "tray": tray,
     "servo_rows": servo_rows,
+    "reachability": reachability,
 }
 
-FEW_COLORS = {"arms"}  # a third of the bytes
+FEW_COLORS = {"arms": 96, "reachability": 256}  # a third of the bytes
 
 FILMS: dict[str, Callable[[tuple[int, int]], Film]] = {"camera_into_bin_film": camera_into_bin_film, "loop": loop}
-SIZES_OF_FILMS = {"loop": (760, 300)}
+SIZES_OF_PICTURES, SIZES_OF_FILMS = {"reachability": (1440, 840)}, {"loop": (760, 300)}
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or (*PICTURES, *FILMS):
         if name in FILMS:
             write_film(Path(__file__).with_name(f"{name}.gif"), FILMS[name](SIZES_OF_FILMS.get(name, SIZE_OF_FILM)))
         else:
-            picture = Image.fromarray(PICTURES[name](SIZE))
+            picture = Image.fromarray(PICTURES[name](SIZES_OF_PICTURES.get(name, SIZE)))
             if name in FEW_COLORS:
-                picture = picture.quantize(96, dither=Image.Dither.NONE)
+                picture = picture.quantize(FEW_COLORS[name], dither=Image.Dither.NONE)
             picture.save(Path(__file__).with_name(f"{name}.png"), optimize=True)

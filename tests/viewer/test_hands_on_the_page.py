@@ -128,16 +128,6 @@ def test_the_sky_is_a_gradient_and_the_floor_lies_under_what_stands_there(view, 
     assert view.page.floor.position[2] < -0.05
 
 
-def test_a_question_mark_shows_the_keys_and_escape_closes_them(page):
-    page.get_by_role("tab", name="Move").focus()
-    page.keyboard.press("?")
-    keys = page.get_by_role("dialog", name="Keys")
-    keys.wait_for()
-    assert "with Shift, parallel to the screen" in keys.inner_text()
-    page.keyboard.press("Escape")
-    keys.wait_for(state="detached")
-
-
 def test_labels_are_above_their_fields_large_and_dark_enough(page):
     label = page.get_by_text("Hand xyz [m]", exact=True)
     field = page.get_by_role("textbox", name="Hand xyz [m]", exact=True)

@@ -60,11 +60,18 @@ def test_a_touching_obstacle_has_a_colour_that_no_free_one_has(sight):
     assert all(difference(color, palette.TOUCHING, sight) > CLEARLY for color in palette.OBSTACLES)
 
 
-def test_the_collision_result_is_also_given_by_word_and_by_filling():
+def test_results_are_also_given_by_word_and_by_filling():
+    """A disc where something is in the way, a ring where nothing is, a dotted ring where that is not known."""
     free = Clearance(Report(()))
     assert free.state == "free"
-    assert "border:" in html.marked("free", GREEN, filled=False)
-    assert "border:" not in html.marked("collision", RED, filled=True)
+    for color in (GREEN, palette.TRAIL):
+        assert "solid" in html.marked("free", color)
+        assert "background" not in html.marked("free", color)
+    for color in (RED, palette.STOPPED):
+        assert "border:" not in html.marked("collision", color)
+        assert "background" in html.marked("collision", color)
+    assert "dotted" in html.marked("checking ...", palette.UNKNOWN)
+    assert "background" not in html.marked("checking ...", palette.UNKNOWN)
     assert "collision" in html.marked("collision", RED)
 
 

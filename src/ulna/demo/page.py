@@ -127,8 +127,7 @@ class DemoApp:
     def draw_report(self, report: Report | None) -> None:
         """Set the colours of the light and the boxes, and the text; grey while the check is compiled."""
         self.scene.draw_report(report)
-        filled = report is not None and report.in_collision
-        self.verdict.content = marked(light_word(report), light_color(report), filled=filled)
+        self.verdict.content = marked(light_word(report), light_color(report))
 
     def _failed(self, error: Exception | None) -> None:
         self.notice.show_failure(error)  # the notice is made after the loop
@@ -140,7 +139,7 @@ class DemoApp:
         gui.add_html(lead(_WHAT) + small_text(_MORE))
         if self.scene.arm.missing:
             gui.add_html(small_text(REAL_ARM))
-        self.verdict = gui.add_html(marked(light_word(None), light_color(None), filled=False))
+        self.verdict = gui.add_html(marked(light_word(None), light_color(None)))
         self.notice = Notice(gui)
         self.avoiding = gui.add_checkbox("Plan around the box", initial_value=False, hint=_AROUND)
         self.avoiding.on_update(lambda _: self._avoid())
@@ -186,7 +185,7 @@ class DemoApp:
         self.way.visible = self.player.avoiding
         if self.player.avoiding:
             color = UNKNOWN if around.plan is None else GREEN if around.plan else RED
-            self.way.content = marked(around.sentence, color, filled=around.plan is not None)
+            self.way.content = marked(around.sentence, color)
 
     def _follow(self, now: float) -> None:
         """Set the sliders to the arm's q; a number that is being typed in a tab is kept (``viewer.typed``)."""

@@ -21,10 +21,13 @@ from ulna.demo.scenario import BOX_NAME
 from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.painter import Picture
 from ulna.viewer.film.recording import Form
+from ulna.viewer.html import small_text
 
 RATE, HEIGHT, LONGEST_S = 30, 720, 120.0
 STOP_WITHIN_S = 5.0
 _RECORD, _STOP, _MAKING = "Record", "Stop recording", "Making the video"
+_FILE = "ulna-demo.mp4"
+_WHAT = f"Record films the scene as you see it, for {LONGEST_S:g} s at most. A link then saves {_FILE} among your downloads."
 
 
 class RecordButton:
@@ -32,7 +35,8 @@ class RecordButton:
 
     def __init__(self, server: viser.ViserServer, player: Player, boxes_shown: Callable[[], bool]) -> None:
         self.server, self.player, self._boxes_shown = server, player, boxes_shown
-        self.button = server.gui.add_button(_RECORD, hint=f"A video of what you see, to download; at most {LONGEST_S:g} s")
+        server.gui.add_html(small_text(_WHAT))
+        self.button = server.gui.add_button(_RECORD)
         self.button.on_click(lambda event: self._pressed(event.client))
         server.on_client_disconnect(self._left)
         self._client: viser.ClientHandle | None = None  # the tab that is recorded
@@ -88,7 +92,7 @@ class RecordButton:
     def _make(self, shots: list[tuple[float, Picture]], client: viser.ClientHandle) -> None:
         try:
             with TemporaryDirectory() as folder:
-                path = Path(folder) / "ulna-demo.mp4"
+                path = Path(folder) / _FILE
                 pictures = evenly_spaced(shots, RATE)
                 form = Form(path, len(pictures) / RATE, _size(client.camera.aspect), RATE)
                 record_pictures(form, self.player.demo.robot, pictures, partial(self._tell, of=len(pictures)))

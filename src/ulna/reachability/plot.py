@@ -27,20 +27,26 @@ def draw(found: ReachabilityMap) -> NotebookFigure:
 
 
 def _centre(found: ReachabilityMap) -> tuple[float, float, float]:
-    """Where to cut: the middle of the voxels that are reached, weighted by their share [m]: x, y, z."""
+    """Where to cut: the middle of the voxels that are reached, weighted by their share, in whole voxels [m]: x, y, z."""
     weights = np.nan_to_num(found.share.values)
     weights = weights if weights.sum() > 0.0 else np.ones_like(weights)
     z, y, x = (np.average(c, weights=weights.sum(axis=tuple({0, 1, 2} - {k}))) for k, c in enumerate(found.grid.axes))
-    return float(x), float(y), float(z)
+    step = found.grid.voxel
+    return step * round(x / step), step * round(y / step), step * round(z / step)
 
 
 def _draw_slice(ax: Axes, found: ReachabilityMap, axis: str, value: float) -> None:
-    cut = found.slice(**{axis: value})
+    """The share in a plane, interpolated between voxels; the edges of the picture are those of the voxels."""
+    places = found.share[axis].values
+    at = float(np.interp(value, places, np.arange(len(places))))  # between two layers
+    lower, upper = int(at), min(int(at) + 1, len(places) - 1)
+    cut = (lower + 1 - at) * found.share.isel({axis: lower}) + (at - lower) * found.share.isel({axis: upper})
     across, up = (name for name in "xyz" if name != axis)
     half = found.grid.voxel / 2
     edges = [edge for name in (across, up) for edge in (float(cut[name][0]) - half, float(cut[name][-1]) + half)]
-    ax.imshow(cut.transpose(up, across), origin="lower", extent=tuple(edges), vmin=0.0, vmax=1.0, cmap=_COLORS)  # type: ignore[arg-type]
-    ax.set(title=f"{axis} = {float(cut[axis]):.2f} m", xlabel=f"{across} [m]", ylabel=f"{up} [m]")
+    look = {"vmin": 0.0, "vmax": 1.0, "cmap": _COLORS, "interpolation": "bilinear", "aspect": "equal"}
+    ax.imshow(cut.transpose(up, across).values, origin="lower", extent=tuple(edges), **look)  # type: ignore[arg-type]
+    ax.set(title=f"{axis} = {round(value, 4):g} m", xlabel=f"{across} [m]", ylabel=f"{up} [m]")
 
 
 def _draw_by_height(ax: Axes, found: ReachabilityMap) -> None:

@@ -7,18 +7,22 @@ from typing import NamedTuple
 from ulna.description.robot_description import Joint, JointType
 from ulna.description.structure import joints_from_root
 from ulna.robot import Robot
-from ulna.viewer.palette import Color
+from ulna.viewer.palette import UNKNOWN, Color, is_in_the_way
 from ulna.viewer.session.ellipsoid import Mobility
 
 STYLE = "padding:0.35em 0.75em;line-height:1.35"
 BUTTON = "border:1px solid var(--ulna-link);border-radius:2px;color:var(--ulna-link);background:transparent;padding:0.2em 0.7em"
 
 
-def marked(words: str, color: Color, *, filled: bool = True) -> str:
-    """A coloured disc, or a ring if not filled, and text; screen readers announce its changes."""
-    look = f"background:rgb{color}" if filled else f"border:0.22em solid rgb{color};box-sizing:border-box"
-    disc = f"display:inline-block;width:0.9em;height:0.9em;border-radius:50%;vertical-align:-0.08em;{look}"
-    return f'<div role="status" style="{STYLE};font-weight:600"><span style="{disc}"></span> {html.escape(words)}</div>'
+def marked(words: str, color: Color) -> str:
+    """A sign and text; screen readers announce its changes.
+
+    The sign is a disc where something is in the way, a ring where nothing is, and a dotted ring where that is not known.
+    """
+    line = "dotted" if color == UNKNOWN else "solid"
+    look = "background:currentColor" if is_in_the_way(color) else f"border:0.22em {line};box-sizing:border-box"
+    disc = f"--mark:rgb{color};display:inline-block;width:0.9em;height:0.9em;border-radius:50%;vertical-align:-0.08em;{look}"
+    return f'<div role="status" style="{STYLE};font-weight:600"><span data-mark style="{disc}"></span> {html.escape(words)}</div>'
 
 
 def lead(words: str) -> str:

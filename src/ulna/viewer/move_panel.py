@@ -14,8 +14,8 @@ from ulna.errors import InputError, count_of
 from ulna.robot import Robot
 from ulna.robot.joint_columns import joint_columns
 from ulna.viewer.html import copyable, marked
-from ulna.viewer.nodes import Handles
-from ulna.viewer.palette import GREEN, RED, STOPPED
+from ulna.viewer.nodes import Handles, paint
+from ulna.viewer.palette import GREEN, HOLLOW, RED, STOPPED, is_in_the_way
 from ulna.viewer.session.beginning import configurations_of
 from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import HandPose, refusals_shown
@@ -76,8 +76,9 @@ class HandPanel:
             else "drag the handles to move the hand"
         )
         label = "stopped" if session.stopped else trouble.partition(":")[0]
-        self.mark.color, self.reason.text, self.reason.visible = color, label, bool(session.trouble)
-        self.status.content = marked(words, color, filled=bool(trouble))
+        paint(self.mark, color, None if is_in_the_way(color) else HOLLOW)
+        self.reason.text, self.reason.visible = label, bool(session.trouble)
+        self.status.content = marked(words, color)
         self.pose.show()
         if session.link != self._shown:  # otherwise a person has chosen another link, which the session does not have yet
             self._shown = self.link.value = session.link

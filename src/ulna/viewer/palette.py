@@ -33,14 +33,18 @@ OBSTACLES: tuple[Color, ...] = (
     (205, 190, 90),
     (222, 144, 186),
 )  # by their order, on the page and in a film; red is not among them
-AXES: dict[str, Color] = {"x": (215, 55, 75), "y": (36, 124, 53), "z": (28, 113, 216)}  # of buttons, with white letters
+AXES: dict[str, Color] = {
+    "x": (215, 55, 75),
+    "y": (38, 128, 56),
+    "z": (28, 113, 216),
+}  # of buttons, with white letters, on a light page and on a dark one
 GROUND: Color = (150, 160, 172)  # half-spaces among them
 CURVES: tuple[Color, ...] = (
-    (0, 114, 178),
+    (0, 120, 185),
     (213, 94, 0),
     (0, 158, 115),
     (204, 121, 167),
-    (86, 180, 233),
+    (40, 150, 210),
     (176, 130, 0),
     (120, 94, 240),
     (110, 110, 110),
@@ -52,8 +56,14 @@ TO_SUN = (0.9, 0.25, 1.5)  # the direction to the sun, on the page and in a film
 PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
 FAINT = 0.1  # of the robot's shape to which the distance is shown
 TINT = 0.7  # of the red over a link that touches
+HOLLOW = 0.35  # of a mark in the scene, unless something is in the way
 
 ShapeT = TypeVar("ShapeT", Box, Cylinder)
+
+
+def is_in_the_way(color: Color) -> bool:
+    """Whether a colour says that something touches, or stops an arm: signs of it are full, all others hollow."""
+    return color in (RED, STOPPED)
 
 
 @dataclass(frozen=True, eq=False)

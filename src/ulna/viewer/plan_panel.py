@@ -13,8 +13,8 @@ from ulna.description.pose import quaternion_from_matrix
 from ulna.ik.task import Task
 from ulna.viewer.arm import Arm
 from ulna.viewer.html import copyable, listed, marked, small_text
-from ulna.viewer.nodes import Handles, add_triangles, grown
-from ulna.viewer.palette import GREEN, RED, TRAIL, UNKNOWN, Color
+from ulna.viewer.nodes import Handles, add_triangles, grown, paint
+from ulna.viewer.palette import GREEN, HOLLOW, RED, TRAIL, UNKNOWN, Color, is_in_the_way
 from ulna.viewer.plots import Plots
 from ulna.viewer.session.beginning import configurations_of
 from ulna.viewer.session.changes import Changes
@@ -276,8 +276,8 @@ class PlanPanel:
         if planning.on:
             self.handles.put(planning.hand_pose)
             color = UNKNOWN if shown is None else GREEN if motion is not None else RED
-            self.mark.color = color
-            self.sentence.content = marked(planning.sentence, color, filled=shown is not None and motion is None)
+            paint(self.mark, color, None if is_in_the_way(color) else HOLLOW)
+            self.sentence.content = marked(planning.sentence, color)
         elif not self._session.unchecked:
             self.sentence.content = ""
         self.play.label = _PAUSE if planning.playing else _PLAY

@@ -69,7 +69,7 @@ class Plots:
         lines = [np.full_like(curve.t, end) for end in ends]
         chart.scales = {"x": {"time": False}, "y": {"range": _SHARES} if k is None else {}}
         chart.axes = (
-            {"label": "t [s]", "labelSize": 14, "labelFont": "11px sans-serif", "size": 22},
+            {"label": "t [s]", "labelSize": 14, "labelFont": "11px sans-serif", "size": 30},
             {"label": label, "labelSize": 16, "labelFont": "11px sans-serif", "size": 44},
         )
         chart.series = (

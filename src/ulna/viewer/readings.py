@@ -23,7 +23,7 @@ class ClearancePanel:
     """The text at the top of the panel, and the line between the nearest points; ``size`` is that of the robot [m]."""
 
     def __init__(self, server: viser.ViserServer, size: float) -> None:
-        self.state = server.gui.add_html(marked("checking ...", UNKNOWN, filled=False))
+        self.state = server.gui.add_html(marked("checking ...", UNKNOWN))
         self.nearest = server.gui.add_html("")
         point = np.zeros(3)
         self.line = server.scene.add_cylinder("/nearest/line", 0.004 * size, 1.0, SLATE, visible=False, cast_shadow=False)
@@ -38,7 +38,7 @@ class ClearancePanel:
         color = {"free": GREEN, "collision": RED}.get(clearance.state, UNKNOWN)
         pair = clearance.nearest
         words = clearance.refusal if pair is None else f"{clearance.distance}: {clearance.apart}"
-        self.state.content = marked(str(clearance), color, filled=clearance.state == "collision")
+        self.state.content = marked(str(clearance), color)
         self.nearest.content = small_text(words) if words else ""
         for node in (self.line, self.label, *self.ends):
             node.visible = pair is not None

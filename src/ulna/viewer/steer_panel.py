@@ -104,8 +104,7 @@ class SteerPanel:
         if steering.refusal or (command is not None and command.status == CommandStatus.NOT_CERTIFIED):
             color = RED
         if not self._session.unchecked:
-            filled = bool(steering.refusal) or (command is not None and command.status not in _FINE)
-            self.sentence.content = marked(steering.sentence, color, filled=filled) if steering.on else ""
+            self.sentence.content = marked(steering.sentence, color) if steering.on else ""
 
     async def _hold(self, entry: int, sign: int, _: viser.GuiEvent) -> None:
         if not _STEPS[self.step.value]:

@@ -22,10 +22,13 @@ class FakeServer:
     def __init__(self):
         camera = SimpleNamespace(position=np.array([1.5, 1.3, 1.0]), look_at=np.zeros(3), fov=0.7, aspect=1.5)
         self.client = SimpleNamespace(client_id=7, camera=camera, send_file_download=self._download)
-        self.clients, self.files, self.gui = {7: self.client}, {}, self
+        self.clients, self.files, self.gui, self.words = {7: self.client}, {}, self, ""
 
     def _download(self, name, content):
         self.files[name] = content
+
+    def add_html(self, content):
+        self.words += content
 
     def add_button(self, label, **_):
         def on_click(action):
@@ -58,6 +61,11 @@ def button(server, demo):
     button = RecordButton(server, player, lambda: True)
     yield button
     button.close()
+
+
+def test_what_is_recorded_and_where_it_goes_is_said_before(server, button):
+    assert button.button.label == "Record"
+    assert all(words in server.words for words in ("the scene as you see it", f"{LONGEST_S:g} s", "ulna-demo.mp4", "downloads"))
 
 
 @pytest.mark.slow
