@@ -201,6 +201,7 @@ TYPES = {
         "objective": OBJECTIVE, "program": PROGRAM, "steady": STEADY,
     },
     "servo.pace.share_worth": {"root": NUMBER}, "servo.pace.pace_of": {"is_free": TRUTH},
+    "servo.pace.share_joint": {**_each("a b", WHOLE)}, "servo.pace.add_pull": {"pull": NUMBER},
     "servo.desired_motion": {"arrays": OBJECTIVE}, "servo.desired_motion.desired_twist": {"hand": from_dtype(HandGoal.structure)},
     "servo.braking": {**_each("x t before", NUMBER), "widened": TRUTH},
     "servo.ramped_stop": {**_each("x t before base slope low high least greatest", NUMBER)},
