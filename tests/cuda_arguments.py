@@ -50,7 +50,7 @@ BRANCHES = types.NamedTuple((NUMBERS, WHOLE, NUMBERS, NUMBERS, NUMBERS), Branche
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
 NEAR = types.NamedTuple((NUMBERS, NUMBERS, MATRIX, INDEX_ROWS, INDICES, INDICES, INDICES, POLYTOPE), Near)
 
-OBJECTIVE = types.NamedTuple((*(NUMBERS,) * 7, INDICES), Objective)
+OBJECTIVE = types.NamedTuple((*(NUMBERS,) * 8, INDICES), Objective)
 PROGRAM = types.NamedTuple((NUMBERS, NUMBERS, NUMBERS, INDICES, NUMBERS, NUMBERS), Program)
 STEADY = types.NamedTuple((*(NUMBERS,) * 11, INDICES, NUMBERS), Steady)
 HANDS, STATE = numba_types((signatures.Array(HandGoal, 1), signatures.Array(JointState, 1)))

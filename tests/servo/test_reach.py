@@ -99,6 +99,26 @@ def test_a_twist_away_from_the_end_of_the_reach_leads_back_along_the_line(panda)
     assert np.abs(moved[1:]).max() < 2e-3
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "direction"), [("panda", 1), ("panda", 10), ("panda", 11), ("panda", 17), ("gen3", 21)])
+def test_a_twist_that_is_turned_round_leads_back_from_a_singularity_that_joints_to_spare_led_into(arm, name, direction):
+    """At such a rest J leads nowhere along the twist, or to a dead end: the arm goes back the way that it came."""
+    robot, start, (link,) = arm(name)
+    servo, w = robot.servo(acceleration=5.0, rate=500, link=link), np.r_[0.4 * DIRECTIONS[direction], 0, 0, 0]
+    servo.start(start)
+    out = [servo.step(twist=w) for _ in range(2500)][-1]
+    for _ in range(300):
+        rest = servo.step()
+    way = int(500 * 3 + 500 * 2.4)
+    back = [servo.step(twist=-w) for _ in range(way)]
+    places = robot.forward_kinematics(np.array([start, rest.q, *(command.q for command in back)]), link=link)[:, :3, 3]
+    along, off = places @ DIRECTIONS[direction], places - places[0]
+    off -= (off @ DIRECTIONS[direction])[:, None] * DIRECTIONS[direction]
+    assert out.status == "near a singularity"
+    assert along[1] - along[2:].min() > 0.4 * (along[1] - along[0])
+    assert np.linalg.norm(off, axis=1).max() < BESIDE
+
+
 def test_what_is_too_fast_for_the_joints_is_slowed_along_its_direction(panda):
     """A linear program finds the greatest share of a twist that the velocities of the joints allow exactly.
 

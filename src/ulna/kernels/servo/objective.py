@@ -21,6 +21,8 @@ class Objective(NamedTuple):
     """Jacobian of one hand, without the joints that are left out; 6 n_dof numbers."""
     pace_rows: NDArray
     """Share of its twist that is asked of each hand."""
+    worth_rows: NDArray
+    """Share to which each hand is followed along its line: 0 where the arm is stretched, and rests."""
     slowing_rows: NDArray
     """Reason why each hand is slowed: the joint whose acceleration limits it, or a negative code of ``pace``."""
 

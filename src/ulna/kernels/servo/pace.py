@@ -27,6 +27,10 @@ the hand moves more a little ahead, so that a twist the other way is followed at
 hand: where it is out of reach, joints to spare would turn on for little. Of several hands one is nearly at its pose while the
 joints still move for another.
 
+Where the arm rests at a singularity, J leads nowhere along a twist, or of joints to spare the way to a dead end. So the arm is
+pulled back the way it came, if that leads along the twist and X does not go there. The way is known by a place that the arm tows
+behind it, as by a rope.
+
 Source: the acceleration along a path is that of Bobrow, Dubowsky and Gibson (1985); slowing by the singular values is that of
 Nakamura and Hanafusa (1986).
 """
@@ -50,6 +54,10 @@ _BESIDE = 0.01, 0.02  # of what is along a twist: with less beside it a hand fol
 _LEAST_ALONG = 0.05  # of a twist: what is along it counts as so much here, since damping leaves little where an arm is stretched
 _RATE = 1e3  # [1/s], at which a joint may come to its end, or a pair nearer
 _STILL = 1e-9  # [rad/s or m/s]
+_ROPE = 1.0  # [rad or m], of the joint that is farthest from the place that is towed
+_BACK, _PULL = 0.2, 1e-2  # [rad or m a second], at which the arm is pulled, and the weight of that
+_AGAINST = -0.3  # the cosine of an angle with the rope, beyond which the steady motion leads away
+_LEADS = 0.01  # [m/rad, or rad/rad]: in the middle of the rope a unit of the joints moves the hand by more along its twist
 _SINGULAR = 0.1  # [m/rad, or rad/rad]: near a singularity a unit of the joints moves the hand by less along its twist
 BLURRED = 4e-3  # [rad or m]: what is near where pairs are active is reckoned with down to this distance
 NOT_SLOWED, SINGULAR = -2, -1
@@ -151,7 +159,7 @@ def write_pace(hands, limits, settings, objective, steady, across, least, hand):
     n, root = steady.x_rows.shape[0], sqrt(hands[hand].weight)
     columns, w = objective.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)], load_six(objective.desired_rows, 6 * hand)
     changes, change, v = steady.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)], _ZERO, _ZERO
-    size, rate, growth, joint, found, pace = 0.0, 0.0, 0.0, NOT_SLOWED, NOT_SLOWED, 1.0
+    size, rate, growth, joint, found, pace, worth = 0.0, 0.0, 0.0, NOT_SLOWED, NOT_SLOWED, 1.0, 1.0
     for j in range(n):
         v, change = add_column(v, columns, j, steady.x_rows[j]), add_column(change, changes, j, steady.x_rows[j])
         if is_moved_by(columns, j):
@@ -164,10 +172,11 @@ def write_pace(hands, limits, settings, objective, steady, across, least, hand):
         is_free = hands.shape[0] == 1 and hands[hand].is_pose  # to leave its line
         pace = pace_of(size, rate, min(growth, rate * size / max(least, 1e-300)), settings, is_free)
         if across > 1.0 and (hands.shape[0] == 1 or not hands[hand].is_pose):
-            pace *= share_worth(v, change, w, size, root)
+            worth = share_worth(v, change, w, size, root)
+    pace *= worth
     if pace < 1.0:
         found = SINGULAR if size_of(v) < _SINGULAR * size * root else joint
-    objective.pace_rows[hand], objective.slowing_rows[hand] = pace, found
+    objective.pace_rows[hand], objective.slowing_rows[hand], objective.worth_rows[hand] = pace, found, worth
 
 
 @kernel
@@ -241,7 +250,61 @@ def keep_on_line(hands, objective, steady, hand):
     n, w = steady.x_rows.shape[0], load_six(objective.desired_rows, 6 * hand)
     if not hands[hand].is_pose and size_of(w) > SMALL:
         columns = objective.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)]
-        objective.pace_rows[hand] *= share_along(columns, w, steady.x_rows)
+        share = share_along(columns, w, steady.x_rows)
+        objective.pace_rows[hand] *= share
+        objective.worth_rows[hand] *= share
+
+
+@kernel
+def tow(state):
+    """Move the place behind the arm, where the rope to it is taut."""
+    length = rope_length(state)
+    for j in range(state.shape[0] if length > _ROPE else 0):
+        state[j].behind += (1.0 - _ROPE / length) * (state[j].q - state[j].behind)
+
+
+@routine
+def pull_of_way_back(chains, hands, limits, state, objective, steady):
+    """The weight of a pull back the way the arm came: 0 unless a hand is at a singularity, and its twist leads there."""
+    n, length, along_x, x_square, square, pull = state.shape[0], rope_length(state), 0.0, 0.0, 0.0, 0.0
+    if length < _SOON:
+        return 0.0
+    for j in range(n):
+        x, rope = steady.x_rows[j], state[j].behind - state[j].q
+        steady.ahead_rows[j] = state[j].q + 0.5 * rope
+        along_x, x_square, square = along_x + x * rope, x_square + x * x, square + rope * rope
+    for hand in range(hands.shape[0]):
+        is_lost = along_x < _AGAINST * sqrt(x_square * square) and objective.slowing_rows[hand] == SINGULAR
+        if (objective.worth_rows[hand] < 1.0 or is_lost) and has_twist(hands, objective, hand):
+            write_jacobians(chains, hands, limits, steady.ahead_rows, steady.jacobian_rows)
+            weigh_jacobians(hands, steady.jacobian_rows)
+            w, v = load_six(objective.desired_rows, 6 * hand), _ZERO
+            columns = steady.jacobian_rows[6 * n * hand : 6 * n * (hand + 1)]
+            for j in range(n):
+                v = add_column(v, columns, j, (state[j].behind - state[j].q) / length)
+            if dot_six(v, w) > _LEADS * size_of(w) * sqrt(hands[hand].weight):
+                if is_lost:
+                    objective.pace_rows[hand], objective.worth_rows[hand] = 0.0, 0.0
+                pull = max(pull, _PULL * (1.0 - objective.worth_rows[hand]))
+    return pull
+
+
+@kernel
+def add_pull(state, objective, pull):
+    """Add the pull back to the objective."""
+    n, length = state.shape[0], rope_length(state)
+    for j in range(n if pull > 0.0 else 0):
+        objective.h_rows[n * j + j] += pull
+        objective.f_rows[j] += pull * _BACK / length * (state[j].behind - state[j].q)
+
+
+@kernel
+def rope_length(state):
+    """The greatest distance of an entry of q from the place behind the arm [rad or m]."""
+    length = 0.0
+    for j in range(state.shape[0]):
+        length = max(length, abs(state[j].q - state[j].behind))
+    return length
 
 
 @kernel

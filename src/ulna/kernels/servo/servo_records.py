@@ -84,6 +84,8 @@ class JointState(Record):
     start_qdd: float
     rest_q: float
     """Position where the stop ends."""
+    behind: float
+    """Place on the way by which the arm came, as far behind it as a rope is long that tows it (``pace``)."""
 
 
 class StopCounters(Record):

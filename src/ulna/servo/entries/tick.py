@@ -78,10 +78,13 @@ from ulna.kernels.servo.pace import (
     BLURRED,
     NOT_SLOWED,
     SINGULAR,
+    add_pull,
     are_apart,
     keep_on_line,
+    pull_of_way_back,
     set_apart,
     share_paces,
+    tow,
     write_changes,
     write_growth,
     write_pace,
@@ -258,7 +261,7 @@ def work_of(n, n_hands):
     return Work(
         Objective(
             np.empty(n * n), rows[0], np.empty(6 * n * n_hands), np.empty(max(6 * n_hands, n)), np.empty(N_SYSTEM),
-            np.empty(6 * n), np.empty(n_hands), np.empty(n_hands, np.int64),
+            np.empty(6 * n), np.empty(n_hands), np.empty(n_hands), np.empty(n_hands, np.int64),
         ),
         Program(np.empty(2 * n), np.zeros(m * n), np.empty(m), np.empty(n, np.int64), rows[1], np.empty(2 * n * (n + 1))),
         Steady(
@@ -306,7 +309,7 @@ def start(tick):
     """Set the state to the position and the velocity of the goal; the status."""
     state = tick.state
     for j in range(tick.limits.shape[0]):
-        state[j].q, state[j].qd, state[j].qdd = tick.goal.q[j], tick.goal.qd[j], 0.0
+        state[j].q, state[j].qd, state[j].qdd, state[j].behind = tick.goal.q[j], tick.goal.qd[j], 0.0, tick.goal.q[j]
     ticks = write_stop(state, tick.limits, tick.settings)
     tick.counters.ticks, tick.counters.done = ticks, 0
     if not stop_keeps(state, tick.limits, tick.settings, ticks):
@@ -453,7 +456,9 @@ def set_paces(tick, count, work):
     for hand in range(n_hands):
         if objective.slowing_rows[hand] > NOT_SLOWED and objective.pace_rows[hand] < slowest:
             slowest, slowed = objective.pace_rows[hand], objective.slowing_rows[hand]
+    pull = pull_of_way_back(tick.chains, hands, limits, tick.state, objective, steady)
     write_pulls(limits, settings, q, objective)
+    add_pull(tick.state, objective, pull)
     return held, slowed
 
 
@@ -736,6 +741,7 @@ def accept(tick):
     tick.counters.ticks, tick.counters.done = write_tick(tick.tried, state, tick.limits, tick.settings, after), 0
     for j in range(tick.x.shape[0]):
         state[j] = after[j]
+    tow(state)
 
 
 @kernel
