@@ -220,7 +220,7 @@ def test_record_downloads_a_video_of_the_page(app, page, still):
     wait_to_see(page, lambda: app.recording._client is None, "the end of the recording")
     seconds = time.monotonic() - before
     with page.expect_download() as download:
-        page.get_by_text("ulna-demo.mp4").first.click()  # once the video is made, however long it takes
+        page.get_by_text("ulna-demo.mp4 (").first.click()  # the link with the size, once the video is made
     with av.open(str(download.value.path())) as container:
         frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in container.decode(video=0)]
     assert 30 <= len(frames) <= 30 * seconds + 1  # as long as it was recorded
