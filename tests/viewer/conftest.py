@@ -7,9 +7,23 @@ from processes import wait_for
 
 
 @pytest.fixture
-def view(panda):
-    """The Panda on a page, without obstacles; ended after the test."""
-    with ulna.view(panda) as view:
+def world():
+    """No obstacles; a file of tests may have others."""
+    return ulna.World()
+
+
+@pytest.fixture
+def crate():
+    """A world with a crate beside the Panda."""
+    world = ulna.World()
+    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.5, -0.4, 0.05)))
+    return world
+
+
+@pytest.fixture
+def view(panda, world):
+    """The Panda on a page, among the obstacles; ended after the test."""
+    with ulna.view(panda, world) as view:
         yield view
 
 

@@ -2,7 +2,6 @@
 
 import pytest
 
-import ulna
 from contrast import SIZES, Seen, faint, resize, seen_on
 from processes import wait_for
 from ulna.viewer.html import marked
@@ -13,11 +12,8 @@ OPEN_ALL = """() => [...document.querySelectorAll('[role=button][aria-expanded=f
 
 
 @pytest.fixture
-def view(panda):
-    world = ulna.World()
-    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.5, -0.4, 0.05)))
-    with ulna.view(panda, world) as view:
-        yield view
+def world(crate):
+    return crate
 
 
 def plan(view):

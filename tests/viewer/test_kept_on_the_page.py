@@ -14,11 +14,8 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture
-def view(panda):
-    world = ulna.World()
-    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.5, -0.4, 0.05)))
-    with ulna.view(panda, world) as view:
-        yield view
+def world(crate):
+    return crate
 
 
 def press(page, keys):

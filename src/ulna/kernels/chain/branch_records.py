@@ -9,17 +9,17 @@ class Branches(NamedTuple):
     sign_rows: Any
     """3 n."""
     n: int
-    """How many signs there are of each of three choices."""
+    """Number of signs of each of three choices."""
     free_rows: Any
     """Twelve: sines and cosines of what angles are to be where any would do."""
     q_rows: Any
     """Six a branch, written."""
     known_rows: Any
-    """What is known of it, N_KNOWN a branch, written."""
+    """Knowledge of each branch, N_KNOWN numbers, written."""
 
 
 class Sure(NamedTuple):
-    """What is known of a branch before its last angles are (``chain.accuracy``)."""
+    """Knowledge of a branch before its last angles are (``chain.accuracy``)."""
 
     missed: Any
     """The square of the residual so far."""
@@ -28,4 +28,4 @@ class Sure(NamedTuple):
     sure: Any
     """a^4 of the angle that is determined least."""
     apart: Any
-    """That of the pair of roots that are nearest to each other."""
+    """Share of a^2 that the discriminant is, where it is the least."""

@@ -51,7 +51,7 @@ class Posed(NamedTuple):
     table: NDArray
     """Shape (n, BODY_WIDTH)."""
     vertices: NDArray | None
-    """Those of the table's hulls, shape (m, 3); None if all shapes are boxes."""
+    """Vertices of the table's hulls, shape (m, 3); None if all shapes are boxes."""
     row: int
     pose: tuple
     """Twelve numbers."""
@@ -68,13 +68,13 @@ class Apart(NamedTuple):
 
 
 class Nearness(NamedTuple):
-    """How near a pair has to be to be found."""
+    """The distances within which a pair is found."""
 
     clearance: float
-    """How far apart it has to be [m]; an object also by ``apart``."""
+    """Distance that a pair has to keep [m], which ``apart`` widens for objects."""
     apart: Apart | None
     within: float
-    """How much farther apart it is at most [m]."""
+    """Greatest distance beyond that [m]."""
 
 
 class Intervals(NamedTuple):
@@ -87,7 +87,7 @@ class Intervals(NamedTuple):
     stop: bool
     """Whether a contact ends the search. Then contacts are looked for in lanes that are not clear too."""
     margin: float
-    """How near an object may be [m], which ``apart`` widens."""
+    """Distance that an object has to keep [m], which ``apart`` widens."""
     apart: Apart | None
     of_world: float
     """How far rounding may put a point of an object [m]."""
@@ -97,7 +97,7 @@ class Mover(NamedTuple):
     """A body at the middles of eight intervals."""
 
     ball: int
-    """That which holds it."""
+    """The ball that holds it."""
     row: int
     """Its own in the table of bodies."""
     pose: Any
@@ -105,20 +105,20 @@ class Mover(NamedTuple):
     centre: Any
     """In the base frame [m]."""
     velocity: Any
-    """That of its centre along the edge [m]."""
+    """Velocity of its centre, the edge being passed in a unit of time [m]."""
 
 
 class Reach(NamedTuple):
-    """How far a point of a body gets in eight intervals, and how near to it an object may be."""
+    """Ways of a body in eight intervals, and the distance that an object has to keep from it."""
 
     way: Any
-    """How far it gets within half of an interval, with ``slack`` [m]."""
+    """Way of its farthest point within half of an interval, with ``slack`` [m]."""
     within: Any
     """The same where the lane is clear, else how near a contact is [m]."""
     slack: float
-    """What rounding and the margin add [m]."""
+    """Length that rounding and the margin add [m]."""
     margin: float
-    """How near the object may be [m]."""
+    """Distance that the object has to keep [m]."""
 
 
 class Carried(NamedTuple):

@@ -13,7 +13,7 @@ class Core(NamedTuple):
     half: Any
     """Three half extents [m]."""
     vertices: NDArray
-    """Those of a hull, shape (n, 3); else of shape (0, 3)."""
+    """Vertices of a hull, shape (n, 3); else of shape (0, 3)."""
 
 
 class Body(NamedTuple):
@@ -23,7 +23,7 @@ class Body(NamedTuple):
     """Twelve numbers."""
     core: Core
     radius: Any
-    """That of the ball [m]."""
+    """Radius of the ball [m]."""
 
 
 class Simplex(NamedTuple):
