@@ -128,14 +128,34 @@ class Body:
         return _remake, (type(self), _contents(self))
 
 
+@dataclass(frozen=True, eq=False)
+class Inertia:
+    """The mass of a rigid part [kg], its center of mass, shape (3,) [m], and its inertia tensor, shape (3, 3) [kg m^2].
+
+    The center is in the frame of the link. The tensor is about the center of mass, in the axes of the link.
+    """
+
+    mass: float
+    center: NDArray[np.float64]
+    tensor: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center", frozen(self.center, (3,)))
+        object.__setattr__(self, "tensor", frozen(self.tensor, (3, 3)))
+
+    def __reduce__(self):
+        return _remake, (type(self), _contents(self))
+
+
 @dataclass(frozen=True)
 class Link:
-    """A rigid part with its visual shapes and its collision shapes."""
+    """A rigid part with its visual shapes, its collision shapes and its inertia, which is None where a description gives none."""
 
     name: str
     visuals: tuple[Body, ...] = ()
     collisions: tuple[Body, ...] = ()
     line: int | None = None
+    inertia: Inertia | None = None
 
 
 def _contents(value) -> tuple:
