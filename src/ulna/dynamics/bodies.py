@@ -1,0 +1,61 @@
+"""Merges the inertias of links into the bodies that the joints carry."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.robot_description import Inertia, Link, frozen
+from ulna.errors import InertiaError, listed
+from ulna.kernels.dynamics.records import Mechanism
+from ulna.kernels.layout import BASE, INERTIA_WIDTH
+from ulna.kinematics.tree import Tree
+
+_TRIANGLE = np.triu_indices(3)
+
+
+class Carried(NamedTuple):
+    """An inertia and the link that it is fixed to, in whose frame it is."""
+
+    link: str
+    inertia: Inertia
+
+
+def mechanism_of(tree: Tree, links: Iterable[Link], carried: Iterable[Carried]) -> Mechanism:
+    """A robot's joints and the table of inertias of what each of them carries.
+
+    Raises:
+        InertiaError: A link that moves and has a shape has no inertia; or no link that moves has one.
+    """
+    moving = [link for link in links if tree.link_row[link.name] != BASE]
+    missing = [link.name for link in moving if link.inertia is None and (link.visuals or link.collisions)]
+    if missing:
+        raise InertiaError(f"no torque can be computed: {_lacks(missing)}; {_REMEDY}", missing)
+    known = [Carried(link.name, link.inertia) for link in moving if link.inertia is not None]
+    if not known:
+        names = [link.name for link in moving]
+        raise InertiaError(f"no torque can be computed: no link of {tree.name!r} that moves has an inertia; {_REMEDY}", names)
+    table = np.zeros((len(tree.joints), INERTIA_WIDTH))
+    for link, inertia in (*known, *carried):
+        row = tree.link_row[link]
+        if row != BASE:
+            table[row] += inertia_row(inertia, tree.link_offset[link])
+    return Mechanism(tree.joints, frozen(table, table.shape))
+
+
+def inertia_row(inertia: Inertia, T_row_link: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The row of a table of inertias, shape (10,), of a link at a pose in the frame of its joint.
+
+    The tensor moves from the center of mass c to the origin by m (|c|^2 I - c c'), Steiner's rule.
+    """
+    R, center = T_row_link[:3, :3], T_row_link[:3, :3] @ inertia.center + T_row_link[:3, 3]
+    tensor = R @ inertia.tensor @ R.T + inertia.mass * (center @ center * np.eye(3) - np.outer(center, center))
+    return np.array([inertia.mass, *(inertia.mass * center), *tensor[_TRIANGLE]])
+
+
+_REMEDY = "robot.with_inertias({'link': ulna.Inertia(mass, center, tensor)}) gives them"
+
+
+def _lacks(links: list[str]) -> str:
+    return f"{listed(links)} {'has' if len(links) == 1 else 'have'} a shape and no inertia"
