@@ -8,9 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
 from ulna.description.semantic import Srdf
 from ulna.description.shapes import Shape
+from ulna.errors import InputError
+
+_SYMMETRIC = 1e-9  # of the largest number of a tensor: less is rounding
 
 
 class JointType(StrEnum):
@@ -133,6 +137,9 @@ class Inertia:
     """The mass of a rigid part [kg], its center of mass, shape (3,) [m], and its inertia tensor, shape (3, 3) [kg m^2].
 
     The center is in the frame of the link. The tensor is about the center of mass, in the axes of the link.
+
+    Raises:
+        InputError: A number is not finite, the mass is negative, or the tensor is not symmetric.
     """
 
     mass: float
@@ -140,8 +147,15 @@ class Inertia:
     tensor: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "center", frozen(self.center, (3,)))
-        object.__setattr__(self, "tensor", frozen(self.tensor, (3, 3)))
+        for name, shape in (("mass", ()), ("center", (3,)), ("tensor", (3, 3))):
+            values = as_floats(name, getattr(self, name))
+            if values.shape != shape or not np.isfinite(values).all():
+                raise InputError(name, f"{getattr(self, name)!r}; finite numbers of shape {shape} are expected")
+            object.__setattr__(self, name, frozen(values, shape) if shape else float(values))
+        if self.mass < 0:
+            raise InputError("mass", f"{self.mass} kg is negative")
+        if not np.allclose(self.tensor, self.tensor.T, rtol=0, atol=_SYMMETRIC * np.abs(self.tensor).max()):
+            raise InputError("tensor", "is not symmetric")
 
     def __reduce__(self):
         return _remake, (type(self), _contents(self))

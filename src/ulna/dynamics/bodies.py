@@ -1,13 +1,14 @@
 """Merges the inertias of links into the bodies that the joints carry."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.robot_description import Inertia, Link, frozen
-from ulna.errors import InertiaError, listed
+from ulna.description.robot_description import Description, Inertia, Link, frozen
+from ulna.errors import InertiaError, InputError, UnknownNameError, listed
 from ulna.kernels.dynamics.records import Mechanism
 from ulna.kernels.layout import BASE, INERTIA_WIDTH
 from ulna.kinematics.tree import Tree
@@ -42,6 +43,18 @@ def mechanism_of(tree: Tree, links: Iterable[Link], carried: Iterable[Carried]) 
         if row != BASE:
             table[row] += inertia_row(inertia, tree.link_offset[link])
     return Mechanism(tree.joints, frozen(table, table.shape))
+
+
+def described_with(description: Description, inertias: Mapping[str, Inertia | None]) -> Description:
+    """A description with other inertias of some links."""
+    names = {link.name for link in description.links}
+    for name, inertia in inertias.items():
+        if name not in names:
+            raise UnknownNameError("link", name, names)
+        if not isinstance(inertia, Inertia | None):
+            raise InputError("inertias", f"{type(inertia).__name__} for {name!r}; an ulna.Inertia or None is expected")
+    links = (replace(link, inertia=inertias.get(link.name, link.inertia)) for link in description.links)
+    return replace(description, links=tuple(links), text="")
 
 
 def inertia_row(inertia: Inertia, T_row_link: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -82,6 +82,16 @@ class Dynamics:
         self._in_parts(torques.derivatives_batch, leading, given, flats)
         return both
 
+    def external(self, measured: ArrayLike, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None) -> Array:
+        """Measured torques less those of a motion."""
+        given = as_positions(measured, self._tree, "measured")
+        _refuse_infinite(given, "measured")
+        torque = self.inverse(motion, gravity, None, None)
+        try:
+            return given - torque
+        except ValueError:
+            raise InputError("measured", f"shape {given.shape} does not go with torques of shape {torque.shape}") from None
+
     def centre_of_mass(self, q: ArrayLike, out: Array | None) -> Array:
         """The center of mass of all moving bodies in the base, shape (..., 3)."""
         moments, _ = self._moments(q)

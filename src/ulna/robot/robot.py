@@ -26,7 +26,7 @@ from ulna.description.arrays import as_floats
 from ulna.description.likely_units import FAR, check_description, check_object
 from ulna.description.meshes.mesh_files import with_mesh_paths
 from ulna.description.pose import as_one_pose, inverse
-from ulna.description.robot_description import Description
+from ulna.description.robot_description import Description, Inertia
 from ulna.description.semantic import EndEffector, Srdf
 from ulna.description.shapes import Solid
 from ulna.description.subtree import with_tool
@@ -34,6 +34,8 @@ from ulna.description.urdf_writer import write_urdf
 from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
+from ulna.dynamics.bodies import described_with
+from ulna.dynamics.dynamics import FREE_FALL, Dynamics, as_gravity
 from ulna.errors import InputError, refuse_unknown
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.differential import differential_ik
@@ -64,6 +66,7 @@ from ulna.planning.path_trajectory import GivenMotion, path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
 from ulna.planning.trajectory import Trajectory
+from ulna.robot.forces import Forces
 from ulna.robot.other_names import put_other_names, without_other_names
 from ulna.servo.servo import Request as ServoRequest
 from ulna.servo.servo import Servo
@@ -78,8 +81,8 @@ _PLAN = PlanOptions()
 _SEED, _TASK, _NONE = 0, "pose", ()
 
 
-class Robot:
-    """A robot: its kinematic tree, forward and inverse kinematics, Jacobians and collision queries.
+class Robot(Forces):
+    """A robot: its kinematic tree, forward and inverse kinematics, Jacobians, collision queries, plans and forces.
 
     Made by ``ulna.load`` or ``Robot.from_dh``. Immutable, picklable, safe to share between threads; its arrays are read-only.
     """
@@ -104,6 +107,7 @@ class Robot:
         home: ArrayLike | None = None,
         attached: Iterable[Attached] = (),
         allowed: AllowedCollisions | None = None,
+        gravity: ArrayLike = FREE_FALL,
         _found: FoundPairs | None = None,
         _narrowed: Narrowed | None = None,
     ) -> None:
@@ -122,6 +126,7 @@ class Robot:
             _jacobian=JacobianByLink(tree),
             _checker=checker,
             _inverse_kinematics=InverseKinematics(tree, start, checker),
+            _dynamics=Dynamics(tree, description, (), as_gravity(gravity)),
         )
 
     @classmethod
@@ -1395,6 +1400,42 @@ class Robot:
             check_description("T_flange_tool", description)
         return self._changed(description=description)
 
+    def with_gravity(self, gravity: ArrayLike) -> Robot:
+        """The robot as it is mounted: on a wall or a ceiling, for torques and motions within them.
+
+        Args:
+            gravity: The acceleration of free fall in the axes of the base [m/s^2], shape (3,).
+
+        Raises:
+            InputError: It is not three finite numbers.
+
+        Example:
+            >>> import ulna
+            >>> hanging = ulna.load("panda").with_gravity((0, 0, 9.81))
+            >>> hanging.gravity
+            array([0.  , 0.  , 9.81])
+        """
+        return self._changed(gravity=gravity)
+
+    def with_inertias(self, inertias: Mapping[str, Inertia | None]) -> Robot:
+        """The robot with other inertias of some links: where a description has none, or wrong ones.
+
+        Args:
+            inertias: The inertia of each link by its name; None for a link that has none.
+
+        Raises:
+            InputError: A value is not an ``ulna.Inertia``.
+            UnknownNameError: There is no such link.
+
+        Example:
+            >>> import ulna
+            >>> arm = ulna.Robot.from_dh([(0, 0, 0, 0), (0.5, 0, 0, 0)])
+            >>> arm = arm.with_inertias({"link2": ulna.Inertia(2.0, (0.2, 0, 0), np.diag([0.01, 0.1, 0.1]))})
+            >>> arm.gravity_torque([0.0, 0.0], gravity=(0, -10, 0)).round(6)
+            array([14.,  4.])
+        """
+        return self._changed(description=described_with(self.description, inertias))
+
     def with_limits(
         self,
         limits: GivenLimits | None = None,
@@ -1578,7 +1619,7 @@ class Robot:
 
     def _changed(self, **changes: Any) -> Robot:
         kept = {"description": self.description, "home": self.home, "attached": self.attached, "allowed": self._checker.given}
-        kept["_narrowed"] = self.tree.narrowed
+        kept.update(_narrowed=self.tree.narrowed, gravity=self.gravity)
         if "description" not in changes:
             kept["_found"] = self._checker.found
         return Robot(**{**kept, **changes})
@@ -1590,7 +1631,7 @@ class Robot:
         raise AttributeError(f"a Robot cannot be changed: del {name}")
 
     def __reduce__(self):
-        return _restore, (self.description, self.home, self.attached, self._checker.given, self.tree.narrowed)
+        return _restore, (self.description, self.home, self.attached, self._checker.given, self.tree.narrowed, self.gravity)
 
     def __dir__(self) -> list[str]:
         return without_other_names(super().__dir__())
@@ -1620,5 +1661,6 @@ def _restore(
     attached: tuple[Attached, ...],
     allowed: AllowedCollisions | None,
     narrowed: Narrowed | None,
+    gravity: Array,
 ) -> Robot:
-    return Robot(description, home=home, attached=attached, allowed=allowed, _narrowed=narrowed)
+    return Robot(description, home=home, attached=attached, allowed=allowed, gravity=gravity, _narrowed=narrowed)
