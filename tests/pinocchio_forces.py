@@ -2,9 +2,9 @@
 
 import numpy as np
 import pinocchio as pin
-from pinocchio_peer import Peer, random_positions
 
 import ulna
+from pinocchio_peer import Peer, random_positions
 
 NOTHING = ulna.Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
 
@@ -44,7 +44,10 @@ def differences(peer: Peer, n: int = 20) -> dict[str, float]:
         }
         derivatives = pin.computeRNEADerivatives(model, data, x, v, a)
         theirs |= {"derivative by q": R.T @ derivatives[0] @ R, "derivative by qd": R.T @ derivatives[1] @ R}
-        theirs |= {"centre_of_mass": pin.centerOfMass(model, data, x), "centre_of_mass_jacobian": pin.jacobianCenterOfMass(model, data, x) @ R}
+        theirs |= {
+            "centre_of_mass": pin.centerOfMass(model, data, x),
+            "centre_of_mass_jacobian": pin.jacobianCenterOfMass(model, data, x) @ R,
+        }
         theirs |= {
             "kinetic_energy": pin.computeKineticEnergy(model, data, x, v),
             "potential_energy": pin.computePotentialEnergy(model, data, x),

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from ulna.collision.world import World
     from ulna.description.controllers import pose_as, pose_from
     from ulna.description.pose import pose
+    from ulna.description.robot_description import Inertia
     from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Mesh, Sphere
     from ulna.dh.table import DHTable
     from ulna.engine.threads import threads
-    from ulna.description.robot_description import Inertia
     from ulna.errors import (
         ArmConnectionError,
         ArmError,

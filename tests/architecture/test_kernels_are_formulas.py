@@ -15,6 +15,7 @@ NAMES_ONLY = {
     "chain/branch_records.py",
     "collision/scene.py",
     "distance/body_records.py",
+    "dynamics/dynamics_records.py",
     "ik/search_records.py",
     "planning/constraint_records.py",
     "planning/search_records.py",

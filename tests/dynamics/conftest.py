@@ -17,7 +17,8 @@ TREE = """<robot name="tree">
   <joint name="l1" type="revolute"><parent link="trunk"/><child link="left1"/><origin xyz="0 0.3 0.3" rpy="1 0 0"/>
     <axis xyz="1 0 0"/><limit lower="-2" upper="2" effort="9" velocity="1"/></joint>
   <joint name="l2" type="revolute"><parent link="left1"/><child link="left2"/><origin xyz="0 0 0.4" rpy="0 1 0"/>
-    <axis xyz="0 1 0"/><mimic joint="l1" multiplier="-0.7" offset="0.2"/><limit lower="-2" upper="2" effort="9" velocity="1"/></joint>
+    <axis xyz="0 1 0"/><mimic joint="l1" multiplier="-0.7" offset="0.2"/><limit lower="-2" upper="2" effort="9"
+    velocity="1"/></joint>
   <joint name="r1" type="revolute"><parent link="trunk"/><child link="right1"/><origin xyz="0 -0.3 0.3" rpy="-1 0 0"/>
     <axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="9" velocity="1"/></joint>
   <joint name="r2" type="prismatic"><parent link="right1"/><child link="right2"/><origin xyz="0 0 0.4" rpy="0 1 0"/>

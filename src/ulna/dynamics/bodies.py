@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.description.robot_description import Description, Inertia, Link, frozen
 from ulna.errors import InertiaError, InputError, UnknownNameError, listed
-from ulna.kernels.dynamics.records import Mechanism
+from ulna.kernels.dynamics.dynamics_records import Mechanism
 from ulna.kernels.layout import BASE, INERTIA_WIDTH
 from ulna.kinematics.tree import Tree
 

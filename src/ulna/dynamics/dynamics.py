@@ -13,8 +13,8 @@ from ulna.dynamics.bodies import Carried, mechanism_of
 from ulna.dynamics.entries import masses, torques
 from ulna.engine.threads import LEAST_ROWS, in_parts
 from ulna.errors import InputError, SingularityError
-from ulna.kernels.dynamics.records import Mechanism
-from ulna.kernels.layout import INERTIA_WIDTH, TENSOR
+from ulna.kernels.dynamics.dynamics_records import Mechanism
+from ulna.kernels.layout import INERTIA_WIDTH
 from ulna.kinematics.jacobian import geometric_jacobian
 from ulna.kinematics.positions import as_out, as_positions, flat, refuse_out_of_range
 from ulna.kinematics.tree import Tree
@@ -42,7 +42,9 @@ class Dynamics:
         """
         return mechanism_of(self._tree, self._description.links, self._carried)
 
-    def inverse(self, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None, wrenches: Wrenches | None, out: Array | None) -> Array:
+    def inverse(
+        self, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None, wrenches: Wrenches | None, out: Array | None
+    ) -> Array:
         """The torques of q, qd and qdd."""
         leading = self.mechanism, self._free_fall(gravity)
         torque = self._run(torques.inverse_batch, leading, dict(zip(("q", "qd", "qdd"), motion, strict=True)), out)
@@ -53,7 +55,9 @@ class Dynamics:
         """The torques that hold the robot still."""
         return self._run(torques.gravity_batch, (self.mechanism, self._free_fall(gravity)), {"q": q}, out)
 
-    def forward(self, q: ArrayLike, qd: ArrayLike, torque: ArrayLike, load: tuple[ArrayLike | None, Wrenches | None, Array | None]) -> Array:
+    def forward(
+        self, q: ArrayLike, qd: ArrayLike, torque: ArrayLike, load: tuple[ArrayLike | None, Wrenches | None, Array | None]
+    ) -> Array:
         """The accelerations that torques cause; load: gravity, wrenches and ``out``."""
         gravity, wrenches, out = load
         if wrenches:
@@ -63,7 +67,7 @@ class Dynamics:
             torque = torque - extra
         leading = self.mechanism, self._free_fall(gravity)
         made = self._run(masses.forward_batch, leading, {"q": q, "qd": qd, "torque": torque}, out)
-        singular = np.isnan(made).any(axis=-1)
+        singular = np.asarray(np.isnan(made).any(axis=-1))
         if singular.any():
             raise _singular("the mass matrix is singular: a joint moves no mass", singular)
         return made
@@ -127,7 +131,7 @@ class Dynamics:
         locked = ~(sizes[..., 0] > _LEAST_SHARE * sizes[..., -1])
         if locked.any():
             raise _singular(f"no joint moves {link!r} in some direction, where its inertia is infinite", locked)
-        return np.linalg.inv(mobility)
+        return np.linalg.inv(mobility).astype(np.float64, copy=False)
 
     def regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, gravity: ArrayLike | None) -> Array:
         """The torques of a unit of each inertial parameter, shape (..., n_dof, n_bodies, 10)."""
@@ -158,12 +162,21 @@ class Dynamics:
         try:
             batch = np.broadcast_shapes(*shapes.values())
         except ValueError:
-            name, first = list(shapes)[-1], list(shapes)[0]
-            raise InputError(name, f"shapes {', '.join(f'{key} {array.shape}' for key, array in arrays.items())} do not go together") from None
-        return batch, {name: flat(array if array.shape[:-1] == batch else _spread(array, batch)) for name, array in arrays.items()}
+            name = list(shapes)[-1]
+            raise InputError(
+                name, f"shapes {', '.join(f'{key} {array.shape}' for key, array in arrays.items())} do not go together"
+            ) from None
+        return batch, {
+            name: flat(array if array.shape[:-1] == batch else _spread(array, batch)) for name, array in arrays.items()
+        }
 
     def _run(
-        self, entry: Callable[..., bool], leading: tuple, given: dict[str, ArrayLike], out: Array | None, shape: tuple[int, ...] = ()
+        self,
+        entry: Callable[..., bool],
+        leading: tuple,
+        given: dict[str, ArrayLike],
+        out: Array | None,
+        shape: tuple[int, ...] = (),
     ) -> Array:
         batch, rows = self._rows(given)
         made = as_out(out, (*batch, *(shape or self._tree.q_shape)), *rows.values())
@@ -181,20 +194,26 @@ class Dynamics:
         for link, given in (wrenches or {}).items():
             wrench = as_floats("wrenches", given)
             if wrench.shape[-1:] != (6,):
-                raise InputError("wrenches", f"shape {wrench.shape} for {link!r}; forces and moments, shape (..., 6), are expected")
+                raise InputError(
+                    "wrenches", f"shape {wrench.shape} for {link!r}; forces and moments, shape (..., 6), are expected"
+                )
             _refuse_infinite(wrench, "wrenches")
             J = geometric_jacobian(self._tree, q, link, "base")
             try:
                 torque -= np.einsum("...ij,...i->...j", J, wrench)
             except ValueError:
-                raise InputError("wrenches", f"shape {wrench.shape} for {link!r} does not go with q of shape {np.shape(q)}") from None
+                raise InputError(
+                    "wrenches", f"shape {wrench.shape} for {link!r} does not go with q of shape {np.shape(q)}"
+                ) from None
 
 
 def as_gravity(gravity: ArrayLike) -> Array:
     """The acceleration of free fall, three finite numbers."""
     vector = as_floats("gravity", gravity)
     if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise InputError("gravity", f"{gravity!r}; three finite numbers [m/s^2] in the axes of the base are expected, as (0, 0, -9.81)")
+        raise InputError(
+            "gravity", f"{gravity!r}; three finite numbers [m/s^2] in the axes of the base are expected, as (0, 0, -9.81)"
+        )
     return frozen(vector, (3,))
 
 

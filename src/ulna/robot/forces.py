@@ -15,9 +15,9 @@ Array = NDArray[np.float64]
 class Forces:
     """The dynamics of a robot: the torques of its motions, and what follows from them.
 
-    Torques are those at the joints [Nm, or N for slides], without friction, damping and the inertia of rotors. Attached objects and
-    tools that have a mass are part of the robot. All methods raise ``InertiaError`` where a link that moves has a shape and no inertia,
-    and ``InputError`` for an argument that has another shape, is out of range or is not finite.
+    Torques are those at the joints [Nm, or N for slides], without friction, damping and the inertia of rotors. Attached
+    objects and tools that have a mass are part of the robot. All methods raise ``InertiaError`` where a link that moves has a
+    shape and no inertia, and ``InputError`` for an argument that has another shape, is out of range or is not finite.
     """
 
     tree: Tree
@@ -25,15 +25,15 @@ class Forces:
 
     @property
     def gravity(self) -> Array:
-        """The acceleration of free fall in the axes of the base [m/s^2], shape (3,): (0, 0, -9.81) for an arm that stands upright."""
+        """The acceleration of free fall in the axes of the base [m/s^2], shape (3,): by default (0, 0, -9.81)."""
         return self._dynamics.gravity
 
     @property
     def inertial_parameters(self) -> Array:
         """Ten numbers of the body that each moving joint carries, in the joint's frame: shape (n_bodies, 10).
 
-        Mass [kg], mass times center of mass x, y, z [kg m], and the tensor about the origin xx, xy, xz, yy, yz, zz [kg m^2]. The z axis of
-        the frame lies along the joint's axis. Links that no joint moves against each other are one body.
+        Mass [kg], mass times center of mass x, y, z [kg m], and the tensor about the origin xx, xy, xz, yy, yz, zz [kg m^2].
+        The z axis of the frame lies along the joint's axis. Links that no joint moves against each other are one body.
         """
         return self._dynamics.mechanism.bodies
 
@@ -50,11 +50,13 @@ class Forces:
         """The torques that a motion needs: M(q) qdd + C(q, qd) qd + g(q), less those of the wrenches.
 
         Args:
-            q: Joint positions [rad or m], shape (..., n_dof); qd and qdd may have other batch axes, to which these are broadcast.
+            q: Joint positions [rad or m], shape (..., n_dof); qd and qdd may have other batch axes, to which these are
+            broadcast.
             qd: Joint velocities [rad/s or m/s], shape (..., n_dof).
             qdd: Joint accelerations [rad/s^2 or m/s^2], shape (..., n_dof).
             gravity: The acceleration of free fall in the axes of the base [m/s^2], shape (3,); that of the robot unless given.
-            wrenches: What acts on the robot from outside, by link: force [N] and moment [Nm] at the link's origin in the axes of the
+            wrenches: What acts on the robot from outside, by link: force [N] and moment [Nm] at the link's origin in the axes
+            of the
                 base, shape (..., 6).
             out: Written to and returned if given: a float64 array of the result's shape.
 
@@ -85,8 +87,8 @@ class Forces:
     def mass_matrix(self, q: ArrayLike, *, out: Array | None = None) -> Array:
         """M(q), shape (..., n_dof, n_dof): symmetric, and positive definite where each joint moves a mass.
 
-        Torques are M(q) times accelerations, for a robot at rest without gravity. Units: kg m^2 for two turning joints, kg m or kg for
-        slides.
+        Torques are M(q) times accelerations, for a robot at rest without gravity. Units: kg m^2 for two turning joints, kg m
+        or kg for slides.
         """
         return self._dynamics.mass_matrix(q, out)
 
@@ -112,9 +114,9 @@ class Forces:
     def inverse_dynamics_derivatives(
         self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, gravity: ArrayLike | None = None
     ) -> tuple[Array, Array]:
-        """The derivatives of ``inverse_dynamics`` by q and by qd, shape (..., n_dof, n_dof) each; that by qdd is ``mass_matrix``.
+        """The derivatives of ``inverse_dynamics`` by q and by qd, shape (..., n_dof, n_dof) each.
 
-        Entry (r, c) is the derivative of torque r by entry c.
+        Entry (r, c) is the derivative of torque r by entry c. The derivative by qdd is ``mass_matrix``.
         """
         return self._dynamics.derivatives(q, qd, qdd, gravity)
 
@@ -132,7 +134,7 @@ class Forces:
         return self._dynamics.centre_of_mass(q, out)
 
     def centre_of_mass_jacobian(self, q: ArrayLike) -> Array:
-        """The velocity of the center of mass for a unit rate of each entry of q, in the axes of the base, shape (..., 3, n_dof)."""
+        """The velocity of the center of mass for a unit rate of each entry of q, in the axes of the base: (..., 3, n_dof)."""
         return self._dynamics.centre_of_mass_jacobian(q)
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Any:
@@ -140,13 +142,13 @@ class Forces:
         return self._dynamics.kinetic_energy(q, qd)
 
     def potential_energy(self, q: ArrayLike, *, gravity: ArrayLike | None = None) -> Any:
-        """The energy of all bodies that joints move in the field of gravity [J], shape (...); 0 where they are at the base's origin."""
+        """The energy in the field of gravity of all bodies that joints move [J], shape (...); 0 at the origin of the base."""
         return self._dynamics.potential_energy(q, gravity)
 
     def operational_inertia(self, q: ArrayLike, *, link: str | None = None) -> Array:
-        """The inertia that a link shows to a force on it: (J M^-1 J')^-1, shape (..., 6, 6), linear part first, in the axes of the base.
+        """The inertia of a link as a wrench on it sees it, (J M^-1 J')^-1: shape (..., 6, 6), linear part first, in the base.
 
-        Source: Khatib, A unified approach for motion and force control of robot manipulators (IEEE J. Robotics and Automation 1987).
+        Source: Khatib, A unified approach for motion and force control of robot manipulators (IEEE J. Robotics Automation 1987).
 
         Raises:
             SingularityError: The joints cannot move the link in every direction here. Its ``rows`` say where.
@@ -156,8 +158,8 @@ class Forces:
     def regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, gravity: ArrayLike | None = None) -> Array:
         """How the torques depend on the inertias, which they are linear in: shape (..., n_dof, n_bodies, 10).
 
-        Its product with ``inertial_parameters``, summed over the last two axes, is ``inverse_dynamics``. For the identification of
-        inertias from measured torques.
+        Its product with ``inertial_parameters``, summed over the last two axes, is ``inverse_dynamics``. For the
+        identification of inertias from measured torques.
 
         Source: Atkeson, An and Hollerbach, Estimation of inertial parameters of manipulator loads and links (IJRR 1986).
         """

@@ -6,8 +6,8 @@ from ulna.engine.lanes import WIDTH, load, store, zero_rows
 from ulna.engine.signatures import CONSTANTS, MATRICES, MATRIX
 from ulna.kernels.chain.poses import joint_turns
 from ulna.kernels.dynamics.composite import mass_matrix, moment_columns
+from ulna.kernels.dynamics.dynamics_records import State
 from ulna.kernels.dynamics.newton_euler import newton_euler
-from ulna.kernels.dynamics.records import State
 from ulna.kernels.dynamics.solved import accelerations
 from ulna.kernels.spatial.elementary import all_finite, all_in_range
 from ulna.kinematics.entries.batch import gather, scatter_rows
@@ -65,7 +65,8 @@ def forward_batch(mechanism, gravity, q, qd, torque, out):
 def moment_batch(mechanism, q, moments, columns):
     """Write the mass [kg] and the moment [kg m] of all moving bodies to moments, shape (n, 4), for q of shape (n, n_dof).
 
-    And by how much that moment moves for a unit rate of each entry of q to columns, shape (n, n_dof, 3). False if q is out of range.
+    And by how much that moment moves for a unit rate of each entry of q to columns, shape (n, n_dof, 3). False if q is out of
+    range.
     """
     joints, n_dof = mechanism.joints, q.shape[1]
     q_rows, turn_rows = zero_rows(n_dof), zero_rows(2 * joints.shape[0])

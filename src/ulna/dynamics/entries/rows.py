@@ -3,8 +3,8 @@
 from ulna.engine.decorators import workspace
 from ulna.engine.lanes import empty_rows
 from ulna.engine.signatures import TABLE, Group
+from ulna.kernels.dynamics.dynamics_records import BodyRows, FallRows, ForceRows, Mechanism, RateRows
 from ulna.kernels.dynamics.newton_euler import MOTION_WIDTH
-from ulna.kernels.dynamics.records import BodyRows, FallRows, ForceRows, Mechanism, RateRows
 from ulna.kernels.layout import INERTIA_WIDTH
 
 MECHANISM = Group((TABLE, TABLE), of=Mechanism)
@@ -33,5 +33,11 @@ def rate_rows(n):
     """``RateRows`` of n joints."""
     size = 6 * n
     return RateRows(
-        empty_rows(size), empty_rows(size), empty_rows(size), empty_rows(size), empty_rows(size), empty_rows(size), empty_rows(size)
+        empty_rows(size),
+        empty_rows(size),
+        empty_rows(size),
+        empty_rows(size),
+        empty_rows(size),
+        empty_rows(size),
+        empty_rows(size),
     )

@@ -6,9 +6,9 @@ from ulna.engine.lanes import WIDTH, zero_rows
 from ulna.engine.signatures import CONSTANTS, MATRICES, MATRIX
 from ulna.kernels.chain.poses import joint_turns
 from ulna.kernels.dynamics.derivatives import torque_derivatives
+from ulna.kernels.dynamics.dynamics_records import State
 from ulna.kernels.dynamics.gravity import holding_torques
 from ulna.kernels.dynamics.newton_euler import newton_euler
-from ulna.kernels.dynamics.records import State
 from ulna.kernels.spatial.elementary import all_finite, all_in_range
 from ulna.kinematics.entries.batch import gather, scatter_rows
 

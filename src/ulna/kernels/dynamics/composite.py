@@ -1,12 +1,12 @@
 """Computes the mass matrix by composite rigid bodies, and the center of mass, all in the frame of the base.
 
-Source: Walker and Orin, Efficient dynamic computer simulation of robotic mechanisms (J. Dynamic Systems, Measurement and Control 1982);
-Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.2.
+Source: Walker and Orin, Efficient dynamic computer simulation of robotic mechanisms (J. Dynamic Systems, Measurement and
+Control 1982); Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.2.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, store
-from ulna.kernels.chain.jacobian import joint_twist
+from ulna.kernels.chain.jacobian import clear, joint_twist
 from ulna.kernels.chain.poses import turned_joint_pose
 from ulna.kernels.dynamics.rigid_body import (
     added,
@@ -68,7 +68,7 @@ def mass_matrix(mechanism, turn_rows, rows, mass_rows):
     joints, n_dof = mechanism.joints, square_side(mass_rows)
     pose_bodies(mechanism, turn_rows, rows)
     gather_inertias(joints, rows.inertias)
-    clear_rows(mass_rows, load(turn_rows, 0))
+    clear(mass_rows, load(turn_rows, 0))
     for i in range(joints.shape[0]):
         v, w = load_pair(rows.twists, i)
         carried = momentum(load_inertia(rows.inertias, i), v, w)
@@ -82,19 +82,12 @@ def mass_matrix(mechanism, turn_rows, rows, mass_rows):
 
 
 @kernel
-def square_side(rows):
+def square_side(matrix_rows):
     """n, for n^2 rows."""
     n = 0
-    while n * n < rows.shape[0]:
+    while n * n < matrix_rows.shape[0]:
         n += 1
     return n
-
-
-@kernel
-def clear_rows(rows, like):
-    """Write zeros."""
-    for k in range(rows.shape[0]):
-        store(rows, k, splat(0.0, like))
 
 
 @kernel
@@ -123,8 +116,10 @@ def moment_columns(mechanism, turn_rows, rows, columns):
     for i in range(joints.shape[0]):
         pose, mass = pose_joint(joints, i, turn_rows, rows.poses), mechanism.bodies[i, MASS]
         store(rows.inertias, INERTIA_WIDTH * i, splat(mass, like))
-        store_vector(rows.inertias, INERTIA_WIDTH * i + 1, add_scaled(rotate(pose, own_moment(mechanism.bodies, i)), mass, origin(pose)))
-    clear_rows(columns, like)
+        store_vector(
+            rows.inertias, INERTIA_WIDTH * i + 1, add_scaled(rotate(pose, own_moment(mechanism.bodies, i)), mass, origin(pose))
+        )
+    clear(columns, like)
     all_mass, zero = splat(0.0, like), splat(0.0, like)
     all_moment = zero, zero, zero
     for k in range(joints.shape[0]):

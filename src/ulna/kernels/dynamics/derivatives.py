@@ -1,12 +1,13 @@
 """Computes the derivatives of the torques by q and by its rates.
 
-Source: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018); in the closed form of Singh,
-Russo and Wensing, Efficient analytical derivatives of rigid-body dynamics using spatial vector algebra (IEEE RA-L 2022).
+Source: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018); in the closed form of
+Singh, Russo and Wensing, Efficient analytical derivatives of rigid-body dynamics using spatial vector algebra (IEEE RA-L 2022).
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, store
-from ulna.kernels.dynamics.composite import add_to, clear_rows, gather_inertias, pose_bodies, square_side
+from ulna.kernels.chain.jacobian import clear
+from ulna.kernels.dynamics.composite import add_to, gather_inertias, pose_bodies, square_side
 from ulna.kernels.dynamics.rigid_body import (
     add_pair,
     load_inertia,
@@ -57,7 +58,7 @@ def torque_derivatives(mechanism, gravity, state, work, derivative_rows):
                 v, w = load_pair(kept, i)
                 add_pair(kept, parent, v, w)
     for derivative in derivative_rows:
-        clear_rows(derivative, load(state.turns, 0))
+        clear(derivative, load(state.turns, 0))
     for i in range(joints.shape[0]):
         write_pairs(joints, i, work, derivative_rows)
 
@@ -115,14 +116,14 @@ def write_pairs(joints, i, work, derivative_rows):
     by_q, by_rate = derivative_rows
     n_dof, column = square_side(by_q), int(joints[i, COLUMN])
     inertia, twist, twist_rate = load_inertia(bodies.inertias, i), load_pair(bodies.twists, i), load_pair(rates.twist_rates, i)
-    (p, l), c = load_pair(rates.momenta, i), load_six_of(rates.coriolis, i)
+    (p, angular), c = load_pair(rates.momenta, i), load_six_of(rates.coriolis, i)
     acceleration = load_pair(rates.twist_accelerations, i)
     turned = pair_plus(momentum(inertia, acceleration[0], acceleration[1]), wrench_cross(twist, load_pair(rates.wrenches, i)))
-    by_own_q = pair_plus(turned, coriolis_times(p, l, c, twist_rate))
+    by_own_q = pair_plus(turned, coriolis_times(p, angular, c, twist_rate))
     of_rate = momentum(inertia, twist_rate[0], twist_rate[1])
-    by_own_rate = pair_plus(pair_scaled(of_rate, 2.0), coriolis_times(p, l, c, twist))
+    by_own_rate = pair_plus(pair_scaled(of_rate, 2.0), coriolis_times(p, angular, c, twist))
     carried = momentum(inertia, twist[0], twist[1])
-    turning = plus(scaled(cross(p, twist[0]), 2.0), plus(symmetric_times(c, twist[1]), cross(l, twist[1])))  # of 2 B' S
+    turning = plus(scaled(cross(p, twist[0]), 2.0), plus(symmetric_times(c, twist[1]), cross(angular, twist[1])))  # of 2 B' S
     add_to(by_q, n_dof * column + column, pair_dot(twist, by_own_q))
     add_to(by_rate, n_dof * column + column, pair_dot(twist, by_own_rate))
     j = int(joints[i, PARENT])
@@ -137,10 +138,10 @@ def write_pairs(joints, i, work, derivative_rows):
 
 
 @kernel
-def coriolis_times(p, l, c, motion):
-    """Twice the Coriolis matrix of ``coriolis_of`` times a motion, with the momentum (p, l)."""
+def coriolis_times(p, angular, c, motion):
+    """Twice the Coriolis matrix of ``coriolis_of`` times a motion, with the momentum (p, L)."""
     w = motion[1]
-    return scaled(cross(p, w), -2.0), minus(symmetric_times(c, w), cross(l, w))
+    return scaled(cross(p, w), -2.0), minus(symmetric_times(c, w), cross(angular, w))
 
 
 @kernel

@@ -1,15 +1,16 @@
 """Computes the torques that hold a robot still, each body in the frame of its joint.
 
-The potential energy of bodies is -g . h, with their moment h (mass times center of mass), and the torque of a joint is its derivative:
--g . (z x h) for a joint that turns, with h about its origin, and -m g . z for one that slides.
+The potential energy of bodies is -g . h, with their moment h (mass times center of mass), and the torque of a joint is its
+derivative: -g . (z x h) for a joint that turns, with h about its origin, and -m g . z for one that slides.
 
 Source: Siciliano et al., Robotics (2009), section 7.1.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, store
+from ulna.kernels.chain.jacobian import clear
 from ulna.kernels.chain.poses import turned_joint_pose
-from ulna.kernels.dynamics.composite import add_to, clear_rows
+from ulna.kernels.dynamics.composite import add_to
 from ulna.kernels.dynamics.rigid_body import load_vector, store_vector
 from ulna.kernels.layout import COLUMN, KIND, MASS, MOMENT, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import load_pose, store_pose
@@ -39,7 +40,7 @@ def holding_torques(mechanism, gravity, turn_rows, rows, torque_rows):
         store(rows.masses, i, splat(bodies[i, MASS], like))
         for k in range(3):
             store(rows.moments, 3 * i + k, splat(bodies[i, MOMENT + k], like))
-    clear_rows(torque_rows, like)
+    clear(torque_rows, like)
     for k in range(joints.shape[0]):
         hold(joints, joints.shape[0] - 1 - k, rows, torque_rows)
 

@@ -1,7 +1,7 @@
 """Computes the torques of a motion by the recursive Newton-Euler algorithm, each body in the frame of its joint.
 
-Source: Luh, Walker and Paul, On-line computational scheme for mechanical manipulators (J. Dynamic Systems, Measurement and Control
-1980); Featherstone, Rigid Body Dynamics Algorithms (2008), table 5.1.
+Source: Luh, Walker and Paul, On-line computational scheme for mechanical manipulators (J. Dynamic Systems, Measurement and
+Control 1980); Featherstone, Rigid Body Dynamics Algorithms (2008), table 5.1.
 """
 
 from ulna.engine.decorators import kernel
@@ -27,7 +27,8 @@ MOTION_WIDTH = 9  # rows of a frame: its angular velocity and acceleration, and 
 def newton_euler(mechanism, gravity, state, rows, torque_rows):
     """Write the torques [Nm or N] of all entries of q to torque_rows.
 
-    1. From the base to the tips: the angular velocity and acceleration of each joint's frame, and the acceleration of its origin.
+    1. From the base to the tips: the angular velocity and acceleration of each joint's frame, and the acceleration of its
+    origin.
        The base accelerates by -g, as if a lift carried it, which has the effect of gravity.
     2. The wrench that each body needs, by Newton's law and Euler's.
     3. From the tips to the base: a joint carries the wrenches of all bodies behind it. Its torque is the part along its axis.

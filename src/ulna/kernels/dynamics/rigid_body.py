@@ -1,6 +1,7 @@
 """Computes with the inertia of a rigid body: ten numbers, which are the mass, the moment and the tensor of the layout.
 
-The moment is the mass times the center of mass, and the tensor is about the origin of the frame, so that inertias of one frame add up.
+The moment is the mass times the center of mass, and the tensor is about the origin of the frame, so that inertias of one frame
+add up.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 2.13.
 """
@@ -27,7 +28,11 @@ def body_inertia(bodies, i, like):
 @kernel
 def symmetric_times(s, v):
     """The product of a symmetric matrix (xx, xy, xz, yy, yz, zz) and a vector."""
-    return s[0] * v[0] + s[1] * v[1] + s[2] * v[2], s[1] * v[0] + s[3] * v[1] + s[4] * v[2], s[2] * v[0] + s[4] * v[1] + s[5] * v[2]
+    return (
+        s[0] * v[0] + s[1] * v[1] + s[2] * v[2],
+        s[1] * v[0] + s[3] * v[1] + s[4] * v[2],
+        s[2] * v[0] + s[4] * v[1] + s[5] * v[2],
+    )
 
 
 @kernel

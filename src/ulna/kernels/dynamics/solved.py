@@ -1,6 +1,6 @@
 """Computes accelerations from torques, by the mass matrix and its Cholesky factor."""
 
-import math
+import numpy as np
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, store, where
@@ -32,7 +32,7 @@ def accelerations(mass_rows, torque_rows, system_rows):
     for r in range(1, n):
         regular = regular & is_regular(mass_rows, system_rows, r, n)
     for r in range(n):
-        store(torque_rows, r, where(regular, load(system_rows, n * (n + 1) // 2 + r), math.nan))
+        store(torque_rows, r, where(regular, load(system_rows, n * (n + 1) // 2 + r), np.nan))
 
 
 @kernel
