@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ulna.kernels.planning.time_records import TimedIntervals
 from ulna.planning.blend import CHORDS, ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
 from ulna.planning.entries import time_parameterisation
-from ulna.planning.hand import Hand, factor_of, peaks_of
+from ulna.planning.path_limits import PathLimit, factor_of, peaks_of
 from ulna.planning.positions import Farthest, farthest_between, farthest_of
 from ulna.planning.timing import (
     AT_REST,
@@ -259,12 +259,12 @@ def timed_path(
     narrower, slowest = is_free, None
     for _ in range(MAX_TIMES):
         timed = _timed_path(path, lengths, blend, limits, narrower, within, speeds)
-        if timed is None or not is_free.hands:
+        if timed is None or not is_free.caps:
             return timed
-        peaks = peaks_of(timed, is_free.hands)
+        peaks = peaks_of(timed, is_free.caps)
         if all(peaks):
             return timed
-        narrower = narrower._replace(hands=tuple(hand.narrowed(peaks, NARROWER) for hand in narrower.hands))
+        narrower = narrower._replace(caps=tuple(cap.narrowed(peaks, NARROWER) for cap in narrower.caps))
         if speeds == AT_REST:
             slowed = timed.slowed(NARROWER * factor_of(peaks))
             slowest = slowed if slowest is None or slowed.duration < slowest.duration else slowest
@@ -278,7 +278,7 @@ def _timed_path(
     (velocity, acceleration, jerk), edges = limits, edges_of(path, lengths, is_free.chords)
     if jerk is None:
         pieces = rounded(edges, free_cuts(edges, blend, is_free, within))
-        return fastest(grid_of(pieces), velocity, acceleration, speeds, hands=is_free.hands)
+        return fastest(grid_of(pieces), velocity, acceleration, speeds, caps=is_free.caps)
     beside = _expected(edges, velocity, acceleration, jerk)
     cuts = free_cuts(edges, blend, is_free, 0.5 * within, beside)
     if np.count_nonzero(cuts) < np.count_nonzero(edges.turns):
@@ -286,9 +286,9 @@ def _timed_path(
     halvings, most, largest = np.zeros(len(cuts), dtype=int), math.inf, cuts.copy()
     slower = [share * is_free.tolerance for share in _LEAVES if is_free.tolerance < math.inf]
     moves = speeds != AT_REST
-    while cuts.any() or moves or is_free.hands:  # seven phases along a line have one greatest speed, and a hand there has not
+    while cuts.any() or moves or is_free.caps:  # seven phases along a line have one greatest speed, and a hand there has not
         near = min(0.5 * within, most)
-        motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, near, speeds, is_free.hands)
+        motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, near, speeds, is_free.caps)
         if motion is None and (moves or not cuts.any()):
             return None
         if motion is None:
@@ -322,12 +322,12 @@ def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -
 
 
 def _near(
-    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds, hands: tuple[Hand, ...]
+    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds, caps: tuple[PathLimit, ...]
 ) -> Averaged | None:
     """The mean that leaves the pieces by no more than ``within``, with as much acceleration as that allows; None if none does."""
     share = 1.0
     for _ in range(_MOST_SHARES):
-        motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds, hands)
+        motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds, caps)
         if motion is None or math.isinf(within) or motion.leaves_by <= within:
             return motion
         share *= min(0.95, max(0.2, (within / motion.leaves_by) ** (1 / 3)))  # the window grows with the acceleration
@@ -335,7 +335,7 @@ def _near(
 
 
 def _averaged(
-    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, hands: tuple[Hand, ...]
+    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, caps: tuple[PathLimit, ...]
 ) -> Averaged | None:
     """The mean of the fastest motion along pieces over the least time that keeps the limits of jerk, or of a slower one.
 
@@ -343,11 +343,11 @@ def _averaged(
     as long as one whose speed is constant for a moment between.
     """
     grid, find = grid_of(pieces), _with_share if speeds == AT_REST else _moving
-    best = find(grid, velocity, acceleration, jerk, speeds, hands)
+    best = find(grid, velocity, acceleration, jerk, speeds, caps)
     for share in _SHARES:
         if best is not None and best.window < _SHORT * best.duration:
             break
-        slower = find(grid, velocity, share * acceleration, jerk, speeds, hands)
+        slower = find(grid, velocity, share * acceleration, jerk, speeds, caps)
         if slower is None or (best is not None and slower.duration >= best.duration):
             break
         best = slower
@@ -372,17 +372,17 @@ def _with_share(
     acceleration: Array,
     jerk: Array,
     speeds: Speeds,
-    hands: tuple[Hand, ...],
+    caps: tuple[PathLimit, ...],
     least: float = _LEAST_WINDOW,
 ) -> _Candidate | None:
     """The better of the fastest motion and one with coasts; None if the speeds at the ends cannot be had."""
-    motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()), speeds, hands)
+    motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()), speeds, caps)
     candidates = [_Candidate(motion, least_window_of(motion, jerk, least)) for motion in motions]
     return min(candidates, key=lambda candidate: candidate.duration, default=None)
 
 
 def _moving(
-    grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, hands: tuple[Hand, ...]
+    grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, caps: tuple[PathLimit, ...]
 ) -> _Candidate | None:
     """The fastest motion with a velocity at an end: its base has gone straight on there for half the window.
 
@@ -392,7 +392,7 @@ def _moving(
     window = _LEAST_WINDOW
     for _ in range(_MOST_TRIES):
         left = _without_ends(grid, 0.5 * window * speeds.start, 0.5 * window * speeds.end)
-        found = None if left is None else _with_share(left, velocity, acceleration, jerk, speeds, hands, window)
+        found = None if left is None else _with_share(left, velocity, acceleration, jerk, speeds, caps, window)
         if found is None or found.window <= window:
             return found
         window = found.window * (1 + 1e-9)

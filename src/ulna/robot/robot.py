@@ -251,6 +251,11 @@ class Robot(Forces):
         return self.tree.jerk_limits
 
     @property
+    def effort_limits(self) -> Array:
+        """Largest torques and forces [Nm or N], shape (n_dof,); inf where the description gives none."""
+        return self.tree.effort_limits
+
+    @property
     def srdf(self) -> Srdf:
         """The semantic description, its names checked against the robot; empty where none was given."""
         return self.description.srdf
@@ -1162,7 +1167,7 @@ class Robot(Forces):
         members, states = None if group is None else group_named(group, self.groups), self.srdf.states
         if isinstance(q_start, str):
             q_start = configuration(state_named(q_start, states, members), self.tree, self.home)
-        asked = PlanRequest(q_start, goal, world, link, task, held, members, states, keep, options)
+        asked = PlanRequest(q_start, goal, world, link, task, held, members, states, keep, options, self._dynamics)
         return plan_motion(self._checker, self._inverse_kinematics, asked)
 
     def trajectory(
@@ -1175,6 +1180,7 @@ class Robot(Forces):
         jerk: ArrayLike | None = None,
         limits: GivenLimits | None = None,
         hand: HandLimits | Iterable[HandLimits] | None = None,
+        torque: ArrayLike | None = None,
         world: World | None = None,
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
@@ -1194,6 +1200,7 @@ class Robot(Forces):
             jerk: The greatest jerk [rad/s^3 or m/s^3]; unless given that of ``limits`` or of the robot, if one states it.
             limits: The name of an arm, as "franka", a file ``joint_limits.yaml``, or the mapping of one.
             hand: The greatest speed and acceleration of the hand, or of several links, at all times: ``HandLimits``.
+            torque: The greatest torque of each joint [Nm or N], as of ``Plan.trajectory``; for True the limits of effort.
             world: Objects. Where a rounded corner is not certified to be free of them and of the robot itself, the motion stops;
                 ``certified`` says whether all of it is free.
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), along the first line, where the acceleration
@@ -1219,8 +1226,8 @@ class Robot(Forces):
             >>> motion.stops, bool(motion.check("franka"))
             (0, True)
         """
-        given = GivenMotion(velocity, acceleration, jerk, limits, hand)
-        return path_trajectory(q_path, self._checker, world, within, given, (start_velocity, end_velocity))
+        given = GivenMotion(velocity, acceleration, jerk, limits, hand, torque)
+        return path_trajectory(q_path, self._checker, self._dynamics, world, within, given, (start_velocity, end_velocity))
 
     def motion_from_file(self, path: str | Path, *, others: ArrayLike | None = None) -> Trajectory:
         """A motion of this robot from elsewhere; see ``Trajectory.from_file``.
