@@ -81,6 +81,8 @@ class Mimic:
 class Joint:
     """Joins ``child`` to ``parent``. ``origin`` is T_parent_joint at zero; ``axis`` is a unit vector in the joint's frame.
 
+    ``damping`` [N m s/rad or N s/m] and ``friction`` [N m or N] are read and written; no torque includes them.
+
     Raises:
         InputError: The origin is not a rigid motion, or the axis is not three numbers.
     """
@@ -95,6 +97,8 @@ class Joint:
     mimic: Mimic | None = None
     line: int | None = None
     safety: Safety | None = None
+    damping: float = 0.0
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin", frozen(as_one_pose(self.origin, "origin"), (4, 4)))
