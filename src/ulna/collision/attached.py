@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from ulna.collision.allowed import OF_OBJECTS
 from ulna.description.given_names import as_link_names, refuse_no_name
-from ulna.description.inertias import moved
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description, Inertia, frozen
 from ulna.description.shapes import HalfSpace, Solid
@@ -52,7 +51,7 @@ class Attached:
 def inertias_of(description: Description, held: tuple[Attached, ...] = ()) -> tuple[tuple[str, Inertia], ...]:
     """The masses that an arm moves: of its links, and of what is attached to them. Each with its link, in that link's frame."""
     own = ((link.name, link.inertia) for link in description.links if link.inertia is not None)
-    more = ((one.link, moved(one.inertia, one.T_link_object)) for one in held if one.inertia is not None)
+    more = ((one.link, one.inertia.moved(one.T_link_object)) for one in held if one.inertia is not None)
     return (*own, *more)
 
 

@@ -1,4 +1,4 @@
-"""Turns inertias into other frames, and finds those of shapes and of payloads."""
+"""Finds the inertias of shapes and of payloads, and what no body has."""
 
 from __future__ import annotations
 
@@ -17,18 +17,6 @@ Array = NDArray[np.float64]
 ROUNDING = 1e-3
 """By how much of the largest moment a published tensor may miss the triangle inequality: it has three digits."""
 _ZERO = 1e-9  # relative to the largest entry of a tensor
-
-
-def moved(inertia: Inertia, T: Array) -> Inertia:
-    """The inertia in another frame, in which ``T``, shape (4, 4), is the pose of its own."""
-    R = T[:3, :3]
-    tensor = R @ inertia.tensor @ R.T
-    return Inertia(inertia.mass, T[:3, 3] + R @ inertia.center, (tensor + tensor.T) / 2)
-
-
-def tensor_of(xx: float, xy: float, xz: float, yy: float, yz: float, zz: float) -> Array:
-    """The symmetric tensor of its six numbers, in the order of URDF."""
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def tensor_fault(tensor: Array) -> str:
@@ -123,17 +111,24 @@ def _spread(shape: object) -> _Even:
 
 
 def _spread_mesh(points: Array) -> _Even:
-    """A convex mesh of 1 kg, by the tetrahedra of its hull; one without volume is a point at its centroid."""
-    with needs_extra("the mass of a convex mesh, unless com= and inertia= are given,", "hulls", "trimesh", "scipy"):
-        import trimesh  # noqa: PLC0415 - of an extra  # pyright: ignore[reportMissingImports]
-        from scipy.spatial import QhullError  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
-    middle = points.mean(axis=0)
+    """A convex mesh of 1 kg, exact; one without volume is a point at the mean of its vertices.
+
+    Its hull is cut into tetrahedra, each a triangle of the hull and a point inside. Source: integrals over a tetrahedron, as in
+    Tonon, "Explicit Exact Formulas for the 3-D Tetrahedron Inertia Tensor in Terms of its Vertex Coordinates", 2005.
+    """
+    with needs_extra("the mass of a convex mesh, unless com= and inertia= are given,", "hulls", "scipy"):
+        from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415 - of an extra  # pyright: ignore[reportMissingImports]
+    inside = points.mean(axis=0)
     try:
-        hull = trimesh.convex.convex_hull(points - middle)
+        triangles = (points - inside)[ConvexHull(points).simplices]
     except (QhullError, ValueError):  # fewer than four points, or all in one plane
-        return _Even(center=middle)
-    found = hull.mass_properties
-    return _Even(float(found["volume"]), middle + found["center_mass"], np.array(found["inertia"]) / float(found["mass"]))
+        return _Even(center=inside)
+    volumes, sums = np.abs(np.linalg.det(triangles)) / 6, triangles.sum(axis=1)
+    shares = volumes / volumes.sum()
+    center = shares @ sums / 4
+    squares = (np.einsum("t,tki,tkj->ij", shares, triangles, triangles) + np.einsum("t,ti,tj->ij", shares, sums, sums)) / 20
+    squares -= np.outer(center, center)
+    return _Even(float(volumes.sum()), inside + center, np.trace(squares) * np.eye(3) - squares)
 
 
 def _given_tensor(inertia: ArrayLike, mass: float) -> Array:

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.document import Document
-from ulna.description.inertias import moved
 from ulna.description.pose import inverse, pose
 from ulna.description.robot_description import Body, Description, Inertia, Joint, JointType, LeftOut, Limits, Link, Mimic
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Shape, Sphere, UnknownShape
@@ -188,7 +187,7 @@ class _Reader:
         """The inertia of a body, in its axes; None where it has no mass, as a frame has."""
         model, mass = self.model, float(self.model.body_mass[body])
         place = pose(model.body_ipos[body], wxyz=model.body_iquat[body])
-        return moved(Inertia(mass, np.zeros(3), np.diag(model.body_inertia[body])), place) if mass else None
+        return Inertia(mass, np.zeros(3), np.diag(model.body_inertia[body])).moved(place) if mass else None
 
     def bodies(self, body: int) -> tuple[tuple[Body, ...], tuple[Body, ...]]:
         """The visuals and the collision shapes of a body."""

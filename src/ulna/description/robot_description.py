@@ -1,5 +1,8 @@
 """The description of a robot as immutable data: links and joints."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from math import inf
@@ -11,6 +14,9 @@ from numpy.typing import NDArray
 from ulna.description.pose import as_one_pose
 from ulna.description.semantic import Srdf
 from ulna.description.shapes import Shape
+from ulna.errors import DescriptionError
+
+_MOST = 1e12  # kg and kg m^2
 
 
 class JointType(StrEnum):
@@ -146,6 +152,24 @@ class Inertia:
     def __post_init__(self) -> None:
         object.__setattr__(self, "center", frozen(self.center, (3,)))
         object.__setattr__(self, "tensor", frozen(self.tensor, (3, 3)))
+
+    @classmethod
+    def stated(cls, mass: float, moments: Iterable[float], T: NDArray[np.float64]) -> Inertia:
+        """The inertia that a document states: moments xx, xy, xz, yy, yz, zz in the frame whose pose is ``T``, shape (4, 4).
+
+        Raises:
+            DescriptionError: A number is too large to compute with.
+        """
+        xx, xy, xz, yy, yz, zz = moments
+        if max(map(abs, (mass, xx, xy, xz, yy, yz, zz))) > _MOST:
+            raise DescriptionError(f"a mass or a moment is beyond {_MOST:g}")
+        return cls(mass, np.zeros(3), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])).moved(T)
+
+    def moved(self, T: NDArray[np.float64]) -> Inertia:
+        """The same inertia in another frame, in which ``T`` is the pose of its own, shape (4, 4)."""
+        R = T[:3, :3]
+        tensor = R @ self.tensor @ R.T
+        return Inertia(self.mass, T[:3, 3] + R @ self.center, (tensor + tensor.T) / 2)
 
     def __reduce__(self):
         return _remake, (type(self), _contents(self))

@@ -9,7 +9,6 @@ from lxml import etree
 from numpy.typing import NDArray
 
 from ulna.description.document import Document, xacro_elements
-from ulna.description.inertias import moved, tensor_of
 from ulna.description.pose import pose
 from ulna.description.robot_description import (
     Body,
@@ -157,7 +156,7 @@ class _Reader(Reader):
             return self.given_inertia(link)
         except DescriptionError as error:
             message = f"{error.message}: this inertia is left out, so it has none"
-            self.left_out.append(LeftOut(of_robot(link), message, error.line, is_warned=False))
+            self.left_out.append(LeftOut(of_robot(link), message, error.line or link.sourceline, is_warned=False))
             return None
 
     def given_inertia(self, link: etree._Element) -> Inertia | None:
@@ -166,8 +165,8 @@ class _Reader(Reader):
         if inertial is None:
             return None
         mass, numbers = self.number(self.child(inertial, "mass"), "value", low=0.0), self.child(inertial, "inertia")
-        tensor = tensor_of(*(self.number(numbers, key) for key in ATTRIBUTES["inertia"]))
-        return moved(Inertia(mass, np.zeros(3), tensor), self.origin(inertial))
+        moments = [self.number(numbers, key) for key in ATTRIBUTES["inertia"]]
+        return Inertia.stated(mass, moments, self.origin(inertial))
 
     def bodies(self, link: etree._Element, tag: str, link_name: str) -> Iterator[Body]:
         """The shapes of a link. A faulty visual is left out; a collision shape that is not known stays, as such."""

@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ulna.description.inertias import moved, tensor_of
 from ulna.description.pose import pose
 from ulna.description.robot_description import Body, Description, Inertia, Joint, JointType, Limits, Link
 from ulna.description.shapes import Box, Capsule, Cylinder
@@ -133,7 +132,7 @@ class ArmTable:
 
 
 def _inertia(mass: float, center: Point, tensor: Point, rpy: Point = _ZERO) -> Inertia:
-    return moved(Inertia(mass, np.zeros(3), tensor_of(*tensor)), pose(center, rpy=np.deg2rad(rpy)))
+    return Inertia.stated(mass, tensor, pose(center, rpy=np.deg2rad(rpy)))
 
 
 def _bodies(link: str, shapes: list[list[Any]]) -> Iterator[Body]:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 from lxml import etree
 
-from ulna.description.inertias import moved, tensor_of
 from ulna.description.pose import pose
 from ulna.description.robot_description import Body, Inertia, LeftOut, Link
 from ulna.description.sdf.collected import Collected
@@ -168,8 +167,8 @@ class Elements(Reader):
             if base:
                 raise self.place(inertial).fail("its <pose> has relative_to, which SDFormat refuses")
             numbers = self.only(inertial, "inertia")
-            tensor = tensor_of(*(self.given(numbers, key, float(key[1] == key[2])) for key in MOMENTS))
-            return moved(Inertia(self.given(inertial, "mass", 1.0, 0.0), np.zeros(3), tensor), at)
+            moments = [self.given(numbers, key, float(key[1] == key[2])) for key in MOMENTS]
+            return Inertia.stated(self.given(inertial, "mass", 1.0, 0.0), moments, at)
         except DescriptionError as error:
             message = f"{error.message}: this inertia is left out, so it has none"
             self.leave_out(link, message, is_warned=False)
