@@ -58,7 +58,9 @@ def judge(robot, model):
         for block in np.ndindex(2, 2):
             part = np.s_[3 * block[0] : 3 * block[0] + 3, 3 * block[1] : 3 * block[1] + 3]
             scale = np.abs(expected[part]).max()
-            np.testing.assert_allclose(ours[name][part], expected[part], rtol=0, atol=SMALL * max(scale, theirs.mass), err_msg=name)
+            np.testing.assert_allclose(
+                ours[name][part], expected[part], rtol=0, atol=SMALL * max(scale, theirs.mass), err_msg=name
+            )
     return sum(theirs.mass for theirs in model.inertias[1:])
 
 
