@@ -7,8 +7,9 @@ import ulna
 from doc_pages import ROOT
 from robot_files import EXAMPLES
 from ulna.description.names.arm_tables import arm_tables
+from ulna.inspection.boxes import Boxes
 
-# Of the source: the mass of all links [kg], and of one link its name, mass, center of mass and tensor in the axes of the link. Those
+# Of the source: the mass of all links [kg], and of one its name, mass, center of mass and tensor in the axes of the link. Those
 # of the UR3e and the UR5e are turned about y by a right angle, that of the vx300s about z; that of the M1013 is in axes z, x, y.
 STATED = {
     "panda": (
@@ -150,6 +151,16 @@ def test_inspect_finds_nothing_that_no_body_has(name):
         "without the inertia",
     )
     assert not [one for one in ulna.inspect(name).findings if any(word in one.message for word in words)]
+
+
+@pytest.mark.parametrize("name", sorted({*STATED} & {*arm_tables()}))
+def test_the_center_of_mass_of_every_link_is_within_its_shapes(name):
+    description = ulna.load(name).description
+    judged = [link for link in description.links if link.collisions and link.inertia is not None]
+    assert len(judged) >= 6
+    for link in judged:
+        low, high = Boxes(description).of_link(link)
+        assert np.linalg.norm(link.inertia.center - np.clip(link.inertia.center, low, high)) < 0.02, link.name
 
 
 @pytest.mark.parametrize("name", STATED)
