@@ -1,5 +1,8 @@
 """The description of a robot as immutable data: links and joints."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from math import inf
@@ -12,9 +15,10 @@ from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
 from ulna.description.semantic import Srdf
 from ulna.description.shapes import Shape
-from ulna.errors import InputError
+from ulna.errors import DescriptionError, InputError
 
 _SYMMETRIC = 1e-9  # of the largest number of a tensor: less is rounding
+_MOST = 1e12  # kg and kg m^2
 
 
 class JointType(StrEnum):
@@ -85,6 +89,8 @@ class Mimic:
 class Joint:
     """Joins ``child`` to ``parent``. ``origin`` is T_parent_joint at zero; ``axis`` is a unit vector in the joint's frame.
 
+    ``damping`` [N m s/rad or N s/m] and ``friction`` [N m or N] are read and written; no torque includes them.
+
     Raises:
         InputError: The origin is not a rigid motion, or the axis is not three numbers.
     """
@@ -99,6 +105,8 @@ class Joint:
     mimic: Mimic | None = None
     line: int | None = None
     safety: Safety | None = None
+    damping: float = 0.0
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin", frozen(as_one_pose(self.origin, "origin"), (4, 4)))
@@ -156,6 +164,24 @@ class Inertia:
             raise InputError("mass", f"{self.mass} kg is negative")
         if not np.allclose(self.tensor, self.tensor.T, rtol=0, atol=_SYMMETRIC * np.abs(self.tensor).max()):
             raise InputError("tensor", "is not symmetric")
+
+    @classmethod
+    def stated(cls, mass: float, moments: Iterable[float], T: NDArray[np.float64]) -> Inertia:
+        """The inertia that a document states: moments xx, xy, xz, yy, yz, zz in the frame whose pose is ``T``, shape (4, 4).
+
+        Raises:
+            DescriptionError: A number is too large to compute with.
+        """
+        xx, xy, xz, yy, yz, zz = moments
+        if max(map(abs, (mass, xx, xy, xz, yy, yz, zz))) > _MOST:
+            raise DescriptionError(f"a mass or a moment is beyond {_MOST:g}")
+        return cls(mass, np.zeros(3), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])).moved(T)
+
+    def moved(self, T: NDArray[np.float64]) -> Inertia:
+        """The same inertia in another frame, in which ``T`` is the pose of its own, shape (4, 4)."""
+        R = T[:3, :3]
+        tensor = R @ self.tensor @ R.T
+        return Inertia(self.mass, T[:3, 3] + R @ self.center, (tensor + tensor.T) / 2)
 
     def __reduce__(self):
         return _remake, (type(self), _contents(self))

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,15 +15,10 @@ from ulna.kinematics.tree import Tree
 _TRIANGLE = np.triu_indices(3)
 
 
-class Carried(NamedTuple):
-    """An inertia and the link that it is fixed to, in whose frame it is."""
-
-    link: str
-    inertia: Inertia
-
-
-def mechanism_of(tree: Tree, links: Iterable[Link], carried: Iterable[Carried]) -> Mechanism:
+def mechanism_of(tree: Tree, links: Iterable[Link], inertias: Iterable[tuple[str, Inertia]]) -> Mechanism:
     """A robot's joints and the table of inertias of what each of them carries.
+
+    inertias: those of the links and of what they hold, each with its link, in whose frame it is.
 
     Raises:
         InertiaError: A link that moves and has a shape has no inertia; or no link that moves has one.
@@ -33,12 +27,11 @@ def mechanism_of(tree: Tree, links: Iterable[Link], carried: Iterable[Carried]) 
     missing = [link.name for link in moving if link.inertia is None and (link.visuals or link.collisions)]
     if missing:
         raise InertiaError(f"no torque can be computed: {_lacks(missing)}; {_REMEDY}", missing)
-    known = [Carried(link.name, link.inertia) for link in moving if link.inertia is not None]
-    if not known:
+    if all(link.inertia is None for link in moving):
         names = [link.name for link in moving]
         raise InertiaError(f"no torque can be computed: no link of {tree.name!r} that moves has an inertia; {_REMEDY}", names)
     table = np.zeros((len(tree.joints), INERTIA_WIDTH))
-    for link, inertia in (*known, *carried):
+    for link, inertia in inertias:
         row = tree.link_row[link]
         if row != BASE:
             table[row] += inertia_row(inertia, tree.link_offset[link])

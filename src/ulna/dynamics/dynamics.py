@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.description.robot_description import Description, frozen
-from ulna.dynamics.bodies import Carried, mechanism_of
+from ulna.description.robot_description import Description, Inertia, frozen
+from ulna.dynamics.bodies import mechanism_of
 from ulna.dynamics.entries import masses, torques
 from ulna.engine.threads import LEAST_ROWS, in_parts
 from ulna.errors import InputError, SingularityError
@@ -29,8 +29,9 @@ _LEAST_SHARE = 1e-12  # of the largest singular value of J M^-1 J': less of the 
 class Dynamics:
     """The dynamics of a robot; each method is one of ``Robot``, which has its documentation."""
 
-    def __init__(self, tree: Tree, description: Description, carried: Iterable[Carried], gravity: Array) -> None:
-        self._tree, self._description, self._carried = tree, description, tuple(carried)
+    def __init__(self, tree: Tree, description: Description, inertias: Iterable[tuple[str, Inertia]], gravity: Array) -> None:
+        """Take a robot, and by link the inertias of its links and of what they hold."""
+        self._tree, self._description, self._inertias = tree, description, tuple(inertias)
         self.gravity = gravity
 
     @cached_property
@@ -40,7 +41,7 @@ class Dynamics:
         Raises:
             InertiaError: A link that moves and has a shape has no inertia; or no link that moves has one.
         """
-        return mechanism_of(self._tree, self._description.links, self._carried)
+        return mechanism_of(self._tree, self._description.links, self._inertias)
 
     def inverse(
         self, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None, wrenches: Wrenches | None, out: Array | None

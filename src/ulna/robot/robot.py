@@ -7,6 +7,7 @@ computes nothing itself: it calls one function of the folders below.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -16,13 +17,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.allowed import AllowedCollisions, as_allowed
-from ulna.collision.attached import Attached, attach, detach
+from ulna.collision.attached import Attached, attach, detach, inertias_of
 from ulna.collision.checker import RESOLUTION, Checker
 from ulna.collision.distances import Distances
 from ulna.collision.report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
+from ulna.description.inertias import Payload
 from ulna.description.likely_units import FAR, check_description, check_object
 from ulna.description.meshes.mesh_files import with_mesh_paths
 from ulna.description.pose import as_one_pose, inverse
@@ -126,7 +128,7 @@ class Robot(Forces):
             _jacobian=JacobianByLink(tree),
             _checker=checker,
             _inverse_kinematics=InverseKinematics(tree, start, checker),
-            _dynamics=Dynamics(tree, description, (), as_gravity(gravity)),
+            _dynamics=Dynamics(tree, description, inertias_of(description, carried), as_gravity(gravity)),
         )
 
     @classmethod
@@ -325,6 +327,8 @@ class Robot(Forces):
 
     def to_urdf(self, *, mesh_paths: str = "given") -> str:
         """URDF text: the expanded text that was read, or one that is written for a robot made in another way.
+
+        Attached objects are no part of it.
 
         Args:
             mesh_paths: ``"given"``: meshes are named as they were; ``"file"``: by absolute ``file://`` addresses, as RViz needs.
@@ -1386,15 +1390,28 @@ class Robot(Forces):
 
     # ---- the robot, changed --------------------------------------------------------------------------------------------
 
-    def with_tool(self, T_flange_tool: ArrayLike, *, name: str = "tool") -> Robot:
+    def with_tool(
+        self,
+        T_flange_tool: ArrayLike,
+        *,
+        name: str = "tool",
+        mass: float | None = None,
+        com: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
+    ) -> Robot:
         """The robot with a tool: one more link, fixed to the tip, which becomes the new tip.
 
         Args:
             T_flange_tool: The tool's pose in the frame of the tip, shape (4, 4).
             name: The new link's name.
+            mass: Its mass [kg]; unless given, it is taken as weightless.
+            com: Its center of mass in the frame of the tool [m], shape (3,); the origin of that frame unless given.
+            inertia: Its inertia tensor about the center of mass, in the axes of that frame [kg m^2], shape (3, 3); zero unless
+                given, as of a point.
 
         Raises:
-            InputError: The pose is not a rigid motion, the robot has several tips, or it already has a link of this name.
+            InputError: The pose is not a rigid motion, the robot has several tips, or it already has a link of this name. Or no
+                body has this mass and tensor.
 
         Example:
             >>> import ulna
@@ -1402,7 +1419,7 @@ class Robot(Forces):
             'gripper'
         """
         T = as_one_pose(T_flange_tool, "T_flange_tool")
-        description = with_tool(self.description, T, name)
+        description = with_tool(self.description, T, name, Payload(mass, com, inertia).of())
         if np.linalg.norm(T[:3, 3]) > FAR:
             check_description("T_flange_tool", description)
         return self._changed(description=description)
@@ -1587,9 +1604,22 @@ class Robot(Forces):
         return self._changed(description=with_balls(self.description, within, most))
 
     def with_attached(
-        self, name: str, shape: Solid, T_link_object: ArrayLike, *, link: str | None = None, touch_links: Iterable[str] = ()
+        self,
+        name: str,
+        shape: Solid,
+        T_link_object: ArrayLike,
+        *,
+        link: str | None = None,
+        touch_links: Iterable[str] = (),
+        mass: float | None = None,
+        com: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
+        density: float | None = None,
     ) -> Robot:
         """The robot with an attached object: it moves with a link, and is checked like the robot's own shapes.
+
+        With a mass or a density its weight is part of the arm's, until ``without_attached``. The frame of the object is that of
+        its shape, whose pose is ``T_link_object``. ``to_urdf`` writes neither its shape nor its mass.
 
         Args:
             name: The object's name in reports.
@@ -1597,10 +1627,18 @@ class Robot(Forces):
             T_link_object: Its pose in the frame of the link, shape (4, 4).
             link: The link that holds it, and may touch it; the tip unless given.
             touch_links: Other links that may touch it, such as fingers.
+            mass: Its mass [kg]; without it and without a density it is taken as weightless.
+            com: Its center of mass in the frame of the object [m], shape (3,); the centroid of the shape unless given, which only
+                of a convex mesh is not the origin.
+            inertia: Its inertia tensor about the center of mass, in the axes of that frame [kg m^2], shape (3, 3); unless given,
+                that of the shape about its centroid, with the mass spread evenly.
+            density: Its density [kg/m^3], in place of mass, com and inertia: that times the volume of the shape is the mass.
 
         Raises:
             GeometryError: The shape is not a solid that can be attached.
-            InputError: The name is taken or not text, or the pose is not a rigid motion.
+            InputError: The name is taken or not text, or the pose is not a rigid motion. Or no body has this mass and tensor, or
+                the density is of a shape without volume.
+            MissingExtraError: A convex mesh has no ``com`` or no ``inertia``, and the extra ``hulls`` is not installed.
             UnknownNameError: There is no such link, or no such link or attached object to touch.
 
         Example:
@@ -1611,6 +1649,7 @@ class Robot(Forces):
         """
         holder = self.tree.link_or_tip(link)
         new = Attached(name, shape, as_one_pose(T_link_object, "T_link_object"), holder, touch_links)  # type: ignore[arg-type]
+        new = replace(new, inertia=Payload(mass, com, inertia, density).of(shape))
         check_object(name, shape, new.T_link_object)
         return self._changed(attached=attach(self.attached, new, self.link_names))
 
