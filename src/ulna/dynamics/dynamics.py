@@ -12,9 +12,9 @@ from ulna.description.robot_description import Description, Inertia, frozen
 from ulna.dynamics.bodies import mechanism_of
 from ulna.dynamics.entries import masses, torques
 from ulna.engine.threads import LEAST_ROWS, in_parts
-from ulna.errors import InputError, SingularityError
+from ulna.errors import InertiaError, InputError, SingularityError
 from ulna.kernels.dynamics.dynamics_records import Mechanism
-from ulna.kernels.layout import INERTIA_WIDTH
+from ulna.kernels.layout import INERTIA_WIDTH, MASS
 from ulna.kinematics.jacobian import geometric_jacobian
 from ulna.kinematics.positions import as_out, as_positions, flat, refuse_out_of_range
 from ulna.kinematics.tree import Tree
@@ -149,6 +149,8 @@ class Dynamics:
     def _moments(self, q: ArrayLike) -> tuple[Array, Array]:
         n = self._tree.n_dof
         batch, given = self._rows({"q": q})
+        if not self.mechanism.bodies[:, MASS].any():
+            raise InertiaError("it has no center of mass: the links that joints move have no mass", self._tree.link_names)
         moments, columns = np.empty((*batch, 4)), np.empty((*batch, n, 3))
         self._in_parts(masses.moment_batch, (self.mechanism,), given, [moments.reshape(-1, 4), columns.reshape(-1, n, 3)])
         return moments, columns
