@@ -112,16 +112,17 @@ def _far_center(link: Link, inertia: Inertia, box: NDArray[np.float64]) -> Itera
 
 
 def _without_mass(description: Description) -> Iterator[Finding]:
-    """Parts that a joint moves and that have no mass, though they have shapes or are the last of their chain."""
+    """Links with shapes that a joint moves, and ends of chains, that have no inertia; and parts whose mass is 0."""
     lacking: list[str] = []
     massless: dict[Link, str] = {}
     links = {link.name: link for link in description.links}
     for part in _parts(description, links):
         given = [link.inertia for link in part.links if link.inertia is not None]
         has_shapes = any(link.visuals or link.collisions for link in part.links)
-        if not given and (has_shapes or part.is_leaf):
+        lacking += [link.name for link in part.links if link.inertia is None and (link.visuals or link.collisions)]
+        if not given and not has_shapes and part.is_leaf:
             lacking.append(part.joint.child)
-        elif given and has_shapes and not any(inertia.mass or inertia.tensor.any() for inertia in given):
+        if given and has_shapes and not any(inertia.mass or inertia.tensor.any() for inertia in given):
             massless[links[part.joint.child]] = f"by {part.joint.name}"
     yield from _together(massless, "moved, with a mass of 0 kg", "No force moves such a part by itself")
     if lacking:
