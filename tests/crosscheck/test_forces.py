@@ -6,11 +6,11 @@ Pinocchio's dynamics know no mimic: there every joint has an entry of q, and the
 import numpy as np
 import pinocchio as pin
 import pytest
+
+import ulna
 from pinocchio_forces import differences, with_all_inertias
 from pinocchio_peer import Peer
 from robot_files import example_urdfs, of_kinds
-
-import ulna
 
 # Two are not loaded (test_every_urdf says why), and two have no joint.
 LEFT_OUT = {"alex_psyonic_hands", "ur3", "quadrotor_base", "iris_simple"}

@@ -11,12 +11,15 @@ from ulna.description.arrays import as_floats
 from ulna.description.robot_description import Description, Inertia, frozen
 from ulna.dynamics.bodies import mechanism_of
 from ulna.dynamics.entries import masses, torques
+from ulna.engine.bound import bind
+from ulna.engine.entries import ready
 from ulna.engine.threads import LEAST_ROWS, in_parts
 from ulna.errors import InertiaError, InputError, SingularityError
-from ulna.kernels.dynamics.dynamics_records import Mechanism
+from ulna.kernels.dynamics.dynamics_records import ForceRows, Mechanism
+from ulna.kernels.dynamics.newton_euler import MOTION_WIDTH
 from ulna.kernels.layout import INERTIA_WIDTH, MASS
 from ulna.kinematics.jacobian import geometric_jacobian
-from ulna.kinematics.positions import as_out, as_positions, flat, refuse_out_of_range
+from ulna.kinematics.positions import FLOAT64, as_out, as_positions, flat, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
@@ -29,9 +32,9 @@ _LEAST_SHARE = 1e-12  # of the largest singular value of J M^-1 J': less of the 
 class Dynamics:
     """The dynamics of a robot; each method is one of ``Robot``, which has its documentation."""
 
-    def __init__(self, tree: Tree, description: Description, inertias: Iterable[tuple[str, Inertia]], gravity: Array) -> None:
-        """Take a robot, and by link the inertias of its links and of what they hold."""
-        self._tree, self._description, self._inertias = tree, description, tuple(inertias)
+    def __init__(self, tree: Tree, description: Description, held: Iterable[tuple[str, Inertia]], gravity: Array) -> None:
+        """Take a robot, and by link the inertias of what its links hold."""
+        self._tree, self._description, self._held = tree, description, tuple(held)
         self.gravity = gravity
 
     @cached_property
@@ -41,7 +44,37 @@ class Dynamics:
         Raises:
             InertiaError: A link that moves and has a shape has no inertia; or no link that moves has one.
         """
-        return mechanism_of(self._tree, self._description.links, self._inertias)
+        return mechanism_of(self._tree, self._description.links, self._held)
+
+    @cached_property
+    def one(self) -> Callable[..., Array]:
+        """The torques of one q, qd and qdd, shape (n_dof,) each, in the robot's own gravity; or of what ``inverse`` takes.
+
+        Raises:
+            InertiaError: As of ``mechanism``.
+        """
+        n, entry = self._tree.n_dof, ready(torques.inverse_one)
+        k = len(self.mechanism.joints)
+        rows = ForceRows(np.empty(MOTION_WIDTH * (k + 1)), np.empty(12 * k), np.empty(6 * k))
+        leading = self.mechanism, self.gravity, rows, np.zeros(2 * k)
+        shape = self._tree.q_shape
+
+        def validated(q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
+            if all(type(x) is np.ndarray and x.dtype is FLOAT64 and x.shape == shape and x.flags.carray for x in (q, qd, qdd)):
+                torque = np.empty(n)
+                if n and entry(*leading, q, qd, qdd, torque):
+                    return torque
+            return self.inverse((q, qd, qdd), None, None, None)
+
+        return bind(entry, "motion", leading, n, (n,), validated)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name not in {"mechanism", "one"}}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Unpickled arrays are writable, of which the entries would be compiled again."""
+        self.__dict__.update(state)
+        self.gravity = frozen(self.gravity, (3,))
 
     def inverse(
         self, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None, wrenches: Wrenches | None, out: Array | None

@@ -74,6 +74,8 @@ class Forces:
             >>> arm.inverse_dynamics(arm.home, np.zeros(arm.n_dof), np.zeros(arm.n_dof)).shape
             (7,)
         """
+        if gravity is None and wrenches is None and out is None:
+            return self._dynamics.one(q, qd, qdd)
         return self._dynamics.inverse((q, qd, qdd), gravity, wrenches, out)
 
     def gravity_torque(self, q: ArrayLike, *, gravity: ArrayLike | None = None, out: Array | None = None) -> Array:

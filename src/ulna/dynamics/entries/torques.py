@@ -1,9 +1,9 @@
 """Runs inverse dynamics, its derivatives and the torques of gravity over a batch."""
 
-from ulna.dynamics.entries.rows import MECHANISM, body_rows, fall_rows, force_rows, rate_rows
-from ulna.engine.decorators import entry
+from ulna.dynamics.entries.rows import FORCE_ROWS, MECHANISM, body_rows, fall_rows, force_rows, rate_rows
+from ulna.engine.decorators import entry, low_latency_entry
 from ulna.engine.lanes import WIDTH, zero_rows
-from ulna.engine.signatures import CONSTANTS, MATRICES, MATRIX
+from ulna.engine.signatures import CONSTANTS, MATRICES, MATRIX, NUMBERS
 from ulna.kernels.chain.poses import joint_turns
 from ulna.kernels.dynamics.derivatives import torque_derivatives
 from ulna.kernels.dynamics.dynamics_records import State
@@ -11,6 +11,23 @@ from ulna.kernels.dynamics.gravity import holding_torques
 from ulna.kernels.dynamics.newton_euler import newton_euler
 from ulna.kernels.spatial.elementary import all_finite, all_in_range
 from ulna.kinematics.entries.batch import gather, scatter_rows
+
+
+@low_latency_entry((MECHANISM, CONSTANTS, FORCE_ROWS, NUMBERS, NUMBERS, NUMBERS, NUMBERS, NUMBERS))
+def inverse_one(mechanism, gravity, rows, turn_rows, q, qd, qdd, out):
+    """Write the torques of one motion to out, all of shape (n_dof,).
+
+    False, and nothing is written, if q is out of range, a rate is not finite, or one of them has another length. It keeps the
+    interpreter's lock, so ``rows`` and ``turn_rows`` may be the same at every call.
+    """
+    n_dof = out.shape[0]
+    if q.shape[0] != n_dof or qd.shape[0] != n_dof or qdd.shape[0] != n_dof:
+        return False
+    if not (all_in_range(q) and all_finite(qd) and all_finite(qdd)):
+        return False
+    joint_turns(mechanism.joints, q, turn_rows)
+    newton_euler(mechanism, (gravity[0], gravity[1], gravity[2]), State(turn_rows, qd, qdd), rows, out)
+    return True
 
 
 @entry((MECHANISM, CONSTANTS, MATRIX, MATRIX, MATRIX, MATRIX))
