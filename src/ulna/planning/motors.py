@@ -105,7 +105,7 @@ class Motors(NamedTuple):
             highs.append(np.maximum(self.dynamic * (most - rest), 0.0))
         limits = np.hstack(lows), np.hstack(highs)
         finite = (np.clip(limits[0], -NO_LIMIT, 0.0), np.clip(limits[1], 0.0, NO_LIMIT))
-        return PathBounds(np.full(n, NO_LIMIT), np.full(n, NO_LIMIT), rows_of(grid.steps, *sides, finite))
+        return PathBounds(np.full(n, NO_LIMIT), np.full(n, NO_LIMIT), rows_of(grid.steps, sides[0], sides[1], finite))
 
     def peaks(self, timed: Timed, since: float) -> tuple[TorquePeak, ...]:
         """The torque that is the greatest share of its limit at samples of a motion from a time on."""
