@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.allowed import AllowedCollisions, as_allowed
-from ulna.collision.attached import Attached, attach, carried_inertias, detach
+from ulna.collision.attached import Attached, attach, detach, inertias_of
 from ulna.collision.checker import RESOLUTION, Checker
 from ulna.collision.distances import Distances
 from ulna.collision.report import EdgeReport
@@ -128,7 +128,7 @@ class Robot(Forces):
             _jacobian=JacobianByLink(tree),
             _checker=checker,
             _inverse_kinematics=InverseKinematics(tree, start, checker),
-            _dynamics=Dynamics(tree, description, carried_inertias(carried), as_gravity(gravity)),
+            _dynamics=Dynamics(tree, description, inertias_of(description, carried), as_gravity(gravity)),
         )
 
     @classmethod
