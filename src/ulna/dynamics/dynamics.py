@@ -109,8 +109,9 @@ class Dynamics:
         at_rest = motion["qd"] is None and motion["qdd"] is None
         given = {name: np.zeros(self._tree.n_dof) if each is None else each for name, each in motion.items()}
         entry, given = (torques.gravity_batch, {"q": given["q"]}) if at_rest else (torques.inverse_batch, given)
-        each = (self._run(entry, (one, free_fall), given, None) for one in (self.mechanism, point_mass(self._tree, link, center)))
-        return largest_masses(*each, most)
+        own = self._run(entry, (self.mechanism, free_fall), given, None)
+        of_one_kilogram = self._run(entry, (point_mass(self._tree, link, center), free_fall), given, None)
+        return largest_masses(own, of_one_kilogram, most)
 
     def forward(
         self, q: ArrayLike, qd: ArrayLike, torque: ArrayLike, load: tuple[ArrayLike | None, Wrenches | None, Array | None]
