@@ -38,6 +38,14 @@ def mechanism_of(tree: Tree, links: Iterable[Link], inertias: Iterable[tuple[str
     return Mechanism(tree.joints, frozen(table, table.shape))
 
 
+def point_mass(tree: Tree, link: str, center: NDArray[np.float64]) -> Mechanism:
+    """The joints of a robot without masses that carry one kilogram at a point of a link, shape (3,)."""
+    table = np.zeros((len(tree.joints), INERTIA_WIDTH))
+    if tree.link_row[link] != BASE:
+        table[tree.link_row[link]] = inertia_row(Inertia(1.0, center, np.zeros((3, 3))), tree.link_offset[link])
+    return Mechanism(tree.joints, frozen(table, table.shape))
+
+
 def described_with(description: Description, inertias: Mapping[str, Inertia | None]) -> Description:
     """A description with other inertias of some links."""
     names = {link.name for link in description.links}

@@ -9,14 +9,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.description.robot_description import Description, Inertia, frozen
-from ulna.dynamics.bodies import mechanism_of
+from ulna.description.shapes import within_reach
+from ulna.dynamics.bodies import mechanism_of, point_mass
+from ulna.dynamics.effort import as_effort_limits, largest_masses
 from ulna.dynamics.entries import masses, torques
 from ulna.engine.bound import bind
 from ulna.engine.entries import ready
 from ulna.engine.threads import LEAST_ROWS, in_parts
 from ulna.errors import InertiaError, InputError, SingularityError
-from ulna.kernels.dynamics.dynamics_records import ForceRows, Mechanism
-from ulna.kernels.dynamics.newton_euler import MOTION_WIDTH
+from ulna.kernels.dynamics.dynamics_records import MOTION_WIDTH, ForceRows, Mechanism
 from ulna.kernels.layout import INERTIA_WIDTH, MASS
 from ulna.kinematics.jacobian import geometric_jacobian
 from ulna.kinematics.positions import FLOAT64, as_out, as_positions, flat, refuse_out_of_range
@@ -88,6 +89,29 @@ class Dynamics:
     def gravity_torque(self, q: ArrayLike, gravity: ArrayLike | None, out: Array | None) -> Array:
         """The torques that hold the robot still."""
         return self._run(torques.gravity_batch, (self.mechanism, self._free_fall(gravity)), {"q": q}, out)
+
+    def payload(
+        self,
+        motion: Mapping[str, ArrayLike | None],
+        held: tuple[str | None, ArrayLike],
+        torque: ArrayLike,
+        gravity: ArrayLike | None,
+    ) -> Array:
+        """The largest mass that each motor bears at a point of a link, shape (..., n_dof).
+
+        motion: q, and qd and qdd, of which None is rest. held: the link and the point.
+        """
+        most, free_fall = as_effort_limits(torque, self._tree), self._free_fall(gravity)
+        link, center = self._tree.link_or_tip(held[0]), within_reach("com", held[1])
+        if center.shape != (3,):
+            raise InputError("com", f"shape {center.shape}; three numbers [m] are expected")
+        self._tree.chain(link)  # or there is no such link
+        at_rest = motion["qd"] is None and motion["qdd"] is None
+        given = {name: np.zeros(self._tree.n_dof) if each is None else each for name, each in motion.items()}
+        entry, given = (torques.gravity_batch, {"q": given["q"]}) if at_rest else (torques.inverse_batch, given)
+        own = self._run(entry, (self.mechanism, free_fall), given, None)
+        of_one_kilogram = self._run(entry, (point_mass(self._tree, link, center), free_fall), given, None)
+        return largest_masses(own, of_one_kilogram, most)
 
     def forward(
         self, q: ArrayLike, qd: ArrayLike, torque: ArrayLike, load: tuple[ArrayLike | None, Wrenches | None, Array | None]

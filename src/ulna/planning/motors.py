@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.dynamics.dynamics import Dynamics
+from ulna.dynamics.effort import as_effort_limits
 from ulna.errors import InputError
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.hand import HandLimits, as_hands
@@ -196,21 +197,9 @@ def as_motors(torque: ArrayLike | None, tree: Tree, dynamics: Dynamics) -> Motor
     """
     if torque is None or torque is False:
         return None
-    names, n = tuple(entry_names(tree)), tree.n_dof
-    if torque is True:
-        most = tree.effort_limits
-        lacking = [name for name, limit in zip(names, most, strict=True) if not limit or limit == np.inf]
-        if lacking:
-            raise InputError(
-                "torque", f"the description states no effort above 0 of {', '.join(lacking)}; give numbers [Nm or N]"
-            )
-    else:
-        from_caller = np.asarray(torque, dtype=np.float64)
-        if from_caller.shape not in {(), (n,)} or not (from_caller > 0.0).all():
-            raise InputError("torque", f"{torque!r}; True, a number above 0, or {n} of them, is expected [Nm or N]")
-        most = np.full(n, from_caller)
+    most = as_effort_limits(torque, tree)
     dynamics.mechanism  # noqa: B018 - refuses a robot without inertias
-    return Motors(dynamics, names, most)
+    return Motors(dynamics, tuple(entry_names(tree)), most)
 
 
 def as_caps(

@@ -82,6 +82,48 @@ class Forces:
         """The torques that hold the robot still [Nm or N], shape (..., n_dof), for q of shape (..., n_dof)."""
         return self._dynamics.gravity_torque(q, gravity, out)
 
+    def payload(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike | None = None,
+        qdd: ArrayLike | None = None,
+        *,
+        com: ArrayLike = (0.0, 0.0, 0.0),
+        link: str | None = None,
+        torque: ArrayLike = True,
+        gravity: ArrayLike | None = None,
+        by_joint: bool = False,
+    ) -> Any:
+        """The largest point mass [kg] that the motors hold still, or move, beside the robot itself; shape (...).
+
+        Torques are linear in the mass, so it is exact. It is 0 where the motors cannot hold the robot without it, and infinite
+        where no joint feels it.
+
+        Args:
+            q: Joint positions [rad or m], shape (..., n_dof).
+            qd: Joint velocities [rad/s or m/s], shape (..., n_dof); 0 unless given.
+            qdd: Joint accelerations [rad/s^2 or m/s^2], shape (..., n_dof); 0 unless given.
+            com: Where the mass is, in the frame of the link [m], shape (3,).
+            link: The link that carries it; the tip unless given.
+            torque: The limits: True for those of the description, or numbers above 0 [Nm or N], one or shape (n_dof,).
+            gravity: The acceleration of free fall in the axes of the base [m/s^2], shape (3,); that of the robot unless given.
+            by_joint: Whether to return what each joint alone would bear, shape (..., n_dof).
+
+        Raises:
+            InertiaError: A link that moves and has a shape has no inertia.
+            InputError: An argument has another shape, is out of range or is not finite; or the description states no effort above
+                0 of a joint.
+            UnknownNameError: There is no such link.
+
+        Example:
+            >>> import ulna
+            >>> arm = ulna.load("panda")
+            >>> bool(arm.payload(arm.home, com=(0, 0, 0.1)) > 3.0)
+            True
+        """
+        each = self._dynamics.payload({"q": q, "qd": qd, "qdd": qdd}, (link, com), torque, gravity)
+        return each if by_joint else each.min(axis=-1, initial=np.inf)
+
     def coriolis_torque(self, q: ArrayLike, qd: ArrayLike, *, out: Array | None = None) -> Array:
         """The torques of the Coriolis and centrifugal forces at a velocity, C(q, qd) qd [Nm or N], shape (..., n_dof)."""
         return self._dynamics.inverse((q, qd, np.zeros(self.tree.n_dof)), np.zeros(3), None, out)

@@ -3,8 +3,7 @@
 from ulna.engine.decorators import workspace
 from ulna.engine.lanes import empty_rows
 from ulna.engine.signatures import NUMBERS, TABLE, Group
-from ulna.kernels.dynamics.dynamics_records import BodyRows, FallRows, ForceRows, Mechanism, RateRows
-from ulna.kernels.dynamics.newton_euler import MOTION_WIDTH
+from ulna.kernels.dynamics.dynamics_records import MOTION_WIDTH, BodyRows, FallRows, ForceRows, Mechanism, RateRows
 from ulna.kernels.layout import INERTIA_WIDTH
 
 MECHANISM = Group((TABLE, TABLE), of=Mechanism)

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 from numpy.typing import NDArray
 
+MOTION_WIDTH = 9  # rows of a frame: its angular velocity and acceleration, and the acceleration of its origin
+
 
 class Mechanism(NamedTuple):
     """A robot's joints and what they carry."""

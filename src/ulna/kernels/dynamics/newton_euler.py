@@ -7,6 +7,7 @@ Control 1980); Featherstone, Rigid Body Dynamics Algorithms (2008), table 5.1.
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, store
 from ulna.kernels.chain.poses import turned_joint_pose
+from ulna.kernels.dynamics.dynamics_records import MOTION_WIDTH
 from ulna.kernels.dynamics.rigid_body import (
     add_pair,
     body_inertia,
@@ -19,8 +20,6 @@ from ulna.kernels.dynamics.rigid_body import (
 from ulna.kernels.layout import COLUMN, KIND, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import load_pose, store_pose
 from ulna.kernels.spatial.vectors import cross, origin, plus, rotate, rotate_inverse, scaled
-
-MOTION_WIDTH = 9  # rows of a frame: its angular velocity and acceleration, and the acceleration of its origin
 
 
 @kernel
