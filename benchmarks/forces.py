@@ -1,7 +1,7 @@
 """Dynamics beside Pinocchio, a call at a time and a batch at once, and motions within torques beside copp-py.
 
-``python -m benchmarks.forces`` times the calls, ``python -m benchmarks.forces RESOURCES/panda`` the motions too: the folder is that
-of ``vamp-planner``'s source distribution (``benchmarks.plans``). All is done in one thread.
+``python -m benchmarks.forces`` times the calls, ``python -m benchmarks.forces RESOURCES/panda`` the motions too: see
+``benchmarks.plans`` for the folder. All is done in one thread.
 """
 
 import argparse
