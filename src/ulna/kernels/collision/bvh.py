@@ -11,10 +11,13 @@ Source: Omohundro, Five balltree construction algorithms (1989), for the idea of
 Sleator and Tarjan, Making data structures persistent (1989), for copying a path. ``entries.tree_nodes`` writes the nodes.
 """
 
+import numpy as np
+
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import WIDTH, lane_bits, lane_of, load, lowest_bit, sqrt, store, where
 from ulna.kernels.collision.collision_layout import (
     BALL_REACH,
+    BALL_ROW,
     CHILD,
     CHILDREN,
     FIRST_BALL,
@@ -23,9 +26,10 @@ from ulna.kernels.collision.collision_layout import (
     PLACES,
 )
 from ulna.kernels.collision.posed_pair import half_extents
-from ulna.kernels.layout import CONTACT, RADIUS
+from ulna.kernels.layout import CONTACT, HALF_EXTENTS, OBJECT, RADIUS
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
+from ulna.kernels.spatial.vectors import transform_inverse
 
 DEPTH = 24  # levels: of a tree of 8^11 clouds, each of 8^11 points, more than memory holds
 STACK = 8 * (DEPTH + 1)
@@ -100,12 +104,38 @@ def gap_bound(gap):
 
 
 @kernel
-def push_children(nodes, node, bounds, within, stack, heights, top):
+def turned_gap(nodes, node, bodies, k, a):
+    """The gap between each child and body k at pose a, along the body's axes: negative where they overlap.
+
+    A child's AABB with half extents h lies within half extents |R|^T h about the same middle. So the bound of a body inside a
+    large cloud is as good however the body is turned.
+    """
+    i, last, reach = child_rows(nodes, node)
+    low = load(nodes, i), load(nodes, i + 1), load(nodes, i + 2)
+    high = load(nodes, last), load(nodes, last + 1), load(nodes, last + 2)
+    half = 0.5 * (high[0] - low[0]) + reach, 0.5 * (high[1] - low[1]) + reach, 0.5 * (high[2] - low[2]) + reach
+    x = transform_inverse(a, (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])))
+    c, radius = HALF_EXTENTS, bodies[k, RADIUS]
+    more = radius + CONTACT * (radius + bodies[k, c] + bodies[k, c + 1] + bodies[k, c + 2])
+    return (
+        abs(x[0]) - (turned_half(a, 0, half) + (bodies[k, c] + more)),
+        abs(x[1]) - (turned_half(a, 1, half) + (bodies[k, c + 1] + more)),
+        abs(x[2]) - (turned_half(a, 2, half) + (bodies[k, c + 2] + more)),
+    )
+
+
+@kernel
+def turned_half(a, axis, half):
+    """Half the extent of an AABB along an axis of pose a."""
+    return abs(a[axis]) * half[0] + abs(a[4 + axis]) * half[1] + abs(a[8 + axis]) * half[2]
+
+
+@kernel
+def push_children(nodes, node, height, within, stack, heights, top):
     """Push those children of a node that are nearer than ``within`` [m] onto a stack, the nearest on top; return the new top.
 
-    ``heights`` is a second stack, of the lower bounds of their distances.
+    height: the lower bounds of their distances [m], a lane each; ``heights`` is a second stack, of these.
     """
-    height = gap_bound(child_gap(nodes, node, bounds))
     bits, bottom = lane_bits(height < within), top
     while bits != 0:
         lane = lowest_bit(bits)
@@ -141,6 +171,33 @@ def rows_within(nodes, bounds, stack, top, found):
                 top += 1
             bits &= bits - 1
     return count, top
+
+
+@kernel
+def row_of_one_object(nodes, objects, node):
+    """A row of the object that all solids below a node are part of; -1 if they are parts of several.
+
+    An object is a subtree, so it has all that is between two of its solids.
+    """
+    row, last = end_row(nodes, node, False), end_row(nodes, node, True)
+    if row < 0 or last < 0 or objects[row, OBJECT] != objects[last, OBJECT]:
+        return -1
+    return row
+
+
+@kernel
+def end_row(nodes, node, last):
+    """The row of the first or the last solid below a node; -1 if a node on the way there has no children left."""
+    while node >= 0 and node % PLACES == CHILDREN:
+        i, found = NODE_ROWS * (node // PLACES) + CHILD, np.nan
+        for k in range(WIDTH):
+            child = nodes[i, WIDTH - 1 - k if last else k]
+            if found != found:  # noqa: PLR0124 - a missing child is not a number
+                found = child
+        if found != found:  # noqa: PLR0124
+            return -1
+        node = int(found)
+    return -1 - node if node < 0 else int(nodes[NODE_ROWS * (node // PLACES) + CHILD, BALL_ROW])
 
 
 @kernel

@@ -13,7 +13,7 @@ A pair is a body of the robot and another, or an object of the world, numbered f
 import numpy as np
 
 from ulna.engine.decorators import kernel, routine
-from ulna.kernels.collision.bvh import bounds_of, push_children
+from ulna.kernels.collision.bvh import bounds_of, child_gap, gap_bound, push_children, row_of_one_object, turned_gap
 from ulna.kernels.collision.collision_layout import (
     DISTANCE,
     NORMAL,
@@ -38,6 +38,7 @@ from ulna.kernels.collision.posed_pair import (
 )
 from ulna.kernels.collision.scene import Nearness
 from ulna.kernels.layout import COLUMN, JOINT, KIND, LARGEST, OBJECT, PARENT, PRISMATIC, RADIUS, RATIO, REACH
+from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, z_axis
 
@@ -122,12 +123,34 @@ def add_indexed(scene, ours, nearness, near, excess, first):
         node, reach = near.stack[top], clearance + widest(apart, 2) + within
         if excess is not None:
             reach = clearance + widest(apart, 2) + max(slot_of_pair(k, n, n, within, near, excess, count)[1], excess[-1])
+        elif node >= 0 and near.last_rows.shape[0] > 0:
+            reach = reach_of_one_object(scene, k, node, near, (first, count), reach)
         if near.heights[top] <= reach:
             if node >= 0:
-                top = push_children(scene.nodes, node, bounds, reach, near.stack, near.heights, top)
+                gap = gap_bound(child_gap(scene.nodes, node, bounds))
+                height = maximum(gap, gap_bound(turned_gap(scene.nodes, node, scene.bodies, k, ours.pose)))
+                top = push_children(scene.nodes, node, height, reach, near.stack, near.heights, top)
             else:
                 count = add_solid(scene, ours, -1 - node, nearness, near, excess, (first, count))
     return count
+
+
+@routine
+def reach_of_one_object(scene, k, node, near, kept, reach):
+    """How near a solid of a node has to be to be kept [m]: where all are of one object, nearer than the one of it that is."""
+    (first, count), row = kept, row_of_one_object(scene.nodes, scene.objects, node)
+    if row >= 0 and may_touch(scene, k, row):
+        return -np.inf
+    last = -1 if row < 0 else kept_row(near, int(scene.objects[row, OBJECT]), first, count)
+    return reach if last < 0 else min(reach, near.contact_rows[last, DISTANCE])
+
+
+@kernel
+def kept_row(near, number, first, count):
+    """The row in which the nearest solid of an object is kept, from a first row on; -1 if none is."""
+    last = near.last_rows[number]
+    found = first <= last < min(count, near.pair_rows.shape[0]) and near.pair_rows[last, PAIR_OBJECT] == number
+    return last if found else -1
 
 
 @kernel
@@ -224,8 +247,8 @@ def add_nearest_solid(scene, i, solid, within, near, kept):
     j = scene.bodies.shape[0] + w
     if near.last_rows.shape[0] == 0:
         return add_pair(scene, i, j, number, within, near, count)
-    last, room = near.last_rows[number], near.pair_rows.shape[0]
-    if not (first <= last < min(count, room) and near.pair_rows[last, PAIR_OBJECT] == number):
+    last, room = kept_row(near, number, first, count), near.pair_rows.shape[0]
+    if last < 0:
         near.last_rows[number] = count
         return add_pair(scene, i, j, number, within, near, count)
     distance = near.contact_rows[last, DISTANCE]

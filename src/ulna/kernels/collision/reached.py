@@ -15,7 +15,7 @@ half extents h, lies within a box of half extents |R|^T h about the same middle.
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_count, lane_of, lowest_bit, splat
 from ulna.kernels.collision.ball_motion import along
-from ulna.kernels.collision.bvh import child_of, child_rows, children_in
+from ulna.kernels.collision.bvh import child_of, child_rows, children_in, turned_half
 from ulna.kernels.collision.posed_pair import BALLS
 from ulna.kernels.layout import BOX, HALF_EXTENTS, HALF_SPACE, RADIUS, REACH, SHAPE, SPHERE
 from ulna.kernels.spatial.elementary import maximum, minimum
@@ -133,12 +133,6 @@ def core_reaches(centre, half, bodies, k, a, within):
         maximum(abs(x[2]) - (bodies[k, c + 2] + turned_half(a, 2, half)), 0.0),
     )
     return dot(e, e) <= most * most
-
-
-@kernel
-def turned_half(a, axis, half):
-    """Half the extent of an AABB along an axis of pose a."""
-    return abs(a[axis]) * half[0] + abs(a[4 + axis]) * half[1] + abs(a[8 + axis]) * half[2]
 
 
 @kernel
