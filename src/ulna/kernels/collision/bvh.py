@@ -29,7 +29,6 @@ from ulna.kernels.collision.posed_pair import half_extents
 from ulna.kernels.layout import CONTACT, HALF_EXTENTS, OBJECT, RADIUS
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
-from ulna.kernels.spatial.vectors import transform_inverse
 
 DEPTH = 24  # levels: of a tree of 8^11 clouds, each of 8^11 points, more than memory holds
 STACK = 8 * (DEPTH + 1)
@@ -104,17 +103,22 @@ def gap_bound(gap):
 
 
 @kernel
-def turned_gap(nodes, node, bodies, k, a):
-    """The gap between each child and body k at pose a, along the body's axes: negative where they overlap.
-
-    A child's AABB with half extents h lies within half extents |R|^T h about the same middle. So the bound of a body inside a
-    large cloud is as good however the body is turned.
-    """
+def child_boxes(nodes, node):
+    """The middles and the half extents of the AABBs of a node's children, a lane each."""
     i, last, reach = child_rows(nodes, node)
     low = load(nodes, i), load(nodes, i + 1), load(nodes, i + 2)
     high = load(nodes, last), load(nodes, last + 1), load(nodes, last + 2)
     half = 0.5 * (high[0] - low[0]) + reach, 0.5 * (high[1] - low[1]) + reach, 0.5 * (high[2] - low[2]) + reach
-    x = transform_inverse(a, (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])))
+    return (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])), half
+
+
+@kernel
+def turned_gap(bodies, k, a, x, half):
+    """The gap between AABBs and body k at pose a, along the body's axes: negative where they overlap.
+
+    x: the middles, in the body's frame. An AABB with half extents h lies within half extents |R|^T h about the same middle. So
+    the bound of a body inside a large cloud is as good however the body is turned.
+    """
     c, radius = HALF_EXTENTS, bodies[k, RADIUS]
     more = radius + CONTACT * (radius + bodies[k, c] + bodies[k, c + 1] + bodies[k, c + 2])
     return (
@@ -179,24 +183,23 @@ def row_of_one_object(nodes, objects, node):
 
     An object is a subtree, so it has all that is between two of its solids.
     """
-    row, last = end_row(nodes, node, False), end_row(nodes, node, True)
+    row, last = end_row(nodes, node, 0), end_row(nodes, node, WIDTH - 1)
     if row < 0 or last < 0 or objects[row, OBJECT] != objects[last, OBJECT]:
         return -1
     return row
 
 
 @kernel
-def end_row(nodes, node, last):
-    """The row of the first or the last solid below a node; -1 if a node on the way there has no children left."""
+def end_row(nodes, node, end):
+    """The row of the first or the last solid below a node, by the lane of that end; -1 if no child is left on the way there."""
     while node >= 0 and node % PLACES == CHILDREN:
-        i, found = NODE_ROWS * (node // PLACES) + CHILD, np.nan
-        for k in range(WIDTH):
-            child = nodes[i, WIDTH - 1 - k if last else k]
-            if found != found:  # noqa: PLR0124 - a missing child is not a number
-                found = child
-        if found != found:  # noqa: PLR0124
+        i, lane = NODE_ROWS * (node // PLACES) + CHILD, end
+        for _ in range(WIDTH - 1):
+            if np.isnan(nodes[i, lane]):
+                lane += 1 if end == 0 else -1
+        if np.isnan(nodes[i, lane]):
             return -1
-        node = int(found)
+        node = int(nodes[i, lane])
     return -1 - node if node < 0 else int(nodes[NODE_ROWS * (node // PLACES) + CHILD, BALL_ROW])
 
 

@@ -162,7 +162,7 @@ def body_outcome(scene, carried, intervals, mover, found, slack, clear):
                 if is_all_excepted(scene, apart, k, node):
                     continue
                 body = body_at(scene, k, a), p, bounds
-                top = push_reached(scene.nodes, node, body, within - tree_spare(apart), stack, top)
+                top = push_reached(scene.nodes, node, body, within - tree_spare(apart), apart, stack, top)
                 continue
             o = -1 - node
         theirs = solid_at(scene, o, half)
