@@ -139,7 +139,7 @@ class Motion(NamedTuple):
         return IsFree(self.n_free) if self.keeps is None else IsFree(self.n_free, CHORDS_ALONG, tightest(self.keeps))
 
     def finer(self, path: Array, positions: PositionLimits) -> Array:
-        """The path, shape (n, n_dof); along tight constraints one beside it that uses less of them (``finer``), if that is free."""
+        """A path, shape (n, n_dof); along tight constraints one beside it that uses less of them, if that is free."""
         if self.keeps is None or tightest(self.keeps) > TIGHT:
             return path
         points = finer(path, self.keeps, self.checker.tree, self.space)

@@ -400,7 +400,8 @@ class Trajectory(OneLine):
         positions = PositionLimits(tree.lower, tree.upper).narrowed(self._positions)
         refuse_path_beyond("plan", plan.path, positions, names)
         is_free = motion.certificate._replace(positions=positions, hands=self._hands)
-        timed = replaced(self._timed, plan.path, at, self._limits, is_free)
+        path = plan.path if self._limits.jerk is None else motion.finer(plan.path, positions)
+        timed = replaced(self._timed, path, at, self._limits, is_free)
         return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions, self._hands)
 
     def then(self, other: Trajectory) -> Trajectory:
