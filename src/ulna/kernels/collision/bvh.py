@@ -117,14 +117,14 @@ def turned_gap(bodies, k, a, x, half):
     """The gap between AABBs and body k at pose a, along the body's axes: negative where they overlap.
 
     x: the middles, in the body's frame. An AABB with half extents h lies within half extents |R|^T h about the same middle. So
-    the bound of a body inside a large cloud is as good however the body is turned.
+    the bound of a body inside a large cloud is as good however the body is turned. A GPU has no abs of eight numbers.
     """
     c, radius = HALF_EXTENTS, bodies[k, RADIUS]
     more = radius + CONTACT * (radius + bodies[k, c] + bodies[k, c + 1] + bodies[k, c + 2])
     return (
-        abs(x[0]) - (turned_half(a, 0, half) + (bodies[k, c] + more)),
-        abs(x[1]) - (turned_half(a, 1, half) + (bodies[k, c + 1] + more)),
-        abs(x[2]) - (turned_half(a, 2, half) + (bodies[k, c + 2] + more)),
+        maximum(x[0], 0.0 - x[0]) - (turned_half(a, 0, half) + (bodies[k, c] + more)),
+        maximum(x[1], 0.0 - x[1]) - (turned_half(a, 1, half) + (bodies[k, c + 1] + more)),
+        maximum(x[2], 0.0 - x[2]) - (turned_half(a, 2, half) + (bodies[k, c + 2] + more)),
     )
 
 
