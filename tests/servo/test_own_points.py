@@ -40,7 +40,9 @@ def hull_on_a_slide():
     links += '<link name="hand"><collision><geometry><sphere radius="0.01"/></geometry></collision></link>'
     robot = ulna.load(f'<robot name="slider">{links}{slide}{turn}</robot>')
     points = np.random.default_rng(1).normal(size=(40, 3))
-    return robot.with_attached("hull", ulna.ConvexMesh(0.1 * points / np.linalg.norm(points, axis=1)[:, None]), np.eye(4), link="hand")
+    return robot.with_attached(
+        "hull", ulna.ConvexMesh(0.1 * points / np.linalg.norm(points, axis=1)[:, None]), np.eye(4), link="hand"
+    )
 
 
 @pytest.mark.parametrize("cloud", [on_the_hand, in_a_line])
