@@ -16,7 +16,7 @@ from ulna.planning.kept import frozen, shares_of
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
-TIGHT = 1e-3  # [m or rad]: edges along constraints with such a tolerance or less are divided
+TIGHT = 1.5e-3  # [m or rad]: edges along tighter constraints are divided; for 1 mrad of an orientation it is sqrt(2) mrad
 _USED = 0.25  # of a tolerance, by an edge
 _EXACT = 0.01  # of a tolerance: how near to the middle of it points are projected
 _MOST_POINTS = 20_000
