@@ -195,9 +195,9 @@ def end_row(nodes, node, end):
     while node >= 0 and node % PLACES == CHILDREN:
         i, lane = NODE_ROWS * (node // PLACES) + CHILD, end
         for _ in range(WIDTH - 1):
-            if np.isnan(nodes[i, lane]):
+            if not abs(nodes[i, lane]) < np.inf:
                 lane += 1 if end == 0 else -1
-        if np.isnan(nodes[i, lane]):
+        if not abs(nodes[i, lane]) < np.inf:
             return -1
         node = int(nodes[i, lane])
     return -1 - node if node < 0 else int(nodes[NODE_ROWS * (node // PLACES) + CHILD, BALL_ROW])
