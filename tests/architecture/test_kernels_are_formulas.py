@@ -51,6 +51,8 @@ TABLES = {
     "state",
     "velocity_limits",
     "vertices",
+    *("near.unseen", "apart.touching"),  # empty where a caller does without
+    *("intervals.steps", "intervals.bends"),  # of one path
 }
 LANE_LOOPS = {
     "collision/reached.py least": "one box around a body in eight intervals of one edge: a minimum over the lanes",
