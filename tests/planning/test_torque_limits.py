@@ -81,9 +81,7 @@ def test_a_payload_makes_a_motion_slower(panda, held):
 def test_an_arm_that_its_motors_cannot_hold_on_the_way_is_refused_with_the_joint(panda):
     heavy = panda.with_attached("part", ulna.Box((0.05, 0.05, 0.05)), np.eye(4), mass=12.0)
     folded, stretched = panda.home, panda.home + np.array([0, 1.2, 0, 1.8, 0, 0, 0])
-    with pytest.raises(
-        InputError, match=r"torque: panda_joint\d needs \d+\.?\d* to hold the robot still at \d+ % of the path"
-    ):
+    with pytest.raises(InputError, match=r"torque: panda_joint\d needs \d+\.?\d* to hold the robot still at \d+ % of the path"):
         heavy.trajectory([folded, stretched], acceleration=5.0, torque=True)
 
 

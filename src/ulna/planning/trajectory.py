@@ -406,7 +406,8 @@ class Trajectory(OneLine):
         refuse_path_beyond("plan", plan.path, positions, names)
         caps = tuple(cap.of(motion.dynamics) if isinstance(cap, Motors) else cap for cap in self._caps)
         is_free = motion.certificate._replace(positions=positions, caps=caps)
-        timed = replaced(self._timed, plan.path, at, self._limits, is_free)
+        path = plan.path if self._limits.jerk is None else motion.finer(plan.path, positions)
+        timed = replaced(self._timed, path, at, self._limits, is_free)
         return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions, caps)
 
     def then(self, other: Trajectory) -> Trajectory:

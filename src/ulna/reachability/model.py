@@ -25,17 +25,9 @@ from ulna.robot import Robot
 _KINDS = {
     kind.__name__: kind
     for kind in (Attached, Body, Box, Capsule, ConvexMesh, Cylinder, Description, Joint, Limits, Link, LinkPair, Mesh, Mimic)
-<<<<<<< HEAD
-} | {"Safety": Safety, "Sphere": Sphere}
-_LEFT_OUT = {
-    *("line", "text", "source", "folder", "package_dirs", "srdf", "visuals", "color", "excess", "touched", "samples", "q"),
-    *("inertia", "damping", "friction"),
-}
-=======
 } | {"Inertia": Inertia, "Safety": Safety, "Sphere": Sphere}
 _LEFT_OUT = {"line", "text", "source", "folder", "package_dirs", "srdf", "visuals", "color", "excess", "touched", "samples", "q"}
 _OF_FORCES = {"inertia", "damping", "friction"}
->>>>>>> seen
 
 
 def robot_to_json(robot: Robot, *, checked: bool, weighed: bool = False) -> str:

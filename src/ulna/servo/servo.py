@@ -464,10 +464,10 @@ class Servo:
         return self._driven
 
     def _command(self, now: ServoState) -> Command:
-        joints, (status, share, entry, body, other, distance) = now.joints, self._report.item()
+        joints, (status, share, bounded, entry, body, other, distance) = now.joints, self._report.item()
         joint = self._names[entry] if entry >= 0 else None
         pair = None if body < 0 else (self._name(body, now.objects), self._name(other, now.objects))
-        limiting = Limiting(joint, pair, None if pair is None else distance, share, now.too_fast)
+        limiting = Limiting(joint, pair, None if pair is None else distance, share, now.too_fast, bounded)
         return Command(joints["q"].copy(), joints["qd"].copy(), joints["qdd"].copy(), STATUS_OF[status], limiting)
 
     def _name(self, i: int, objects: Objects | None) -> str:

@@ -122,6 +122,8 @@ class TickReport(Record):
     """A status, as above."""
     share: float
     """Share of the velocity found that was certified."""
+    bounded: bool
+    """Whether so much is near that not all of it was measured (``Near.unseen``)."""
     entry: int
     """Entry of q that limits it; -1 for none."""
     body: int
