@@ -22,7 +22,7 @@ from ulna.bench.timing import Workload, time_interleaved
 
 Array = NDArray[np.float64]
 CALLS = "inverse_dynamics", "gravity_torque", "mass_matrix", "forward_dynamics", "inverse_dynamics_derivatives"
-AGAIN = 4  # times a pass calls a batch, so that it counts little that the others' data is in the caches before
+AGAIN = 8  # times at most that a pass calls a batch: of the first call the data is not in the caches
 SAME = 1e-9  # of the largest number: by more a peer computes something else
 
 
@@ -87,14 +87,15 @@ def single_rows(robot: ulna.Robot, peer) -> list[dict]:
 def batch_rows(robot: ulna.Robot, peer, name: str) -> list[dict]:
     """A batch: Ulna in one call, Pinocchio in a loop of Python (some of the batch), and in one call where it has one."""
     motions = random_motions(robot, BATCH)
-    works = {"ulna": Workload(_ours(robot, name), [motions.of(name)] * AGAIN, BATCH)}
+    ours = _ours(robot, name)
+    works = {"ulna": Workload(ours, short(ours, [motions.of(name)] * AGAIN), BATCH)}
     if peer is not None:
         call, some = peer.calls[name], [tuple(each[k] for each in motions) for k in range(LOOP)]
         some = short(call, some)
         works["pin, in a loop"] = Workload(lambda batch: [call(x) for x in batch], [some], len(some))
         if name in peer.batches:
             columns = [np.asfortranarray(each.T) for each in motions]
-            works["pin, at once"] = Workload(peer.batches[name], [columns] * AGAIN, BATCH)
+            works["pin, at once"] = Workload(peer.batches[name], short(peer.batches[name], [columns] * AGAIN), BATCH)
     return rows_of("panda", f"{name}, {BATCH} at once", time_interleaved(works, passes=41))
 
 
