@@ -161,7 +161,7 @@ class Forces:
         """The derivatives of ``inverse_dynamics`` by q and by qd, shape (..., n_dof, n_dof) each.
 
         Entry (r, c) is the derivative of torque r by entry c. The derivative by qdd is ``mass_matrix``. Both are written to
-        ``out``, a float64 array of shape (2, ..., n_dof, n_dof), if it is given: memory that is new takes longer than they do.
+        ``out``, a float64 array of shape (2, ..., n_dof, n_dof), if it is given, which spares new memory.
         """
         return self._dynamics.derivatives((q, qd, qdd), gravity, out)
 
