@@ -11,7 +11,7 @@ from numba import from_dtype, types
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
 from ulna.kernels.chain.branch_records import Branches, Sure
-from ulna.kernels.collision.scene import Carried, Intervals, Mover, Near, Nearness, Posed, Reach, Scene
+from ulna.kernels.collision.scene import Carried, Intervals, Mover, Near, Nearness, Planes, Posed, Reach, Scene
 from ulna.kernels.distance.body_records import Body, Core, Simplex
 from ulna.kernels.dynamics.dynamics_records import BodyRows, FallRows, ForceRows, Mechanism, RateRows, State
 from ulna.kernels.ik.search_records import SearchSettings
@@ -49,7 +49,8 @@ CARRIED = types.NamedTuple((
 ), Carried)  # fmt: skip
 BRANCHES = types.NamedTuple((NUMBERS, WHOLE, NUMBERS, NUMBERS, NUMBERS), Branches)
 POLYTOPE = types.UniTuple(MATRIX, 3)  # points, faces and edges of EPA
-NEAR = types.NamedTuple((NUMBERS, NUMBERS, MATRIX, INDEX_ROWS, INDICES, INDICES, INDICES, POLYTOPE), Near)
+PLANES = types.NamedTuple((MATRIX, INDICES), Planes)
+NEAR = types.NamedTuple((NUMBERS, NUMBERS, MATRIX, INDEX_ROWS, INDICES, INDICES, NUMBERS, NUMBERS, PLANES, POLYTOPE), Near)
 
 OBJECTIVE = types.NamedTuple((*(NUMBERS,) * 8, INDICES), Objective)
 PROGRAM = types.NamedTuple((NUMBERS, NUMBERS, NUMBERS, INDICES, NUMBERS, NUMBERS), Program)
@@ -158,7 +159,10 @@ TYPES = {
         "carried": CARRIED, "apart": types.none, "back": WHOLE, "intervals": INTERVALS, "group": types.UniTuple(WHOLE, 3),
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},
+    "collision.bvh": {**_each("x half", VECTOR), **_each("end axis", WHOLE), "height": NUMBER},
+    "collision.bounding_planes": {**_each("x half normal", VECTOR), "planes": PLANES, "contacts": MATRIX},
     "collision.contacts": {
+        "planes": PLANES, "number": WHOLE,
         **_each("contacts contact_rows from_rows to_rows out", MATRIX), **_each("joint witness first count w", WHOLE),
         **_each("contact gradient", NUMBERS), "solid": types.Tuple((WHOLE, WHOLE, NUMBER)), "kept": types.UniTuple(WHOLE, 2),
         "order": INDICES,
@@ -173,7 +177,7 @@ TYPES = {
     "collision.reached.core_slope": {"e": VECTOR},
     "collision.reached.push_reached": {"body": types.Tuple((POSED, VECTOR, TWO_VECTORS))},
     "collision.posed_pair.solid_at": {"w": WHOLE},
-    "collision.reached": {**_each("centre half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE},
+    "collision.reached": {**_each("centre half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE, "apart": types.none},
     "collision.interval": {**_each("o g", WHOLE), "p": VECTOR, "of_all": NUMBER},
     "collision.interval.body_outcome": {
         "mover": types.Tuple((WHOLE, WHOLE, NUMBER)), "found": types.Tuple((WHOLE, TRUTH, INDICES)),

@@ -80,6 +80,8 @@ for robot, scene in ((panda, world), (held, mixed)):
     robot.plan(ready, ready + 0.1, scene, keep=ulna.Keep.upright(within=1.0))
     plan.trajectory(acceleration=1.0)
 panda.edge_keeps(ready, ready + 0.01, ulna.Keep.upright())
+there = panda.inverse_kinematics(panda.forward_kinematics(panda.home) @ ulna.pose((0, 0.1, 0)), panda.home).q
+panda.plan(panda.home, there, keep=ulna.Keep.orientation(within=1e-3)).trajectory(acceleration=1.0, jerk=10.0)
 corner = np.array([ready, ready + 0.2, ready + 0.2 * (-1.0) ** np.arange(7)])
 limits = Limits(np.full(7, 1.0), np.full(7, 1.0), np.full(7, 10.0))
 timed_path(corner, np.linalg.norm(np.diff(corner, axis=0), axis=1), 0.1, limits, IsFree(lambda *_: True))

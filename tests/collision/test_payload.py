@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.collision.attached import carried_inertias
+from ulna.collision.attached import inertias_of
 from ulna.errors import InputError
 
 trimesh = pytest.importorskip("trimesh")
@@ -47,8 +47,16 @@ def by_slices(heights, square):
 
 def payload(robot):
     """The inertia of the only object attached, in the frame of its link."""
-    (one,) = carried_inertias(robot.attached)
+    (one,) = carried(robot)
     return one
+
+
+def carried(robot):
+    """The inertias of what is attached, each with its link."""
+    everything = inertias_of(robot.description, robot.attached)
+    own = len(inertias_of(robot.description))
+    assert own == sum(link.inertia is not None for link in robot.description.links)
+    return everything[own:]
 
 
 @pytest.mark.parametrize("name", SOLIDS)
@@ -93,13 +101,13 @@ def test_a_center_and_a_tensor_that_are_given_are_in_the_frame_of_the_object(pan
 
 
 def test_it_is_gone_with_the_object_and_survives_a_pickle(panda):
-    assert carried_inertias(panda.attached) == ()
+    assert carried(panda) == ()
     holding = panda.with_attached("cup", ulna.Box((0.05,) * 3), T, mass=0.4).with_attached("lid", ulna.Sphere(0.01), T)
-    assert len(carried_inertias(holding.attached)) == 1  # the lid is weightless
+    assert len(carried(holding)) == 1  # the lid is weightless
     again = pickle.loads(pickle.dumps(holding))  # noqa: S301 - our own
     np.testing.assert_array_equal(payload(again)[1].tensor, payload(holding)[1].tensor)
     put_down = holding.without_attached("cup")
-    assert carried_inertias(put_down.attached) == ()
+    assert carried(put_down) == ()
     assert holding.to_urdf() == panda.to_urdf()  # which has no attached objects
 
 

@@ -19,7 +19,11 @@ from cuda_arguments import POSED_BOX, SCENE_OF_BOXES, argument_types, place_of
 
 COMPILED = "chain", "collision", "distance", "ik", "servo", "spatial"
 LEFT_OUT = {"planning": "one search at a time, on the CPU", "render": "films are drawn by the CPU"}
-SHAPES_ALONE = {"collision.posed_pair.convex_body", "collision.posed_pair.convex_overlap"}  # not called where all are boxes
+SHAPES_ALONE = {  # not called where all are boxes
+    "collision.bounding_planes.write_plane",
+    "collision.posed_pair.convex_body",
+    "collision.posed_pair.convex_overlap",
+}
 
 
 def kernels():

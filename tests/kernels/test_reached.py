@@ -26,7 +26,7 @@ def search(nodes, root, bodies, poses, within_rows, stack, found):
     while top > 0:
         top -= 1
         if stack[top] >= 0:
-            top = push_reached(nodes, stack[top], body, within, stack, top)
+            top = push_reached(nodes, stack[top], body, within, None, stack, top)
         else:
             found[count] = -1 - stack[top]
             count += 1

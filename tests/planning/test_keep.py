@@ -3,6 +3,7 @@
 import _thread
 import pickle
 import threading
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from ulna.kernels.planning.constraint_records import Entry
 from ulna.planning.entries import keeping
 from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.kept_goals import shortest_turn
+from ulna.planning.positions import PositionLimits
 
 STACK = """<robot name="stack"><link name="base"/><link name="cart"/><link name="arm"/><link name="wheel"/><link name="hand"/>
   <joint name="slide" type="prismatic"><parent link="base"/><child link="cart"/><origin xyz="0.1 0 0.2" rpy="0.3 0.2 0"/>
@@ -193,6 +195,50 @@ def test_a_motion_within_limits_of_jerk_flows_through_the_corners_of_a_tight_con
     assert motion.is_free(world, keep=keep)
     q = motion.at(np.linspace(0, motion.duration, 50_001)).q
     assert shares(keep, T, panda.forward_kinematics(q)).max() <= 1
+
+
+def turned_orientation(panda, within):
+    """A plan along an orientation that is kept so tightly."""
+    T = panda.forward_kinematics(panda.home)
+    T[:3, 3] += [-0.1, 0.35, 0.1]
+    goal = panda.inverse_kinematics(T, panda.home).q
+    keep = ulna.Keep.orientation(within=within)
+    return panda.plan(panda.home, goal, ulna.World(), keep=keep), keep
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("within", [1e-5, 1e-6])
+@pytest.mark.parametrize("limits", [{"limits": "franka"}, {"acceleration": 1.0, "jerk": 5.0}])
+def test_an_orientation_within_a_microradian_is_kept_without_stops(panda, within, limits):
+    """It stopped at each of some hundred points: a search makes edges that use all of the tolerance."""
+    plan, keep = turned_orientation(panda, within)
+    motion = plan.trajectory(**limits)
+    assert motion.stops == 0
+    assert motion.certified
+    assert motion.check(period=1e-4)
+    assert motion.is_free(ulna.World(), keep=keep)
+    T = panda.forward_kinematics(motion.sampled(1e-4).q)
+    assert shares(keep, panda.forward_kinematics(panda.home), T).max() <= 1
+
+
+def test_a_finer_path_has_the_same_ends_and_uses_little_of_a_tolerance(panda):
+    plan, keep = turned_orientation(panda, 1e-4)
+    points = plan._motion.finer(plan.path, PositionLimits(panda.lower, panda.upper))
+    T_start = panda.forward_kinematics(panda.home)
+    edges = [shares(keep, T_start, panda.forward_kinematics(along(a, b, 51))).max() for a, b in pairwise(points)]
+    assert len(points) > len(plan.path)
+    assert np.array_equal(points[[0, -1]], plan.path[[0, -1]])
+    assert max(edges[:-1]) <= 0.26  # the last one ends at a goal that may be anywhere within the tolerance
+    assert max(shares(keep, T_start, panda.forward_kinematics(along(a, b))).max() for a, b in pairwise(plan.path)) > 0.9
+
+
+def test_a_motion_that_takes_longer_to_compute_than_it_may_is_refused(panda):
+    plan, _ = turned_orientation(panda, 1e-5)
+    with pytest.raises(
+        ulna.InputError, match="time_limit: 1e-09 s are over; a tight constraint or a low limit of jerk"
+    ) as caught:
+        plan.trajectory(acceleration=1.0, jerk=5.0, time_limit=1e-9)
+    assert caught.value.argument == "time_limit"
 
 
 @pytest.mark.parametrize("jerk", [100.0, 500.0])

@@ -164,6 +164,9 @@ def ask_for_plans(robots_and_worlds):
     for robot, world in robots_and_worlds:
         near = robot.home + np.random.default_rng(4).normal(scale=0.05, size=(N, robot.n_dof))
         robot.edge_keeps(robot.home, near, ulna.Keep.upright())
+        there = robot.inverse_kinematics(robot.forward_kinematics(robot.home) @ ulna.pose((0, 0.1, 0)), robot.home).q
+        plan = robot.plan(robot.home, there, keep=ulna.Keep.orientation(within=1e-3))
+        plan.trajectory(acceleration=1.0, jerk=10.0)
         free = [q for q in robot.random(40, seed=3) if not robot.in_collision(q, world)]
         robot.plan(free[0], free[1], world, keep=ulna.Keep.upright(within=3.0), max_checks=500)
         for goal in free[1:5]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ulna.collision.allowed import OF_OBJECTS
 from ulna.description.given_names import as_link_names, refuse_no_name
 from ulna.description.pose import as_one_pose
-from ulna.description.robot_description import Inertia, frozen
+from ulna.description.robot_description import Description, Inertia, frozen
 from ulna.description.shapes import HalfSpace, Solid
 from ulna.errors import GeometryError, InputError, UnknownNameError
 
@@ -48,9 +48,11 @@ class Attached:
         return Attached, (self.name, self.shape, self.T_link_object, self.link, self.touch_links, self.inertia)
 
 
-def carried_inertias(held: tuple[Attached, ...]) -> tuple[tuple[str, Inertia], ...]:
-    """The masses that attached objects add to an arm: each with the link that it is attached to, in that link's frame."""
-    return tuple((one.link, one.inertia.moved(one.T_link_object)) for one in held if one.inertia is not None)
+def inertias_of(description: Description, held: tuple[Attached, ...] = ()) -> tuple[tuple[str, Inertia], ...]:
+    """The masses that an arm moves: of its links, and of what is attached to them. Each with its link, in that link's frame."""
+    own = ((link.name, link.inertia) for link in description.links if link.inertia is not None)
+    more = ((one.link, one.inertia.moved(one.T_link_object)) for one in held if one.inertia is not None)
+    return (*own, *more)
 
 
 def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...]) -> tuple[Attached, ...]:

@@ -15,10 +15,10 @@ from ulna.kinematics.tree import Tree
 _TRIANGLE = np.triu_indices(3)
 
 
-def mechanism_of(tree: Tree, links: Iterable[Link], held: Iterable[tuple[str, Inertia]]) -> Mechanism:
+def mechanism_of(tree: Tree, links: Iterable[Link], inertias: Iterable[tuple[str, Inertia]]) -> Mechanism:
     """A robot's joints and the table of inertias of what each of them carries.
 
-    held: the inertias of what links hold, each with its link, in whose frame it is.
+    inertias: those of the links and of what they hold, each with its link, in whose frame it is.
 
     Raises:
         InertiaError: A link that moves and has a shape has no inertia; or no link that moves has one.
@@ -31,8 +31,7 @@ def mechanism_of(tree: Tree, links: Iterable[Link], held: Iterable[tuple[str, In
         names = [link.name for link in moving]
         raise InertiaError(f"no torque can be computed: no link of {tree.name!r} that moves has an inertia; {_REMEDY}", names)
     table = np.zeros((len(tree.joints), INERTIA_WIDTH))
-    own = [(link.name, link.inertia) for link in moving if link.inertia is not None]
-    for link, inertia in (*own, *held):
+    for link, inertia in inertias:
         row = tree.link_row[link]
         if row != BASE:
             table[row] += inertia_row(inertia, tree.link_offset[link])

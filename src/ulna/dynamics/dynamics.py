@@ -33,9 +33,9 @@ _LEAST_SHARE = 1e-12  # of the largest singular value of J M^-1 J': less of the 
 class Dynamics:
     """The dynamics of a robot; each method is one of ``Robot``, which has its documentation."""
 
-    def __init__(self, tree: Tree, description: Description, held: Iterable[tuple[str, Inertia]], gravity: Array) -> None:
-        """Take a robot, and by link the inertias of what its links hold."""
-        self._tree, self._description, self._held = tree, description, tuple(held)
+    def __init__(self, tree: Tree, description: Description, inertias: Iterable[tuple[str, Inertia]], gravity: Array) -> None:
+        """Take a robot, and by link the inertias of its links and of what they hold."""
+        self._tree, self._description, self._inertias = tree, description, tuple(inertias)
         self.gravity = gravity
 
     @cached_property
@@ -45,7 +45,7 @@ class Dynamics:
         Raises:
             InertiaError: A link that moves and has a shape has no inertia; or no link that moves has one.
         """
-        return mechanism_of(self._tree, self._description.links, self._held)
+        return mechanism_of(self._tree, self._description.links, self._inertias)
 
     @cached_property
     def one(self) -> Callable[..., Array]:

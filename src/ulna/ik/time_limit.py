@@ -6,6 +6,7 @@ import time
 import numpy as np
 
 from ulna.description.arrays import as_number
+from ulna.errors import InputError
 
 
 class TimeLimit:
@@ -28,6 +29,15 @@ class TimeLimit:
     def is_over(self) -> bool:
         """Whether the time is over."""
         return time.perf_counter() >= self._end
+
+    def refuse_longer(self, advice: str) -> None:
+        """Refuse to go on if the time is over.
+
+        Raises:
+            InputError: It is over.
+        """
+        if self.is_over():
+            raise InputError("time_limit", f"{self.seconds:g} s are over; {advice}")
 
 
 def as_time_limit(time_limit: object) -> float | None:

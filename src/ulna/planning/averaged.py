@@ -39,6 +39,7 @@ Array = NDArray[np.float64]
 _LEAST_WINDOW = 1e-4  # [s]: of a shorter one the differences are rounding
 _WITHIN = 1 - 1e-6  # of the limits of jerk, since jerk is three differences
 _BESIDE = 2e-5  # [rad or m]: of a chord, with CHORDS; it falls with the square
+_BESIDE_SHARE = 0.02  # of the least tolerance of what is kept: of a chord, at most
 _SHARES = 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
 _SHORT = 0.02  # of the duration: with a shorter window no slower motion is tried
 _MOST_SHARES = 30  # of the acceleration, of which one leaves the path by little enough
@@ -47,9 +48,15 @@ _FASTER = 1.25  # than on a line: by the length of the edges, a parabola is pass
 MAX_TIMES = 4  # that a motion is made with narrower limits of hands
 NARROWER = 1 - 1e-4  # than what a bound of a hand asks for
 _MOST_TRIES = 12  # of a window that depends on the path, which depends on the window
-_LEAVES = 1.0, 0.015  # of the least tolerance of what is kept: how far a mean may leave its path when less acceleration is tried
+_LEAVES = (
+    1.0,
+    0.15,
+    0.015,
+)  # of the least tolerance of what is kept: how far a mean may leave its path when less acceleration is tried
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
 _HALVINGS_FIRST = 2  # before it is tried with less acceleration
+_FAR = 0.1  # times a tolerance: smaller roundings do not help where a mean leaves its path by more about most corners
+_SLOW = "a tight constraint or a low limit of jerk takes long: give more time, a wider tolerance, or no jerk="
 
 
 class Span(NamedTuple):
@@ -84,10 +91,12 @@ class Averaged:
     Attributes:
         base: The motion; for the window it rests at each stop, and goes straight on at its speed at its start and at its end.
         window: [s].
+        beside: How far beside a chord it is certified, at most [rad or m].
     """
 
     base: TimedPath
     window: float
+    beside: float = _BESIDE
     limits_jerk = True
 
     @property
@@ -102,7 +111,7 @@ class Averaged:
 
     def slowed(self, factor: float) -> Averaged:
         """The motion passed slower: at time t where this one is at ``factor`` t."""
-        return Averaged(self.base.slowed(factor), self.window / factor)
+        return Averaged(self.base.slowed(factor), self.window / factor, self.beside)
 
     @cached_property
     def times(self) -> Array:
@@ -229,7 +238,7 @@ class Averaged:
         apart = np.flatnonzero(begin[1:] > end[:-1]) + 1
         groups = np.stack([np.concatenate([[0], apart]), np.concatenate([apart, [len(begin)]]) - 1], axis=1)
         most = np.maximum(*map(np.abs, bounds_of_acceleration(self.base)))
-        spans, beside = [], _BESIDE * (CHORDS / self.base.grid.chords) ** 2
+        spans, beside = [], min(self.beside, _BESIDE * (CHORDS / self.base.grid.chords) ** 2)
         for i, k in groups.tolist():
             start, until = float(begin[i]), min(float(end[k]), self.duration)
             reached = self.base.interval_at(np.array([start, until + self.window])).tolist()
@@ -288,7 +297,8 @@ def _timed_path(
     moves = speeds != AT_REST
     while cuts.any() or moves or is_free.caps:  # seven phases along a line have one greatest speed, and a hand there has not
         near = min(0.5 * within, most)
-        motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, near, speeds, is_free.caps)
+        is_free.limit.refuse_longer(_SLOW)
+        motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, near, speeds, is_free)
         if motion is None and (moves or not cuts.any()):
             return None
         if motion is None:
@@ -299,7 +309,8 @@ def _timed_path(
         corners = np.flatnonzero(cuts)[[] if is_covered else motion.corners_not_free(is_free)]
         if not len(corners):
             return motion
-        if slower and (halvings[corners] == _HALVINGS_FIRST).any():
+        hopeless = motion.leaves_by > _FAR * is_free.tolerance and len(corners) > 0.5 * np.count_nonzero(cuts)
+        if slower and (hopeless or (halvings[corners] == _HALVINGS_FIRST).any()):
             most, cuts, halvings[:] = slower.pop(0), largest.copy(), 0
             continue
         halvings[corners] += 1
@@ -322,12 +333,12 @@ def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -
 
 
 def _near(
-    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds, caps: tuple[PathLimit, ...]
+    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds, is_free: IsFree
 ) -> Averaged | None:
     """The mean that leaves the pieces by no more than ``within``, with as much acceleration as that allows; None if none does."""
     share = 1.0
     for _ in range(_MOST_SHARES):
-        motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds, caps)
+        motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds, is_free)
         if motion is None or math.isinf(within) or motion.leaves_by <= within:
             return motion
         share *= min(0.95, max(0.2, (within / motion.leaves_by) ** (1 / 3)))  # the window grows with the acceleration
@@ -335,14 +346,14 @@ def _near(
 
 
 def _averaged(
-    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, caps: tuple[PathLimit, ...]
+    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, is_free: IsFree
 ) -> Averaged | None:
     """The mean of the fastest motion along pieces over the least time that keeps the limits of jerk, or of a slower one.
 
     With less acceleration the window is shorter. A motion that goes from speeding up to slowing down at once needs a window twice
     as long as one whose speed is constant for a moment between.
     """
-    grid, find = grid_of(pieces), _with_share if speeds == AT_REST else _moving
+    grid, find, caps = grid_of(pieces), _with_share if speeds == AT_REST else _moving, is_free.caps
     best = find(grid, velocity, acceleration, jerk, speeds, caps)
     for share in _SHARES:
         if best is not None and best.window < _SHORT * best.duration:
@@ -351,7 +362,14 @@ def _averaged(
         if slower is None or (best is not None and slower.duration >= best.duration):
             break
         best = slower
-    return None if best is None else Averaged(with_pauses(best.motion, best.window, speeds.end), best.window)
+    if best is None:
+        return None
+    return Averaged(with_pauses(best.motion, best.window, speeds.end), best.window, beside_of(is_free))
+
+
+def beside_of(is_free: IsFree) -> float:
+    """How far beside a chord a mean is certified at most [rad or m]: much less than the tolerances of what is kept."""
+    return min(_BESIDE, _BESIDE_SHARE * is_free.tolerance)
 
 
 class _Candidate(NamedTuple):

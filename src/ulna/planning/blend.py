@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.ik.time_limit import TimeLimit
 from ulna.planning.path_limits import PathLimit, Timed, are_kept
 from ulna.planning.positions import Farthest, PositionLimits
 
@@ -39,6 +40,8 @@ class IsFree(NamedTuple):
     them: the limits are a box, which is convex."""
     caps: tuple[PathLimit, ...] = ()
     """Links with limits of speed or acceleration, which a whole motion must keep."""
+    limit: TimeLimit = TimeLimit(None)
+    """How long a motion may take to compute."""
 
 
 class Grid(NamedTuple):

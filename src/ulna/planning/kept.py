@@ -205,10 +205,13 @@ def are_kept(table: Constraints | None, tree: Tree, a: Array, b: Array) -> NDArr
 
 def worst_violation(table: Constraints | None, tree: Tree, path: Array) -> float:
     """A bound of the share of a tolerance that is used on a path, shape (n, n_dof); 0 without constraints."""
-    if table is None:
-        return 0.0
+    return 0.0 if table is None else float(shares_of(table, tree, path).max())
+
+
+def shares_of(table: Constraints, tree: Tree, path: Array) -> Array:
+    """A bound of the share of a tolerance that is used on each edge of a path, shape (n, n_dof); of a point alone on that."""
     a, b = (path[:-1], path[1:]) if len(path) > 1 else (path, path)
-    return float(_shares(table, tree, a.copy(), b.copy(), 0.0, _PRECISION, np.inf).max())
+    return _shares(table, tree, a.copy(), b.copy(), 0.0, _PRECISION, np.inf)
 
 
 def edge_keeps(tree: Tree, q_a: ArrayLike, q_b: ArrayLike, keep: Keep | Iterable[Keep]) -> KeepReport:

@@ -32,7 +32,9 @@ from ulna.kernels.planning.search_records import (
 )
 from ulna.planning.blend import CHORDS_ALONG, IsFree, is_path_free
 from ulna.planning.entries import search as entries
+from ulna.planning.finer import TIGHT, finer
 from ulna.planning.kept import frozen, narrower, step_of, tightest
+from ulna.planning.positions import PositionLimits, farthest_of
 from ulna.planning.slices import Pace, Slices
 from ulna.planning.space import Space
 
@@ -138,6 +140,14 @@ class Motion(NamedTuple):
     def certificate(self) -> IsFree:
         """What certifies paths to be so, with as many chords of a rounding as the constraints need."""
         return IsFree(self.n_free) if self.keeps is None else IsFree(self.n_free, CHORDS_ALONG, tightest(self.keeps))
+
+    def finer(self, path: Array, positions: PositionLimits) -> Array:
+        """A path, shape (n, n_dof); along tight constraints one beside it that uses less of them, if that is free."""
+        if self.keeps is None or tightest(self.keeps) > TIGHT:
+            return path
+        points = finer(path, self.keeps, self.checker.tree, self.space)
+        inside = positions.beyond_of(farthest_of(points, np.arange(float(len(points))))) is None
+        return points if inside and self.is_free(points, np.zeros_like(points[1:])) else path
 
     def n_free(self, paths: Array, spreads: Array) -> int:
         """How many of some paths are so from the first on (``blend.IsFree``)."""

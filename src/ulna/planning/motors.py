@@ -79,6 +79,15 @@ class Motors(NamedTuple):
     dynamic: float = 1.0
     """The share of what a limit leaves beside the torques at rest, which the motion is made with."""
 
+    def same_as(self, other: object) -> bool:
+        """Whether these are the motors of another motion of the same robot, which holds the same."""
+        return (
+            isinstance(other, Motors)
+            and np.array_equal(self.most, other.most)
+            and np.array_equal(self.dynamics.mechanism.bodies, other.dynamics.mechanism.bodies)
+            and np.array_equal(self.dynamics.gravity, other.dynamics.gravity)
+        )
+
     def of(self, dynamics: Dynamics | None) -> Motors:
         """The motors of a robot that holds something else."""
         return self if dynamics is None else self._replace(dynamics=dynamics)
@@ -98,7 +107,7 @@ class Motors(NamedTuple):
         sides, lows, highs, still = [], [], [], np.zeros((n, grid.starts.shape[1]))
         for q, slopes in ((grid.starts, grid.slopes), (until, ends)):
             rest = self.dynamics.gravity_torque(q, None, None)
-            self._refuse_at_rest(rest)
+            self._refuse_at_rest(rest, np.cumsum(grid.steps))
             along = self.torques(q, still, slopes) - rest
             sides.append(Side(along, self.torques(q, slopes, grid.bends) - rest))
             most = (1.0 - MARGIN - _ALONG) * self.most
@@ -106,7 +115,7 @@ class Motors(NamedTuple):
             highs.append(np.maximum(self.dynamic * (most - rest), 0.0))
         limits = np.hstack(lows), np.hstack(highs)
         finite = (np.clip(limits[0], -NO_LIMIT, 0.0), np.clip(limits[1], 0.0, NO_LIMIT))
-        return PathBounds(np.full(n, NO_LIMIT), np.full(n, NO_LIMIT), rows_of(grid.steps, *sides, finite))
+        return PathBounds(np.full(n, NO_LIMIT), np.full(n, NO_LIMIT), rows_of(grid.steps, sides[0], sides[1], finite))
 
     def peaks(self, timed: Timed, since: float) -> tuple[TorquePeak, ...]:
         """The torque that is the greatest share of its limit at samples of a motion from a time on."""
@@ -146,20 +155,22 @@ class Motors(NamedTuple):
     def refuse_ends(self, q: Array, velocities: Iterable[Array]) -> None:
         """Refuse velocities at which the motors cannot keep the motion straight on at its speed."""
         for name, at, qd in zip(("start_velocity", "end_velocity"), q, velocities, strict=True):
-            self._refuse_at_rest(self.dynamics.gravity_torque(at, None, None)[None])
+            self._refuse_at_rest(self.dynamics.gravity_torque(at, None, None)[None], np.ones(1))
             torque = np.abs(self.torques(at, qd, np.zeros_like(qd)))
             if (torque > (1.0 - MARGIN) * self.most).any():
                 joint = int(np.argmax(torque / self.most))
                 beyond = f"{self.names[joint]} would need {torque[joint]:.4g} to go straight on at it"
                 raise InputError(name, f"{beyond}, and less than its limit of torque of {self.most[joint]:.4g} is expected")
 
-    def _refuse_at_rest(self, rest: Array) -> None:
+    def _refuse_at_rest(self, rest: Array, lengths: Array) -> None:
+        """Refuse torques at rest that leave nothing to move with. lengths: of the path up to each row."""
         beyond = np.abs(rest) >= (1.0 - 2.0 * MARGIN) * self.most
         if beyond.any():
             row, joint = np.argwhere(beyond)[0]
-            needed = f"{self.names[joint]} needs {abs(float(rest[row, joint])):.4g} to hold the robot still on the path"
+            needed = f"{self.names[joint]} needs {abs(float(rest[row, joint])):.4g} to hold the robot still"
+            where = f"at {100.0 * lengths[row] / lengths[-1]:.0f} % of the path"
             raise InputError(
-                "torque", f"{needed}, and its limit is {self.most[joint]:.4g}: no motion along it is within the limits"
+                "torque", f"{needed} {where}, and its limit is {self.most[joint]:.4g}: no motion is within the limits"
             )
 
     def _sampled(self, timed: Timed, since: float) -> Array:
@@ -207,6 +218,16 @@ def as_caps(
         raise InputError("torque", "this motion is of a robot whose inertias are not known")
     motors = as_motors(torque, tree, dynamics)
     return caps if motors is None else (*caps, motors)
+
+
+def common_caps(first: Sequence[PathLimit], second: Sequence[PathLimit]) -> tuple[PathLimit, ...]:
+    """The limits that two motions both keep."""
+
+    def is_in(cap: PathLimit, others: Sequence[PathLimit]) -> bool:
+        same = cap.same_as if isinstance(cap, Motors) else cap.__eq__
+        return any(same(other) for other in others if type(other) is type(cap))
+
+    return tuple(cap for cap in first if is_in(cap, second))
 
 
 def refuse_ends(caps: Sequence[PathLimit], path: Array, velocities: Iterable[Array]) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
+from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
@@ -221,6 +222,7 @@ class Plan(OneLine):
         torque: ArrayLike | None = None,
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
+        time_limit: float | None = None,
     ) -> Trajectory:
         """The path with times: the fastest motion along it within limits, by TOPP-RA (Pham and Pham 2018).
 
@@ -245,6 +247,8 @@ class Plan(OneLine):
                 given. Where it is not along the first edge, the motion goes straight on as far as it needs, and from there to the
                 second point of the path; all of that is certified.
             end_velocity: The same at the end.
+            time_limit: The longest time to compute it [s]; no limit unless given. A tight constraint and a limit of jerk take
+                seconds. What was begun is ended before it is looked at.
 
         Returns:
             A ``Trajectory``: times, q, qd, qdd, and ``at(t)``.
@@ -252,14 +256,15 @@ class Plan(OneLine):
         Raises:
             InputError: There is no path, or one beyond the positions of ``limits``; no acceleration is given, or a limit is not
                 above 0; or a velocity at an end is beyond its limit, a joint could not stop before the end of its range, or no
-                way into the path is within the limits and certified free.
+                way into the path is within the limits and certified free; or ``time_limit`` is over.
             UnknownNameError: There is no such set of limits.
             FileError: The file of limits cannot be read.
             DescriptionError: The file is none of limits.
         """
         if not self or self._motion is None:
             raise InputError("plan", f"there is no path: {self.status}")
-        blend = as_number("blend", blend, 0.0, "a length of at least 0")
+        blend, limit = as_number("blend", blend, 0.0, "a length of at least 0"), TimeLimit(as_time_limit(time_limit))
+        limit.begin(perf_counter())
         tree = self._motion.checker.tree
         names = tuple(entry_names(tree))
         kept, positions = as_motion_limits(tree, velocity, acceleration, jerk, limits)
@@ -272,8 +277,9 @@ class Plan(OneLine):
         if len(self.path) == 1 and not np.any(ends):
             still = resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept, positions=positions)
             return replace(still, _caps=caps)
-        is_free = self._motion.certificate._replace(positions=positions, caps=caps)
-        timed = with_ends(self.path, ends, blend, kept, is_free, self._motion.space.lengths, names)
+        is_free = self._motion.certificate._replace(positions=positions, caps=caps, limit=limit)
+        path = self.path if kept.jerk is None else self._motion.finer(self.path, positions)
+        timed = with_ends(path, ends, blend, kept, is_free, self._motion.space.lengths, names)
         certified = self.certified and not self.escaped
         return Trajectory(certified, names, timed, self._motion, kept, ends, positions, caps)
 

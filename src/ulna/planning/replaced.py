@@ -11,7 +11,7 @@ stop along its own path, and goes from there into the new one, by way of its sta
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import InputError
-from ulna.planning.averaged import MAX_TIMES, NARROWER, Averaged, least_window_of, timed_path, with_pauses
+from ulna.planning.averaged import MAX_TIMES, NARROWER, Averaged, beside_of, least_window_of, timed_path, with_pauses
 from ulna.planning.blend import Grid, IsFree, edges_of, end_of, free_cuts, is_motion_free, rounded
 from ulna.planning.moving_ends import STRAIGHT_ON, stopping_distance, without_equal
 from ulna.planning.path_limits import PathLimit, peaks_of
@@ -174,14 +174,14 @@ def _turned(timed: TimedPath | Averaged, path: Array, at: float, limits: Limits,
     rest = is_free._replace(caps=())  # ``_going_on`` has looked at the hands
     for share in _SHARES:
         for way in _straight_on(base, at + window, path, window, share * limits.acceleration, is_free):
-            motion = _going_on(base, window, at, way, share, limits, is_free.caps)
+            motion = _going_on(base, window, at, way, share, limits, is_free)
             if motion is not None and is_motion_free(rest, motion, at):
                 return motion
         stops = list(_stops(base, window, at, path, limits, is_free)) if stops is None else stops
         for stopped, grids in stops:
             for grid in grids:
                 again = float(stopped.times[-1]) - window
-                motion = _going_on(stopped, window, again, _Way(grid, 0.0), share, limits, is_free.caps)
+                motion = _going_on(stopped, window, again, _Way(grid, 0.0), share, limits, is_free)
                 if motion is not None and is_motion_free(rest, motion, at):
                     return motion
     return None
@@ -243,7 +243,7 @@ def _stops(
         for share in (_ON_LIMIT, *_SHARES[1:]):
             stop = _stopping_distance(begin, share * limits.acceleration, is_free.caps) + speed * window
             braking = _up_to(left, more * stop * rate / speed)
-            stopped = _going_on(base, window, at, _Way(braking, rate, len(braking.steps)), share, limits, is_free.caps)
+            stopped = _going_on(base, window, at, _Way(braking, rate, len(braking.steps)), share, limits, is_free)
             if stopped is not None:
                 joined = stopped.base if isinstance(stopped, Averaged) else stopped
                 back = _backwards(_left_of(joined, at + 0.5 * window)[0])
@@ -323,15 +323,16 @@ def _base_of(timed: TimedPath | Averaged) -> tuple[TimedPath, float]:
 
 
 def _going_on(
-    base: TimedPath, window: float, at: float, way: _Way, share: float, limits: Limits, caps: tuple[PathLimit, ...]
+    base: TimedPath, window: float, at: float, way: _Way, share: float, limits: Limits, is_free: IsFree
 ) -> TimedPath | Averaged | None:
     """The base up to at + window and then along a way, and its mean; None if it cannot be within the limits, of hands too."""
+    caps = is_free.caps
     narrower = caps if limits.jerk is None else tuple(cap.gentler(share) for cap in caps)  # as joints are, for the window
     for _ in range(MAX_TIMES if caps else 1):
         motion = _with_mean(base, window, at, way, limits._replace(acceleration=share * limits.acceleration), narrower)
         peaks = () if motion is None else peaks_of(motion, caps, at)
         if all(peaks):
-            return motion
+            return replace(motion, beside=beside_of(is_free)) if isinstance(motion, Averaged) else motion
         narrower = tuple(cap.narrowed(peaks, NARROWER) for cap in narrower)
     return None
 

@@ -227,8 +227,8 @@ def _timed(
     most = np.tile(acceleration * _WITHIN, (n, 1))
     intervals = PathIntervals(grid.slopes, _ends(grid), grid.bends, -most, most, grid.steps)
     if bounds is not None and bounds.rows is not None:
-        rows = (np.hstack(pair) for pair in zip(intervals[:-1], bounds.rows, strict=True))
-        intervals = PathIntervals(*rows, grid.steps)
+        slopes, ends, bends, lows, highs = (np.hstack(pair) for pair in zip(intervals[:-1], bounds.rows, strict=True))
+        intervals = PathIntervals(slopes, ends, bends, lows, highs, grid.steps)
     timing = Timing(np.zeros(n + 1), np.zeros(n), np.zeros(n + 1))
     timing.x[0] = speeds.start**2
     time_parameterisation.time_sections(intervals, ceilings, grid.borders, timing)

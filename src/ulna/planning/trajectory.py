@@ -27,7 +27,7 @@ from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
 from ulna.planning.motion_limits import GivenLimits, as_limits, limits_of, within_robot
-from ulna.planning.motors import Motors, as_caps
+from ulna.planning.motors import Motors, as_caps, common_caps
 from ulna.planning.moving_ends import Ends, refuse_path_beyond
 from ulna.planning.path_limits import PathLimit, peaks_of
 from ulna.planning.positions import PositionLimits
@@ -406,14 +406,15 @@ class Trajectory(OneLine):
         refuse_path_beyond("plan", plan.path, positions, names)
         caps = tuple(cap.of(motion.dynamics) if isinstance(cap, Motors) else cap for cap in self._caps)
         is_free = motion.certificate._replace(positions=positions, caps=caps)
-        timed = replaced(self._timed, plan.path, at, self._limits, is_free)
+        path = plan.path if self._limits.jerk is None else motion.finer(plan.path, positions)
+        timed = replaced(self._timed, path, at, self._limits, is_free)
         return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions, caps)
 
     def then(self, other: Trajectory) -> Trajectory:
         """The motion, a stop, and another motion, which begins where the first one ends.
 
-        It is certified where both are. Of two different limits it states the wider ones. Limits of hands are kept where both
-        motions have the same.
+        It is certified where both are. Of two different limits it states the wider ones. Limits of hands and of torques are kept
+        where both motions have the same.
 
         Args:
             other: A motion of the same joints, as ``robot.plan(motion.q[-1], goal, world).trajectory(...)``.
@@ -441,7 +442,7 @@ class Trajectory(OneLine):
         limits = None if self._limits is None or other._limits is None else self._limits.wider(other._limits)
         positions = None if self._positions is None or other._positions is None else self._positions.wider(other._positions)
         certified, timed = self.certified and other.certified, Continued(self._timed, other._timed)
-        caps = self._caps if self._caps == other._caps else ()
+        caps = common_caps(self._caps, other._caps)
         return Trajectory(certified, self.joint_names, timed, self._motion, limits, ends, positions, caps)
 
     def torques(self, t: ArrayLike) -> Array:

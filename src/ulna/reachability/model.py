@@ -1,7 +1,7 @@
 """Writes a robot as JSON text from which it is made again bit for bit.
 
 A map carries its robot, so that a worker on another machine needs neither a file of the robot nor a pickle, which could run
-code. What is seen (visuals), the text it came from and its semantic description are left out: no pose depends on them.
+code. What is seen (visuals), masses, the text it came from and its semantic description are left out: no pose depends on them.
 """
 
 import hashlib

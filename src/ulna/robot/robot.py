@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.allowed import AllowedCollisions, as_allowed
-from ulna.collision.attached import Attached, attach, carried_inertias, detach
+from ulna.collision.attached import Attached, attach, detach, inertias_of
 from ulna.collision.checker import RESOLUTION, Checker
 from ulna.collision.distances import Distances
 from ulna.collision.report import EdgeReport
@@ -128,7 +128,7 @@ class Robot(Forces):
             _jacobian=JacobianByLink(tree),
             _checker=checker,
             _inverse_kinematics=InverseKinematics(tree, start, checker),
-            _dynamics=Dynamics(tree, description, carried_inertias(carried), as_gravity(gravity)),
+            _dynamics=Dynamics(tree, description, inertias_of(description, carried), as_gravity(gravity)),
         )
 
     @classmethod
@@ -1301,6 +1301,7 @@ class Robot(Forces):
         tracking_error: ArrayLike = 0.0,
         posture: ArrayLike | None = None,
         hand: HandLimits | Iterable[HandLimits] | None = None,
+        torque: ArrayLike | None = None,
     ) -> Servo:
         """A servo: it steers the arm tick by tick, and certifies each command together with a full stop after it (docs/servo.md).
 
@@ -1322,6 +1323,8 @@ class Robot(Forces):
             tracking_error: How far each joint may be from its command [rad or m]: the certificate holds for all of that.
             posture: A configuration that the null space goes towards [rad or m], shape (n_dof,); none unless given.
             hand: The greatest speed and angular speed of the hand, or of several links, at all times; no limit unless given.
+            torque: The greatest torque of each joint [Nm or N], a number or n_dof numbers; for True the limits of effort of the
+                description. A tick is slower where it, or the stop after it, needs more. Torques are judged at samples.
 
         Raises:
             InputError: An argument that cannot be taken; its name is in the message.
@@ -1340,8 +1343,9 @@ class Robot(Forces):
         """
         members = None if group is None else group_named(group, self.groups)
         asked = ServoRequest(
-            rate, link, weights, held, members, velocity, acceleration, jerk, clearance, tracking_error, posture, hand
-        )
+            rate, link, weights, held, members, velocity, acceleration, jerk, clearance, tracking_error, posture,
+            hand, torque, self._dynamics,
+        )  # fmt: skip
         return Servo(self.tree, self._checker, world, asked)
 
     def show(

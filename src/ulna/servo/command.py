@@ -24,6 +24,7 @@ class CommandStatus(StrEnum):
     NOT_CERTIFIED = "not certified"
     IN_COLLISION = "in collision"
     OFF_COMMAND = "off the command"
+    LIMITED_BY_TORQUE = "limited by torque"
 
 
 class Limiting(NamedTuple):
@@ -36,6 +37,8 @@ class Limiting(NamedTuple):
             without one.
         share: How much of the way from the certified stop's velocity to the velocity found was certified, 0 to 1.
         too_fast: An object that moved faster than its stated speed before this tick; None if none did.
+        bounded: Whether so many solids are near a shape that only some were measured, and the others bounded: as where a cloud
+            holds points of the arm itself. What was certified is certified all the same; the arm may move less than it could.
     """
 
     joint: str | None
@@ -43,6 +46,7 @@ class Limiting(NamedTuple):
     distance: float | None
     share: float
     too_fast: str | None
+    bounded: bool
 
 
 class Command(NamedTuple):
@@ -65,13 +69,14 @@ class Command(NamedTuple):
     limiting: Limiting
 
     def __str__(self) -> str:
-        of, (joint, pair, distance, _, too_fast) = "", self.limiting
+        of, (joint, pair, distance, _, too_fast, bounded) = "", self.limiting
         if joint is not None:
             of = f": {joint}"
         elif pair is not None:
             far = 1e3 * (distance or 0.0)
             of = f": {pair[0]} is {abs(far):.3g} mm {'from' if far > 0.0 else 'in'} {pair[1]}"
-        return f"{self.status}{of}" + (f"; {too_fast} moved faster than stated" if too_fast else "")
+        more = f"; {too_fast} moved faster than stated" if too_fast else ""
+        return f"{self.status}{of}{more}" + ("; too much is near to measure all of it" if bounded else "")
 
 
 STATUS_OF = tuple(CommandStatus)

@@ -5,10 +5,10 @@ import numpy as np
 from ulna.engine.decorators import entry, workspace
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, WHOLE, Group
 from ulna.kernels.collision.bvh import STACK
-from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
+from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH, PLANE_WIDTH, PLANES
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, order_of_rows, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import BOXES, SHAPES, Near, NearPairs
+from ulna.kernels.collision.scene import BOXES, SHAPES, Near, NearPairs, Planes
 from ulna.kernels.distance.epa import SCRATCH
 from ulna.kernels.spatial.elementary import all_in_range
 
@@ -56,6 +56,8 @@ def near_each(scene, n_objects, q, within, found):
         if count < 0:
             continue
         place_bodies(scene.joints, scene.bodies, q[i], near.joint_rows, near.body_rows)
+        for k in range(scene.bodies.shape[0]):
+            near.planes.counts[k] = 0  # a row of a batch depends on no other one
         n = find_near_pairs(scene, 0.0, None, within, near, None)
         if count + n <= room:
             found.ends[i] = count + n
@@ -82,6 +84,7 @@ def near_of(scene, room, n_objects):
     return Near(
         np.empty(12 * scene.joints.shape[0]), np.empty(12 * scene.bodies.shape[0]),
         np.empty((room + 1, CONTACT_WIDTH)), np.empty((room, PAIR_WIDTH), np.int64), np.empty(n_objects, np.int64),
-        np.empty(STACK, np.int64), np.empty(STACK),
+        np.empty(STACK, np.int64), np.empty(STACK), np.empty(0),
+        Planes(np.empty((PLANES * scene.bodies.shape[0], PLANE_WIDTH)), np.zeros(scene.bodies.shape[0], np.int64)),
         scratch_of_epa(),
     )  # fmt: skip

@@ -11,10 +11,13 @@ Source: Omohundro, Five balltree construction algorithms (1989), for the idea of
 Sleator and Tarjan, Making data structures persistent (1989), for copying a path. ``entries.tree_nodes`` writes the nodes.
 """
 
+import numpy as np
+
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import WIDTH, lane_bits, lane_of, load, lowest_bit, sqrt, store, where
 from ulna.kernels.collision.collision_layout import (
     BALL_REACH,
+    BALL_ROW,
     CHILD,
     CHILDREN,
     FIRST_BALL,
@@ -23,7 +26,7 @@ from ulna.kernels.collision.collision_layout import (
     PLACES,
 )
 from ulna.kernels.collision.posed_pair import half_extents
-from ulna.kernels.layout import CONTACT, RADIUS
+from ulna.kernels.layout import CONTACT, HALF_EXTENTS, OBJECT, RADIUS
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
 
@@ -100,12 +103,43 @@ def gap_bound(gap):
 
 
 @kernel
-def push_children(nodes, node, bounds, within, stack, heights, top):
+def child_boxes(nodes, node):
+    """The middles and the half extents of the AABBs of a node's children, a lane each."""
+    i, last, reach = child_rows(nodes, node)
+    low = load(nodes, i), load(nodes, i + 1), load(nodes, i + 2)
+    high = load(nodes, last), load(nodes, last + 1), load(nodes, last + 2)
+    half = 0.5 * (high[0] - low[0]) + reach, 0.5 * (high[1] - low[1]) + reach, 0.5 * (high[2] - low[2]) + reach
+    return (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])), half
+
+
+@kernel
+def turned_gap(bodies, k, a, x, half):
+    """The gap between AABBs and body k at pose a, along the body's axes: negative where they overlap.
+
+    x: the middles, in the body's frame. An AABB with half extents h lies within half extents |R|^T h about the same middle. So
+    the bound of a body inside a large cloud is as good however the body is turned. A GPU has no abs of eight numbers.
+    """
+    c, radius = HALF_EXTENTS, bodies[k, RADIUS]
+    more = radius + CONTACT * (radius + bodies[k, c] + bodies[k, c + 1] + bodies[k, c + 2])
+    return (
+        maximum(x[0], 0.0 - x[0]) - (turned_half(a, 0, half) + (bodies[k, c] + more)),
+        maximum(x[1], 0.0 - x[1]) - (turned_half(a, 1, half) + (bodies[k, c + 1] + more)),
+        maximum(x[2], 0.0 - x[2]) - (turned_half(a, 2, half) + (bodies[k, c + 2] + more)),
+    )
+
+
+@kernel
+def turned_half(a, axis, half):
+    """Half the extent of an AABB along an axis of pose a."""
+    return abs(a[axis]) * half[0] + abs(a[4 + axis]) * half[1] + abs(a[8 + axis]) * half[2]
+
+
+@kernel
+def push_children(nodes, node, height, within, stack, heights, top):
     """Push those children of a node that are nearer than ``within`` [m] onto a stack, the nearest on top; return the new top.
 
-    ``heights`` is a second stack, of the lower bounds of their distances.
+    height: the lower bounds of their distances [m], a lane each; ``heights`` is a second stack, of these.
     """
-    height = gap_bound(child_gap(nodes, node, bounds))
     bits, bottom = lane_bits(height < within), top
     while bits != 0:
         lane = lowest_bit(bits)
@@ -141,6 +175,32 @@ def rows_within(nodes, bounds, stack, top, found):
                 top += 1
             bits &= bits - 1
     return count, top
+
+
+@kernel
+def row_of_one_object(nodes, objects, node):
+    """A row of the object that all solids below a node are part of; -1 if they are parts of several.
+
+    An object is a subtree, so it has all that is between two of its solids.
+    """
+    row, last = end_row(nodes, node, 0), end_row(nodes, node, WIDTH - 1)
+    if row < 0 or last < 0 or objects[row, OBJECT] != objects[last, OBJECT]:
+        return -1
+    return row
+
+
+@kernel
+def end_row(nodes, node, end):
+    """The row of the first or the last solid below a node, by the lane of that end; -1 if no child is left on the way there."""
+    while node >= 0 and node % PLACES == CHILDREN:
+        i, lane = NODE_ROWS * (node // PLACES) + CHILD, end
+        for _ in range(WIDTH - 1):
+            if not abs(nodes[i, lane]) < np.inf:
+                lane += 1 if end == 0 else -1
+        if not abs(nodes[i, lane]) < np.inf:
+            return -1
+        node = int(nodes[i, lane])
+    return -1 - node if node < 0 else int(nodes[NODE_ROWS * (node // PLACES) + CHILD, BALL_ROW])
 
 
 @kernel

@@ -9,6 +9,9 @@ CONTACT_WIDTH = 10
 # of the object that this is part of, or -1.
 PAIR_BODY, PAIR_OTHER, PAIR_OBJECT = 0, 1, 2
 PAIR_WIDTH = 3
+# A plane beside a body: its unit normal, and the offset along it up to which the body may be [m]; so many are kept of each body.
+PLANE_NORMAL, PLANE_OFFSET = 0, 3
+PLANE_WIDTH, PLANES = 4, 48
 # Of an edge between two configurations.
 EDGE_FREE, EDGE_CONTACT, EDGE_OUT_OF_RANGE = 0, 1, 2
 # A ball that holds the bodies of one joint: the joint, the centre in its frame [m], the radius [m], and how far from the joint's

@@ -13,9 +13,11 @@ A pair is a body of the robot and another, or an object of the world, numbered f
 import numpy as np
 
 from ulna.engine.decorators import kernel, routine
-from ulna.kernels.collision.bvh import bounds_of, push_children
+from ulna.kernels.collision.bounding_planes import add_plane, beyond_planes, normal_of
+from ulna.kernels.collision.bvh import bounds_of, child_boxes, child_gap, gap_bound, push_children, row_of_one_object, turned_gap
 from ulna.kernels.collision.collision_layout import (
     DISTANCE,
+    FIRST_BALL,
     NORMAL,
     PAIR_BODY,
     PAIR_OBJECT,
@@ -38,10 +40,14 @@ from ulna.kernels.collision.posed_pair import (
 )
 from ulna.kernels.collision.scene import Nearness
 from ulna.kernels.layout import COLUMN, JOINT, KIND, LARGEST, OBJECT, PARENT, PRISMATIC, RADIUS, RATIO, REACH
+from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
-from ulna.kernels.spatial.vectors import cross, dot, minus, origin, z_axis
+from ulna.kernels.spatial.vectors import cross, dot, minus, origin, transform_inverse, z_axis
 
 PAIRS_OF_BODY = 6  # with the world, that a servo keeps
+MOST_LOOKS = 1024  # solids of the tree that a servo measures from one body; of those whose distance is searched
+MOST_SEARCHES = 128
+SAME = 1e-9  # [m]: of the solids of a tree that are nearer by less than those kept, a servo measures none
 
 
 @kernel
@@ -113,21 +119,60 @@ def find_near_pairs(scene, clearance, apart, within, near, excess):
 
 @kernel
 def add_indexed(scene, ours, nearness, near, excess, first):
-    """Add a body and the solids of the tree that are near it, the nearest nodes first; the new count."""
+    """Add a body and the solids of the tree that are near it, the nearest nodes first; the new count.
+
+    Where ``near.unseen`` has a place, about MOST_LOOKS of them are measured, and what all others are at least is written there.
+    """
     k, (clearance, apart, within) = ours.row, nearness
     bounds, n, count, top = bounds_of(scene.bodies, k, ours.pose), scene.bodies.shape[0], first, 1
+    looks, more = 0, clearance + widest(apart, 2)
     near.stack[0], near.heights[0] = scene.root, -np.inf
     while top > 0:
         top -= 1
-        node, reach = near.stack[top], clearance + widest(apart, 2) + within
+        node, reach = near.stack[top], more + within
         if excess is not None:
-            reach = clearance + widest(apart, 2) + max(slot_of_pair(k, n, n, within, near, excess, count)[1], excess[-1])
-        if near.heights[top] <= reach:
-            if node >= 0:
-                top = push_children(scene.nodes, node, bounds, reach, near.stack, near.heights, top)
-            else:
-                count = add_solid(scene, ours, -1 - node, nearness, near, excess, (first, count))
+            reach = more + max(slot_of_pair(k, n, n, within, near, excess, count)[1], excess[-1]) - SAME
+        elif node >= 0 and near.last_rows.shape[0] > 0:
+            reach = reach_of_one_object(scene, k, node, near, (first, count), reach)
+        if near.heights[top] > reach:
+            continue
+        if looks > MOST_LOOKS and near.unseen.shape[0] > 0:
+            near.unseen[0] = min(near.unseen[0], near.heights[top] - more)
+        elif node >= 0:
+            height = maximum(gap_bound(child_gap(scene.nodes, node, bounds)), turned_bound(scene, ours, node, near))
+            top = push_children(scene.nodes, node, height, reach, near.stack, near.heights, top)
+        else:
+            theirs = solid_at(scene, -1 - node, 0.0)
+            looks += MOST_LOOKS // MOST_SEARCHES if gap_is_searched(ours, theirs) else 1
+            count = add_solid(scene, ours, -1 - node, nearness, near, excess, (first, count))
     return count
+
+
+@kernel
+def turned_bound(scene, ours, node, near):
+    """A lower bound of the distance of each child of a node, as the body's frame sees it [m]."""
+    k, a, (centre, half) = ours.row, ours.pose, child_boxes(scene.nodes, node)
+    x = transform_inverse(a, centre)
+    return maximum(gap_bound(turned_gap(scene.bodies, k, a, x, half)), beyond_planes(near.planes, k, a, x, half))
+
+
+@routine
+def reach_of_one_object(scene, k, node, near, kept, reach):
+    """How near a solid of a node has to be to be kept [m]: where all are of one object, nearer than the one of it that is."""
+    (first, count), row = kept, row_of_one_object(scene.nodes, scene.objects, node)
+    if row >= 0 and may_touch(scene, k, row):
+        return -np.inf
+    last = -1 if row < 0 else kept_row(near, int(scene.objects[row, OBJECT]), first, count)
+    same = SAME if near.unseen.shape[0] > 0 else 0.0
+    return reach if last < 0 else min(reach, near.contact_rows[last, DISTANCE] - same)
+
+
+@kernel
+def kept_row(near, number, first, count):
+    """The row in which the nearest solid of an object is kept, from a first row on; -1 if none is."""
+    last = near.last_rows[number]
+    found = first <= last < min(count, near.pair_rows.shape[0]) and near.pair_rows[last, PAIR_OBJECT] == number
+    return last if found else -1
 
 
 @kernel
@@ -164,10 +209,16 @@ def add_nearest_pair(scene, i, j, nearness, near, excess, count):
     reach = clearance + limit
     if least_distance(ours, theirs, reach) >= reach:
         return count
-    gap = rows_gap(ours, theirs, reach, 0.0)
-    if gap >= reach:
+    is_ball, gap = j >= n + FIRST_BALL, reach
+    if is_ball and ball_beyond_planes(ours, theirs, near.planes) >= reach:
         return count
+    if not (gap_is_searched(ours, theirs) and (is_ball or reach <= 0.0)):  # a search knows of no depth, and finds no plane
+        gap = rows_gap(ours, theirs, reach, 0.0)
+        if gap >= reach:
+            return count
     write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, room)
+    if is_ball:
+        add_plane(ours.vertices, theirs.vertices, ours, theirs, near.planes, normal_of(near.contact_rows, room))
     distance = near.contact_rows[room, DISTANCE]
     excess[room] = min(excess[room], distance - clearance)
     if distance <= 0.0 or gap_is_searched(ours, theirs):
@@ -179,6 +230,13 @@ def add_nearest_pair(scene, i, j, nearness, near, excess, count):
     copy_row(near.contact_rows, room, near.contact_rows, slot)
     excess[slot] = of_pair
     return max(count, slot + 1)
+
+
+@kernel
+def ball_beyond_planes(ours, theirs, planes):
+    """How far the bounding ball of another body is beyond the planes of ours at least [m]."""
+    x = transform_inverse(ours.pose, origin(theirs.pose))
+    return beyond_planes(planes, ours.row, ours.pose, x, (0.0, 0.0, 0.0)) - BALLS * theirs.table[theirs.row, REACH]
 
 
 @kernel
@@ -224,8 +282,8 @@ def add_nearest_solid(scene, i, solid, within, near, kept):
     j = scene.bodies.shape[0] + w
     if near.last_rows.shape[0] == 0:
         return add_pair(scene, i, j, number, within, near, count)
-    last, room = near.last_rows[number], near.pair_rows.shape[0]
-    if not (first <= last < min(count, room) and near.pair_rows[last, PAIR_OBJECT] == number):
+    last, room = kept_row(near, number, first, count), near.pair_rows.shape[0]
+    if last < 0:
         near.last_rows[number] = count
         return add_pair(scene, i, j, number, within, near, count)
     distance = near.contact_rows[last, DISTANCE]
@@ -248,6 +306,9 @@ def add_pair(scene, i, j, number, within, near, count):
     if count >= near.pair_rows.shape[0]:
         return count + 1
     write_contact(scene, near.body_rows, i, j, near.scratch, near.contact_rows, count)
+    if j >= scene.bodies.shape[0] + FIRST_BALL:
+        ours, ball = body_at(scene, i, load_pose(near.body_rows, i)), solid_at(scene, j - scene.bodies.shape[0], 0.0)
+        add_plane(ours.vertices, ball.vertices, ours, ball, near.planes, normal_of(near.contact_rows, count))
     if not near.contact_rows[count, DISTANCE] <= within:
         return count
     write_pair(i, j, number, near, count)

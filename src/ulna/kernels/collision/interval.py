@@ -28,6 +28,7 @@ from ulna.kernels.collision.ball_motion import (
     place_bodies_of,
     turning_at,
 )
+from ulna.kernels.collision.bvh import row_of_one_object
 from ulna.kernels.collision.collision_layout import (
     BALL_JOINT,
     BALL_RADIUS,
@@ -158,8 +159,10 @@ def body_outcome(scene, carried, intervals, mover, found, slack, clear):
             top -= 1
             node = stack[top]
             if node >= 0:
+                if is_all_excepted(scene, apart, k, node):
+                    continue
                 body = body_at(scene, k, a), p, bounds
-                top = push_reached(scene.nodes, node, body, within - tree_spare(apart), stack, top)
+                top = push_reached(scene.nodes, node, body, within - tree_spare(apart), apart, stack, top)
                 continue
             o = -1 - node
         theirs = solid_at(scene, o, half)
@@ -177,6 +180,17 @@ def body_outcome(scene, carried, intervals, mover, found, slack, clear):
             if not stop and not any_lane(clear > 0.0):
                 return False, clear
     return False, clear
+
+
+@kernel
+def is_all_excepted(scene, apart, k, node):
+    """Whether all solids below a node are of one object that body k may touch by ``apart``."""
+    if apart is None:
+        return False
+    if apart.touching.shape[0] == 0:
+        return False
+    row = row_of_one_object(scene.nodes, scene.objects, node)
+    return row >= 0 and is_excepted(scene, apart, k, row)
 
 
 @kernel

@@ -8,7 +8,7 @@ import numpy as np
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_of, splat, where
-from ulna.kernels.collision.bvh import lane_bounds, push_children
+from ulna.kernels.collision.bvh import child_gap, gap_bound, lane_bounds, push_children
 from ulna.kernels.collision.posed_pair import ball_distance, body_at, may_touch, object_at, rows_contact, solid_at
 from ulna.kernels.spatial.se3 import constant_pose, lane_pose, load_pose
 
@@ -66,7 +66,8 @@ def nearest_indexed(best, scene, body_rows, bound_rows, lane, search, scratch):
             node, nearest = stack[top], lane_of(best[0], 0)
             if heights[top] < nearest:
                 if node >= 0:
-                    top = push_children(scene.nodes, node, bounds, nearest, stack, heights, top)
+                    height = gap_bound(child_gap(scene.nodes, node, bounds))
+                    top = push_children(scene.nodes, node, height, nearest, stack, heights, top)
                 else:
                     w = -1 - node
                     theirs = solid_at(scene, w, like)

@@ -15,7 +15,8 @@ half extents h, lies within a box of half extents |R|^T h about the same middle.
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_count, lane_of, lowest_bit, splat
 from ulna.kernels.collision.ball_motion import along
-from ulna.kernels.collision.bvh import child_of, child_rows, children_in
+from ulna.kernels.collision.bounding_planes import beyond_planes
+from ulna.kernels.collision.bvh import child_of, child_rows, children_in, turned_half
 from ulna.kernels.collision.posed_pair import BALLS
 from ulna.kernels.layout import BOX, HALF_EXTENTS, HALF_SPACE, RADIUS, REACH, SHAPE, SPHERE
 from ulna.kernels.spatial.elementary import maximum, minimum
@@ -85,10 +86,10 @@ def tree_is_reached(nodes, root, p, within, radius, stack):
 
 
 @kernel
-def push_reached(nodes, node, body, within, stack, top):
+def push_reached(nodes, node, body, within, apart, stack, top):
     """Push those children of a node that a body reaches onto a stack; return the new top.
 
-    body: as ``scene.Posed``, its centre, and ``ball_bounds`` of it.
+    body: as ``scene.Posed``, its centre, and ``ball_bounds`` of it; apart: None, or its planes are bounds too.
     """
     posed, p, bounds = body
     bodies, k, bits = posed.table, posed.row, children_in(nodes, node, bounds)
@@ -98,6 +99,9 @@ def push_reached(nodes, node, body, within, stack, top):
         reaches = ball_reaches(centre, half, p, within, BALLS * bodies[k, REACH])
         if any_lane(reaches) and int(bodies[k, SHAPE]) != SPHERE:
             reaches = reaches & core_reaches(centre, half, bodies, k, posed.pose, within)
+            if apart is not None:
+                x = transform_inverse(posed.pose, centre)
+                reaches = reaches & (beyond_planes(apart.planes, k, posed.pose, x, half) <= within)
         if any_lane(reaches):
             stack[top] = child_of(nodes, node, lane)
             top += 1
@@ -133,12 +137,6 @@ def core_reaches(centre, half, bodies, k, a, within):
         maximum(abs(x[2]) - (bodies[k, c + 2] + turned_half(a, 2, half)), 0.0),
     )
     return dot(e, e) <= most * most
-
-
-@kernel
-def turned_half(a, axis, half):
-    """Half the extent of an AABB along an axis of pose a."""
-    return abs(a[axis]) * half[0] + abs(a[4 + axis]) * half[1] + abs(a[8 + axis]) * half[2]
 
 
 @kernel

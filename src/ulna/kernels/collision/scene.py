@@ -57,6 +57,15 @@ class Posed(NamedTuple):
     """Twelve numbers."""
 
 
+class Planes(NamedTuple):
+    """Planes that have bodies on one side (``bounding_planes``)."""
+
+    rows: NDArray
+    """PLANES rows for each body, in its frame, shape (PLANES n_bodies, PLANE_WIDTH)."""
+    counts: NDArray
+    """How many were written for each body so far, shape (n_bodies,)."""
+
+
 class Apart(NamedTuple):
     """How far bodies have to be from objects, where that is not the same for all; None where it is."""
 
@@ -65,6 +74,8 @@ class Apart(NamedTuple):
     the BVH, and the greatest of all: shape (n_objects + 2,)."""
     touching: NDArray
     """Pairs of a body and an object that may touch all the same, shape (n, PAIR_WIDTH)."""
+    planes: Planes
+    """Planes beside the bodies."""
 
 
 class Nearness(NamedTuple):
@@ -198,6 +209,11 @@ class Near(NamedTuple):
     """Of the BVH."""
     heights: NDArray
     """Of what is on the stack."""
+    unseen: NDArray
+    """A lower bound of how much farther apart pairs are than they have to be that were not looked at, since there are many [m]:
+    shape (1,), or (0,) where all are looked at."""
+    planes: Planes
+    """Planes beside the bodies: those written bound what is looked at later, which need not be at the same q."""
     scratch: tuple
     """Of EPA."""
 

@@ -25,7 +25,7 @@ from ulna.kernels.chain.poses import tree_poses
 from ulna.kernels.collision.ball_motion import INSTANT, write_steps, write_twists
 from ulna.kernels.collision.scene import Edge
 from ulna.kernels.ik.search_layout import N_SYSTEM
-from ulna.kernels.planning.constraint_records import Constraint, Constraints
+from ulna.kernels.planning.constraint_records import Constraint, Constraints, Entry
 from ulna.kernels.planning.keeping import keep_shares, write_keep_bounds
 from ulna.kernels.planning.projection import project_step
 
@@ -128,6 +128,22 @@ def shares_of_edges(joints, keeps, q_a, q_b, bound, shares):
     keeping, work, no_spread = room_of(joints, keeps, empty_rows(0)), interval_work(q_a.shape[1]), np.zeros(q_a.shape[1])
     for e in range(q_a.shape[0]):
         shares[e] = greatest_share(joints, keeping, work, Edge(q_a[e], q_b[e], no_spread), bound)
+    return True
+
+
+@entry((TABLE, CONSTRAINTS, Array(Entry, 1), MATRIX))
+def project_each(joints, keeps, space, q):
+    """Move each row of q, shape (n, n_dof), onto the constraints, as near as _MOST_STEPS get it. space: its bounds."""
+    n, n_dof = q.shape
+    keeping, no_spread, rows = keeping_of(joints, keeps, space), np.zeros(n_dof), empty_rows(n_dof)
+    for first in range(0, n, WIDTH):
+        for j in range(n_dof):
+            for lane in range(WIDTH):
+                rows[j, lane] = q[min(first + lane, n - 1), j]
+        project(joints, keeping, q[first], no_spread, rows)
+        for j in range(n_dof):
+            for lane in range(min(WIDTH, n - first)):
+                q[first + lane, j] = rows[j, lane]
     return True
 
 

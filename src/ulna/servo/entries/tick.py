@@ -45,7 +45,7 @@ from ulna.engine.records import Records
 from ulna.engine.signatures import MATRIX, NUMBERS, TABLE, WHOLE, Array, Group
 from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding, write_motion
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
-from ulna.kernels.collision.contacts import copy_row, find_near_pairs, write_contact, write_gradient
+from ulna.kernels.collision.contacts import SAME, copy_row, find_near_pairs, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import BOXES, SHAPES, Apart, Edge, EdgeCheck, Near, Scene
 from ulna.kernels.ik.search_layout import N_SYSTEM
@@ -217,7 +217,7 @@ def servo_tick(scene, tables):
     limits, settings, n = tables.limits, tables.settings[0], tables.limits.shape[0]
     room = np.empty((9, n))
     tick = Tick(
-        scene, carried_by(scene), interval_work(n), world_rounding(scene), near_of(scene, MAX_PAIRS, 0),
+        scene, carried_by(scene), interval_work(n), world_rounding(scene), bounded_near_of(scene),
         np.empty((MAX_PAIRS + 1, n)), np.empty(MAX_PAIRS + 1), tables.wider, tables.moving,
         np.empty((MAX_TOUCHING, PAIR_WIDTH), np.int64), tables.chains, limits, settings, goal, state,
         tables.counters[0], tables.report[0], room[0], room[1], Chord(room[2], room[3], room[4], room[5]), state.copy(),
@@ -255,6 +255,16 @@ def write_stop_positions(state, counters, settings, q_out):
 
 
 @workspace
+def bounded_near_of(scene):
+    """Room for the near pairs of a tick, which measures so many and bounds the others."""
+    of = near_of(scene, MAX_PAIRS, 0)
+    return Near(
+        of.joint_rows, of.body_rows, of.contact_rows, of.pair_rows, of.last_rows, of.stack, of.heights, np.empty(1), of.planes,
+        of.scratch,
+    )  # fmt: skip
+
+
+@workspace
 def work_of(n, n_hands):
     """Room for the quadratic program."""
     m, rows = 2 * n + MAX_PAIRS, np.empty((10, n))
@@ -285,13 +295,15 @@ def is_goal_in_range(goal):
 def clear(report):
     """Write that nothing limits a tick."""
     report.entry, report.body, report.other = -1, -1, -1
-    report.share, report.distance = 0.0, np.inf
+    report.share, report.distance, report.bounded = 0.0, np.inf, False
 
 
 @routine
-def find_contacts(tick, near):
-    """Find the pairs in contact where the arm is; the deepest goes to the report."""
+def find_contacts(tick, own):
+    """Find the pairs in contact where the arm is; the deepest goes to the report. own: room for them."""
     scene, report, deepest = tick.scene, tick.report, GRAZE
+    near = sharing(own, tick, own.contact_rows, own.pair_rows)
+    near.unseen[0] = np.inf
     write_q(tick.state, tick.place)
     place_bodies(scene.joints, scene.bodies, tick.place, near.joint_rows, near.body_rows)
     n = min(find_near_pairs(scene, 0.0, None, GRAZE, near, None), MAX_TOUCHING)
@@ -302,6 +314,7 @@ def find_contacts(tick, near):
             report.body, report.other = near.pair_rows[c, PAIR_BODY], near.pair_rows[c, PAIR_OTHER]
             report.distance = deepest
     tick.counters.touching = n
+    report.bounded = report.bounded or near.unseen[0] < np.inf
 
 
 @kernel
@@ -371,7 +384,7 @@ def stop_is_free(tick):
 def is_free(tick, q_a, q_b, spread, margin, time):
     """Whether all within ``spread`` of a line is certainly free, until a time from now [s]; pairs in contact aside."""
     widen(tick, time)
-    apart = Apart(tick.wider, tick.touching[: tick.counters.touching])
+    apart = Apart(tick.wider, tick.touching[: tick.counters.touching], tick.near.planes)
     check = EdgeCheck(tick.scene, tick.carried, tick.work, tick.of_world)
     return edge_is_free(check, Edge(q_a, q_b, spread), RESOLUTION, margin, apart, 0)
 
@@ -500,23 +513,32 @@ def measure_near(tick, q, near, excess, time):
     excess[-1] = WITHIN
     widen(tick, time)
     place_bodies(tick.scene.joints, tick.scene.bodies, q, near.joint_rows, near.body_rows)
-    apart = Apart(tick.wider, tick.touching[:0])
-    return find_near_pairs(tick.scene, tick.settings.clearance, apart, WITHIN, near, excess)
+    apart = Apart(tick.wider, tick.touching[:0], tick.near.planes)
+    near.unseen[0] = WITHIN
+    count = find_near_pairs(tick.scene, tick.settings.clearance, apart, WITHIN, near, excess)
+    tick.report.bounded = tick.report.bounded or near.unseen[0] < WITHIN
+    return count
 
 
 @routine
 def least_excess(tick, q, time):
     """How much farther the pairs at q, a time from now [s], are apart than they have to be: the least, at most WITHIN.
 
-    By their distance.
+    By their distance; of pairs that were not measured, since there are many, by a lower bound of it.
     """
     near, excess = tick.near, tick.excess[-1:]
-    none = Near(
-        near.joint_rows, near.body_rows, near.contact_rows[-1:], near.pair_rows[:0], near.last_rows, near.stack,
-        near.heights, near.scratch,
-    )  # fmt: skip
+    none = sharing(near, tick, near.contact_rows[-1:], near.pair_rows[:0])
     measure_near(tick, q, none, excess, time)
-    return excess[-1]
+    return min(excess[-1] - SAME, none.unseen[0])
+
+
+@kernel
+def sharing(near, tick, contact_rows, pair_rows):
+    """Room for near pairs with these rows, and with the planes and the bound of the tick."""
+    return Near(
+        near.joint_rows, near.body_rows, contact_rows, pair_rows, near.last_rows, near.stack,
+        near.heights, tick.near.unseen, tick.near.planes, near.scratch,
+    )  # fmt: skip
 
 
 @kernel
@@ -644,27 +666,31 @@ def next_share(first, found):
 @routine
 def is_outward(tick, share, margin, least, time):
     """Step 4: whether a share is certified with a margin, and leads to where the least of all pairs is greater than that."""
-    if not is_candidate(tick, share, 0.0, margin):
+    if not is_short(tick, share):
         return False
     write_rest(tick.after, tick.place)
-    return least_excess(tick, tick.place, time) > least
+    return least_excess(tick, tick.place, time) > least and is_candidate(tick, share, 0.0, margin)
+
+
+@kernel
+def is_short(tick, share):
+    """Whether a share of the way from the certified stop's velocity to x leads to rest by a short way, HOP."""
+    state, limits, settings, chord = tick.state, tick.limits, tick.settings, tick.chord
+    try_share(tick, share)
+    ticks = write_tick(tick.tried, state, limits, settings, tick.after)
+    for j in range(tick.x.shape[0]):
+        chord.q_a[j], chord.line_spread[j] = state[j].q, limits[j].tracking_error
+        chord.q_b[j] = chord.q_a[j] + travel(state, tick.after, settings, ticks, j)
+    return longest_way(tick, chord) <= HOP
 
 
 @routine
 def is_candidate(tick, share, room, margin):
     """Whether a share of the way from the certified stop's velocity to x is within all limits and certified."""
-    state, limits, settings, chord = tick.state, tick.limits, tick.settings, tick.chord
+    state, limits, settings = tick.state, tick.limits, tick.settings
     try_share(tick, share)
     ticks = write_tick(tick.tried, state, limits, settings, tick.after)
-    if not stop_keeps(tick.after, limits, settings, ticks):
-        return False
-    if room == 0.0:
-        for j in range(tick.x.shape[0]):
-            chord.q_a[j], chord.line_spread[j] = state[j].q, limits[j].tracking_error
-            chord.q_b[j] = chord.q_a[j] + travel(state, tick.after, settings, ticks, j)
-        if longest_way(tick, chord) > HOP:
-            return False
-    return rest_is_free(tick, tick.after, ticks, -1, room, margin)
+    return stop_keeps(tick.after, limits, settings, ticks) and rest_is_free(tick, tick.after, ticks, -1, room, margin)
 
 
 @routine
