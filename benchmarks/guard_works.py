@@ -28,8 +28,8 @@ def works() -> dict[str, Workload]:
 def force_works(robot: ulna.Robot) -> dict[str, Workload]:
     """Batches of dynamics."""
     motions = robot.random(ROWS, seed=_SEED), *np.random.default_rng(_SEED).normal(size=(2, ROWS, robot.n_dof))
-    names = "inverse_dynamics", "forward_dynamics", "inverse_dynamics_derivatives"
-    return {f"{name}, {ROWS}": Workload(lambda x, call=getattr(robot, name): call(*x), [motions] * 4, ROWS) for name in names}
+    calls = robot.inverse_dynamics, robot.forward_dynamics, robot.inverse_dynamics_derivatives
+    return {f"{call.__name__}, {ROWS}": Workload(lambda x, call=call: call(*x), [motions] * 4, ROWS) for call in calls}
 
 
 def motion_works(robot: ulna.Robot) -> dict[str, Workload]:
