@@ -30,6 +30,7 @@ LANES = {"WIDTH", "lane_count"}
 # What has a row for each joint, body, pair ... of one problem, and no row for each problem of a batch; besides ``..._rows``.
 TABLES = {
     "acceleration_limits",
+    "apart.touching",
     "balls",
     "bodies",
     "chain",
@@ -40,6 +41,7 @@ TABLES = {
     "joints",
     "keeps.allowed",
     "limits",
+    "near.unseen",
     "objects",
     "out",
     "pairs",
@@ -52,6 +54,7 @@ TABLES = {
     "vertices",
 }
 LANE_LOOPS = {
+    "collision/bvh.py end_row": "the first of the eight children of a node of the BVH that is not missing",
     "collision/reached.py least": "one box around a body in eight intervals of one edge: a minimum over the lanes",
     "collision/ball_motion.py world_rounding": "the largest coordinate of the bounds of the eight children of the BVH's root",
     "distance/epa.py with_penetration": "EPA grows one polytope: it runs lane by lane, in the few lanes whose cores overlap",
