@@ -1,10 +1,11 @@
-/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are seven:
+/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are eight:
 
     pose      f(q, out=None)                entry(*leading, q, out) -> bool; an array of the shape ``numbers``
     truth     f(q, first, end)              entry(*leading, q) -> int; False or True for the two codes in ``numbers``
     number    f(q, first, end)              entry(*leading, q[None], record) -> bool; the number that the record begins with
     edge      f(q_a, q_b, resolution,       entry(*leading, q_a[None], q_b[None], resolution, status, free) -> bool; whether it touches,
                 first, end)                 for the two codes in ``numbers``, how far it is free, and q there
+    motion    f(q, qd, qdd)                 entry(*leading, q, qd, qdd, out) -> bool; an array of ``numbers`` numbers
     copy      f(T)                          entry(*leading, T, out) -> bool; an array of the shape ``numbers``, which T has too
     search    f(target, seed)               entry(*leading, target, seed, q, info) -> bool; q and info, an array of one record,
                                             or None if there is no solution
@@ -85,7 +86,7 @@ static int64_t *slots_of_scene(Bound *bound, int64_t *copy, PyObject *const *row
     return PyErr_Occurred() ? NULL : copy;
 }
 
-/* ---- the seven ways ---- */
+/* ---- the eight ways ---- */
 
 static PyObject *call_pose(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
     int64_t copy[MOST_SLOTS], good;
@@ -151,6 +152,22 @@ static PyObject *call_edge(Bound *bound, PyObject *const *arguments, Py_ssize_t 
     return Py_BuildValue("NdN", PyBool_FromLong(status[0] == bound->numbers[1]), *free_until, q);
 }
 
+static PyObject *call_motion(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
+    int64_t copy[MOST_SLOTS], good;
+    if (n != 3) return NULL;
+    for (int k = 0; k < 3; k++) {
+        if (!is_vector(arguments[k], bound->n)) return NULL;
+    }
+    PyObject *out = new_array(1, bound->numbers[0], 0);
+    if (!out) return NULL;
+    int64_t *slots = slots_of(bound, copy), *next = slots + bound->n_slots;
+    for (int k = 0; k < 3; k++) next = put_vector(next, data_of(arguments[k]), bound->n);
+    put_vector(next, data_of(out), bound->numbers[0]);
+    if (!run_machine_code(bound->entry, bound->overload, slots, &good) && good) return out;
+    Py_DECREF(out);
+    return NULL;
+}
+
 static PyObject *call_copy(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
     int64_t copy[MOST_SLOTS], good;
     npy_intp rows = bound->numbers[0], columns = bound->numbers[1];
@@ -211,12 +228,13 @@ const Way POSE = {"pose", call_pose, "12", 'b', 2, 1};
 const Way TRUTH = {"truth", call_truth, "1", 'i', 2, 0};
 const Way NUMBER = {"number", call_number, "2r", 'b', 0, 0};
 const Way EDGE = {"edge", call_edge, "22di1", 'b', 2, 0};
+const Way MOTION = {"motion", call_motion, "1111", 'b', 1, 0};
 const Way COPY = {"copy", call_copy, "22", 'b', 2, 0};
 const Way SEARCH = {"search", call_search, "212r", 'b', 0, 0};
 const Way BRANCHES = {"branches", call_branches, "22t", 'i', 2, 0};
 
 const Way *way_of(const char *name) {
-    static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &EDGE, &COPY, &SEARCH, &BRANCHES};
+    static const Way *const ways[] = {&POSE, &TRUTH, &NUMBER, &EDGE, &MOTION, &COPY, &SEARCH, &BRANCHES};
     for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
         if (!strcmp(ways[k]->name, name)) return ways[k];
     }

@@ -13,6 +13,7 @@ from ulna.engine.compiler import numba_types
 from ulna.kernels.chain.branch_records import Branches, Sure
 from ulna.kernels.collision.scene import Carried, Intervals, Mover, Near, Nearness, Planes, Posed, Reach, Scene
 from ulna.kernels.distance.body_records import Body, Core, Simplex
+from ulna.kernels.dynamics.dynamics_records import BodyRows, FallRows, ForceRows, Mechanism, RateRows, State
 from ulna.kernels.ik.search_records import SearchSettings
 from ulna.kernels.servo.objective import Objective, Program, Steady
 from ulna.kernels.servo.servo_records import HandGoal, JointLimits, JointState, ServoGoal, ServoSettings, StopCounters
@@ -57,6 +58,11 @@ STEADY = types.NamedTuple((*(NUMBERS,) * 11, INDICES, NUMBERS), Steady)
 HANDS, STATE = numba_types((signatures.Array(HandGoal, 1), signatures.Array(JointState, 1)))
 (LIMITS,) = numba_types((signatures.Array(JointLimits, 1, constant=True),))
 GOAL = types.NamedTuple((WHOLE, NUMBERS, NUMBERS, HANDS), ServoGoal)
+MECHANISM = types.NamedTuple((TABLE, TABLE), Mechanism)
+FORCE_ROWS, FALL_ROWS, BODY_ROWS, RATE_ROWS = (
+    types.NamedTuple((NUMBERS,) * len(each._fields), each) for each in (ForceRows, FallRows, BodyRows, RateRows)
+)
+INERTIA = types.Tuple((NUMBER, VECTOR, TWIST))  # mass, moment and tensor
 
 
 def _each(names: str, numba_type) -> dict:
@@ -185,6 +191,19 @@ TYPES = {
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX), "search": types.Tuple((INDICES, NUMBERS))},
     "collision.overlap.overlaps_indexed": {**_each("body_rows bound_rows", MATRIX)},
+    "dynamics": {
+        "mechanism": MECHANISM, "state": types.NamedTuple((NUMBERS,) * 3, State), "gravity": VECTOR, "inertia": INERTIA,
+        **_each("linear angular dw l", VECTOR), **_each("s c", TWIST), **_each("columns rows", NUMBERS),
+        "work": types.Tuple((BODY_ROWS, RATE_ROWS)), "derivative_rows": types.UniTuple(NUMBERS, 2), "motion": TWO_VECTORS,
+        **_each("n r", WHOLE),
+    },
+    "dynamics.rigid_body": {**_each("a b f", TWO_VECTORS)},
+    "dynamics.rigid_body.added": {**_each("a b", INERTIA)}, "dynamics.rigid_body.turned_tensor": {"a": POSE},
+    **{f"dynamics.newton_euler.{name}": {"rows": FORCE_ROWS} for name in ("newton_euler", "base_motion", "move", "carry")},
+    "dynamics.newton_euler.store_motion": {"a": VECTOR},
+    **{f"dynamics.composite.{name}": {"rows": BODY_ROWS} for name in ("pose_bodies", "mass_matrix", "moment_columns")},
+    "dynamics.gravity": {"rows": FALL_ROWS}, "dynamics.derivatives.coriolis_of": {"v": TWO_VECTORS},
+    "spatial.cholesky": {"n": WHOLE},
     "ik": {
         "rows": NUMBERS, "settings": SETTINGS, **_each("p r", WHOLE), **_each("slack dt cosine sine running", NUMBER),
         **_each("settled is_pointing", TRUTH),

@@ -14,8 +14,8 @@ SOUND = """<robot name="arm">
     <visual><origin xyz="0 0 0.2" rpy="0 1.57 0"/><geometry><box size="0.1 0.1 0.4"/></geometry></visual>
     <collision><geometry><box size="0.1 0.1 0.4"/></geometry></collision>
   </link>
-  <link name="left"/>
-  <link name="right"/>
+  <link name="left">LIGHT</link>
+  <link name="right">LIGHT</link>
   <joint name="shoulder" type="revolute">
     <parent link="base"/><child link="upper"/><origin xyz="0 0 0.3"/><axis xyz="0 1 0"/>
     <limit lower="-1" upper="1" velocity="2" effort="3"/>
@@ -31,6 +31,8 @@ SOUND = """<robot name="arm">
   </joint>
 </robot>
 """
+LIGHT = '<inertial><mass value="0.1"/><inertia ixx="1e-4" ixy="0.0" ixz="0.0" iyy="1e-4" iyz="0.0" izz="1e-4"/></inertial>'
+SOUND = SOUND.replace("LIGHT", LIGHT)
 INERTIA = 'ixx="0.2" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.3"'
 ERROR, WARNING, NOTE = Severity
 # What is written, what is written instead, and the findings: severity, where, the beginning of the message.
@@ -130,9 +132,9 @@ DEFECTS = {
     ),
     "an element that is not used": (
         '<axis xyz="-1 0 0"/>',
-        '<axis xyz="-1 0 0"/><dynamics damping="1"/>',
+        '<axis xyz="-1 0 0"/><calibration rising="1"/>',
         [
-            (NOTE, "document", "1 <dynamics> in <joint> not used"),
+            (NOTE, "document", "1 <calibration> in <joint> not used"),
         ],
     ),
     "an element that closes a loop": (
@@ -211,8 +213,79 @@ DEFECTS = {
         '<mass value="2"/><inertia ' + INERTIA,
         '<mass value="0"/><inertia ' + re.sub(r"0\.\d", "0", INERTIA),
         [
+            (WARNING, "link 'upper'", "moved, with a mass of 0 kg, by shoulder"),
             (NOTE, "document", "mass and inertia are zero: upper"),
         ],
+    ),
+    "damping": (
+        '<axis xyz="-1 0 0"/>',
+        '<axis xyz="-1 0 0"/><dynamics damping="1"/>',
+        [(NOTE, "document", "damping and friction are read and written, but no torque includes them")],
+    ),
+    "damping that is no number": (
+        '<axis xyz="-1 0 0"/>',
+        '<axis xyz="-1 0 0"/><dynamics damping="lots"/>',
+        [(WARNING, "joint 'grip too'", "<dynamics> damping='lots': not numbers: damping is taken as 0")],
+    ),
+    "damping misspelt": (
+        '<axis xyz="-1 0 0"/>',
+        '<axis xyz="-1 0 0"/><dynamics dampign="1"/>',
+        [(WARNING, "joint 'grip too'", "attribute 'dampign' of <dynamics> is not known, and left out; did you mean 'damping'?")],
+    ),
+    "a negative mass": (
+        'value="2"',
+        'value="-2"',
+        [
+            (WARNING, "link 'upper'", "<mass> value='-2': 1 finite number of at least 0 expected: this inertia is left out"),
+            (WARNING, "document", "moved, and without the inertia that other links have: upper"),
+        ],
+    ),
+    "a moment that is no number": (
+        'izz="0.3"',
+        'izz="nan"',
+        [
+            (WARNING, "link 'upper'", "<inertia> izz='nan': 1 finite number expected: this inertia is left out"),
+            (WARNING, "document", "moved, and without the inertia that other links have: upper"),
+        ],
+    ),
+    "a moment too large to compute with": (
+        'izz="0.3"',
+        'izz="1e300"',
+        [
+            (WARNING, "link 'upper'", "a mass or a moment is beyond 1e[+]12: this inertia is left out"),
+            (WARNING, "document", "moved, and without the inertia that other links have: upper"),
+        ],
+    ),
+    "no mass element": (
+        '<mass value="2"/>',
+        "",
+        [
+            (WARNING, "link 'upper'", "<inertial> has no <mass>: this inertia is left out"),
+            (WARNING, "document", "moved, and without the inertia that other links have: upper"),
+        ],
+    ),
+    "links without inertia": (
+        LIGHT,
+        "",
+        [(WARNING, "document", "moved, and without the inertia that other links have: left, right")],
+    ),
+    "grams": (
+        '<mass value="2"/>',
+        '<mass value="2000"/>',
+        [
+            (WARNING, "link 'upper'", r"denser than any metal, 1.1e[+]05 kg/m.3. Grams?"),
+            (WARNING, "document", "the masses are 2000 kg in sum: grams?"),
+        ],
+    ),
+    "kg mm^2": (
+        INERTIA,
+        INERTIA.replace("0.", "20000."),
+        [(WARNING, "link 'upper'", "moments of a body many times larger, 2e[+]04 kg m.2. Are these g mm.2 or kg mm.2?")],
+    ),
+    "a center of mass in the frame of the base": (
+        '<mass value="2"/>',
+        '<origin xyz="0 0 0.9"/><mass value="2"/>',
+        [(WARNING, "link 'upper'", r"its center of mass \(0, 0, 0.9\) is 0.\d+ m off its shapes, which are 0.\d+ m across")],
     ),
     "an indefinite inertia": (
         'ixy="0"',

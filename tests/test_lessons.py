@@ -60,5 +60,5 @@ def test_a_lesson_is_stored_without_outputs(path):
     assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in code)
 
 
-def test_there_are_six_lessons():
-    assert len(LESSONS) == 6
+def test_there_are_seven_lessons():
+    assert len(LESSONS) == 7

@@ -100,3 +100,19 @@ def nearest_branch(branches, seed, lower, upper):
         if np.all((lower <= near) & (near <= upper)):
             found.append(near)
     return min(found, key=lambda q: np.abs(q - seed).max(), default=None)
+
+
+# ---- lesson 7 ----
+
+
+def heaviest(own, per_kilogram, most):
+    if np.any(np.abs(own) > most):
+        return 0.0
+    room = most - np.sign(per_kilogram) * own  # what a motor has left in the direction in which the mass pulls
+    return np.min(room / np.abs(per_kilogram))
+
+
+def mass_matrix_of(torques, q):
+    n = len(q)
+    still = torques(q, np.zeros(n), np.zeros(n))
+    return np.array([torques(q, np.zeros(n), unit) - still for unit in np.eye(n)]).T

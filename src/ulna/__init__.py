@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from ulna.collision.world import World
     from ulna.description.controllers import pose_as, pose_from
     from ulna.description.pose import pose
+    from ulna.description.robot_description import Inertia
     from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Mesh, Sphere
     from ulna.dh.table import DHTable
     from ulna.engine.threads import threads
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
         DeviceError,
         FileError,
         GeometryError,
+        InertiaError,
         InputError,
         MissingExtraError,
         MissingROSError,
@@ -83,6 +85,8 @@ __all__ = [
     "HeightMap",
     "IKResult",
     "IKSolutions",
+    "Inertia",
+    "InertiaError",
     "InputError",
     "Inspection",
     "Keep",
@@ -137,6 +141,7 @@ _HOMES = {
     "ulna.description.shapes": ("Box", "Capsule", "ConvexMesh", "Cylinder", "HalfSpace", "Mesh", "Sphere"),
     "ulna.dh.table": ("DHTable",),
     "ulna.engine.threads": ("threads",),
+    "ulna.description.robot_description": ("Inertia",),
     "ulna.errors": (
         "ArmConnectionError",
         "ArmError",
@@ -147,6 +152,7 @@ _HOMES = {
         "DeviceError",
         "FileError",
         "GeometryError",
+        "InertiaError",
         "InputError",
         "MissingExtraError",
         "MissingROSError",

@@ -265,6 +265,17 @@ class GeometryError(UlnaError, ValueError):
     """A collision query that is not possible with this robot's geometry."""
 
 
+class InertiaError(UlnaError, ValueError):
+    """A link that moves has no inertia, so no torque can be computed. ``links`` names all of them."""
+
+    def __init__(self, message: str, links: Iterable[str] = ()) -> None:
+        super().__init__(message)
+        self.links = tuple(links)
+
+    def __reduce__(self):
+        return InertiaError, (str(self), self.links)
+
+
 class SingularityError(UlnaError, ValueError):
     """A quantity that is not defined here. ``rows`` are the indices of the batch at which it is not."""
 

@@ -15,6 +15,7 @@ NAMES_ONLY = {
     "chain/branch_records.py",
     "collision/scene.py",
     "distance/body_records.py",
+    "dynamics/dynamics_records.py",
     "ik/search_records.py",
     "planning/constraint_records.py",
     "planning/search_records.py",
@@ -30,7 +31,6 @@ LANES = {"WIDTH", "lane_count"}
 # What has a row for each joint, body, pair ... of one problem, and no row for each problem of a batch; besides ``..._rows``.
 TABLES = {
     "acceleration_limits",
-    "apart.touching",
     "balls",
     "bodies",
     "chain",
@@ -41,7 +41,6 @@ TABLES = {
     "joints",
     "keeps.allowed",
     "limits",
-    "near.unseen",
     "objects",
     "out",
     "pairs",
@@ -52,11 +51,13 @@ TABLES = {
     "state",
     "velocity_limits",
     "vertices",
+    *("near.unseen", "apart.touching"),  # empty where a caller does without
+    *("intervals.steps", "intervals.bends"),  # of one path
 }
 LANE_LOOPS = {
-    "collision/bvh.py end_row": "the first of the eight children of a node of the BVH that is not missing",
     "collision/reached.py least": "one box around a body in eight intervals of one edge: a minimum over the lanes",
     "collision/ball_motion.py world_rounding": "the largest coordinate of the bounds of the eight children of the BVH's root",
+    "collision/bvh.py end_row": "the first or the last of the eight children of a node of the BVH: one search, no batch",
     "distance/epa.py with_penetration": "EPA grows one polytope: it runs lane by lane, in the few lanes whose cores overlap",
 }
 

@@ -18,7 +18,7 @@ from command_fixtures import without_announcements
 from ulna.cli import plugins
 
 COMMANDS = [
-    *("view", "servo", "record", "fk", "jacobian", "ik", "check", "reach", "plan", "follow", "run"),
+    *("view", "servo", "record", "fk", "jacobian", "ik", "torque", "check", "reach", "plan", "follow", "run"),
     *("list", "info", "dh", "compare", "inspect", "urdf", "bench", "warmup"),
 ]
 OF_PLUGINS = ("demo", "ros1", "ros2")  # tests/demo
@@ -31,6 +31,7 @@ ANSWERS = [
     ["jacobian"],
     ["jacobian", "--analytical", "--q", "-2.8 -1.7 -2.8 -3.0 -2.8 3.7 -2.8"],
     ["ik", "--xyz", "-0.4,-0.1,0.5"],
+    ["torque", "--payload", "14kg@0,0,0.1"],
     ["check", "--box", "0,0,0,0,0,0,9,9,9"],
     ["dh"],
     ["compare", "panda", "panda"],

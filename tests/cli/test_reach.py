@@ -42,13 +42,24 @@ def test_its_options_are_those_of_the_function(ask, panda, tmp_path):
     world = ulna.World()
     world.add("box", ulna.Box((0.3, 0.3, 0.3)), ulna.pose((0.5, 0, 0.3)))
     ulna.save_world(world, scene)
-    words = "--bounds", "0,-0.4,0, 0.8,0.4,0.8", "--scene", scene, "--task", "pointing", "--seed", "3", "--keep-clearance"
+    words = (
+        "--bounds",
+        "0,-0.4,0, 0.8,0.4,0.8",
+        "--scene",
+        scene,
+        "--task",
+        "pointing",
+        "--seed",
+        "3",
+        "--keep-clearance",
+        "--keep-payload",
+    )
     ask("reach", "panda", tmp_path / "m.zarr", *SMALL, *words, "--solutions", "--max-iterations", "200", "--threads", "1")
     bounds = [(0, -0.4, 0), (0.8, 0.4, 0.8)]
     same = {"voxel": 0.4, "orientations": 4, "bounds": bounds, "world": world, "task": "pointing", "seed": 3}
-    same |= {"keep_clearance": True, "keep_solutions": True, "max_iterations": 200}
+    same |= {"keep_clearance": True, "keep_solutions": True, "keep_payload": True, "max_iterations": 200}
     found = ulna.reachability_map(panda, tmp_path / "m.zarr", resume=True, **same)
-    assert set(found.data) == {"reached", "manipulability", "clearance", "q"}
+    assert set(found.data) == {"reached", "manipulability", "clearance", "payload", "q"}
 
 
 def test_the_number_of_orientations_has_a_default(ask, tmp_path):

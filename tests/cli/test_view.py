@@ -120,3 +120,12 @@ def test_a_stretched_arm_begins_bent_and_free_by_the_command_too(run, monkeypatc
     begun.append("given")
     assert run(command, "ur5", *box, "--no-open", "--port", free_port(), "--q", "home").exit_code == 0
     assert np.array_equal(begun.pop()[1], np.zeros(6))
+
+
+@pytest.mark.parametrize("command", ["view", "servo"])
+def test_gravity_on_the_page_is_that_of_the_mounting(run, monkeypatch, command):
+    shown = []
+    monkeypatch.setattr(importlib.import_module(f"ulna.cli.{command}"), "serve", lambda view: shown.append(view) or view.stop())
+    for options, gravity in (((), (0, 0, -9.81)), (("--mount", "ceiling"), (0, 0, 9.81)), (("--gravity", "1 2 3"), (1, 2, 3))):
+        assert run(command, "panda", *options, "--no-open", "--port", free_port(), "--q", "home").exit_code == 0
+        assert np.array_equal(shown.pop().session.robot.gravity, gravity)

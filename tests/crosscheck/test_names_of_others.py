@@ -64,3 +64,16 @@ def test_coals_distances_are_negative_inside_and_the_normal_points_from_the_firs
     distance = coal.distance(coal.Sphere(0.1), here, coal.Sphere(0.1), there, coal.DistanceRequest(), result)
     assert distance == pytest.approx(apart)
     np.testing.assert_allclose(result.normal, [1, 0, 0], atol=1e-12)
+
+
+def test_what_pinocchio_calls_the_torques_of_a_motion_and_its_parts(panda, rng):
+    model = pin.buildModelFromXML(panda.to_urdf())
+    data = model.createData()
+    np.testing.assert_array_equal(model.gravity.linear, panda.gravity)
+    q, (qd, qdd) = panda.random(seed=1), rng.normal(size=(2, 7))
+    torque = panda.inverse_dynamics(q, qd, qdd)
+    np.testing.assert_allclose(pin.rnea(model, data, q, qd, qdd), torque, atol=1e-10)
+    np.testing.assert_allclose(pin.computeGeneralizedGravity(model, data, q), panda.gravity_torque(q), atol=1e-10)
+    np.testing.assert_allclose(pin.computeCoriolisMatrix(model, data, q, qd) @ qd, panda.coriolis_torque(q, qd), atol=1e-10)
+    np.testing.assert_allclose(np.triu(pin.crba(model, data, q)), np.triu(panda.mass_matrix(q)), atol=1e-10)
+    np.testing.assert_allclose(pin.aba(model, data, q, qd, torque), panda.forward_dynamics(q, qd, torque), atol=1e-8)

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 
 import ulna
+from pinocchio_forces import differences, with_all_inertias
 from pinocchio_peer import Peer, farthest_jacobian, farthest_link
 from robot_files import CHOSEN_XACROS, RTB, XACROS, installed, of_kinds, rtb_package_dirs, rtb_xacros
 from ulna import DescriptionError
@@ -43,6 +44,18 @@ def test_a_robot_is_expanded_and_moves_as_pinocchio_says(file, package_dirs):
     peer = Peer(robot, pin.buildModelFromXML(robot.to_urdf(), mimic=True))
     assert farthest_link(peer) < 1e-9
     assert farthest_jacobian(peer) < 1e-9
+
+
+@pytest.mark.parametrize("file", of_kinds(FILES, CHOSEN_XACROS), ids=lambda file: file.name)
+def test_the_torques_of_a_robot_are_those_of_pinocchio(file, package_dirs):
+    robot = ulna.load(file, package_dirs=package_dirs)
+    if not any(link.inertia for link in robot.description.links if len(robot.tree.moving_columns(link.name))):
+        with pytest.raises(ulna.InertiaError):
+            robot.gravity_torque(robot.home)
+        return
+    robot = with_all_inertias(robot)
+    worst = differences(Peer(robot, pin.buildModelFromXML(robot.to_urdf())))
+    assert max(worst.values()) < 1e-10, worst
 
 
 @pytest.mark.parametrize("name", BROKEN)

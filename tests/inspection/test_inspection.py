@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ulna
-from inspection_cases import DEFECTS, SOUND
+from inspection_cases import DEFECTS, LIGHT, SOUND
 from mesh_texts import stl
 from robot_files import EXAMPLES
 from ulna import InputError, MissingExtraError, Severity, UlnaError
@@ -114,7 +114,8 @@ def test_the_grippers_of_the_pr2_are_reported_as_contradicting_themselves():
 
 
 def test_a_follower_that_contradicts_another_follower_is_reported_and_its_limits_do_not_hold():
-    third = """<link name="third"/><joint name="grip three" type="prismatic"><parent link="upper"/><child link="third"/>
+    third = f"""<link name="third">{LIGHT}</link>
+    <joint name="grip three" type="prismatic"><parent link="upper"/><child link="third"/>
     <axis xyz="1 0 0"/><limit lower="0.3" upper="0.4" velocity="2" effort="3"/><mimic joint="grip"/></joint></robot>"""
     text = SOUND.replace('lower="0" upper="0.4"', 'lower="0" upper="0.1"').replace("</robot>", third)
     narrowing, finding = ulna.inspect(text).findings

@@ -47,6 +47,13 @@ def test_its_own_text_is_the_same_again(panda):
     assert robot_to_json(robot_from_json(text), checked=True) == text
 
 
+def test_what_something_weighs_makes_no_other_robot(panda):
+    cup = ulna.Sphere(0.05), np.eye(4)
+    light, heavy = panda.with_attached("cup", *cup), panda.with_attached("cup", *cup, mass=1.0)
+    assert robot_to_json(light, checked=True) == robot_to_json(heavy, checked=True)
+    assert "inertia" not in robot_to_json(heavy, checked=True)
+
+
 def test_what_is_seen_makes_no_other_robot(panda):
     assert "visual" not in robot_to_json(panda, checked=False)
 

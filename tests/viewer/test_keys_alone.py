@@ -185,6 +185,8 @@ def test_the_control_that_has_the_keys_stays_on_the_screen_when_the_panel_grows(
     in_front(page, "Move")
     use(page, "Copy, save, load q")
     go(page, "Save q")
-    page.evaluate("document.querySelector('[role=tablist]').before(Object.assign(document.createElement('p'), { style: 'height: 90vh' }))")
+    page.evaluate(
+        "document.querySelector('[role=tablist]').before(Object.assign(document.createElement('p'), { style: 'height: 90vh' }))"
+    )
     wait_to_see(page, lambda: page.evaluate(STOP)[3], "Save q below what is new")
     assert page.evaluate(STOP)[0] == "Save q"

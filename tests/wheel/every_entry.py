@@ -26,7 +26,7 @@ from ulna.engine.entries import Entries, ready
 from ulna.planning import slices
 
 N = 1000
-CALLERS = "ulna.collision", "ulna.ik", "ulna.kinematics", "ulna.planning", "ulna.servo", "ulna.viewer", "ulna.dh"
+CALLERS = "ulna.collision", "ulna.dynamics", "ulna.ik", "ulna.kinematics", "ulna.planning", "ulna.servo", "ulna.viewer", "ulna.dh"
 HASHES, ROWS = defaultdict(hashlib.sha256), defaultdict(int)
 
 
@@ -114,6 +114,7 @@ def ask():
             robot.in_collision(one, world)
         ask_a_servo(robot, world)
     ask_for_closed_forms()
+    ask_for_forces(panda, q)
     str(panda.allowed_collisions), str(held.with_tool(np.eye(4)).allowed_collisions)
     ask_for_plans([(panda, boxes), (held, mixed)])
     with tempfile.TemporaryDirectory() as folder:
@@ -143,6 +144,19 @@ def ask_for_closed_forms():
         arm.inverse_kinematics(targets), arm.all_solutions(targets)
         for one in targets[:200]:
             arm.inverse_kinematics(one), arm.all_solutions(one)
+
+
+def ask_for_forces(robot, q):
+    """Of a batch, and of one configuration."""
+    rates, one = np.random.default_rng(5).normal(size=(2, *q.shape)), q[0]
+    robot.inverse_dynamics(q, *rates), robot.gravity_torque(q), robot.inverse_dynamics_derivatives(q, *rates)
+    robot.mass_matrix(q), robot.forward_dynamics(q, *rates), robot.centre_of_mass(q)
+    (
+        robot.inverse_dynamics(one, one, one),
+        robot.gravity_torque(one),
+        robot.mass_matrix(one),
+        robot.forward_dynamics(one, one, one),
+    )
 
 
 def ask_for_plans(robots_and_worlds):

@@ -25,7 +25,7 @@ from ulna.errors import UlnaError
 # In the order of the help, by its panels: each is a function in a file of its name; ``<NAME>_KEYS`` says what its JSON means.
 PANELS = {
     "Look": ("view", "servo", "record"),
-    "Compute": ("fk", "jacobian", "ik", "check", "reach"),
+    "Compute": ("fk", "jacobian", "ik", "torque", "check", "reach"),
     "Plan and move": ("plan", "follow", "run"),
     "Describe": ("list", "info", "dh", "compare", "inspect", "urdf"),
     "This machine": ("bench", "warmup"),

@@ -39,6 +39,7 @@ Itself = Annotated[
 ]
 KeepClearance = Annotated[bool, typer.Option("--keep-clearance", help="Keep the distance to the nearest obstacle.")]
 Solutions = Annotated[bool, typer.Option("--solutions", help="Keep the joint positions found.")]
+KeepPayload = Annotated[bool, typer.Option("--keep-payload", help="Keep the largest mass that the motors hold at the link.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Continue the map that is there, or begin one.")]
 Scheduler = Annotated[
     str | None,
@@ -97,6 +98,7 @@ def compute(
     task: TaskName = _DEFAULTS["task"],
     keep_clearance: KeepClearance = False,
     solutions: Solutions = False,
+    keep_payload: KeepPayload = False,
     resume: Resume = False,
     scheduler: Scheduler = None,
     threads: Threads = None,
@@ -129,8 +131,8 @@ def compute(
         try:
             found = reachability_map(
                 arm, path, voxel=voxel, orientations=orientations, bounds=corners, world=world, link=tip, task=task,
-                keep_clearance=keep_clearance, keep_solutions=solutions, client=client, resume=resume, seed=seed,
-                max_iterations=max_iterations, progress=note,
+                keep_clearance=keep_clearance, keep_solutions=solutions, keep_payload=keep_payload, client=client, resume=resume,
+                seed=seed, max_iterations=max_iterations, progress=note,
             )  # fmt: skip
         except KeyboardInterrupt:
             kept = ReachabilityMap.open(path).summary.computed

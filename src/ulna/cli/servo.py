@@ -2,6 +2,7 @@
 
 from ulna.cli.cell import Obstacles, ShownRobot
 from ulna.cli.depends import command
+from ulna.cli.mount import FreeFall, mounted
 from ulna.cli.options import Jerk, OnPage
 from ulna.cli.targets import BeginningQ
 from ulna.cli.view import serve
@@ -9,9 +10,9 @@ from ulna.viewer.open_page import view
 
 
 @command
-def servo(robot: ShownRobot, world: Obstacles, q: BeginningQ, page: OnPage, *, jerk: Jerk = None) -> None:
+def servo(robot: ShownRobot, world: Obstacles, q: BeginningQ, page: OnPage, free_fall: FreeFall, *, jerk: Jerk = None) -> None:
     """Steer a robot's hand in the browser: hold a button, or an arrow key; it touches nothing, and says what limits it.
 
     Shift with a key turns the hand. Ctrl-C ends it.
     """
-    serve(view(robot, world, q=q, steer=True, jerk=jerk, **page._asdict()))
+    serve(view(mounted(robot, free_fall), world, q=q, steer=True, jerk=jerk, **page._asdict()))

@@ -12,6 +12,7 @@ import typer
 
 from ulna.cli.cell import Obstacles, ShownRobot, warn_of_missing
 from ulna.cli.depends import command
+from ulna.cli.mount import FreeFall, mounted
 from ulna.cli.options import OnPage
 from ulna.cli.output import printable
 from ulna.cli.targets import BeginningQ
@@ -24,12 +25,12 @@ _PATIENCE_S = 2.0
 
 
 @command
-def view(robot: ShownRobot, world: Obstacles, q: BeginningQ, page: OnPage) -> None:
+def view(robot: ShownRobot, world: Obstacles, q: BeginningQ, page: OnPage, free_fall: FreeFall) -> None:
     """Any robot in the browser: drag its hand, move its joints, put obstacles in its way; see distances and what it touches.
 
     Ctrl-C ends it.
     """
-    serve(open_view(robot, world, q=q, **page._asdict()))
+    serve(open_view(mounted(robot, free_fall), world, q=q, **page._asdict()))
 
 
 def serve(shown: View) -> None:

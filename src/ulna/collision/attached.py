@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ulna.collision.allowed import OF_OBJECTS
 from ulna.description.given_names import as_link_names, refuse_no_name
 from ulna.description.pose import as_one_pose
-from ulna.description.robot_description import frozen
+from ulna.description.robot_description import Description, Inertia, frozen
 from ulna.description.shapes import HalfSpace, Solid
 from ulna.errors import GeometryError, InputError, UnknownNameError
 
@@ -23,6 +23,7 @@ class Attached:
         T_link_object: Its pose in the frame of the link, shape (4, 4).
         link: The link that it is attached to; the two are not checked against each other.
         touch_links: Other links, or other attached objects, that it may touch.
+        inertia: Its mass, in its own frame; None where it is taken as weightless.
 
     Raises:
         GeometryError: The shape is not a solid that can be attached.
@@ -34,6 +35,7 @@ class Attached:
     T_link_object: NDArray[np.float64]
     link: str
     touch_links: frozenset[str] = frozenset()
+    inertia: Inertia | None = None
 
     def __post_init__(self) -> None:
         refuse_no_name(self.name)
@@ -43,7 +45,14 @@ class Attached:
         object.__setattr__(self, "touch_links", as_link_names(self.touch_links))
 
     def __reduce__(self):
-        return Attached, (self.name, self.shape, self.T_link_object, self.link, self.touch_links)
+        return Attached, (self.name, self.shape, self.T_link_object, self.link, self.touch_links, self.inertia)
+
+
+def inertias_of(description: Description, held: tuple[Attached, ...] = ()) -> tuple[tuple[str, Inertia], ...]:
+    """The masses that an arm moves: of its links, and of what is attached to them. Each with its link, in that link's frame."""
+    own = ((link.name, link.inertia) for link in description.links if link.inertia is not None)
+    more = ((one.link, one.inertia.moved(one.T_link_object)) for one in held if one.inertia is not None)
+    return (*own, *more)
 
 
 def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...]) -> tuple[Attached, ...]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ulna.description.document import Document
 from ulna.description.pose import inverse, pose
-from ulna.description.robot_description import Body, Description, Joint, JointType, LeftOut, Limits, Link, Mimic
+from ulna.description.robot_description import Body, Description, Inertia, Joint, JointType, LeftOut, Limits, Link, Mimic
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Shape, Sphere, UnknownShape
 from ulna.errors import DescriptionError, needs_extra
 
@@ -92,6 +92,9 @@ class _Reader:
         self.links.append(Link("world", *self.bodies(0)))
         for body in range(1, model.nbody):
             self.add(body)
+        if np.any(model.dof_armature):
+            message = "armature, the inertia of rotors, is not read: no torque includes it"
+            self.left_out.append(LeftOut("document", message, is_warned=False, is_note=True))
         xml_name = self.document.root.get("model", "")
         return Description(
             name=xml_name or "MuJoCo Model",
@@ -155,7 +158,7 @@ class _Reader:
         if parent != name:
             z = np.array([0.0, 0.0, 1.0])
             self.joints.append(Joint(f"{name}_fixed", JointType.FIXED, parent, name, place, z))
-        self.links.append(Link(name, *self.bodies(body)))
+        self.links.append(Link(name, *self.bodies(body), inertia=self.inertia(body)))
 
     def joint(self, number: int, parent: str, child: str, origin: Array) -> Joint:
         """One joint. Its position is MuJoCo's: at the position of the reference configuration it has turned by nothing."""
@@ -176,7 +179,15 @@ class _Reader:
         if number in self.followers:
             other, ratio, offset = self.followers[number]
             mimic = Mimic(self.name("joint", other), ratio, offset)
-        return Joint(name, known, parent, child, origin @ back, axis, Limits(lower, upper, effort=effort), mimic)
+        limits, dof = Limits(lower, upper, effort=effort), int(model.jnt_dofadr[number])
+        damping, friction = (float(np.ravel(each[dof])[0]) for each in (model.dof_damping, model.dof_frictionloss))
+        return Joint(name, known, parent, child, origin @ back, axis, limits, mimic, damping=damping, friction=friction)
+
+    def inertia(self, body: int) -> Inertia | None:
+        """The inertia of a body, in its axes; None where it has no mass, as a frame has."""
+        model, mass = self.model, float(self.model.body_mass[body])
+        place = pose(model.body_ipos[body], wxyz=model.body_iquat[body])
+        return Inertia(mass, np.zeros(3), np.diag(model.body_inertia[body])).moved(place) if mass else None
 
     def bodies(self, body: int) -> tuple[tuple[Body, ...], tuple[Body, ...]]:
         """The visuals and the collision shapes of a body."""

@@ -1,5 +1,8 @@
 """The description of a robot as immutable data: links and joints."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from math import inf
@@ -8,9 +11,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.description.arrays import as_floats
 from ulna.description.pose import as_one_pose
 from ulna.description.semantic import Srdf
 from ulna.description.shapes import Shape
+from ulna.errors import DescriptionError, InputError
+
+_SYMMETRIC = 1e-9  # of the largest number of a tensor: less is rounding
+_MOST = 1e12  # kg and kg m^2
 
 
 class JointType(StrEnum):
@@ -81,6 +89,8 @@ class Mimic:
 class Joint:
     """Joins ``child`` to ``parent``. ``origin`` is T_parent_joint at zero; ``axis`` is a unit vector in the joint's frame.
 
+    ``damping`` [N m s/rad or N s/m] and ``friction`` [N m or N] are read and written; no torque includes them.
+
     Raises:
         InputError: The origin is not a rigid motion, or the axis is not three numbers.
     """
@@ -95,6 +105,8 @@ class Joint:
     mimic: Mimic | None = None
     line: int | None = None
     safety: Safety | None = None
+    damping: float = 0.0
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin", frozen(as_one_pose(self.origin, "origin"), (4, 4)))
@@ -133,6 +145,9 @@ class Inertia:
     """The mass of a rigid part [kg], its center of mass, shape (3,) [m], and its inertia tensor, shape (3, 3) [kg m^2].
 
     The center is in the frame of the link. The tensor is about the center of mass, in the axes of the link.
+
+    Raises:
+        InputError: A number is not finite, the mass is negative, or the tensor is not symmetric.
     """
 
     mass: float
@@ -140,8 +155,33 @@ class Inertia:
     tensor: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "center", frozen(self.center, (3,)))
-        object.__setattr__(self, "tensor", frozen(self.tensor, (3, 3)))
+        for name, shape in (("mass", ()), ("center", (3,)), ("tensor", (3, 3))):
+            values = as_floats(name, getattr(self, name))
+            if values.shape != shape or not np.isfinite(values).all():
+                raise InputError(name, f"{getattr(self, name)!r}; finite numbers of shape {shape} are expected")
+            object.__setattr__(self, name, frozen(values, shape) if shape else float(values))
+        if self.mass < 0:
+            raise InputError("mass", f"{self.mass} kg is negative")
+        if not np.allclose(self.tensor, self.tensor.T, rtol=0, atol=_SYMMETRIC * np.abs(self.tensor).max()):
+            raise InputError("tensor", "is not symmetric")
+
+    @classmethod
+    def stated(cls, mass: float, moments: Iterable[float], T: NDArray[np.float64]) -> Inertia:
+        """The inertia that a document states: moments xx, xy, xz, yy, yz, zz in the frame whose pose is ``T``, shape (4, 4).
+
+        Raises:
+            DescriptionError: A number is too large to compute with.
+        """
+        xx, xy, xz, yy, yz, zz = moments
+        if max(map(abs, (mass, xx, xy, xz, yy, yz, zz))) > _MOST:
+            raise DescriptionError(f"a mass or a moment is beyond {_MOST:g}")
+        return cls(mass, np.zeros(3), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])).moved(T)
+
+    def moved(self, T: NDArray[np.float64]) -> Inertia:
+        """The same inertia in another frame, in which ``T`` is the pose of its own, shape (4, 4)."""
+        R = T[:3, :3]
+        tensor = R @ self.tensor @ R.T
+        return Inertia(self.mass, T[:3, 3] + R @ self.center, (tensor + tensor.T) / 2)
 
     def __reduce__(self):
         return _remake, (type(self), _contents(self))

@@ -165,6 +165,11 @@ def velocity_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:
     return np.array([joint.limits.velocity for joint in joints if joint.mimic is None for _ in range(N_POSITIONS[joint.type])])
 
 
+def effort_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:
+    """The largest torque or force of each entry of q: infinite where none is given."""
+    return np.array([joint.limits.effort for joint in joints if joint.mimic is None for _ in range(N_POSITIONS[joint.type])])
+
+
 def acceleration_limits_of_q(joints: tuple[Joint, ...], drives: dict[str, Drive]) -> np.ndarray:
     """The largest acceleration of each entry of q, and the largest jerk, shape (2, n_dof): infinite where none is given.
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ulna.description.given_names import refuse_no_name
 from ulna.description.references import matched, with_chains_listed
-from ulna.description.robot_description import Description, Joint, JointType, Link
+from ulna.description.robot_description import Description, Inertia, Joint, JointType, Link
 from ulna.description.structure import joints_below, leaf_links, root_link
 from ulna.errors import DescriptionError, InputError, UnknownNameError
 
@@ -35,7 +35,9 @@ def cut_out(description: Description, base: str | None, tip: str | None) -> Desc
     return replace(part, srdf=replace(srdf, warnings=description.srdf.warnings))
 
 
-def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name: str) -> Description:
+def with_tool(
+    description: Description, T_flange_tool: NDArray[np.float64], name: str, inertia: Inertia | None = None
+) -> Description:
     """The robot with one more link fixed to its only tip."""
     leaves = leaf_links(description)
     if len(leaves) != 1:
@@ -47,7 +49,8 @@ def with_tool(description: Description, T_flange_tool: NDArray[np.float64], name
     if name in {link.name for link in description.links}:
         raise InputError("name", f"the robot already has a link {name!r}")
     joint = Joint(f"{name}_joint", JointType.FIXED, leaves[0], name, T_flange_tool, np.array([0.0, 0.0, 1.0]))
-    return replace(description, links=(*description.links, Link(name)), joints=(*description.joints, joint), text="")
+    link = Link(name, inertia=inertia)
+    return replace(description, links=(*description.links, link), joints=(*description.joints, joint), text="")
 
 
 def chain_joints(description: Description, base: str, tip: str) -> tuple[Joint, ...]:

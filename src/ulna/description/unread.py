@@ -13,7 +13,7 @@ CHILDREN = {
     "robot": ("link", "joint", "material", "frame", "fixed_frame"),
     "fixed_frame": ("parent", "origin"),
     "link": ("visual", "collision", "inertial"),
-    "joint": ("parent", "child", "origin", "axis", "limit", "mimic", "safety_controller"),
+    "joint": ("parent", "child", "origin", "axis", "limit", "mimic", "safety_controller", "dynamics"),
     "visual": ("origin", "geometry", "material"),
     "collision": ("origin", "geometry"),
     "inertial": ("origin", "mass", "inertia"),
@@ -36,6 +36,7 @@ ATTRIBUTES = {
     "limit": ("lower", "upper", "velocity", "effort", "acceleration", "deceleration", "jerk"),
     "mimic": ("joint", "multiplier", "offset"),
     "safety_controller": ("k_velocity", "k_position", "soft_lower_limit", "soft_upper_limit"),
+    "dynamics": ("damping", "friction"),
     "box": ("size",),
     "sphere": ("radius",),
     "cylinder": ("radius", "length"),
@@ -49,7 +50,7 @@ ATTRIBUTES = {
 _OTHERS = {
     "robot": {"gazebo", "mujoco", "ros2_control", "sensor", "transmission", "verbose"},
     "link": {"contact", "contact_coefficients", "gravity", "kinematic", "self_filter", "sensor", "surface", "verbose"},
-    "joint": {"calibration", "dynamics"},
+    "joint": {"calibration"},
     "collision": {"contact", "contact_coefficients", "material", "surface", "verbose"},
     "geometry": {"material"},
     "mesh": {"declare_convex"},
@@ -59,7 +60,7 @@ _OTHER_ATTRIBUTES = {
     "limit": {"command_effort", "current", "gear_velocity"},
 }
 RATES, RATES_SINCE = ("acceleration", "deceleration", "jerk"), (1, 2)  # of a <limit>, and since which version of URDF
-_LOOKS = {"inertial", "material", "visual"}  # nothing in them changes what is computed
+_LOOKS = {"dynamics", "inertial", "material", "visual"}  # nothing in them changes a pose, a shape, a limit or a collision
 _NAMED = {"geometry", "link", "robot", "collision", *_LOOKS}  # other attributes of them are names and notes
 _LIKENESS = 0.8  # "efort" is meant to be "effort"; "gear_velocity" is something else
 _LOOP = "it closes a loop of joints, which is not kept: its links move as if it were not there"

@@ -10,7 +10,18 @@ from numpy.typing import NDArray
 
 from ulna.description.document import Document, xacro_elements
 from ulna.description.pose import pose
-from ulna.description.robot_description import Body, Description, Joint, JointType, LeftOut, Limits, Link, Mimic, Safety
+from ulna.description.robot_description import (
+    Body,
+    Description,
+    Inertia,
+    Joint,
+    JointType,
+    LeftOut,
+    Limits,
+    Link,
+    Mimic,
+    Safety,
+)
 from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, UnknownShape
 from ulna.description.unread import ATTRIBUTES, RATES_SINCE, of_robot, unused_rate, version_of
 from ulna.description.xml import Reader, without_namespace
@@ -42,6 +53,17 @@ def decoded(document: Document) -> str:
         raise DescriptionError(
             f"is written in {encoding}, which Python does not read; save it as UTF-8", document.source
         ) from None
+
+
+def inertia_of(link: etree._Element, source: str = "") -> Inertia | None:
+    """The inertia of a ``<link>``; None where it has none.
+
+    Raises:
+        DescriptionError: It is faulty.
+    """
+    reader = _Reader(source)
+    reader.version = version_of(link.getroottree().getroot()) or reader.version
+    return reader.given_inertia(link)
 
 
 class _Reader(Reader):
@@ -125,7 +147,26 @@ class _Reader(Reader):
             visuals=tuple(self.bodies(element, "visual", name)),
             collisions=tuple(self.bodies(element, "collision", name)),
             line=element.sourceline,
+            inertia=self.inertia(element),
         )
+
+    def inertia(self, link: etree._Element) -> Inertia | None:
+        """The inertia of a link. A faulty one is left out."""
+        try:
+            return self.given_inertia(link)
+        except DescriptionError as error:
+            message = f"{error.message}: this inertia is left out, so it has none"
+            self.left_out.append(LeftOut(of_robot(link), message, error.line or link.sourceline, is_warned=False))
+            return None
+
+    def given_inertia(self, link: etree._Element) -> Inertia | None:
+        """The inertia of a link, in its axes: the tensor of the document may be in others, by rpy."""
+        inertial = self.only(link, "inertial")
+        if inertial is None:
+            return None
+        mass, numbers = self.number(self.child(inertial, "mass"), "value", low=0.0), self.child(inertial, "inertia")
+        moments = [self.number(numbers, key) for key in ATTRIBUTES["inertia"]]
+        return Inertia.stated(mass, moments, self.origin(inertial))
 
     def bodies(self, link: etree._Element, tag: str, link_name: str) -> Iterator[Body]:
         """The shapes of a link. A faulty visual is left out; a collision shape that is not known stays, as such."""
@@ -212,6 +253,8 @@ class _Reader(Reader):
             mimic=self.mimic(element, name, kind),
             line=element.sourceline,
             safety=self.safety(element, name, kind),
+            damping=self.loss(element, "damping", kind),
+            friction=self.loss(element, "friction", kind),
         )
 
     def joint_type(self, element: etree._Element) -> JointType:
@@ -281,6 +324,16 @@ class _Reader(Reader):
         if lower > upper:
             raise self.fail(child, f"joint {name!r}: soft lower limit {lower} is above soft upper limit {upper}")
         return Safety(self.number(child, "k_velocity"), self.number(child, "k_position", 0.0), lower, upper)
+
+    def loss(self, element: etree._Element, key: str, kind: JointType) -> float:
+        """The damping or the friction of a joint, on which no pose depends; 0 with a note where it is faulty."""
+        try:
+            child = None if kind == JointType.FIXED else self.only(element, "dynamics")
+            return 0.0 if child is None else self.number(child, key, 0.0, 0.0)
+        except DescriptionError as error:
+            message = f"{error.message}: {key} is taken as 0"
+            self.left_out.append(LeftOut(of_robot(element), message, error.line, is_warned=False))
+            return 0.0
 
     def mimic(self, element: etree._Element, name: str, kind: JointType) -> Mimic | None:
         child = None if kind == JointType.FIXED else self.only(element, "mimic")

@@ -8,16 +8,22 @@ from lxml import etree
 from numpy.typing import NDArray
 
 from ulna.description.pose import rpy_from_matrix
-from ulna.description.robot_description import Body, Description, Joint, JointType
+from ulna.description.robot_description import Body, Description, Inertia, Joint, JointType
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Shape, Sphere, UnknownShape
+from ulna.description.unread import ATTRIBUTES
 from ulna.errors import DescriptionError, InputError
 
 
 def write_urdf(description: Description) -> str:
-    """The URDF document of a description: kinematics, limits and shapes. It lacks what the model lacks, such as inertia."""
+    """The URDF document of a description: kinematics, limits, shapes, inertias, damping and friction.
+
+    It lacks what a description lacks: what other programs read, such as ``<transmission>``.
+    """
     robot = etree.Element("robot", {"name": description.name, **_version(description)})
     for link in description.links:
         element = etree.SubElement(robot, "link", name=link.name)
+        if link.inertia is not None:
+            element.append(_inertial(link.inertia))
         for tag, bodies in (("visual", link.visuals), ("collision", link.collisions)):
             element.extend(_body(tag, body) for body in bodies)
     robot.extend(_joint(joint) for joint in description.joints)
@@ -57,6 +63,17 @@ def _version(description: Description) -> dict[str, str]:
     return {"version": "1.1"} if any(isinstance(shape, Capsule) for shape in shapes) else {}
 
 
+def _inertial(inertia: Inertia) -> etree._Element:
+    """An inertia in the axes of its link, so that a reader need not turn its tensor."""
+    element = etree.Element("inertial")
+    etree.SubElement(element, "origin", xyz=_words(inertia.center), rpy=_words([0.0, 0.0, 0.0]))
+    etree.SubElement(element, "mass", value=_words([inertia.mass]))
+    upper = inertia.tensor[np.triu_indices(3)].tolist()
+    numbers = zip(ATTRIBUTES["inertia"], upper, strict=True)
+    etree.SubElement(element, "inertia", {key: _words([number]) for key, number in numbers})
+    return element
+
+
 def _body(tag: str, body: Body) -> etree._Element:
     element = etree.Element(tag, name=body.name)
     element.append(_origin(body.pose))
@@ -94,6 +111,8 @@ def _joint(joint: Joint) -> etree._Element:
     limits = _finite({key: value for key, value in asdict(joint.limits).items() if key not in unused})
     if limits and joint.type != JointType.FIXED:
         etree.SubElement(element, "limit", limits)
+    if joint.damping or joint.friction:
+        etree.SubElement(element, "dynamics", damping=_words([joint.damping]), friction=_words([joint.friction]))
     if joint.mimic is not None:
         mimic = joint.mimic
         etree.SubElement(

@@ -132,16 +132,19 @@ class Reader:
         """The child of that tag."""
         child = self.only(element, tag)
         if child is None:
-            raise self.fail(element, f"<{element.tag}> {element.get('name')!r} has no <{tag}>")
+            raise self.fail(element, f"<{element.tag}>{self._name_of(element)} has no <{tag}>")
         return child
 
     def only(self, element: etree._Element, tag: str) -> etree._Element | None:
         """The child of that tag, or None."""
         children = element.findall(tag)
         if len(children) > 1:
-            name = "".join(f" {value!r}" for value in [element.get("name")] if value)
-            raise self.fail(children[1], f"<{element.tag}>{name} has {len(children)} <{tag}>; one is expected")
+            message = f"<{element.tag}>{self._name_of(element)} has {len(children)} <{tag}>; one is expected"
+            raise self.fail(children[1], message)
         return children[0] if children else None
+
+    def _name_of(self, element: etree._Element) -> str:
+        return "".join(f" {value!r}" for value in [element.get("name")] if value)
 
     def attribute(self, element: etree._Element, key: str) -> str:
         """An attribute that must be there."""

@@ -43,7 +43,7 @@ else:
     Bound = extension().Bound
 
 
-Way = Literal["pose", "truth", "number", "edge", "copy", "search", "branches"]
+Way = Literal["pose", "truth", "number", "edge", "copy", "search", "branches", "motion"]
 """What a bound function takes and returns (native/ways.c).
 
 - ``pose``: ``f(q, out=None)``, an array of the shape ``numbers``.
@@ -53,6 +53,7 @@ Way = Literal["pose", "truth", "number", "edge", "copy", "search", "branches"]
   there.
 - ``copy``: ``f(T)``, an array of the shape ``numbers``, which T has too.
 - ``search``: ``f(target, seed)``, q and a record about it in an array, or None if there is no solution.
+- ``motion``: ``f(q, qd, qdd)``, an array of ``numbers[0]`` numbers.
 - ``branches``: ``f(target)``, q of shape (``numbers[0]``, n), which of them are within the limits, which are real, and a code
   below ``numbers[1]``; or None.
 

@@ -19,10 +19,12 @@ from ulna.description.urdf_writer import expressible_in_urdf, write_urdf
 from ulna.description.xml import LONGEST, parse
 from ulna.errors import DescriptionError, DescriptionWarning, InputError, UnitWarning
 from ulna.ik.closed_form.closed_form import closed_form_of
+from ulna.inspection.boxes import Boxes
 from ulna.inspection.elements import element_findings
 from ulna.inspection.joints import joint_findings, name_findings
-from ulna.inspection.links import inertia_findings, mesh_findings, shape_findings
+from ulna.inspection.links import mesh_findings, shape_findings
 from ulna.inspection.loaded import robot_findings, stretched_length
+from ulna.inspection.masses import inertia_findings, mass_findings
 from ulna.inspection.result import ERROR, NOTE, WARNING, Finding, Inspection, Severity, TreeRow
 from ulna.robot import Robot, load
 from ulna.robot.hand_link import hand_link
@@ -85,14 +87,16 @@ def _findings(document: Inspected, reach: float | None) -> Iterator[Finding]:
     if root is None:
         return
     left_out = () if document.robot is None else document.robot.description.left_out
-    own = [*element_findings(root), *name_findings(root), *joint_findings(root), *shape_findings(root), *inertia_findings(root)]
+    inertias, boxes = inertia_findings(root, loads=document.robot is not None), Boxes(document)
+    own = [*element_findings(root), *name_findings(root), *joint_findings(root), *shape_findings(root), *inertias]
     lines = {part.line for part in left_out}  # what has a finding as a fault there is not refused
     own = [one for one in own if one.severity != ERROR or one.line not in lines]
     yield from own if error is None else _without_repeated(own, line)
     yield from (Finding(NOTE if part.is_note else WARNING, part.where, part.message, part.line) for part in left_out)
-    yield from mesh_findings(root, document)
+    yield from mesh_findings(root, document, boxes)
     yield from (Finding(WARNING, "document", sentence) for sentence in document.warnings)
     if document.robot is not None and reach is not None:
+        yield from mass_findings(document.robot.description, boxes, reach)
         yield from robot_findings(document.robot, reach)
 
 

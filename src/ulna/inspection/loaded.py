@@ -27,6 +27,8 @@ def robot_findings(robot: Robot, reach: float) -> Iterator[Finding]:
     """What is wrong with a robot that loads."""
     yield from _contradictions(robot.description)
     yield from _srdf_findings(robot.description.srdf)
+    if any(joint.damping or joint.friction for joint in robot.description.joints):
+        yield Finding(NOTE, "document", "damping and friction are read and written, but no torque includes them")
     if reach > _LARGEST_REACH:
         yield Finding(WARNING, "document", f"it reaches {reach:.3g} m when stretched: millimetres? Lengths are metres")
     elif robot.n_dof and 0 < reach < _LEAST_REACH:

@@ -29,6 +29,14 @@ FIRST_VERTEX and N_VERTICES: the rows of a hull's points in the array of vertice
 REACH        the radius of a ball about the frame's origin that holds the body [m]; infinite for a half-space
 ============ ===================================================================================================
 
+A row of a table of inertias has the body that a joint carries: all links that are fixed to that joint, in the joint's frame.
+
+====== =========================================================================================================
+MASS   [kg]
+MOMENT three numbers: mass times center of mass [kg m]
+TENSOR six numbers: xx, xy, xz, yy, yz, zz of the inertia tensor about the origin of the joint's frame [kg m^2]
+====== =========================================================================================================
+
 A half-space is all that lies below the plane z = 0 of its frame: its z axis is the outward normal. It has no extents.
 """
 
@@ -41,6 +49,8 @@ OBJECT, TOUCH_SET = 12, 13
 FRAME_WIDTH = 14
 SHAPE, HALF_EXTENTS, RADIUS, FIRST_VERTEX, N_VERTICES, REACH = 14, 15, 18, 19, 20, 21
 BODY_WIDTH = 22
+MASS, MOMENT, TENSOR = 0, 1, 4
+INERTIA_WIDTH = 10
 SPHERE, CAPSULE, BOX, CYLINDER, HULL, HALF_SPACE = 0, 1, 2, 3, 4, 5  # a pair is computed with the lower number first
 CONTACT = 1e-12  # of the sizes of two bodies, added up: no farther apart than this they touch, and their distance is zero
 IN_BASE, IN_LINK, IN_SPATIAL = 0, 1, 2  # the frames in which a Jacobian may be expressed

@@ -20,6 +20,7 @@ from ulna.description.structure import (
     bounds_of_q,
     columns_of_q,
     drives_of,
+    effort_limits_of_q,
     hard_bounds,
     joints_from_root,
     leaf_links,
@@ -78,6 +79,7 @@ class Tree:
     velocity_limits: NDArray[np.float64]
     acceleration_limits: NDArray[np.float64]
     jerk_limits: NDArray[np.float64]
+    effort_limits: NDArray[np.float64]
     joints: NDArray[np.float64]
     link_row: dict[str, int]
     link_offset: dict[str, NDArray[np.float64]]
@@ -214,6 +216,7 @@ def build_tree(description: Description) -> Tree:
         velocity_limits=frozen(velocity, velocity.shape),
         acceleration_limits=frozen(acceleration, velocity.shape),
         jerk_limits=frozen(jerk, velocity.shape),
+        effort_limits=frozen(effort_limits_of_q(ordered), velocity.shape),
         joints=frozen(table, (len(table), TABLE_WIDTH)),
         link_row=link_row,
         link_offset={name: frozen(T, (4, 4)) for name, T in link_offset.items()},

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ulna.kernels.planning.time_records import TimedIntervals
 from ulna.planning.blend import CHORDS, ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
 from ulna.planning.entries import time_parameterisation
-from ulna.planning.hand import Hand, factor_of, peaks_of
+from ulna.planning.path_limits import PathLimit, factor_of, peaks_of
 from ulna.planning.positions import Farthest, farthest_between, farthest_of
 from ulna.planning.timing import (
     AT_REST,
@@ -268,12 +268,12 @@ def timed_path(
     narrower, slowest = is_free, None
     for _ in range(MAX_TIMES):
         timed = _timed_path(path, lengths, blend, limits, narrower, within, speeds)
-        if timed is None or not is_free.hands:
+        if timed is None or not is_free.caps:
             return timed
-        peaks = peaks_of(timed, is_free.hands)
+        peaks = peaks_of(timed, is_free.caps)
         if all(peaks):
             return timed
-        narrower = narrower._replace(hands=tuple(hand.narrowed(peaks, NARROWER) for hand in narrower.hands))
+        narrower = narrower._replace(caps=tuple(cap.narrowed(peaks, NARROWER) for cap in narrower.caps))
         if speeds == AT_REST:
             slowed = timed.slowed(NARROWER * factor_of(peaks))
             slowest = slowed if slowest is None or slowed.duration < slowest.duration else slowest
@@ -287,7 +287,7 @@ def _timed_path(
     (velocity, acceleration, jerk), edges = limits, edges_of(path, lengths, is_free.chords)
     if jerk is None:
         pieces = rounded(edges, free_cuts(edges, blend, is_free, within))
-        return fastest(grid_of(pieces), velocity, acceleration, speeds, hands=is_free.hands)
+        return fastest(grid_of(pieces), velocity, acceleration, speeds, caps=is_free.caps)
     beside = _expected(edges, velocity, acceleration, jerk)
     cuts = free_cuts(edges, blend, is_free, 0.5 * within, beside)
     if np.count_nonzero(cuts) < np.count_nonzero(edges.turns):
@@ -295,7 +295,7 @@ def _timed_path(
     halvings, most, largest = np.zeros(len(cuts), dtype=int), math.inf, cuts.copy()
     slower = [share * is_free.tolerance for share in _LEAVES if is_free.tolerance < math.inf]
     moves = speeds != AT_REST
-    while cuts.any() or moves or is_free.hands:  # seven phases along a line have one greatest speed, and a hand there has not
+    while cuts.any() or moves or is_free.caps:  # seven phases along a line have one greatest speed, and a hand there has not
         near = min(0.5 * within, most)
         is_free.limit.refuse_longer(_SLOW)
         motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, near, speeds, is_free)
@@ -353,12 +353,12 @@ def _averaged(
     With less acceleration the window is shorter. A motion that goes from speeding up to slowing down at once needs a window twice
     as long as one whose speed is constant for a moment between.
     """
-    grid, find, hands = grid_of(pieces), _with_share if speeds == AT_REST else _moving, is_free.hands
-    best = find(grid, velocity, acceleration, jerk, speeds, hands)
+    grid, find, caps = grid_of(pieces), _with_share if speeds == AT_REST else _moving, is_free.caps
+    best = find(grid, velocity, acceleration, jerk, speeds, caps)
     for share in _SHARES:
         if best is not None and best.window < _SHORT * best.duration:
             break
-        slower = find(grid, velocity, share * acceleration, jerk, speeds, hands)
+        slower = find(grid, velocity, share * acceleration, jerk, speeds, caps)
         if slower is None or (best is not None and slower.duration >= best.duration):
             break
         best = slower
@@ -390,17 +390,17 @@ def _with_share(
     acceleration: Array,
     jerk: Array,
     speeds: Speeds,
-    hands: tuple[Hand, ...],
+    caps: tuple[PathLimit, ...],
     least: float = _LEAST_WINDOW,
 ) -> _Candidate | None:
     """The better of the fastest motion and one with coasts; None if the speeds at the ends cannot be had."""
-    motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()), speeds, hands)
+    motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()), speeds, caps)
     candidates = [_Candidate(motion, least_window_of(motion, jerk, least)) for motion in motions]
     return min(candidates, key=lambda candidate: candidate.duration, default=None)
 
 
 def _moving(
-    grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, hands: tuple[Hand, ...]
+    grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, caps: tuple[PathLimit, ...]
 ) -> _Candidate | None:
     """The fastest motion with a velocity at an end: its base has gone straight on there for half the window.
 
@@ -410,7 +410,7 @@ def _moving(
     window = _LEAST_WINDOW
     for _ in range(_MOST_TRIES):
         left = _without_ends(grid, 0.5 * window * speeds.start, 0.5 * window * speeds.end)
-        found = None if left is None else _with_share(left, velocity, acceleration, jerk, speeds, hands, window)
+        found = None if left is None else _with_share(left, velocity, acceleration, jerk, speeds, caps, window)
         if found is None or found.window <= window:
             return found
         window = found.window * (1 + 1e-9)

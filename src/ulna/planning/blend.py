@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.time_limit import TimeLimit
-from ulna.planning.hand import Hand, Timed, are_kept
+from ulna.planning.path_limits import PathLimit, Timed, are_kept
 from ulna.planning.positions import Farthest, PositionLimits
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ class IsFree(NamedTuple):
     positions: PositionLimits | None = None
     """What whole motions are certified to keep. A path between configurations within these limits, and its roundings, are within
     them: the limits are a box, which is convex."""
-    hands: tuple[Hand, ...] = ()
+    caps: tuple[PathLimit, ...] = ()
     """Links with limits of speed or acceleration, which a whole motion must keep."""
     limit: TimeLimit = TimeLimit(None)
     """How long a motion may take to compute."""
@@ -157,7 +157,7 @@ def is_motion_free(is_free: IsFree, timed: _Moving, since: float) -> bool:
     """Whether a motion keeps the limits of position and of hands from a time on, and is free: it may leave its path."""
     if is_free.positions is not None and is_free.positions.beyond(timed, since) is not None:
         return False
-    return are_kept(timed, is_free.hands, since) and is_path_free(is_free, *timed.edges_since(since))
+    return are_kept(timed, is_free.caps, since) and is_path_free(is_free, *timed.edges_since(since))
 
 
 def end_of(path: Grid) -> Array:

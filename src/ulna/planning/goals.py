@@ -17,6 +17,7 @@ from ulna.collision.checker import Checker
 from ulna.collision.clouds import PointCloud
 from ulna.collision.report import Pair, Report
 from ulna.collision.world import World
+from ulna.dynamics.dynamics import Dynamics
 from ulna.errors import InputError, count_of
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import Options
@@ -68,6 +69,7 @@ class Request(NamedTuple):
         fixed: The entries of q that keep their positions, shape (n_dof,).
         keeps: The constraints; ``narrow``: the same for the kernels, slightly narrower, or None without any.
         beside: By link: its pose seen from the goal's link, of all that are kept at one (``kept_goals.poses_beside``).
+        dynamics: Of the robot.
         spread: How many configurations of a pose are looked for.
     """
 
@@ -83,6 +85,7 @@ class Request(NamedTuple):
     keeps: tuple[Keep, ...]
     narrow: Constraints | None
     beside: Mapping[str, Array]
+    dynamics: Dynamics
     spread: int = SPREAD
 
     @property

@@ -13,9 +13,9 @@ distance of the hand from the axis of the one that is nearest to it along the ch
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from ulna.errors import InputError, cited
 from ulna.kernels.layout import COLUMN, FIXED, KIND, OFFSET, PRISMATIC, RATIO
 from ulna.kinematics.jacobian import CompiledJacobian
 from ulna.kinematics.tree import Tree
+from ulna.planning.path_limits import NO_LIMIT, PathBounds, Side, Timed, rows_of
 
 if TYPE_CHECKING:
     from ulna.planning.blend import Grid
@@ -37,7 +38,6 @@ _DIRECTIONS = 12  # of the polygon, half of its sides: it is 0.9 % narrower than
 _WITHIN = 1 - 1e-4  # of a limit, along a path: what is left is for the bound between samples of the motion
 _PRECISION = 5e-5  # of a limit, of that bound
 _DIFFERENCE = 1e-4  # [rad]: of the joint that moves most, for the derivative of J
-NO_LIMIT = 1e300
 _MAX_SAMPLES = 300_000  # of a motion: with more of them the bound is wider
 _NODES = np.array([0.1, 0.3, 0.5, 0.7, 0.9])  # within an interval, where nothing jumps
 _DEGREE = len(_NODES) - 1
@@ -109,6 +109,11 @@ class HandPeak:
         """The value as a share of its limit."""
         return self.value / self.limit
 
+    @property
+    def factor(self) -> float:
+        """The share of its speed with which the motion is within the limit."""
+        return (self.limit / self.bound) ** (0.5 if self.quantity == "acceleration" else 1.0)
+
     def __str__(self) -> str:
         words, unit = self.quantity.replace("_", " "), UNITS[self.quantity]
         most = f"the {words} of {self.link} is at most {self.value:.4g} {unit}, at {self.time:.3f} s"
@@ -116,21 +121,6 @@ class HandPeak:
             return most
         beyond = "" if self or self.value > self.limit else f", and certainly no more than {self.bound:.9g}"
         return f"{most}{beyond}, {self.share:.4g} times its limit of {self.limit:.4g} {unit}"
-
-
-class Timed(Protocol):
-    """A motion in time, of which q is a polynomial of degree five at most between two of ``times``."""
-
-    @property
-    def times(self) -> Any:  # noqa: D102 - an array, which some keep in a cached property
-        ...
-
-    @property
-    def duration(self) -> float:  # noqa: D102
-        ...
-
-    def at(self, t: Array) -> Any:  # noqa: D102
-        ...
 
 
 class Hand(NamedTuple):
@@ -152,9 +142,9 @@ class Hand(NamedTuple):
         most = getattr(self.limits, quantity)
         return np.inf if most is None else float(most)
 
-    def narrowed(self, peaks: Iterable[HandPeak], share: float) -> Hand:
+    def narrowed(self, peaks: Iterable[Any], share: float) -> Hand:
         """The hand with limits as much narrower as peaks of it are beyond theirs, and by a share more."""
-        beyond = {peak.quantity: peak.limit / peak.bound * share for peak in peaks if peak.link == self.link and not peak}
+        beyond = {peak.quantity: peak.limit / peak.bound * share for peak in _of(peaks, self.link) if not peak}
         return self._replace(limits=replace(self.limits, **{name: factor * self.limit(name) for name, factor in beyond.items()}))
 
     def gentler(self, share: float) -> Hand:
@@ -178,6 +168,53 @@ class Hand(NamedTuple):
         step = _DIFFERENCE * qd / np.where(size > 0.0, size, 1.0)
         (before, _), (behind, _) = self.moved(q - step, qd), self.moved(q + step, qd)
         return (behind - before) * size / (2.0 * _DIFFERENCE)
+
+    def along(self, grid: Grid) -> PathBounds:
+        """The bounds that the hand sets along a path."""
+        n, ends = len(grid.steps), grid.slopes + grid.steps[:, None] * grid.bends
+        until = grid.starts + grid.steps[:, None] * (grid.slopes + 0.5 * grid.steps[:, None] * grid.bends)
+        before, behind = np.full(n, NO_LIMIT), np.full(n, NO_LIMIT)
+        steepest = np.maximum(np.abs(grid.slopes), np.abs(ends))
+        extents = np.maximum(np.abs(grid.starts), np.abs(until)).max(axis=0) + (steepest * grid.steps[:, None]).max(axis=0)
+        at_ends = [self.moved(grid.starts, grid.slopes), self.moved(until, ends)]
+        rates, beside = self.rates(extents, steepest, grid.bends, np.zeros_like(ends)), grid.steps**2 / 8.0
+        for k, (quantity, weights) in enumerate((("speed", rates.arms), ("angular_speed", rates.turns))):
+            if self.limit(quantity) < np.inf:
+                more = beside * rates.third(weights) + 1e-100
+                sizes = [np.linalg.norm(moved[k], axis=1) + more for moved in at_ends]
+                early, late = ((_WITHIN * self.limit(quantity) / size) ** 2 / _between(*sizes) for size in sizes)
+                early[0] = (self.limit(quantity) / (sizes[0][0] - more[0] + 1e-100)) ** 2  # there a motion may be at its limit
+                before, behind = np.minimum(before, early), np.minimum(behind, late)
+        if self.limit("acceleration") == np.inf:
+            return PathBounds(before, behind)
+        limit = _WITHIN * self.limit("acceleration")
+        curved = [
+            self.moved(q, grid.bends)[0] + self.bent(q, slopes) for q, slopes in ((grid.starts, grid.slopes), (until, ends))
+        ]
+        sides = [_sides(moved[0], bend) for moved, bend in zip(at_ends, curved, strict=True)]
+        before, behind = (
+            np.minimum(ceiling, limit / np.maximum(across, 1e-100))
+            for ceiling, (*_, across) in zip((before, behind), sides, strict=True)
+        )
+        first, last = (Side(slopes, bends) for slopes, bends, _ in sides)
+        most = np.full((n, 2 * _DIRECTIONS), limit * np.cos(0.5 * np.pi / _DIRECTIONS))
+        return PathBounds(before, behind, rows_of(grid.steps, first, last, (-most, most)))
+
+    def peaks(self, timed: Timed, since: float) -> tuple[HandPeak, ...]:
+        """The greatest of each quantity of the hand that is limited, with bounds at all times."""
+        pieces = _pieces_of(timed, since)
+        rates = pieces.rates(self)
+        limited = [(name, self.limit(name)) for name in QUANTITIES if self.limit(name) < np.inf]
+        return tuple(_peak(self, name, timed, pieces, rates, limit) for name, limit in limited)
+
+    def refuse_ends(self, q: Array, velocities: Iterable[Array]) -> None:
+        """Refuse velocities at the ends of a motion with which the hand is faster than its limit."""
+        for name, at, qd in zip(("start_velocity", "end_velocity"), q, velocities, strict=True):
+            for quantity, moved in zip(("speed", "angular_speed"), self.moved(at[None], qd[None]), strict=True):
+                value, limit = float(np.linalg.norm(moved)), self.limit(quantity)
+                if value > _WITHIN * limit:
+                    how = f"{quantity.replace('_', ' ')} of {self.link} would be {value:.4g} {UNITS[quantity]}"
+                    raise InputError(name, f"the {how}, and less than its limit of {limit:.4g} is expected; give a slower one")
 
     def rates(self, extents: Array, *rates: Array) -> _Rates:
         """Bounds of the hand by derivatives of q, shape (n, n_dof) each. extents: the greatest |q|, (n_dof,)."""
@@ -222,6 +259,11 @@ def _steps_of(weights: Array) -> Array:
     return steps
 
 
+def _of(peaks: Iterable[Any], link: str) -> Iterator[HandPeak]:
+    """The peaks of one hand."""
+    return (peak for peak in peaks if isinstance(peak, HandPeak) and peak.link == link)
+
+
 def as_hands(hand: HandLimits | Iterable[HandLimits] | None, tree: Tree) -> tuple[Hand, ...]:
     """The hands that a caller limits, each with the name of its link.
 
@@ -244,68 +286,6 @@ def as_hands(hand: HandLimits | Iterable[HandLimits] | None, tree: Tree) -> tupl
     return tuple(hands)
 
 
-def refuse_faster(q: Array, velocities: Iterable[Array], hands: Iterable[Hand]) -> None:
-    """Refuse velocities at the ends of a motion with which a hand is faster than its limit.
-
-    q: there, shape (2, n_dof); velocities: at the start and at the end, shape (n_dof,) each.
-    """
-    for hand in hands:
-        for name, at, qd in zip(("start_velocity", "end_velocity"), q, velocities, strict=True):
-            for quantity, moved in zip(("speed", "angular_speed"), hand.moved(at[None], qd[None]), strict=True):
-                value, limit = float(np.linalg.norm(moved)), hand.limit(quantity)
-                if value > _WITHIN * limit:
-                    how = f"{quantity.replace('_', ' ')} of {hand.link} would be {value:.4g} {UNITS[quantity]}"
-                    raise InputError(name, f"the {how}, and less than its limit of {limit:.4g} is expected; give a slower one")
-
-
-class PathBounds(NamedTuple):
-    """Limits of ds/dt and of its derivatives that hands set along a path of n intervals."""
-
-    before: Array
-    """The greatest (ds/dt)^2 at the start of each interval, shape (n,)."""
-    behind: Array
-    """The same at its end."""
-    rows: tuple[Array, Array, Array, Array]
-    """Further rows of limits of acceleration: slopes, ends and bends, shape (n, m) each, and the limits, shape (m,)."""
-
-
-def along(hands: Iterable[Hand], grid: Grid) -> PathBounds:
-    """The limits that hands set along a path."""
-    n, ends = len(grid.steps), grid.slopes + grid.steps[:, None] * grid.bends
-    until = grid.starts + grid.steps[:, None] * (grid.slopes + 0.5 * grid.steps[:, None] * grid.bends)
-    before, behind = np.full(n, NO_LIMIT), np.full(n, NO_LIMIT)
-    rows: list[tuple[Array, Array, Array, Array]] = []
-    steepest = np.maximum(np.abs(grid.slopes), np.abs(ends))
-    extents = np.maximum(np.abs(grid.starts), np.abs(until)).max(axis=0) + (steepest * grid.steps[:, None]).max(axis=0)
-    for hand in hands:
-        at_ends = [hand.moved(grid.starts, grid.slopes), hand.moved(until, ends)]
-        rates, beside = hand.rates(extents, steepest, grid.bends, np.zeros_like(ends)), grid.steps**2 / 8.0
-        for k, (quantity, weights) in enumerate((("speed", rates.arms), ("angular_speed", rates.turns))):
-            if hand.limit(quantity) < np.inf:
-                more = beside * rates.third(weights) + 1e-100
-                sizes = [np.linalg.norm(moved[k], axis=1) + more for moved in at_ends]
-                early, late = ((_WITHIN * hand.limit(quantity) / size) ** 2 / _between(*sizes) for size in sizes)
-                early[0] = (hand.limit(quantity) / (sizes[0][0] - more[0] + 1e-100)) ** 2  # there a motion may be at its limit
-                before, behind = np.minimum(before, early), np.minimum(behind, late)
-        if hand.limit("acceleration") < np.inf:
-            limit = _WITHIN * hand.limit("acceleration")
-            curved = [
-                hand.moved(q, grid.bends)[0] + hand.bent(q, slopes) for q, slopes in ((grid.starts, grid.slopes), (until, ends))
-            ]
-            sides = [_sides(moved[0], bend) for moved, bend in zip(at_ends, curved, strict=True)]
-            before, behind = (
-                np.minimum(ceiling, limit / np.maximum(across, 1e-100))
-                for ceiling, (*_, across) in zip((before, behind), sides, strict=True)
-            )
-            (slopes, bends, _), (later, others, _) = sides
-            # The kernel adds 2 h bend at the end of an interval. So a row has one condition at its start or at its end, twice.
-            twice, most = 2.0 * grid.steps[:, None], np.full(_DIRECTIONS, limit * np.cos(0.5 * np.pi / _DIRECTIONS))
-            rows += [(slopes, slopes - twice * bends, bends, most), (later + twice * others, later, others, most)]
-    none = np.empty((n, 0))
-    slopes, later, bends = (np.hstack([none, *(row[k] for row in rows)]) for k in range(3))
-    return PathBounds(before, behind, (slopes, later, bends, np.concatenate([np.empty(0), *(row[3] for row in rows)])))
-
-
 def _between(first: Array, last: Array) -> Array:
     """The greatest (speed / limit)^2 within each interval if the hand is at its limit at both ends, shape (n,), by 17 samples.
 
@@ -325,29 +305,6 @@ def _sides(slopes: Array, bends: Array) -> tuple[Array, Array, Array]:
     cos, sin = np.cos(angles), np.sin(angles)
     cos[np.abs(cos) < 1e-12] = 0.0
     return size[:, None] * cos, ahead[:, None] * cos + across[:, None] * sin, across
-
-
-def peaks_of(timed: Timed, hands: Iterable[Hand], since: float = 0.0) -> tuple[HandPeak, ...]:
-    """The greatest of each quantity of each hand in a motion from a time on, those that are limited; with bounds at all times.
-
-    ``times`` of the motion are the ends of polynomials of degree five.
-    """
-    pieces, peaks = _pieces_of(timed, since), []
-    for hand in hands:
-        rates = pieces.rates(hand)
-        limited = [(name, hand.limit(name)) for name in QUANTITIES if hand.limit(name) < np.inf]
-        peaks += [_peak(hand, name, timed, pieces, rates, limit) for name, limit in limited]
-    return tuple(peaks)
-
-
-def are_kept(timed: Timed, hands: Iterable[Hand], since: float = 0.0) -> bool:
-    """Whether a motion certainly keeps the limits of hands from a time on."""
-    return all(peaks_of(timed, hands, since))
-
-
-def factor_of(peaks: Iterable[HandPeak]) -> float:
-    """The share of its speed with which the peaks of a motion are within their limits, at most 1."""
-    return min(1.0, *((peak.limit / peak.bound) ** (0.5 if peak.quantity == "acceleration" else 1.0) for peak in peaks))
 
 
 def peak_of(timed: Timed, tree: Tree, link: str | None, quantity: str) -> HandPeak:

@@ -11,6 +11,7 @@ from ulna.collision.checker import Checker
 from ulna.collision.object_tables import NO_OBJECTS
 from ulna.collision.objects import Objects
 from ulna.collision.world import World
+from ulna.dynamics.dynamics import Dynamics
 from ulna.engine.lanes import WIDTH
 from ulna.engine.records import Records
 from ulna.ik.time_limit import TimeLimit
@@ -109,6 +110,7 @@ class Motion(NamedTuple):
         world: A copy of the world as it was.
         margin: How near an object may be [m].
         keeps: The constraints (``kept.table_of``), or None.
+        dynamics: The robot's, for torques.
     """
 
     space: Space
@@ -116,6 +118,7 @@ class Motion(NamedTuple):
     world: World | None
     margin: float
     keeps: Constraints | None = None
+    dynamics: Dynamics | None = None
 
     def edges(self, *, certify: bool) -> EdgeChecker:
         """What decides whether an edge is free: certainly, or at samples. And keeps the constraints, with a little to spare."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.hand import HandPeak
+from ulna.planning.motors import TorquePeak
 from ulna.planning.positions import Beyond
 from ulna.planning.timing import QUANTITIES
 
@@ -43,12 +44,13 @@ class MotionCheck:
         within: Whether every difference is within its limit, but for what rounding of the positions can add; and every hand.
         joint: The joint whose difference is the greatest share of its limit; the link of a hand that is beyond its own.
         quantity: Of what: "velocity", "acceleration" or "jerk"; "position" if the motion leaves the limits of position; "speed",
-            "acceleration" or "angular_speed" of a hand that is beyond its own.
+            "acceleration" or "angular_speed" of a hand that is beyond its own; or "torque".
         time: When [s].
         value: How much, without its sign [rad/s, rad/s^2 or rad/s^3; m of a slide]; or the farthest position [rad or m].
         limit: The limit there, in the unit of ``value``.
         period: The time between two samples [s].
         hands: The greatest speed and acceleration of each hand that is limited, at all times.
+        torques: The torque that is the greatest share of its limit, if torques are limited.
     """
 
     within: bool
@@ -59,18 +61,28 @@ class MotionCheck:
     limit: float
     period: float
     hands: tuple[HandPeak, ...] = ()
-    _of_hand: bool = False  # what is named is a hand, not a joint
+    torques: tuple[TorquePeak, ...] = ()
+    _beside: bool = False  # what is named is a hand, or a torque
 
     def __bool__(self) -> bool:
         return self.within
 
-    def with_hands(self, peaks: Sequence[HandPeak]) -> MotionCheck:
-        """The check of a motion with such peaks of hands."""
-        worst = max(peaks, key=lambda peak: peak.bound / peak.limit, default=None)
-        if worst is None or worst or not self.within:
-            return replace(self, within=self.within and all(peaks), hands=tuple(peaks))
-        found = {"joint": worst.link, "quantity": worst.quantity, "time": worst.time, "value": worst.value, "limit": worst.limit}
-        return replace(self, within=False, hands=tuple(peaks), _of_hand=True, **found)
+    def with_peaks(self, peaks: Sequence[HandPeak | TorquePeak]) -> MotionCheck:
+        """The check of a motion with such peaks of hands and of torques."""
+        hands = tuple(peak for peak in peaks if isinstance(peak, HandPeak))
+        torques = tuple(peak for peak in peaks if isinstance(peak, TorquePeak))
+        checked = replace(self, within=self.within and all(peaks), hands=hands, torques=torques)
+        beyond = [peak for peak in peaks if not peak]
+        if not beyond or not self.within:
+            return checked
+        worst = max(beyond, key=lambda peak: peak.share)
+        of = (worst.link, worst.quantity) if isinstance(worst, HandPeak) else (worst.joint, "torque")
+        found = dict(zip(("joint", "quantity"), of, strict=True)) | {
+            "time": worst.time,
+            "value": worst.value,
+            "limit": worst.limit,
+        }
+        return replace(checked, _beside=True, **found)
 
     def beyond_position(self, beyond: Beyond, names: Sequence[str]) -> MotionCheck:
         """The check of a motion that leaves the limits of position there."""
@@ -82,13 +94,13 @@ class MotionCheck:
             time=beyond.time,
             value=beyond.position,
             limit=beyond.limit,
-            _of_hand=False,
+            _beside=False,
         )
 
     def __str__(self) -> str:
-        if self._of_hand:
-            return f"beyond a limit: {'; '.join(str(peak) for peak in self.hands if not peak)}"
-        return "; ".join([self._of_joints, *map(str, self.hands)])
+        if self._beside:
+            return f"beyond a limit: {'; '.join(str(peak) for peak in (*self.hands, *self.torques) if not peak)}"
+        return "; ".join([self._of_joints, *map(str, (*self.hands, *self.torques))])
 
     @property
     def _of_joints(self) -> str:

@@ -13,14 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 from ulna.collision.checker import Checker
 from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_number
+from ulna.dynamics.dynamics import Dynamics
 from ulna.errors import InputError
 from ulna.ik.followed_path import FollowedPath
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.kinematics.tree import entry_names
 from ulna.planning.blend import IsFree
-from ulna.planning.hand import HandLimits, as_hands, refuse_faster
+from ulna.planning.hand import HandLimits
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import GivenLimits, as_motion_limits
+from ulna.planning.motors import as_caps, refuse_ends
 from ulna.planning.moving_ends import as_ends, refuse_path_beyond, with_ends
 from ulna.planning.space import make_space
 from ulna.planning.trajectory import Trajectory, resting
@@ -38,12 +40,14 @@ class GivenMotion(NamedTuple):
     acceleration: ArrayLike | None
     jerk: ArrayLike | None
     limits: GivenLimits | None
-    hand: HandLimits | Iterable[HandLimits] | None
+    hand: HandLimits | Iterable[HandLimits] | None = None
+    torque: ArrayLike | None = None
 
 
 def path_trajectory(
     q_path: ArrayLike | FollowedPath | Trajectory,
     checker: Checker,
+    dynamics: Dynamics,
     world: World | None,
     within: float,
     given: GivenMotion,
@@ -54,22 +58,22 @@ def path_trajectory(
     refuse_no_world(world)
     tree, points = checker.tree, _points(q_path, checker)
     names = tuple(entry_names(tree))
-    (limits, positions), hands = as_motion_limits(tree, *given[:4]), as_hands(given.hand, tree)
+    (limits, positions), caps = as_motion_limits(tree, *given[:4]), as_caps(given.hand, given.torque, tree, dynamics)
     inside = np.clip(points, positions.lower, positions.upper)
     points = np.where(np.abs(inside - points) <= _APART, inside, points)  # for inverse kinematics that is at the limit
     refuse_path_beyond("q_path", points, positions, names)
     space = make_space(tree, points, np.zeros(tree.n_dof, dtype=bool))
-    motion = Motion(space, checker, None if world is None else world.snapshot(), 0.0)
-    is_free = (IsFree(_anything) if world is None else motion.certificate)._replace(positions=positions, hands=hands)
+    motion = Motion(space, checker, None if world is None else world.snapshot(), 0.0, dynamics=dynamics)
+    is_free = (IsFree(_anything) if world is None else motion.certificate)._replace(positions=positions, caps=caps)
     ends = as_ends(*velocities, points, limits, positions, names)
-    refuse_faster(points[[0, -1]], ends, hands)
+    refuse_ends(caps, points, ends)
     if len(points) == 1 and not np.any(ends):
         free = world is not None and motion.is_free(np.repeat(points, 2, axis=0), np.zeros_like(points))
         still = resting(points[0], names, certified=free, motion=motion, limits=limits, positions=positions)
-        return replace(still, _hands=hands)
+        return replace(still, _caps=caps)
     timed = with_ends(points, ends, np.inf, limits, is_free, partial(np.linalg.norm, axis=-1), names, within)
     free = world is not None and motion.is_free(*timed.edges_since(0.0))
-    return Trajectory(free, names, timed, motion, limits, ends, positions, hands)
+    return Trajectory(free, names, timed, motion, limits, ends, positions, caps)
 
 
 def _anything(paths: Array, _spreads: Array) -> int:

@@ -18,11 +18,12 @@ from ulna.ik.reason import NO_REASON, Reason
 from ulna.ik.time_limit import TimeLimit, as_time_limit
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.notebook.tables import OneLine, table
-from ulna.planning.hand import HandLimits, as_hands, refuse_faster
+from ulna.planning.hand import HandLimits, as_hands
 from ulna.planning.held_first import arm_of
 from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import GivenLimits, as_motion_limits
+from ulna.planning.motors import as_caps, refuse_ends
 from ulna.planning.moving_ends import as_ends, refuse_path_beyond, with_ends
 from ulna.planning.positions import PositionLimits
 from ulna.planning.quicker import quicker_path
@@ -218,6 +219,7 @@ class Plan(OneLine):
         jerk: ArrayLike | None = None,
         limits: GivenLimits | None = None,
         hand: HandLimits | Iterable[HandLimits] | None = None,
+        torque: ArrayLike | None = None,
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
         time_limit: float | None = None,
@@ -238,6 +240,9 @@ class Plan(OneLine):
             limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it, or its mapping: the limits
                 that are not given as numbers (docs/planning.md names the arms and the sources). The file's positions are kept.
             hand: The greatest speed and acceleration of the hand, or of several links, at all times.
+            torque: The greatest torque of each joint [Nm or N], a number or n_dof numbers; for True the limits of effort of the
+                description. Gravity and what is attached count. Torques are judged at samples of the motion at most 2 ms apart,
+                with 0.5 % of each limit to spare.
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), where the acceleration is 0; at rest unless
                 given. Where it is not along the first edge, the motion goes straight on as far as it needs, and from there to the
                 second point of the path; all of that is certified.
@@ -266,16 +271,17 @@ class Plan(OneLine):
         if self.escaped:
             positions = _with_start(positions, self.path[0], tree)
         refuse_path_beyond("limits", self.path, positions, names)
-        ends, hands = as_ends(start_velocity, end_velocity, self.path, kept, positions, names), as_hands(hand, tree)
-        refuse_faster(self.path[[0, -1]], ends, hands)
+        ends = as_ends(start_velocity, end_velocity, self.path, kept, positions, names)
+        caps = as_caps(hand, torque, tree, self._motion.dynamics)
+        refuse_ends(caps, self.path, ends)
         if len(self.path) == 1 and not np.any(ends):
             still = resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept, positions=positions)
-            return replace(still, _hands=hands)
-        is_free = self._motion.certificate._replace(positions=positions, hands=hands, limit=limit)
+            return replace(still, _caps=caps)
+        is_free = self._motion.certificate._replace(positions=positions, caps=caps, limit=limit)
         path = self.path if kept.jerk is None else self._motion.finer(self.path, positions)
         timed = with_ends(path, ends, blend, kept, is_free, self._motion.space.lengths, names)
         certified = self.certified and not self.escaped
-        return Trajectory(certified, names, timed, self._motion, kept, ends, positions, hands)
+        return Trajectory(certified, names, timed, self._motion, kept, ends, positions, caps)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
         """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).
@@ -347,6 +353,7 @@ class Plan(OneLine):
         jerk: ArrayLike | None = None,
         limits: GivenLimits | None = None,
         hand: HandLimits | Iterable[HandLimits] | None = None,
+        torque: ArrayLike | None = None,
     ) -> Plan:
         """A plan whose motion within these limits takes less time, if one is found: points of the path are moved at random.
 
@@ -362,6 +369,7 @@ class Plan(OneLine):
             jerk: The greatest jerk.
             limits: The name of an arm, or a file ``joint_limits.yaml``.
             hand: The greatest speed and acceleration of the hand, or of several links.
+            torque: The greatest torque of each joint.
 
         Returns:
             A ``Plan``, to call ``trajectory`` of with the same limits; this one's path if none was quicker.
@@ -375,12 +383,12 @@ class Plan(OneLine):
             raise InputError("plan", f"there is no path: {self.status}")
         motion, certify = self._searched.motion, self._searched.certify
         edges, first, tree = motion.edges(certify=certify), 1 + int(self.escaped), motion.checker.tree
-        hands = [each.limits for each in as_hands(hand, tree)]
+        hands = None if hand is None else [each.limits for each in as_hands(hand, tree)]
 
         def duration_of(path: Array) -> float:
             plan = replace(self, path=path)
             timed = plan.trajectory(
-                acceleration=acceleration, velocity=velocity, blend=blend, jerk=jerk, limits=limits, hand=hands
+                acceleration=acceleration, velocity=velocity, blend=blend, jerk=jerk, limits=limits, hand=hands, torque=torque
             )
             return timed.duration
 

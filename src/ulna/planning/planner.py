@@ -14,6 +14,7 @@ from ulna.collision.world import World, refuse_no_world
 from ulna.description.arrays import as_count, as_number, as_switch
 from ulna.description.likely_units import degrees_in_words
 from ulna.description.semantic import GroupState
+from ulna.dynamics.dynamics import Dynamics
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.problem import as_names, columns_of_joints
@@ -91,6 +92,7 @@ class PlanRequest:
     states: tuple[GroupState, ...]
     keep: Keep | Iterable[Keep]
     options: PlanOptions
+    dynamics: Dynamics
 
 
 def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: PlanRequest) -> Plan:
@@ -159,6 +161,7 @@ def _checked(checker: Checker, inverse_kinematics: InverseKinematics, asked: Pla
         keeps,
         narrow,
         beside,
+        asked.dynamics,
     )
     return request, targets, within
 
@@ -208,7 +211,7 @@ def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Constra
     tree, world = request.tree, request.world
     far = world.objects().farthest if world is not None and slides_without_end(tree) else 0.0
     space = make_space(tree, np.concatenate([request.start[None], q]), fixed, far)
-    return Motion(space, request.checker, world, request.margin, keeps)
+    return Motion(space, request.checker, world, request.margin, keeps, request.dynamics)
 
 
 def _share_of(trial: Trial, n_trials: int, effort: Effort, options: PlanOptions, *, is_last: bool) -> tuple[int, TimeLimit]:

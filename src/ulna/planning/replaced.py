@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from ulna.errors import InputError
 from ulna.planning.averaged import MAX_TIMES, NARROWER, Averaged, beside_of, least_window_of, timed_path, with_pauses
 from ulna.planning.blend import Grid, IsFree, edges_of, end_of, free_cuts, is_motion_free, rounded
-from ulna.planning.hand import Hand, peaks_of
 from ulna.planning.moving_ends import STRAIGHT_ON, stopping_distance, without_equal
+from ulna.planning.path_limits import PathLimit, peaks_of
 from ulna.planning.positions import Farthest
 from ulna.planning.splined import Splined
 from ulna.planning.timing import N_PHASES, Limits, Moment, Profile, Speeds, TimedPath, fastest, grid_of
@@ -171,7 +171,7 @@ def _turned(timed: TimedPath | Averaged, path: Array, at: float, limits: Limits,
     """The motion that leaves one while it moves, or passes its corners."""
     base, window = _base_of(timed)
     stops: list[tuple[TimedPath, list[Grid]]] | None = None
-    rest = is_free._replace(hands=())  # ``_going_on`` has looked at the hands
+    rest = is_free._replace(caps=())  # ``_going_on`` has looked at the hands
     for share in _SHARES:
         for way in _straight_on(base, at + window, path, window, share * limits.acceleration, is_free):
             motion = _going_on(base, window, at, way, share, limits, is_free)
@@ -206,7 +206,7 @@ def _straight_on(
     for more in STRAIGHT_ON if speed > _STANDS else ():
         along = begin.qd / speed
         # the acceleration does not change twice within the window
-        ahead = more * _stopping_distance(begin, acceleration, is_free.hands) + speed * window
+        ahead = more * _stopping_distance(begin, acceleration, is_free.caps) + speed * window
         points = [begin.q, begin.q + ahead * along, *path[1:]]
         for grid in _along(points, max(_BLEND, ahead), is_free):
             yield _Way(grid, speed, int(np.argmax(np.append(grid.bends.any(axis=1), True))))  # up to the first parabola
@@ -214,11 +214,11 @@ def _straight_on(
         yield from (_Way(grid, 0.0) for grid in _along([begin.q, *path[1:]], _BLEND, is_free))
 
 
-def _stopping_distance(begin: Moment, acceleration: Array, hands: tuple[Hand, ...]) -> float:
+def _stopping_distance(begin: Moment, acceleration: Array, caps: tuple[PathLimit, ...]) -> float:
     """The distance in which a motion straight on stops within limits of acceleration, and about those of hands."""
     speed = float(np.linalg.norm(begin.qd))
     own = stopping_distance(begin.qd / speed, speed, acceleration)
-    return max(own, *(hand.stopping_distance(begin.q, begin.qd) for hand in hands)) if hands else own
+    return max(own, *(cap.stopping_distance(begin.q, begin.qd) for cap in caps)) if caps else own
 
 
 def _along(points: list[Array], blend: float, is_free: IsFree) -> list[Grid]:
@@ -241,7 +241,7 @@ def _stops(
     left, rate = _left_of(base, at + window)
     for more in _ALONG_ITS_OWN:
         for share in (_ON_LIMIT, *_SHARES[1:]):
-            stop = _stopping_distance(begin, share * limits.acceleration, is_free.hands) + speed * window
+            stop = _stopping_distance(begin, share * limits.acceleration, is_free.caps) + speed * window
             braking = _up_to(left, more * stop * rate / speed)
             stopped = _going_on(base, window, at, _Way(braking, rate, len(braking.steps)), share, limits, is_free)
             if stopped is not None:
@@ -326,21 +326,21 @@ def _going_on(
     base: TimedPath, window: float, at: float, way: _Way, share: float, limits: Limits, is_free: IsFree
 ) -> TimedPath | Averaged | None:
     """The base up to at + window and then along a way, and its mean; None if it cannot be within the limits, of hands too."""
-    hands = is_free.hands
-    narrower = hands if limits.jerk is None else tuple(hand.gentler(share) for hand in hands)  # as joints are, for the window
-    for _ in range(MAX_TIMES if hands else 1):
+    caps = is_free.caps
+    narrower = caps if limits.jerk is None else tuple(cap.gentler(share) for cap in caps)  # as joints are, for the window
+    for _ in range(MAX_TIMES if caps else 1):
         motion = _with_mean(base, window, at, way, limits._replace(acceleration=share * limits.acceleration), narrower)
-        peaks = () if motion is None else peaks_of(motion, hands, at)
+        peaks = () if motion is None else peaks_of(motion, caps, at)
         if all(peaks):
             return replace(motion, beside=beside_of(is_free)) if isinstance(motion, Averaged) else motion
-        narrower = tuple(hand.narrowed(peaks, NARROWER) for hand in narrower)
+        narrower = tuple(cap.narrowed(peaks, NARROWER) for cap in narrower)
     return None
 
 
 def _with_mean(
-    base: TimedPath, window: float, at: float, way: _Way, limits: Limits, hands: tuple[Hand, ...]
+    base: TimedPath, window: float, at: float, way: _Way, limits: Limits, caps: tuple[PathLimit, ...]
 ) -> TimedPath | Averaged | None:
-    rest = fastest(way.grid, limits.velocity, limits.acceleration, Speeds(way.speed, 0.0), way.slow, hands)
+    rest = fastest(way.grid, limits.velocity, limits.acceleration, Speeds(way.speed, 0.0), way.slow, caps)
     if rest is None:
         return None
     if window == 0.0:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ulna.kernels.planning.time_records import PathIntervals, Timing
 from ulna.planning.blend import Grid
 from ulna.planning.entries import time_parameterisation
-from ulna.planning.hand import NO_LIMIT, Hand, PathBounds, along
+from ulna.planning.path_limits import NO_LIMIT, PathBounds, PathLimit, along
 from ulna.planning.positions import Farthest, farthest_of
 
 Array = NDArray[np.float64]
@@ -161,13 +161,13 @@ def grid_of(pieces: Grid) -> Grid:
 
 
 def fastest(
-    grid: Grid, velocity: Array, acceleration: Array, speeds: Speeds = AT_REST, slow: int = 0, hands: tuple[Hand, ...] = ()
+    grid: Grid, velocity: Array, acceleration: Array, speeds: Speeds = AT_REST, slow: int = 0, caps: tuple[PathLimit, ...] = ()
 ) -> TimedPath | None:
     """The fastest motion, by TOPP-RA, which is no faster than at its start in the first ``slow`` intervals.
 
     None if the speeds at the ends cannot be had within the limits; from rest to rest there always is one.
     """
-    bounds = along(hands, grid) if hands else None
+    bounds = along(caps, grid) if caps else None
     ceilings = _ceilings(grid, velocity, speeds, bounds)
     if slow:
         ceilings[: slow + 1] = np.minimum(ceilings[: slow + 1], speeds.start**2)
@@ -176,13 +176,13 @@ def fastest(
 
 
 def fastest_and_coasting(
-    grid: Grid, velocity: Array, acceleration: Array, coast: float, speeds: Speeds = AT_REST, hands: tuple[Hand, ...] = ()
+    grid: Grid, velocity: Array, acceleration: Array, coast: float, speeds: Speeds = AT_REST, caps: tuple[PathLimit, ...] = ()
 ) -> tuple[TimedPath, ...]:
     """The fastest motion, and the fastest whose speed is constant for about ``coast`` [s] where that of the first has a peak.
 
     None, if the speeds at the ends cannot be had within the limits.
     """
-    bounds = along(hands, grid) if hands else None
+    bounds = along(caps, grid) if caps else None
     ceilings = _ceilings(grid, velocity, speeds, bounds)
     first, x = _timed(grid, acceleration, ceilings, speeds, bounds)
     if not _keeps(speeds, x):
@@ -198,7 +198,7 @@ def _keeps(speeds: Speeds, x: Array) -> bool:
 
 
 def _ceilings(grid: Grid, velocity: Array, speeds: Speeds, bounds: PathBounds | None) -> Array:
-    """Greatest (ds/dt)^2 at the grid points by the limits of velocity and of hands, shape (n + 1,), with stops and ends."""
+    """Greatest (ds/dt)^2 at the grid points by the limits of velocity and of caps, shape (n + 1,), with stops and ends."""
     steepest = np.maximum(np.abs(grid.slopes), np.abs(_ends(grid)))
     with np.errstate(divide="ignore", over="ignore"):
         of_intervals = np.minimum((velocity * _WITHIN / steepest).min(axis=1), 1e150) ** 2
@@ -224,19 +224,15 @@ def _timed(
 ) -> tuple[TimedPath, Array]:
     """The fastest motion below the ceilings of (ds/dt)^2, and what that is at the grid points, shape (n + 1,)."""
     n = len(grid.steps)
-    intervals, limits = PathIntervals(grid.slopes, _ends(grid), grid.bends, grid.steps), acceleration * _WITHIN
-    if bounds is not None and bounds.rows[3].size:
-        intervals, limits = _with_rows(intervals, limits, bounds.rows)
+    most = np.tile(acceleration * _WITHIN, (n, 1))
+    intervals = PathIntervals(grid.slopes, _ends(grid), grid.bends, -most, most, grid.steps)
+    if bounds is not None and bounds.rows is not None:
+        slopes, ends, bends, lows, highs = (np.hstack(pair) for pair in zip(intervals[:-1], bounds.rows, strict=True))
+        intervals = PathIntervals(slopes, ends, bends, lows, highs, grid.steps)
     timing = Timing(np.zeros(n + 1), np.zeros(n), np.zeros(n + 1))
     timing.x[0] = speeds.start**2
-    time_parameterisation.time_sections(intervals, np.ascontiguousarray(limits), ceilings, grid.borders, timing)
+    time_parameterisation.time_sections(intervals, ceilings, grid.borders, timing)
     return TimedPath(grid, Profile(timing.times, np.sqrt(timing.x[:-1]), timing.u, np.zeros(n))), timing.x
-
-
-def _with_rows(intervals: PathIntervals, limits: Array, rows: tuple[Array, Array, Array, Array]) -> tuple[PathIntervals, Array]:
-    """The intervals with further rows, as if there were more joints, and their limits."""
-    slopes, ends, bends = (np.hstack(pair) for pair in zip(intervals[:3], rows[:3], strict=True))
-    return PathIntervals(slopes, ends, bends, intervals.steps), np.concatenate([limits, rows[3]])
 
 
 def along_lines(lines: Grid, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:

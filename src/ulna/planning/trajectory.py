@@ -21,13 +21,15 @@ from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import OneLine, table
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.blend import CHORDS, Grid
-from ulna.planning.hand import UNITS, Hand, HandLimits, HandPeak, as_hands, peak_of, peaks_of
+from ulna.planning.hand import UNITS, Hand, HandLimits, HandPeak, peak_of
 from ulna.planning.keep import Keep
 from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
 from ulna.planning.motion_limits import GivenLimits, as_limits, limits_of, within_robot
+from ulna.planning.motors import Motors, as_caps, common_caps
 from ulna.planning.moving_ends import Ends, refuse_path_beyond
+from ulna.planning.path_limits import PathLimit, peaks_of
 from ulna.planning.positions import PositionLimits
 from ulna.planning.replaced import Continued, Timed, is_from_file, replaced
 from ulna.planning.ros_message import joint_trajectory, points_of
@@ -72,7 +74,7 @@ class Trajectory(OneLine):
     _limits: Limits | None = field(default=None, repr=False)
     _ends: Ends | None = field(default=None, repr=False)
     _positions: PositionLimits | None = field(default=None, repr=False)
-    _hands: tuple[Hand, ...] = field(default=(), repr=False)
+    _caps: tuple[PathLimit, ...] = field(default=(), repr=False)
 
     @staticmethod
     def from_file(path: str | Path, robot: ReadsMotions, *, others: ArrayLike | None = None) -> Trajectory:
@@ -171,7 +173,7 @@ class Trajectory(OneLine):
     @property
     def hand_limits(self) -> tuple[HandLimits, ...]:
         """The limits of hands with which it was made, each with the name of its link."""
-        return tuple(hand.limits for hand in self._hands)
+        return tuple(cap.limits for cap in self._caps if isinstance(cap, Hand))
 
     def at(self, t: ArrayLike) -> Moment:
         """Positions, velocities and accelerations at times.
@@ -256,6 +258,7 @@ class Trajectory(OneLine):
         acceleration: ArrayLike | None = None,
         jerk: ArrayLike | None = None,
         hand: HandLimits | Iterable[HandLimits] | None = None,
+        torque: ArrayLike | None = None,
         period: float = 0.001,
     ) -> MotionCheck:
         """Whether a controller accepts the motion: its positions, and velocity, acceleration and jerk by differences of samples.
@@ -274,6 +277,8 @@ class Trajectory(OneLine):
             jerk: The greatest jerk [rad/s^3 or m/s^3].
             hand: The greatest speed and acceleration of the hand, or of several links; those with which the motion was made
                 unless given. They are judged at all times, between the samples too.
+            torque: The greatest torque of each joint [Nm or N], a number or n_dof numbers; for True the limits of effort of the
+                description. Those with which the motion was made unless given, and none for False.
             period: The time between two samples [s].
 
         Returns:
@@ -301,7 +306,7 @@ class Trajectory(OneLine):
             **{name: as_limits(name, most, n, may_be_infinite=True) for name, most in given.items() if most is not None}
         )
         judged = check_of(samples, float(period), arm, self.joint_names, self.end_velocities)
-        judged = judged.with_hands(peaks_of(self._timed, self._hands if hand is None else as_hands(hand, self._tree)))
+        judged = judged.with_peaks(peaks_of(self._timed, self._caps_of(hand, torque)))
         beyond = None if positions is None else positions.beyond(self._timed)
         return judged if beyond is None else judged.beyond_position(beyond, self.joint_names)
 
@@ -352,7 +357,7 @@ class Trajectory(OneLine):
         if not self.duration:
             return self
         timed, names, ends = self._timed.slowed(factor), self.joint_names, Ends(*(factor * self.end_velocities))
-        return Trajectory(self.certified, names, timed, self._motion, self._limits, ends, self._positions, self._hands)
+        return Trajectory(self.certified, names, timed, self._motion, self._limits, ends, self._positions, self._caps)
 
     def replace(self, plan: Plan, *, at: float) -> Trajectory:
         """The motion that leaves this one while it runs, and goes on along another plan.
@@ -399,16 +404,17 @@ class Trajectory(OneLine):
         tree, ends, names = motion.checker.tree, Ends(self.end_velocities[0], np.zeros_like(here)), self.joint_names
         positions = PositionLimits(tree.lower, tree.upper).narrowed(self._positions)
         refuse_path_beyond("plan", plan.path, positions, names)
-        is_free = motion.certificate._replace(positions=positions, hands=self._hands)
+        caps = tuple(cap.of(motion.dynamics) if isinstance(cap, Motors) else cap for cap in self._caps)
+        is_free = motion.certificate._replace(positions=positions, caps=caps)
         path = plan.path if self._limits.jerk is None else motion.finer(plan.path, positions)
         timed = replaced(self._timed, path, at, self._limits, is_free)
-        return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions, self._hands)
+        return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions, caps)
 
     def then(self, other: Trajectory) -> Trajectory:
         """The motion, a stop, and another motion, which begins where the first one ends.
 
-        It is certified where both are. Of two different limits it states the wider ones. Limits of hands are kept where both
-        motions have the same.
+        It is certified where both are. Of two different limits it states the wider ones. Limits of hands and of torques are kept
+        where both motions have the same.
 
         Args:
             other: A motion of the same joints, as ``robot.plan(motion.q[-1], goal, world).trajectory(...)``.
@@ -436,8 +442,34 @@ class Trajectory(OneLine):
         limits = None if self._limits is None or other._limits is None else self._limits.wider(other._limits)
         positions = None if self._positions is None or other._positions is None else self._positions.wider(other._positions)
         certified, timed = self.certified and other.certified, Continued(self._timed, other._timed)
-        hands = self._hands if self._hands == other._hands else ()
-        return Trajectory(certified, self.joint_names, timed, self._motion, limits, ends, positions, hands)
+        caps = common_caps(self._caps, other._caps)
+        return Trajectory(certified, self.joint_names, timed, self._motion, limits, ends, positions, caps)
+
+    def torques(self, t: ArrayLike) -> Array:
+        """The torques that the motion needs at times: with gravity, and with what the robot holds.
+
+        Args:
+            t: Times [s], shape (...).
+
+        Returns:
+            Torques [Nm or N], shape (..., n_dof).
+
+        Raises:
+            InputError: t is not an array of finite numbers, or the robot of the motion is not known.
+            InertiaError: A link that moves and has a shape has no inertia.
+        """
+        if self._motion is None or self._motion.dynamics is None:
+            raise InputError("motion", "it is of a robot that is not known")
+        return self._motion.dynamics.inverse(self.at(t)[:3], None, None, None)
+
+    def _caps_of(self, hand: HandLimits | Iterable[HandLimits] | None, torque: ArrayLike | None) -> tuple[PathLimit, ...]:
+        """The limits beside those of joints that are given, or else those with which the motion was made."""
+        if hand is None and torque is None:
+            return self._caps
+        dynamics = None if self._motion is None else self._motion.dynamics
+        given = as_caps(hand, torque, self._tree, dynamics)
+        kind = (Hand,) * (hand is None) + (Motors,) * (torque is None)
+        return (*given, *(cap for cap in self._caps if isinstance(cap, kind)))
 
     def _count_of_periods(self, period: float) -> int:
         """The number of periods that the motion takes, the last one begun."""
@@ -525,7 +557,7 @@ class Trajectory(OneLine):
         with needs_extra("a plot", "plot", "matplotlib"):
             from ulna.notebook.figure import NotebookFigure  # noqa: PLC0415 - it needs the extra
         shown = list(zip(QUANTITIES, _UNITS, strict=True))[: 4 if self.limits_jerk else 3]
-        n_shown, hands = len(shown), [hand for hand in self._hands if hand.limits.speed is not None]
+        n_shown, hands = len(shown), [cap for cap in self._caps if isinstance(cap, Hand) and cap.limits.speed is not None]
         figure = NotebookFigure(figsize=(8, 2.6 * (n_shown + bool(hands))), layout="constrained")
         t, limits = np.linspace(0.0, self.duration, 1000), self.limits
         rows, moment = figure.subplots(n_shown + bool(hands), sharex=True), self.at(t)

@@ -79,7 +79,7 @@ def compute(opened: OpenMap, chunk: int) -> dict[str, NDArray]:
     specification, robot = opened.specification, opened.robot
     region = specification.grid.region(chunk)
     shape = tuple(cut.stop - cut.start for cut in region)
-    reached, every_q, branches = verdicts(specification, robot, opened.world, specification.grid.targets(region))
+    reached, every_q, known, branches = verdicts(specification, robot, opened.world, specification.grid.targets(region))
     solved = np.flatnonzero(reached == REACHED)
     q = every_q[solved]
     values: dict[str, NDArray] = {} if branches is None else {"branches": branches.reshape(shape)}
@@ -89,10 +89,20 @@ def compute(opened: OpenMap, chunk: int) -> dict[str, NDArray]:
                 of_solved = robot.manipulability(q, link=specification.link)
             case "clearance":
                 of_solved = robot.signed_distance(q, opened.world)
+            case "payload":
+                of_solved = _largest_payload(robot, specification.link, known, len(reached))[solved]
             case _:
                 of_solved = q
         values[name] = _spread(np.asarray(of_solved, dtype=np.float32), solved, shape)
     return {**values, "reached": reached.reshape(shape)}
+
+
+def _largest_payload(robot: Robot, link: str, known: tuple[Array, NDArray[np.int64]], n: int) -> Array:
+    """The largest payload of any known solution of each of n poses [kg], shape (n,); 0 where there is none."""
+    q, poses = known
+    largest = np.zeros(n)
+    np.maximum.at(largest, poses, robot.payload(q, link=link))
+    return largest
 
 
 def write(opened: OpenMap, chunk: int, values: dict[str, NDArray]) -> None:

@@ -113,7 +113,7 @@ class ReachabilityMap:
         own = robot_from_json(specification.model)
         if robot is not None:
             checked = specification.scene is not None or specification.clearance
-            if robot_to_json(robot, checked=checked) != specification.model:
+            if robot_to_json(robot, checked=checked, weighed=specification.payload) != specification.model:
                 raise InputError(
                     "robot", f"the map at {where} is of another robot ({specification.robot}), or of this one as it was"
                 )

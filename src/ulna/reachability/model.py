@@ -1,7 +1,7 @@
 """Writes a robot as JSON text from which it is made again bit for bit.
 
 A map carries its robot, so that a worker on another machine needs neither a file of the robot nor a pickle, which could run
-code. What is seen (visuals), the text it came from and its semantic description are left out: no pose depends on them.
+code. What is seen (visuals), masses, the text it came from and its semantic description are left out: no pose depends on them.
 """
 
 import hashlib
@@ -15,8 +15,9 @@ import numpy as np
 from ulna.collision.allowed import AllowedCollisions, LinkPair
 from ulna.collision.attached import Attached
 from ulna.description.file_bytes import json_value
-from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link, Mimic, Safety
+from ulna.description.robot_description import Body, Description, Inertia, Joint, JointType, Limits, Link, Mimic, Safety
 from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere
+from ulna.dynamics.dynamics import FREE_FALL
 from ulna.errors import DescriptionError
 from ulna.kinematics.tree import Narrowed
 from ulna.robot import Robot
@@ -24,19 +25,26 @@ from ulna.robot import Robot
 _KINDS = {
     kind.__name__: kind
     for kind in (Attached, Body, Box, Capsule, ConvexMesh, Cylinder, Description, Joint, Limits, Link, LinkPair, Mesh, Mimic)
-} | {"Safety": Safety, "Sphere": Sphere}
+} | {"Inertia": Inertia, "Safety": Safety, "Sphere": Sphere}
 _LEFT_OUT = {"line", "text", "source", "folder", "package_dirs", "srdf", "visuals", "color", "excess", "touched", "samples", "q"}
+_OF_FORCES = {"inertia", "damping", "friction"}
 
 
-def robot_to_json(robot: Robot, *, checked: bool) -> str:
-    """The text of a robot; with the pairs of links that may touch if its collisions are ``checked``."""
+def robot_to_json(robot: Robot, *, checked: bool, weighed: bool = False) -> str:
+    """The text of a robot: with the pairs of links that may touch if ``checked``, with inertias and gravity if ``weighed``.
+
+    checked: whether its collisions are checked. weighed: whether its torques are computed.
+    """
     allowed = [[pair.link_a, pair.link_b] for pair in robot.allowed_collisions] if checked else None
+    left_out = _LEFT_OUT if weighed else _LEFT_OUT | _OF_FORCES
     data = {
-        "description": _json_ready(robot.description),
+        "description": _json_ready(robot.description, left_out),
         "home": robot.home.tolist(),
-        "attached": [_json_ready(one) for one in robot.attached],
+        "attached": [_json_ready(one, left_out) for one in robot.attached],
         "allowed": allowed,
     }
+    if weighed:
+        data["gravity"] = robot.gravity.tolist()
     if robot.tree.narrowed is not None:  # the text of any other robot is as it was
         data["narrowed"] = {name: each.tolist() for name, each in robot.tree.narrowed._asdict().items()}
     return json.dumps(data, sort_keys=True, separators=(",", ":"))
@@ -52,7 +60,8 @@ def robot_from_json(text: str) -> Robot:
         allowed = None if pairs is None else AllowedCollisions(tuple(LinkPair(a, b) for a, b in pairs))
         given = data.get("narrowed")
         narrowed = None if given is None else Narrowed(**{name: np.array(each, dtype=float) for name, each in given.items()})
-        return Robot(description, home=data["home"], attached=attached, allowed=allowed, _narrowed=narrowed)
+        gravity = data.get("gravity", FREE_FALL)
+        return Robot(description, home=data["home"], attached=attached, allowed=allowed, gravity=gravity, _narrowed=narrowed)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise DescriptionError(f"the map's robot cannot be read: {error}", "a reachability map") from error
 
@@ -62,10 +71,10 @@ def fingerprint(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _json_ready(value: Any) -> Any:
+def _json_ready(value: Any, left_out: set[str]) -> Any:
     """Dataclasses as dictionaries with the name of their class, arrays and tuples as lists."""
     if is_dataclass(value) and not isinstance(value, type):
-        kept = {f.name: _json_ready(getattr(value, f.name)) for f in fields(value) if f.name not in _LEFT_OUT}
+        kept = {f.name: _json_ready(getattr(value, f.name), left_out) for f in fields(value) if f.name not in left_out}
         return {"kind": type(value).__name__, **kept}
     if isinstance(value, Enum):
         return value.value
@@ -73,7 +82,7 @@ def _json_ready(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, frozenset | set):
         return sorted(value)
-    return [_json_ready(item) for item in value] if isinstance(value, tuple | list) else value
+    return [_json_ready(item, left_out) for item in value] if isinstance(value, tuple | list) else value
 
 
 def _made(value: Any) -> Any:

@@ -41,6 +41,7 @@ def reachability_map(
     task: Task | str = "pose",
     keep_clearance: bool = False,
     keep_solutions: bool = False,
+    keep_payload: bool = False,
     client: Any = None,
     resume: bool = False,
     seed: int = 0,
@@ -68,6 +69,7 @@ def reachability_map(
         task: How much of a pose must be reached; see ``Robot.inverse_kinematics``.
         keep_clearance: Keep how far the solution found is from the nearest obstacle, or from touching itself [m].
         keep_solutions: Keep the joint positions found.
+        keep_payload: Keep the largest mass at the link's origin that the motors hold still [kg], of any solution that is known.
         client: A ``dask.distributed.Client``: the chunks are computed by its cluster. Threads of this process unless given.
         resume: Continue the map at ``path``. If there is no map yet, begin one; if it is complete, do nothing.
         seed: Chooses the random starts of the searches.
@@ -85,6 +87,7 @@ def reachability_map(
         InputError: An argument that cannot be taken, or ``resume`` with a map that is of something else; it says of what.
         UnknownNameError: There is no such link.
         GeometryError: Collisions are to be checked, and the robot has no collision shapes, or some that cannot be checked.
+        InertiaError: The payload is to be kept, and a link that moves and has a shape has no inertia.
         FileError: There is a map already and ``resume`` is not given; the disk is full; the folder cannot be written to; another
             process is writing to the map.
         ClusterError: The cluster is lost. What was computed is kept.
@@ -106,7 +109,9 @@ def reachability_map(
     zarr_package()
     where, goes_on = _as_path(path), as_switch("resume", resume)
     search = task, seed, position_tolerance, rotation_tolerance, max_iterations
-    asked = _specification(robot, link, (voxel, orientations, bounds), world, search, (keep_clearance, keep_solutions))
+    asked = _specification(
+        robot, link, (voxel, orientations, bounds), world, search, (keep_clearance, keep_solutions, keep_payload)
+    )
     workers = ThreadWorkers() if client is None else DaskWorkers(client)
     try:
         with locked(where):
@@ -136,15 +141,17 @@ def _specification(robot: Robot, link: str | None, grid: tuple, world: World | N
         )
     link, (voxel, orientations, bounds) = robot.tree.link_or_tip(link), grid
     task, seed, position_tolerance, rotation_tolerance, max_iterations = search
-    clearance, solutions = map(as_switch, ("keep_clearance", "keep_solutions"), kept)
+    clearance, solutions, payload = map(as_switch, ("keep_clearance", "keep_solutions", "keep_payload"), kept)
     poses = Grid.within(default_bounds(robot, link) if bounds is None else bounds, voxel, orientations)
     checked = world is not None or clearance
     if checked:
         robot.signed_distance(robot.home, world)  # or say now why it cannot be
+    if payload:
+        robot.payload(robot.home, link=link)  # likewise
     text = robot.description.text
     return Specification(
         robot=robot.name,
-        model=robot_to_json(robot, checked=checked),
+        model=robot_to_json(robot, checked=checked, weighed=payload),
         urdf=hashlib.sha256(text.encode()).hexdigest() if text else "",
         source=robot.description.source,
         link=link,
@@ -159,6 +166,7 @@ def _specification(robot: Robot, link: str | None, grid: tuple, world: World | N
         solutions=solutions,
         branches=_all_are_known(robot, link, as_task(task)),
         version=version("ulna"),
+        payload=payload,
     )
 
 

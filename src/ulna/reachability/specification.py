@@ -15,10 +15,11 @@ from ulna.reachability.grid import Grid
 from ulna.reachability.model import fingerprint
 
 _SEARCH = "seed", "position_tolerance", "rotation_tolerance", "max_iterations"  # fields, and attributes of these names
+_PAYLOAD = "payload_kept"  # which older maps do not have
 FORMAT = 2  # of the attributes; another number is refused
 _KINDS = {
     str: ("robot", "robot_model", "urdf_sha256", "robot_source", "tool", "task", "scene", "ulna_version"),
-    bool: ("clearance_kept", "solutions_kept", "branches_counted"),
+    bool: ("clearance_kept", "solutions_kept", "branches_counted", _PAYLOAD),
     list: ("low", "voxels_zyx"),
 }  # numbers are checked where they are used
 
@@ -44,6 +45,7 @@ class Specification:
         solutions: Whether the joint positions are kept.
         branches: Whether the arm has a closed form, by which the solutions of each pose are counted.
         version: Ulna's.
+        payload: Whether the largest payload is kept.
     """
 
     robot: str
@@ -62,6 +64,7 @@ class Specification:
     solutions: bool
     branches: bool
     version: str
+    payload: bool = False
 
     def __post_init__(self) -> None:
         Options(task=self.task, **self._numbers).checked()
@@ -96,6 +99,7 @@ class Specification:
             "clearance_kept": self.clearance,
             "solutions_kept": self.solutions,
             "branches_counted": self.branches,
+            _PAYLOAD: self.payload,
             "ulna_version": self.version,
             "robot_model": self.model,
             "scene": "" if self.scene is None else self.scene,
@@ -106,6 +110,7 @@ class Specification:
         """That of a map's attributes; ``where`` names the map in messages."""
         if attributes.get("ulna_reachability_map") != FORMAT:
             raise DescriptionError("is not a reachability map that this version of Ulna reads", where)
+        attributes = {_PAYLOAD: False, **attributes}
         try:
             _check_kinds(attributes)
             task = json_value(attributes["task"])
@@ -117,7 +122,7 @@ class Specification:
                 attributes["chunk_poses"],
             )
             texts = [attributes[name] for name in ("robot", "robot_model", "urdf_sha256", "robot_source", "tool")]
-            names = *_SEARCH, "clearance_kept", "solutions_kept", "branches_counted", "ulna_version"
+            names = *_SEARCH, "clearance_kept", "solutions_kept", "branches_counted", "ulna_version", _PAYLOAD
             search = [attributes[name] for name in names]
             made = Task(tuple(task["slack"]), tuple(task["axis"]))
             found = cls(*texts, grid, made, attributes["scene"] or None, *search)  # pyright: ignore[reportCallIssue]
@@ -148,6 +153,7 @@ class Specification:
             **self._numbers,
             "clearance": self.clearance,
             "solutions": self.solutions,
+            "payload": self.payload,
             "version of Ulna": self.version,
         }
 

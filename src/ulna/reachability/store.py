@@ -6,6 +6,7 @@
     branches         how many solutions there are; -1 where not counted (z, y, x, orientation)  int8, closed forms of six joints
     manipulability   of the solution found; NaN if not reached          (z, y, x, orientation)  float32
     clearance        of the solution found [m]; NaN where none is       (z, y, x, orientation)  float32, on request
+    payload          the largest of any solution known [kg]; NaN so too (z, y, x, orientation)  float32, on request
     q                the solution found [rad or m]                      (z, y, x, orientation, joint)  float32, on request
 
 All are cut into the same chunks. Of a chunk, ``reached`` is written last, by a rename: where its file is, all of the chunk is.
@@ -46,6 +47,7 @@ _TEXTS = {
     ),
     "manipulability": (np.nan, "sqrt(det(J J')) of the solution found; NaN where none was", "mixed"),
     "clearance": (np.nan, "signed distance of the solution found from the nearest object or link; NaN where none was", "m"),
+    "payload": (np.nan, "largest mass at the link's origin that the motors hold, of any solution known; NaN where none is", "kg"),
     "q": (np.nan, "joint positions of the solution found; NaN where none was", "rad or m"),
 }  # the value of what was not computed, the long name and the units
 
@@ -79,7 +81,7 @@ def create(path: Path, specification: Specification, joint_names: tuple[str, ...
 def variables(specification: Specification) -> tuple[str, ...]:
     """The names of a map's variables, in the order in which a chunk of them is written: the verdict last."""
     chosen = {"branches": specification.branches, "manipulability": True}
-    chosen |= {"clearance": specification.clearance, "q": specification.solutions}
+    chosen |= {"clearance": specification.clearance, "payload": specification.payload, "q": specification.solutions}
     return (*(name for name, kept in chosen.items() if kept), "reached")
 
 

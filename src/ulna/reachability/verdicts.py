@@ -38,18 +38,22 @@ class Verdicts(NamedTuple):
     Attributes:
         reached: The numbers of their statuses, shape (n,).
         q: A solution of each that is reached, shape (n, n_dof).
+        known: All solutions that are known, each with the pose that it leads to: shapes (m, n_dof) and (m,).
         branches: How many solutions there are, shape (n,); None where they are not counted.
     """
 
     reached: NDArray[np.int8]
     q: Array
+    known: tuple[Array, NDArray[np.int64]]
     branches: NDArray[np.int8] | None
 
 
 def verdicts(specification: Specification, robot: Robot, world: World | None, targets: Array) -> Verdicts:
     """Those of targets of shape (n, 4, 4)."""
     if not specification.branches:
-        return Verdicts(*_searched(specification, robot, world, targets), None)
+        reached, q = _searched(specification, robot, world, targets)
+        poses = np.flatnonzero(reached == REACHED)
+        return Verdicts(reached, q, (q[poses], poses), None)
     return _by_closed_form(specification, robot, world, targets)
 
 
@@ -73,7 +77,10 @@ def _by_closed_form(specification: Specification, robot: Robot, world: World | N
     reached[usable.any(axis=1)] = REACHED
     change = np.where(usable, np.abs(found.q - robot.home).max(axis=-1), np.inf)
     q = found.q[np.arange(len(targets)), change.argmin(axis=1)]
+    known, poses = found.q[usable], np.nonzero(usable)[0]
     open_ = np.flatnonzero(~usable.any(axis=1) & ~np.isin(found.proof, [Proof.COMPLETE, Proof.COINCIDING]))
     if len(open_):
         reached[open_], q[open_] = _searched(specification, robot, world, targets[open_])
-    return Verdicts(reached, q, usable.sum(axis=1, dtype=np.int8))
+        more = open_[reached[open_] == REACHED]
+        known, poses = np.concatenate([known, q[more]]), np.concatenate([poses, more])
+    return Verdicts(reached, q, (known, poses), usable.sum(axis=1, dtype=np.int8))

@@ -65,8 +65,8 @@ def _refused(message: str, path: Path, option: str) -> Exception:
 
 def _motion(robot: Robot, points: JointPoints) -> Trajectory:
     tree, (names, times, q, qd, qdd) = robot.tree, points
-    checker = robot._checker  # noqa: SLF001 - a part of the robot
-    motion = Motion(make_space(tree, q, np.zeros(tree.n_dof, dtype=bool)), checker, None, 0.0)
+    checker, dynamics = robot._checker, robot._dynamics  # noqa: SLF001 - parts of the robot
+    motion = Motion(make_space(tree, q, np.zeros(tree.n_dof, dtype=bool)), checker, None, 0.0, dynamics=dynamics)
     own, positions = described_limits(tree), PositionLimits(tree.lower, tree.upper)
     limits = own._replace(velocity=np.where(own.velocity > 0.0, own.velocity, np.inf))
     if len(q) == 1:

@@ -5,6 +5,8 @@ from typing import Never
 
 _FORWARD, _INVERSE, _JACOBIAN = "robot.forward_kinematics(q)", "robot.inverse_kinematics(T_base_tip)", "robot.jacobian(q)"
 _LIMITS = "robot.lower and robot.upper"
+_INVERSE_DYNAMICS, _FORWARD_DYNAMICS = "robot.inverse_dynamics(q, qd, qdd)", "robot.forward_dynamics(q, qd, torque)"
+_MASS_MATRIX = "robot.mass_matrix(q)"
 OTHER_NAMES = {  # of Robotics Toolbox, Pinocchio, PyBullet, MoveIt, urdfpy and their like
     "fk": _FORWARD,
     "fkine": _FORWARD,
@@ -18,6 +20,14 @@ OTHER_NAMES = {  # of Robotics Toolbox, Pinocchio, PyBullet, MoveIt, urdfpy and 
     "jacob0": _JACOBIAN,
     "jacobe": 'robot.jacobian(q, expressed_in="link")',
     "jacob": _JACOBIAN,
+    "rnea": _INVERSE_DYNAMICS,
+    "rne": _INVERSE_DYNAMICS,
+    "aba": _FORWARD_DYNAMICS,
+    "accel": _FORWARD_DYNAMICS,
+    "crba": _MASS_MATRIX,
+    "inertia": _MASS_MATRIX,
+    "gravload": "robot.gravity_torque(q)",
+    "coriolis": "robot.coriolis_torque(q, qd)",
     "qlim": _LIMITS,
     "joint_limits": _LIMITS,
     "limits": _LIMITS,

@@ -7,6 +7,7 @@ computes nothing itself: it calls one function of the folders below.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -16,17 +17,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.allowed import AllowedCollisions, as_allowed
-from ulna.collision.attached import Attached, attach, detach
+from ulna.collision.attached import Attached, attach, detach, inertias_of
 from ulna.collision.checker import RESOLUTION, Checker
 from ulna.collision.distances import Distances
 from ulna.collision.report import EdgeReport
 from ulna.collision.sampled_pairs import FoundPairs
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
+from ulna.description.inertias import Payload
 from ulna.description.likely_units import FAR, check_description, check_object
 from ulna.description.meshes.mesh_files import with_mesh_paths
 from ulna.description.pose import as_one_pose, inverse
-from ulna.description.robot_description import Description
+from ulna.description.robot_description import Description, Inertia
 from ulna.description.semantic import EndEffector, Srdf
 from ulna.description.shapes import Solid
 from ulna.description.subtree import with_tool
@@ -34,6 +36,8 @@ from ulna.description.urdf_writer import write_urdf
 from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
+from ulna.dynamics.bodies import described_with
+from ulna.dynamics.dynamics import FREE_FALL, Dynamics, as_gravity
 from ulna.errors import InputError, refuse_unknown
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
 from ulna.ik.differential import differential_ik
@@ -64,6 +68,7 @@ from ulna.planning.path_trajectory import GivenMotion, path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
 from ulna.planning.trajectory import Trajectory
+from ulna.robot.forces import Forces
 from ulna.robot.other_names import put_other_names, without_other_names
 from ulna.servo.servo import Request as ServoRequest
 from ulna.servo.servo import Servo
@@ -78,8 +83,8 @@ _PLAN = PlanOptions()
 _SEED, _TASK, _NONE = 0, "pose", ()
 
 
-class Robot:
-    """A robot: its kinematic tree, forward and inverse kinematics, Jacobians and collision queries.
+class Robot(Forces):
+    """A robot: its kinematic tree, forward and inverse kinematics, Jacobians, collision queries, plans and forces.
 
     Made by ``ulna.load`` or ``Robot.from_dh``. Immutable, picklable, safe to share between threads; its arrays are read-only.
     """
@@ -104,6 +109,7 @@ class Robot:
         home: ArrayLike | None = None,
         attached: Iterable[Attached] = (),
         allowed: AllowedCollisions | None = None,
+        gravity: ArrayLike = FREE_FALL,
         _found: FoundPairs | None = None,
         _narrowed: Narrowed | None = None,
     ) -> None:
@@ -122,6 +128,7 @@ class Robot:
             _jacobian=JacobianByLink(tree),
             _checker=checker,
             _inverse_kinematics=InverseKinematics(tree, start, checker),
+            _dynamics=Dynamics(tree, description, inertias_of(description, carried), as_gravity(gravity)),
         )
 
     @classmethod
@@ -246,6 +253,11 @@ class Robot:
         return self.tree.jerk_limits
 
     @property
+    def effort_limits(self) -> Array:
+        """Largest torques and forces [Nm or N], shape (n_dof,); inf where the description gives none."""
+        return self.tree.effort_limits
+
+    @property
     def srdf(self) -> Srdf:
         """The semantic description, its names checked against the robot; empty where none was given."""
         return self.description.srdf
@@ -315,6 +327,8 @@ class Robot:
 
     def to_urdf(self, *, mesh_paths: str = "given") -> str:
         """URDF text: the expanded text that was read, or one that is written for a robot made in another way.
+
+        Attached objects are no part of it.
 
         Args:
             mesh_paths: ``"given"``: meshes are named as they were; ``"file"``: by absolute ``file://`` addresses, as RViz needs.
@@ -1157,7 +1171,7 @@ class Robot:
         members, states = None if group is None else group_named(group, self.groups), self.srdf.states
         if isinstance(q_start, str):
             q_start = configuration(state_named(q_start, states, members), self.tree, self.home)
-        asked = PlanRequest(q_start, goal, world, link, task, held, members, states, keep, options)
+        asked = PlanRequest(q_start, goal, world, link, task, held, members, states, keep, options, self._dynamics)
         return plan_motion(self._checker, self._inverse_kinematics, asked)
 
     def trajectory(
@@ -1170,6 +1184,7 @@ class Robot:
         jerk: ArrayLike | None = None,
         limits: GivenLimits | None = None,
         hand: HandLimits | Iterable[HandLimits] | None = None,
+        torque: ArrayLike | None = None,
         world: World | None = None,
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
@@ -1189,6 +1204,7 @@ class Robot:
             jerk: The greatest jerk [rad/s^3 or m/s^3]; unless given that of ``limits`` or of the robot, if one states it.
             limits: The name of an arm, as "franka", a file ``joint_limits.yaml``, or the mapping of one.
             hand: The greatest speed and acceleration of the hand, or of several links, at all times: ``HandLimits``.
+            torque: The greatest torque of each joint [Nm or N], as of ``Plan.trajectory``; for True the limits of effort.
             world: Objects. Where a rounded corner is not certified to be free of them and of the robot itself, the motion stops;
                 ``certified`` says whether all of it is free.
             start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), along the first line, where the acceleration
@@ -1214,8 +1230,8 @@ class Robot:
             >>> motion.stops, bool(motion.check("franka"))
             (0, True)
         """
-        given = GivenMotion(velocity, acceleration, jerk, limits, hand)
-        return path_trajectory(q_path, self._checker, world, within, given, (start_velocity, end_velocity))
+        given = GivenMotion(velocity, acceleration, jerk, limits, hand, torque)
+        return path_trajectory(q_path, self._checker, self._dynamics, world, within, given, (start_velocity, end_velocity))
 
     def motion_from_file(self, path: str | Path, *, others: ArrayLike | None = None) -> Trajectory:
         """A motion of this robot from elsewhere; see ``Trajectory.from_file``.
@@ -1285,6 +1301,7 @@ class Robot:
         tracking_error: ArrayLike = 0.0,
         posture: ArrayLike | None = None,
         hand: HandLimits | Iterable[HandLimits] | None = None,
+        torque: ArrayLike | None = None,
     ) -> Servo:
         """A servo: it steers the arm tick by tick, and certifies each command together with a full stop after it (docs/servo.md).
 
@@ -1306,6 +1323,8 @@ class Robot:
             tracking_error: How far each joint may be from its command [rad or m]: the certificate holds for all of that.
             posture: A configuration that the null space goes towards [rad or m], shape (n_dof,); none unless given.
             hand: The greatest speed and angular speed of the hand, or of several links, at all times; no limit unless given.
+            torque: The greatest torque of each joint [Nm or N], a number or n_dof numbers; for True the limits of effort of the
+                description. A tick is slower where it, or the stop after it, needs more. Torques are judged at samples.
 
         Raises:
             InputError: An argument that cannot be taken; its name is in the message.
@@ -1324,8 +1343,9 @@ class Robot:
         """
         members = None if group is None else group_named(group, self.groups)
         asked = ServoRequest(
-            rate, link, weights, held, members, velocity, acceleration, jerk, clearance, tracking_error, posture, hand
-        )
+            rate, link, weights, held, members, velocity, acceleration, jerk, clearance, tracking_error, posture,
+            hand, torque, self._dynamics,
+        )  # fmt: skip
         return Servo(self.tree, self._checker, world, asked)
 
     def show(
@@ -1374,15 +1394,28 @@ class Robot:
 
     # ---- the robot, changed --------------------------------------------------------------------------------------------
 
-    def with_tool(self, T_flange_tool: ArrayLike, *, name: str = "tool") -> Robot:
+    def with_tool(
+        self,
+        T_flange_tool: ArrayLike,
+        *,
+        name: str = "tool",
+        mass: float | None = None,
+        com: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
+    ) -> Robot:
         """The robot with a tool: one more link, fixed to the tip, which becomes the new tip.
 
         Args:
             T_flange_tool: The tool's pose in the frame of the tip, shape (4, 4).
             name: The new link's name.
+            mass: Its mass [kg]; unless given, it is taken as weightless.
+            com: Its center of mass in the frame of the tool [m], shape (3,); the origin of that frame unless given.
+            inertia: Its inertia tensor about the center of mass, in the axes of that frame [kg m^2], shape (3, 3); zero unless
+                given, as of a point.
 
         Raises:
-            InputError: The pose is not a rigid motion, the robot has several tips, or it already has a link of this name.
+            InputError: The pose is not a rigid motion, the robot has several tips, or it already has a link of this name. Or no
+                body has this mass and tensor.
 
         Example:
             >>> import ulna
@@ -1390,10 +1423,46 @@ class Robot:
             'gripper'
         """
         T = as_one_pose(T_flange_tool, "T_flange_tool")
-        description = with_tool(self.description, T, name)
+        description = with_tool(self.description, T, name, Payload(mass, com, inertia).of())
         if np.linalg.norm(T[:3, 3]) > FAR:
             check_description("T_flange_tool", description)
         return self._changed(description=description)
+
+    def with_gravity(self, gravity: ArrayLike) -> Robot:
+        """The robot as it is mounted: on a wall or a ceiling, for torques and motions within them.
+
+        Args:
+            gravity: The acceleration of free fall in the axes of the base [m/s^2], shape (3,).
+
+        Raises:
+            InputError: It is not three finite numbers.
+
+        Example:
+            >>> import ulna
+            >>> hanging = ulna.load("panda").with_gravity((0, 0, 9.81))
+            >>> hanging.gravity
+            array([0.  , 0.  , 9.81])
+        """
+        return self._changed(gravity=gravity)
+
+    def with_inertias(self, inertias: Mapping[str, Inertia | None]) -> Robot:
+        """The robot with other inertias of some links: where a description has none, or wrong ones.
+
+        Args:
+            inertias: The inertia of each link by its name; None for a link that has none.
+
+        Raises:
+            InputError: A value is not an ``ulna.Inertia``.
+            UnknownNameError: There is no such link.
+
+        Example:
+            >>> import ulna
+            >>> arm = ulna.Robot.from_dh([(0, 0, 0, 0), (0.5, 0, 0, 0)])
+            >>> arm = arm.with_inertias({"link2": ulna.Inertia(2.0, (0.2, 0, 0), np.diag([0.01, 0.1, 0.1]))})
+            >>> arm.gravity_torque([0.0, 0.0], gravity=(0, -10, 0)).round(6)
+            array([14.,  4.])
+        """
+        return self._changed(description=described_with(self.description, inertias))
 
     def with_limits(
         self,
@@ -1539,9 +1608,22 @@ class Robot:
         return self._changed(description=with_balls(self.description, within, most))
 
     def with_attached(
-        self, name: str, shape: Solid, T_link_object: ArrayLike, *, link: str | None = None, touch_links: Iterable[str] = ()
+        self,
+        name: str,
+        shape: Solid,
+        T_link_object: ArrayLike,
+        *,
+        link: str | None = None,
+        touch_links: Iterable[str] = (),
+        mass: float | None = None,
+        com: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
+        density: float | None = None,
     ) -> Robot:
         """The robot with an attached object: it moves with a link, and is checked like the robot's own shapes.
+
+        With a mass or a density its weight is part of the arm's, until ``without_attached``. The frame of the object is that of
+        its shape, whose pose is ``T_link_object``. ``to_urdf`` writes neither its shape nor its mass.
 
         Args:
             name: The object's name in reports.
@@ -1549,10 +1631,18 @@ class Robot:
             T_link_object: Its pose in the frame of the link, shape (4, 4).
             link: The link that holds it, and may touch it; the tip unless given.
             touch_links: Other links that may touch it, such as fingers.
+            mass: Its mass [kg]; without it and without a density it is taken as weightless.
+            com: Its center of mass in the frame of the object [m], shape (3,); the centroid of the shape unless given, which only
+                of a convex mesh is not the origin.
+            inertia: Its inertia tensor about the center of mass, in the axes of that frame [kg m^2], shape (3, 3); unless given,
+                that of the shape about its centroid, with the mass spread evenly.
+            density: Its density [kg/m^3], in place of mass, com and inertia: that times the volume of the shape is the mass.
 
         Raises:
             GeometryError: The shape is not a solid that can be attached.
-            InputError: The name is taken or not text, or the pose is not a rigid motion.
+            InputError: The name is taken or not text, or the pose is not a rigid motion. Or no body has this mass and tensor, or
+                the density is of a shape without volume.
+            MissingExtraError: A convex mesh has no ``com`` or no ``inertia``, and the extra ``hulls`` is not installed.
             UnknownNameError: There is no such link, or no such link or attached object to touch.
 
         Example:
@@ -1563,6 +1653,7 @@ class Robot:
         """
         holder = self.tree.link_or_tip(link)
         new = Attached(name, shape, as_one_pose(T_link_object, "T_link_object"), holder, touch_links)  # type: ignore[arg-type]
+        new = replace(new, inertia=Payload(mass, com, inertia, density).of(shape))
         check_object(name, shape, new.T_link_object)
         return self._changed(attached=attach(self.attached, new, self.link_names))
 
@@ -1578,7 +1669,7 @@ class Robot:
 
     def _changed(self, **changes: Any) -> Robot:
         kept = {"description": self.description, "home": self.home, "attached": self.attached, "allowed": self._checker.given}
-        kept["_narrowed"] = self.tree.narrowed
+        kept.update(_narrowed=self.tree.narrowed, gravity=self.gravity)
         if "description" not in changes:
             kept["_found"] = self._checker.found
         return Robot(**{**kept, **changes})
@@ -1590,7 +1681,7 @@ class Robot:
         raise AttributeError(f"a Robot cannot be changed: del {name}")
 
     def __reduce__(self):
-        return _restore, (self.description, self.home, self.attached, self._checker.given, self.tree.narrowed)
+        return _restore, (self.description, self.home, self.attached, self._checker.given, self.tree.narrowed, self.gravity)
 
     def __dir__(self) -> list[str]:
         return without_other_names(super().__dir__())
@@ -1620,5 +1711,6 @@ def _restore(
     attached: tuple[Attached, ...],
     allowed: AllowedCollisions | None,
     narrowed: Narrowed | None,
+    gravity: Array,
 ) -> Robot:
-    return Robot(description, home=home, attached=attached, allowed=allowed, _narrowed=narrowed)
+    return Robot(description, home=home, attached=attached, allowed=allowed, gravity=gravity, _narrowed=narrowed)

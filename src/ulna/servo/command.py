@@ -24,6 +24,7 @@ class CommandStatus(StrEnum):
     NOT_CERTIFIED = "not certified"
     IN_COLLISION = "in collision"
     OFF_COMMAND = "off the command"
+    LIMITED_BY_TORQUE = "limited by torque"
 
 
 class Limiting(NamedTuple):

@@ -49,11 +49,8 @@ def as_capped(hand: HandLimits | Iterable[HandLimits] | None, tree: Tree) -> tup
     return hands
 
 
-def are_slow(
-    hands: Iterable[Hand], before: Records[JointState] | None, after: ServoState, settings: Records[ServoSettings]
-) -> bool:
-    """Whether hands certainly keep their speeds in a tick, and in the stop after it; without ``before`` in the stop alone."""
-    pieces = pieces_of(before, after, settings)
+def are_slow(hands: Iterable[Hand], pieces: Pieces) -> bool:
+    """Whether hands certainly keep their speeds in some pieces."""
     return all(_is_slow(hand, pieces) for hand in hands)
 
 

@@ -13,6 +13,7 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_floats, as_number, as_switch, positive
 from ulna.description.likely_units import degrees_in_words
 from ulna.description.pose import as_one_pose
+from ulna.dynamics.dynamics import Dynamics
 from ulna.engine.records import Records, copied
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.problem import as_names, columns_of_joints, refuse_immovable
@@ -21,7 +22,9 @@ from ulna.kernels.servo.servo_records import (
     BRAKING,
     FOLLOWING,
     HANDS,
+    LIMITED_BY_ACCELERATION,
     LIMITED_BY_POSITION,
+    LIMITED_BY_TORQUE,
     LIMITED_BY_VELOCITY,
     NOT_CERTIFIED,
     OFF_COMMAND,
@@ -32,6 +35,7 @@ from ulna.kernels.servo.servo_records import (
     VELOCITY,
     HandGoal,
     JointLimits,
+    JointState,
     ServoSettings,
     ServoTables,
     TickReport,
@@ -43,11 +47,13 @@ from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.hand import HandLimits
 from ulna.planning.motion_limits import LARGEST, as_limits, described_limits
+from ulna.planning.motors import Motors, as_motors
 from ulna.planning.targets import beyond_limits
 from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
 from ulna.servo.entries import tick as entries
-from ulna.servo.hand_cap import are_slow, as_capped, share_of
+from ulna.servo.hand_cap import are_slow, as_capped, pieces_of, share_of
+from ulna.servo.motor_cap import are_driven, most_loaded, share_driven, share_of_accelerations
 from ulna.servo.servo_state import ROUNDING, ServoState
 
 Array = NDArray[np.float64]
@@ -77,6 +83,20 @@ class Request(NamedTuple):
     tracking_error: ArrayLike
     posture: ArrayLike | None
     hand: HandLimits | Iterable[HandLimits] | None
+    torque: ArrayLike | None
+    dynamics: Dynamics
+
+
+class _Drivable(NamedTuple):
+    """The limits of joints that the motors allow in one tick."""
+
+    of: ServoState
+    """The state before it."""
+    limits: Records[JointLimits]
+    share: float
+    """Of the accelerations."""
+    motor: int
+    """The entry of q whose motor sets it."""
 
 
 class Servo:
@@ -131,6 +151,7 @@ class Servo:
         # The goal and the report of a tick are read at once, and are no state.
         self._goal_q, self._goal_qd, self._report = np.zeros(n), np.zeros(n), TickReport.records()
         self._names, self._now, self._worst = entry_names(tree), ServoState.unstarted(n), 0.0
+        self._motors, self._driven = as_motors(request.torque, tree, request.dynamics), None
 
     @property
     def q(self) -> Array:
@@ -222,8 +243,11 @@ class Servo:
             raise InputError(
                 "q", "not certainly free, with the clearance, until the arm rests; robot.check_collision says what is near"
             )
-        if not are_slow(self._capped, None, after, self._settings):
+        if not are_slow(self._capped, pieces := pieces_of(None, after, self._settings)):
             raise InputError("qd", "a hand is faster than its limit, now or until the arm rests")
+        if self._motors is not None and not are_driven(self._motors, pieces):
+            joint = self._names[most_loaded(self._motors, self._goal_q, (self._goal_qd, np.zeros_like(self._goal_qd)))]
+            raise InputError("q", f"the torque of {joint} is beyond its limit, now or until the arm rests")
         command = self._command(after)
         self._now, self._worst = after, 0.0
         return command
@@ -277,7 +301,7 @@ class Servo:
         elif velocity is not None:
             mode, self._goal_qd[:] = VELOCITY, as_configuration(velocity, self._tree, "velocity")
         after = self._run(mode if off < 0 else REST, hands, self._now.ticks + 1)
-        if self._capped and mode != REST and off < 0:
+        if (self._capped or self._motors is not None) and mode != REST and off < 0:
             after = self._capped_tick(after)
         if off >= 0:
             self._report["status"], self._report["entry"] = OFF_COMMAND, off
@@ -288,27 +312,48 @@ class Servo:
         return command
 
     def _capped_tick(self, found: ServoState) -> ServoState:
-        """The state after a tick in which hands keep their speeds: that found, a slower one, or that of the certified stop."""
+        """The state after a tick in which hands and motors keep their limits, which is reported where they limit it."""
+        after = self._within_caps(found)
+        if self._motors is not None and self._report[0].status == LIMITED_BY_ACCELERATION:
+            driven = self._drivable(self._motors)
+            if driven.share < 1.0:
+                self._report["status"], self._report["entry"] = LIMITED_BY_TORQUE, driven.motor
+        return after
+
+    def _within_caps(self, found: ServoState) -> ServoState:
+        """The state that was found, one that is slower, or that of the certified stop."""
         now, settings, q = self._now.joints, self._settings, found.joints["q"]
         if found.counters[0].done > 0:
             return found
         ticks, lead = found.ticks or 0, settings[0].ramp * settings[0].period
         left = found.joints["qd"] + found.joints["qdd"] * lead
-        if share_of(self._capped, q, np.zeros_like(left), left) == 1.0 and are_slow(self._capped, now, found, settings):
+        as_found = _moving(found)
+        slow = share_of(self._capped, q, np.zeros_like(left), left) == 1.0
+        driven = self._motors is None or are_driven(self._motors, pieces_of(now, found, settings))
+        if slow and driven and self._keeps_caps(now, found):
             return found
         stopping, of_stop = self._run(REST, _NO_HANDS, ticks), copied(self._report)
         stop = stopping.joints["qd"] + stopping.joints["qdd"] * lead
         share = share_of(self._capped, q, stop, left)
+        if self._motors is not None and not driven:
+            share = min(share, share_driven(self._motors, q, _moving(stopping), as_found))
         for smaller in (share, 0.5 * share) if share > 0.0 else ():
             self._goal_qd[:] = stop + smaller * (left - stop)
             slower = self._run(VELOCITY, _NO_HANDS, ticks)
-            if slower.counters[0].done > 0 or are_slow(self._capped, now, slower, settings):
+            if slower.counters[0].done > 0 or self._keeps_caps(now, slower):
                 break
         else:
             slower, self._report = stopping, of_stop
         if self._report[0].status in {FOLLOWING, BRAKING}:
-            self._report["status"] = LIMITED_BY_VELOCITY
+            self._report["status"] = LIMITED_BY_VELOCITY if driven else LIMITED_BY_TORQUE
+            if self._motors is not None and not driven:
+                self._report["entry"] = most_loaded(self._motors, q, as_found)
         return slower
+
+    def _keeps_caps(self, before: Records[JointState] | None, after: ServoState) -> bool:
+        """Whether hands and motors keep their limits in a tick and the stop after it; without ``before`` in the stop alone."""
+        pieces = pieces_of(before, after, self._settings)
+        return are_slow(self._capped, pieces) and (self._motors is None or are_driven(self._motors, pieces))
 
     def saved(self) -> ServoState:
         """The state, for ``restore``."""
@@ -343,7 +388,7 @@ class Servo:
         of = self._checker
         parts = of.description, of.tree, of.attached, of.given, of.found
         own = {"_goal_q": self._goal_q.copy(), "_goal_qd": self._goal_qd.copy(), "_report": copied(self._report)}
-        return {**self.__dict__, **own, "_now": self._now._replace(objects=None), "_checker": parts}
+        return {**self.__dict__, **own, "_now": self._now._replace(objects=None), "_checker": parts, "_driven": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update({**state, "_checker": Checker(*state["_checker"])})
@@ -400,12 +445,23 @@ class Servo:
         after = self._now.before_tick(objects, ticks)
         if mode == START:
             after.counters[0].next_share = 0
+        limits = self._limits if self._motors is None or mode == START else self._drivable(self._motors).limits
         tables = ServoTables(
-            self._chains, self._limits, self._settings, mode, self._goal_q, self._goal_qd, hands,
+            self._chains, limits, self._settings, mode, self._goal_q, self._goal_qd, hands,
             after.joints, after.counters, after.wider, after.moving, self._report,
         )  # fmt: skip
         scene.bound(entries.servo_tick)(tables)
         return after
+
+    def _drivable(self, motors: Motors) -> _Drivable:
+        """The limits with accelerations that the motors can have at once, each either way, where the arm is."""
+        if self._driven is None or self._driven.of is not self._now:
+            limits, joints = self._limits.copy(), self._now.joints
+            share, motor = share_of_accelerations(motors, joints["q"], joints["qd"], limits["acceleration"])
+            limits["acceleration"] *= share
+            limits.setflags(write=False)
+            self._driven = _Drivable(self._now, limits, share, motor)
+        return self._driven
 
     def _command(self, now: ServoState) -> Command:
         joints, (status, share, bounded, entry, body, other, distance) = now.joints, self._report.item()
@@ -421,6 +477,11 @@ class Servo:
         of = objects.layout
         row = rows_of(of.nodes, np.array([i - len(bodies.names)]))[0]
         return of.names[int(of.table[row, OBJECT])]
+
+
+def _moving(state: ServoState) -> tuple[Array, Array]:
+    """The velocity and the acceleration of a state."""
+    return state.joints["qd"], state.joints["qdd"]
 
 
 def _chains_and_hands(tree: Tree, links: Sequence[str], weights: ArrayLike | None) -> tuple[Array, Records[HandGoal]]:

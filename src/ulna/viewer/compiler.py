@@ -18,6 +18,7 @@ from ulna.robot.hand_link import hand_link
 from ulna.viewer.session.clearance import clearance
 from ulna.viewer.session.ellipsoid import mobility
 from ulna.viewer.session.hand import Hand
+from ulna.viewer.session.loads import TORQUES, are_known, loads
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -143,6 +144,8 @@ def rehearsals(robot: Robot, *, checked: bool) -> Iterator[tuple[str, Callable[[
     world.add("ball", Sphere(1.0), pose((_FAR, 0.0, 0.0)))
     if robot.n_dof:
         yield "dragging the hand", lambda: _drag(robot, None)
+        if are_known(robot):
+            yield TORQUES, lambda: loads(robot, robot.home)
         yield "the singular values of the hand", lambda: mobility(robot, robot.home, hand_link(robot))
     if checked:
         yield "the distance of any shapes", lambda: clearance(robot, robot.home, world)

@@ -2,13 +2,15 @@
 
 import html
 from collections.abc import Iterable
+from math import isinf
 from typing import NamedTuple
 
 from ulna.description.robot_description import Joint, JointType
 from ulna.description.structure import joints_from_root
 from ulna.robot import Robot
-from ulna.viewer.palette import UNKNOWN, Color, is_in_the_way
+from ulna.viewer.palette import GREEN, RED, STOPPED, UNKNOWN, Color, is_in_the_way
 from ulna.viewer.session.ellipsoid import Mobility
+from ulna.viewer.session.loads import NEAR, Load
 
 STYLE = "padding:0.35em 0.75em;line-height:1.35"
 BUTTON = "border:1px solid var(--ulna-link);border-radius:2px;color:var(--ulna-link);background:transparent;padding:0.2em 0.7em"
@@ -78,6 +80,24 @@ def mobility_html(mobility: Mobility) -> str:
     radii = " ".join(f"{radius:.3f}" for radius in mobility.radii)
     rows = [("singular values", values), ("half axes [m/s]", radii), ("manipulability", f"{mobility.manipulability:.4g}")]
     return facts(rows)
+
+
+def load_bar(joint: str, load: Load) -> str:
+    """A thin bar of the torque of a joint at rest, as a share of its limit, and the numbers beside it.
+
+    It is green, orange near the limit, and red beyond it, where it is full.
+    """
+    color = UNKNOWN if isinf(load.limit) else GREEN if load.share < NEAR else STOPPED if load.share <= 1.0 else RED
+    width = min(round(100.0 * load.share, 1), 100.0)
+    fill = f'<div style="width:{width:g}%;height:100%;background:currentColor"></div>'
+    look = f"--mark:rgb{color};flex:1;height:0.5em;border:1px solid;border-radius:0.2em;box-sizing:border-box;overflow:hidden"
+    names = f'role="meter" aria-label="{html.escape(f"torque of {joint} at rest", quote=True)}" aria-valuetext="{load}"'
+    bar = f'<div data-mark {names} aria-valuemin="0" aria-valuemax="100" aria-valuenow="{width:g}" style="{look}">{fill}</div>'
+    look = "min-width:12em;text-align:right;color:var(--ulna-number);font-variant-numeric:tabular-nums"
+    words = f'<div style="{look}">at rest {load}</div>'
+    return (
+        f'<div style="display:flex;align-items:center;padding:0 0.9em 0.4em;font-size:0.75em;line-height:1.3">{bar}{words}</div>'
+    )
 
 
 def facts(rows: Iterable[tuple[str, str]]) -> str:

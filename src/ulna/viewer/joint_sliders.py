@@ -1,6 +1,6 @@
-"""Shows the joints: a slider for each entry of q, and a disabled one for each mimic joint."""
+"""Shows the joints: a slider for each entry of q, its torque at rest below it, and a disabled slider for each mimic joint."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import pi
 
 import numpy as np
@@ -8,6 +8,8 @@ import viser
 from numpy.typing import NDArray
 
 from ulna.robot import Robot
+from ulna.viewer.html import load_bar
+from ulna.viewer.session.loads import Load
 from ulna.viewer.session.slides import Slide, slide_groups
 
 _DIGITS, _DIGITS_OF_DEGREES = 3, 2  # decimals: milliradians, millimetres
@@ -19,6 +21,7 @@ class JointSliders:
     Attributes:
         degrees: A checkbox, whether they show angles in degrees.
         sliders: By entry of q: its slide [rad or m], and its slider.
+        bars: By entry of q: its torque at rest; hidden until ``show_loads`` has some.
     """
 
     def __init__(self, gui: viser.GuiApi, robot: Robot, moved: Callable[[], None]) -> None:
@@ -26,6 +29,7 @@ class JointSliders:
         self._dirty: dict[int, float] = {}  # what a person has set entries of q to [rad or m]
         self._prefix = f"{robot.name}_"
         self.sliders: dict[int, tuple[Slide, viser.GuiSliderHandle]] = {}
+        self.bars: dict[int, viser.GuiHtmlHandle] = {}
         self._followers: list[tuple[Slide, viser.GuiSliderHandle]] = []
         self._folders: list[viser.GuiFolderHandle] = []
         groups = slide_groups(robot)
@@ -53,6 +57,13 @@ class JointSliders:
         for slide, slider in (*self.sliders.values(), *self._followers):
             if slide.leader or slide.column not in self._dirty:
                 slider.value = _rounded_within(slide.shown(q) * self._factor(slide), slider.min, slider.max)
+
+    def show_loads(self, loads: Sequence[Load]) -> None:
+        """Show the torque of each entry of q at rest; none without any."""
+        for column, bar in self.bars.items():
+            bar.visible = bool(loads)
+            if loads:
+                bar.content = load_bar(self.sliders[column][0].name, loads[column])
 
     def relimit(self, robot: Robot) -> None:
         """Take the limits of a robot, which has the same joints."""
@@ -97,6 +108,7 @@ class JointSliders:
 
         if not slide.leader:
             slider.on_update(listen)
+            self.bars[slide.column] = self._gui.add_html("", visible=False)
         return slider
 
 

@@ -30,6 +30,7 @@ from ulna.viewer.page import HOST, Page
 from ulna.viewer.plan_panel import PlanPanel
 from ulna.viewer.readings import ClearancePanel, EllipsoidPanel, Notice
 from ulna.viewer.session.changes import Changes
+from ulna.viewer.session.loads import TORQUES, are_known, loads
 from ulna.viewer.session.scene_history import Scene, scene_of, world_of
 from ulna.viewer.session.session import Session
 from ulna.viewer.stage import Floor, SightPanel, add_stage, floor_height, height_under
@@ -81,6 +82,7 @@ class View:
     def _build(self, *, steer: bool, jerk: float | None) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
         self._first = self._told = robot
+        self._weighed = are_known(robot)
         self.changes, self._rested, self._moved_at = Changes(), session.q, None
         self._seen: tuple = (), "", frozenset()
         self.arm = Arm(server, robot)
@@ -290,6 +292,7 @@ class View:
             self.arm.hold(session.robot)
             self.joints.relimit(session.robot)
             self._tell_changes(session.robot)
+            self._weighed = are_known(session.robot)
         self.arm.move_to(session.q)
         self.arm.mark_touching(report.touching if report is not None else ())
         pair = session.clearance.nearest
@@ -305,6 +308,10 @@ class View:
         self.ellipsoid.show()
         self.floor.show()
         self.joints.show(session.q)
+        if not self._weighed:
+            self.joints.show_loads(())
+        elif self.front.shows("Move"):
+            self.joints.show_loads(session.ask(TORQUES, loads, session.robot, session.q) or ())
         self.configuration.show(session.q)
         self.link.show()
         planning = self._planning and self.front.shows("Plan")

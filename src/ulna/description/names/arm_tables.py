@@ -1,8 +1,9 @@
-"""Reads the tables of arms: kinematics and limits from public descriptions, and collision shapes of our own.
+"""Reads the tables of arms: kinematics, limits and inertias from public descriptions, and collision shapes of our own.
 
 A file of the folder ``arms`` has the arms of one maker. Of an arm it has its joints, one a row, and the shapes that contain its
 links. A capsule is a link, the two centres of its ends [m] and its radius [m]; a cylinder the same and ``"flat"``.
-A box is a link and two opposite corners [m].
+A box is a link and two opposite corners [m]. An inertia is a link, its mass [kg], its center of mass [m], the six numbers of its
+tensor [kg m^2] in the order of URDF, and where the tensor is in other axes than the link's, their roll, pitch and yaw [deg].
 """
 
 import json
@@ -16,11 +17,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ulna.description.pose import pose
-from ulna.description.robot_description import Body, Description, Joint, JointType, Limits, Link
+from ulna.description.robot_description import Body, Description, Inertia, Joint, JointType, Limits, Link
 from ulna.description.shapes import Box, Capsule, Cylinder
 from ulna.description.urdf_writer import write_urdf
 
 Point = list[float]
+_ZERO: Point = [0.0, 0.0, 0.0]
 
 
 class JointRow(NamedTuple):
@@ -63,6 +65,8 @@ class ArmTable:
         rows: The joints, from the base to the tip.
         shapes: Capsules, cylinders and boxes, as above.
         allowed: Pairs of links that the shapes let touch, though the arm does not.
+        inertias: The inertias, as above; none where the source has none, or none that can be those of the arm.
+        inertias_from: Where the inertias are from if not from the source, and what was done to them.
     """
 
     name: str
@@ -81,6 +85,8 @@ class ArmTable:
     rows: tuple[JointRow, ...]
     shapes: list[list[Any]]
     allowed: tuple[list[str], ...] = ()
+    inertias: tuple[list[Any], ...] = ()
+    inertias_from: str = ""
 
     @property
     def file(self) -> str:
@@ -113,7 +119,8 @@ class ArmTable:
     def description(self) -> Description:
         """The arm as data."""
         names = [self.rows[0].parent, *(row.child for row in self.rows)]
-        links = (Link(name, collisions=tuple(_bodies(name, self.shapes))) for name in names)
+        inertias = {name: _inertia(*numbers) for name, *numbers in self.inertias}
+        links = (Link(name, (), tuple(_bodies(name, self.shapes)), inertia=inertias.get(name)) for name in names)
         return Description(self.name, tuple(links), tuple(map(self._joint, self.rows)))
 
     def _joint(self, row: JointRow) -> Joint:
@@ -122,6 +129,10 @@ class ArmTable:
         limits = Limits(lower, upper, self.radians(row.velocity), effort, self.radians(row.acceleration))
         origin = pose(row.xyz, rpy=np.deg2rad(row.rpy))
         return Joint(row.name, JointType(row.type), row.parent, row.child, origin, np.array(row.axis), limits)
+
+
+def _inertia(mass: float, center: Point, tensor: Point, rpy: Point = _ZERO) -> Inertia:
+    return Inertia.stated(mass, tensor, pose(center, rpy=np.deg2rad(rpy)))
 
 
 def _bodies(link: str, shapes: list[list[Any]]) -> Iterator[Body]:

@@ -8,7 +8,7 @@ import numpy as np
 from lxml import etree
 
 from ulna.description.pose import pose
-from ulna.description.robot_description import Body, LeftOut, Link
+from ulna.description.robot_description import Body, Inertia, LeftOut, Link
 from ulna.description.sdf.collected import Collected
 from ulna.description.sdf.files import Included
 from ulna.description.sdf.frames import WORLD, Array, Place
@@ -20,6 +20,7 @@ from ulna.kernels.layout import LARGEST
 
 OLDEST, NEWEST = (1, 4), (1, 12)
 FRAMES_SINCE, FORMATS_SINCE, MIMIC_SINCE, JOINT_AXES_SINCE = (1, 7), (1, 9), (1, 11), (1, 5)
+MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _NAMED = {"joint", "link", "frame", "model", "visual", "collision", "include", "world"}
 _BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 _LONGEST_NAME, _MAX_UNKNOWN = 1000, 1000
@@ -70,13 +71,13 @@ class Elements(Reader):
                 return Place(self.source, element.sourceline, f"{one.tag} {name!r}")
         return Place(self.source, element.sourceline, "document")
 
-    def leave_out(self, element: etree._Element, message: str) -> None:
+    def leave_out(self, element: etree._Element, message: str, *, is_warned: bool = True) -> None:
         """Note a part that is not read. Of an included file, its words have the line."""
         where, line = self.place(element).words, element.sourceline
         if self.included is None:
-            self.robot.left_out.append(LeftOut(where, message, line))
+            self.robot.left_out.append(LeftOut(where, message, line, is_warned))
         else:
-            self.robot.left_out.append(LeftOut(f"{self.source}:{line}: {where}", message))
+            self.robot.left_out.append(LeftOut(f"{self.source}:{line}: {where}", message, is_warned=is_warned))
 
     def name(self, element: etree._Element, given: str | None = None) -> str:
         """The name of an element, or the one that an include gives it; not one of SDF's own."""
@@ -149,7 +150,34 @@ class Elements(Reader):
         """A link with its shapes."""
         key = scope + self.name(element)
         visuals, collisions = (tuple(self.bodies(element, tag, key, scope)) for tag in ("visual", "collision"))
-        return Link(key, visuals, collisions, element.sourceline)
+        return Link(key, visuals, collisions, element.sourceline, self.inertia(element))
+
+    def inertia(self, link: etree._Element) -> Inertia | None:
+        """The inertia of a link, in its axes; None where there is none, with a note where it is faulty.
+
+        A mass that is missing is 1 kg, a moment 1 kg m^2, as SDFormat says.
+        """
+        try:
+            inertial = self.only(link, "inertial")
+            if inertial is None:
+                return None
+            if self.truth(inertial, inertial.get("auto", ""), "auto"):
+                raise self.place(inertial).fail("auto computes an inertia from shapes, which is not done here")
+            base, at = self.pose_of(inertial)
+            if base:
+                raise self.place(inertial).fail("its <pose> has relative_to, which SDFormat refuses")
+            numbers = self.only(inertial, "inertia")
+            moments = [self.given(numbers, key, float(key[1] == key[2])) for key in MOMENTS]
+            return Inertia.stated(self.given(inertial, "mass", 1.0, 0.0), moments, at)
+        except DescriptionError as error:
+            message = f"{error.message}: this inertia is left out, so it has none"
+            self.leave_out(link, message, is_warned=False)
+            return None
+
+    def given(self, element: etree._Element | None, tag: str, default: float, low: float = -math.inf) -> float:
+        """The number in a child of an element; the default where one of them is missing."""
+        child = None if element is None else self.only(element, tag)
+        return default if child is None else self.floats(child, 1, low)[0]
 
     def bodies(self, link: etree._Element, tag: str, key: str, scope: str) -> Iterator[Body]:
         """The shapes of a link. A faulty visual is left out; a collision shape that is not known stays, as such."""

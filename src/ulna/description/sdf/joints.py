@@ -10,7 +10,7 @@ from ulna.description.robot_description import Joint, JointType, Limits, Link, M
 from ulna.description.sdf.collected import Z
 from ulna.description.sdf.elements import FRAMES_SINCE, JOINT_AXES_SINCE, MIMIC_SINCE, Elements
 from ulna.description.sdf.frames import MODEL, WORLD, Array
-from ulna.errors import cited, did_you_mean
+from ulna.errors import DescriptionError, cited, did_you_mean
 
 _UNLIMITED = 1e16  # SDFormat: a joint whose limit is at least as large is unlimited
 _ROUNDING = 1e-13  # m: an axis this near to the origin of its link goes through it
@@ -42,12 +42,14 @@ class Joints(Elements):
         )
         if kind == JointType.REVOLUTE and math.isinf(limits.lower) and math.isinf(limits.upper):
             kind = JointType.CONTINUOUS
+        losses = dict(zip(("damping", "friction"), self.losses(axis_element), strict=True))
         T = frames.between(child, key)
         turned, offset = T[:3, :3] @ axis, T[:3, 3]
         if kind == JointType.PRISMATIC or np.abs(offset - (offset @ turned) * turned).max() <= _ROUNDING:
-            return [Joint(name, kind, parent, child, frames.between(parent, child), turned, limits, mimic, line)], []
+            origin = frames.between(parent, child)
+            return [Joint(name, kind, parent, child, origin, turned, limits, mimic, line, **losses)], []
         between = robot.unused(f"{child}_at_{name}")
-        joint = Joint(name, kind, parent, between, frames.between(parent, key), axis, limits, mimic, line)
+        joint = Joint(name, kind, parent, between, frames.between(parent, key), axis, limits, mimic, line, **losses)
         return [joint, robot.fixed(between, child, line, inverse(T))], [Link(between, line=line)]
 
     def joint_type(self, element: etree._Element) -> JointType:
@@ -93,6 +95,15 @@ class Joints(Elements):
         if lower > upper or lower == math.inf or upper == -math.inf:
             raise self.place(limit).fail(f"lower limit {lower} and upper limit {upper} leave no range")
         return Limits(lower, upper, velocity, effort)
+
+    def losses(self, axis: etree._Element) -> tuple[float, float]:
+        """The damping and the friction of a joint, on which no pose depends; 0 with a note where they are faulty."""
+        try:
+            dynamics = self.only(axis, "dynamics")
+            return self.given(dynamics, "damping", 0.0, 0.0), self.given(dynamics, "friction", 0.0, 0.0)
+        except DescriptionError as error:
+            self.leave_out(axis, f"{error.message}: damping and friction are taken as 0", is_warned=False)
+            return 0.0, 0.0
 
     def bound(self, limit: etree._Element, tag: str, default: float) -> float:
         """A limit; infinite where it is so large that SDF means none."""

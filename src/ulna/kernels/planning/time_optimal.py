@@ -5,19 +5,20 @@ path q(s) is given at grid points s_0 .. s_N; x = (ds/dt)^2 and u = d2s/dt2, whi
 
     qdd_j = q'_j(s) u + q''_j x(s),    x(s) = x_i + 2 u (s - s_i),
 
-and, q'' being constant in an interval too, qdd_j is linear in s there: within its limit at both ends it is within it between.
+and, q'' being constant in an interval too, qdd_j is linear in s there: within its limits at both ends it is within them between.
+Other quantities of the same form, such as torques, are further rows; their limits may change along the path.
 
 1. Backwards from x_N, which is given: the greatest x_i from which an x_{i+1} that is allowed can be reached. 0 is always allowed,
-   since the limits are the same both ways, so that these sets are intervals [0, beta_i]: from them x_N or less is reached.
-   Whether x_N itself is, if it is not 0, shows in the end.
+   since no lower limit is above 0 and no upper one below, so that these sets are intervals [0, beta_i]: from them x_N or less is
+   reached. Whether x_N itself is, if it is not 0, shows in the end.
 2. Forwards from x_0, which is given: the greatest u_i that is allowed and leads to at most beta_{i+1}.
 
 For one x the allowed u lie between the greatest of some lines in x and the least of others. Their distance is a concave function
 of x that is not negative at 0. Its root is found by Newton's steps from above: exact, after as many steps as it has kinks.
 
 Rows: entry j of q' at the start of interval i is ``slope_rows[i n + j]``, at its end ``end_rows[i n + j]``, q'' is
-``bend_rows[i n + j]``. From these ``write_bounds`` computes once what is used several times. A number may be one path, or
-eight with the same grid.
+``bend_rows[i n + j]``, and its limits are ``low_rows`` and ``high_rows``. From these ``write_bounds`` computes once what is used
+several times. A number may be one path, or eight with the same grid.
 """
 
 from ulna.engine.decorators import kernel
@@ -30,40 +31,44 @@ _MOST_STEPS = 64
 
 
 @kernel
-def write_bounds(slope_rows, end_rows, bend_rows, step_rows, acceleration_limits, bound_rows):
-    """Write how each joint bounds u at the start of each interval and at its end: |u - middle x| <= half, 4 n N rows.
+def write_bounds(intervals, bound_rows):
+    """Write how each row bounds u at the start of each interval and at its end: low <= u - middle x <= high, 6 n N rows.
 
-    half is ``_UNBOUNDED`` where a joint does not bound u.
+    low and high are -+``_UNBOUNDED`` where a row does not bound u. intervals: ``PathIntervals``, each of its arrays as rows.
     """
-    n = acceleration_limits.shape[0]
-    for i in range(step_rows.shape[0]):
-        step = load(step_rows, i)
+    n = intervals.bends.shape[0] // intervals.steps.shape[0]
+    for i in range(intervals.steps.shape[0]):
+        step = load(intervals.steps, i)
         for j in range(n):
             k = i * n + j
-            bend, limit = load(bend_rows, k), acceleration_limits[j]
-            write_bound(load(slope_rows, k), bend, limit, bound_rows, 4 * k)
-            write_bound(load(end_rows, k) + 2.0 * step * bend, bend, limit, bound_rows, 4 * k + 2)
+            bend, low, high = load(intervals.bends, k), load(intervals.lows, k), load(intervals.highs, k)
+            write_bound(load(intervals.slopes, k), bend, (low, high), bound_rows, 6 * k)
+            write_bound(load(intervals.ends, k) + 2.0 * step * bend, bend, (low, high), bound_rows, 6 * k + 3)
 
 
 @kernel
-def write_bound(slope, bend, limit, bound_rows, row):
-    """Write middle and half of |slope u + bend x| <= limit."""
+def write_bound(slope, bend, limits, bound_rows, row):
+    """Write middle, low and high of limits[0] <= slope u + bend x <= limits[1]."""
     flat = abs(slope) < _FLAT
     inverse = 1.0 / where(flat, 1.0, slope)
+    first, last = limits[0] * inverse, limits[1] * inverse
     store(bound_rows, row, where(flat, 0.0, -bend * inverse))
-    store(bound_rows, row + 1, where(flat, _UNBOUNDED, limit * abs(inverse)))
+    store(bound_rows, row + 1, where(flat, -_UNBOUNDED, minimum(first, last)))
+    store(bound_rows, row + 2, where(flat, _UNBOUNDED, maximum(first, last)))
 
 
 @kernel
-def write_controllable(bound_rows, bend_rows, step_rows, acceleration_limits, ceiling_rows, beta_rows):
+def write_controllable(bound_rows, intervals, ceiling_rows, beta_rows):
     """Step 1: write beta, N + 1 rows. ceiling_rows: what the limits of velocity allow x to be, x_N last, N + 1 rows."""
+    step_rows = intervals.steps
+    n = intervals.bends.shape[0] // step_rows.shape[0]
     n_intervals = step_rows.shape[0]
     beta = load(ceiling_rows, n_intervals)
     store(beta_rows, n_intervals, beta)
     for k in range(n_intervals):
         i = n_intervals - 1 - k
-        x = minimum(load(ceiling_rows, i), flat_ceiling(bound_rows, bend_rows, acceleration_limits, i))
-        beta = greatest_x(bound_rows, step_rows, acceleration_limits.shape[0], i, x, beta)
+        x = minimum(load(ceiling_rows, i), flat_ceiling(bound_rows, intervals, n, i))
+        beta = greatest_x(bound_rows, step_rows, n, i, x, beta)
         store(beta_rows, i, beta)
 
 
@@ -112,8 +117,8 @@ def lines_at(bound_rows, step_rows, n, i, x, beta):
     starts = low + slope * x, low, slope, high + slope * x, high, slope
     ends = starts
     for k in range(i * n, (i + 1) * n):
-        starts = with_bound(starts, load(bound_rows, 4 * k), load(bound_rows, 4 * k + 1), x)
-        ends = with_bound(ends, load(bound_rows, 4 * k + 2), load(bound_rows, 4 * k + 3), x)
+        starts = with_bound(starts, bound_rows, 6 * k, x)
+        ends = with_bound(ends, bound_rows, 6 * k + 3, x)
     later, sooner = ends[0] > starts[0], ends[3] < starts[3]
     return (
         where(later, ends[1], starts[1]), where(later, ends[2], starts[2]),
@@ -122,27 +127,28 @@ def lines_at(bound_rows, step_rows, n, i, x, beta):
 
 
 @kernel
-def with_bound(lines, middle, half, x):
-    """The lines that bound u, each with its value at x, its value at 0 and its slope, with |u - middle x| <= half besides."""
+def with_bound(lines, bound_rows, row, x):
+    """The lines that bound u, each with its value at x, its value at 0 and its slope, with what ``write_bound`` wrote besides."""
     low_at, low, low_slope, high_at, high, high_slope = lines
-    least, most = middle * x - half, middle * x + half
+    middle, lower, upper = load(bound_rows, row), load(bound_rows, row + 1), load(bound_rows, row + 2)
+    least, most = middle * x + lower, middle * x + upper
     above, below = least > low_at, most < high_at
     return (
-        where(above, least, low_at), where(above, -half, low), where(above, middle, low_slope),
-        where(below, most, high_at), where(below, half, high), where(below, middle, high_slope),
+        where(above, least, low_at), where(above, lower, low), where(above, middle, low_slope),
+        where(below, most, high_at), where(below, upper, high), where(below, middle, high_slope),
     )  # fmt: skip
 
 
 @kernel
-def flat_ceiling(bound_rows, bend_rows, acceleration_limits, i):
-    """The greatest x that joints allow whose slope is 0: there the acceleration is q'' x, whatever u is."""
-    n = acceleration_limits.shape[0]
-    ceiling = splat(1e300, load(bend_rows, i * n))
-    for j in range(n):
-        bend = load(bend_rows, i * n + j)
-        first, second = load(bound_rows, 4 * (i * n + j) + 1), load(bound_rows, 4 * (i * n + j) + 3)
+def flat_ceiling(bound_rows, intervals, n, i):
+    """The greatest x that rows allow whose slope is 0: there the acceleration is q'' x, whatever u is."""
+    ceiling = splat(1e300, load(intervals.bends, i * n))
+    for j in range(i * n, (i + 1) * n):
+        bend = load(intervals.bends, j)
+        first, second = load(bound_rows, 6 * j + 2), load(bound_rows, 6 * j + 5)
         flat = ((first == _UNBOUNDED) | (second == _UNBOUNDED)) & (abs(bend) > 0.0)
-        ceiling = where(flat, minimum(ceiling, acceleration_limits[j] / where(flat, abs(bend), 1.0)), ceiling)
+        limit = where(bend > 0.0, load(intervals.highs, j), -load(intervals.lows, j))
+        ceiling = where(flat, minimum(ceiling, limit / where(flat, abs(bend), 1.0)), ceiling)
     return ceiling
 
 

@@ -6,14 +6,18 @@ from numpy.typing import NDArray
 
 
 class PathIntervals(NamedTuple):
-    """The intervals of a path q(s), N in all."""
+    """The intervals of a path q(s), N in all, and what is limited along it: accelerations, and further rows of the same form."""
 
     slopes: NDArray
-    """q' at the start of each, shape (N, n_dof)."""
+    """q' at the start of each, shape (N, n_rows)."""
     ends: NDArray
-    """q' at the end of each, shape (N, n_dof)."""
+    """q' at the end of each, shape (N, n_rows)."""
     bends: NDArray
-    """q'', which is constant in each, shape (N, n_dof)."""
+    """q'', which is constant in each, shape (N, n_rows)."""
+    lows: NDArray
+    """The least acceleration in each, at most 0, shape (N, n_rows)."""
+    highs: NDArray
+    """The greatest acceleration in each, at least 0, shape (N, n_rows)."""
     steps: NDArray
     """Their lengths, shape (N,)."""
 

@@ -12,7 +12,7 @@ START, REST, VELOCITY, POSITION, HANDS = 0, 1, 2, 3, 4
 # Statuses of a tick, in the order of ``servo.command.CommandStatus``; REFUSED: the stop that a START asks for is not certified.
 FOLLOWING, LIMITED_BY_POSITION, LIMITED_BY_VELOCITY, LIMITED_BY_ACCELERATION, LIMITED_BY_JERK = 0, 1, 2, 3, 4
 LIMITED_BY_CLEARANCE, NEAR_SINGULARITY, BRAKING, AT_REST, NOT_CERTIFIED, IN_COLLISION, OFF_COMMAND = 5, 6, 7, 8, 9, 10, 11
-REFUSED = 12
+LIMITED_BY_TORQUE, REFUSED = 12, 13
 MAX_PAIRS = 24  # that the quadratic program has rows for: the nearest
 MAX_TOUCHING = 64  # pairs in contact that may be led out of
 

@@ -6,6 +6,7 @@ from ulna.engine.decorators import exact_kernel, kernel
 from ulna.engine.lanes import any_lane, load, logical_not, rint, where
 from ulna.kernels.layout import LARGEST
 
+_LARGEST_FINITE = 1.7976931348623157e308
 _SIN_EIGHTH, _ROOT_HALF = 0.3826834323650898, 0.7071067811865476  # sin(pi / 8), sqrt(1 / 2)
 
 
@@ -112,6 +113,15 @@ def full_circle_angle(s, c):
     angle = where(steep, math.pi / 2 - angle, angle)
     angle = where(c < 0.0, math.pi - angle, angle)
     return where(s < 0.0, -angle, angle)
+
+
+@kernel
+def all_finite(x_rows):
+    """True if every number is finite; there is at least one."""
+    good = abs(load(x_rows, 0)) <= _LARGEST_FINITE
+    for i in range(1, x_rows.shape[0]):
+        good = good & (abs(load(x_rows, i)) <= _LARGEST_FINITE)
+    return not any_lane(logical_not(good))
 
 
 @kernel

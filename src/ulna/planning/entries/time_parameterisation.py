@@ -8,28 +8,36 @@ from ulna.kernels.planning import moving_average
 from ulna.kernels.planning.time_optimal import write_bounds, write_controllable, write_fastest, write_times
 from ulna.kernels.planning.time_records import PathIntervals, TimedIntervals, Timing
 
-_INTERVALS = Group((MATRIX, MATRIX, MATRIX, NUMBERS), PathIntervals)
+_INTERVALS = Group((MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, NUMBERS), PathIntervals)
 _TIMED = Group((NUMBERS, MATRIX, MATRIX, NUMBERS, NUMBERS, NUMBERS), TimedIntervals)
 _TIMING = Group((NUMBERS, NUMBERS, NUMBERS), Timing)
 
 
-@entry((_INTERVALS, NUMBERS, NUMBERS, INDICES, _TIMING))
-def time_sections(intervals, acceleration, ceilings, borders, timing):
+@entry((_INTERVALS, NUMBERS, INDICES, _TIMING))
+def time_sections(intervals, ceilings, borders, timing):
     """Time each section of a path, from x at its first grid point to the ceiling at its last (``kernels.planning.time_optimal``).
 
-    intervals: ``PathIntervals``; acceleration: (n_dof,); ceilings: (N + 1,), 0 where the motion rests; borders: the first grid
-    point of each section, and the last of all; timing: a ``Timing``.
+    intervals: ``PathIntervals``; ceilings: (N + 1,), 0 where the motion rests; borders: the first grid point of each section, and
+    the last of all; timing: a ``Timing``.
     """
-    (slopes, ends, bends, steps), (x, u, times) = intervals, timing
-    n = acceleration.shape[0]
-    beta, bounds = np.empty(x.shape[0]), np.empty(4 * slopes.size)
+    x, u, times = timing
+    n = intervals.slopes.shape[1]
+    beta, bounds = np.empty(x.shape[0]), np.empty(6 * intervals.slopes.size)
     for section in range(borders.shape[0] - 1):
         i, k = borders[section], borders[section + 1]
-        rows = slopes[i:k].reshape((k - i) * n), ends[i:k].reshape((k - i) * n), bends[i:k].reshape((k - i) * n)
-        write_bounds(rows[0], rows[1], rows[2], steps[i:k], acceleration, bounds)
-        write_controllable(bounds, rows[2], steps[i:k], acceleration, ceilings[i : k + 1], beta[i : k + 1])
-        write_fastest(bounds, steps[i:k], n, beta[i : k + 1], x[i : k + 1], u[i:k])
-    write_times(steps, x, times)
+        size, steps = (k - i) * n, intervals.steps[i:k]
+        section_rows = PathIntervals(
+            intervals.slopes[i:k].reshape(size),
+            intervals.ends[i:k].reshape(size),
+            intervals.bends[i:k].reshape(size),
+            intervals.lows[i:k].reshape(size),
+            intervals.highs[i:k].reshape(size),
+            steps,
+        )
+        write_bounds(section_rows, bounds)
+        write_controllable(bounds, section_rows, ceilings[i : k + 1], beta[i : k + 1])
+        write_fastest(bounds, steps, n, beta[i : k + 1], x[i : k + 1], u[i:k])
+    write_times(intervals.steps, x, times)
 
 
 @entry((NUMBERS, MATRIX, MATRIX, NUMBERS, INDICES, NUMBERS))

@@ -1,0 +1,152 @@
+"""``ulna torque``: the torques of a robot beside their limits, and the payload that its motors bear."""
+
+from collections.abc import Iterator
+from typing import Annotated
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+from rich.console import RenderableType
+from rich.text import Text
+
+from ulna.cli.depends import as_options, command
+from ulna.cli.mount import FreeFall, mounted
+from ulna.cli.options import AnyRobot, Degrees, Link
+from ulna.cli.output import Q_KEYS, Output, data_of_q, make_table, number, title
+from ulna.cli.targets import XYZ, Q, numbers, words
+from ulna.description.pose import pose
+from ulna.description.shapes import Sphere
+from ulna.dynamics.effort import without_limit
+from ulna.errors import InputError
+from ulna.robot import Robot
+from ulna.robot.coordinates import Coordinate, coordinates_of
+
+Array = NDArray[np.float64]
+PayloadText = Annotated[
+    str | None,
+    typer.Option(
+        "--payload", metavar="MASS@X,Y,Z", help="A part, as 3kg@0,0,0.1: its mass, and its center in the frame of --link."
+    ),
+]
+Velocities = Annotated[str | None, typer.Option("--qd", metavar="NUMBERS", help="Joint velocities; at rest unless given.")]
+Accelerations = Annotated[str | None, typer.Option("--qdd", metavar="NUMBERS", help="Joint accelerations; 0 unless given.")]
+Effort = Annotated[
+    str | None,
+    typer.Option(metavar="NUMBERS", help="Limits in Nm or N, one or one for each joint, in place of the description's."),
+]
+
+TORQUE_KEYS = (
+    f"{Q_KEYS}; link; gravity; mass and center: of the payload, in the frame of the link; joints; units: Nm or N; torque; "
+    "limit: null where none is known; share: torque by limit; bears: the largest mass that each joint alone carries there, kg, "
+    "null without an end; payload: that of all; limited_by: the joint that limits it, or null; unknown: joints without a limit; "
+    "holds: whether all limits are known and kept."
+)
+
+
+@command
+def torque(
+    robot: AnyRobot,
+    link: Link,
+    q: Q,
+    free_fall: FreeFall,
+    *,
+    payload: PayloadText = None,
+    qd: Velocities = None,
+    qdd: Accelerations = None,
+    effort: Effort = None,
+    degrees: Degrees = False,
+) -> Output:
+    """Whether the arm can hold a part there: the torque of each joint beside its limit, and the mass that it would bear.
+
+    As in: ulna torque panda --payload 3kg@0,0,0.1, or ulna torque ur10e --mount ceiling. Exit status 0 if all torques are within
+    limits that are known, 1 if not.
+    """
+    robot = mounted(robot, free_fall)
+    mass, center = payload_of(payload)
+    rates = [_rates(option, text, robot, degrees=degrees) for option, text in (("--qd", qd), ("--qdd", qdd))]
+    unknown, most = _limits(robot, effort)
+    held = robot.with_attached("--payload", Sphere(0.0), pose(center), link=link, mass=mass)
+    with as_options({"com": "--payload"}):
+        torques = held.inverse_dynamics(q, *(np.zeros(robot.n_dof) if rate is None else rate for rate in rates))
+        bears = robot.payload(q, *rates, com=center, link=link, torque=most, by_joint=True)
+    holds = not unknown and bool((np.abs(torques) <= most).all())
+    entries = coordinates_of(robot)
+    limited = bool(len(bears)) and bool(np.isfinite(bears.min()))
+    data = {
+        **data_of_q(robot, q),
+        "link": link,
+        "gravity": robot.gravity,
+        "mass": mass,
+        "center": center,
+        "joints": [entry.name for entry in entries],
+        "units": ["N" if entry.unit == "m" else "Nm" for entry in entries],
+        "torque": torques,
+        "limit": most,
+        "share": [abs(value) / limit if np.isfinite(limit) else None for value, limit in zip(torques, most, strict=True)],
+        "bears": bears,
+        "payload": float(bears.min(initial=np.inf)),
+        "limited_by": entries[int(np.argmin(bears))].name if limited else None,
+        "unknown": unknown,
+        "holds": holds,
+    }
+    return Output(data, torque_table, status=0 if holds else 1)
+
+
+def payload_of(text: str | None) -> tuple[float, list[float]]:
+    """The mass [kg] and the center [m] of "3kg@0,0,0.1"; nothing at the origin without a text."""
+    if text is None:
+        return 0.0, [0.0, 0.0, 0.0]
+    mass, at, place = text.partition("@")
+    (weight,) = numbers("--payload", mass.strip().removesuffix("kg"), [Coordinate("mass in kg", "kg")])
+    if weight < 0.0:
+        raise InputError("--payload", f"{text!r}; a mass of at least 0 is expected, as 3kg@0,0,0.1")
+    return weight, numbers("--payload", place, XYZ) if at else [0.0, 0.0, 0.0]
+
+
+def _rates(option: str, text: str | None, robot: Robot, *, degrees: bool) -> Array | None:
+    if text is None:
+        return None
+    entries = [Coordinate(each.name, each.unit if degrees else "", each.type) for each in coordinates_of(robot)]
+    return np.array(numbers(option, text, entries, degrees=degrees))
+
+
+def _limits(robot: Robot, effort: str | None) -> tuple[tuple[str, ...], Array]:
+    """The joints without a known limit, and the limits, infinite there."""
+    if effort is None:
+        own = robot.effort_limits
+        return without_limit(robot.tree), np.where(own > 0.0, own, np.inf)
+    names = [each.name for each in coordinates_of(robot)]
+    one = len(words(effort)) == 1
+    given = numbers("--effort", effort, [Coordinate(name, "") for name in (["all joints"] if one else names)])
+    if min(given, default=1.0) <= 0.0:
+        raise InputError("--effort", f"{min(given):g}; limits above 0 are expected")
+    return (), np.broadcast_to(given, robot.n_dof).astype(np.float64)
+
+
+def torque_table(data) -> Iterator[RenderableType]:
+    """A row for each joint, and a sentence about the arm."""
+    place = f"{', '.join(f'{x:g}' for x in data['center'])} of {data['link']}"
+    what = f"{data['mass']:g} kg at {place}" if data["mass"] else "no payload"
+    yield title(data, f"torques with {what}")
+    table = make_table(["joint"], ["torque", "limit", "share", "bears [kg]"], [""])
+    for joint, unit, torque, most, share, mass in zip(
+        *(data[key] for key in ("joints", "units", "torque", "limit", "share", "bears")), strict=True
+    ):
+        look = "" if share is None or share <= 1.0 else "bold red"
+        cells = number(torque, 2), "none" if most is None else number(most, 2), "" if share is None else f"{100 * share:.1f} %"
+        bears = "any" if mass is None else number(mass, 2)
+        table.add_row(joint, *(Text(cell, look) for cell in cells), bears, unit)
+    yield table
+    if data["limited_by"] is None:
+        yield f"at {place} no joint limits the payload"
+    else:
+        yield f"at {place} it bears {data['payload']:.2f} kg: {data['limited_by']} limits it"
+    if data["holds"]:
+        yield Text("within the limits", "bold green")
+    elif any(share is not None and share > 1.0 for share in data["share"]):
+        yield Text("beyond the limits", "bold red")
+    else:
+        yield Text(
+            f"not known: the description states no effort above 0 of {', '.join(data['unknown'])}; --effort gives it",
+            "bold yellow",
+        )

@@ -1,0 +1,1 @@
+"""Dynamics: the torques of a robot's motions, and the motions of its torques."""

@@ -1,0 +1,292 @@
+"""Computes torques, accelerations, the mass matrix and what is derived from them, NumPy in and out."""
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.description.arrays import as_floats
+from ulna.description.robot_description import Description, Inertia, frozen
+from ulna.description.shapes import within_reach
+from ulna.dynamics.bodies import mechanism_of, point_mass
+from ulna.dynamics.effort import as_effort_limits, largest_masses
+from ulna.dynamics.entries import masses, torques
+from ulna.engine.bound import bind
+from ulna.engine.entries import ready
+from ulna.engine.threads import LEAST_ROWS, in_parts
+from ulna.errors import InertiaError, InputError, SingularityError
+from ulna.kernels.dynamics.dynamics_records import MOTION_WIDTH, ForceRows, Mechanism
+from ulna.kernels.layout import INERTIA_WIDTH, MASS
+from ulna.kinematics.jacobian import geometric_jacobian
+from ulna.kinematics.positions import FLOAT64, as_out, as_positions, flat, refuse_out_of_range
+from ulna.kinematics.tree import Tree
+
+Array = NDArray[np.float64]
+Wrenches = Mapping[str, ArrayLike]
+FREE_FALL = frozen((0.0, 0.0, -9.81), (3,))
+"""The acceleration of free fall [m/s^2] of an arm that stands upright. So has Pinocchio; the standard value is 9.80665."""
+_LEAST_SHARE = 1e-12  # of the largest singular value of J M^-1 J': less of the smallest is rounding
+
+
+class Dynamics:
+    """The dynamics of a robot; each method is one of ``Robot``, which has its documentation."""
+
+    def __init__(self, tree: Tree, description: Description, inertias: Iterable[tuple[str, Inertia]], gravity: Array) -> None:
+        """Take a robot, and by link the inertias of its links and of what they hold."""
+        self._tree, self._description, self._inertias = tree, description, tuple(inertias)
+        self.gravity = gravity
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The joints, and the inertias of what they carry.
+
+        Raises:
+            InertiaError: A link that moves and has a shape has no inertia; or no link that moves has one.
+        """
+        return mechanism_of(self._tree, self._description.links, self._inertias)
+
+    @cached_property
+    def one(self) -> Callable[..., Array]:
+        """The torques of one q, qd and qdd, shape (n_dof,) each, in the robot's own gravity; or of what ``inverse`` takes.
+
+        Raises:
+            InertiaError: As of ``mechanism``.
+        """
+        n, entry = self._tree.n_dof, ready(torques.inverse_one)
+        k = len(self.mechanism.joints)
+        rows = ForceRows(np.empty(MOTION_WIDTH * (k + 1)), np.empty(12 * k), np.empty(6 * k))
+        leading = self.mechanism, self.gravity, rows, np.zeros(2 * k)
+        shape = self._tree.q_shape
+
+        def validated(q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Array:
+            if all(type(x) is np.ndarray and x.dtype is FLOAT64 and x.shape == shape and x.flags.carray for x in (q, qd, qdd)):
+                torque = np.empty(n)
+                if n and entry(*leading, q, qd, qdd, torque):
+                    return torque
+            return self.inverse((q, qd, qdd), None, None, None)
+
+        return bind(entry, "motion", leading, n, (n,), validated)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name not in {"mechanism", "one"}}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Unpickled arrays are writable, of which the entries would be compiled again."""
+        self.__dict__.update(state)
+        self.gravity = frozen(self.gravity, (3,))
+
+    def inverse(
+        self, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None, wrenches: Wrenches | None, out: Array | None
+    ) -> Array:
+        """The torques of q, qd and qdd."""
+        leading = self.mechanism, self._free_fall(gravity)
+        torque = self._run(torques.inverse_batch, leading, dict(zip(("q", "qd", "qdd"), motion, strict=True)), out)
+        self._less_wrenches(torque, motion[0], wrenches)
+        return torque
+
+    def gravity_torque(self, q: ArrayLike, gravity: ArrayLike | None, out: Array | None) -> Array:
+        """The torques that hold the robot still."""
+        return self._run(torques.gravity_batch, (self.mechanism, self._free_fall(gravity)), {"q": q}, out)
+
+    def payload(
+        self,
+        motion: Mapping[str, ArrayLike | None],
+        held: tuple[str | None, ArrayLike],
+        torque: ArrayLike,
+        gravity: ArrayLike | None,
+    ) -> Array:
+        """The largest mass that each motor bears at a point of a link, shape (..., n_dof).
+
+        motion: q, and qd and qdd, of which None is rest. held: the link and the point.
+        """
+        most, free_fall = as_effort_limits(torque, self._tree), self._free_fall(gravity)
+        link, center = self._tree.link_or_tip(held[0]), within_reach("com", held[1])
+        if center.shape != (3,):
+            raise InputError("com", f"shape {center.shape}; three numbers [m] are expected")
+        self._tree.chain(link)  # or there is no such link
+        at_rest = motion["qd"] is None and motion["qdd"] is None
+        given = {name: np.zeros(self._tree.n_dof) if each is None else each for name, each in motion.items()}
+        entry, given = (torques.gravity_batch, {"q": given["q"]}) if at_rest else (torques.inverse_batch, given)
+        own = self._run(entry, (self.mechanism, free_fall), given, None)
+        of_one_kilogram = self._run(entry, (point_mass(self._tree, link, center), free_fall), given, None)
+        return largest_masses(own, of_one_kilogram, most)
+
+    def forward(
+        self, q: ArrayLike, qd: ArrayLike, torque: ArrayLike, load: tuple[ArrayLike | None, Wrenches | None, Array | None]
+    ) -> Array:
+        """The accelerations that torques cause; load: gravity, wrenches and ``out``."""
+        gravity, wrenches, out = load
+        if wrenches:
+            torque = np.array(as_positions(torque, self._tree, "torque"))
+            extra = np.zeros((*np.broadcast_shapes(torque.shape[:-1], np.shape(q)[:-1]), self._tree.n_dof))
+            self._less_wrenches(extra, q, wrenches)
+            torque = torque - extra
+        leading = self.mechanism, self._free_fall(gravity)
+        made = self._run(masses.forward_batch, leading, {"q": q, "qd": qd, "torque": torque}, out)
+        is_nan = np.isnan(made)
+        if is_nan.any():  # of all at once: row by row this takes an eighth of the call
+            raise _singular("the mass matrix is singular: a joint moves no mass", np.asarray(is_nan.any(axis=-1)))
+        return made
+
+    def mass_matrix(self, q: ArrayLike, out: Array | None) -> Array:
+        """M, shape (..., n_dof, n_dof)."""
+        n = self._tree.n_dof
+        return self._run(masses.mass_batch, (self.mechanism,), {"q": q}, out, (n, n))
+
+    def derivatives(
+        self, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None, out: Array | None = None
+    ) -> tuple[Array, Array]:
+        """The derivatives of the torques of q, qd and qdd by q and by qd, shape (..., n_dof, n_dof) each."""
+        n, leading = self._tree.n_dof, (self.mechanism, self._free_fall(gravity))
+        batch, given = self._rows(dict(zip(("q", "qd", "qdd"), motion, strict=True)))
+        by_q, by_rate = as_out(out, (2, *batch, n, n), *given.values())
+        self._in_parts(torques.derivatives_batch, leading, given, [by_q.reshape(-1, n, n), by_rate.reshape(-1, n, n)])
+        return by_q, by_rate
+
+    def external(self, measured: ArrayLike, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None) -> Array:
+        """Measured torques less those of a motion."""
+        given = as_positions(measured, self._tree, "measured")
+        _refuse_infinite(given, "measured")
+        torque = self.inverse(motion, gravity, None, None)
+        try:
+            return given - torque
+        except ValueError:
+            raise InputError("measured", f"shape {given.shape} does not go with torques of shape {torque.shape}") from None
+
+    def centre_of_mass(self, q: ArrayLike, out: Array | None) -> Array:
+        """The center of mass of all moving bodies in the base, shape (..., 3)."""
+        moments, _ = self._moments(q)
+        made = as_out(out, (*moments.shape[:-1], 3))
+        np.divide(moments[..., 1:], moments[..., :1], out=made)
+        return made
+
+    def centre_of_mass_jacobian(self, q: ArrayLike) -> Array:
+        """How the center of mass moves with q, shape (..., 3, n_dof)."""
+        moments, columns = self._moments(q)
+        return np.swapaxes(columns, -1, -2) / moments[..., :1, None]
+
+    def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Any:
+        """1/2 qd' M qd, shape (...)."""
+        qd = as_positions(qd, self._tree, "qd")
+        _refuse_infinite(qd, "qd")
+        return 0.5 * np.einsum("...i,...ij,...j->...", qd, self.mass_matrix(q, None), qd)
+
+    def potential_energy(self, q: ArrayLike, gravity: ArrayLike | None) -> Any:
+        """-g . h, with the moment h of all moving bodies, shape (...)."""
+        moments, _ = self._moments(q)
+        return -(moments[..., 1:] @ self._free_fall(gravity))
+
+    def operational_inertia(self, q: ArrayLike, link: str) -> Array:
+        """(J M^-1 J')^-1, shape (..., 6, 6)."""
+        q = as_positions(q, self._tree)
+        J, M = geometric_jacobian(self._tree, q, link, "base"), self.mass_matrix(q, None)
+        try:
+            mobility = J @ np.linalg.solve(M, np.swapaxes(J, -1, -2))
+        except np.linalg.LinAlgError:
+            raise _singular("the mass matrix is singular: a joint moves no mass", np.ones(q.shape[:-1], bool)) from None
+        sizes = np.linalg.eigvalsh(mobility)
+        locked = ~(sizes[..., 0] > _LEAST_SHARE * sizes[..., -1])
+        if locked.any():
+            raise _singular(f"no joint moves {link!r} in some direction, where its inertia is infinite", locked)
+        return np.linalg.inv(mobility).astype(np.float64, copy=False)
+
+    def regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, gravity: ArrayLike | None) -> Array:
+        """The torques of a unit of each inertial parameter, shape (..., n_dof, n_bodies, 10)."""
+        joints, free_fall, units = self._tree.joints, self._free_fall(gravity), len(self._tree.joints) * INERTIA_WIDTH
+        batch, given = self._rows({"q": q, "qd": qd, "qdd": qdd})
+        made = np.empty((units, *batch, self._tree.n_dof))
+        for unit, torque in enumerate(made):
+            table = np.zeros((len(joints), INERTIA_WIDTH))
+            table.flat[unit] = 1.0
+            leading = Mechanism(joints, frozen(table, table.shape)), free_fall
+            self._in_parts(torques.inverse_batch, leading, given, [torque.reshape(-1, self._tree.n_dof)])
+        return np.moveaxis(made, 0, -1).reshape(*batch, self._tree.n_dof, len(joints), INERTIA_WIDTH)
+
+    def _moments(self, q: ArrayLike) -> tuple[Array, Array]:
+        n = self._tree.n_dof
+        batch, given = self._rows({"q": q})
+        if not self.mechanism.bodies[:, MASS].any():
+            raise InertiaError("it has no center of mass: the links that joints move have no mass", self._tree.link_names)
+        moments, columns = np.empty((*batch, 4)), np.empty((*batch, n, 3))
+        self._in_parts(masses.moment_batch, (self.mechanism,), given, [moments.reshape(-1, 4), columns.reshape(-1, n, 3)])
+        return moments, columns
+
+    def _free_fall(self, gravity: ArrayLike | None) -> Array:
+        return self.gravity if gravity is None else as_gravity(gravity)
+
+    def _rows(self, given: dict[str, ArrayLike]) -> tuple[tuple[int, ...], dict[str, Array]]:
+        """The shape of the batch of all arguments together, and the rows of each."""
+        arrays = {name: as_positions(value, self._tree, name) for name, value in given.items()}
+        shapes = {name: array.shape[:-1] for name, array in arrays.items()}
+        try:
+            batch = np.broadcast_shapes(*shapes.values())
+        except ValueError:
+            name = list(shapes)[-1]
+            raise InputError(
+                name, f"shapes {', '.join(f'{key} {array.shape}' for key, array in arrays.items())} do not go together"
+            ) from None
+        return batch, {
+            name: flat(array if array.shape[:-1] == batch else _spread(array, batch)) for name, array in arrays.items()
+        }
+
+    def _run(
+        self,
+        entry: Callable[..., bool],
+        leading: tuple,
+        given: dict[str, ArrayLike],
+        out: Array | None,
+        shape: tuple[int, ...] = (),
+    ) -> Array:
+        batch, rows = self._rows(given)
+        made = as_out(out, (*batch, *(shape or self._tree.q_shape)), *rows.values())
+        self._in_parts(entry, leading, rows, [made.reshape(-1, *made.shape[len(batch) :])])
+        return made
+
+    def _in_parts(self, entry: Callable[..., bool], leading: tuple, rows: dict[str, Array], made: list[Array]) -> None:
+        n = len(made[0])
+        if not in_parts(lambda part: entry(*leading, *(each[part] for each in (*rows.values(), *made))), n, LEAST_ROWS):
+            for name, each in rows.items():
+                refuse_out_of_range(each, name) if name == "q" else _refuse_infinite(each, name)
+
+    def _less_wrenches(self, torque: Array, q: ArrayLike, wrenches: Wrenches | None) -> None:
+        """Take J' w of each link off the torques."""
+        for link, given in (wrenches or {}).items():
+            wrench = as_floats("wrenches", given)
+            if wrench.shape[-1:] != (6,):
+                raise InputError(
+                    "wrenches", f"shape {wrench.shape} for {link!r}; forces and moments, shape (..., 6), are expected"
+                )
+            _refuse_infinite(wrench, "wrenches")
+            J = geometric_jacobian(self._tree, q, link, "base")
+            try:
+                torque -= np.einsum("...ij,...i->...j", J, wrench)
+            except ValueError:
+                raise InputError(
+                    "wrenches", f"shape {wrench.shape} for {link!r} does not go with q of shape {np.shape(q)}"
+                ) from None
+
+
+def as_gravity(gravity: ArrayLike) -> Array:
+    """The acceleration of free fall, three finite numbers."""
+    vector = as_floats("gravity", gravity)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise InputError(
+            "gravity", f"{gravity!r}; three finite numbers [m/s^2] in the axes of the base are expected, as (0, 0, -9.81)"
+        )
+    return frozen(vector, (3,))
+
+
+def _spread(array: Array, batch: tuple[int, ...]) -> Array:
+    return np.array(np.broadcast_to(array, (*batch, array.shape[-1])), order="C")
+
+
+def _refuse_infinite(values: Array, name: str) -> None:
+    if not np.isfinite(values).all():
+        bad = np.argwhere(~np.isfinite(values))[0]
+        raise InputError(f"{name}[{', '.join(str(int(k)) for k in bad)}]", f"{values[tuple(bad)]} is not a finite number")
+
+
+def _singular(message: str, rows: NDArray[np.bool_]) -> SingularityError:
+    return SingularityError(message, tuple(map(tuple, np.argwhere(rows).tolist())))

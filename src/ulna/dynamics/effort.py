@@ -1,0 +1,46 @@
+"""Reads the limits of torques that a caller gives, and finds the payload within them."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.errors import InputError
+from ulna.kinematics.tree import Tree, entry_names
+
+Array = NDArray[np.float64]
+_FELT = 1e-11  # [Nm or N]: a torque of 1 kg that is smaller is rounding
+
+
+def as_effort_limits(torque: ArrayLike, tree: Tree) -> Array:
+    """The limits of torques [Nm or N], shape (n_dof,): those of the description for True.
+
+    Raises:
+        InputError: They are neither a number above 0 nor one for each entry of q; or the description states none.
+    """
+    n = tree.n_dof
+    if torque is True:
+        lacking = without_limit(tree)
+        if lacking:
+            raise InputError(
+                "torque", f"the description states no effort above 0 of {', '.join(lacking)}; give numbers [Nm or N]"
+            )
+        return tree.effort_limits
+    from_caller = np.asarray(torque, dtype=np.float64)
+    if from_caller.shape not in {(), (n,)} or not (from_caller > 0.0).all():
+        raise InputError("torque", f"{torque!r}; True, a number above 0, or {n} of them, is expected [Nm or N]")
+    return np.full(n, from_caller)
+
+
+def without_limit(tree: Tree) -> tuple[str, ...]:
+    """The entries of q of which the description states no effort above 0."""
+    return tuple(name for name, limit in zip(entry_names(tree), tree.effort_limits, strict=True) if not limit or limit == np.inf)
+
+
+def largest_masses(own: Array, of_one_kilogram: Array, most: Array) -> Array:
+    """The mass [kg] that each motor bears beside its own torque, of the shape of ``own``.
+
+    The torque is own + m t, with that of one kilogram t. So |own + m t| <= most for m up to (most - sign(t) own) / |t|.
+    """
+    felt = np.abs(of_one_kilogram) > _FELT
+    room = most - np.sign(of_one_kilogram) * own
+    masses = np.divide(room, np.abs(of_one_kilogram), out=np.full(room.shape, np.inf), where=felt)
+    return np.where(np.abs(own) <= most, masses, 0.0)

@@ -1,0 +1,80 @@
+"""Finds the boxes around the shapes of links and around the triangles of mesh files, each file read once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ulna.description.meshes.hulls import mesh_reader
+from ulna.description.meshes.mesh_files import CHECKED, Located, MeshFiles
+from ulna.description.robot_description import Body, Link
+from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Shape, Sphere
+from ulna.errors import FileError, MissingExtraError
+
+Array = NDArray[np.float64]
+_SIGNS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+
+
+class Boxes:
+    """The boxes of the shapes of one description: rows low and high, shape (2, 3) [m]."""
+
+    def __init__(self, described: Located) -> None:
+        self._files = MeshFiles(described)
+        self._known: dict[str, Array] = {}
+
+    def of_file(self, uri: str) -> Array:
+        """The box around the triangles of a mesh file, before it is scaled.
+
+        Raises:
+            FileError: It is not there, or cannot be read.
+            MissingExtraError: What reads meshes is not installed.
+        """
+        if uri not in self._known:
+            reader, path = mesh_reader(), self._files.find(uri)
+            points = reader.used_points(reader.read_scene(path, reader.mesh_bytes(path)))
+            self._known[uri] = np.array([points.min(axis=0), points.max(axis=0)])
+        return self._known[uri]
+
+    def of_link(self, link: Link) -> Array | None:
+        """The box around the shapes of a link in its axes: of visuals and collisions, or of those that can be read."""
+        kinds = [self._around(bodies) for bodies in (link.visuals, link.collisions) if bodies]
+        return _union([box for box in kinds if box is not None])
+
+    def _around(self, bodies: Iterable[Body]) -> Array | None:
+        boxes = []
+        for body in bodies:
+            box = self._of_shape(body.shape)
+            if box is None:
+                return None
+            corners = np.where(_SIGNS, box[1], box[0]) @ body.pose[:3, :3].T + body.pose[:3, 3]
+            boxes.append(np.array([corners.min(axis=0), corners.max(axis=0)]))
+        return _union(boxes)
+
+    def _of_shape(self, shape: Shape) -> Array | None:
+        match shape:
+            case Box():
+                half = np.array(shape.half_extents)
+            case Sphere(radius=r):
+                half = np.array([r, r, r])
+            case Cylinder(radius=r, length=h):
+                half = np.array([r, r, h / 2])
+            case Capsule(radius=r, length=h):
+                half = np.array([r, r, h / 2 + r])
+            case ConvexMesh(vertices=points):
+                return np.array([points.min(axis=0), points.max(axis=0)])
+            case Mesh(uri, scale) if uri.lower().endswith(CHECKED):
+                try:
+                    return np.sort(self.of_file(uri) * scale, axis=0)
+                except (FileError, MissingExtraError, OSError):
+                    return None  # which has a finding of its own
+            case _:
+                return None
+        return np.array([-half, half])
+
+
+def _union(boxes: list[Array]) -> Array | None:
+    if not boxes:
+        return None
+    return np.array([np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)])

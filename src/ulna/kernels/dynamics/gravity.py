@@ -1,0 +1,59 @@
+"""Computes the torques that hold a robot still, each body in the frame of its joint.
+
+The potential energy of bodies is -g . h, with their moment h (mass times center of mass), and the torque of a joint is its
+derivative: -g . (z x h) for a joint that turns, with h about its origin, and -m g . z for one that slides.
+
+Source: Siciliano et al., Robotics (2009), section 7.1.
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import load, splat, store
+from ulna.kernels.chain.jacobian import clear
+from ulna.kernels.chain.poses import turned_joint_pose
+from ulna.kernels.dynamics.composite import add_to
+from ulna.kernels.dynamics.rigid_body import load_vector, store_vector
+from ulna.kernels.layout import COLUMN, KIND, MASS, MOMENT, PARENT, PRISMATIC, RATIO
+from ulna.kernels.spatial.se3 import load_pose, store_pose
+from ulna.kernels.spatial.vectors import add_scaled, origin, plus, rotate, rotate_inverse
+
+
+@kernel
+def holding_torques(mechanism, gravity, turn_rows, rows, torque_rows):
+    """Write the torques [Nm or N] of all entries of q to torque_rows.
+
+    1. From the base to the tips: the acceleration of free fall in the frame of each joint.
+    2. From the tips to the base: the mass and the moment of all bodies behind each joint.
+
+    Args:
+        mechanism: The table of joints and the table of inertias, a row each.
+        gravity: The acceleration of free fall [m/s^2] in the axes of the base: three plain numbers.
+        turn_rows: What ``joint_turns`` wrote.
+        rows: ``FallRows`` to work in.
+        torque_rows: One row for each entry of q.
+    """
+    joints, bodies, like = mechanism.joints, mechanism.bodies, load(turn_rows, 0)
+    store_vector(rows.falls, 0, (splat(gravity[0], like), splat(gravity[1], like), splat(gravity[2], like)))
+    for i in range(joints.shape[0]):
+        pose = turned_joint_pose(joints, i, turn_rows)
+        store_pose(rows.poses, i, pose)
+        store_vector(rows.falls, 3 * (i + 1), rotate_inverse(pose, load_vector(rows.falls, 3 * (int(joints[i, PARENT]) + 1))))
+        store(rows.masses, i, splat(bodies[i, MASS], like))
+        for k in range(3):
+            store(rows.moments, 3 * i + k, splat(bodies[i, MOMENT + k], like))
+    clear(torque_rows, like)
+    for k in range(joints.shape[0]):
+        hold(joints, joints.shape[0] - 1 - k, rows, torque_rows)
+
+
+@kernel
+def hold(joints, i, rows, torque_rows):
+    """Step 2 of one joint."""
+    parent, mass = int(joints[i, PARENT]), load(rows.masses, i)
+    fall, moment = load_vector(rows.falls, 3 * (i + 1)), load_vector(rows.moments, 3 * i)
+    along = -mass * fall[2] if int(joints[i, KIND]) == PRISMATIC else moment[1] * fall[0] - moment[0] * fall[1]
+    add_to(torque_rows, int(joints[i, COLUMN]), along * joints[i, RATIO])
+    if parent >= 0:
+        pose = load_pose(rows.poses, i)
+        add_to(rows.masses, parent, mass)
+        moved = plus(load_vector(rows.moments, 3 * parent), add_scaled(rotate(pose, moment), mass, origin(pose)))
+        store_vector(rows.moments, 3 * parent, moved)

@@ -1,0 +1,38 @@
+"""Solves a system whose matrix is symmetric and positive definite, by its Cholesky factor.
+
+The rows of a system of n unknowns have the lower triangle of the matrix, entry (r, c) at r (r + 1) / 2 + c, and then n numbers.
+"""
+
+from ulna.engine.decorators import kernel
+from ulna.engine.lanes import load, sqrt, store
+
+
+@kernel
+def factorise(system_rows, n):
+    """The Cholesky factor L of the lower triangle, in its place, with the reciprocals of the diagonal on the diagonal."""
+    for r in range(n):
+        for c in range(r + 1):
+            total = load(system_rows, r * (r + 1) // 2 + c)
+            for k in range(c):
+                total = total - load(system_rows, r * (r + 1) // 2 + k) * load(system_rows, c * (c + 1) // 2 + k)
+            if r == c:
+                store(system_rows, r * (r + 1) // 2 + c, 1.0 / sqrt(total))
+            else:
+                store(system_rows, r * (r + 1) // 2 + c, total * load(system_rows, c * (c + 1) // 2 + c))
+
+
+@kernel
+def substitute(system_rows, n):
+    """Solve L z = e, then L' y = z, in the place of the n numbers e behind the factor."""
+    first = n * (n + 1) // 2
+    for r in range(n):
+        total = load(system_rows, first + r)
+        for k in range(r):
+            total = total - load(system_rows, r * (r + 1) // 2 + k) * load(system_rows, first + k)
+        store(system_rows, first + r, total * load(system_rows, r * (r + 1) // 2 + r))
+    for s in range(n):
+        r = n - 1 - s
+        total = load(system_rows, first + r)
+        for k in range(r + 1, n):
+            total = total - load(system_rows, k * (k + 1) // 2 + r) * load(system_rows, first + k)
+        store(system_rows, first + r, total * load(system_rows, r * (r + 1) // 2 + r))
