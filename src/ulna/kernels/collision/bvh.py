@@ -11,8 +11,6 @@ Source: Omohundro, Five balltree construction algorithms (1989), for the idea of
 Sleator and Tarjan, Making data structures persistent (1989), for copying a path. ``entries.tree_nodes`` writes the nodes.
 """
 
-import numpy as np
-
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import WIDTH, lane_bits, lane_of, load, lowest_bit, sqrt, store, where
 from ulna.kernels.collision.collision_layout import (
@@ -23,6 +21,7 @@ from ulna.kernels.collision.collision_layout import (
     FIRST_BALL,
     FIRST_POINTS,
     NODE_ROWS,
+    NOWHERE,
     PLACES,
 )
 from ulna.kernels.collision.posed_pair import half_extents
@@ -193,13 +192,13 @@ def row_of_one_object(nodes, objects, node):
 def end_row(nodes, node, end):
     """The row of the first or the last solid below a node, by the lane of that end; -1 if no child is left on the way there."""
     while node >= 0 and node % PLACES == CHILDREN:
-        i, lane = NODE_ROWS * (node // PLACES) + CHILD, end
+        i, lane = NODE_ROWS * (node // PLACES), end
         for _ in range(WIDTH - 1):
-            if not abs(nodes[i, lane]) < np.inf:
+            if nodes[i, lane] >= NOWHERE:  # a missing child
                 lane += 1 if end == 0 else -1
-        if not abs(nodes[i, lane]) < np.inf:
+        if nodes[i, lane] >= NOWHERE:
             return -1
-        node = int(nodes[i, lane])
+        node = int(nodes[i + CHILD, lane])
     return -1 - node if node < 0 else int(nodes[NODE_ROWS * (node // PLACES) + CHILD, BALL_ROW])
 
 

@@ -134,12 +134,13 @@ def add_indexed(scene, ours, nearness, near, excess, first):
             reach = more + max(slot_of_pair(k, n, n, within, near, excess, count)[1], excess[-1]) - SAME
         elif node >= 0 and near.last_rows.shape[0] > 0:
             reach = reach_of_one_object(scene, k, node, near, (first, count), reach)
-        if near.heights[top] > reach:
+        if not near.heights[top] <= reach:
             continue
         if looks > MOST_LOOKS and near.unseen.shape[0] > 0:
             near.unseen[0] = min(near.unseen[0], near.heights[top] - more)
         elif node >= 0:
-            height = maximum(gap_bound(child_gap(scene.nodes, node, bounds)), turned_bound(scene, ours, node, near))
+            gap = gap_bound(child_gap(scene.nodes, node, bounds))
+            height = gap + maximum(turned_bound(scene, ours, node, near) - gap, 0.0)  # not a number where the gap is none
             top = push_children(scene.nodes, node, height, reach, near.stack, near.heights, top)
         else:
             theirs = solid_at(scene, -1 - node, 0.0)
