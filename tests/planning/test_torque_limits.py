@@ -102,6 +102,16 @@ def motion_back(panda, goal):
     return panda.plan(goal, panda.home).trajectory(acceleration=15.0, jerk=400.0, torque=LIMITS)
 
 
+def test_a_plot_has_the_torques_and_their_limits(panda):
+    motion = panda.trajectory([panda.home, panda.home + 0.3], acceleration=15.0, torque=LIMITS)
+    axes = motion.plot().axes
+    assert [each.get_ylabel() for each in axes[-2:]] == ["acceleration [1/s²]", "torque [Nm or N]"]
+    t, torque = axes[-1].lines[1].get_data()
+    assert np.allclose(torque, motion.torques(t)[:, 1])
+    assert {line.get_ydata()[0] for line in axes[-1].lines[7:]} <= {*LIMITS, *-LIMITS}
+    assert len(axes[-1].lines) > 7
+
+
 def test_a_check_names_the_joint_and_the_moment(panda):
     path = [panda.home, panda.home + np.array([1.0, 0.4, 0, 0.3, 0, 0, 0])]
     motion = panda.trajectory(path, acceleration=15.0)

@@ -546,7 +546,9 @@ class Trajectory(OneLine):
         return joint_trajectory(self.at, self.rests, self.end_velocities, self.joint_names, names, period)
 
     def plot(self):
-        """A Matplotlib figure of positions, velocities and accelerations over time; of jerks, and hands, too if they are limited.
+        """A Matplotlib figure of positions, velocities and accelerations over time.
+
+        Jerks, torques and the speeds of hands are shown too, if they are limited.
 
         The limits that are known and near enough to be in the picture are dashed lines, in the colour of the joint. A notebook
         shows the figure in the last line of a cell; ``figure.savefig("motion.png")`` writes it. No window opens.
@@ -556,17 +558,21 @@ class Trajectory(OneLine):
         """
         with needs_extra("a plot", "plot", "matplotlib"):
             from ulna.notebook.figure import NotebookFigure  # noqa: PLC0415 - it needs the extra
-        shown = list(zip(QUANTITIES, _UNITS, strict=True))[: 4 if self.limits_jerk else 3]
-        n_shown, hands = len(shown), [cap for cap in self._caps if isinstance(cap, Hand) and cap.limits.speed is not None]
-        figure = NotebookFigure(figsize=(8, 2.6 * (n_shown + bool(hands))), layout="constrained")
         t, limits = np.linspace(0.0, self.duration, 1000), self.limits
-        rows, moment = figure.subplots(n_shown + bool(hands), sharex=True), self.at(t)
+        moment, hands = self.at(t), [cap for cap in self._caps if isinstance(cap, Hand) and cap.limits.speed is not None]
+        shown = list(zip(QUANTITIES, _UNITS, moment, strict=True))[: 4 if self.limits_jerk else 3]
+        for motors in (cap for cap in self._caps if isinstance(cap, Motors)):
+            shown.append(("torque", "Nm or N", motors.torques(*moment[:3])))
+            limits["torque"] = -motors.most, motors.most
+        n_rows = len(shown) + bool(hands)
+        figure = NotebookFigure(figsize=(8, 2.6 * n_rows), layout="constrained")
+        rows = figure.subplots(n_rows, sharex=True)
         for hand in hands:
             (line,) = rows[-1].plot(t, np.linalg.norm(hand.moved(moment.q, moment.qd)[0], axis=1), label=hand.link)
             rows[-1].axhline(hand.limits.speed, color=line.get_color(), linestyle="dashed", linewidth=0.8)
             rows[-1].set_ylabel("speed [m/s]")
             rows[-1].legend(fontsize="small")
-        for axes, values, (name, unit) in zip(rows, moment, shown, strict=False):
+        for axes, (name, unit, values) in zip(rows, shown, strict=False):
             lines = axes.plot(t, values, label=self.joint_names)
             axes.set_ylabel(f"{name} [{unit}]")
             reach = _IN_PICTURE * np.abs(values).max()
