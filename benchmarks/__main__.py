@@ -16,6 +16,7 @@ from benchmarks.account import account_rows
 from benchmarks.bounds import bound_rows, copy_ns, peak_ns
 from benchmarks.cold_cache import cold_rows
 from benchmarks.collision import collision_data
+from benchmarks.forces import force_data
 from benchmarks.inverse import protocol_rows
 from benchmarks.kinematics import batch_rows, single_call_rows
 from benchmarks.markdown import page
@@ -46,6 +47,7 @@ def main() -> None:
         "jacobian": [],
         "account": [],
         "batches": [],
+        "forces": [],
         "protocols": [],
         "tracking": [],
         "scaling_with_joints": [],
@@ -68,8 +70,10 @@ def main() -> None:
             _say(str(error))
             data["absent"].append({"robot": name, "peer": "all", "why": str(error)})
     if not options.peers_only:
-        _say("collision, scaling, bounds, first use")
+        _say("dynamics, collision, scaling, bounds, first use")
         panda, peak, copy = load_arm("panda"), peak_ns(), copy_ns()
+        data["forces"], why = force_data(panda)
+        data["absent"] += [{"robot": "panda", "peer": "pin, dynamics", "why": why}] * bool(why)
         tables, why = collision_data(panda, peak)
         data.update(tables)
         data["absent"] += [{"robot": "panda", "peer": "pin with coal", "why": why}] * bool(why)
@@ -159,7 +163,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--robot", action="append", choices=NAMES, help="repeatable; all of them unless given")
     parser.add_argument("--n", type=int, default=1000, help="targets of each protocol (default 1000)")
-    parser.add_argument("--peers-only", action="store_true", help="leave out collision, scaling, bounds and first use")
+    parser.add_argument("--peers-only", action="store_true", help="leave out dynamics, collision, scaling, bounds and first use")
     parser.add_argument("--out", type=Path, default=RESULTS, help="the folder to write to")
     return parser.parse_args()
 

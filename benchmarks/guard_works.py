@@ -18,11 +18,18 @@ _TICKS, _PLANS, _SEED = 64, 4, 3
 
 
 def works() -> dict[str, Workload]:
-    """Calls of a Panda: kinematics, inverse kinematics and collision, an edge, a tick and a plan."""
+    """Calls of a Panda: kinematics, inverse kinematics, collision and dynamics, an edge, a tick and a plan."""
     panda, named = ulna.load("panda"), {}
     for make in WORKLOADS.values():
         named |= make(panda, ROWS)
-    return named | motion_works(panda)
+    return named | force_works(panda) | motion_works(panda)
+
+
+def force_works(robot: ulna.Robot) -> dict[str, Workload]:
+    """Batches of dynamics."""
+    motions = robot.random(ROWS, seed=_SEED), *np.random.default_rng(_SEED).normal(size=(2, ROWS, robot.n_dof))
+    calls = robot.inverse_dynamics, robot.forward_dynamics, robot.inverse_dynamics_derivatives
+    return {f"{call.__name__}, {ROWS}": Workload(lambda x, call=call: call(*x), [motions] * 4, ROWS) for call in calls}
 
 
 def motion_works(robot: ulna.Robot) -> dict[str, Workload]:

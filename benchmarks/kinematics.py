@@ -34,7 +34,7 @@ def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str)
             works[peer] = Workload(function, short(function, [offers.own_q(x) for x in q]))
         if kind == "forward_kinematics" and offers.forward_kept is not None:
             works[f"{peer}, placement kept"] = Workload(offers.forward_kept, [offers.own_q(x) for x in q])
-    return _rows(name, kind, time_interleaved(works, passes=81))
+    return rows_of(name, kind, time_interleaved(works, passes=81))
 
 
 def batch_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> list[dict]:
@@ -49,7 +49,7 @@ def batch_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> li
         at_once = offers.forward_batch if kind == "forward_kinematics" else offers.jacobian_batch
         if at_once is not None:
             works[f"{peer}, at once"] = Workload(at_once, [q], BATCH)
-    return _rows(name, f"{kind}, {BATCH} at once", time_interleaved(works, passes=41))
+    return rows_of(name, f"{kind}, {BATCH} at once", time_interleaved(works, passes=41))
 
 
 def short(function, inputs: list) -> list:
@@ -66,7 +66,8 @@ def _loop(function):
     return lambda batch: [function(q) for q in batch]
 
 
-def _rows(name: str, kind: str, timings: dict[str, Timing]) -> list[dict]:
+def rows_of(name: str, kind: str, timings: dict[str, Timing]) -> list[dict]:
+    """A row for each library, with its time as a multiple of Ulna's, pass by pass."""
     rows = []
     for library, timing in timings.items():
         lower, median, upper = ratio(timing, timings["ulna"])

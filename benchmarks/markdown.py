@@ -7,6 +7,7 @@ _TITLES = {
     "jacobian": "Jacobian, one call",
     "account": "Where the time of one call goes",
     "batches": "Batches",
+    "forces": "Dynamics, on one processor",
     "protocols": "Inverse kinematics",
     "tracking": "Tracking a path",
     "scaling_with_joints": "Cost against joints",

@@ -44,6 +44,7 @@ def summary(data: dict, name: str) -> str:
         parts += [f"**{title}**", table([_call(row) for row in data[kind]])]
     parts += ["**Where the time of one call goes**", table(data["account"])] if data["account"] else []
     parts += ["**Batches**", table([_call(row) for row in data["batches"]])]
+    parts += ["**Dynamics, on one processor**", table([_call(row) for row in data["forces"]])] if data.get("forces") else []
     for protocol in PROTOCOLS:
         parts += [f"**Inverse kinematics, protocol {protocol}**", table(solver_rows(data["protocols"], protocol))]
     parts += ["**Tracking**", table([_step(row) for row in data["tracking"]])]

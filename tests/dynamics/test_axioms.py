@@ -97,6 +97,16 @@ def test_batches_are_broadcast_and_out_is_filled(robot, motion):
     assert np.array_equal(out[2, 5], robot.inverse_dynamics(q[5], qd[3], np.full(robot.n_dof, 2.0)))
 
 
+def test_derivatives_are_written_to_one_array(robot, motion):
+    out = np.full((2, 19, robot.n_dof, robot.n_dof), np.nan)
+    by_q, by_rate = robot.inverse_dynamics_derivatives(*motion, out=out)
+    assert np.shares_memory(by_q, out[0])
+    assert np.shares_memory(by_rate, out[1])
+    assert np.array_equal(out, robot.inverse_dynamics_derivatives(*motion))
+    with pytest.raises(ulna.InputError, match=r"out: float64 of shape \(19, .*of shape \(2, 19, "):
+        robot.inverse_dynamics_derivatives(*motion, out=out[0])
+
+
 def test_gravity_turns_with_the_mounting(robot, motion):
     q = motion[0]
     turned = robot.with_gravity((3.0, -9.0, 1.0))

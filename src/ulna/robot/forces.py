@@ -155,13 +155,14 @@ class Forces:
         return self._dynamics.forward(q, qd, torque, (gravity, wrenches, out))
 
     def inverse_dynamics_derivatives(
-        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, gravity: ArrayLike | None = None
+        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, gravity: ArrayLike | None = None, out: Array | None = None
     ) -> tuple[Array, Array]:
         """The derivatives of ``inverse_dynamics`` by q and by qd, shape (..., n_dof, n_dof) each.
 
-        Entry (r, c) is the derivative of torque r by entry c. The derivative by qdd is ``mass_matrix``.
+        Entry (r, c) is the derivative of torque r by entry c. The derivative by qdd is ``mass_matrix``. Both are written to
+        ``out``, a float64 array of shape (2, ..., n_dof, n_dof), if it is given: memory that is new takes longer than they do.
         """
-        return self._dynamics.derivatives(q, qd, qdd, gravity)
+        return self._dynamics.derivatives((q, qd, qdd), gravity, out)
 
     def external_torque(
         self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, measured: ArrayLike, *, gravity: ArrayLike | None = None
