@@ -51,13 +51,12 @@ class Forces:
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof); qd and qdd may have other batch axes, to which these are
-            broadcast.
+                broadcast.
             qd: Joint velocities [rad/s or m/s], shape (..., n_dof).
             qdd: Joint accelerations [rad/s^2 or m/s^2], shape (..., n_dof).
             gravity: The acceleration of free fall in the axes of the base [m/s^2], shape (3,); that of the robot unless given.
             wrenches: What acts on the robot from outside, by link: force [N] and moment [Nm] at the link's origin in the axes
-            of the
-                base, shape (..., 6).
+                of the base, shape (..., 6).
             out: Written to and returned if given: a float64 array of the result's shape.
 
         Returns:
