@@ -10,7 +10,7 @@ import pytest
 from command_fixtures import without_announcements
 
 COMMANDS = [
-    *("view", "servo", "demo", "record", "fk", "jacobian", "ik", "check", "reach", "plan", "follow", "run"),
+    *("view", "servo", "demo", "record", "fk", "jacobian", "ik", "torque", "check", "reach", "plan", "follow", "run"),
     *("list", "info", "dh", "compare", "inspect", "urdf", "bench", "warmup", "ros1", "ros2"),
 ]
 WRONG_TABLE = """
