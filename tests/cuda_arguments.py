@@ -203,7 +203,6 @@ TYPES = {
     "dynamics.newton_euler.store_motion": {"a": VECTOR},
     **{f"dynamics.composite.{name}": {"rows": BODY_ROWS} for name in ("pose_bodies", "mass_matrix", "moment_columns")},
     "dynamics.gravity": {"rows": FALL_ROWS}, "dynamics.derivatives.coriolis_of": {"v": TWO_VECTORS},
-    "spatial.cholesky": {"n": WHOLE},
     "ik": {
         "rows": NUMBERS, "settings": SETTINGS, **_each("p r", WHOLE), **_each("slack dt cosine sine running", NUMBER),
         **_each("settled is_pointing", TRUTH),

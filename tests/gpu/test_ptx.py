@@ -17,7 +17,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 import ulna.kernels
 from cuda_arguments import POSED_BOX, SCENE_OF_BOXES, argument_types, place_of
 
-COMPILED = "chain", "collision", "distance", "ik", "servo", "spatial"
+COMPILED = "chain", "collision", "distance", "dynamics", "ik", "servo", "spatial"
 LEFT_OUT = {"planning": "one search at a time, on the CPU", "render": "films are drawn by the CPU"}
 SHAPES_ALONE = {  # not called where all are boxes
     "collision.bounding_planes.write_plane",

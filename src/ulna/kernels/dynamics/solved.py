@@ -4,7 +4,7 @@ import numpy as np
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, store, where
-from ulna.kernels.spatial.cholesky import factorise, substitute
+from ulna.kernels.dynamics.cholesky import factorise, substitute
 
 LEAST_SHARE = 1e-13  # of the inertia at a joint: less of it left, with all others free to move, is rounding
 

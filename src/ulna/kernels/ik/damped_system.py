@@ -5,8 +5,7 @@ the error is Sugihara's (IEEE Trans. Robotics 2011).
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import load, store, where
-from ulna.kernels.spatial.cholesky import factorise, substitute
+from ulna.engine.lanes import load, sqrt, store, where
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import rotation_between
 
@@ -77,9 +76,8 @@ def block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows):
 def solve_damped(jacobian_rows, n_dof, damping, e, system_rows):
     """The six numbers y with (J J' + damping I) y = e, by Cholesky; they are left in system_rows[21:27] too."""
     damped_gram(jacobian_rows, n_dof, damping, system_rows)
-    factorise(system_rows, 6)
-    store_six(system_rows, 21, e)
-    substitute(system_rows, 6)
+    factorise(system_rows)
+    substitute(e, system_rows)
     return load_six(system_rows, 21)
 
 
@@ -92,6 +90,36 @@ def damped_gram(jacobian_rows, n_dof, damping, system_rows):
             for j in range(1, n_dof):
                 total = total + load(jacobian_rows, 6 * j + r) * load(jacobian_rows, 6 * j + c)
             store(system_rows, r * (r + 1) // 2 + c, total + damping if r == c else total)
+
+
+@kernel
+def factorise(system_rows):
+    """The Cholesky factor L of the lower triangle, in its place, with the reciprocals of the diagonal on the diagonal."""
+    for r in range(6):
+        for c in range(r + 1):
+            total = load(system_rows, r * (r + 1) // 2 + c)
+            for k in range(c):
+                total = total - load(system_rows, r * (r + 1) // 2 + k) * load(system_rows, c * (c + 1) // 2 + k)
+            if r == c:
+                store(system_rows, r * (r + 1) // 2 + c, 1.0 / sqrt(total))
+            else:
+                store(system_rows, r * (r + 1) // 2 + c, total * load(system_rows, c * (c + 1) // 2 + c))
+
+
+@kernel
+def substitute(e, system_rows):
+    """L z = e, then L' y = z, in system_rows[21:27]."""
+    for r in range(6):
+        total = e[r]
+        for k in range(r):
+            total = total - load(system_rows, r * (r + 1) // 2 + k) * load(system_rows, 21 + k)
+        store(system_rows, 21 + r, total * load(system_rows, r * (r + 1) // 2 + r))
+    for s in range(6):
+        r = 5 - s
+        total = load(system_rows, 21 + r)
+        for k in range(r + 1, 6):
+            total = total - load(system_rows, k * (k + 1) // 2 + r) * load(system_rows, 21 + k)
+        store(system_rows, 21 + r, total * load(system_rows, r * (r + 1) // 2 + r))
 
 
 @kernel
