@@ -560,7 +560,8 @@ class Trajectory(OneLine):
             from ulna.notebook.figure import NotebookFigure  # noqa: PLC0415 - it needs the extra
         t, limits = np.linspace(0.0, self.duration, 1000), self.limits
         moment, hands = self.at(t), [cap for cap in self._caps if isinstance(cap, Hand) and cap.limits.speed is not None]
-        shown: list[tuple[str, str, Array]] = list(zip(QUANTITIES, _UNITS, moment, strict=True))[: 4 if self.limits_jerk else 3]
+        n, shown = 4 if self.limits_jerk else 3, list[tuple[str, str, Array]]()
+        shown.extend(zip(QUANTITIES[:n], _UNITS[:n], moment[:n], strict=True))
         for motors in (cap for cap in self._caps if isinstance(cap, Motors)):
             shown.append(("torque", "Nm or N", motors.torques(*moment[:3])))
             limits["torque"] = -motors.most, motors.most
