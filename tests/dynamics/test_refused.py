@@ -56,6 +56,7 @@ def test_numbers_that_are_not_finite(arm, name, value):
         ({"qdd": np.zeros((2, 6))}, "do not go together"),
         ({"gravity": (0, 0)}, "gravity"),
         ({"gravity": (0, 0, np.nan)}, "gravity"),
+        ({"wrenches": [np.zeros(6)]}, "wrenches: list; forces and moments by link"),
         ({"wrenches": {"link3": (1, 2, 3)}}, "wrenches: shape"),
         ({"wrenches": {"link3": np.full(6, np.nan)}}, "wrenches"),
         ({"wrenches": {"link3": np.zeros((5, 6))}}, "does not go with q"),
@@ -65,6 +66,18 @@ def test_numbers_that_are_not_finite(arm, name, value):
 def test_arguments_that_do_not_fit(arm, changed, words):
     with pytest.raises(ulna.InputError, match=words):
         arm.inverse_dynamics(**{**GOOD, **changed})
+
+
+def test_batches_that_do_not_go_together(arm):
+    three, two = np.zeros((3, 6)), np.zeros((2, 6))
+    for call in (
+        lambda: arm.kinetic_energy(three, two),
+        lambda: arm.forward_dynamics(three, np.zeros(6), two, wrenches={"link3": np.zeros(6)}),
+        lambda: arm.inverse_dynamics_derivatives(three, two, three),
+        lambda: arm.external_torque(three, three, three, two),
+    ):
+        with pytest.raises(ulna.InputError, match=r"go (with|together)"):
+            call()
 
 
 def test_a_wrench_on_a_link_that_is_not_there(arm):

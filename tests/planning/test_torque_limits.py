@@ -135,10 +135,27 @@ def test_velocities_at_the_ends_that_the_motors_cannot_keep_are_refused(panda):
         panda.trajectory(path, acceleration=15.0, torque=limits, start_velocity=fast)
 
 
-@pytest.mark.parametrize("torque", [0.0, -1.0, np.ones(3), np.nan])
+@pytest.mark.parametrize("torque", [0.0, -1.0, np.ones(3), np.nan, "strong"])
 def test_limits_that_are_none_are_refused(panda, torque):
     with pytest.raises(InputError, match="torque"):
         panda.trajectory([panda.home, panda.home + 0.1], acceleration=5.0, torque=torque)
+
+
+def test_truths_of_numpy_are_truths(panda):
+    path = [panda.home, panda.home + 0.1]
+    limits = [panda.trajectory(path, acceleration=5.0, torque=each).check().torques[0].limit for each in (True, np.True_)]
+    assert limits[0] == limits[1] >= 12.0
+    assert not panda.trajectory(path, acceleration=5.0, torque=np.False_).check().torques
+    assert panda.payload(panda.home, torque=np.True_) == panda.payload(panda.home)
+
+
+def test_a_torque_within_the_margin_says_so(panda):
+    motion = panda.trajectory([panda.home, panda.home + 0.5], acceleration=15.0)
+    peaks = np.abs(motion.torques(np.linspace(0, motion.duration, 20_000))).max(axis=0)
+    check = motion.check(torque=1.002 * peaks)
+    assert not check
+    assert "99.8" in str(check)
+    assert "; 0.5 % of it is kept for what is between samples" in str(check)
 
 
 def test_a_robot_without_inertias_or_efforts_is_refused(panda):

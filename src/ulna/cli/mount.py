@@ -1,4 +1,4 @@
-"""How a robot is mounted: ``--mount``, ``--gravity``."""
+"""Reads how a robot is mounted: ``--mount``, ``--gravity``."""
 
 from enum import StrEnum
 from typing import Annotated
@@ -9,16 +9,17 @@ from numpy.typing import NDArray
 
 from ulna.cli.depends import Depends
 from ulna.cli.targets import numbers
+from ulna.dynamics.dynamics import FREE_FALL
 from ulna.errors import InputError
 from ulna.robot import Robot
 from ulna.robot.coordinates import Coordinate
 
-_G = 9.81  # [m/s^2], as of a robot that stands upright
+_G = -float(FREE_FALL[2])  # [m/s^2]
 _AXES = tuple(Coordinate(name, "m/s^2") for name in "xyz")
 
 
 class Mounting(StrEnum):
-    """What carries the base of a robot."""
+    """The surface that carries the base of a robot."""
 
     FLOOR = "floor"
     WALL = "wall"

@@ -16,7 +16,7 @@ from ulna.cli.output import Q_KEYS, Output, data_of_q, make_table, number, title
 from ulna.cli.targets import XYZ, Q, numbers, words
 from ulna.description.pose import pose
 from ulna.description.shapes import Sphere
-from ulna.dynamics.effort import without_limit
+from ulna.dynamics.effort import known_limits, without_limit
 from ulna.errors import InputError
 from ulna.robot import Robot
 from ulna.robot.coordinates import Coordinate, coordinates_of
@@ -79,7 +79,7 @@ def torque(
         "mass": mass,
         "center": center,
         "joints": [entry.name for entry in entries],
-        "units": ["N" if entry.unit == "m" else "Nm" for entry in entries],
+        "units": [entry.effort_unit for entry in entries],
         "torque": torques,
         "limit": most,
         "share": [abs(value) / limit if np.isfinite(limit) else None for value, limit in zip(torques, most, strict=True)],
@@ -113,8 +113,7 @@ def _rates(option: str, text: str | None, robot: Robot, *, degrees: bool) -> Arr
 def _limits(robot: Robot, effort: str | None) -> tuple[tuple[str, ...], Array]:
     """The joints without a known limit, and the limits, infinite there."""
     if effort is None:
-        own = robot.effort_limits
-        return without_limit(robot.tree), np.where(own > 0.0, own, np.inf)
+        return without_limit(robot.tree), known_limits(robot.tree)
     names = [each.name for each in coordinates_of(robot)]
     one = len(words(effort)) == 1
     given = numbers("--effort", effort, [Coordinate(name, "") for name in (["all joints"] if one else names)])

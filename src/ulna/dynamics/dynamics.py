@@ -26,8 +26,8 @@ from ulna.kinematics.tree import Tree
 Array = NDArray[np.float64]
 Wrenches = Mapping[str, ArrayLike]
 FREE_FALL = frozen((0.0, 0.0, -9.81), (3,))
-"""The acceleration of free fall [m/s^2] of an arm that stands upright. So has Pinocchio; the standard value is 9.80665."""
-_LEAST_SHARE = 1e-12  # of the largest singular value of J M^-1 J': less of the smallest is rounding
+"""The acceleration of free fall [m/s^2] of an arm that stands upright: Pinocchio's value; the standard one is 9.80665."""
+_MIN_RATIO = 1e-12  # of the singular values of J M^-1 J': with a smaller one it is singular but for rounding
 
 
 class Dynamics:
@@ -119,10 +119,10 @@ class Dynamics:
         """The accelerations that torques cause; load: gravity, wrenches and ``out``."""
         gravity, wrenches, out = load
         if wrenches:
-            torque = np.array(as_positions(torque, self._tree, "torque"))
-            extra = np.zeros((*np.broadcast_shapes(torque.shape[:-1], np.shape(q)[:-1]), self._tree.n_dof))
-            self._less_wrenches(extra, q, wrenches)
-            torque = torque - extra
+            batch, _ = self._rows({"q": q, "qd": qd, "torque": torque})
+            of_wrenches = np.zeros((*batch, self._tree.n_dof))
+            self._less_wrenches(of_wrenches, q, wrenches)
+            torque = as_positions(torque, self._tree, "torque") - of_wrenches
         leading = self.mechanism, self._free_fall(gravity)
         made = self._run(masses.forward_batch, leading, {"q": q, "qd": qd, "torque": torque}, out)
         is_nan = np.isnan(made)
@@ -163,12 +163,13 @@ class Dynamics:
         return made
 
     def centre_of_mass_jacobian(self, q: ArrayLike) -> Array:
-        """How the center of mass moves with q, shape (..., 3, n_dof)."""
+        """The Jacobian of the center of mass, shape (..., 3, n_dof)."""
         moments, columns = self._moments(q)
         return np.swapaxes(columns, -1, -2) / moments[..., :1, None]
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Any:
         """1/2 qd' M qd, shape (...)."""
+        self._rows({"q": q, "qd": qd})  # refuses shapes that do not go together
         qd = as_positions(qd, self._tree, "qd")
         _refuse_infinite(qd, "qd")
         return 0.5 * np.einsum("...i,...ij,...j->...", qd, self.mass_matrix(q, None), qd)
@@ -187,7 +188,7 @@ class Dynamics:
         except np.linalg.LinAlgError:
             raise _singular("the mass matrix is singular: a joint moves no mass", np.ones(q.shape[:-1], bool)) from None
         sizes = np.linalg.eigvalsh(mobility)
-        locked = ~(sizes[..., 0] > _LEAST_SHARE * sizes[..., -1])
+        locked = ~(sizes[..., 0] > _MIN_RATIO * sizes[..., -1])
         if locked.any():
             raise _singular(f"no joint moves {link!r} in some direction, where its inertia is infinite", locked)
         return np.linalg.inv(mobility).astype(np.float64, copy=False)
@@ -252,6 +253,8 @@ class Dynamics:
 
     def _less_wrenches(self, torque: Array, q: ArrayLike, wrenches: Wrenches | None) -> None:
         """Take J' w of each link off the torques."""
+        if wrenches is not None and not isinstance(wrenches, Mapping):
+            raise InputError("wrenches", f"{type(wrenches).__name__}; forces and moments by link are expected, as {{'tool': w}}")
         for link, given in (wrenches or {}).items():
             wrench = as_floats("wrenches", given)
             if wrench.shape[-1:] != (6,):

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.description.arrays import as_floats
 from ulna.errors import InputError
 from ulna.kinematics.tree import Tree, entry_names
 
@@ -17,22 +18,27 @@ def as_effort_limits(torque: ArrayLike, tree: Tree) -> Array:
         InputError: They are neither a number above 0 nor one for each entry of q; or the description states none.
     """
     n = tree.n_dof
-    if torque is True:
+    if isinstance(torque, bool | np.bool_) and torque:
         lacking = without_limit(tree)
         if lacking:
             raise InputError(
                 "torque", f"the description states no effort above 0 of {', '.join(lacking)}; give numbers [Nm or N]"
             )
         return tree.effort_limits
-    from_caller = np.asarray(torque, dtype=np.float64)
+    from_caller = as_floats("torque", torque)
     if from_caller.shape not in {(), (n,)} or not (from_caller > 0.0).all():
         raise InputError("torque", f"{torque!r}; True, a number above 0, or {n} of them, is expected [Nm or N]")
     return np.full(n, from_caller)
 
 
+def known_limits(tree: Tree) -> Array:
+    """The limits of effort that the description states [Nm or N], shape (n_dof,); infinite where it states none above 0."""
+    return np.where(tree.effort_limits > 0.0, tree.effort_limits, np.inf)
+
+
 def without_limit(tree: Tree) -> tuple[str, ...]:
     """The entries of q of which the description states no effort above 0."""
-    return tuple(name for name, limit in zip(entry_names(tree), tree.effort_limits, strict=True) if not limit or limit == np.inf)
+    return tuple(name for name, limit in zip(entry_names(tree), known_limits(tree), strict=True) if limit == np.inf)
 
 
 def largest_masses(own: Array, of_one_kilogram: Array, most: Array) -> Array:

@@ -105,7 +105,7 @@ def mesh_findings(root: etree._Element, described: Located, boxes: Boxes) -> Ite
 
 
 def _lacking() -> str:
-    """What to install to read meshes; empty if it is there."""
+    """The advice to install a reader of meshes; empty if there is one."""
     try:
         mesh_reader()
     except MissingExtraError as error:

@@ -18,8 +18,8 @@ from ulna.inspection.result import NOTE, WARNING, Finding
 
 _ZERO = 1e-12  # relative to the largest moment
 _DENSEST = 30_000.0  # kg/m^3: no metal has more than 22,600
-_WIDEST = 1000.0  # times the mass and the square of the size: a body has less than 1, what stands for one some 100
-_LEAST, _LARGEST = 0.02, 20.0  # m: smaller shapes are marks of frames, with masses that stand for none; and no link is larger
+_WIDEST = 1000.0  # times the mass and the square of the size: a real body has less than 1, a placeholder up to some 100
+_MIN_SIZE, _MAX_SIZE = 0.02, 20.0  # m: smaller shapes mark frames, whose masses are placeholders; no link is larger
 _HEAVIEST, _HEAVIEST_AT_REACH = 1000.0, 1000.0  # kg, and kg by the square of the reach: the largest arms have half of that
 
 
@@ -75,7 +75,7 @@ def mass_findings(description: Description, boxes: Boxes, reach: float) -> Itera
         if link.inertia is None or not link.inertia.mass:
             continue
         box, moment = boxes.of_link(link), float(np.linalg.eigvalsh(link.inertia.tensor)[-1])
-        extents = np.full(3, _LARGEST) if box is None else np.maximum(box[1] - box[0], _LEAST)
+        extents = np.full(3, _MAX_SIZE) if box is None else np.maximum(box[1] - box[0], _MIN_SIZE)
         if (density := link.inertia.mass / float(extents.prod())) > _DENSEST:
             dense[link] = f"{density:.2g} kg/m^3"
         if moment > _WIDEST * link.inertia.mass * float(extents @ extents):
@@ -105,7 +105,7 @@ def _far_center(link: Link, inertia: Inertia, box: NDArray[np.float64]) -> Itera
     """A center of mass that is farther from the box around the shapes of a link, shape (2, 3), than that is across."""
     size = float(np.linalg.norm(box[1] - box[0]))
     apart = float(np.linalg.norm(inertia.center - np.clip(inertia.center, *box)))
-    if apart > max(size, _LEAST):
+    if apart > max(size, _MIN_SIZE):
         center = ", ".join(f"{x:.3g}" for x in inertia.center)
         message = f"its center of mass ({center}) is {apart:.3g} m off its shapes, which are {size:.3g} m across"
         yield Finding(WARNING, f"link {link.name!r}", f"{message}: in another frame, or in millimetres?", link.line)

@@ -48,11 +48,7 @@ _FASTER = 1.25  # than on a line: by the length of the edges, a parabola is pass
 MAX_TIMES = 4  # that a motion is made with narrower limits of hands
 NARROWER = 1 - 1e-4  # than what a bound of a hand asks for
 _MOST_TRIES = 12  # of a window that depends on the path, which depends on the window
-_LEAVES = (
-    1.0,
-    0.15,
-    0.015,
-)  # of the least tolerance of what is kept: how far a mean may leave its path when less acceleration is tried
+_LEAVES = 1.0, 0.15, 0.015  # of the least tolerance: how far a mean may leave its path when less acceleration is tried
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
 _HALVINGS_FIRST = 2  # before it is tried with less acceleration
 _FAR = 0.1  # times a tolerance: smaller roundings do not help where a mean leaves its path by more about most corners
@@ -368,7 +364,7 @@ def _averaged(
 
 
 def beside_of(is_free: IsFree) -> float:
-    """How far beside a chord a mean is certified at most [rad or m]: much less than the tolerances of what is kept."""
+    """The most that a mean may lie beside a certified chord [rad or m]: much less than the tolerances of what is kept."""
     return min(_BESIDE, _BESIDE_SHARE * is_free.tolerance)
 
 

@@ -39,9 +39,9 @@ class IsFree(NamedTuple):
     """What whole motions are certified to keep. A path between configurations within these limits, and its roundings, are within
     them: the limits are a box, which is convex."""
     caps: tuple[PathLimit, ...] = ()
-    """Links with limits of speed or acceleration, which a whole motion must keep."""
+    """Limits beside those of joints, as of the speed of a hand, which a whole motion must keep."""
     limit: TimeLimit = TimeLimit(None)
-    """How long a motion may take to compute."""
+    """The time that a motion may take to compute."""
 
 
 class Grid(NamedTuple):

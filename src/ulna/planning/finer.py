@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 TIGHT = 1.5e-3  # [m or rad]: edges along tighter constraints are divided; for 1 mrad of an orientation it is sqrt(2) mrad
 _USED = 0.25  # of a tolerance, by an edge
 _EXACT = 0.01  # of a tolerance: how near to the middle of it points are projected
-_MOST_POINTS = 20_000
-_MOST_HALVINGS = 8
+_MAX_POINTS = 20_000
+_MAX_HALVINGS = 8
 
 
 def finer(path: Array, keeps: Constraints, tree: Tree, space: Space) -> Array:
@@ -32,9 +32,9 @@ def finer(path: Array, keeps: Constraints, tree: Tree, space: Space) -> Array:
     table, path = space.table.copy(), path.copy()
     if len(path) > 2:
         path[1:-1] = _projected(path[1:-1], exact, tree, table)
-    for _ in range(_MOST_HALVINGS):
+    for _ in range(_MAX_HALVINGS):
         long = np.flatnonzero(shares_of(keeps, tree, path) > _USED)
-        if not len(long) or len(path) + len(long) > _MOST_POINTS:
+        if not len(long) or len(path) + len(long) > _MAX_POINTS:
             break
         path = np.insert(path, long + 1, _projected(0.5 * (path[long] + path[long + 1]), exact, tree, table), axis=0)
     return path

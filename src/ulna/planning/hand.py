@@ -207,6 +207,14 @@ class Hand(NamedTuple):
         limited = [(name, self.limit(name)) for name in QUANTITIES if self.limit(name) < np.inf]
         return tuple(_peak(self, name, timed, pieces, rates, limit) for name, limit in limited)
 
+    def same_as(self, other: object) -> bool:
+        """Whether it is the same limit of the same link."""
+        return isinstance(other, Hand) and self == other
+
+    def of(self, dynamics: object) -> Hand:  # noqa: ARG002 - as other limits have it
+        """It itself: what a robot holds does not count."""
+        return self
+
     def refuse_ends(self, q: Array, velocities: Iterable[Array]) -> None:
         """Refuse velocities at the ends of a motion with which the hand is faster than its limit."""
         for name, at, qd in zip(("start_velocity", "end_velocity"), q, velocities, strict=True):

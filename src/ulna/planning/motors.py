@@ -10,7 +10,7 @@ Source: Bobrow, Dubowsky and Gibson, Time-optimal control of robotic manipulator
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -43,7 +43,7 @@ class TorquePeak:
         joint: The joint.
         value: The torque [Nm or N], without its sign.
         time: When [s].
-        limit: The limit.
+        limit: The limit [Nm or N].
         factor: The share of its speed with which the motion is within the limits.
     """
 
@@ -62,9 +62,10 @@ class TorquePeak:
         return self.value / self.limit
 
     def __str__(self) -> str:
+        spare = "" if self or self.share > 1.0 else f"; {100.0 * MARGIN:g} % of it is kept for what is between samples"
         return (
             f"the torque of {self.joint} is at most {self.value:.4g}, at {self.time:.3f} s, "
-            f"{100.0 * self.share:.4g} % of its limit of {self.limit:.4g}"
+            f"{100.0 * self.share:.4g} % of its limit of {self.limit:.4g}{spare}"
         )
 
 
@@ -75,7 +76,7 @@ class Motors(NamedTuple):
     names: tuple[str, ...]
     """Of the entries of q."""
     most: Array
-    """Limits [Nm or N], shape (n_dof,); infinite where there is none."""
+    """Limits [Nm or N], shape (n_dof,); infinite for a joint without one."""
     dynamic: float = 1.0
     """The share of what a limit leaves beside the torques at rest, which the motion is made with."""
 
@@ -89,7 +90,7 @@ class Motors(NamedTuple):
         )
 
     def of(self, dynamics: Dynamics | None) -> Motors:
-        """The motors of a robot that holds something else."""
+        """The motors of the same robot, which holds something else."""
         return self if dynamics is None else self._replace(dynamics=dynamics)
 
     def torques(self, q: Array, qd: Array, qdd: Array) -> Array:
@@ -105,9 +106,10 @@ class Motors(NamedTuple):
         n, ends = len(grid.steps), grid.slopes + grid.steps[:, None] * grid.bends
         until = grid.starts + grid.steps[:, None] * (grid.slopes + 0.5 * grid.steps[:, None] * grid.bends)
         sides, lows, highs, still = [], [], [], np.zeros((n, grid.starts.shape[1]))
-        for q, slopes in ((grid.starts, grid.slopes), (until, ends)):
+        lengths = np.concatenate([[0.0], np.cumsum(grid.steps)]) / grid.steps.sum()
+        for q, slopes, shares in ((grid.starts, grid.slopes, lengths[:-1]), (until, ends, lengths[1:])):
             rest = self.dynamics.gravity_torque(q, None, None)
-            self._refuse_at_rest(rest, np.cumsum(grid.steps))
+            self._refuse_at_rest(rest, shares)
             along = self.torques(q, still, slopes) - rest
             sides.append(Side(along, self.torques(q, slopes, grid.bends) - rest))
             most = (1.0 - MARGIN - _ALONG) * self.most
@@ -154,21 +156,22 @@ class Motors(NamedTuple):
 
     def refuse_ends(self, q: Array, velocities: Iterable[Array]) -> None:
         """Refuse velocities at which the motors cannot keep the motion straight on at its speed."""
-        for name, at, qd in zip(("start_velocity", "end_velocity"), q, velocities, strict=True):
-            self._refuse_at_rest(self.dynamics.gravity_torque(at, None, None)[None], np.ones(1))
+        ends = ("start_velocity", "end_velocity"), q, velocities, np.array([[0.0], [1.0]])
+        for name, at, qd, share in zip(*ends, strict=True):
+            self._refuse_at_rest(self.dynamics.gravity_torque(at, None, None)[None], share)
             torque = np.abs(self.torques(at, qd, np.zeros_like(qd)))
             if (torque > (1.0 - MARGIN) * self.most).any():
                 joint = int(np.argmax(torque / self.most))
                 beyond = f"{self.names[joint]} would need {torque[joint]:.4g} to go straight on at it"
                 raise InputError(name, f"{beyond}, and less than its limit of torque of {self.most[joint]:.4g} is expected")
 
-    def _refuse_at_rest(self, rest: Array, lengths: Array) -> None:
-        """Refuse torques at rest that leave nothing to move with. lengths: of the path up to each row."""
+    def _refuse_at_rest(self, rest: Array, shares: Array) -> None:
+        """Refuse torques at rest that leave nothing to move with. shares: of the path's length, up to each row."""
         beyond = np.abs(rest) >= (1.0 - 2.0 * MARGIN) * self.most
         if beyond.any():
             row, joint = np.argwhere(beyond)[0]
             needed = f"{self.names[joint]} needs {abs(float(rest[row, joint])):.4g} to hold the robot still"
-            where = f"at {100.0 * lengths[row] / lengths[-1]:.0f} % of the path"
+            where = f"at {100.0 * shares[row]:.0f} % of the path"
             raise InputError(
                 "torque", f"{needed} {where}, and its limit is {self.most[joint]:.4g}: no motion is within the limits"
             )
@@ -188,15 +191,18 @@ class Motors(NamedTuple):
         return np.minimum(times[of] + shares * steps[of], timed.duration)
 
 
-def as_motors(torque: ArrayLike | None, tree: Tree, dynamics: Dynamics) -> Motors | None:
+def as_motors(torque: ArrayLike | None, tree: Tree, dynamics: Dynamics | None) -> Motors | None:
     """The limits of torques that a caller gives: those of the description for True, none for None or False.
 
     Raises:
-        InputError: They are neither a number above 0 nor one for each entry of q; or the description states none.
+        InputError: They are neither a number above 0 nor one for each entry of q; or the description states none; or the robot of
+            a motion is not known.
         InertiaError: A link that moves and has a shape has no inertia.
     """
-    if torque is None or torque is False:
+    if torque is None or (isinstance(torque, bool | np.bool_) and not torque):
         return None
+    if dynamics is None:
+        raise InputError("torque", "this motion is of a robot whose inertias are not known")
     most = as_effort_limits(torque, tree)
     dynamics.mechanism  # noqa: B018 - refuses a robot without inertias
     return Motors(dynamics, tuple(entry_names(tree)), most)
@@ -205,33 +211,11 @@ def as_motors(torque: ArrayLike | None, tree: Tree, dynamics: Dynamics) -> Motor
 def as_caps(
     hand: HandLimits | Iterable[HandLimits] | None, torque: ArrayLike | None, tree: Tree, dynamics: Dynamics | None
 ) -> tuple[PathLimit, ...]:
-    """What limits a motion beside the limits of its joints.
+    """The limits of a motion beside those of its joints.
 
     Raises:
         InputError, UnknownNameError: As for ``hand.as_hands`` and ``as_motors``.
         InertiaError: As for ``as_motors``.
     """
-    caps: tuple[PathLimit, ...] = as_hands(hand, tree)
-    if torque is None or torque is False:
-        return caps
-    if dynamics is None:
-        raise InputError("torque", "this motion is of a robot whose inertias are not known")
-    motors = as_motors(torque, tree, dynamics)
-    return caps if motors is None else (*caps, motors)
-
-
-def common_caps(first: Sequence[PathLimit], second: Sequence[PathLimit]) -> tuple[PathLimit, ...]:
-    """The limits that two motions both keep."""
-
-    def is_in(cap: PathLimit, others: Sequence[PathLimit]) -> bool:
-        same = cap.same_as if isinstance(cap, Motors) else cap.__eq__
-        return any(same(other) for other in others if type(other) is type(cap))
-
-    return tuple(cap for cap in first if is_in(cap, second))
-
-
-def refuse_ends(caps: Sequence[PathLimit], path: Array, velocities: Iterable[Array]) -> None:
-    """Refuse velocities at the ends of a path, shape (n, n_dof), with which a motion is beyond its limits."""
-    velocities = tuple(velocities)
-    for cap in caps:
-        cap.refuse_ends(path[[0, -1]], velocities)
+    hands, motors = as_hands(hand, tree), as_motors(torque, tree, dynamics)
+    return hands if motors is None else (*hands, motors)

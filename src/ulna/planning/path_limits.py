@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from ulna.dynamics.dynamics import Dynamics
     from ulna.planning.blend import Grid
 
 Array = NDArray[np.float64]
@@ -94,7 +95,7 @@ class Peak(Protocol):
 
 
 class PathLimit(Protocol):
-    """What limits a motion."""
+    """A limit of motions."""
 
     def along(self, grid: Grid) -> PathBounds:
         """The bounds along a path."""
@@ -114,6 +115,14 @@ class PathLimit(Protocol):
 
     def stopping_distance(self, q: Array, qd: Array) -> float:
         """The distance of q about in which a motion stops."""
+        ...
+
+    def same_as(self, other: object) -> bool:
+        """Whether it is the same limit of the same robot."""
+        ...
+
+    def of(self, dynamics: Dynamics | None) -> Self:
+        """The limit of the same robot, which holds something else."""
         ...
 
     def refuse_ends(self, q: Array, velocities: Iterable[Array]) -> None:
@@ -149,3 +158,16 @@ def are_kept(timed: Timed, limits: Iterable[PathLimit], since: float = 0.0) -> b
 def factor_of(peaks: Iterable[Peak]) -> float:
     """The share of its speed with which the peaks of a motion are within their limits, at most 1."""
     return min(1.0, *(peak.factor for peak in peaks))
+
+
+def common_to(first: Iterable[PathLimit], second: Iterable[PathLimit]) -> tuple[PathLimit, ...]:
+    """The limits that two motions both keep."""
+    others = tuple(second)
+    return tuple(limit for limit in first if any(limit.same_as(other) for other in others))
+
+
+def refuse_ends(limits: Iterable[PathLimit], path: Array, velocities: Iterable[Array]) -> None:
+    """Refuse velocities at the ends of a path, shape (n, n_dof), with which a motion is beyond its limits."""
+    both = tuple(velocities)
+    for limit in limits:
+        limit.refuse_ends(path[[0, -1]], both)

@@ -23,8 +23,9 @@ from ulna.planning.held_first import arm_of
 from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import GivenLimits, as_motion_limits
-from ulna.planning.motors import as_caps, refuse_ends
+from ulna.planning.motors import as_caps
 from ulna.planning.moving_ends import as_ends, refuse_path_beyond, with_ends
+from ulna.planning.path_limits import refuse_ends
 from ulna.planning.positions import PositionLimits
 from ulna.planning.quicker import quicker_path
 from ulna.planning.search import Effort, Search
@@ -383,7 +384,7 @@ class Plan(OneLine):
             raise InputError("plan", f"there is no path: {self.status}")
         motion, certify = self._searched.motion, self._searched.certify
         edges, first, tree = motion.edges(certify=certify), 1 + int(self.escaped), motion.checker.tree
-        hands = None if hand is None else [each.limits for each in as_hands(hand, tree)]
+        hands = [each.limits for each in as_hands(hand, tree)]
 
         def duration_of(path: Array) -> float:
             plan = replace(self, path=path)

@@ -27,9 +27,9 @@ from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
 from ulna.planning.motion_limits import GivenLimits, as_limits, limits_of, within_robot
-from ulna.planning.motors import Motors, as_caps, common_caps
+from ulna.planning.motors import Motors, as_caps
 from ulna.planning.moving_ends import Ends, refuse_path_beyond
-from ulna.planning.path_limits import PathLimit, peaks_of
+from ulna.planning.path_limits import PathLimit, common_to, peaks_of
 from ulna.planning.positions import PositionLimits
 from ulna.planning.replaced import Continued, Timed, is_from_file, replaced
 from ulna.planning.ros_message import joint_trajectory, points_of
@@ -404,7 +404,7 @@ class Trajectory(OneLine):
         tree, ends, names = motion.checker.tree, Ends(self.end_velocities[0], np.zeros_like(here)), self.joint_names
         positions = PositionLimits(tree.lower, tree.upper).narrowed(self._positions)
         refuse_path_beyond("plan", plan.path, positions, names)
-        caps = tuple(cap.of(motion.dynamics) if isinstance(cap, Motors) else cap for cap in self._caps)
+        caps = tuple(cap.of(motion.dynamics) for cap in self._caps)
         is_free = motion.certificate._replace(positions=positions, caps=caps)
         path = plan.path if self._limits.jerk is None else motion.finer(plan.path, positions)
         timed = replaced(self._timed, path, at, self._limits, is_free)
@@ -442,7 +442,7 @@ class Trajectory(OneLine):
         limits = None if self._limits is None or other._limits is None else self._limits.wider(other._limits)
         positions = None if self._positions is None or other._positions is None else self._positions.wider(other._positions)
         certified, timed = self.certified and other.certified, Continued(self._timed, other._timed)
-        caps = common_caps(self._caps, other._caps)
+        caps = common_to(self._caps, other._caps)
         return Trajectory(certified, self.joint_names, timed, self._motion, limits, ends, positions, caps)
 
     def torques(self, t: ArrayLike) -> Array:

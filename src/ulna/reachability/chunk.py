@@ -98,7 +98,7 @@ def compute(opened: OpenMap, chunk: int) -> dict[str, NDArray]:
 
 
 def _largest_payload(robot: Robot, link: str, known: tuple[Array, NDArray[np.int64]], n: int) -> Array:
-    """The largest payload of any known solution of each of n poses [kg], shape (n,); 0 where there is none."""
+    """The largest payload of the known solutions of each of n poses [kg], shape (n,); 0 for a pose without a solution."""
     q, poses = known
     largest = np.zeros(n)
     np.maximum.at(largest, poses, robot.payload(q, link=link))

@@ -13,6 +13,11 @@ class Coordinate(NamedTuple):
     unit: str
     type: str = ""
 
+    @property
+    def effort_unit(self) -> str:
+        """The unit of its torque, or of its force along a slide."""
+        return "N" if self.unit == "m" else "Nm"
+
 
 _PARTS = {
     JointType.PRISMATIC: (("", "m"),),

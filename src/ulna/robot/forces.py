@@ -200,7 +200,7 @@ class Forces:
         return self._dynamics.operational_inertia(q, self.tree.link_or_tip(link))
 
     def regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, gravity: ArrayLike | None = None) -> Array:
-        """How the torques depend on the inertias, which they are linear in: shape (..., n_dof, n_bodies, 10).
+        """The torques for a unit of each inertial parameter, in which they are linear: shape (..., n_dof, n_bodies, 10).
 
         Its product with ``inertial_parameters``, summed over the last two axes, is ``inverse_dynamics``. For the
         identification of inertias from measured torques.

@@ -14,7 +14,7 @@ from ulna.servo.hand_cap import Pieces
 
 Array = NDArray[np.float64]
 _APART = 0.01  # [s]: two samples of a stop
-_LEAST_SHARE = 1e-3
+_MIN_SHARE = 1e-3  # of accelerations: a servo without any would not brake
 _MIN_SAMPLES, _MAX_SAMPLES = 3, 40  # of a piece, with its ends
 
 
@@ -37,7 +37,7 @@ def share_of_accelerations(motors: Motors, q: Array, qd: Array, accelerations: A
     with np.errstate(divide="ignore"):
         shares = np.where(most > 0.0, np.maximum(room, 0.0) / most, 1.0)
     least = int(shares.argmin())
-    return float(np.clip(shares[least], _LEAST_SHARE, 1.0)), least
+    return float(np.clip(shares[least], _MIN_SHARE, 1.0)), least
 
 
 def share_driven(motors: Motors, q: Array, stop: tuple[Array, Array], found: tuple[Array, Array]) -> float:

@@ -88,13 +88,13 @@ class Request(NamedTuple):
 
 
 class _Drivable(NamedTuple):
-    """The limits of joints that the motors allow in one tick."""
+    """The limits of joints that the motors allow in one tick, kept since a tick asks for them several times."""
 
     of: ServoState
     """The state before it."""
     limits: Records[JointLimits]
     share: float
-    """Of the accelerations."""
+    """The share of the accelerations."""
     motor: int
     """The entry of q whose motor sets it."""
 
@@ -329,8 +329,9 @@ class Servo:
         left = found.joints["qd"] + found.joints["qdd"] * lead
         as_found = _moving(found)
         slow = share_of(self._capped, q, np.zeros_like(left), left) == 1.0
-        driven = self._motors is None or are_driven(self._motors, pieces_of(now, found, settings))
-        if slow and driven and self._keeps_caps(now, found):
+        pieces = pieces_of(now, found, settings)
+        driven = self._motors is None or are_driven(self._motors, pieces)
+        if slow and driven and are_slow(self._capped, pieces):
             return found
         stopping, of_stop = self._run(REST, _NO_HANDS, ticks), copied(self._report)
         stop = stopping.joints["qd"] + stopping.joints["qdd"] * lead
@@ -350,8 +351,8 @@ class Servo:
                 self._report["entry"] = most_loaded(self._motors, q, as_found)
         return slower
 
-    def _keeps_caps(self, before: Records[JointState] | None, after: ServoState) -> bool:
-        """Whether hands and motors keep their limits in a tick and the stop after it; without ``before`` in the stop alone."""
+    def _keeps_caps(self, before: Records[JointState], after: ServoState) -> bool:
+        """Whether hands and motors keep their limits in a tick and in the stop after it."""
         pieces = pieces_of(before, after, self._settings)
         return are_slow(self._capped, pieces) and (self._motors is None or are_driven(self._motors, pieces))
 

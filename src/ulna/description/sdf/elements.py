@@ -153,7 +153,7 @@ class Elements(Reader):
         return Link(key, visuals, collisions, element.sourceline, self.inertia(element))
 
     def inertia(self, link: etree._Element) -> Inertia | None:
-        """The inertia of a link, in its axes; None where there is none, with a note where it is faulty.
+        """The inertia of a link, in the axes of the link; None if it has none, or a faulty one, of which a note says why.
 
         A mass that is missing is 1 kg, a moment 1 kg m^2, as SDFormat says.
         """

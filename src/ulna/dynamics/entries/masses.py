@@ -27,7 +27,7 @@ def mass_batch(mechanism, q, out):
         gather(q, start, q_rows)
         good &= all_in_range(q_rows)
         joint_turns(joints, q_rows, turn_rows)
-        mass_matrix(mechanism, turn_rows, rows, mass_rows)
+        mass_matrix(mechanism, turn_rows, n_dof, rows, mass_rows)
         scatter_rows(mass_rows, n_dof * n_dof, out, start)
     return good
 
@@ -51,7 +51,7 @@ def forward_batch(mechanism, gravity, q, qd, torque, out):
         good &= all_in_range(q_rows) and all_finite(state.rates)
         joint_turns(joints, q_rows, turn_rows)
         newton_euler(mechanism, free_fall, state, forces, torque_rows)
-        mass_matrix(mechanism, turn_rows, bodies, mass_rows)
+        mass_matrix(mechanism, turn_rows, n_dof, bodies, mass_rows)
         gather(torque, start, q_rows)
         good &= all_finite(q_rows)
         for j in range(n_dof):

@@ -1,7 +1,7 @@
 """Runs inverse dynamics, its derivatives and the torques of gravity over a batch."""
 
 from ulna.dynamics.entries.rows import FORCE_ROWS, MECHANISM, body_rows, fall_rows, force_rows, rate_rows
-from ulna.engine.decorators import entry, low_latency_entry
+from ulna.engine.decorators import entry, kernel, low_latency_entry
 from ulna.engine.lanes import WIDTH, zero_rows
 from ulna.engine.signatures import CONSTANTS, MATRICES, MATRIX, NUMBERS
 from ulna.kernels.chain.poses import joint_turns
@@ -11,6 +11,16 @@ from ulna.kernels.dynamics.gravity import holding_torques
 from ulna.kernels.dynamics.newton_euler import newton_euler
 from ulna.kernels.spatial.elementary import all_finite, all_in_range
 from ulna.kinematics.entries.batch import gather, scatter_rows
+
+
+@kernel
+def read_motion(joints, motion, start, q_rows, state):
+    """Read eight rows of q and its rates into a state, from one on. False if q is out of range, or a rate is not finite."""
+    gather(motion[0], start, q_rows)
+    gather(motion[1], start, state.rates)
+    gather(motion[2], start, state.accelerations)
+    joint_turns(joints, q_rows, state.turns)
+    return all_in_range(q_rows) and all_finite(state.rates) and all_finite(state.accelerations)
 
 
 @low_latency_entry((MECHANISM, CONSTANTS, FORCE_ROWS, NUMBERS, NUMBERS, NUMBERS, NUMBERS, NUMBERS))
@@ -37,16 +47,12 @@ def inverse_batch(mechanism, gravity, q, qd, qdd, out):
     False if q is out of range, or a rate is not finite.
     """
     joints, n_dof = mechanism.joints, q.shape[1]
-    q_rows, torque_rows, turn_rows = zero_rows(n_dof), zero_rows(n_dof), zero_rows(2 * joints.shape[0])
-    rows, state = force_rows(joints.shape[0]), State(turn_rows, zero_rows(n_dof), zero_rows(n_dof))
+    q_rows, torque_rows = zero_rows(n_dof), zero_rows(n_dof)
+    rows, state = force_rows(joints.shape[0]), State(zero_rows(2 * joints.shape[0]), zero_rows(n_dof), zero_rows(n_dof))
     free_fall = gravity[0], gravity[1], gravity[2]
     good = True
     for start in range(0, q.shape[0], WIDTH):
-        gather(q, start, q_rows)
-        gather(qd, start, state.rates)
-        gather(qdd, start, state.accelerations)
-        good &= all_in_range(q_rows) and all_finite(state.rates) and all_finite(state.accelerations)
-        joint_turns(joints, q_rows, turn_rows)
+        good &= read_motion(joints, (q, qd, qdd), start, q_rows, state)
         newton_euler(mechanism, free_fall, state, rows, torque_rows)
         scatter_rows(torque_rows, n_dof, out, start)
     return good
@@ -78,19 +84,14 @@ def derivatives_batch(mechanism, gravity, q, qd, qdd, by_q, by_rate):
     False if q is out of range, or a rate is not finite.
     """
     joints, n_dof = mechanism.joints, q.shape[1]
-    q_rows, turn_rows = zero_rows(n_dof), zero_rows(2 * joints.shape[0])
-    state = State(turn_rows, zero_rows(n_dof), zero_rows(n_dof))
+    q_rows, state = zero_rows(n_dof), State(zero_rows(2 * joints.shape[0]), zero_rows(n_dof), zero_rows(n_dof))
     work = body_rows(joints.shape[0]), rate_rows(joints.shape[0])
     derivative_rows = zero_rows(n_dof * n_dof), zero_rows(n_dof * n_dof)
     free_fall = gravity[0], gravity[1], gravity[2]
     good = True
     for start in range(0, q.shape[0], WIDTH):
-        gather(q, start, q_rows)
-        gather(qd, start, state.rates)
-        gather(qdd, start, state.accelerations)
-        good &= all_in_range(q_rows) and all_finite(state.rates) and all_finite(state.accelerations)
-        joint_turns(joints, q_rows, turn_rows)
-        torque_derivatives(mechanism, free_fall, state, work, derivative_rows)
+        good &= read_motion(joints, (q, qd, qdd), start, q_rows, state)
+        torque_derivatives(mechanism, free_fall, state, n_dof, work, derivative_rows)
         scatter_rows(derivative_rows[0], n_dof * n_dof, by_q, start)
         scatter_rows(derivative_rows[1], n_dof * n_dof, by_rate, start)
     return good

@@ -46,7 +46,7 @@ from ulna.kernels.collision.collision_layout import (
 from ulna.kernels.layout import COLUMN, FIXED, HALF_SPACE, KIND, OFFSET, PARENT, PRISMATIC, RATIO, REACH, SHAPE
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import load_pose
-from ulna.kernels.spatial.vectors import add_scaled, cross, dot, minus, origin, plus, transform, z_axis
+from ulna.kernels.spatial.vectors import add_scaled, cross, dot, load_vector, minus, origin, plus, store_vector, transform, z_axis
 
 ROUNDING = 1e-12  # of the lengths between a body and the base: more than poses and gaps lose to it
 ANGLE = 2e-15  # of an angle: more than the line in q, a mimic's ratio and the reduction of many turns lose to rounding
@@ -289,20 +289,6 @@ def turning_of(carried, g, w_shared, like):
     balls = carried.balls
     w = minus(joint_turn(carried, int(balls[g, BALL_JOINT]), like), w_shared)
     return sqrt(dot(w, w)) * balls[g, BALL_RADIUS]
-
-
-@kernel
-def load_vector(rows, j):
-    """Rows j, j + 1, j + 2."""
-    return load(rows, j), load(rows, j + 1), load(rows, j + 2)
-
-
-@kernel
-def store_vector(rows, j, v):
-    """Write a vector to rows j, j + 1, j + 2."""
-    store(rows, j, v[0])
-    store(rows, j + 1, v[1])
-    store(rows, j + 2, v[2])
 
 
 @kernel

@@ -45,8 +45,8 @@ from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, transform_inverse, z_axis
 
 PAIRS_OF_BODY = 6  # with the world, that a servo keeps
-MOST_LOOKS = 1024  # solids of the tree that a servo measures from one body; of those whose distance is searched
-MOST_SEARCHES = 128
+MAX_LOOKS = 1024  # solids of the tree that a servo measures from one body; of those whose distance is searched
+MAX_SEARCHES = 128
 SAME = 1e-9  # [m]: of the solids of a tree that are nearer by less than those kept, a servo measures none
 
 
@@ -121,7 +121,7 @@ def find_near_pairs(scene, clearance, apart, within, near, excess):
 def add_indexed(scene, ours, nearness, near, excess, first):
     """Add a body and the solids of the tree that are near it, the nearest nodes first; the new count.
 
-    Where ``near.unseen`` has a place, about MOST_LOOKS of them are measured, and what all others are at least is written there.
+    Where ``near.unseen`` has a place, about MAX_LOOKS of them are measured, and what all others are at least is written there.
     """
     k, (clearance, apart, within) = ours.row, nearness
     bounds, n, count, top = bounds_of(scene.bodies, k, ours.pose), scene.bodies.shape[0], first, 1
@@ -136,15 +136,15 @@ def add_indexed(scene, ours, nearness, near, excess, first):
             reach = reach_of_one_object(scene, k, node, near, (first, count), reach)
         if not near.heights[top] <= reach:
             continue
-        if looks > MOST_LOOKS and near.unseen.shape[0] > 0:
+        if looks > MAX_LOOKS and near.unseen.shape[0] > 0:
             near.unseen[0] = min(near.unseen[0], near.heights[top] - more)
         elif node >= 0:
             gap = gap_bound(child_gap(scene.nodes, node, bounds))
-            height = gap + maximum(turned_bound(scene, ours, node, near) - gap, 0.0)  # not a number where the gap is none
+            height = gap + maximum(turned_bound(scene, ours, node, near) - gap, 0.0)  # NaN if the gap is NaN
             top = push_children(scene.nodes, node, height, reach, near.stack, near.heights, top)
         else:
             theirs = solid_at(scene, -1 - node, 0.0)
-            looks += MOST_LOOKS // MOST_SEARCHES if gap_is_searched(ours, theirs) else 1
+            looks += MAX_LOOKS // MAX_SEARCHES if gap_is_searched(ours, theirs) else 1
             count = add_solid(scene, ours, -1 - node, nearness, near, excess, (first, count))
     return count
 

@@ -23,7 +23,6 @@ from ulna.kernels.collision.ball_motion import (
     body_way,
     centre_way,
     joint_twist,
-    load_vector,
     pair_way,
     place_bodies_of,
     turning_at,
@@ -65,7 +64,7 @@ from ulna.kernels.collision.scene import Mover, Reach
 from ulna.kernels.layout import JOINT, REACH, SHAPE, SPHERE
 from ulna.kernels.spatial.elementary import minimum
 from ulna.kernels.spatial.se3 import constant_pose
-from ulna.kernels.spatial.vectors import dot, minus, origin
+from ulna.kernels.spatial.vectors import dot, load_vector, minus, origin
 
 
 @kernel

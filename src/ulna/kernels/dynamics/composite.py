@@ -14,16 +14,14 @@ from ulna.kernels.dynamics.rigid_body import (
     in_parent,
     load_inertia,
     load_pair,
-    load_vector,
     momentum,
     pair_dot,
     store_inertia,
     store_pair,
-    store_vector,
 )
 from ulna.kernels.layout import COLUMN, INERTIA_WIDTH, KIND, MASS, MOMENT, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import compose, load_pose, store_pose
-from ulna.kernels.spatial.vectors import add_scaled, cross, minus, origin, plus, rotate, scaled, z_axis
+from ulna.kernels.spatial.vectors import add_scaled, cross, load_vector, minus, origin, plus, rotate, scaled, store_vector, z_axis
 
 
 @kernel
@@ -58,14 +56,14 @@ def gather_inertias(joints, inertia_rows):
 
 
 @kernel
-def mass_matrix(mechanism, turn_rows, rows, mass_rows):
+def mass_matrix(mechanism, turn_rows, n_dof, rows, mass_rows):
     """Write the mass matrix M, entry (r, c) to row n_dof * r + c of ``mass_rows``, which has n_dof^2 rows.
 
     1. The inertia of all bodies behind each joint, in the frame of the base.
     2. The momentum of joint i's bodies for a unit rate of its entry of q. Each joint j between it and the base has with it the
        entry S_j . (I_i S_i), where S is a twist. Joints of one entry of q, such as mimics, add up.
     """
-    joints, n_dof = mechanism.joints, square_side(mass_rows)
+    joints = mechanism.joints
     pose_bodies(mechanism, turn_rows, rows)
     gather_inertias(joints, rows.inertias)
     clear(mass_rows, load(turn_rows, 0))
@@ -79,15 +77,6 @@ def mass_matrix(mechanism, turn_rows, rows, mass_rows):
             if j != i:
                 add_to(mass_rows, n_dof * column + row, entry)
             j = int(joints[j, PARENT])
-
-
-@kernel
-def square_side(matrix_rows):
-    """n, for n^2 rows."""
-    n = 0
-    while n * n < matrix_rows.shape[0]:
-        n += 1
-    return n
 
 
 @kernel

@@ -5,9 +5,9 @@ Singh, Russo and Wensing, Efficient analytical derivatives of rigid-body dynamic
 """
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import load, splat, store
+from ulna.engine.lanes import load, splat
 from ulna.kernels.chain.jacobian import clear
-from ulna.kernels.dynamics.composite import add_to, gather_inertias, pose_bodies, square_side
+from ulna.kernels.dynamics.composite import add_to, gather_inertias, pose_bodies
 from ulna.kernels.dynamics.rigid_body import (
     add_pair,
     load_inertia,
@@ -26,7 +26,7 @@ from ulna.kernels.spatial.vectors import cross, dot, minus, plus, scaled
 
 
 @kernel
-def torque_derivatives(mechanism, gravity, state, work, derivative_rows):
+def torque_derivatives(mechanism, gravity, state, n_dof, work, derivative_rows):
     """Write the derivatives of the torques by q and by its rates: entry (r, c) of each to row n_dof * r + c.
 
     With S the twist of a joint, v and a the motion and the acceleration of its body, and of its parent p:
@@ -42,6 +42,7 @@ def torque_derivatives(mechanism, gravity, state, work, derivative_rows):
         mechanism: The robot.
         gravity: The acceleration of free fall [m/s^2] in the axes of the base: three plain numbers.
         state: ``State``.
+        n_dof: The number of entries of q.
         work: ``BodyRows`` and ``RateRows``.
         derivative_rows: n_dof^2 rows for the derivatives by q, and as many for those by its rates.
     """
@@ -60,7 +61,7 @@ def torque_derivatives(mechanism, gravity, state, work, derivative_rows):
     for derivative in derivative_rows:
         clear(derivative, load(state.turns, 0))
     for i in range(joints.shape[0]):
-        write_pairs(joints, i, work, derivative_rows)
+        write_pairs(joints, i, n_dof, work, derivative_rows)
 
 
 @kernel
@@ -88,8 +89,7 @@ def move_body(joints, gravity, i, state, work):
     store_pair(rates.momenta, i, moving[0], moving[1])
     store_pair(rates.wrenches, i, wrench[0], wrench[1])
     coriolis = coriolis_of(inertia, v)
-    for k in range(6):
-        store(rates.coriolis, 6 * i + k, coriolis[k])
+    store_pair(rates.coriolis, i, coriolis[:3], coriolis[3:])
 
 
 @kernel
@@ -110,13 +110,14 @@ def coriolis_of(inertia, v):
 
 
 @kernel
-def write_pairs(joints, i, work, derivative_rows):
+def write_pairs(joints, i, n_dof, work, derivative_rows):
     """Step 3 of one joint."""
     bodies, rates = work
     by_q, by_rate = derivative_rows
-    n_dof, column = square_side(by_q), int(joints[i, COLUMN])
+    column = int(joints[i, COLUMN])
     inertia, twist, twist_rate = load_inertia(bodies.inertias, i), load_pair(bodies.twists, i), load_pair(rates.twist_rates, i)
-    (p, angular), c = load_pair(rates.momenta, i), load_six_of(rates.coriolis, i)
+    (p, angular), (first, last) = load_pair(rates.momenta, i), load_pair(rates.coriolis, i)
+    c = first + last
     acceleration = load_pair(rates.twist_accelerations, i)
     turned = pair_plus(momentum(inertia, acceleration[0], acceleration[1]), wrench_cross(twist, load_pair(rates.wrenches, i)))
     by_own_q = pair_plus(turned, coriolis_times(p, angular, c, twist_rate))
@@ -142,10 +143,3 @@ def coriolis_times(p, angular, c, motion):
     """Twice the Coriolis matrix of ``coriolis_of`` times a motion, with the momentum (p, L)."""
     w = motion[1]
     return scaled(cross(p, w), -2.0), minus(symmetric_times(c, w), cross(angular, w))
-
-
-@kernel
-def load_six_of(rows, i):
-    """Six numbers of place i of rows."""
-    k = 6 * i
-    return load(rows, k), load(rows, k + 1), load(rows, k + 2), load(rows, k + 3), load(rows, k + 4), load(rows, k + 5)

@@ -1,4 +1,4 @@
-"""What the kernels of dynamics take and work in, by name."""
+"""Names the arguments of the kernels of dynamics, and the rows that they work in."""
 
 from typing import NamedTuple
 

@@ -11,10 +11,9 @@ from ulna.engine.lanes import load, splat, store
 from ulna.kernels.chain.jacobian import clear
 from ulna.kernels.chain.poses import turned_joint_pose
 from ulna.kernels.dynamics.composite import add_to
-from ulna.kernels.dynamics.rigid_body import load_vector, store_vector
 from ulna.kernels.layout import COLUMN, KIND, MASS, MOMENT, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import load_pose, store_pose
-from ulna.kernels.spatial.vectors import add_scaled, origin, plus, rotate, rotate_inverse
+from ulna.kernels.spatial.vectors import add_scaled, load_vector, origin, plus, rotate, rotate_inverse, store_vector
 
 
 @kernel

@@ -12,14 +12,12 @@ from ulna.kernels.dynamics.rigid_body import (
     add_pair,
     body_inertia,
     load_pair,
-    load_vector,
     store_pair,
-    store_vector,
     symmetric_times,
 )
 from ulna.kernels.layout import COLUMN, KIND, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import load_pose, store_pose
-from ulna.kernels.spatial.vectors import cross, origin, plus, rotate, rotate_inverse, scaled
+from ulna.kernels.spatial.vectors import cross, load_vector, origin, plus, rotate, rotate_inverse, scaled, store_vector
 
 
 @kernel

@@ -9,7 +9,7 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 2.13.
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, splat, store
 from ulna.kernels.layout import INERTIA_WIDTH, MASS, MOMENT, TENSOR
-from ulna.kernels.spatial.vectors import add_scaled, cross, dot, origin, plus, rotate, scaled
+from ulna.kernels.spatial.vectors import add_scaled, cross, dot, load_vector, origin, plus, rotate, scaled, store_vector
 
 
 @kernel
@@ -81,8 +81,7 @@ def added(a, b):
 def load_inertia(rows, i):
     """Inertia i of rows: ten rows each."""
     k = INERTIA_WIDTH * i
-    tensor = load(rows, k + 4), load(rows, k + 5), load(rows, k + 6), load(rows, k + 7), load(rows, k + 8), load(rows, k + 9)
-    return load(rows, k), load_vector(rows, k + 1), tensor
+    return load(rows, k), load_vector(rows, k + 1), load_vector(rows, k + 4) + load_vector(rows, k + 7)
 
 
 @kernel
@@ -93,20 +92,6 @@ def store_inertia(rows, i, inertia):
     store_vector(rows, k + 1, inertia[1])
     for j in range(6):
         store(rows, k + 4 + j, inertia[2][j])
-
-
-@kernel
-def load_vector(rows, k):
-    """Three rows from row k on."""
-    return load(rows, k), load(rows, k + 1), load(rows, k + 2)
-
-
-@kernel
-def store_vector(rows, k, v):
-    """Write three numbers to the rows from row k on."""
-    store(rows, k, v[0])
-    store(rows, k + 1, v[1])
-    store(rows, k + 2, v[2])
 
 
 @kernel

@@ -6,7 +6,7 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, store, where
 from ulna.kernels.dynamics.cholesky import factorise, substitute
 
-LEAST_SHARE = 1e-13  # of the inertia at a joint: less of it left, with all others free to move, is rounding
+MIN_PIVOT = 1e-13  # of the inertia at a joint: less of it is rounding
 
 
 @kernel
@@ -14,7 +14,7 @@ def accelerations(mass_rows, torque_rows, system_rows):
     """Solve M a = tau in the place of the torques.
 
     1. Factor the lower triangle of M. A pivot is the inertia that is left at a joint, with those before it free to move.
-    2. Solve by substitution. Where a pivot is none but rounding, M is singular, and the accelerations are NaN.
+    2. Solve by substitution. A pivot below MIN_PIVOT of its diagonal entry is rounding: M is singular, and the result NaN.
 
     Args:
         mass_rows: M, entry (r, c) in row n r + c.
@@ -39,4 +39,4 @@ def accelerations(mass_rows, torque_rows, system_rows):
 def is_regular(mass_rows, system_rows, r, n):
     """Whether pivot r, whose root has its reciprocal in the factor, is more than rounding."""
     inverse = load(system_rows, r * (r + 1) // 2 + r)
-    return inverse * inverse * load(mass_rows, n * r + r) < 1.0 / LEAST_SHARE
+    return inverse * inverse * load(mass_rows, n * r + r) < 1.0 / MIN_PIVOT

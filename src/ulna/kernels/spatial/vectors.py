@@ -1,7 +1,21 @@
-"""Adds, scales, multiplies and rotates vectors of three numbers."""
+"""Adds, scales, multiplies, rotates, loads and stores vectors of three numbers."""
 
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import where
+from ulna.engine.lanes import load, store, where
+
+
+@kernel
+def load_vector(rows, j):
+    """Rows j, j + 1, j + 2."""
+    return load(rows, j), load(rows, j + 1), load(rows, j + 2)
+
+
+@kernel
+def store_vector(rows, j, v):
+    """Write a vector to rows j, j + 1, j + 2."""
+    store(rows, j, v[0])
+    store(rows, j + 1, v[1])
+    store(rows, j + 2, v[2])
 
 
 @kernel

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.dynamics.effort import known_limits
 from ulna.errors import InertiaError
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
@@ -40,9 +41,8 @@ class Load:
 
 def loads(robot: Robot, q: NDArray[np.float64]) -> tuple[Load, ...]:
     """The load of each entry of q, with what the robot holds and in its own gravity."""
-    limits = np.where(robot.effort_limits > 0.0, robot.effort_limits, np.inf)
-    units = ("N" if entry.unit == "m" else "Nm" for entry in coordinates_of(robot))
-    values = (robot.gravity_torque(q) + 0.0).tolist(), limits.tolist(), units
+    units = (entry.effort_unit for entry in coordinates_of(robot))
+    values = (robot.gravity_torque(q) + 0.0).tolist(), known_limits(robot.tree).tolist(), units
     return tuple(Load(*each) for each in zip(*values, strict=True))
 
 
