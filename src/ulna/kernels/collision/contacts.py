@@ -133,20 +133,31 @@ def add_indexed(scene, ours, nearness, near, excess, first):
         if excess is not None:
             reach = more + max(slot_of_pair(k, n, n, within, near, excess, count)[1], excess[-1]) - SAME
         elif node >= 0 and near.last_rows.shape[0] > 0:
-            reach = reach_of_one_object(scene, k, node, near, (first, count), reach)
+            reach = reach_in_node(scene, k, node, near, (first, count), reach)
         if not near.heights[top] <= reach:
             continue
         if looks > MAX_LOOKS and near.unseen.shape[0] > 0:
             near.unseen[0] = min(near.unseen[0], near.heights[top] - more)
         elif node >= 0:
-            gap = gap_bound(child_gap(scene.nodes, node, bounds))
-            height = gap + maximum(turned_bound(scene, ours, node, near) - gap, 0.0)  # NaN if the gap is NaN
+            height = children_from(scene, ours, node, bounds, near)
             top = push_children(scene.nodes, node, height, reach, near.stack, near.heights, top)
         else:
             theirs = solid_at(scene, -1 - node, 0.0)
             looks += MAX_LOOKS // MAX_SEARCHES if gap_is_searched(ours, theirs) else 1
             count = add_solid(scene, ours, -1 - node, nearness, near, excess, (first, count))
     return count
+
+
+@kernel
+def children_from(scene, ours, node, bounds, near):
+    """A lower bound of the distance of each child of a node [m]. bounds: of the body, in the base.
+
+    Where all shapes are boxes there is no cloud, of which the bound in the body's frame leaves many points out.
+    """
+    gap = gap_bound(child_gap(scene.nodes, node, bounds))
+    if scene.vertices is None:
+        return gap
+    return gap + maximum(turned_bound(scene, ours, node, near) - gap, 0.0)  # NaN if the gap is NaN
 
 
 @kernel
@@ -157,9 +168,17 @@ def turned_bound(scene, ours, node, near):
     return maximum(gap_bound(turned_gap(scene.bodies, k, a, x, half)), beyond_planes(near.planes, k, a, x, half))
 
 
+@kernel
+def reach_in_node(scene, k, node, near, kept, reach):
+    """The distance below which a solid of a node is kept [m]: of a cloud one is. Boxes are looked at one by one."""
+    if scene.vertices is None:
+        return reach
+    return reach_of_one_object(scene, k, node, near, kept, reach)
+
+
 @routine
 def reach_of_one_object(scene, k, node, near, kept, reach):
-    """How near a solid of a node has to be to be kept [m]: where all are of one object, nearer than the one of it that is."""
+    """``reach_in_node``: where all solids below it are of one object, the distance of the one of it that is kept."""
     (first, count), row = kept, row_of_one_object(scene.nodes, scene.objects, node)
     if row >= 0 and may_touch(scene, k, row):
         return -np.inf
