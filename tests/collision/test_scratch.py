@@ -10,7 +10,6 @@ import pytest
 import ulna
 from ulna.kernels.distance.epa import MAX_POINTS, points_needed
 
-
 PROGRAM = """
 import resource, ulna
 
