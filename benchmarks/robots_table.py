@@ -121,9 +121,9 @@ Refused although Pinocchio reads them, since poses or limits would be guessed:
 Refused by both: files without links or with several roots (`test_bench`, `imu_test`, `spot_arm`, two grippers of Rethink,
 `torus_deform`), a name used twice (`r2_left_gripper`), a prismatic joint without limits (`pr2_simplified`), commas or four
 numbers in an origin (`bike`, `microtaur`), two documents in one (`humanoid`), a spherical joint (`spherical_joint_limit`),
-crossed limits (`biped2d_pybullet`), an end tag that is missing (Klampt's `human_hand`). Drake's own parser takes more than that of
-ROS: revolute joints without limits (`cassie_v2`, `acrobot`, `kuka_iiwa_robot`, `arm`, `joint_parsing_test`), a link `world` that is
-not in the file (`Acrobot`, `Acrobot_unicode`). Files of its tests have several roots (6), a ball joint, and a text without XML.
+crossed limits (`biped2d_pybullet`), an end tag that is missing (Klampt's `human_hand`). Drake's own parser takes more than ROS's:
+revolute joints without limits (`cassie_v2`, `acrobot`, `kuka_iiwa_robot`, `arm`, `joint_parsing_test`), a link `world` that is
+not in the file (`Acrobot`, `Acrobot_unicode`). Files of its tests have several roots (6), a ball joint, and no XML at all.
 """
 
 
