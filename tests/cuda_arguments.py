@@ -202,7 +202,8 @@ TYPES = {
     **{f"dynamics.newton_euler.{name}": {"rows": FORCE_ROWS} for name in ("newton_euler", "base_motion", "move", "carry")},
     "dynamics.newton_euler.store_motion": {"a": VECTOR},
     **{f"dynamics.composite.{name}": {"rows": BODY_ROWS} for name in ("pose_bodies", "mass_matrix", "moment_columns")},
-    "dynamics.gravity": {"rows": FALL_ROWS}, "dynamics.derivatives.coriolis_of": {"v": TWO_VECTORS},
+    "dynamics.gravity": {"rows": FALL_ROWS, "held": types.Tuple((NUMBER, VECTOR))},
+    "dynamics.derivatives.coriolis_of": {"v": TWO_VECTORS},
     "ik": {
         "rows": NUMBERS, "settings": SETTINGS, **_each("p r", WHOLE), **_each("slack dt cosine sine running", NUMBER),
         **_each("settled is_pointing", TRUTH),

@@ -23,7 +23,7 @@ from ulna.engine.records import Record
 from ulna.gpu import device
 from ulna.gpu.single import in_single
 
-NAMES = "collision", "edges", "forward", "queue", "robot", "rows", "search", "solutions"
+NAMES = "collision", "edges", "forward", "queue", "robot", "rows", "search", "solutions", "forces"
 MODULES = [importlib.import_module(f"ulna.gpu.{name}") for name in NAMES]
 launches: list[dict] = []
 sources: dict[FunctionType, list] = {}
@@ -75,7 +75,10 @@ def recorded(driver):
     return Recorded(driver, [home.removesuffix(".single"), name, None, home.endswith(".single")])
 
 
-NEVER_SINGLE = {"searches_of", "distances_of", "branches_of", "edges_of"}
+NEVER_SINGLE = {
+    *("searches_of", "distances_of", "branches_of", "edges_of"),
+    *("gravity_of", "masses_of", "inverse_of", "forward_of", "derivatives_of"),
+}
 
 
 def worlds():
@@ -110,6 +113,8 @@ def call_everything():
     on_gpu.in_collision(q[:1])
     on_gpu.signed_distance(q[:1], shapes)
     on_gpu.edge_in_collision(strange(q[:1]), strange(q[1:]), boxes)
+    call_forces(on_gpu, q)
+    call_forces(panda.on_gpu(float32=True), q.astype(np.float32))
     on_gpu.inverse_kinematics(T[0], q[0])
     on_gpu.inverse_kinematics(strange(T), q, world=boxes)
     on_gpu.inverse_kinematics(strange(T[:1]), world=shapes, task="position")
@@ -117,6 +122,15 @@ def call_everything():
     targets = ur5.forward_kinematics(ur5.home + 0.1)
     for given in (targets, targets[None], strange(targets[None])):
         ur5.on_gpu().all_solutions(given)
+
+
+def call_forces(on_gpu, q):
+    for given in (q, q[0], strange(q), strange(q[:1])):
+        on_gpu.gravity_torque(given)
+        on_gpu.mass_matrix(given)
+        on_gpu.inverse_dynamics(given, given, given)
+        on_gpu.forward_dynamics(given, given, given)
+        on_gpu.inverse_dynamics_derivatives(given, given, given)
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ from ulna.gpu.rows import converted
 from ulna.gpu.search import choose, searches_of, turned_of
 from ulna.gpu.single import in_single
 from ulna.gpu.solutions import branches_of
+from ulna.gpu.torques import derivatives_of, forward_of, gravity_of, inverse_of, masses_of
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 
@@ -38,6 +39,8 @@ SCENE = types.NamedTuple((A2, A2, A2, INDICES, A2, A2, A2, *WHOLES, BOOLS_2), Sc
 EDGES = types.Tuple((A2, NEXT, NEXT, INDICES, INDICES, NEXT, A1, types.float64))
 OF_EDGES = SCENE, EDGES, INDICES, types.float64, A2
 MARKS, OF_BRANCHES = types.Tuple((FLAG,)), types.Tuple((FLAG, BITS, BOOLS, BOOLS))
+OF_FALL = A2, A2, *(types.float64,) * 3
+OF_MOTIONS = *OF_FALL, types.Tuple((A2, A2))
 OF_FREE = types.Tuple((FLAG, BOOLS, A1))
 
 
@@ -58,6 +61,12 @@ DRIVERS = {
     "distances of any shapes": (distances_of(N_DOF, JOINTS, BODIES, ANY), of_rows((SCENE, A3, A3, A3)), 255, 420),
     "edges of boxes": (edges_of(N_DOF, JOINTS, BODIES, BOXES, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 200),
     "edges of any shapes": (edges_of(N_DOF, JOINTS, BODIES, ANY, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 2032),
+    "gravity torques": (gravity_of(N_DOF, JOINTS), of_rows(OF_FALL), 54, 0),
+    "mass matrices": (masses_of(N_DOF, JOINTS), of_rows(OF_FALL), 77, 0),
+    "inverse dynamics": (inverse_of(N_DOF, JOINTS, 2), of_rows(OF_MOTIONS), 70, 0),
+    "inverse dynamics of joined rows": (inverse_of(N_DOF, JOINTS, 0), of_rows(OF_FALL), 72, 0),
+    "forward dynamics": (forward_of(N_DOF, JOINTS, 2), of_rows(OF_MOTIONS), 141, 0),
+    "derivatives": (derivatives_of(N_DOF, JOINTS, 2), of_rows(OF_MOTIONS, A2, types.Tuple((FLAG, A2))), 141, 0),
     "searches": (
         searches_of(N_DOF),
         (A2, A2, A2, A2, A1, SETTINGS, JOBS, A3, A2, RESULTS, types.Tuple((FLAG, NEXT))),

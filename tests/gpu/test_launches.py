@@ -96,6 +96,7 @@ def test_every_launch_is_typed_in_c_order_prepared_and_compiled(launches, ptx_of
         assert ".visible .entry" in ptx_of_driver(driver_of(*source), kinds), source
     names = {source[1] for source in seen.values()}
     assert names >= {"poses_of", "jacobians_of", "frames_of", "overlaps_of", "distances_of", "searches_of", "branches_of"}
+    assert names >= {"inverse_of", "gravity_of", "masses_of", "forward_of", "derivatives_of"}
 
 
 def test_what_no_launch_can_take_is_seen():

@@ -81,14 +81,14 @@ class Dynamics:
         self, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None, wrenches: Wrenches | None, out: Array | None
     ) -> Array:
         """The torques of q, qd and qdd."""
-        leading = self.mechanism, self._free_fall(gravity)
+        leading = self.mechanism, self.free_fall(gravity)
         torque = self._run(torques.inverse_batch, leading, dict(zip(("q", "qd", "qdd"), motion, strict=True)), out)
         self._less_wrenches(torque, motion[0], wrenches)
         return torque
 
     def gravity_torque(self, q: ArrayLike, gravity: ArrayLike | None, out: Array | None) -> Array:
         """The torques that hold the robot still."""
-        return self._run(torques.gravity_batch, (self.mechanism, self._free_fall(gravity)), {"q": q}, out)
+        return self._run(torques.gravity_batch, (self.mechanism, self.free_fall(gravity)), {"q": q}, out)
 
     def payload(
         self,
@@ -101,7 +101,7 @@ class Dynamics:
 
         motion: q, and qd and qdd, of which None is rest. held: the link and the point.
         """
-        most, free_fall = as_effort_limits(torque, self._tree), self._free_fall(gravity)
+        most, free_fall = as_effort_limits(torque, self._tree), self.free_fall(gravity)
         link, center = self._tree.link_or_tip(held[0]), within_reach("com", held[1])
         if center.shape != (3,):
             raise InputError("com", f"shape {center.shape}; three numbers [m] are expected")
@@ -119,15 +119,15 @@ class Dynamics:
         """The accelerations that torques cause; load: gravity, wrenches and ``out``."""
         gravity, wrenches, out = load
         if wrenches:
-            batch, _ = self._rows({"q": q, "qd": qd, "torque": torque})
+            batch, _ = self.rows({"q": q, "qd": qd, "torque": torque})
             of_wrenches = np.zeros((*batch, self._tree.n_dof))
             self._less_wrenches(of_wrenches, q, wrenches)
             torque = as_positions(torque, self._tree, "torque") - of_wrenches
-        leading = self.mechanism, self._free_fall(gravity)
+        leading = self.mechanism, self.free_fall(gravity)
         made = self._run(masses.forward_batch, leading, {"q": q, "qd": qd, "torque": torque}, out)
         is_nan = np.isnan(made)
         if is_nan.any():  # of all at once: row by row this takes an eighth of the call
-            raise _singular("the mass matrix is singular: a joint moves no mass", np.asarray(is_nan.any(axis=-1)))
+            raise massless(np.asarray(is_nan.any(axis=-1)))
         return made
 
     def mass_matrix(self, q: ArrayLike, out: Array | None) -> Array:
@@ -139,8 +139,8 @@ class Dynamics:
         self, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None, out: Array | None = None
     ) -> tuple[Array, Array]:
         """The derivatives of the torques of q, qd and qdd by q and by qd, shape (..., n_dof, n_dof) each."""
-        n, leading = self._tree.n_dof, (self.mechanism, self._free_fall(gravity))
-        batch, given = self._rows(dict(zip(("q", "qd", "qdd"), motion, strict=True)))
+        n, leading = self._tree.n_dof, (self.mechanism, self.free_fall(gravity))
+        batch, given = self.rows(dict(zip(("q", "qd", "qdd"), motion, strict=True)))
         by_q, by_rate = as_out(out, (2, *batch, n, n), *given.values())
         self._in_parts(torques.derivatives_batch, leading, given, [by_q.reshape(-1, n, n), by_rate.reshape(-1, n, n)])
         return by_q, by_rate
@@ -169,7 +169,7 @@ class Dynamics:
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Any:
         """1/2 qd' M qd, shape (...)."""
-        self._rows({"q": q, "qd": qd})  # refuses shapes that do not go together
+        self.rows({"q": q, "qd": qd})  # refuses shapes that do not go together
         qd = as_positions(qd, self._tree, "qd")
         _refuse_infinite(qd, "qd")
         return 0.5 * np.einsum("...i,...ij,...j->...", qd, self.mass_matrix(q, None), qd)
@@ -177,7 +177,7 @@ class Dynamics:
     def potential_energy(self, q: ArrayLike, gravity: ArrayLike | None) -> Any:
         """-g . h, with the moment h of all moving bodies, shape (...)."""
         moments, _ = self._moments(q)
-        return -(moments[..., 1:] @ self._free_fall(gravity))
+        return -(moments[..., 1:] @ self.free_fall(gravity))
 
     def operational_inertia(self, q: ArrayLike, link: str) -> Array:
         """(J M^-1 J')^-1, shape (..., 6, 6)."""
@@ -186,7 +186,7 @@ class Dynamics:
         try:
             mobility = J @ np.linalg.solve(M, np.swapaxes(J, -1, -2))
         except np.linalg.LinAlgError:
-            raise _singular("the mass matrix is singular: a joint moves no mass", np.ones(q.shape[:-1], bool)) from None
+            raise massless(np.ones(q.shape[:-1], bool)) from None
         sizes = np.linalg.eigvalsh(mobility)
         locked = ~(sizes[..., 0] > _MIN_RATIO * sizes[..., -1])
         if locked.any():
@@ -195,8 +195,8 @@ class Dynamics:
 
     def regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, gravity: ArrayLike | None) -> Array:
         """The torques of a unit of each inertial parameter, shape (..., n_dof, n_bodies, 10)."""
-        joints, free_fall, units = self._tree.joints, self._free_fall(gravity), len(self._tree.joints) * INERTIA_WIDTH
-        batch, given = self._rows({"q": q, "qd": qd, "qdd": qdd})
+        joints, free_fall, units = self._tree.joints, self.free_fall(gravity), len(self._tree.joints) * INERTIA_WIDTH
+        batch, given = self.rows({"q": q, "qd": qd, "qdd": qdd})
         made = np.empty((units, *batch, self._tree.n_dof))
         for unit, torque in enumerate(made):
             table = np.zeros((len(joints), INERTIA_WIDTH))
@@ -207,24 +207,27 @@ class Dynamics:
 
     def _moments(self, q: ArrayLike) -> tuple[Array, Array]:
         n = self._tree.n_dof
-        batch, given = self._rows({"q": q})
+        batch, given = self.rows({"q": q})
         if not self.mechanism.bodies[:, MASS].any():
             raise InertiaError("it has no center of mass: the links that joints move have no mass", self._tree.link_names)
         moments, columns = np.empty((*batch, 4)), np.empty((*batch, n, 3))
         self._in_parts(masses.moment_batch, (self.mechanism,), given, [moments.reshape(-1, 4), columns.reshape(-1, n, 3)])
         return moments, columns
 
-    def _free_fall(self, gravity: ArrayLike | None) -> Array:
+    def free_fall(self, gravity: ArrayLike | None) -> Array:
+        """The acceleration of free fall [m/s^2] that is given, or the robot's own."""
         return self.gravity if gravity is None else as_gravity(gravity)
 
-    def _rows(self, given: dict[str, ArrayLike]) -> tuple[tuple[int, ...], dict[str, Array]]:
+    def rows(self, given: dict[str, ArrayLike]) -> tuple[tuple[int, ...], dict[str, Array]]:
         """The shape of the batch of all arguments together, and the rows of each."""
         arrays = {name: as_positions(value, self._tree, name) for name, value in given.items()}
-        shapes = {name: array.shape[:-1] for name, array in arrays.items()}
+        shapes = {array.shape for array in arrays.values()}
+        if len(shapes) == 1:  # the most frequent case
+            return shapes.pop()[:-1], {name: flat(array) for name, array in arrays.items()}
         try:
-            batch = np.broadcast_shapes(*shapes.values())
+            batch = np.broadcast_shapes(*(shape[:-1] for shape in shapes))
         except ValueError:
-            name = list(shapes)[-1]
+            name = list(arrays)[-1]
             raise InputError(
                 name, f"shapes {', '.join(f'{key} {array.shape}' for key, array in arrays.items())} do not go together"
             ) from None
@@ -240,7 +243,7 @@ class Dynamics:
         out: Array | None,
         shape: tuple[int, ...] = (),
     ) -> Array:
-        batch, rows = self._rows(given)
+        batch, rows = self.rows(given)
         made = as_out(out, (*batch, *(shape or self._tree.q_shape)), *rows.values())
         self._in_parts(entry, leading, rows, [made.reshape(-1, *made.shape[len(batch) :])])
         return made
@@ -248,8 +251,7 @@ class Dynamics:
     def _in_parts(self, entry: Callable[..., bool], leading: tuple, rows: dict[str, Array], made: list[Array]) -> None:
         n = len(made[0])
         if not in_parts(lambda part: entry(*leading, *(each[part] for each in (*rows.values(), *made))), n, LEAST_ROWS):
-            for name, each in rows.items():
-                refuse_out_of_range(each, name) if name == "q" else _refuse_infinite(each, name)
+            refuse_rows(rows)
 
     def _less_wrenches(self, torque: Array, q: ArrayLike, wrenches: Wrenches | None) -> None:
         """Take J' w of each link off the torques."""
@@ -281,6 +283,12 @@ def as_gravity(gravity: ArrayLike) -> Array:
     return frozen(vector, (3,))
 
 
+def refuse_rows(rows: Mapping[str, Array]) -> None:
+    """Raise the error of what cannot be taken of q, its rates, accelerations or torques, by name; return if all can be."""
+    for name, each in rows.items():
+        refuse_out_of_range(each, name) if name == "q" else _refuse_infinite(each, name)
+
+
 def _spread(array: Array, batch: tuple[int, ...]) -> Array:
     return np.array(np.broadcast_to(array, (*batch, array.shape[-1])), order="C")
 
@@ -289,6 +297,11 @@ def _refuse_infinite(values: Array, name: str) -> None:
     if not np.isfinite(values).all():
         bad = np.argwhere(~np.isfinite(values))[0]
         raise InputError(f"{name}[{', '.join(str(int(k)) for k in bad)}]", f"{values[tuple(bad)]} is not a finite number")
+
+
+def massless(rows: NDArray[np.bool_]) -> SingularityError:
+    """The error of rows whose mass matrix is singular."""
+    return _singular("the mass matrix is singular: a joint moves no mass", rows)
 
 
 def _singular(message: str, rows: NDArray[np.bool_]) -> SingularityError:

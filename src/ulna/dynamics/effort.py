@@ -25,10 +25,17 @@ def as_effort_limits(torque: ArrayLike, tree: Tree) -> Array:
                 "torque", f"the description states no effort above 0 of {', '.join(lacking)}; give numbers [Nm or N]"
             )
         return tree.effort_limits
-    from_caller = as_floats("torque", torque)
-    if from_caller.shape not in {(), (n,)} or not (from_caller > 0.0).all():
-        raise InputError("torque", f"{torque!r}; True, a number above 0, or {n} of them, is expected [Nm or N]")
-    return np.full(n, from_caller)
+    return _numbers_above_0("torque", torque, n, f"True, a number above 0, or {n} of them, is expected [Nm or N]")
+
+
+def as_torque_rates(torque_rate: ArrayLike, tree: Tree) -> Array:
+    """The limits of the rates of torques [Nm/s or N/s], shape (n_dof,).
+
+    Raises:
+        InputError: They are neither a number above 0 nor one for each entry of q.
+    """
+    n = tree.n_dof
+    return _numbers_above_0("torque_rate", torque_rate, n, f"a number above 0, or {n} of them, is expected [Nm/s or N/s]")
 
 
 def known_limits(tree: Tree) -> Array:
@@ -39,6 +46,14 @@ def known_limits(tree: Tree) -> Array:
 def without_limit(tree: Tree) -> tuple[str, ...]:
     """The entries of q of which the description states no effort above 0."""
     return tuple(name for name, limit in zip(entry_names(tree), known_limits(tree), strict=True) if limit == np.inf)
+
+
+def _numbers_above_0(name: str, given: ArrayLike, n: int, expected: str) -> Array:
+    """A number above 0 for each of n joints: one for all, or n."""
+    numbers = None if isinstance(given, bool | np.bool_) else as_floats(name, given)
+    if numbers is None or numbers.shape not in {(), (n,)} or not (numbers > 0.0).all():
+        raise InputError(name, f"{given!r}; {expected}")
+    return np.full(n, numbers)
 
 
 def largest_masses(own: Array, of_one_kilogram: Array, most: Array) -> Array:

@@ -19,6 +19,7 @@ from ulna.gpu import device
 from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, overlaps_of
 from ulna.gpu.device_array import as_own, as_shaped
 from ulna.gpu.edges import EdgeTables, edge_tables, edges_of, near_for
+from ulna.gpu.forces import GpuForces
 from ulna.gpu.forward import frames_of, jacobians_of, poses_of
 from ulna.gpu.queue import Queue
 from ulna.gpu.rows import as_float64
@@ -36,7 +37,7 @@ from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range, r
 Array = NDArray[np.float64]
 
 
-class GpuRobot:
+class GpuRobot(GpuForces):
     """A robot whose batches are computed on a GPU, by the kernels that the CPU runs: made by ``robot.on_gpu()``.
 
     Each method takes NumPy arrays and returns NumPy arrays. Or it takes arrays on the device (of CuPy, PyTorch, JAX or Numba:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.checker import Checker
+from ulna.dynamics.dynamics import Dynamics
 from ulna.engine.decorators import kernel
 from ulna.gpu import device
 from ulna.gpu.device import cuda
@@ -56,6 +57,7 @@ class OnHost(Protocol):
     home: Array
     """The configuration to start from [rad or m], shape (n_dof,)."""
     _checker: Checker
+    _dynamics: Dynamics
     _inverse_kinematics: InverseKinematics
 
 

@@ -29,7 +29,15 @@ def threads_for(taken: int, given: int, each: int = 1) -> int:
 
 @cache
 def over_rows(
-    formula: Callable, taken: int | None, given: int, *, pieces: int = 1, each: int = 1, scratch: int = 1, dtype: Any = np.float64
+    formula: Callable,
+    taken: int | None,
+    given: int,
+    *,
+    beside: int = 0,
+    pieces: int = 1,
+    each: int = 1,
+    scratch: int = 1,
+    dtype: Any = np.float64,
 ) -> Any:
     """The driver ``driver(tables, rows, out, marks)`` of a formula over one row.
 
@@ -40,15 +48,16 @@ def over_rows(
             of its results that is asked for, and the number of its thread.
         taken: Numbers of a row, which are copied from rows, shape (n, taken); None: 4x4 matrices, shape (n, 4, 4).
         given: Numbers of a piece of the results, which are copied to out, shape (each n, pieces * given).
+        beside: How many arrays like rows follow in ``tables[-1]``, a tuple: a row of the formula has theirs after its own.
         pieces: How often the formula is called for a row: results that have no room at once are given one after the other.
         each: How many threads have the same row: the problems of a row are beside each other.
         scratch: Numbers of a thread's own, kept from piece to piece.
         dtype: Of the results.
     """
     width = taken or MATRIX
-    threads = threads_for(width, given, each)
-    n_rows, copy, length = threads // each, copy_in if taken else copy_matrices_in, taken or 4
-    of_taken, of_given = (n_rows, _padded(width)) if taken else (n_rows, 4, 4), (threads, _padded(given))
+    threads, more = threads_for(width * (beside + 1), given, each), copy_beside_in if beside else copy_nothing_in
+    n_rows, copy, length = threads // each, copy_in if taken else copy_matrices_in, (taken or 4) * (beside + 1)
+    of_taken, of_given = (n_rows, _padded(length)) if taken else (n_rows, 4, 4), (threads, _padded(given))
 
     def driver(tables, rows, out, marks):
         room = cuda.shared.array(of_taken, np.float64)
@@ -59,6 +68,7 @@ def over_rows(
         for first in range(cuda.blockIdx.x * n_rows, rows.shape[0], cuda.gridDim.x * n_rows):
             n = min(n_rows, rows.shape[0] - first)
             copy(rows, first, n, (thread, threads, width), room)
+            more(tables, first, n, (thread, threads, width), room)
             cuda.syncthreads()
             for k in range(pieces):
                 if mine < n:
@@ -84,6 +94,18 @@ def copy_in(rows, first, n, thread, room):
     while row < n:
         room[row, column] = rows[first + row, column]
         row, column = following(row, column, thread)
+
+
+@kernel
+def copy_beside_in(tables, first, n, thread, room):
+    """The same of the arrays that go beside the rows."""
+    for k in range(len(tables[-1])):
+        copy_in(tables[-1][k], first, n, thread, room[:, (k + 1) * thread[2] :])
+
+
+@kernel
+def copy_nothing_in(_tables, _first, _n, _thread, _room):
+    """Nothing goes beside the rows."""
 
 
 @kernel

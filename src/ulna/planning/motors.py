@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.dynamics.dynamics import Dynamics
-from ulna.dynamics.effort import as_effort_limits
+from ulna.dynamics.effort import as_effort_limits, as_torque_rates
 from ulna.errors import InputError
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.hand import HandLimits, as_hands
@@ -77,8 +77,15 @@ class Motors(NamedTuple):
     """Of the entries of q."""
     most: Array
     """Limits [Nm or N], shape (n_dof,); infinite for a joint without one."""
+    most_rate: Array
+    """Limits of how fast torques change, which a servo keeps [Nm/s or N/s], shape (n_dof,); infinite for none."""
     dynamic: float = 1.0
     """The share of what a limit leaves beside the torques at rest, which the motion is made with."""
+
+    @property
+    def limits_rates(self) -> bool:
+        """Whether the rate of a torque is limited."""
+        return bool((self.most_rate < np.inf).any())
 
     def same_as(self, other: object) -> bool:
         """Whether these are the motors of another motion of the same robot, which holds the same."""
@@ -191,21 +198,28 @@ class Motors(NamedTuple):
         return np.minimum(times[of] + shares * steps[of], timed.duration)
 
 
-def as_motors(torque: ArrayLike | None, tree: Tree, dynamics: Dynamics | None) -> Motors | None:
+def as_motors(
+    torque: ArrayLike | None, tree: Tree, dynamics: Dynamics | None, torque_rate: ArrayLike | None = None
+) -> Motors | None:
     """The limits of torques that a caller gives: those of the description for True, none for None or False.
+
+    torque_rate: The limits of their rates; None for none.
 
     Raises:
         InputError: They are neither a number above 0 nor one for each entry of q; or the description states none; or the robot of
             a motion is not known.
         InertiaError: A link that moves and has a shape has no inertia.
     """
-    if torque is None or (isinstance(torque, bool | np.bool_) and not torque):
+    if isinstance(torque, bool | np.bool_) and not torque:
+        torque = None
+    if torque is None and torque_rate is None:
         return None
     if dynamics is None:
         raise InputError("torque", "this motion is of a robot whose inertias are not known")
-    most = as_effort_limits(torque, tree)
+    most = np.full(tree.n_dof, np.inf) if torque is None else as_effort_limits(torque, tree)
+    most_rate = np.full(tree.n_dof, np.inf) if torque_rate is None else as_torque_rates(torque_rate, tree)
     dynamics.mechanism  # noqa: B018 - refuses a robot without inertias
-    return Motors(dynamics, tuple(entry_names(tree)), most)
+    return Motors(dynamics, tuple(entry_names(tree)), most, most_rate)
 
 
 def as_caps(

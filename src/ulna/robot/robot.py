@@ -1302,6 +1302,7 @@ class Robot(Forces):
         posture: ArrayLike | None = None,
         hand: HandLimits | Iterable[HandLimits] | None = None,
         torque: ArrayLike | None = None,
+        torque_rate: ArrayLike | None = None,
     ) -> Servo:
         """A servo: it steers the arm tick by tick, and certifies each command together with a full stop after it (docs/servo.md).
 
@@ -1325,6 +1326,8 @@ class Robot(Forces):
             hand: The greatest speed and angular speed of the hand, or of several links, at all times; no limit unless given.
             torque: The greatest torque of each joint [Nm or N], a number or n_dof numbers; for True the limits of effort of the
                 description. A tick is slower where it, or the stop after it, needs more. Torques are judged at samples.
+            torque_rate: How fast a torque may change [Nm/s or N/s], a number or n_dof numbers; no limit unless given. It limits
+                the jerks too, by the mass matrix. A Franka takes 1000 Nm/s.
 
         Raises:
             InputError: An argument that cannot be taken; its name is in the message.
@@ -1344,7 +1347,7 @@ class Robot(Forces):
         members = None if group is None else group_named(group, self.groups)
         asked = ServoRequest(
             rate, link, weights, held, members, velocity, acceleration, jerk, clearance, tracking_error, posture,
-            hand, torque, self._dynamics,
+            hand, torque, torque_rate, self._dynamics,
         )  # fmt: skip
         return Servo(self.tree, self._checker, world, asked)
 

@@ -53,7 +53,7 @@ from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
 from ulna.servo.entries import tick as entries
 from ulna.servo.hand_cap import are_slow, as_capped, pieces_of, share_of
-from ulna.servo.motor_cap import are_driven, most_loaded, share_driven, share_of_accelerations
+from ulna.servo.motor_cap import are_driven, driven_jerks, reach_of, share_of_accelerations
 from ulna.servo.servo_state import ROUNDING, ServoState
 
 Array = NDArray[np.float64]
@@ -84,6 +84,7 @@ class Request(NamedTuple):
     posture: ArrayLike | None
     hand: HandLimits | Iterable[HandLimits] | None
     torque: ArrayLike | None
+    torque_rate: ArrayLike | None
     dynamics: Dynamics
 
 
@@ -130,6 +131,9 @@ class Servo:
         own = np.where(tree.velocity_limits == 0.0, np.inf, tree.velocity_limits)  # 0 of a file is beside a given one no limit
         accelerations, jerks = _accelerations_of(tree, request.acceleration, request.jerk, still)
         tick = 1.0 / float(request.rate)
+        self._motors, self._driven = as_motors(request.torque, tree, request.dynamics, request.torque_rate), None
+        if self._motors is not None and self._motors.limits_rates:
+            jerks = driven_jerks(self._motors, tree, accelerations / tick if jerks is None else jerks)
         accelerations, ramp, least = _ramps(accelerations, jerks, tick)
         self._tree, self._checker, self._world = tree, checker, world
         link = tip_of(group) if request.link is None and group is not None else request.link
@@ -151,7 +155,6 @@ class Servo:
         # The goal and the report of a tick are read at once, and are no state.
         self._goal_q, self._goal_qd, self._report = np.zeros(n), np.zeros(n), TickReport.records()
         self._names, self._now, self._worst = entry_names(tree), ServoState.unstarted(n), 0.0
-        self._motors, self._driven = as_motors(request.torque, tree, request.dynamics), None
 
     @property
     def q(self) -> Array:
@@ -246,8 +249,10 @@ class Servo:
         if not are_slow(self._capped, pieces := pieces_of(None, after, self._settings)):
             raise InputError("qd", "a hand is faster than its limit, now or until the arm rests")
         if self._motors is not None and not are_driven(self._motors, pieces):
-            joint = self._names[most_loaded(self._motors, self._goal_q, (self._goal_qd, np.zeros_like(self._goal_qd)))]
-            raise InputError("q", f"the torque of {joint} is beyond its limit, now or until the arm rests")
+            torque = self._motors.torques(self._goal_q, self._goal_qd, np.zeros_like(self._goal_qd))
+            joint = self._names[int(reach_of(self._motors, None, 0.0).load(torque).argmax())]
+            what = f"the torque of {joint}{', or how fast it changes,' if self._motors.limits_rates else ''}"
+            raise InputError("q", f"{what} is beyond its limit, now or until the arm rests")
         command = self._command(after)
         self._now, self._worst = after, 0.0
         return command
@@ -336,8 +341,11 @@ class Servo:
         stopping, of_stop = self._run(REST, _NO_HANDS, ticks), copied(self._report)
         stop = stopping.joints["qd"] + stopping.joints["qdd"] * lead
         share = share_of(self._capped, q, stop, left)
+        most_loaded = None
         if self._motors is not None and not driven:
-            share = min(share, share_driven(self._motors, q, _moving(stopping), as_found))
+            reach = reach_of(self._motors, now, settings[0].period)
+            of_stopping, of_found = (self._motors.torques(q, *moving) for moving in (_moving(stopping), as_found))
+            share, most_loaded = min(share, reach.share(of_stopping, of_found)), int(reach.load(of_found).argmax())
         for smaller in (share, 0.5 * share) if share > 0.0 else ():
             self._goal_qd[:] = stop + smaller * (left - stop)
             slower = self._run(VELOCITY, _NO_HANDS, ticks)
@@ -347,8 +355,8 @@ class Servo:
             slower, self._report = stopping, of_stop
         if self._report[0].status in {FOLLOWING, BRAKING}:
             self._report["status"] = LIMITED_BY_VELOCITY if driven else LIMITED_BY_TORQUE
-            if self._motors is not None and not driven:
-                self._report["entry"] = most_loaded(self._motors, q, as_found)
+            if most_loaded is not None:
+                self._report["entry"] = most_loaded
         return slower
 
     def _keeps_caps(self, before: Records[JointState], after: ServoState) -> bool:
@@ -458,8 +466,9 @@ class Servo:
         """The limits with accelerations that the motors can have at once, each either way, where the arm is."""
         if self._driven is None or self._driven.of is not self._now:
             limits, joints = self._limits.copy(), self._now.joints
-            share, motor = share_of_accelerations(motors, joints["q"], joints["qd"], limits["acceleration"])
+            share, motor = share_of_accelerations(motors, joints, limits["acceleration"], limits["jerk"])
             limits["acceleration"] *= share
+            limits["jerk"] *= share if motors.limits_rates else 1.0
             limits.setflags(write=False)
             self._driven = _Drivable(self._now, limits, share, motor)
         return self._driven

@@ -30,29 +30,39 @@ def holding_torques(mechanism, gravity, turn_rows, rows, torque_rows):
         rows: ``FallRows`` to work in.
         torque_rows: One row for each entry of q.
     """
-    joints, bodies, like = mechanism.joints, mechanism.bodies, load(turn_rows, 0)
-    store_vector(rows.falls, 0, (splat(gravity[0], like), splat(gravity[1], like), splat(gravity[2], like)))
+    joints, like = mechanism.joints, load(turn_rows, 0)
+    fall = splat(gravity[0], like), splat(gravity[1], like), splat(gravity[2], like)
+    store_vector(rows.falls, 0, fall)
     for i in range(joints.shape[0]):
-        pose = turned_joint_pose(joints, i, turn_rows)
+        parent, pose = int(joints[i, PARENT]), turned_joint_pose(joints, i, turn_rows)
         store_pose(rows.poses, i, pose)
-        store_vector(rows.falls, 3 * (i + 1), rotate_inverse(pose, load_vector(rows.falls, 3 * (int(joints[i, PARENT]) + 1))))
-        store(rows.masses, i, splat(bodies[i, MASS], like))
+        if parent != i - 1:  # else it is the fall before
+            fall = load_vector(rows.falls, 3 * (parent + 1))
+        fall = rotate_inverse(pose, fall)
+        store_vector(rows.falls, 3 * (i + 1), fall)
+        store(rows.masses, i, splat(mechanism.bodies[i, MASS], like))
         for k in range(3):
-            store(rows.moments, 3 * i + k, splat(bodies[i, MOMENT + k], like))
+            store(rows.moments, 3 * i + k, splat(mechanism.bodies[i, MOMENT + k], like))
     clear(torque_rows, like)
+    zero = splat(0.0, like)
+    held = zero, (zero, zero, zero)
     for k in range(joints.shape[0]):
-        hold(joints, joints.shape[0] - 1 - k, rows, torque_rows)
+        held = hold(joints, joints.shape[0] - 1 - k, held, rows, torque_rows)
 
 
 @kernel
-def hold(joints, i, rows, torque_rows):
-    """Step 2 of one joint."""
-    parent, mass = int(joints[i, PARENT]), load(rows.masses, i)
-    fall, moment = load_vector(rows.falls, 3 * (i + 1)), load_vector(rows.moments, 3 * i)
+def hold(joints, i, held, rows, torque_rows):
+    """Step 2 of one joint: the mass and the moment that the joint before it holds, of those that the joint after it handed on."""
+    mass, moment = load(rows.masses, i) + held[0], plus(load_vector(rows.moments, 3 * i), held[1])
+    fall, parent = load_vector(rows.falls, 3 * (i + 1)), int(joints[i, PARENT])
     along = -mass * fall[2] if int(joints[i, KIND]) == PRISMATIC else moment[1] * fall[0] - moment[0] * fall[1]
     add_to(torque_rows, int(joints[i, COLUMN]), along * joints[i, RATIO])
-    if parent >= 0:
-        pose = load_pose(rows.poses, i)
-        add_to(rows.masses, parent, mass)
-        moved = plus(load_vector(rows.moments, 3 * parent), add_scaled(rotate(pose, moment), mass, origin(pose)))
-        store_vector(rows.moments, 3 * parent, moved)
+    pose = load_pose(rows.poses, i)
+    moment = add_scaled(rotate(pose, moment), mass, origin(pose))
+    if parent != i - 1:
+        if parent >= 0:
+            add_to(rows.masses, parent, mass)
+            store_vector(rows.moments, 3 * parent, plus(load_vector(rows.moments, 3 * parent), moment))
+        mass = splat(0.0, along)
+        moment = mass, mass, mass
+    return mass, moment
