@@ -50,8 +50,8 @@ def strip(file: Path) -> None:
             continue
         is_asset = parent.tag == "asset" and element.tag in _ASSETS
         is_made_of_one = parent.tag != "default" and (element.get("mesh") or element.get("type") in {"mesh", "hfield", "sdf"})
-        is_made_of_one |= element.tag == "geom" and element.get("class") in meshes - {None}
-        if is_asset or is_made_of_one or element.tag in {"flexcomp", "pair", "keyframe"}:
+        by_class = element.tag == "geom" and element.get("class") in meshes - {None}
+        if is_asset or is_made_of_one or by_class or element.tag in {"flexcomp", "pair", "keyframe"}:
             parent.remove(element)
             continue
         for name in _USERS & set(element.attrib):

@@ -124,6 +124,25 @@ numbers in an origin (`bike`, `microtaur`), two documents in one (`humanoid`), a
 crossed limits (`biped2d_pybullet`), an end tag that is missing (Klampt's `human_hand`). Drake's own parser takes more than ROS's:
 revolute joints without limits (`cassie_v2`, `acrobot`, `kuka_iiwa_robot`, `arm`, `joint_parsing_test`), a link `world` that is
 not in the file (`Acrobot`, `Acrobot_unicode`). Files of its tests have several roots (6), a ball joint, and no XML at all.
+
+### Models of MuJoCo
+
+`benchmarks/mjcf_files.py FOLDER` compares each MJCF model below a folder with MuJoCo's own compiled model (4.0.0): poses of all
+bodies and geoms at 20 random configurations to 1e-12, types and limits of joints, and all shapes. What is not equal is refused by
+name. Read once for this page:
+
+| collection | models | equal | refused | not compiled by MuJoCo | largest difference |
+|---|---:|---:|---:|---:|---:|
+| [MuJoCo Menagerie](https://github.com/google-deepmind/mujoco_menagerie), commit 75df466b | 198 | 167 | 29 | 2 | 5.7e-15 |
+| dm_control 1.0.50 | 63 | 53 | 6 | 4 | 8.3e-15 |
+| robosuite 1.5.2 | 56 | 51 | 4 | 1 | 6.6e-15 |
+| gymnasium-robotics 1.4.2 | 37 | 17 | 16 | 4 | 5.2e-15 |
+| dm-robotics-panda 0.4.8 | 2 | 2 | 0 | 0 | 4.9e-15 |
+
+Refused are equalities that close loops (in grippers such as the Robotiq 2F-85 and that of the xArm 7, in Cassie, Fetch and
+ToddlerBot), tendons that hold joints (the hands of Shadow and Aero, `fish`, `ball_in_cup`) and a ball joint. Where a mesh or a
+texture was absent or larger than 4 MB, 46 models of the first row and 7 of the others were read without these. The poses are
+those of the model's own numbers: MuJoCo by itself takes a geom within 1e-6 of its body's frame or center of mass to be there.
 """
 
 
