@@ -137,6 +137,7 @@ TYPES = {
     "distance.box_sat.edge_gaps": {**_each("t h", ANGLE), "r": TWO_VECTORS},
     "distance.box_sat.widest_of_edges": {"edges": TWO_VECTORS},
     "distance.epa": {"common_point": VECTOR, "z": VECTOR},
+    "distance.epa.points_needed": {**_each("n m", WHOLE)},
     "distance.epa.with_penetration": {"contact": DISTANCE, "inside": NUMBER},
     "distance.epa_polytope.set_face": {"f": WHOLE},
     "distance.epa_polytope.toggle_edge": {**_each("i j", NUMBER)},

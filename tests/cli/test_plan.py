@@ -10,6 +10,7 @@ import ulna
 
 RIGHT = "-1,-pi/4,0,-3pi/4,0,pi/2,pi/4"
 LEFT = "1,-pi/4,0,-3pi/4,0,pi/2,pi/4"
+WEAK = "8,60,8,45,8,14,3"  # Nm
 
 
 @pytest.fixture
@@ -50,6 +51,35 @@ def test_a_terminal_shows_the_time_and_the_checked_edges_of_a_search_and_a_pipe_
     assert re.search(r"planning .*0:00:\d\d.* [1-9]\d* edges checked", shown.stderr)
     assert "certified free" in piped.stdout
     assert "certified free" in shown.stdout
+
+
+def test_a_motion_keeps_torques_with_what_the_arm_holds_as_it_is_mounted(run):
+    motion = "plan", "--to", LEFT, "--acceleration", "15"
+    part = "--payload", "3kg@0,0,0.1"
+    free, limited, held = (
+        json.loads(run(*motion, "--json", *more).stdout) for more in ((), ("--effort", WEAK), ("--effort", WEAK, *part))
+    )
+    assert "torque" not in free["check"]
+    assert free["duration"] < limited["duration"] < held["duration"]
+    assert all("the torque of panda_joint" in one["check"] for one in (limited, held))
+    on_wall = run(*motion, "--effort", WEAK, *part, "--mount", "wall")
+    assert on_wall.exit_code == 2
+    assert "panda_joint1 needs" in on_wall.stderr
+    panda = ulna.load("panda").with_attached(
+        "part", ulna.Sphere(0.0), ulna.pose((0, 0, 0.1)), mass=3.0, touch_links=["panda_link8"]
+    )
+    peer = panda.plan(panda.home, held["path"][-1]).trajectory(acceleration=15.0, torque=[float(x) for x in WEAK.split(",")])
+    assert held["duration"] == pytest.approx(peer.duration, rel=1e-6)
+
+
+def test_loads_without_a_limit_of_torque_are_refused(run):
+    for more in (("--payload", "3"), ("--mount", "wall"), ("--gravity", "0,0,-3")):
+        result = run("plan", "--to", LEFT, *more)
+        assert result.exit_code == 2
+        assert "--torque or --effort" in result.stderr
+    result = run("plan", "--to", LEFT, "--torque", "--payload", "30kg@0,0,0.1")
+    assert result.exit_code == 2
+    assert re.search(r"--torque: panda_joint\d needs .* to hold the robot still", result.stderr)
 
 
 def test_one_goal_is_expected(run):

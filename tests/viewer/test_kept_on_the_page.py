@@ -102,12 +102,18 @@ def test_a_clicked_link_says_what_it_is_is_hidden_narrowed_and_carries_an_obstac
     wait_to_see(page, lambda: view.session.robot.attached and not view.world.names, "an attached crate")
     before = wait_to_see(page, lambda: view.arm.attached.get("crate"), "the crate on the arm")
     page.get_by_text("Attached: crate to").wait_for()
+    type_in(page, "Mass of crate", "2.5")
+    wait_to_see(page, lambda: view.session.robot.attached[0].inertia, "a crate with a mass")
+    page.get_by_text("with 2.5 kg").wait_for()
+    one = view.session.robot.attached[0]
+    held = panda.with_attached(one.name, one.shape, one.T_link_object, link=one.link, mass=2.5)
+    assert np.array_equal(view.session.robot.gravity_torque(panda.home), held.gravity_torque(panda.home))
     page.get_by_role("button", name="Put crate down").click()
     wait_to_see(page, lambda: not view.session.robot.attached and view.world.names == ("crate",), "a crate that is put down")
     np.testing.assert_allclose(view.world.pose("crate"), ulna.pose((0.5, -0.4, 0.05)), atol=1e-12)
     wait_to_see(page, lambda: before not in view.arm.attached.values(), "an arm without the crate")
     history = view.obstacles.history
-    for left in (3, 2, 1, 0):
+    for left in (4, 3, 2, 1, 0):
         page.get_by_role("button", name="Undo").click()
         wait_to_see(page, lambda left=left: history._n_done == left, "a step less")
     wait_to_see(page, lambda: view.session.robot is panda and view.arm.looks[link].visible, "the arm as it was")

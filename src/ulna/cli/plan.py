@@ -14,6 +14,7 @@ from rich.progress import TextColumn, TimeElapsedColumn
 from ulna.cli.cell import CheckedRobot, Obstacles
 from ulna.cli.depends import Json, as_options, command, defaults_of
 from ulna.cli.keeps import KeepTexts, keep_of
+from ulna.cli.loads import MotorLoads
 from ulna.cli.options import Degrees, HandAcceleration, HandSpeed, Jerk, LinkName, Seed, hand_of, named_or_hand
 from ulna.cli.output import Data, Output, PlotFile, attributes, make_table, number, write_figure
 from ulna.cli.targets import HOME, RPY, XYZ, Start, TargetPose, numbers, positions, state_of, target_pose, words
@@ -85,6 +86,7 @@ PLAN_KEYS = (
 @command
 def plan(
     robot: CheckedRobot,
+    loads: MotorLoads,
     *,
     start: Start = None,
     to: Goal = None,
@@ -136,6 +138,7 @@ def plan(
     else:
         link = tip_of(members) if members and link is None else named_or_hand(robot, link=link, as_json=as_json)
         goal = target_pose(robot, link, xyz, target)
+    robot = loads.on(robot, link)
     keeps = [keep_of(text, degrees=degrees) for text in keep or ()]
     options = {
         "keep": "--keep",
@@ -156,9 +159,11 @@ def plan(
             own = robot.acceleration_limits
             accelerations = np.where(np.isinf(own), _ACCELERATION, own)
         velocities = None if limits is not None and velocity is None else _velocities(robot, velocity)
-        with as_options({name: f"--{name}" for name in ("limits", "velocity", "acceleration", "jerk", "period")}):
-            hand = hand_of(robot, hand_speed, hand_acceleration, link)
-            motion = found.trajectory(velocity=velocities, acceleration=accelerations, jerk=jerk, limits=limits, hand=hand)
+        with as_options({name: f"--{name}" for name in ("limits", "velocity", "acceleration", "jerk", "period", "torque")}):
+            hand, most = hand_of(robot, hand_speed, hand_acceleration, link), loads.limits(robot)
+            motion = found.trajectory(
+                velocity=velocities, acceleration=accelerations, jerk=jerk, limits=limits, hand=hand, torque=most
+            )
             if csv is not None:
                 motion.to_csv(csv, period=period)
         if plot is not None:

@@ -10,30 +10,17 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from ulna.cli.depends import as_options, command
+from ulna.cli.loads import Effort, PayloadText, effort_limits, holding, payload_of
 from ulna.cli.mount import FreeFall, mounted
 from ulna.cli.options import AnyRobot, Degrees, Link
 from ulna.cli.output import Q_KEYS, Output, data_of_q, make_table, number, title
-from ulna.cli.targets import XYZ, Q, numbers, words
-from ulna.description.pose import pose
-from ulna.description.shapes import Sphere
-from ulna.dynamics.effort import known_limits, without_limit
-from ulna.errors import InputError
+from ulna.cli.targets import Q, numbers
 from ulna.robot import Robot
 from ulna.robot.coordinates import Coordinate, coordinates_of
 
 Array = NDArray[np.float64]
-PayloadText = Annotated[
-    str | None,
-    typer.Option(
-        "--payload", metavar="MASS@X,Y,Z", help="A part, as 3kg@0,0,0.1: its mass, and its center in the frame of --link."
-    ),
-]
 Velocities = Annotated[str | None, typer.Option("--qd", metavar="NUMBERS", help="Joint velocities; at rest unless given.")]
 Accelerations = Annotated[str | None, typer.Option("--qdd", metavar="NUMBERS", help="Joint accelerations; 0 unless given.")]
-Effort = Annotated[
-    str | None,
-    typer.Option(metavar="NUMBERS", help="Limits in Nm or N, one or one for each joint, in place of the description's."),
-]
 
 TORQUE_KEYS = (
     f"{Q_KEYS}; link; gravity; mass and center: of the payload, in the frame of the link; joints; units: Nm or N; torque; "
@@ -64,8 +51,8 @@ def torque(
     robot = mounted(robot, free_fall)
     mass, center = payload_of(payload)
     rates = [_rates(option, text, robot, degrees=degrees) for option, text in (("--qd", qd), ("--qdd", qdd))]
-    unknown, most = _limits(robot, effort)
-    held = robot.with_attached("--payload", Sphere(0.0), pose(center), link=link, mass=mass)
+    unknown, most = effort_limits(robot, effort)
+    held = holding(robot, mass, center, link)
     with as_options({"com": "--payload"}):
         torques = held.inverse_dynamics(q, *(np.zeros(robot.n_dof) if rate is None else rate for rate in rates))
         bears = robot.payload(q, *rates, com=center, link=link, torque=most, by_joint=True)
@@ -92,34 +79,11 @@ def torque(
     return Output(data, torque_table, status=0 if holds else 1)
 
 
-def payload_of(text: str | None) -> tuple[float, list[float]]:
-    """The mass [kg] and the center [m] of "3kg@0,0,0.1"; nothing at the origin without a text."""
-    if text is None:
-        return 0.0, [0.0, 0.0, 0.0]
-    mass, at, place = text.partition("@")
-    (weight,) = numbers("--payload", mass.strip().removesuffix("kg"), [Coordinate("mass in kg", "kg")])
-    if weight < 0.0:
-        raise InputError("--payload", f"{text!r}; a mass of at least 0 is expected, as 3kg@0,0,0.1")
-    return weight, numbers("--payload", place, XYZ) if at else [0.0, 0.0, 0.0]
-
-
 def _rates(option: str, text: str | None, robot: Robot, *, degrees: bool) -> Array | None:
     if text is None:
         return None
     entries = [Coordinate(each.name, each.unit if degrees else "", each.type) for each in coordinates_of(robot)]
     return np.array(numbers(option, text, entries, degrees=degrees))
-
-
-def _limits(robot: Robot, effort: str | None) -> tuple[tuple[str, ...], Array]:
-    """The joints without a known limit, and the limits, infinite there."""
-    if effort is None:
-        return without_limit(robot.tree), known_limits(robot.tree)
-    names = [each.name for each in coordinates_of(robot)]
-    one = len(words(effort)) == 1
-    given = numbers("--effort", effort, [Coordinate(name, "") for name in (["all joints"] if one else names)])
-    if min(given, default=1.0) <= 0.0:
-        raise InputError("--effort", f"{min(given):g}; limits above 0 are expected")
-    return (), np.broadcast_to(given, robot.n_dof).astype(np.float64)
 
 
 def torque_table(data) -> Iterator[RenderableType]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import viser
 
+from ulna.collision.attached import Attached
 from ulna.description.pose import rpy_from_matrix
 from ulna.description.robot_description import Joint, JointType
 from ulna.errors import count_of
@@ -19,6 +20,7 @@ from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import TypedFields, refusals_shown
 
 _NONE = "none"
+_MASS = "Mass"
 _OF_ONE = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 _LABELS = "Lower limit", "Upper limit", "Velocity limit", "Acceleration limit"
 _PLURALS = {"box": "boxes", "mesh": "meshes", "convexmesh": "convex meshes"}
@@ -32,6 +34,7 @@ class LinkPanel:
         gui: The panel, to which it is added.
         session: The robot.
         limit: Called with a joint, a quantity and its new limit.
+        weigh: Called with a link and the mass [kg] of what it holds.
         acts: By the label of a button, what it does with the link; its name is called with the link too, and is hidden if empty.
         moved: Called when another link is chosen, or a value was typed.
     """
@@ -41,16 +44,18 @@ class LinkPanel:
         gui: viser.GuiApi,
         session: Session,
         limit: Callable[[str, str, float], object],
+        weigh: Callable[[str, float], object],
         acts: tuple[tuple[Callable[[str], str], Act], ...],
         moved: Callable[[], None],
     ) -> None:
-        self._session, self._limit, self._moved, self.chosen = session, limit, moved, ""
+        self._session, self._limit, self._weigh, self._moved, self.chosen = session, limit, weigh, moved, ""
         self._acts = acts
         robot = session.robot
         self._joints = {joint.child: joint for joint in robot.description.joints}
         with gui.add_folder("Link", visible=False) as self.folder:
             self.facts = gui.add_html("")
             self.buttons = [gui.add_button(" ", visible=False) for _ in acts]
+            self.mass = gui.add_number(_MASS, 0.0, min=0.0, step=0.001, visible=False, hint="In kg; it counts in the torques")
             self.close = gui.add_button("Close", color="gray")
             with gui.add_folder("Limits of its joint", expand_by_default=False) as self.limits:
                 hint = "In rad or m, and seconds; 0 for no limit of a rate"
@@ -58,7 +63,7 @@ class LinkPanel:
                     quantity: gui.add_number(label, 0.0, step=0.001, visible=False, hint=hint)
                     for quantity, label in zip(QUANTITIES, _LABELS, strict=True)
                 }
-        self._typed = TypedFields(tuple(self.fields.values()), moved, lambda: self.chosen)
+        self._typed = TypedFields((*self.fields.values(), self.mass), moved, lambda: self.chosen)
         for button, (_, act) in zip(self.buttons, acts, strict=True):
             button.on_click(lambda event, act=act: self._do(act, event.client))
         self.close.on_click(lambda _: self.choose(""))
@@ -79,9 +84,11 @@ class LinkPanel:
         typed = self._typed.take()
         for edit in typed:
             joint = self._joints.get(edit.chosen)
-            quantity = next(name for name, field in self.fields.items() if field is edit.field)
+            quantity = next((name for name, field in self.fields.items() if field is edit.field), None)
             with refusals_shown(edit.client, "Not changed"):
-                if joint is not None:
+                if quantity is None:
+                    self._weigh(edit.chosen, edit.value)
+                elif joint is not None:
                     is_none = edit.value == 0.0 and quantity in QUANTITIES[2:]
                     self._limit(joint.name, quantity, np.inf if is_none else edit.value)
         return bool(typed)
@@ -96,6 +103,11 @@ class LinkPanel:
         self.folder.label = link
         joint = self._joints.get(link)
         self.facts.content = facts(_facts_of(robot, session.q, link, joint))
+        held = held_by(robot, link)
+        self.mass.visible = held is not None
+        if held is not None:
+            self.mass.label = f"{_MASS} of {held.name}"
+            self._typed.write(self.mass, 0.0 if held.inertia is None else round(held.inertia.mass, 4))
         column = robot.joint_slices[robot.joint_names.index(joint.name)].start if _is_limited(robot, joint) else None  # type: ignore[union-attr]
         limits = {} if column is None else limits_of(robot, column)
         self.limits.visible = bool(limits)
@@ -114,6 +126,11 @@ class LinkPanel:
             if self.chosen:
                 act(self.chosen)
         self._moved()
+
+
+def held_by(robot: Robot, link: str) -> Attached | None:
+    """What was last attached to a link."""
+    return next((one for one in reversed(robot.attached) if one.link == link), None)
 
 
 def _is_limited(robot: Robot, joint: Joint | None) -> bool:

@@ -22,7 +22,7 @@ from ulna.viewer.compiler import Compiler, rehearsals
 from ulna.viewer.front import FrontTabs
 from ulna.viewer.html import copyable, small_text
 from ulna.viewer.joint_sliders import JointSliders
-from ulna.viewer.link_panel import LinkPanel
+from ulna.viewer.link_panel import LinkPanel, held_by
 from ulna.viewer.loop import Loop
 from ulna.viewer.move_panel import ConfigurationPanel, HandPanel
 from ulna.viewer.obstacles import Obstacles
@@ -107,7 +107,7 @@ class View:
             (self._words_to_put_down, self._put_down),
             (lambda link: "Show this link" if link in self.arm.hidden else "Hide this link", self._hide),
         )
-        self.link = LinkPanel(server.gui, session, self._set_limit, acts, self._happened)
+        self.link = LinkPanel(server.gui, session, self._set_limit, self._weigh, acts, self._happened)
         self.arm.on_click(self.link.choose)
         tabs = server.gui.add_tab_group()
         self.steer = self._add_steering(tabs, jerk, on=True) if steer else None  # the first tab is the one that is open
@@ -396,6 +396,12 @@ class View:
         T = inverse(self.session.robot.forward_kinematics(self.session.q, link=link)) @ entry.T
         held = Attached(name, entry.shape, T, link, entry.touch_links)  # type: ignore[arg-type]
         self._change(self.changes._replace(attached=(*self.changes.attached, held)), (name,))
+
+    def _weigh(self, link: str, mass: float) -> None:
+        """Give what a link holds a mass [kg], spread over its shape; none for 0."""
+        held = held_by(self.session.robot, link)
+        if held is not None:
+            self._change(self.changes.with_mass(held, mass))
 
     def _words_to_put_down(self, link: str) -> str:
         names = [held.name for held in self.changes.attached if held.link == link]

@@ -2,14 +2,15 @@
 
 import numpy as np
 
-from ulna.engine.decorators import entry, workspace
+from ulna.engine.decorators import entry, kernel, workspace
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRIX, NUMBER, WHOLE, Group
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import CONTACT_WIDTH, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH, PLANE_WIDTH, PLANES
 from ulna.kernels.collision.contacts import copy_row, find_near_pairs, order_of_rows, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
 from ulna.kernels.collision.scene import BOXES, SHAPES, Near, NearPairs, Planes
-from ulna.kernels.distance.epa import SCRATCH
+from ulna.kernels.distance.epa import EDGES, FACES, points_needed
+from ulna.kernels.distance.epa_polytope import FACE_WIDTH, POINT_WIDTH
 from ulna.kernels.spatial.elementary import all_in_range
 
 _FOUND = Group((INDICES, INDEX_ROWS, MATRIX, MATRIX), NearPairs)
@@ -73,9 +74,21 @@ def near_each(scene, n_objects, q, within, found):
 
 
 @workspace
-def scratch_of_epa():
-    """The arrays that EPA writes to: points, faces and edges."""
-    return np.empty(SCRATCH[0]), np.empty(SCRATCH[1]), np.empty(SCRATCH[2])
+def scratch_of_epa(scene):
+    """The arrays that EPA writes to: points, faces and edges, as many as polytopes of the scene's shapes can have.
+
+    No larger, since the memory of large arrays goes back to the system after each call, which takes longer than the call.
+    """
+    n = points_needed(row_count(scene.vertices), row_count(scene.points))
+    return np.empty((n, POINT_WIDTH)), np.empty((FACES * n, FACE_WIDTH)), np.empty((EDGES * n, 2))
+
+
+@kernel
+def row_count(vertices):
+    """The number of vertices; 0 where there are none since all shapes are boxes."""
+    if vertices is None:
+        return 0
+    return vertices.shape[0]
 
 
 @workspace
@@ -86,5 +99,5 @@ def near_of(scene, room, n_objects):
         np.empty((room + 1, CONTACT_WIDTH)), np.empty((room, PAIR_WIDTH), np.int64), np.empty(n_objects, np.int64),
         np.empty(STACK, np.int64), np.empty(STACK), np.empty(0),
         Planes(np.empty((PLANES * scene.bodies.shape[0], PLANE_WIDTH)), np.zeros(scene.bodies.shape[0], np.int64)),
-        scratch_of_epa(),
+        scratch_of_epa(scene),
     )  # fmt: skip

@@ -24,7 +24,7 @@ def nearest_batch(scene, q, out):
     q_rows, best_rows = zero_rows(max(1, q.shape[1])), empty_rows(3)
     joint_rows, body_rows = empty_rows(12 * joints.shape[0]), empty_rows(12 * bodies.shape[0])
     stack, heights, bound_rows = np.empty(STACK, np.int64), np.empty(STACK), empty_rows(6 * bodies.shape[0])
-    scratch = scratch_of_epa()
+    scratch = scratch_of_epa(scene)
     good = True
     for start in range(0, n, WIDTH):
         gather(q, start, q_rows)

@@ -26,8 +26,6 @@ from ulna.kernels.distance.body_records import Core
 from ulna.kernels.distance.box_sat import relative_pose
 from ulna.kernels.distance.epa_polytope import (
     FACE_WIDTH,
-    MAX_EDGES,
-    MAX_FACES,
     MAX_POINTS,
     POINT_WIDTH,
     across,
@@ -56,14 +54,25 @@ from ulna.kernels.spatial.vectors import (
     z_axis,
 )
 
-SCRATCH = (MAX_POINTS, POINT_WIDTH), (MAX_FACES, FACE_WIDTH), (MAX_EDGES, 2)  # shapes of the points, faces and edges
+FACES, EDGES = 2, 3  # of a polytope, at most so many times its points: no closed surface of triangles has more
+SCRATCH = (MAX_POINTS, POINT_WIDTH), (FACES * MAX_POINTS, FACE_WIDTH), (EDGES * MAX_POINTS, 2)  # shapes for any two cores
 _EXACT = 1e-10  # of the bodies' size: the bounds have converged; much smaller faces have no usable normals
 _TOUCHING = 1e-9  # of the bodies' size: a surface point so near to the origin gives no direction
 _CLEARANCE = 1e-3  # of the bodies' size
 _ROUNDS = 8
+_OF_BOX = 8  # corners
 _CURVED = 160  # points of a polytope within a curved set, whose faces have no end
 _DIRECTIONS, _SECTIONS, _GOLDEN = 64, 40, 0.6180339887498949
 _LEVEL = 1e-13  # of the bodies' size: a point no higher than this above a face does not see it
+
+
+@kernel
+def points_needed(n, m):
+    """The number of points for which a polytope needs room, where hulls have n vertices in all, and those of others m.
+
+    A Minkowski difference has at most as many corners as the product of those of its two cores; a box has eight.
+    """
+    return min(MAX_POINTS, max(_CURVED, max(n, _OF_BOX) * max(n, m, _OF_BOX)))
 
 
 @kernel
@@ -118,7 +127,7 @@ def core_depth(core_a, core_b, relative, common_point, scratch):
     if flat:
         return 0.0, common_point, normal
     n_points, n_faces, depth = 4, 4, 1e300
-    most = _CURVED if (core_a.kind == CYLINDER) | (core_b.kind == CYLINDER) else MAX_POINTS
+    most = _CURVED if (core_a.kind == CYLINDER) | (core_b.kind == CYLINDER) else points.shape[0]
     while n_points < most:
         face = lowest_face(faces, n_faces)
         n = (faces[face, 3], faces[face, 4], faces[face, 5])
@@ -134,7 +143,7 @@ def core_depth(core_a, core_b, relative, common_point, scratch):
             if farthest(cores, n, points, n_points) - distance <= _EXACT * size:
                 return distance, p, n
         n_faces, n_edges = remove_visible(points, n_points, faces, n_faces, edges, _LEVEL * size)
-        if n_edges == 0 or n_faces + n_edges > MAX_FACES:
+        if n_edges == 0 or n_faces + n_edges > faces.shape[0]:
             break
         for k in range(n_edges):
             set_face(points, faces, n_faces + k, int(edges[k, 0]), int(edges[k, 1]), n_points)

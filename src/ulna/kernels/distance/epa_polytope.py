@@ -9,8 +9,7 @@ from ulna.engine.lanes import sqrt
 from ulna.kernels.distance.gjk import difference
 from ulna.kernels.spatial.vectors import add_scaled, cross, dot, minus, scaled
 
-MAX_POINTS, MAX_FACES = 4096, 8192
-MAX_EDGES = 3 * MAX_FACES // 2  # of all faces together, so there is always room
+MAX_POINTS = 4096
 POINT_WIDTH, FACE_WIDTH = 6, 7
 _TETRAHEDRON = (0, 1, 2), (1, 0, 3), (2, 1, 3), (0, 2, 3)
 _FLAT = 1e-13  # of the bodies' size: a set so thin has no volume
@@ -149,7 +148,7 @@ def toggle_edge(edges, n_edges, i, j):
         if edges[k, 0] == j and edges[k, 1] == i:
             edges[k, 0], edges[k, 1] = edges[n_edges - 1, 0], edges[n_edges - 1, 1]
             return n_edges - 1
-    if n_edges < MAX_EDGES:
+    if n_edges < edges.shape[0]:
         edges[n_edges, 0], edges[n_edges, 1] = i, j
         n_edges += 1
     return n_edges

@@ -9,7 +9,7 @@ The normal is a unit vector from a to b, and witness_b - witness_a = signed dist
 Two bodies overlap unless it is certain that they are farther apart than ``CONTACT`` times their sizes: touching is contact. Their
 distance is then zero, so that the sign of the distance agrees with the overlap test.
 
-The scratch is three arrays, which the entry owns, of the shapes in ``epa.SCRATCH``.
+The scratch is three arrays, which the entry owns: points, faces and edges for ``epa``.
 """
 
 from ulna.engine.decorators import kernel, routine, shared_routine

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ulna.collision.attached import Attached
+from ulna.description.inertias import Payload
 from ulna.description.pose import rpy_from_matrix
+from ulna.errors import InputError
 from ulna.robot import Robot
 
 QUANTITIES = ("lower", "upper", "velocity", "acceleration")
@@ -39,8 +42,24 @@ class Changes(NamedTuple):
         if self.limits:
             robot = robot.with_limits(**self.limits)  # type: ignore[arg-type]
         for one in self.attached:
-            robot = robot.with_attached(one.name, one.shape, one.T_link_object, link=one.link, touch_links=one.touch_links)
+            options = {"link": one.link, "touch_links": one.touch_links, "mass": _mass(one)}
+            robot = robot.with_attached(one.name, one.shape, one.T_link_object, **options)
         return robot
+
+    def with_mass(self, held: Attached, mass: float) -> Changes:
+        """With another mass [kg] of an attached object, spread over its shape; none for 0.
+
+        Raises:
+            InputError: The object came with the robot, or no body has this mass.
+        """
+        if held.name not in {one.name for one in self.attached}:
+            raise InputError(
+                "mass", f"{held.name!r} came with the robot: with_attached(..., mass=) gives it another in a program"
+            )
+        inertia = Payload(mass or None).of(held.shape)
+        return self._replace(
+            attached=tuple(replace(one, inertia=inertia) if one.name == held.name else one for one in self.attached)
+        )
 
     def with_limit(self, robot: Robot, quantity: str, joint: str, value: float) -> Changes:
         """With another limit of a joint of the robot as it was; its own limit is no change."""
@@ -59,7 +78,8 @@ class Changes(NamedTuple):
         for one in self.attached:
             T = one.T_link_object
             place = f"ulna.pose({T[:3, 3].tolist()}, {list(map(float, rpy_from_matrix(T)))})"
-            calls.append(f".with_attached({one.name!r}, ulna.{one.shape!r}, {place}, link={one.link!r})")
+            mass = "" if _mass(one) is None else f", mass={_mass(one):g}"
+            calls.append(f".with_attached({one.name!r}, ulna.{one.shape!r}, {place}, link={one.link!r}{mass})")
         return "".join(["robot", *calls])
 
     def in_words(self) -> str:
@@ -68,7 +88,9 @@ class Changes(NamedTuple):
         words = {
             "These links may touch": [" and ".join(pair) for pair in self.allowed],
             "Narrower limits": joints,
-            "Attached": [f"{one.name} to {one.link}" for one in self.attached],
+            "Attached": [
+                f"{one.name} to {one.link}" + ("" if _mass(one) is None else f" with {_mass(one):g} kg") for one in self.attached
+            ],
         }
         return ". ".join(f"{what}: {', '.join(each)}" for what, each in words.items() if each)
 
@@ -77,3 +99,8 @@ def limits_of(robot: Robot, column: int) -> dict[str, float]:
     """The limits of an entry of q, by quantity; a missing limit is infinite."""
     values = robot.lower, robot.upper, robot.velocity_limits, robot.acceleration_limits
     return {name: float(each[column]) for name, each in zip(QUANTITIES, values, strict=True)}
+
+
+def _mass(one: Attached) -> float | None:
+    """The mass of an attached object [kg]; None for one that is taken as weightless."""
+    return None if one.inertia is None else one.inertia.mass

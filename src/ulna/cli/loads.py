@@ -1,0 +1,94 @@
+"""Reads what an arm holds and what its motors can do: ``--payload``, ``--effort``, ``--torque``."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import typer
+from numpy.typing import ArrayLike, NDArray
+
+from ulna.cli.depends import Depends
+from ulna.cli.mount import FreeFall, mounted
+from ulna.cli.targets import XYZ, numbers, words
+from ulna.description.pose import pose
+from ulna.description.shapes import Sphere
+from ulna.dynamics.effort import known_limits, without_limit
+from ulna.errors import InputError
+from ulna.robot import Robot
+from ulna.robot.coordinates import Coordinate, coordinates_of
+
+Array = NDArray[np.float64]
+PayloadText = Annotated[
+    str | None,
+    typer.Option(
+        "--payload", metavar="MASS@X,Y,Z", help="A part, as 3kg@0,0,0.1: its mass, and its center in the frame of --link."
+    ),
+]
+Effort = Annotated[
+    str | None,
+    typer.Option(metavar="NUMBERS", help="Limits in Nm or N, one or one for each joint, in place of the description's."),
+]
+Torque = Annotated[
+    bool, typer.Option("--torque", help="The motion keeps the limits of effort of the description; --effort gives others.")
+]
+_NAME = "--payload"  # of the part, among what a robot holds
+
+
+class Loads(NamedTuple):
+    """What the motors of a motion carry, and what they can do."""
+
+    free_fall: Array | None
+    torque: bool
+    effort: str | None
+    payload: str | None
+
+    def on(self, robot: Robot, link: str | None) -> Robot:
+        """The robot as it is mounted, with the payload in its hand.
+
+        Raises:
+            InputError: A payload or a mounting is given without limits of torque, for which alone they count.
+        """
+        if not self.torque and self.effort is None and (self.payload is not None or self.free_fall is not None):
+            raise InputError("--payload, --mount, --gravity", "go with --torque or --effort: without a limit no torque counts")
+        robot = mounted(robot, self.free_fall)
+        return robot if self.payload is None else holding(robot, *payload_of(self.payload), link)
+
+    def limits(self, robot: Robot) -> ArrayLike | None:
+        """The limits of torque, as a motion takes them; None without an option."""
+        return self.torque or None if self.effort is None else effort_limits(robot, self.effort)[1]
+
+
+def loads_of(free_fall: FreeFall, *, torque: Torque = False, effort: Effort = None, payload: PayloadText = None) -> Loads:
+    """The options of the motors."""
+    return Loads(free_fall, torque, effort, payload)
+
+
+MotorLoads = Annotated[Loads, Depends(loads_of)]
+
+
+def holding(robot: Robot, mass: float, center: ArrayLike, link: str | None) -> Robot:
+    """The robot with a mass [kg] at a point of a link, shape (3,) [m], which touches no link."""
+    names = *robot.link_names, *(one.name for one in robot.attached)
+    return robot.with_attached(_NAME, Sphere(0.0), pose(center), link=link, touch_links=names, mass=mass)
+
+
+def payload_of(text: str | None) -> tuple[float, list[float]]:
+    """The mass [kg] and the center [m] of "3kg@0,0,0.1"; nothing at the origin without a text."""
+    if text is None:
+        return 0.0, [0.0, 0.0, 0.0]
+    mass, at, place = text.partition("@")
+    (weight,) = numbers("--payload", mass.strip().removesuffix("kg"), [Coordinate("mass in kg", "kg")])
+    if weight < 0.0:
+        raise InputError("--payload", f"{text!r}; a mass of at least 0 is expected, as 3kg@0,0,0.1")
+    return weight, numbers("--payload", place, XYZ) if at else [0.0, 0.0, 0.0]
+
+
+def effort_limits(robot: Robot, effort: str | None) -> tuple[tuple[str, ...], Array]:
+    """The joints without a known limit, and the limits, infinite there."""
+    if effort is None:
+        return without_limit(robot.tree), known_limits(robot.tree)
+    names = [each.name for each in coordinates_of(robot)]
+    one = len(words(effort)) == 1
+    given = numbers("--effort", effort, [Coordinate(name, "") for name in (["all joints"] if one else names)])
+    if min(given, default=1.0) <= 0.0:
+        raise InputError("--effort", f"{min(given):g}; limits above 0 are expected")
+    return (), np.broadcast_to(given, robot.n_dof).astype(np.float64)
