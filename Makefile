@@ -19,7 +19,7 @@ demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
 
 # The assignment's video, made with no display: hw2-zip packs it. ARGS="--seconds 60" makes another. ROS=1 records real RViz, with the box
-# dragged by its arrows: where ROS 1, Xvfb and xdotool are there (docs/ros.md).
+# dragged by its arrows and a ring: where ROS 1, Xvfb and xdotool are there (docs/ros.md).
 ifeq ($(ROS),1)
 video: .venv-ros1/.ready
 	.venv-ros1/bin/ulna ros1 record hw2/demo.mp4 $(ARGS)

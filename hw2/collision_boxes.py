@@ -1,16 +1,19 @@
 """The twelve boxes in the global frame at q = 0, as static markers; the arm: test_collision_boxes.py.
 
 They are shown twice; RViz lists both, and their names are written in their colours. "drawn by hand" are the plain numbers below,
-those of the course's own file. "link table" is the assignment's table of boxes in link frames, placed by forward kinematics. They
-differ by centimetres; collisions are checked with the table.
+those of the course's own file, as edges alone. "link table" is the assignment's table of boxes in link frames, placed by forward
+kinematics, with their faces. They differ by centimetres; collisions are checked with the table.
 """
 
-import numpy as np
+from ulna.cli.quiet_imports import quiet_imports
 
-import ulna
-from ulna.demo.drawing import standing_boxes
-from ulna.demo.ros.adapter import ros1_or_exit
-from ulna.viewer.palette import MOVABLE, PALE, Solid
+with quiet_imports():  # Ctrl-C meanwhile ends the script without a traceback
+    import numpy as np
+
+    import ulna
+    from ulna.demo.drawing import standing_boxes
+    from ulna.demo.ros.adapter import ros1_or_exit
+    from ulna.viewer.palette import MOVABLE, Solid
 
 UPRIGHT = (1, 0, 0, 0)
 TILTED = (0.951416134834, 0.307908415794, 0, 0)
@@ -33,9 +36,9 @@ BOXES = (
 
 
 def drawn_by_hand(robot):
-    """The boxes of the numbers above."""
+    """The boxes of the numbers above; their faces are invisible, so that those of the other set are seen."""
     return [
-        Solid(f"box {k}", robot.base, ulna.pose(position, wxyz=rotation), ulna.Box(size), MOVABLE, PALE)
+        Solid(f"box {k}", robot.base, ulna.pose(position, wxyz=rotation), ulna.Box(size), MOVABLE, opacity=0.0)
         for k, (position, size, rotation) in enumerate(BOXES, start=1)
     ]
 
@@ -43,6 +46,4 @@ def drawn_by_hand(robot):
 if __name__ == "__main__":
     panda = ulna.load("panda")
     at_zero = np.zeros(panda.n_dof)
-    ros1_or_exit().show_solids(
-        lambda: {"drawn by hand": drawn_by_hand(panda), "link table": list(standing_boxes(panda, at_zero))}
-    )
+    ros1_or_exit().show_boxes(lambda: {"drawn by hand": drawn_by_hand(panda), "link table": list(standing_boxes(panda, at_zero))})

@@ -1,8 +1,11 @@
 """The arm at q = 0, in RViz (roslaunch hw2.launch); its boxes: collision_boxes.py."""
 
-import numpy as np
+from ulna.cli.quiet_imports import quiet_imports
 
-from ulna.demo.ros.adapter import ros1_or_exit
+with quiet_imports():  # Ctrl-C meanwhile ends the script without a traceback
+    import numpy as np
+
+    from ulna.demo.ros.adapter import ros1_or_exit
 
 if __name__ == "__main__":
     ros1_or_exit().hold_arm(np.zeros(7))

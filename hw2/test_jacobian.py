@@ -1,5 +1,9 @@
 """Prints True when the Jacobian agrees with what a small turn of each joint does to the end-effector."""
 
+import signal
+
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the script without a traceback, while it imports too
+
 import numpy as np
 from panda import HOME, make_robot
 

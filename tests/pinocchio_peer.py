@@ -15,15 +15,18 @@ class Peer:
 
     Made with ``mimic=True`` it has, as Ulna, no entry for a joint that mimics another. Made without, every joint of the file has
     its own entry, and the peer makes mimics follow their leaders itself. A continuous joint is (cos, sin) in Pinocchio's q.
+
+    Links that it lacks are an error, but those named in ``without``.
     """
 
-    def __init__(self, robot, model) -> None:
+    def __init__(self, robot, model, without=()) -> None:
         self.model, self.data, self.robot = model, model.createData(), robot
         self.mimics = {joint.name: joint.mimic for joint in robot.description.joints if joint.mimic is not None}
         self.slices = dict(zip(robot.joint_names, robot.joint_slices, strict=True))
         joints = zip(list(model.joints)[1:], list(model.names)[1:], strict=True)
         self.joints = [(joint, name) for joint, name in joints if joint.shortname() != "JointModelMimic"]
-        self.frames = [self.frame(link) for link in robot.link_names]
+        self.shared = [k for k, link in enumerate(robot.link_names) if link not in without]
+        self.frames = [self.frame(robot.link_names[k]) for k in self.shared]
 
     def position(self, name: str, q: np.ndarray) -> np.ndarray:
         if name in self.slices:
@@ -83,7 +86,7 @@ class Peer:
 def farthest_link(peer: Peer, n: int = 100) -> float:
     """The largest difference in any entry of the pose of any link, over n random configurations."""
     q = random_positions(peer.robot, n)
-    return np.abs(peer.robot.link_poses(q) - [peer.link_poses(row) for row in q]).max(initial=0.0)
+    return np.abs(peer.robot.link_poses(q)[:, peer.shared] - [peer.link_poses(row) for row in q]).max(initial=0.0)
 
 
 def farthest_jacobian(peer: Peer, n: int = 100) -> float:

@@ -124,6 +124,72 @@ def test_doosan_the_rotation_is_that_of_its_makers_answer():
     assert np.abs(T[:3, :3] - Rotation.from_euler("zyz", angles, degrees=True).as_matrix()).max() > 0.01
 
 
+DOOSAN = {  # joints [deg] and the pose of the flange
+    "fkin": ((30.0, 0.0, 90.0, 0.0, 90.0, 0.0), (466.9, 309.4, 651.5, 75.0, 180.0, 45.0)),
+    "ikin": ((60.3, 24.0, 60.5, 0.0, 95.5, -29.7), (370.9, 719.7, 651.5, 90.0, -180.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("name", DOOSAN)
+def test_doosan_the_pose_of_an_m1013_is_that_of_its_makers_own_test(name):
+    """DoosanRobotics/doosan-robot2 at f56cbe92, dsr_tests/test/test_cli_dsr_system.py: what its controller answers."""
+    q, numbers = DOOSAN[name]
+    T = ulna.load("m1013").forward_kinematics(np.radians(q))
+    np.testing.assert_allclose(ulna.pose_from(numbers, "Doosan")[:3, :3], T[:3, :3], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(1e3 * T[:3, 3], numbers[:3], rtol=0, atol=0.3)  # joints to 0.1 deg
+    wrong = [np.abs(ulna.pose_from(numbers, other)[:3, :3] - T[:3, :3]).max() for other in ("Fanuc", "Staubli")]
+    assert min(wrong) > 0.9
+
+
+def test_kuka_the_angles_of_a_telegram_are_those_of_its_joints():
+    """A telegram of KUKA's Robot Sensor Interface in public code: search for ``AIPos A1="74.8478"``.
+
+    The directions of the axes are those of every KUKA with six axes: here of a KR 6 R900, whose tool0 is the flange.
+    """
+    q = np.radians([74.8478, -128.7977, 75.8236, 102.2260, 0.0987, -56.5347])
+    numbers = [93.9531, -347.9674, 1844.9703, -126.9460, 24.9226, -28.2871]
+    R = ulna.load("kr6_r900").forward_kinematics(q)[:3, :3]
+    np.testing.assert_allclose(ulna.pose_from(numbers, "KUKA")[:3, :3], R, rtol=0, atol=1e-5)
+    assert min(np.abs(ulna.pose_from(numbers, other)[:3, :3] - R).max() for other in ("Fanuc", "Staubli", "Doosan")) > 0.3
+
+
+def test_kawasaki_the_angles_that_its_controller_prints_are_those_of_its_joints():
+    """What the command WHERE of a controller printed, in public code: search for ``-146.040   142.521    46.437``.
+
+    The axes at q = 0 are those of Kawasaki-Robotics/khi_robot at 57200db5, khi_rs_description/urdf/rs007l_macro.xacro.
+    """
+    q = np.radians([-6.552, 23.595, -87.421, -147.271, 88.570, -167.663])
+    numbers = [-214.985, 1355.266, -106.276, -146.040, 142.521, 46.437]
+    R = np.eye(3)
+    for angle, axis in zip(q, [(0, 0, -1), (-1, 0, 0), (1, 0, 0), (0, 0, 1), (1, 0, 0), (0, 0, 1)], strict=True):
+        R = R @ Rotation.from_rotvec(angle * np.array(axis)).as_matrix()
+    np.testing.assert_allclose(ulna.pose_from(numbers, "Kawasaki")[:3, :3], R, rtol=0, atol=3e-3)  # its tool is turned by 0.1 deg
+    assert min(np.abs(ulna.pose_from(numbers, other)[:3, :3] - R).max() for other in ("Fanuc", "Staubli", "KUKA")) > 0.5
+
+
+FANUC = {  # W, P, R [deg], and the rotation as a matrix, or as x, y, z, w
+    "lrmate-200id": (
+        (22.168324, -66.680543, -153.971487),
+        [[-0.355708, 0.717742, 0.598597], [-0.173709, -0.680099, 0.712243], [0.918312, 0.149368, 0.366595]],
+    ),
+    "lrmate-200id, next": (
+        (143.581155, -5.258767, 28.459638),
+        [[0.875453, 0.335633, 0.347755], [0.474534, -0.733383, -0.486792], [0.091654, 0.591185, -0.801312]],
+    ),
+    "angle_conversions": ((-50, 125, 67), (-0.606432, 0.562658, 0.543574, 0.142067)),
+    "angle_conversions, next": ((160, 55, -35), (0.857216, -0.186206, -0.480004, 0.0101579)),
+}
+
+
+@pytest.mark.parametrize("name", FANUC)
+def test_fanuc_the_rotation_is_that_of_public_drivers(name):
+    """Tests of mattj23/lrmate-200id at 36b545f5 (python/tests), whose model was compared with the real arm, and of ROS's package
+    industrial_robot_angle_conversions (InstitutMaupertuis)."""
+    angles, rotation = FANUC[name]
+    R = np.array(rotation) if np.ndim(rotation) == 2 else Rotation.from_quat(rotation).as_matrix()
+    np.testing.assert_allclose(ulna.pose_from([0, 0, 0, *angles], "Fanuc")[:3, :3], R, rtol=0, atol=3e-6)
+
+
 @pytest.mark.parametrize("name", ["Fanuc", "Yaskawa"])
 def test_fanuc_and_yaskawa_the_quaternion_is_that_of_a_camera_makers_formula(name):
     """rc_visard, pose formats: the quaternion of W, P, R (or Rx, Ry, Rz), written out there."""

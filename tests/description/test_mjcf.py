@@ -9,6 +9,7 @@ from ulna.description import mjcf
 from ulna.description.robot_description import JointType
 
 mujoco = pytest.importorskip("mujoco")
+from mujoco_peer import Peer, farthest  # noqa: E402 - it needs MuJoCo
 
 ARM = """<mujoco model="arm"><compiler angle="degree"/>
 <default><joint armature="0.1"/><default class="seen"><geom contype="0" conaffinity="0"/></default></default>
@@ -40,43 +41,13 @@ def text(more="", old="", new=""):
     return ARM.replace("MORE", more).replace(old, new) if old else ARM.replace("MORE", more)
 
 
-def judge(robot, model, q):
-    """MuJoCo's data at a q of the robot."""
-    data = mujoco.MjData(model)
-    slices = dict(zip(robot.joint_names, robot.joint_slices, strict=True))
-    mimics = {joint.name: joint.mimic for joint in robot.description.joints if joint.mimic is not None}
-    for k in range(model.njnt):
-        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, k)
-        mimic = mimics.get(name)
-        data.qpos[model.jnt_qposadr[k]] = (
-            q[slices[name]][0] if mimic is None else mimic.multiplier * q[slices[mimic.joint]][0] + mimic.offset
-        )
-    mujoco.mj_kinematics(model, data)
-    return data
-
-
-def farthest(robot, model, q):
-    """The largest difference of any entry of the pose of any body and geom."""
-    data, poses, worst = judge(robot, model, q), dict(zip(robot.link_names, robot.link_poses(q), strict=True)), 0.0
-    for k in range(model.nbody):
-        T = poses[mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, k)]
-        worst = max(worst, np.abs(T[:3, 3] - data.xpos[k]).max(), np.abs(T[:3, :3] - data.xmat[k].reshape(3, 3)).max())
-    geoms = {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, k) or f"geom_{k}": k for k in range(model.ngeom)}
-    for link in robot.description.links:
-        for body in (*link.visuals, *link.collisions):
-            T, k = poses[link.name] @ body.pose, geoms[body.name]
-            worst = max(
-                worst, np.abs(T[:3, 3] - data.geom_xpos[k]).max(), np.abs(T[:3, :3] - data.geom_xmat[k].reshape(3, 3)).max()
-            )
-    return worst
-
-
 def test_every_body_and_shape_is_where_mujoco_has_it(tmp_path):
     file = tmp_path / "arm.xml"
     file.write_text(text())
     robot, model = ulna.load(file), mujoco.MjModel.from_xml_path(str(file))
     assert robot.joint_names == ("shoulder", "lift", "wrist", "grip")
-    assert max(farthest(robot, model, q) for q in robot.random(50, seed=1)) < LIMIT
+    assert farthest(robot, model, 50) < LIMIT
+    assert not Peer(robot, model).others()
 
 
 def test_limits_types_and_efforts_are_mujocos():

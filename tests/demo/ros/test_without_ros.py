@@ -47,6 +47,17 @@ def test_ctrl_c_while_ros_is_imported_ends_a_script_without_a_traceback(tmp_path
 
 
 @pytest.mark.process
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no signals to send to oneself")
+@pytest.mark.parametrize("script", sorted({path.name for path in (ROOT / "hw2").glob("*.py")} - {"franka_robot.py", "panda.py"}))
+def test_ctrl_c_in_the_first_import_ends_a_script_without_a_traceback(script, tmp_path):
+    (tmp_path / "numpy.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    command = ["sh", "-c", f"'{sys.executable}' {script}; exit $?"]  # what a shell says of an end by a signal
+    run = subprocess.run(command, cwd=ROOT / "hw2", env=environment, capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stderr) == (130, "")
+
+
+@pytest.mark.process
 @pytest.mark.parametrize("version", ["ros1", "ros2"])
 def test_a_ros_command_without_ros_is_a_one_line_error(version):
     run = subprocess.run([sys.executable, "-m", "ulna", version, "demo"], capture_output=True, text=True, check=False)

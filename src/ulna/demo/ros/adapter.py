@@ -11,6 +11,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING
 
+from ulna.cli.quiet_imports import quiet_imports
 from ulna.errors import MissingROSError, UlnaError
 
 if TYPE_CHECKING:
@@ -96,8 +97,10 @@ def load_ros(version: int, module: str | None = None, without: str = "ulna demo"
 
 def ros1_or_exit() -> ModuleType:
     """``load_ros(1)`` for a script: without ROS the script ends with the message. From now on Ctrl-C prints no traceback."""
-    signal.signal(signal.SIGINT, exit_quietly)
     try:
-        return load_ros(1)
+        with quiet_imports():
+            ros = load_ros(1)
     except MissingROSError as error:
         sys.exit(str(error))
+    signal.signal(signal.SIGINT, exit_quietly)
+    return ros

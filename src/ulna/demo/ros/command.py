@@ -40,7 +40,7 @@ def ros1_record(
     *,
     seconds: Annotated[float, typer.Option(help="How long it is.")] = 30.0,
 ) -> None:
-    """Record RViz while the box is dragged by its arrows with the mouse, without a display.
+    """Record RViz while the box is dragged by its arrows and a ring with the mouse, without a display.
 
     It needs Xvfb and xdotool too, and starts and ends all that it needs.
     """

@@ -4,6 +4,7 @@
 # ROS is installed with the system, not by pip; without it pyright cannot check these imports.
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ SERVER = "basic_controls"  # the interactive-marker server's topics begin with i
 LIFETIME_S = 3  # of a marker, which is sent ten times a second
 _HANDLE_SCALE = 0.22  # m: of arrows and rings
 _WORD_HEIGHT = 0.06  # m
+_EDGE = 0.004  # m: how thick the edges of a box are
 # RViz draws a control along its own x axis: the quaternions (x, y, z, w) that turn x to x, y and z.
 _AXES = {"x": (1.0, 0.0, 0.0, 1.0), "y": (0.0, 0.0, 1.0, 1.0), "z": (0.0, 1.0, 0.0, 1.0)}
 
@@ -52,6 +54,25 @@ def solid_marker(solid: Solid[Box] | Solid[Cylinder], namespace: str, number: in
         kind, size = Marker.CYLINDER, (2 * solid.shape.radius, 2 * solid.shape.radius, solid.shape.length)
     marker = Marker(header=Header(frame_id=solid.link), ns=namespace, id=number, type=kind, frame_locked=True)
     marker.pose, marker.scale, marker.color = pose_message(solid.pose), Vector3(**_xyz(size)), _color(solid.color, solid.opacity)
+    return _short_lived(marker)
+
+
+def edged_boxes(groups: Mapping[str, Sequence[Solid[Box]]]) -> Iterator[Marker]:
+    """The boxes of each group, in a namespace of its name: the edges of each, and its faces unless it is invisible."""
+    for name, solids in groups.items():
+        for k, solid in enumerate(solids):
+            yield _edges(solid, name, 2 * k)
+            if solid.opacity > 0.0:
+                yield solid_marker(solid, name, 2 * k + 1)
+
+
+def _edges(solid: Solid[Box], namespace: str, number: int) -> Marker:
+    """The twelve edges of a box as lines, opaque."""
+    marker = Marker(header=Header(frame_id=solid.link), ns=namespace, id=number, type=Marker.LINE_LIST, frame_locked=True)
+    marker.pose, marker.scale, marker.color = pose_message(solid.pose), Vector3(x=_EDGE), _color(solid.color, 1.0)
+    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+    ends = ((a, b) for a, b in combinations(corners, 2) if np.count_nonzero(a - b) == 1)
+    marker.points = [Point(**_xyz(end * solid.shape.half_extents)) for edge in ends for end in edge]
     return _short_lived(marker)
 
 

@@ -22,6 +22,7 @@ from ulna.demo.ros import messages
 from ulna.demo.ros.adapter import node_compiler, noted_signals
 from ulna.demo.scenario import BOX_NAME, BOX_START, RATE_HZ, Demo
 from ulna.description.pose import pose
+from ulna.description.shapes import Box
 from ulna.errors import InputError
 from ulna.robot import Robot, load
 from ulna.viewer.palette import Solid
@@ -113,15 +114,14 @@ def hold_arm(q: NDArray[np.float64]) -> None:
         beat(lambda _: publisher.publish(messages.joint_state(robot, q, rospy.Time.now())), ended)
 
 
-def show_solids(make: Callable[[], Mapping[str, Sequence[Solid]]]) -> None:
-    """Publish static solids, by the namespaces in which RViz lists them, and a legend, until the node is ended."""
+def show_boxes(make: Callable[[], Mapping[str, Sequence[Solid[Box]]]]) -> None:
+    """Publish static boxes, by the namespaces in which RViz lists them, and a legend, until the node is ended."""
     with node_compiler() as compiler, node("collision_boxes") as ended:
         publisher = rospy.Publisher("visualization_marker", Marker, queue_size=_QUEUE)
 
         def publish(_seconds: float) -> None:
             groups = compiler.ask("their poses", make) or {}
-            solids = (messages.solid_marker(solid, name, k) for name, some in groups.items() for k, solid in enumerate(some))
-            for marker in (*solids, *messages.legend(groups)):
+            for marker in (*messages.edged_boxes(groups), *messages.legend(groups)):
                 publisher.publish(marker)
 
         beat(publish, ended)

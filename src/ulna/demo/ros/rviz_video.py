@@ -1,4 +1,4 @@
-"""Records the demo in RViz on a virtual screen as a video, in which the box is dragged by its arrows.
+"""Records the demo in RViz on a virtual screen as a video, in which the box is dragged by its arrows and a ring.
 
 The video is made frame by frame: the arm advances by a tenth of a second, the box by a step, and the frame is taken when RViz has
 drawn both, with the light. So the video has the right speed, however slowly this machine draws. The box is moved by the messages
@@ -29,7 +29,6 @@ from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, node
 from ulna.demo.ros.ros1_demo import Beside, begin_ended_again, have_master
 from ulna.demo.ros.screen import CONFIG, SIZE, View, VirtualScreen, scene_is_seen, virtual_screen
 from ulna.demo.scenario import BOX_NAME, BOX_START, LIGHT_POSITION, RATE_HZ, Demo, light_color
-from ulna.description.pose import pose
 from ulna.errors import InputError, MissingROSError, UlnaError
 from ulna.viewer.compiler import Compiler
 from ulna.viewer.film.film import Film, write_film
@@ -37,7 +36,7 @@ from ulna.viewer.palette import RED
 
 # The programs, and Debian's packages that have them.
 _NEEDED = {"rosmaster": "python3-rosmaster", "rviz": "rviz", "Xvfb": "xvfb", "xdotool": "xdotool"}
-LEAST_SECONDS = 3.0  # a few pictures for each drag
+LEAST_SECONDS = 6.0  # a few pictures for each drag
 _APPEARS_WITHIN_S = 120.0
 _DRAWS_WITHIN_S = 5.0  # what cannot be seen to change, as an arm behind the box
 _LOOK_S = 0.05  # interval between screenshots
@@ -149,9 +148,10 @@ class Screencast:
     def _drag(self, step: Step) -> None:
         """Publish what RViz publishes of a step, and wait until the box is there."""
         for event in step.events:
-            self._drags.publish(messages.drag(self._arm.robot, pose(step.box), f"move_{step.axis}", event))
+            self._drags.publish(messages.drag(self._arm.robot, step.T_base_box, step.handle, event))
         world = self._arm.player.demo.world
-        self._wait_for(lambda: np.allclose(world.pose(BOX_NAME)[:3, 3], step.box) or None, f"get the box to {step.box} m")
+        where = f"get the box to {step.T_base_box[:3, 3]} m"
+        self._wait_for(lambda: np.allclose(world.pose(BOX_NAME), step.T_base_box) or None, where)
 
     def _drawn(self, view: View, before: Image) -> Image:
         """The screen, once two screenshots are equal that show the light, after a change or _DRAWS_WITHIN_S."""

@@ -39,7 +39,7 @@ NODES = {
         """
 import ulna
 from ulna.demo.drawing import standing_boxes
-ros1.show_solids(lambda: {"a": list(standing_boxes(ulna.load("panda"), np.zeros(7)))})
+ros1.show_boxes(lambda: {"a": list(standing_boxes(ulna.load("panda"), np.zeros(7)))})
 """,
     ),
 }

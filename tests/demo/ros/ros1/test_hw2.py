@@ -12,18 +12,21 @@ pytest.importorskip("rospy", reason="no ROS 1 for this Python: docs/ros.md says 
 import rospy
 import yaml
 from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import InteractiveMarkerFeedback
+from visualization_msgs.msg import InteractiveMarkerFeedback, Marker
 
 import ulna
 from colors import count
 from processes import running, wait_for
+from ulna.demo.ros import messages
 from ulna.demo.ros.screen import BACKGROUND, View
 from ulna.demo.scenario import BOX_START, LIGHT_POSITION
 from ulna.description.names.panda import FINGER_JOINTS
-from ulna.viewer.palette import FREE, MOVABLE
+from ulna.viewer.palette import FREE, MOVABLE, Solid
 
 HW2 = Path(__file__).parents[4] / "hw2"
 AT_ZERO = np.zeros(7)
+ENDS = ("panda_link0", "panda_link8")
+SHAPE = ulna.Box((0.1, 0.2, 0.3))
 pytestmark = pytest.mark.filterwarnings(
     "ignore:unclosed:ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
 )  # rospy's
@@ -98,12 +101,37 @@ def test_the_arm_and_the_static_boxes_are_drawn(display, rviz, script):
         with script("collision_boxes.py"):
             wait_for(lambda: differs(display.pixels(), rviz, beside), "box 4")
             wait_for(lambda: legend_colors(display.pixels(), rviz) == {MOVABLE, FREE}, "the names of both sets of boxes")
+            base, hand = (rviz.around(display.pixels(), robot.forward_kinematics(AT_ZERO, link=link)[:3, 3], 90) for link in ENDS)
+            assert min(pixels_of(FREE, base), pixels_of(FREE, hand), pixels_of(MOVABLE, hand)) > 300  # edges, not blended
+
+
+def pixels_of(color, image):
+    """How many pixels of a picture have a colour."""
+    return (np.abs(image.astype(int) - color).max(axis=-1) < 30).sum()
+
+
+def test_a_box_has_its_twelve_edges_and_faces_unless_it_is_invisible():
+    boxes = {
+        name: [Solid("box", "link", ulna.pose((1, 2, 3)), SHAPE, FREE, opacity)] for name, opacity in (("a", 0.2), ("b", 0.0))
+    }
+    found = list(messages.edged_boxes(boxes))
+    assert [(marker.ns, marker.id, marker.type) for marker in found] == [
+        ("a", 0, Marker.LINE_LIST),
+        ("a", 1, Marker.CUBE),
+        ("b", 0, Marker.LINE_LIST),
+    ]
+    ends = np.array([(p.x, p.y, p.z) for p in found[0].points]).reshape(-1, 2, 3)
+    assert len({frozenset(map(tuple, edge)) for edge in ends}) == len(ends) == 12
+    np.testing.assert_allclose(np.abs(ends), np.broadcast_to(SHAPE.half_extents, ends.shape))
+    along = np.abs(ends[:, 1] - ends[:, 0])
+    assert (np.count_nonzero(along, axis=1) == 1).all()
+    np.testing.assert_allclose(along.sum(axis=0), 4 * np.array(SHAPE.extents))
 
 
 def legend_colors(image, rviz):
     """Which colours of solids, all but transparent in the boxes, are seen beside the light's place."""
-    beside = rviz.around(image, LIGHT_POSITION, 60).astype(int)
-    return {color for color in (MOVABLE, FREE) if (np.abs(beside - color).max(axis=-1) < 30).sum() > 50}
+    beside = rviz.around(image, LIGHT_POSITION, 60)
+    return {color for color in (MOVABLE, FREE) if pixels_of(color, beside) > 50}
 
 
 def test_the_light_is_red_while_the_mouse_drags_the_box_into_the_arm(display, rviz, script):
