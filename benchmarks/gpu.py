@@ -172,8 +172,8 @@ def forces(bench: Bench, robot: ulna.Robot, q: Any) -> None:
         "mass_matrix": (8 * n * (n + 1), 1, masses_of(*sizes)), "forward_dynamics": (8 * 4 * n, 3, forward_of(*sizes, 2)),
     }  # fmt: skip
     for name, (each, count, driver) in works.items():
-        expected = getattr(robot, name)(*some[:count])
-        bench.rate(name, len(q), each, lambda c=getattr(on_gpu, name), k=count: c(*there[:k]), off(expected), driver)
+        call, expected = getattr(on_gpu, name), getattr(robot, name)(*some[:count])
+        bench.rate(name, len(q), each, lambda c=call, k=count: c(*there[:k]), off(expected), driver)
     by_q = robot.inverse_dynamics_derivatives(*some)[0]
     bench.rate(
         "inverse_dynamics_derivatives", len(q), 8 * (3 * n + 2 * n * n), lambda: on_gpu.inverse_dynamics_derivatives(*there)[0],
