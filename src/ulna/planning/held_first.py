@@ -9,8 +9,8 @@ held come first, each of a bounded number of edges, with fewer and fewer of them
 4. All but the joints of that chain and those that carry it: a lift, a torso, the slide of an arm.
 5. None.
 
-Each search has its near goals alone before it has all. The straight way to a far one may be free, as with another elbow, where the
-way to a near one goes round an obstacle.
+Each search has its near goals alone before it has all. The straight way to a far one may be free, as with another elbow, where
+the way to a near one goes round an obstacle.
 
 A chain ends where the robot branches: into joints, or a joint and a link without child links, as a hand and its one jaw.
 """
