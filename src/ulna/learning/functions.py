@@ -22,14 +22,6 @@ from ulna.learning.gradients import Library, jacobian_gradient, pose_gradient
 from ulna.robot import Robot
 
 
-class Differentiating(Library, Protocol):
-    """A library that evaluates functions of q, and differentiates them."""
-
-    def of(self, function: "FunctionOfQ", q: Any) -> Any:
-        """The results at q, shape (..., *function.shape)."""
-        ...
-
-
 class FunctionOfQ(Protocol):
     """A function of q, shape (..., n_dof)."""
 
@@ -45,7 +37,7 @@ class FunctionOfQ(Protocol):
         """Write the results, float64 of shape (..., *shape)."""
         ...
 
-    def gradient(self, library: Differentiating, q: Any, value: Any, G: Any) -> Any:
+    def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:
         """The gradient by q, shape (..., n_dof), for the cotangent G of the results."""
         ...
 
@@ -62,7 +54,7 @@ class Poses:
     def write(self, q: Any, out: Any) -> None:
         self.robot.forward_kinematics(q, link=self.link, out=out)
 
-    def gradient(self, library: Differentiating, q: Any, value: Any, G: Any) -> Any:
+    def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:
         J = library.of(Jacobians(self.robot, self.link, "base"), q)
         return pose_gradient(library, value, J, G)
 
@@ -83,7 +75,7 @@ class Jacobians:
     def write(self, q: Any, out: Any) -> None:
         self.robot.jacobian(q, link=self.link, expressed_in=self.expressed_in, out=out)
 
-    def gradient(self, library: Differentiating, q: Any, value: Any, G: Any) -> Any:
+    def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:
         by_joint = JointJacobians(host_of(self.robot), self.link, self.expressed_in)
         if by_joint.is_plain:
             return jacobian_gradient(library, value, G, self.expressed_in)
@@ -123,7 +115,7 @@ class JointJacobians:
         refuse_out_of_range(q)
         CompiledJacobian(self._tree, self.link, self.expressed_in)(q[..., self._columns], out)
 
-    def gradient(self, library: Differentiating, q: Any, value: Any, G: Any) -> Any:  # noqa: ARG002 - as of the others
+    def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:  # noqa: ARG002 - as of the others
         return jacobian_gradient(library, value, G, self.expressed_in) @ library.constant(self.drives, G)
 
     @cached_property
@@ -152,7 +144,7 @@ class Distances:
     def write(self, q: Any, out: Any) -> None:
         self.robot.signed_distance(q, self.world, self_collision=self.self_collision, out=out)
 
-    def gradient(self, library: Differentiating, q: Any, value: Any, G: Any) -> Any:  # noqa: ARG002 - as of the others
+    def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:  # noqa: ARG002 - as of the others
         return library.of(DistanceGradients(host_of(self.robot), self.world, self.self_collision), q) * G[..., None]
 
 
@@ -172,7 +164,7 @@ class DistanceGradients:
     def write(self, q: Any, out: Any) -> None:
         self.robot.distance_gradient(q, self.world, self_collision=self.self_collision, out=out)
 
-    def gradient(self, library: Differentiating, q: Any, value: Any, G: Any) -> Any:
+    def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:
         del library, q, value, G
         raise InputError("signed_distance", "has first derivatives only; a second one was asked for")
 
@@ -203,7 +195,7 @@ def host_of(robot: Any) -> Robot:
     host = robot if isinstance(robot, Robot) else getattr(robot, "robot", None)
     if not isinstance(host, Robot):
         raise InputError("robot", f"{type(robot).__name__}; a Robot, or what robot.on_gpu() returns, is expected")
-    if robot is not host and robot.float32:
+    if getattr(robot, "float32", False):
         raise InputError("robot", "computes in float32; robot.on_gpu() without float32=True is expected")
     return host
 

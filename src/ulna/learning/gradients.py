@@ -1,7 +1,7 @@
 """The gradients of poses and of Jacobians, over the arrays of any library that has the methods of NumPy's.
 
-A gradient is what reverse-mode differentiation asks for: with the cotangent G of a result, the derivative of some number by each
-entry of the result, it is the derivative of that number by q. Each is written in operations that the library differentiates, so
+A gradient is what reverse-mode differentiation asks for. With the cotangent G of a result, the derivative of some number by
+each of its entries, it is the derivative of that number by q. Each is written in operations that the library differentiates, so
 that second derivatives need no formulas of their own.
 """
 
@@ -13,6 +13,10 @@ from numpy.typing import NDArray
 
 class Library(Protocol):
     """What the formulas need of a library of arrays beside operators."""
+
+    def of(self, function: Any, q: Any) -> Any:
+        """The results of a ``FunctionOfQ`` at q, differentiable."""
+        ...
 
     def cross(self, a: Any, b: Any) -> Any:
         """The cross products of vectors that are columns: along the last but one axis."""
@@ -35,24 +39,22 @@ def pose_gradient(library: Library, T: Any, J: Any, G: Any) -> Any:
 
 
 def jacobian_gradient(library: Library, J: Any, G: Any, expressed_in: str) -> Any:
-    """The gradient by the positions of a chain's joints, shape (..., k), of what has the cotangent G by J, shape (..., 6, k) each.
+    """The gradient by the positions of a chain's joints, shape (..., k), of what has the cotangent G by J, (..., 6, k) each.
 
     J: the geometric Jacobian with a column for each joint, in the order of the chain, in the frame ``expressed_in``.
 
-    With columns (v_i; w_i), the derivative of column i by joint k is, where k is not nearer to the base than i (k >= i) or is
-    (k < i):
+    With columns (v_i; w_i), the derivative of column i by joint k is, as k is nearer to the base than i or not:
 
-    ========= ================================= ==================================
-    frame     k < i                             k >= i
-    ========= ================================= ==================================
-    base      (w_k x v_i; w_k x w_i)            (w_i x v_k; 0)
-    link      (0; 0)                            (w_i x v_k + v_i x w_k; w_i x w_k)
-    spatial   (w_k x v_i + v_k x w_i; w_k x w_i) (0; 0)
-    ========= ================================= ==================================
+    ========= ==================================== ==================================
+    frame     k < i                                k >= i
+    ========= ==================================== ==================================
+    base      (w_k x v_i; w_k x w_i)               (w_i x v_k; 0)
+    link      (0; 0)                               (w_i x v_k + v_i x w_k; w_i x w_k)
+    spatial   (w_k x v_i + v_k x w_i; w_k x w_i)   (0; 0)
+    ========= ==================================== ==================================
 
-    A slide has w = 0. With the cotangents (a_i; b_i) of the columns, f_i = a_i x w_i and m_i = v_i x a_i + w_i x b_i, each frame's
-    sum is v_k . (sum of f_i) + w_k . (sum of m_i) over the i on one side of k, with a sign: ``_SIDES``. So no array of 6 k^2
-    numbers is made.
+    A slide has w = 0. With the cotangents (a_i; b_i) of the columns, let f_i = a_i x w_i and m_i = v_i x a_i + w_i x b_i. Then
+    the gradient is v_k . (sum of f_i) + w_k . (sum of m_i), over the i of ``_sides``. So no array of 6 k^2 numbers is made.
 
     Source: Haviland and Corke, A systematic approach to computing the manipulator Jacobian and Hessian using the elementary
     transform sequence (2020), for the base; Mueller, Screw and Lie group theory in multibody kinematics (Multibody System
