@@ -59,6 +59,7 @@ nitpick_ignore_regex = [
     ("py:class", r"(ReadsMotions|(ulna\.engine\.records\.)?Records)"),
 ]
 
+autodoc_mock_imports = ["torch", "jax"]  # they are large, and only their names are needed
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # docstrings.py tells them, in the words of the source
 autodoc_preserve_defaults = True
