@@ -54,7 +54,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|pathlib|collections|typing)\..*"),
     (
         "py:class",
-        r"(ArrayLike|Array|NDArray|Path|Solid|Shape|Obstacle|HasLinks|Region|Goal|Frame|Given|GivenLimits|AbstractContextManager)",
+        r"(ArrayLike|Array|NDArray|Path|Solid|Shape|Obstacle|HasLinks|Region|Goal|Frame|Given|GivenLimits|AbstractContextManager|Tensor)",
     ),
     ("py:class", r"(ReadsMotions|(ulna\.engine\.records\.)?Records)"),
 ]

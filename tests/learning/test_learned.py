@@ -4,8 +4,8 @@ import runpy
 
 import pytest
 
-for library in ("torch", "jax"):
-    pytest.importorskip(library, reason="PyTorch and JAX are in an environment of their own: make test-learning")
+pytest.importorskip("torch", reason="PyTorch is in an environment of its own: make test-learning")
+pytest.importorskip("jax", reason="JAX is in an environment of its own: make test-learning")
 
 import jax
 import torch

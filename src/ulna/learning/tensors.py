@@ -10,7 +10,9 @@ refuses forward-mode differentiation.
 # Where PyTorch is not installed, Pyright takes `torch` for ulna.torch.
 # pyright: reportAttributeAccessIssue=false, reportInvalidTypeForm=false, reportMissingImports=false
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +21,18 @@ from ulna.collision.world import World
 from ulna.errors import InputError, needs_extra
 from ulna.learning import functions
 from ulna.learning.functions import FunctionOfQ
+from ulna.robot import Robot
 
 with needs_extra("ulna.torch", "torch", "torch"):
     import torch
 
+if TYPE_CHECKING:
+    from ulna.gpu.robot import GpuRobot
+
 Tensor = torch.Tensor
 
 
-def forward_kinematics(robot: Any, q: Tensor, *, link: str | None = None) -> Tensor:
+def forward_kinematics(robot: Robot | GpuRobot, q: Tensor, *, link: str | None = None) -> Tensor:
     """The pose of a link, T_base_link, shape (..., 4, 4).
 
     Args:
@@ -42,7 +48,7 @@ def forward_kinematics(robot: Any, q: Tensor, *, link: str | None = None) -> Ten
     return _of_tensor(functions.poses(robot, link), q)
 
 
-def jacobian(robot: Any, q: Tensor, *, link: str | None = None, expressed_in: str = "base") -> Tensor:
+def jacobian(robot: Robot | GpuRobot, q: Tensor, *, link: str | None = None, expressed_in: str = "base") -> Tensor:
     """The geometric Jacobian, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``.
 
     Args:
@@ -58,7 +64,7 @@ def jacobian(robot: Any, q: Tensor, *, link: str | None = None, expressed_in: st
     return _of_tensor(functions.jacobians(robot, link, expressed_in), q)
 
 
-def signed_distance(robot: Any, q: Tensor, world: World | None = None, *, self_collision: bool = True) -> Tensor:
+def signed_distance(robot: Robot | GpuRobot, q: Tensor, world: World | None = None, *, self_collision: bool = True) -> Tensor:
     """The least distance of the robot from a world and from itself [m], shape (...,); see ``Robot.signed_distance``.
 
     Its gradient is ``robot.distance_gradient``, computed by the CPU. Where two pairs are equally near, or a pair has several
