@@ -1,6 +1,8 @@
-"""The example that learns, and the page about it."""
+"""The example that learns, the page about it, and what a program that does not learn loads."""
 
 import runpy
+import subprocess
+import sys
 
 import pytest
 
@@ -33,3 +35,9 @@ def test_the_code_of_the_page_runs(capsys):
         exec(text, seen)  # noqa: S102 - our own page
     assert capsys.readouterr().out == "torch.Size([256, 7])\n"
     assert seen["slopes"].shape == (256, 7)
+
+
+def test_a_pose_of_numpy_loads_neither_library():
+    code = "import sys, ulna; robot = ulna.load('panda'); robot.jacobian(robot.home); print({'torch', 'jax'} & set(sys.modules))"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert shown == "set()\n"
