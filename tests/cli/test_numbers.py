@@ -92,7 +92,11 @@ def test_an_angle_of_more_than_a_turn_is_computed_with_a_hint_about_degrees(run,
     ("arguments", "hint"),
     [
         (["ik", "--xyz", "400,100,500"], "--xyz: lengths are in metres; did you mean 0.4, 0.1, 0.5?"),
-        (["ik", "--pose", "400,0,-500,0,pi,0"], "--pose: lengths are in metres; did you mean 0.4, 0, -0.5?"),
+        (["ik", "--pose", "400,0,-500,0,pi,0"], "--pose: lengths are in metres; did you mean 0.4, 0, -0.5, 0, pi, 0?"),
+        (
+            ["check", "--box", "300,0,5,0,0,pi,150,90,126"],
+            "--box: lengths are in metres; did you mean 0.3, 0, 0.005, 0, 0, pi, 0.15, 0.09, 0.126?",
+        ),
         (["plan", "--xyz", "0,0,-250"], "--xyz: lengths are in metres; did you mean 0, 0, -0.25?"),
     ],
 )

@@ -57,6 +57,14 @@ def test_a_joint_without_a_limit_is_named_and_is_no_yes(ask, run, bar):
     assert ask("torque", bar(0), "--q", "0, 0.5", "--effort", "5").exit_code == 1
 
 
+def test_what_its_maker_rates_an_arm_for_is_beside_what_its_motors_hold(ask, run):
+    light, heavy = (run("torque", "ur10e", "--payload", f"{mass}kg@0,0,0.1") for mass in (10, 15))
+    assert "its maker rates it for 12.5 kg" in light.stdout
+    assert "more than the 12.5 kg that its maker rates it for" in heavy.stdout
+    assert ask("torque", "ur10e").rated == 12.5
+    assert ask("torque", "panda").rated == 3.0
+
+
 def test_motion_and_mounting_count(ask, bar):
     """Along the wall's x axis the bar is weightless to its joint, and the slide is pulled."""
     answer = ask("torque", bar(9), "--q", "0, 0.5", "--mount", "wall", "--payload", "0.5")

@@ -1,5 +1,6 @@
 """What is around a robot and what of it is checked: ``--scene``, ``--box``, ``--cloud``, ``--meshes``."""
 
+import warnings
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -18,7 +19,7 @@ from ulna.description.meshes.hulls import in_place_of_meshes, n_collision_meshes
 from ulna.description.names.panda import INSTALL_MESHES
 from ulna.description.pose import pose
 from ulna.description.shapes import Box
-from ulna.errors import FileError, GeometryError, MissingExtraError, install_command
+from ulna.errors import FileError, GeometryError, MissingExtraError, UnitWarning, install_command
 from ulna.robot import Robot
 from ulna.robot.load import with_meshes
 
@@ -67,7 +68,9 @@ def obstacles(
     world = World() if scene is None else load_world(scene)
     for k, text in enumerate(box or (), start=1):
         *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)
-        world.add(f"box {k}", Box((length, width, height)), pose(place[:3], place[3:]))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UnitWarning)  # the option has asked
+            world.add(f"box {k}", Box((length, width, height)), pose(place[:3], place[3:]))
     for path in cloud or ():
         world.add(path.stem, PointCloud.from_file(path, radius=cloud_radius))
     return world

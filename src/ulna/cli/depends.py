@@ -15,7 +15,7 @@ from typing import Annotated, Any, get_args
 
 import typer
 
-from ulna.cli.output import Output, show
+from ulna.cli.output import Output, show, warn
 from ulna.errors import InputError, UnitWarning
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of tables: metres and radians, infinity is null.")]
@@ -44,7 +44,7 @@ def command(function: Callable[..., Output | None]) -> Callable[..., None]:
             each.name: each.metavar if each.param_type_name == "argument" else each.opts[0] for each in context.command.params
         }
         warnings.filterwarnings("ignore", "rpy: ", UnitWarning)  # options of angles ask about degrees by their own names
-        with as_options(names):
+        with as_options(names), units_asked():
             output = _call(function, given, {})
         if output is not None:
             show(output, as_json=given["as_json"])
@@ -54,6 +54,21 @@ def command(function: Callable[..., Output | None]) -> Callable[..., None]:
     update_wrapper(run, function, assigned=("__name__", "__doc__", "__module__"))
     vars(run)["__signature__"] = Signature([context, *options.values()])
     return run
+
+
+@contextmanager
+def units_asked() -> Iterator[None]:
+    """Within the block a question about a unit is a line on standard error, without a place in the program."""
+    usual = warnings.showwarning
+
+    def told(message: Warning | str, category: type[Warning], *place: Any) -> None:
+        warn(str(message)) if issubclass(category, UnitWarning) else usual(message, category, *place)
+
+    warnings.showwarning = told
+    try:
+        yield
+    finally:
+        warnings.showwarning = usual
 
 
 @contextmanager

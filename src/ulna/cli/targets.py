@@ -50,9 +50,10 @@ def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: b
             turned.append(word)
     if turned:
         warn(f"{option}: {turned[0]} rad is more than a turn; with --degrees angles are in degrees")
-    lengths = [value for value, entry in zip(values, entries, strict=True) if entry.unit == "m"]
-    if max(map(abs, lengths), default=0.0) >= FAR:
-        warn(f"{option}: lengths are in metres; did you mean {', '.join(f'{value / 1e3:g}' for value in lengths)}?")
+    units = [entry.unit for entry in entries]
+    if any(unit == "m" and abs(value) >= FAR for value, unit in zip(values, units, strict=True)):
+        meant = (f"{value / 1e3:g}" if unit == "m" else word for value, unit, word in zip(values, units, found, strict=True))
+        warn(f"{option}: lengths are in metres; did you mean {', '.join(meant)}?")
     return values
 
 

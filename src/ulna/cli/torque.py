@@ -15,6 +15,7 @@ from ulna.cli.mount import FreeFall, mounted
 from ulna.cli.options import AnyRobot, Degrees, Link
 from ulna.cli.output import Q_KEYS, Output, data_of_q, make_table, number, title
 from ulna.cli.targets import Q, numbers
+from ulna.description.names.by_name import rated_payload
 from ulna.robot import Robot
 from ulna.robot.coordinates import Coordinate, coordinates_of
 
@@ -26,7 +27,7 @@ TORQUE_KEYS = (
     f"{Q_KEYS}; link; gravity; mass and center: of the payload, in the frame of the link; joints; units: Nm or N; torque; "
     "limit: null where none is known; share: torque by limit; bears: the largest mass that each joint alone carries there, kg, "
     "null without an end; payload: that of all; limited_by: the joint that limits it, or null; unknown: joints without a limit; "
-    "holds: whether all limits are known and kept."
+    "holds: whether all limits are known and kept; rated: what its maker says it may carry, kg, or null."
 )
 
 
@@ -75,6 +76,7 @@ def torque(
         "limited_by": entries[int(np.argmin(bears))].name if limited else None,
         "unknown": unknown,
         "holds": holds,
+        "rated": rated_payload(robot.name),
     }
     return Output(data, torque_table, status=0 if holds else 1)
 
@@ -104,8 +106,13 @@ def torque_table(data) -> Iterator[RenderableType]:
         yield f"at {place} no joint limits the payload"
     else:
         yield f"at {place} it bears {data['payload']:.2f} kg: {data['limited_by']} limits it"
+    if data["rated"] is not None:
+        if data["mass"] > data["rated"]:
+            yield Text(f"more than the {data['rated']:g} kg that its maker rates it for", "bold yellow")
+        else:
+            yield f"its maker rates it for {data['rated']:g} kg"
     if data["holds"]:
-        yield Text("within the limits", "bold green")
+        yield Text("within the limits of torque", "bold green")
     elif any(share is not None and share > 1.0 for share in data["share"]):
         yield Text("beyond the limits", "bold red")
     else:

@@ -23,6 +23,7 @@ from ulna.collision.object_tree import (
     ObjectTree,
     bounds,
     compact_order,
+    halved_order,
     most_cloud_nodes,
     most_nodes,
     without,
@@ -251,7 +252,7 @@ class ObjectTables:
         ended = {name: k for name, k in self._alone.items() if name not in self._endless}
         rows = np.concatenate([self._arena.table[[row for row, _ in self._indexed.values()]], self._rows[[*ended.values()]]])
         names, (low, high) = [*self._indexed, *ended], bounds(rows)
-        order = compact_order((low + high) / 2)
+        order = halved_order((low + high) / 2)
         first = self._arena.add_rows(rows[order])  # in the order of the tree, for fewer cache misses
         self._tree = write_tree(self._arena, low[order], high[order], -1.0 - np.arange(float(first), first + len(rows)))
         self._indexed = {names[k]: (first + place, place) for place, k in enumerate(order.tolist())}

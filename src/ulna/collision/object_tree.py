@@ -51,6 +51,27 @@ def compact_order(centres: NDArray[np.floating]) -> NDArray[np.int64]:
     return order
 
 
+def halved_order(centres: Array) -> NDArray[np.int64]:
+    """An order for many searches: the boxes of nodes overlap less than in a ``compact_order``, which is found sooner.
+
+    From the root down, the objects of a node are halved across its longest side, and the halves twice more, for eight children;
+    all nodes of a level at once. Source: Bentley, Multidimensional binary search trees (Communications of the ACM, 1975).
+    """
+    n = len(centres)
+    size = 1 << max(n - 1, 0).bit_length()
+    filled = np.full((3, size), np.inf)  # the padding is farthest in every direction, so it is sorted last
+    filled[:, :n] = centres.T
+    order = np.arange(size)
+    while size > WIDTH:
+        places = filled[:, order].reshape(3, -1, size)
+        spread = np.where(places < np.inf, places, -np.inf).max(axis=2) - places.min(axis=2)
+        across = np.take_along_axis(places, spread.argmax(axis=0)[None, :, None], axis=0)[0]
+        size //= 2
+        halves = np.argpartition(across, size, axis=1)
+        order = np.take_along_axis(order.reshape(halves.shape), halves, axis=1).ravel()
+    return order[order < n]
+
+
 def most_nodes(n: int) -> int:
     """How many nodes a tree over n solids, or trees, has at most."""
     return n // (WIDTH - 1) + MOST_LEVELS

@@ -17,8 +17,8 @@ from ulna.viewer.session.steering import JOINTS, Steering
 
 _KEYS = {"x": ("↑", "↓"), "y": ("←", "→"), "z": ("PgUp", "PgDn")}  # of the positive and of the negative direction
 _WHAT = (
-    "Hold a button, or its key, and the hand moves until you let go. It touches nothing: before an obstacle it slows down and "
-    "stops, and a sentence says why."
+    "Hold a button, or its key, and the hand moves until you let go. Before an obstacle it slows down and stops, and a sentence "
+    "says why. The floor is an obstacle once it is ticked in Obstacles."
 )
 _AXES = {"base": "base", "hand": "link", "joints": JOINTS}  # and the other links that stand still, by their names
 _STEPS = {"while held": 0.0, "1 mm or 0.5°": 1.0, "1 cm or 5°": 10.0, "5 cm or 25°": 50.0}  # [mm or half a degree]

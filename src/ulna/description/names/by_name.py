@@ -102,6 +102,12 @@ def _bundled(name: str, also: list[str], maker: str, model: str, payload: float,
     return KnownRobot(name, tuple(also), "bundled", None, installed=True, maker=maker, model=model, payload=payload, reach=reach)
 
 
+def rated_payload(name: str) -> float | None:
+    """What the maker of a bundled arm says that it may carry [kg]; None for another robot."""
+    known = {arm.name: arm.payload for arm in arm_tables().values()} | {name: of[1] for name, of in _FRANKA.items()}
+    return known.get(name)
+
+
 def packages_to_install() -> list[str]:
     """The packages, by their names for pip, that would add more robots."""
     return [package for package, files in _files_by_package().items() if not files]

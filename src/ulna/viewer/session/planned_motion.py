@@ -264,9 +264,9 @@ class Planning:
         if self.upright or self.on_line:
             how += f", {plan.worst_violation:.0%} of the tolerance used at most"
         if len(shown.legs) > 1:
-            return f"{plan.status}: {motion.duration:.2f} s, {how}, in {len(shown.legs)} motions"
+            return f"{plan.status}: a motion of {motion.duration:.2f} s, {how}, in {len(shown.legs)} motions"
         too = f"; no path was found without moving {', '.join(plan.moved_beside)} too" if plan.moved_beside else ""
-        return f"{plan.status}: {motion.duration:.2f} s, {how}, {count_of(plan.checks, 'edge')} checked{too}"
+        return f"{plan.status}: a motion of {motion.duration:.2f} s, {how}, {count_of(plan.checks, 'edge')} checked{too}"
 
     def start_here(self) -> None:
         """Plan from where the arm is."""
