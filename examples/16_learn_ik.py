@@ -19,7 +19,7 @@ network = torch.nn.Sequential(*(layer for size in sizes for layer in (torch.nn.L
 
 
 def off_and_clear(n):
-    """How far the hand is from n random points in front of the arm, and how far the arm is from the ball [m], shape (n,) each."""
+    """How far the hand is from n random points in front of the arm, and the arm from the ball [m], shape (n,) each."""
     points = torch.tensor([0.35, -0.4, 0.2]) + torch.rand(n, 3) * torch.tensor([0.25, 0.8, 0.5])
     q = middle + span * network(points)
     hand = ulna.torch.forward_kinematics(robot, q)[:, :3, 3]

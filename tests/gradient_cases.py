@@ -12,6 +12,7 @@ LINKS = {
     "slides": "l4",
     "mimics": "fingertip",
     "floating": "propeller",
+    "one floating": "b",  # as many joints of the table as entries of q, in another order
     "planar": "tray",
     "fixed": "base",
 }
@@ -20,6 +21,8 @@ LINKS = {
 def robot_of(name):
     if name.startswith("panda"):
         return ulna.load("panda")
+    if name == "one floating":
+        return ulna.Robot(robots.two_links("floating", robots.Z, origin=robots.place(1)))
     if name == "slides":
         return ulna.Robot(
             robots.of_chain("prismatic", "revolute", "prismatic", "revolute", axis=robots.unit(1, 2, 3), origin=robots.place(0))

@@ -17,7 +17,7 @@ import ulna.torch
 from gradient_cases import FRAMES, case, crate
 from ulna.learning import callbacks, functions
 
-CASES = ["panda link", "mimics", "slides"]  # the formulas are those that PyTorch uses for all of them
+CASES = ["panda link", "mimics", "slides", "one floating"]  # the formulas are those that PyTorch uses for all of them
 
 
 @pytest.fixture(autouse=True)
