@@ -12,8 +12,8 @@ HIGHER = tests/kernels tests/wheel
 BUT =
 ARGS ?=
 
-.PHONY: demo video lint test test-all test-lowest test-newest test-without-demo test-cuda test-gpu test-learning test-franka test-ros1 test-ros2 test-wheel test-wheel-brief
-.PHONY: bench bench-gpu docs wheel hw2-zip clean
+.PHONY: demo video lint test test-all test-lowest test-newest test-without-demo test-cuda test-gpu test-franka test-ros1 test-ros2 test-wheel test-wheel-brief
+.PHONY: test-learning bench bench-gpu docs wheel hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
