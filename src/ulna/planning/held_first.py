@@ -9,9 +9,13 @@ held come first, each of a bounded number of edges, with fewer and fewer of them
 4. All but the joints of that chain and those that carry it: a lift, a torso, the slide of an arm.
 5. None.
 
+Each search has its near goals alone before it has all. The straight way to a far one may be free, as with another elbow, where
+the way to a near one goes round an obstacle.
+
 A chain ends where the robot branches: into joints, or a joint and a link without child links, as a hand and its one jaw.
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +30,7 @@ Mask = NDArray[np.bool_]
 _CHECKS = 3  # edges of a search, to the power of how many joints may move
 _MAX_POWER = 7
 _LONGER = 4  # times as many where the whole arm may move: only joints beside it are held then
+_NOT_FAR, _CHECKS_NEAR = 2.0, 300  # times as far as the nearest goal; edges of a search for such goals alone
 _MAX_GROUPS = 4  # of goals that agree with the start in the same entries
 
 
@@ -63,6 +68,21 @@ def trials_of(tree: Tree, same: Mask, fixed: Mask) -> list[Trial]:
         alone = len(masks) == 1
         trials += [Trial(mask, goals, checks) for mask, checks in _held_in_turn(tree, masks[k], fixed, alone=alone)]
     return trials
+
+
+def near_first(trials: Iterable[Trial], lengths: Array) -> list[Trial]:
+    """The trials, each after one for the near of its goals, if these are not all.
+
+    lengths: how far the goals are from the start, shape (n,).
+    """
+    found = []
+    for trial in trials:
+        far = lengths[trial.goals]
+        near = trial.goals[far <= _NOT_FAR * far.min()]
+        if len(near) < len(far):
+            found.append(Trial(trial.fixed.copy(), near, min(trial.checks, _CHECKS_NEAR)))
+        found.append(trial)
+    return found
 
 
 def arm_beyond(tree: Tree, moved: Mask) -> Mask:

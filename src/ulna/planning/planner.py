@@ -26,7 +26,7 @@ from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 from ulna.planning.goals import Goals, Request
-from ulna.planning.held_first import Trial, arm_beyond, arm_of, trials_of
+from ulna.planning.held_first import Trial, arm_beyond, arm_of, near_first, trials_of
 from ulna.planning.keep import Keep
 from ulna.planning.kept import are_kept, as_keeps, narrower, table_of, violations
 from ulna.planning.kept_goals import find_goals, poses_beside
@@ -178,13 +178,14 @@ def _search(request: Request, goals: Goals, keeps: Constraints | None, options: 
     """The first path found, by searches that hold fewer and fewer of the joints whose position is the same at both ends."""
     tree, start, fixed, (q, of) = request.tree, request.start, request.fixed, goals
     motion = _motion(request, q, fixed, keeps)
-    if len(q) > 1:
-        order = np.argsort(motion.space.lengths(motion.space.shortest_way(q - start)), kind="stable")
-        q, of = q[order], of[order]
+    lengths = motion.space.lengths(motion.space.shortest_way(q - start))
+    order = np.argsort(lengths, kind="stable")
+    q, of = q[order], of[order]
     same = same_entries(tree, start, q)
     q = np.where(same, start, q)
-    trials, effort = trials_of(tree, same, fixed), Effort()
-    for trial in (*trials, Trial(fixed, np.arange(len(q)), options.max_checks)):
+    last, effort = Trial(fixed, np.arange(len(q)), options.max_checks), Effort()
+    *trials, last = near_first((*trials_of(tree, same, fixed), last), lengths[order])
+    for trial in (*trials, last):
         if trials:
             motion = _motion(request, q[trial.goals], trial.fixed, keeps)
         most, limit = _share_of(trial, len(trials), effort, options, is_last=trial.fixed is fixed)
