@@ -13,7 +13,7 @@ BUT =
 ARGS ?=
 
 .PHONY: demo video lint test test-all test-lowest test-newest test-without-demo test-cuda test-gpu test-franka test-ros1 test-ros2 test-wheel test-wheel-brief
-.PHONY: bench bench-gpu docs wheel hw2-zip clean
+.PHONY: test-learning bench bench-gpu docs wheel hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
@@ -70,6 +70,10 @@ test-gpu: .venv-cuda/.ready
 # Problems a second on a GPU.
 bench-gpu: .venv-cuda/.ready
 	.venv-cuda/bin/python -m benchmarks.gpu $(ARGS)
+
+# Poses, Jacobians and distances of PyTorch's and JAX's arrays, with their gradients, on the CPU; on a GPU too where PyTorch finds one.
+test-learning: .venv-learning/.ready
+	.venv-learning/bin/python -m pytest tests/learning $(ARGS)
 
 # The tests of the core, of descriptions, plans and maps, where every direct dependency has the lowest version that pyproject.toml allows.
 # The highest are what any new environment gets. pip cannot choose the lowest; uv can.

@@ -7,6 +7,10 @@ import pytest
 
 # They import ROS, of which no environment has both: tests/demo/ros runs them where it is.
 collect_ignore_glob = [f"src/ulna/demo/ros/{name}.py" for name in ("messages", "ros[12]*", "rviz_video", "servo_node")]
+# They import a library that is in an environment of its own: make test-learning.
+for library, file in (("torch", "tensors"), ("jax", "callbacks")):
+    if find_spec(library) is None:
+        collect_ignore_glob += [f"src/ulna/{library}.py", f"src/ulna/learning/{file}.py"]
 
 
 @pytest.hookimpl(hookwrapper=True)

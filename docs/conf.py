@@ -54,11 +54,12 @@ nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|pathlib|collections|typing)\..*"),
     (
         "py:class",
-        r"(ArrayLike|Array|NDArray|Path|Solid|Shape|Obstacle|HasLinks|Region|Goal|Frame|Given|GivenLimits|AbstractContextManager)",
+        r"(ArrayLike|Array|NDArray|Path|Solid|Shape|Obstacle|HasLinks|Region|Goal|Frame|Given|GivenLimits|AbstractContextManager|Tensor)",
     ),
     ("py:class", r"(ReadsMotions|(ulna\.engine\.records\.)?Records)"),
 ]
 
+autodoc_mock_imports = ["torch", "jax"]  # they are large, and only their names are needed
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # docstrings.py tells them, in the words of the source
 autodoc_preserve_defaults = True
