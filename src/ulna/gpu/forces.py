@@ -110,7 +110,9 @@ class GpuForces:
 
         def refuse() -> None:
             refuse_rows({name: device.on_host(each) for name, each in rows.items()})
-            raise massless(np.asarray(np.isnan(device.on_host(results[0])).any(axis=-1)))
+            without_mass = np.asarray(np.isnan(device.on_host(results[0])).any(axis=-1))
+            if without_mass.any():
+                raise massless(without_mass)
 
         driver = driver_of(*self._sizes(), len(others) if stays else 0)
         device.run(driver, tables, joined, flat_results, queue.marks(), device.Launch(stream=queue.stream))

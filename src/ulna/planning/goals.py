@@ -174,7 +174,7 @@ def _of_poses(request: Request, link: str, poses: Array) -> Goals | Plan:
         return Goals(result.q[None].copy(), np.zeros(1, dtype=np.int64))
     if result.success or result.status == Status.IN_COLLISION:
         return no_plan(request.tree, PlanStatus.GOAL_IN_COLLISION, request.collision(result.q))
-    return no_plan(request.tree, PlanStatus.GOAL_UNREACHABLE, Reason(str(result), result))
+    return no_plan(request.tree, PlanStatus.GOAL_UNREACHABLE, Reason(_why_not(result), result))
 
 
 def _of_links(request: Request, poses: Mapping[str, Array]) -> Goals | Plan:
@@ -186,7 +186,7 @@ def _of_links(request: Request, poses: Mapping[str, Array]) -> Goals | Plan:
         if not len(found):
             result = _solve(alone, link, T, request.start)
             if not result.success:
-                return no_plan(tree, PlanStatus.GOAL_UNREACHABLE, Reason(f"{link}: {result}", result))
+                return no_plan(tree, PlanStatus.GOAL_UNREACHABLE, Reason(f"{link}: {_why_not(result)}", result))
             found = result.q[None]
         each[link] = _nearest_first(found, request.start, own[link])
     q = request.start[None]
@@ -197,6 +197,11 @@ def _of_links(request: Request, poses: Mapping[str, Array]) -> Goals | Plan:
             free = _nearest_first(free, request.start, ~fixed)[:_MOST_GOALS]
             return Goals(free, np.zeros(len(free), dtype=np.int64))
     return no_plan(tree, PlanStatus.GOAL_IN_COLLISION, request.collision(q[0]))
+
+
+def _why_not(result: IKResult) -> str:
+    """Why no configuration was found for a pose, after the words that the goal is unreachable."""
+    return str(result).removeprefix(f"{Status.UNREACHABLE}: ")
 
 
 def _of_several(request: Request, targets: Mapping[str, Array]) -> Goals | Plan:

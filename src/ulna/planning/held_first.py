@@ -80,7 +80,7 @@ def near_first(trials: Iterable[Trial], lengths: Array) -> list[Trial]:
         far = lengths[trial.goals]
         near = trial.goals[far <= _NOT_FAR * far.min()]
         if len(near) < len(far):
-            found.append(Trial(trial.fixed.copy(), near, min(trial.checks, _CHECKS_NEAR)))
+            found.append(Trial(trial.fixed, near, min(trial.checks, _CHECKS_NEAR)))
         found.append(trial)
     return found
 

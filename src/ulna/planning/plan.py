@@ -443,7 +443,7 @@ class Plan(OneLine):
             left = f"; {self._of_start}, and the first edge leads out of it" if self.escaped else ""
             points = f"{count_of(n, 'configuration')}, length {self.length:.3g}"
             return f"solved: {points}, {how}, after {count_of(self.checks, 'checked edge')}{left}{self._of_moved}"
-        return f"{self.status}: {str(self.reason).removeprefix('unreachable: ')}"  # of an IK result
+        return f"{self.status}: {self.reason}"
 
 
 def _with_start(positions: PositionLimits, start: Array, tree: Tree) -> PositionLimits:

@@ -188,7 +188,7 @@ def _search(request: Request, goals: Goals, keeps: Constraints | None, options: 
     for trial in (*trials, last):
         if trials:
             motion = _motion(request, q[trial.goals], trial.fixed, keeps)
-        most, limit = _share_of(trial, len(trials), effort, options, is_last=trial.fixed is fixed)
+        most, limit = _share_of(trial, len(trials), effort, options, is_last=trial is last)
         edges, progress = motion.edges(certify=options.certify), _progress_after(effort, options)
         search = Search(edges, start, q[trial.goals], (options.seed,), progress=progress)
         found = search.finish(most, limit, shorten=options.shorten)
@@ -199,7 +199,7 @@ def _search(request: Request, goals: Goals, keeps: Constraints | None, options: 
             searched, found, n = _stilled(searched, found, same[trial.goals][search.goal], shorten=options.shorten)
             effort, certified = replace(effort, checks=effort.checks + n), options.certify and found.confirmed
             return Plan(PlanStatus.SOLVED, found.path, certified, effort=effort, goal=goal, _searched=searched)
-        if trial.fixed is fixed:
+        if trial is last:
             name = "max_checks" if effort.checks >= options.max_checks else "time_limit"
             limited = f"{name}={getattr(options, name)}"
             reason = budget_spent(request, motion, search.refused, effort, limited, certify=options.certify)

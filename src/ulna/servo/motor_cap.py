@@ -63,10 +63,9 @@ def are_driven(motors: Motors, pieces: Pieces) -> bool:
     t = np.linspace(0.0, 1.0, count)[:, None, None] * steps
     at = q + t * (qd + t * (qdd / 2.0 + t * jerk / 6.0)), qd + t * (qdd + t * jerk / 2.0), qdd + t * jerk
     torques = motors.torques(*at)
-    if (np.abs(torques) > (1.0 - MARGIN) * motors.most).any():
-        return False
-    if not motors.limits_rates:
-        return True
+    driven = bool((np.abs(torques) <= (1.0 - MARGIN) * motors.most).all())
+    if not (driven and motors.limits_rates):
+        return driven
     changes = np.abs(np.diff(torques, axis=0)).max(axis=0)
     return bool((changes <= (1.0 - _RATE_MARGIN) * motors.most_rate * steps / (count - 1)).all())
 
