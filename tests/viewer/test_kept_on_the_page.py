@@ -102,7 +102,7 @@ def test_a_clicked_link_says_what_it_is_is_hidden_narrowed_and_carries_an_obstac
     wait_to_see(page, lambda: view.session.robot.attached and not view.world.names, "an attached crate")
     before = wait_to_see(page, lambda: view.arm.attached.get("crate"), "the crate on the arm")
     page.get_by_text("Attached: crate to").wait_for()
-    type_in(page, "Mass of crate", "2.5")
+    type_in(page, "Mass of crate [kg]", "2.5")
     wait_to_see(page, lambda: view.session.robot.attached[0].inertia, "a crate with a mass")
     page.get_by_text("with 2.5 kg").wait_for()
     one = view.session.robot.attached[0]

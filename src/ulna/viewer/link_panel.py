@@ -20,7 +20,6 @@ from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import TypedFields, refusals_shown
 
 _NONE = "none"
-_MASS = "Mass"
 _OF_ONE = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 _LABELS = "Lower limit", "Upper limit", "Velocity limit", "Acceleration limit"
 _PLURALS = {"box": "boxes", "mesh": "meshes", "convexmesh": "convex meshes"}
@@ -55,7 +54,7 @@ class LinkPanel:
         with gui.add_folder("Link", visible=False) as self.folder:
             self.facts = gui.add_html("")
             self.buttons = [gui.add_button(" ", visible=False) for _ in acts]
-            self.mass = gui.add_number(_MASS, 0.0, min=0.0, step=0.001, visible=False, hint="In kg; it counts in the torques")
+            self.mass = gui.add_number("Mass", 0.0, min=0.0, step=0.001, visible=False, hint="It counts in torques; 0: none")
             self.close = gui.add_button("Close", color="gray")
             with gui.add_folder("Limits of its joint", expand_by_default=False) as self.limits:
                 hint = "In rad or m, and seconds; 0 for no limit of a rate"
@@ -106,7 +105,7 @@ class LinkPanel:
         held = held_by(robot, link)
         self.mass.visible = held is not None
         if held is not None:
-            self.mass.label = f"{_MASS} of {held.name}"
+            self.mass.label = f"Mass of {held.name} [kg]"
             self._typed.write(self.mass, 0.0 if held.inertia is None else round(held.inertia.mass, 4))
         column = robot.joint_slices[robot.joint_names.index(joint.name)].start if _is_limited(robot, joint) else None  # type: ignore[union-attr]
         limits = {} if column is None else limits_of(robot, column)
