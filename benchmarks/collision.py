@@ -16,7 +16,7 @@ from benchmarks.processors import one_processor
 from benchmarks.ratio import ratio
 from ulna.bench.arms import random_positions
 from ulna.bench.timing import Workload, time_interleaved
-from ulna.collision.object_tables import MOST_UNINDEXED
+from ulna.collision.object_tables import MAX_UNINDEXED
 from ulna.engine.lanes import WIDTH
 from ulna.robot import Robot
 
@@ -99,7 +99,7 @@ def growth_rows(robot: Robot, peak: float) -> list[dict]:
             if not len(free):
                 continue  # so crowded that the arm has no room
             bound = (
-                (counts["place_bodies"] + n * n_bodies * counts["balls_overlap"]) / WIDTH * peak if n <= MOST_UNINDEXED else None
+                (counts["place_bodies"] + n * n_bodies * counts["balls_overlap"]) / WIDTH * peak if n <= MAX_UNINDEXED else None
             )
             rows.append({
                 "boxes": n, "world": density, "pairs": n * n_bodies, "built_ms": build_ms, **_growth(robot, world, free),

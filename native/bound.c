@@ -20,10 +20,10 @@ static int fits(Bound *bound, const Overload *overload, const Way *way) {
         kind += kinds_of(kind);
     }
     for (const char *axes = way->rest; *axes; axes++, kind++) {
-        int64_t slots[MOST_SLOTS];
+        int64_t slots[MAX_SLOTS];
         if (*axes == 'r') {
             if (kind->what != 'a' || kind->type != NPY_VOID || take_argument(kind, bound->like, slots) < 0) return 0;
-            if (way == &NUMBER && kind->size > (int)sizeof(double) * MOST_SCRATCH) return 0;
+            if (way == &NUMBER && kind->size > (int)sizeof(double) * MAX_SCRATCH) return 0;
             continue;
         }
         int dimensions = *axes == 't' ? 2 : *axes == 'i' ? 1 : *axes - '0';
@@ -51,7 +51,7 @@ static int read_numbers(Bound *bound, const Way *way, PyObject *numbers) {
         bound->numbers[k] = PyNumber_AsSsize_t(PyTuple_GetItem(numbers, k), PyExc_OverflowError);
         if (PyErr_Occurred()) return -1;
         int is_size = way != &TRUTH && way != &EDGE, in_scratch = way == &BRANCHES;
-        if (is_size && (bound->numbers[k] < 1 || (in_scratch && bound->numbers[k] > MOST_SCRATCH))) {
+        if (is_size && (bound->numbers[k] < 1 || (in_scratch && bound->numbers[k] > MAX_SCRATCH))) {
             return PyErr_SetString(PyExc_ValueError, "a size out of range"), -1;
         }
     }
@@ -121,7 +121,7 @@ static int init(PyObject *self, PyObject *arguments, PyObject *named) {
 /* The arguments of a call in their order, of which ``out`` alone may be given by name; how many, or 0 if Python must look at them. */
 static Py_ssize_t read_arguments(const Way *way, PyObject *arguments, PyObject *named, PyObject **given) {
     Py_ssize_t n = PyTuple_Size(arguments);
-    if (n < 1 || n > MOST_ARGUMENTS) return 0;
+    if (n < 1 || n > MAX_ARGUMENTS) return 0;
     for (Py_ssize_t k = 0; k < n; k++) given[k] = PyTuple_GetItem(arguments, k);
     if (!named || !PyDict_Size(named)) return n;
     if (!way->takes_out || n != 1 || PyDict_Size(named) != 1) return 0;
@@ -131,7 +131,7 @@ static Py_ssize_t read_arguments(const Way *way, PyObject *arguments, PyObject *
 
 static PyObject *call(PyObject *self, PyObject *arguments, PyObject *named) {
     Bound *bound = (Bound *)self;
-    PyObject *given[MOST_ARGUMENTS];
+    PyObject *given[MAX_ARGUMENTS];
     Py_ssize_t n = bound->entry ? read_arguments(bound->way, arguments, named, given) : 0;
     PyObject *result = n ? bound->way->call(bound, given, n) : NULL;
     if (result || PyErr_Occurred()) return result;

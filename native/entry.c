@@ -95,7 +95,7 @@ static int take_arguments(const Overload *overload, PyObject *const *arguments, 
 
 static PyObject *call_entry(PyObject *self, PyObject *const *arguments, Py_ssize_t n_arguments) {
     Entry *entry = (Entry *)self;
-    int64_t slots[MOST_SLOTS], result;
+    int64_t slots[MAX_SLOTS], result;
     int refused = 0;
     for (int k = 0; k < entry->n_overloads; k++) {
         const Overload *overload = &entry->overloads[k];
@@ -140,7 +140,7 @@ static const char *read_record(const char *text, Kind *kind) {
 
 /* Reads one argument of a signature (src/ulna/engine/signatures.py); returns what follows, or NULL. */
 static const char *read_kind(const char *text, Overload *overload, int within) {
-    if (overload->n_kinds == MOST_KINDS) return NULL;
+    if (overload->n_kinds == MAX_KINDS) return NULL;
     Kind *kind = &overload->kinds[overload->n_kinds++];
     kind->what = *text;
     if (*text == 'i' || *text == 'd' || *text == '-') return text + 1;
@@ -162,7 +162,7 @@ static int read_signature(const char *text, Overload *overload) {
     int slots = 0;
     for (; text && *text; overload->n_arguments++) text = read_kind(text, overload, 0);
     for (int k = 0; k < overload->n_kinds; k++) slots += 1 + (overload->kinds[k].what == 'a' ? overload->kinds[k].dimensions : 0);
-    if (text && slots <= MOST_SLOTS) return 0;
+    if (text && slots <= MAX_SLOTS) return 0;
     PyErr_SetString(PyExc_ValueError, "a signature that cannot be read");
     return -1;
 }

@@ -89,7 +89,7 @@ static int64_t *slots_of_scene(Bound *bound, int64_t *copy, PyObject *const *row
 /* ---- the eight ways ---- */
 
 static PyObject *call_pose(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
-    int64_t copy[MOST_SLOTS], good;
+    int64_t copy[MAX_SLOTS], good;
     npy_intp rows = bound->numbers[0], columns = bound->numbers[1];
     PyObject *q = arguments[0], *out = n > 1 && arguments[1] != Py_None ? arguments[1] : NULL;
     if (n > 2 || !is_vector(q, bound->n)) return NULL;
@@ -109,7 +109,7 @@ static PyObject *call_pose(Bound *bound, PyObject *const *arguments, Py_ssize_t 
 }
 
 static PyObject *call_truth(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
-    int64_t copy[MOST_SLOTS], code;
+    int64_t copy[MAX_SLOTS], code;
     if (n != 3 || !is_vector(arguments[0], bound->n)) return NULL;
     int64_t *slots = slots_of_scene(bound, copy, arguments + 1);
     if (!slots) return NULL;
@@ -121,8 +121,8 @@ static PyObject *call_truth(Bound *bound, PyObject *const *arguments, Py_ssize_t
 }
 
 static PyObject *call_number(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
-    int64_t copy[MOST_SLOTS], good;
-    double record[MOST_SCRATCH];
+    int64_t copy[MAX_SLOTS], good;
+    double record[MAX_SCRATCH];
     if (n != 3 || !is_vector(arguments[0], bound->n)) return NULL;
     int64_t *slots = slots_of_scene(bound, copy, arguments + 1);
     if (!slots) return NULL;
@@ -132,7 +132,7 @@ static PyObject *call_number(Bound *bound, PyObject *const *arguments, Py_ssize_
 }
 
 static PyObject *call_edge(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
-    int64_t copy[MOST_SLOTS], good, status[1] = {0};
+    int64_t copy[MAX_SLOTS], good, status[1] = {0};
     double free_until[1];
     if (n != 5) return NULL;
     PyObject *q_a = arguments[0], *q_b = arguments[1], *q;
@@ -153,7 +153,7 @@ static PyObject *call_edge(Bound *bound, PyObject *const *arguments, Py_ssize_t 
 }
 
 static PyObject *call_motion(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
-    int64_t copy[MOST_SLOTS], good;
+    int64_t copy[MAX_SLOTS], good;
     if (n != 3) return NULL;
     for (int k = 0; k < 3; k++) {
         if (!is_vector(arguments[k], bound->n)) return NULL;
@@ -169,7 +169,7 @@ static PyObject *call_motion(Bound *bound, PyObject *const *arguments, Py_ssize_
 }
 
 static PyObject *call_copy(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
-    int64_t copy[MOST_SLOTS], good;
+    int64_t copy[MAX_SLOTS], good;
     npy_intp rows = bound->numbers[0], columns = bound->numbers[1];
     PyObject *T = arguments[0], *out = n == 1 && is_matrix(T, rows, columns, 0) ? new_array(2, rows, columns) : NULL;
     if (!out) return NULL;
@@ -181,7 +181,7 @@ static PyObject *call_copy(Bound *bound, PyObject *const *arguments, Py_ssize_t 
 }
 
 static PyObject *call_search(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
-    int64_t copy[MOST_SLOTS], good;
+    int64_t copy[MAX_SLOTS], good;
     if (n != 2 || !is_matrix(arguments[0], 4, 4, 0) || !is_vector(arguments[1], bound->n)) return NULL;
     PyObject *q = new_array(1, bound->n, 0), *info = new_record_like(bound->like);
     if (q && info) {
@@ -210,8 +210,8 @@ static PyObject *truths_of(const npy_bool *row, npy_intp n) {
 }
 
 static PyObject *call_branches(Bound *bound, PyObject *const *arguments, Py_ssize_t n) {
-    int64_t copy[MOST_SLOTS], code = -1;
-    npy_bool truths[2 * MOST_SCRATCH];
+    int64_t copy[MAX_SLOTS], code = -1;
+    npy_bool truths[2 * MAX_SCRATCH];
     npy_intp rows = bound->numbers[0];
     PyObject *q = n == 1 && is_matrix(arguments[0], 4, 4, 0) ? new_array(2, rows, bound->n) : NULL;
     if (!q) return NULL;

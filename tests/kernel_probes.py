@@ -10,7 +10,7 @@ from ulna.kernels.distance.body_records import Body, Core
 from ulna.kernels.distance.box_sat import boxes_overlap, widest_gap
 from ulna.kernels.distance.pairs import body_of, pair_distance, pair_overlap
 from ulna.kernels.ik.damped_system import block_joints_at_bounds, solve_damped
-from ulna.kernels.ik.levenberg_marquardt import ALLOWED, CHANGE, LEAST, N_STATE, advance
+from ulna.kernels.ik.levenberg_marquardt import ALLOWED, CHANGE, LAST_ERROR, N_STATE, advance
 from ulna.kernels.ik.search_layout import POINTING
 from ulna.kernels.ik.task_error import swing, task_error
 from ulna.kernels.spatial.elementary import first_quadrant_angle, maximum, minimum, sincos
@@ -167,7 +167,7 @@ def one_advance(chain, posture, settings, x, out):
     zero = splat(0.0, load(x, 0))
     for k in range(N_STATE):
         store(state_rows, k, zero)
-    store(state_rows, LEAST, zero + np.inf)
+    store(state_rows, LAST_ERROR, zero + np.inf)
     store(state_rows, ALLOWED, zero + 20.0)
     store(state_rows, CHANGE, zero + (np.inf if settings[0].with_posture else 0.0))
     rows = (q_rows, last_rows, x[n : n + 12], x[n + 12 :], state_rows)

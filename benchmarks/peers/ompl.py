@@ -15,7 +15,7 @@ from benchmarks.vamp_problems import PlanningProblem
 from ulna.planning.motion import RANGE, SAMPLES_APART
 
 Way = tuple[NDArray | None, float]
-MOST = 10.0  # s
+MAX = 10.0  # s
 
 
 class Planner:
@@ -48,7 +48,7 @@ class Planner:
         planner.setRange(RANGE)
         setup.setPlanner(planner)
         setup.setStartAndGoalStates(self._state(problem.start), self._state(problem.goal))
-        if not setup.solve(MOST) or not setup.haveExactSolutionPath():
+        if not setup.solve(MAX) or not setup.haveExactSolutionPath():
             return (None, np.nan), (None, np.nan)
         planned, first = time.thread_time(), self._path(setup.getSolutionPath())
         again = time.thread_time()

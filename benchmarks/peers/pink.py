@@ -19,7 +19,7 @@ from benchmarks.peers.coal import Scene
 from benchmarks.servo_scenes import CLEARANCE, RATE
 
 VERSION = version("pin-pink")
-MOST_PAIRS = 24  # as many as Ulna's servo
+MAX_PAIRS = 24  # as many as Ulna's servo
 GAIN = 20.0  # of the barrier, as in pink's examples
 
 
@@ -42,7 +42,7 @@ class Follower:
         self._tasks = [self._hand, posture]
         self._acceleration = AccelerationLimit(model, np.full(model.nv, acceleration))
         self._limits = [ConfigurationLimit(model), VelocityLimit(model), self._acceleration]
-        n = min(MOST_PAIRS, scene.n_pairs)
+        n = min(MAX_PAIRS, scene.n_pairs)
         self._barriers = [SelfCollisionBarrier(n, gain=GAIN, safe_displacement_gain=1.0, d_min=CLEARANCE)]
 
     def step(self, T):

@@ -41,7 +41,7 @@ SIZE, SIZE_OF_FILM = (960, 540), (640, 360)
 GAP = 4  # pixels of white between the parts of a picture
 NOTHING = """<robot name="nothing"><link name="{}">
   <visual><origin xyz="0 0 -1"/><geometry><box size="0.001 0.001 0.001"/></geometry></visual></link></robot>"""
-LEAST = 6  # of 255, by which a pixel differs from the background
+MIN = 6  # of 255, by which a pixel differs from the background
 FAINT = 0.35  # the part of an earlier configuration in a picture of several
 AXES = ((210, 40, 40), (40, 150, 60), (50, 90, 220))  # x red, y green, z blue
 
@@ -98,7 +98,7 @@ class Scene:
         background = self._pictures(nothing, np.empty((1, 0)))[0].astype(float)
         result = background
         for share, picture in zip([FAINT] * (len(q) - 1) + [1.0], self._pictures(self.robot, q), strict=True):
-            differs = np.abs(picture - background).max(axis=2, keepdims=True) > LEAST
+            differs = np.abs(picture - background).max(axis=2, keepdims=True) > MIN
             result = np.where(differs, share * picture + (1 - share) * result, result)
         return result.round().astype(np.uint8)
 

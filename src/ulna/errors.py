@@ -17,7 +17,7 @@ _PACKAGE = Path(__file__).resolve().parent
 _LONGEST = 1000  # characters of a message, which may cite a document
 MAX_CITED = 200  # characters of a value that is refused
 _QUOTED = re.compile(rf"'[^']{{{MAX_CITED - 1},}}+'|\"[^\"]{{{MAX_CITED - 1},}}+\"")
-_LONGEST_NAME, _MOST_NAMES = 100, 10_000  # among which near ones are looked for
+_LONGEST_NAME, _MAX_NAMES = 100, 10_000  # among which near ones are looked for
 # Arguments that some functions had, and what took their place.
 _SUCCESSORS = {
     "method": "the search is Levenberg-Marquardt's; lesson 3 (docs/lessons/3_inverse_kinematics.ipynb) has the textbook methods "
@@ -144,7 +144,7 @@ def case_twin(path: Path) -> Path | None:
     for folder in dict.fromkeys((path.parent, path.parent.parent)):
         try:
             with os.scandir(folder) as entries:
-                names = [entry.name for entry in islice(entries, _MOST_NAMES)]
+                names = [entry.name for entry in islice(entries, _MAX_NAMES)]
         except (OSError, ValueError):
             continue
         below = path.relative_to(folder)
@@ -344,7 +344,7 @@ def near_names(name: str, known: Iterable[str], most: int) -> list[str]:
     import difflib  # noqa: PLC0415 - needed only where something is wrong
 
     short = [one for one in known if len(one) <= _LONGEST_NAME]
-    return difflib.get_close_matches(str(name), short[:_MOST_NAMES], n=most) if len(str(name)) <= _LONGEST_NAME else []
+    return difflib.get_close_matches(str(name), short[:_MAX_NAMES], n=most) if len(str(name)) <= _LONGEST_NAME else []
 
 
 def did_you_mean(name: str, known: Iterable[str], most: int = 8) -> str:

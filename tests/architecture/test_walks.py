@@ -11,7 +11,7 @@ import sys
 
 import pytest
 
-MOST = {  # files, at the first call and at the second: what is reached now; lower them as files are joined
+MAX = {  # files, at the first call and at the second: what is reached now; lower them as files are joined
     "forward_kinematics": (14, 9),
     "in_collision": (29, 14),
     "inverse_kinematics": (29, 16),
@@ -86,14 +86,14 @@ def walks_of(call):
 
 @pytest.mark.process
 @pytest.mark.compiler  # in a wheel the methods are in C, and pass other files where Python runs the kernels
-@pytest.mark.parametrize("call", MOST)
+@pytest.mark.parametrize("call", MAX)
 def test_few_files_lie_between_a_method_and_its_arithmetic(call):
-    for files, most in zip(walks_of(call), MOST[call], strict=True):
+    for files, most in zip(walks_of(call), MAX[call], strict=True):
         assert any(file.startswith("kernels/") for file in files)
         assert len(files) <= most, files
 
 
 if __name__ == "__main__":
     print(f"{'call':20s} {'first':>6s} {'second':>6s}")  # noqa: T201
-    for name in MOST:
+    for name in MAX:
         print(f"{name:20s} {' '.join(f'{len(files):6d}' for files in walks_of(name))}")  # noqa: T201

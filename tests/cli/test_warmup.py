@@ -25,7 +25,7 @@ from ulna.collision.entries import placing
 from ulna.engine import bound
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
-from ulna.planning.averaged import timed_path
+from ulna.planning.jerk_limited import timed_path
 from ulna.planning.blend import IsFree
 from ulna.planning.timing import Limits
 from ulna.viewer.film.recording import make_form, record_robot

@@ -7,12 +7,12 @@ import pytest
 
 import ulna
 from assertions import assert_close
-from ulna.collision.object_tables import MOST_UNINDEXED
+from ulna.collision.object_tables import MAX_UNINDEXED
 from ulna.errors import GeometryError, InputError
 
 PLACE = ulna.pose((0.1, -0.1, 0.2), (0.4, -0.3, 1.0))
 NARROW, WIDE = (ulna.pose(xyz, (0.03, -0.02, 1.0)) for xyz in ((0.6, 0.5, 0.3), (0.45, 0.4, -0.06)))
-COUNTS = [MOST_UNINDEXED // 2, 3 * MOST_UNINDEXED]  # in no tree, and in one
+COUNTS = [MAX_UNINDEXED // 2, 3 * MAX_UNINDEXED]  # in no tree, and in one
 
 
 def cloud_and_balls(rng, n):

@@ -5,11 +5,11 @@ import pytest
 
 import ulna
 from assertions import assert_close
-from ulna.collision.object_tables import MOST_UNINDEXED
+from ulna.collision.object_tables import MAX_UNINDEXED
 from ulna.errors import InputError
 
 
-@pytest.fixture(params=[3, 3 * MOST_UNINDEXED], ids=["few", "many"])
+@pytest.fixture(params=[3, 3 * MAX_UNINDEXED], ids=["few", "many"])
 def world(request, rng):
     world = ulna.World()
     for k in range(request.param):

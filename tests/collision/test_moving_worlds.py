@@ -9,7 +9,7 @@ import pytest
 import ulna
 from ulna.collision import object_tables
 from ulna.collision.entries import placing
-from ulna.collision.object_tables import MOST_UNINDEXED
+from ulna.collision.object_tables import MAX_UNINDEXED
 from ulna.description.pose import as_one_pose
 from ulna.errors import InputError, UnknownNameError
 
@@ -101,7 +101,7 @@ def boxes_at(places, size=0.04):
     return [(f"{k}", ulna.Box((size, size, size)), ulna.pose(place)) for k, place in enumerate(places)]
 
 
-@pytest.mark.parametrize("n", [MOST_UNINDEXED, 3 * MOST_UNINDEXED])
+@pytest.mark.parametrize("n", [MAX_UNINDEXED, 3 * MAX_UNINDEXED])
 def test_thousands_of_moves_in_a_world_of_many_objects(panda, rng, n):
     world, q = ulna.World(), panda.random(20, seed=1)
     world.add_many(boxes_at(rng.uniform(-1, 1, (n, 3))))
@@ -152,14 +152,14 @@ def test_several_move_at_once_or_none(panda, rng):
 
 def test_most_of_a_tree_moves_at_once_and_others_stay_in_it(panda, rng):
     world, q = ulna.World(), panda.random(20, seed=2)
-    world.add_many(boxes_at(rng.uniform(-1, 1, (5 * MOST_UNINDEXED, 3))))
+    world.add_many(boxes_at(rng.uniform(-1, 1, (5 * MAX_UNINDEXED, 3))))
     world.add("floor", ulna.HalfSpace(), ulna.pose((0, 0, -1.5)))
     before = world.objects()
     numbers = before.numbers
-    for n in (MOST_UNINDEXED, MOST_UNINDEXED + 1, 4 * MOST_UNINDEXED):
-        world.move_many([f"{3 * k % (5 * MOST_UNINDEXED)}" for k in range(n)], ulna.pose(rng.uniform(-1, 1, (n, 3))))
+    for n in (MAX_UNINDEXED, MAX_UNINDEXED + 1, 4 * MAX_UNINDEXED):
+        world.move_many([f"{3 * k % (5 * MAX_UNINDEXED)}" for k in range(n)], ulna.pose(rng.uniform(-1, 1, (n, 3))))
         assert_same(panda, world, q)
-    assert len(world.objects().numbers) == 5 * MOST_UNINDEXED + 1
+    assert len(world.objects().numbers) == 5 * MAX_UNINDEXED + 1
     assert np.array_equal(before.numbers, numbers)
 
 
@@ -226,7 +226,7 @@ def test_a_reflection_is_not_copied_by_machine_code():
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ulna.UnitWarning")  # the others are 100 m away
-@pytest.mark.parametrize("n_more", [0, 2 * MOST_UNINDEXED])
+@pytest.mark.parametrize("n_more", [0, 2 * MAX_UNINDEXED])
 def test_queries_in_threads_find_the_world_as_it_was_at_one_moment(panda, n_more):
     """Two boxes change places, one of them always in the way: a query that found a torn world would find none, now and then."""
     world, aside, in_the_way = ulna.World(), ulna.pose((3, 0, 0)), panda.forward_kinematics(panda.home)
@@ -255,7 +255,7 @@ def test_queries_in_threads_find_the_world_as_it_was_at_one_moment(panda, n_more
 @pytest.mark.slow
 def test_a_world_and_its_copies_change_at_the_same_time_and_stay_apart(panda, rng):
     world = ulna.World()
-    world.add_many(boxes_at(rng.uniform(-1, 1, (2 * MOST_UNINDEXED, 3))))
+    world.add_many(boxes_at(rng.uniform(-1, 1, (2 * MAX_UNINDEXED, 3))))
     world.objects()
     copies, q, failed = [world.copy() for _ in range(3)], panda.random(20, seed=2), []
 

@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 import ulna
 from assertions import assert_close
 from coal_boxes import as_coal, distance
-from ulna.collision.object_tables import MOST_UNINDEXED
+from ulna.collision.object_tables import MAX_UNINDEXED
 from ulna.errors import GeometryError, InputError
 
 SHAPES = [
@@ -31,12 +31,12 @@ def world_of(rng, n, shapes, *, floor=False):
     return world
 
 
-@pytest.fixture(params=[40, 3 * MOST_UNINDEXED], ids=["few", "many"])
+@pytest.fixture(params=[40, 3 * MAX_UNINDEXED], ids=["few", "many"])
 def boxes(request, rng):
     return world_of(rng, request.param, SHAPES[:1])
 
 
-@pytest.fixture(params=[10, 3 * MOST_UNINDEXED], ids=["few", "many"])
+@pytest.fixture(params=[10, 3 * MAX_UNINDEXED], ids=["few", "many"])
 def mixed(request, rng):
     return world_of(rng, request.param, SHAPES, floor=True)
 
@@ -127,7 +127,7 @@ def test_a_batch_has_the_rows_of_its_configurations_bit_for_bit(panda, mixed, rn
             assert np.array_equal(getattr(near, name), getattr(whole, name)[part])
 
 
-@pytest.mark.parametrize("n", [MOST_UNINDEXED // 2, 5 * MOST_UNINDEXED])
+@pytest.mark.parametrize("n", [MAX_UNINDEXED // 2, 5 * MAX_UNINDEXED])
 def test_of_a_cloud_each_body_has_its_nearest_ball(panda, rng, n):
     way = rng.normal(size=(n, 3))
     points = way / np.linalg.norm(way, axis=1)[:, None] * rng.uniform(0.4, 0.9, (n, 1))

@@ -334,7 +334,7 @@ def test_the_robots_points_are_found_a_part_of_the_cloud_at_a_time(panda, rng, m
         return find(q, scene, *arguments)
 
     monkeypatch.setattr(checker, "find_near_pairs", counted)
-    monkeypatch.setattr(checker, "_MOST_POINTS", 1000)
+    monkeypatch.setattr(checker, "_MAX_POINTS", 1000)
     names, owner = panda.links_near(cloud, panda.home, within=0.05)
     assert len(scenes) == 3, "Ctrl-C is noticed between two calls"
     assert names == expected[0]

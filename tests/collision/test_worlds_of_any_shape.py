@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.collision.object_tables import MOST_UNINDEXED
+from ulna.collision.object_tables import MAX_UNINDEXED
 from ulna.errors import GeometryError
 
 MIXED = """<robot name="mixed">
@@ -51,7 +51,7 @@ def mixed():
     return robot.with_attached("cup", ulna.Capsule(0.03, 0.1), ulna.pose((0, 0, 0.2)), link="hand")
 
 
-@pytest.mark.parametrize("n", [MOST_UNINDEXED, 3 * MOST_UNINDEXED])
+@pytest.mark.parametrize("n", [MAX_UNINDEXED, 3 * MAX_UNINDEXED])
 def test_what_a_crowd_touches_is_what_each_of_it_touches(mixed, rng, n):
     objects = crowd(rng, n)
     world, q = world_of(objects), rng.uniform(-3, 3, (40, 2))
@@ -66,7 +66,7 @@ def test_what_a_crowd_touches_is_what_each_of_it_touches(mixed, rng, n):
 
 
 def test_a_floor_is_met_among_many_objects(mixed, rng):
-    world = world_of(crowd(rng, 2 * MOST_UNINDEXED, reach=30.0))
+    world = world_of(crowd(rng, 2 * MAX_UNINDEXED, reach=30.0))
     world.add("floor", ulna.HalfSpace(), ulna.pose((0, 0, -0.5)))
     q = rng.uniform(-3, 3, (50, 2))
     lowest = []
@@ -78,7 +78,7 @@ def test_a_floor_is_met_among_many_objects(mixed, rng):
 
 
 def test_objects_may_come_move_and_go_in_a_tree(mixed, rng):
-    world = world_of(crowd(rng, 2 * MOST_UNINDEXED, reach=30.0))
+    world = world_of(crowd(rng, 2 * MAX_UNINDEXED, reach=30.0))
     q = np.zeros(2)
     before = mixed.in_collision(q, world)
     world.add("rock", ulna.Sphere(0.1), ulna.pose((0, 0, 0.4)))

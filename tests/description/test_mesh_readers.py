@@ -11,7 +11,7 @@ from assertions import assert_close
 from mesh_texts import ACCESSOR, CORNERS, FACES, INSTANCE, TRIANGLES, collada, doubled, stl
 from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.obj import rewritten_obj
-from ulna.description.meshes.reader import MOST_BYTES, Beside, mesh_bytes, read_scene, used_points
+from ulna.description.meshes.reader import MAX_BYTES, Beside, mesh_bytes, read_scene, used_points
 from ulna.errors import FileError
 from ulna.viewer.visuals import link_visuals
 
@@ -218,7 +218,7 @@ def test_a_mesh_with_a_missing_material_is_read(tmp_path):
 
 def test_a_mesh_file_that_is_too_large_or_missing_is_refused(tmp_path):
     with (tmp_path / "sparse.stl").open("wb") as file:
-        file.truncate(MOST_BYTES + 1)
+        file.truncate(MAX_BYTES + 1)
     with pytest.raises(FileError, match=r"more than 100 MB"):
         mesh_bytes(tmp_path / "sparse.stl")
     with pytest.raises(FileError, match="part"):
@@ -226,7 +226,7 @@ def test_a_mesh_file_that_is_too_large_or_missing_is_refused(tmp_path):
 
 
 def test_too_many_triangles_are_refused_before_they_are_built(tmp_path, monkeypatch):
-    monkeypatch.setattr("ulna.description.meshes.collada_scene.MOST_TRIANGLES", 15)
+    monkeypatch.setattr("ulna.description.meshes.collada_scene.MAX_TRIANGLES", 15)
     path = tmp_path / "part.dae"
     path.write_text(doubled(2))
     with pytest.raises(FileError, match="16 triangles; up to 15"):

@@ -11,7 +11,7 @@ import pytest
 import ulna
 from ulna import DescriptionError, UlnaError
 from ulna.description.xacro import expansion as xacro
-from ulna.description.xml import LONGEST, MOST_ELEMENTS
+from ulna.description.xml import LONGEST, MAX_ELEMENTS
 
 JOINT = '<joint name="j{0}" type="{2}"><parent link="l{0}"/><child link="l{1}"/>{3}</joint>'
 LIMIT = '<limit lower="-1" upper="1"/>'
@@ -31,7 +31,7 @@ def robot(*parts: str) -> str:
 
 def test_a_million_links_are_refused():
     text = robot('<link name="l"/>' * 1_000_000)
-    with pytest.raises(DescriptionError, match=rf"^URDF text: has 1000001 elements; up to {MOST_ELEMENTS} are read$"):
+    with pytest.raises(DescriptionError, match=rf"^URDF text: has 1000001 elements; up to {MAX_ELEMENTS} are read$"):
         ulna.load(text)
 
 

@@ -14,7 +14,7 @@ import pytest
 
 import ulna
 from ulna.engine import threads as batches
-from ulna.engine.threads import LEAST_POSES, default_threads, in_parts, in_rows, in_slices, n_threads
+from ulna.engine.threads import MIN_POSES, default_threads, in_parts, in_rows, in_slices, n_threads
 from ulna.errors import InputError, UnknownArgumentError
 
 ROWS, PARTS = 8000, 8  # two threads make four parts each
@@ -215,17 +215,17 @@ LONG = {
 def test_a_batch_that_threads_share_has_the_rows_of_small_ones(panda, name, monkeypatch):
     parts, work = [], batches._run_waiting
     monkeypatch.setattr(batches, "_run_waiting", lambda run, waiting: parts.append(1) or work(run, waiting))
-    q = np.random.default_rng(0).uniform(panda.lower, panda.upper, (3 * LEAST_POSES + 5, panda.n_dof))
+    q = np.random.default_rng(0).uniform(panda.lower, panda.upper, (3 * MIN_POSES + 5, panda.n_dof))
     whole = LONG[name](panda, q)
     assert len(parts) > 1, "no threads"
-    for start in (0, LEAST_POSES - 40, 2 * LEAST_POSES, len(q) - 77):
+    for start in (0, MIN_POSES - 40, 2 * MIN_POSES, len(q) - 77):
         assert np.array_equal(whole[start : start + 77], LONG[name](panda, q[start : start + 77]))
 
 
 @pytest.mark.usefixtures("three_processors")
 @pytest.mark.parametrize("name", LONG)
 def test_a_row_out_of_range_is_reported_whichever_thread_finds_it(panda, name):
-    q = np.tile(panda.home, (3 * LEAST_POSES, 1))
+    q = np.tile(panda.home, (3 * MIN_POSES, 1))
     q[-1, 2] = np.nan
     with pytest.raises(InputError, match=rf"q\[{len(q) - 1}, 2\]"):
         LONG[name](panda, q)

@@ -6,7 +6,7 @@ import pytest
 import formulas
 import kernel_probes as probes
 from assertions import assert_close
-from ulna.kernels.ik.levenberg_marquardt import CHANGE, LAMBDA, LEAST, N_STATE, P2, R2
+from ulna.kernels.ik.levenberg_marquardt import CHANGE, LAMBDA, LAST_ERROR, N_STATE, P2, R2
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.ik.search_records import SearchSettings
 
@@ -139,5 +139,5 @@ def test_what_is_near_is_noted_and_what_is_not_is_not(run, panda, there):
     near[::2, 0, 3] += 0.9e-3
     near[1::2, 0, 3] += 1.1e-3
     step = Advance(run, panda, q, near, everywhere(N, np.inf), tolerance=1e-3)
-    assert_close(step.state[LEAST, ::2], np.full(N // 2, 0.81e-6), atol=1e-12)
-    assert np.isinf(step.state[LEAST, 1::2]).all()
+    assert_close(step.state[LAST_ERROR, ::2], np.full(N // 2, 0.81e-6), atol=1e-12)
+    assert np.isinf(step.state[LAST_ERROR, 1::2]).all()

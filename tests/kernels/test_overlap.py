@@ -6,7 +6,7 @@ import pytest
 import formulas
 from assertions import assert_close
 from ulna.collision.entries import contacts, overlap
-from ulna.collision.object_tables import MOST_UNINDEXED, make_objects
+from ulna.collision.object_tables import MAX_UNINDEXED, make_objects
 from ulna.description.shapes import Box
 from ulna.kernels.collision.collision_layout import (
     CONTACT_WIDTH,
@@ -89,13 +89,13 @@ def test_it_overlaps_where_any_pair_does(panda, bodies, objects, rng):
 
 
 def test_a_bvh_of_objects_overlaps_where_any_object_does(panda, bodies, rng):
-    for n in (MOST_UNINDEXED, MOST_UNINDEXED + 1, 3 * MOST_UNINDEXED):
+    for n in (MAX_UNINDEXED, MAX_UNINDEXED + 1, 3 * MAX_UNINDEXED):
         objects, q = scattered(rng, n, 0.02, reach=1.5), configurations(panda, rng, 24)
         world = table_of(objects)
-        assert (world.layout.root >= 0) == (n > MOST_UNINDEXED)
+        assert (world.layout.root >= 0) == (n > MAX_UNINDEXED)
         expected = np.zeros(24, dtype=bool)
-        for k in range(0, n, MOST_UNINDEXED):
-            expected |= overlaps(panda, bodies, table_of(objects[k : k + MOST_UNINDEXED]), q)
+        for k in range(0, n, MAX_UNINDEXED):
+            expected |= overlaps(panda, bodies, table_of(objects[k : k + MAX_UNINDEXED]), q)
         assert 0 < expected.mean() < 1
         assert np.array_equal(overlaps(panda, bodies, world, q), expected)
 
@@ -172,7 +172,7 @@ def test_a_crumb_within_any_box_of_the_robot_is_met(panda, bodies, rng, k):
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 2e6])
-@pytest.mark.parametrize("n", [4, MOST_UNINDEXED + 1])
+@pytest.mark.parametrize("n", [4, MAX_UNINDEXED + 1])
 def test_an_entry_out_of_range_is_reported_and_never_free(panda, bodies, rng, bad, n):
     q, world = configurations(panda, rng, 9), table_of(scattered(rng, n, 0.1))
     q[8, 3] = bad

@@ -6,13 +6,13 @@ import pytest
 import two_arms
 import ulna
 from ulna.errors import InputError
-from ulna.planning.held_first import arm_beyond, arm_of
+from ulna.planning.fixed_joints_first import arm_beyond, arm_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*lower and upper of a continuous joint are not used")
 SHAPE = '<collision><geometry><box size="0.05 0.05 0.05"/></geometry></collision>'
 AXES = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")
 PLACES = ("0 0 0.3", "0.1 0 0.1", "0 0 0.26", "0.1 0 0", "0.3 0 0", "0.07 0 0")
-LEAST = 1001  # samples of a path that are tested for contacts
+N_SAMPLES = 1001  # samples of a path that are tested for contacts
 
 
 def joint(name, kind, parent, place="0 0 0", axis="0 0 1", low=-3.0, high=3.0, more=""):
@@ -102,7 +102,7 @@ def stays(rows, q, still):
 
 def assert_free(robot, plan, world):
     assert plan.certified
-    assert not robot.in_collision(plan.at(np.linspace(0, 1, LEAST)), world).any()
+    assert not robot.in_collision(plan.at(np.linspace(0, 1, N_SAMPLES)), world).any()
 
 
 def assert_all_stays(robot, start, goal, world, still):

@@ -10,9 +10,9 @@ import pytest
 
 import ulna
 from ulna.kernels.planning.constraint_records import Entry
+from ulna.planning.constrained_goals import shortest_turn
+from ulna.planning.constraint_table import as_keeps, table_of
 from ulna.planning.entries import keeping
-from ulna.planning.kept import as_keeps, table_of
-from ulna.planning.kept_goals import shortest_turn
 from ulna.planning.positions import PositionLimits
 
 STACK = """<robot name="stack"><link name="base"/><link name="cart"/><link name="arm"/><link name="wheel"/><link name="hand"/>

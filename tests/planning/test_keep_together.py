@@ -8,9 +8,9 @@ import pytest
 import two_arms
 import ulna
 from ulna.kernels.planning.constraint_records import Entry
+from ulna.planning.constrained_goals import poses_beside
+from ulna.planning.constraint_table import as_keeps, table_of
 from ulna.planning.entries import keeping
-from ulna.planning.kept import as_keeps, table_of
-from ulna.planning.kept_goals import poses_beside
 
 HANDS = "left_hand", "right_hand"
 AXIS = np.array([1.0, 0.2, 0.0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.planning.held_first import Trial, near_first
+from ulna.planning.fixed_joints_first import Trial, near_first
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -15,9 +15,9 @@ from scipy.optimize import linprog
 
 import ulna
 from ulna.errors import FileError, InputError, MissingExtraError
-from ulna.planning.averaged import bounds_of_acceleration, timed_path
 from ulna.planning.blend import CHORDS, IsFree, edges_of, free_cuts, rounded
 from ulna.planning.entries import time_parameterisation
+from ulna.planning.jerk_limited import bounds_of_acceleration, timed_path
 from ulna.planning.timing import Limits, fastest, grid_of
 from ulna.planning.trajectory import Trajectory
 

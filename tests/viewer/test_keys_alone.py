@@ -10,7 +10,7 @@ from ulna.viewer.session import steering
 
 pytestmark = pytest.mark.slow
 
-MOST = 120  # stops of Tab on the whole page
+MAX = 120  # stops of Tab on the whole page
 ROW = 15  # [pixels] by which controls of a row differ in height
 
 # The control that has the keys: its name, its left and upper ends in what scrolls [pixels], whether all of it is on the
@@ -37,14 +37,14 @@ def view(panda, monkeypatch):
 
 def go(page, name, key="Tab"):
     """Go on by a key to the control of a name. Every control on the way is seen and has a ring."""
-    for _ in range(MOST):
+    for _ in range(MAX):
         page.keyboard.press(key)
         words, *_, ring = page.evaluate(STOP)
         wait_to_see(page, lambda: page.evaluate(STOP)[3], f"{words} on the screen")  # the panel may have grown in this moment
         assert not words or ring >= 2, f"{words} has a ring"
         if words == name:
             return
-    raise AssertionError(f"no control {name!r} in {MOST} stops")
+    raise AssertionError(f"no control {name!r} in {MAX} stops")
 
 
 def use(page, name, key="Enter"):
@@ -65,7 +65,7 @@ def choose(page, name, option):
     """Choose from a list: opened by an arrow, gone through by arrows, chosen by Enter."""
     use(page, name, "ArrowDown")
     page.get_by_role("option", name=option, exact=True).wait_for()
-    for _ in range(MOST):
+    for _ in range(MAX):
         chosen = page.locator("[role=option][data-combobox-selected]")
         if chosen.count() and chosen.inner_text() == option:
             break
@@ -174,7 +174,7 @@ def test_the_controls_follow_each_other_as_they_are_read(view, page):
         stops = []
         while (stop := page.evaluate(STOP))[0]:
             stops.append(stop)
-            assert len(stops) < MOST
+            assert len(stops) < MAX
             page.keyboard.press("Tab")
         assert len(stops) > 3 or tab == "Plan"  # one button, before it is pressed
         for (before, left, top, *_), (words, right, below, *_) in pairwise(stops[1:]):

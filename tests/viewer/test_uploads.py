@@ -113,14 +113,14 @@ def test_a_bad_file_has_an_error_with_its_name_or_its_fault(name, content, words
 def test_a_scene_file_holds_as_many_points_as_a_page_takes(rng):
     world = ulna.World()
     world.add("longest", ulna.PointCloud(-rng.uniform(1e-4, 1e-3, (1000, 3)), 0.01))  # numbers of the most digits
-    assert len(world_to_json(world)) * uploads.MOST_POINTS / 1000 < LONGEST
+    assert len(world_to_json(world)) * uploads.MAX_POINTS / 1000 < LONGEST
 
 
 def test_too_long_a_file_and_too_many_points_are_refused(monkeypatch):
-    monkeypatch.setattr(uploads, "MOST_POINTS", 2)
+    monkeypatch.setattr(uploads, "MAX_POINTS", 2)
     with pytest.raises(ulna.FileError, match="3 points, of which the page takes 2"):
         shapes_of_file("a.npy", npy(POINTS))
-    monkeypatch.setattr(uploads, "MOST_BYTES", 10)
+    monkeypatch.setattr(uploads, "MAX_BYTES", 10)
     with pytest.raises(ulna.FileError, match="more than 0 MB"):
         shapes_of_file("a.npy", npy(POINTS))
 

@@ -15,7 +15,7 @@ from ulna.robot import Robot
 Array = NDArray[np.float64]
 PERIOD = 0.001  # [s], of a Franka's commands
 START_TOLERANCE = 0.01  # [rad]: the arm may be so far from a motion's start
-MOST_TOLERANCE = 0.03  # [rad]: over twice as much the approach needs 9 rad/s^2 and 450 rad/s^3
+MAX_TOLERANCE = 0.03  # [rad]: over twice as much the approach needs 9 rad/s^2 and 450 rad/s^3
 _APPROACH = 0.2  # [s], from where the arm is to the start of a motion
 _ROUNDED = 1e-9  # [rad], of a position at its limit
 _NEAR = 1e-3  # [m], and of a rotation matrix: of a description's last axis from the measured one
@@ -26,9 +26,9 @@ def as_tolerance(value: object) -> float:
     """How far the arm may be from a motion's start [rad].
 
     Raises:
-        InputError: It is not a number from 0 to MOST_TOLERANCE.
+        InputError: It is not a number from 0 to MAX_TOLERANCE.
     """
-    return as_number("start_tolerance", value, 0.0, f"a number from 0 to {MOST_TOLERANCE} rad", most=MOST_TOLERANCE)
+    return as_number("start_tolerance", value, 0.0, f"a number from 0 to {MAX_TOLERANCE} rad", most=MAX_TOLERANCE)
 
 
 def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, tolerance: float) -> Array:

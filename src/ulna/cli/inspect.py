@@ -22,7 +22,7 @@ INSPECT_KEYS = (
 )
 _EXIT_STATUS = {None: 0, Severity.NOTE: 0, Severity.WARNING: 1, Severity.ERROR: 2}
 _STYLES = {"error": "bold red", "warning": "yellow", "note": "dim"}
-_MOST_LINKS = 60  # of the tree that is drawn: one page
+_MAX_LINKS = 60  # of the tree that is drawn: one page
 
 
 @command
@@ -73,15 +73,15 @@ def _drawn_tree(rows) -> Iterator[RenderableType]:
     open_levels, last = set(), _last_children(rows)
     if rows:
         yield ""
-    for k, row in enumerate(rows[:_MOST_LINKS]):
+    for k, row in enumerate(rows[:_MAX_LINKS]):
         depth = row["depth"]
         if depth:
             yield _branch(row, open_levels, closes=k in last)
         else:
             yield Text(row["link"], "bold")
         open_levels = {level for level in open_levels if level < depth} | ({depth} if depth and k not in last else set())
-    if len(rows) > _MOST_LINKS:
-        yield f"... and {len(rows) - _MOST_LINKS} more"
+    if len(rows) > _MAX_LINKS:
+        yield f"... and {len(rows) - _MAX_LINKS} more"
 
 
 def _branch(row, open_levels: set[int], *, closes: bool) -> Table:

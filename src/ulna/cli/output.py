@@ -37,7 +37,7 @@ class Output(NamedTuple):
 Q_KEYS = "robot; q; outside_limits: joints of q beyond their limits"
 # C0 and C1 controls and DEL, except tab and line feed; controls of the writing direction; lone surrogates.
 _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
-LEAST_WIDTH = 80  # characters of a line
+MIN_WIDTH = 80  # characters of a line
 NUMBER_WIDTH = 8
 NAME_WIDTH = 12
 ASCII = str.maketrans("─●│├└", "-o|+`")
@@ -115,7 +115,7 @@ def write(text: str) -> None:
 def make_console() -> Console:
     """A console that interprets no markup, as wide as the terminal and at least 80 columns."""
     console = Console(markup=False, emoji=False, highlight=False)
-    console.width = max(console.width, LEAST_WIDTH)
+    console.width = max(console.width, MIN_WIDTH)
     return console
 
 

@@ -36,7 +36,7 @@ from ulna.description.robot_description import Description
 from ulna.description.shapes import lengths
 from ulna.engine.bound import Way, bind
 from ulna.engine.records import Records
-from ulna.engine.threads import LEAST_ROWS, in_parts
+from ulna.engine.threads import MIN_ROWS, in_parts
 from ulna.errors import InputError
 from ulna.kernels.collision.collision_layout import (
     CONTACT_WIDTH,
@@ -63,11 +63,11 @@ from ulna.kinematics.positions import (
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-LEAST_RESOLUTION = 1e-5  # [m]
+MIN_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
 RESOLUTION = 1e-4  # [m], unless another is given
-_A_RESOLUTION = f"a length of at least {LEAST_RESOLUTION:g} m"
-_MOST_POINTS = 1 << 18  # of a cloud that are compared with the robot in one call of an entry
+_A_RESOLUTION = f"a length of at least {MIN_RESOLUTION:g} m"
+_MAX_POINTS = 1 << 18  # of a cloud that are compared with the robot in one call of an entry
 
 
 class Checker:
@@ -181,7 +181,7 @@ class Checker:
     ) -> EdgeReport:
         """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each."""
         if resolution is not RESOLUTION:
-            resolution = as_number("resolution", resolution, LEAST_RESOLUTION, _A_RESOLUTION)
+            resolution = as_number("resolution", resolution, MIN_RESOLUTION, _A_RESOLUTION)
         objects = _objects_of(world)
         report = self._questions(objects, self_collision).edge(q_a, q_b, resolution, objects.first, objects.end)
         return report if type(report) is EdgeReport else EdgeReport(*report)
@@ -242,8 +242,8 @@ class Checker:
         T, within = as_one_pose(np.eye(4) if pose is None else pose, "pose"), lengths("within", (within,), 1)[0]
         owner_of_body = np.array([names.index(owner) for owner in self.bodies.owners])
         owner_of_ball = np.full(len(cloud.points), -1)
-        for start in range(0, len(cloud.points), _MOST_POINTS):  # Ctrl-C is noticed between two parts
-            part = PointCloud(cloud.points[start : start + _MOST_POINTS], cloud.radius)
+        for start in range(0, len(cloud.points), _MAX_POINTS):  # Ctrl-C is noticed between two parts
+            part = PointCloud(cloud.points[start : start + _MAX_POINTS], cloud.radius)
             objects = make_objects({"cloud": part}, {"cloud": T}, {})
             found = find_near_pairs(q, BoundScene(scene_of(self.tree.joints, self.bodies, NO_PAIRS, objects)), 0, within)
             pairs = found.pairs[::-1]  # of the bodies near a point the nearest is written last
@@ -339,7 +339,7 @@ def _objects_of(world: World | None) -> Objects:
     return NO_OBJECTS if world is None else world.objects()
 
 
-def _in_parts(run: Callable[..., bool], arrays: tuple[Any, ...], least: int = LEAST_ROWS) -> bool:
+def _in_parts(run: Callable[..., bool], arrays: tuple[Any, ...], least: int = MIN_ROWS) -> bool:
     """``in_parts`` of a function of rows of these arrays; a single row at once, in less time."""
     n = len(arrays[0])
     if n == 1:

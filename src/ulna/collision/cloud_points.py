@@ -8,13 +8,13 @@ from ulna.description.arrays import as_cells, as_floats, positive
 from ulna.description.likely_units import check_depths, check_place
 from ulna.description.pose import as_one_pose
 from ulna.description.shapes import Box
-from ulna.engine.threads import LEAST_POSES, in_slices
+from ulna.engine.threads import MIN_POSES, in_slices
 from ulna.errors import InputError
 from ulna.kernels.layout import CONTACT
 
 Points = NDArray[np.floating]
 MILLIMETRE = 0.001  # a unit of whole numbers, unless given
-_MOST_VOXELS = 1 << 21  # along an axis (``collision.entries.thinning``)
+_MAX_VOXELS = 1 << 21  # along an axis (``collision.entries.thinning``)
 _ABREAST = 64
 _FULL, _FULL_OFF = 65535, 1e-5  # and [m] by which it may be rounded as a float32
 
@@ -123,7 +123,7 @@ def one_per_voxel(points: Points, voxel: float) -> tuple[NDArray[np.int64], floa
         return np.empty(0, np.int64), 0.0
     low, high = _bounds(points)
     widest = float((high - low).max())
-    if widest >= (_MOST_VOXELS - 1) * float(edge):
+    if widest >= (_MAX_VOXELS - 1) * float(edge):
         raise InputError("voxel", f"{edge:g} m is too small for points {widest:g} m apart: crop the cloud first")
     (kept, own), farthest = _voxels_of(points, float(edge), low), np.zeros(1)
 
@@ -131,7 +131,7 @@ def one_per_voxel(points: Points, voxel: float) -> tuple[NDArray[np.int64], floa
         thinning.compare_with_kept(points, kept, own, np.array([rows.start, rows.stop]), farthest)
         return True
 
-    in_slices(compare, slice(0, len(points)), LEAST_POSES)
+    in_slices(compare, slice(0, len(points)), MIN_POSES)
     return kept, float(farthest[0]) * (1.0 + 4.0 * CONTACT)
 
 
@@ -159,5 +159,5 @@ def _voxels_of(points: Points, edge: float, low: NDArray[np.float64]) -> tuple[N
             slots = np.zeros(4 * len(slots), np.int64)
             thinning.move_slots(voxels.numbers[: progress[2]], slots)
 
-    in_slices(put, slice(0, n), LEAST_POSES)
+    in_slices(put, slice(0, n), MIN_POSES)
     return voxels.nearest[: progress[2]], voxels.own

@@ -21,7 +21,7 @@ from ulna.description.shapes import Box, lengths
 from ulna.errors import FileError, InputError, count_of, reason_of
 from ulna.kernels.layout import LARGEST
 
-MOST_BYTES = 1_000_000_000  # of a file
+MAX_BYTES = 1_000_000_000  # of a file
 _NONE: Mapping[str, int] = MappingProxyType({})
 
 
@@ -135,11 +135,11 @@ class PointCloud:
         """
         unit = lengths("scale", (scale,), 1)[0]
         try:
-            content = file_bytes(path, MOST_BYTES)
+            content = file_bytes(path, MAX_BYTES)
         except (OSError, ValueError) as error:
             raise FileError(str(path), reason_of(error)) from None
-        if len(content) > MOST_BYTES:
-            raise FileError(str(path), f"has more than {MOST_BYTES // 1_000_000} MB, the most that is read")
+        if len(content) > MAX_BYTES:
+            raise FileError(str(path), f"has more than {MAX_BYTES // 1_000_000} MB, the most that is read")
         return cls(points_of(str(path), content, unit, from_sensor=from_sensor), radius)
 
     def cropped(self, box: Box, pose: ArrayLike | None = None) -> PointCloud:

@@ -18,7 +18,7 @@ from ulna.description.shapes import Box, Solid, lengths, within_reach
 from ulna.errors import InputError
 
 Array = NDArray[np.float64]
-_MOST_CELLS = 1 << 24  # of a grid: 16 million
+_MAX_CELLS = 1 << 24  # of a grid: 16 million
 _OFF = 0.01  # of a cell: how far a centre may be from the lattice of the others
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=float)
 
@@ -106,8 +106,8 @@ class VoxelGrid:
             raise InputError(
                 "occupied", f"shape {given.shape} of {given.dtype}; bools, or 0 and 1, of shape (nx, ny, nz) are expected"
             )
-        if grid.size > _MOST_CELLS:
-            raise InputError("occupied", f"{grid.size} cells; at most {_MOST_CELLS} are expected")
+        if grid.size > _MAX_CELLS:
+            raise InputError("occupied", f"{grid.size} cells; at most {_MAX_CELLS} are expected")
         edge = _as_edge(cell)
         at = within_reach("corner", -0.5 * edge * np.array(grid.shape) if corner is None else corner)
         if at.shape != (3,):
@@ -140,10 +140,8 @@ class VoxelGrid:
         if (off := float(np.abs(steps - index).max())) > _OFF:
             raise InputError("centres", f"one is {off:.2g} of a cell beside the lattice of the others: is {edge:g} m their edge?")
         shape = index.max(axis=0) + 1
-        if shape.prod() > _MOST_CELLS:
-            raise InputError(
-                "centres", f"{shape.prod():.3g} cells from the first to the last; at most {_MOST_CELLS} are expected"
-            )
+        if shape.prod() > _MAX_CELLS:
+            raise InputError("centres", f"{shape.prod():.3g} cells from the first to the last; at most {_MAX_CELLS} are expected")
         grid = np.zeros(shape.astype(int), dtype=bool)
         grid[tuple(index.astype(int).T)] = True
         return cls(grid, edge, low - edge / 2)
@@ -190,8 +188,8 @@ class VoxelGrid:
             raise InputError("box", f"{type(box).__name__}; an ulna.Box is expected")
         edge, extents = _as_edge(cell), 2 * np.array(box.half_extents)
         shape = np.maximum(np.ceil(extents / edge * (1 - 1e-12)), 1)
-        if shape.prod() > _MOST_CELLS:
-            raise InputError("cell", f"{edge:g} m makes {shape.prod():.3g} cells; at most {_MOST_CELLS} are expected")
+        if shape.prod() > _MAX_CELLS:
+            raise InputError("cell", f"{edge:g} m makes {shape.prod():.3g} cells; at most {_MAX_CELLS} are expected")
         z = as_depths(depth, depth_scale, max_depth)
         K, T_camera = camera_matrix(intrinsics, z.shape), camera_pose(T_base_camera)
         T_box = as_one_pose(np.eye(4) if pose is None else pose, "pose")

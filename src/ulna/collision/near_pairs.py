@@ -18,7 +18,7 @@ from ulna.kinematics.positions import flat, for_kernel, refuse_out_of_range
 
 Array = NDArray[np.float64]
 FIRST_ROOM, ROOM_OF_ONE = 32, 32  # pairs: for any batch, and for each q; if there are more, the search is repeated with more room
-LEAST_ROWS = 64  # of a part that a thread gets
+MIN_ROWS = 64  # of a part that a thread gets
 
 
 def as_reach(name: str, distance: float) -> float:
@@ -39,7 +39,7 @@ def find_near_pairs(q: Array, scene: BoundScene, n_objects: int, within: float, 
         InputError: An entry of q is out of range.
     """
     rows = q[None] if q.ndim == 1 else flat(q)
-    if len(rows) <= LEAST_ROWS:
+    if len(rows) <= MIN_ROWS:
         found = _in_one_part(rows, scene, n_objects, within, gradients=gradients)
     else:
         found = _in_several_parts(rows, scene, n_objects, within, gradients=gradients)
@@ -58,7 +58,7 @@ def _in_several_parts(q: Array, scene: BoundScene, n_objects: int, within: float
             found[part.start] = of_part
         return of_part is not None
 
-    if not in_parts(run, len(q), least=LEAST_ROWS):
+    if not in_parts(run, len(q), least=MIN_ROWS):
         return None
     parts = [found[start] for start in sorted(found)]
     before = np.cumsum([0, *(len(part.pairs) for part in parts)])

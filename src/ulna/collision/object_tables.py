@@ -2,7 +2,7 @@
 
 What is written to an arena stays as it is, so that a query goes on in the world as it was. A cloud, a height map and a voxel grid
 have rows and a tree of their own, which are written again only when they themselves move. Of the other objects, those that were
-added or moved last are tested one by one, up to MOST_UNINDEXED: their rows are written again after each change, which takes a
+added or moved last are tested one by one, up to MAX_UNINDEXED: their rows are written again after each change, which takes a
 microsecond. If there are more, a tree is written over all. An object that moves leaves that tree, of which the nodes above it are
 copied, and is tested alone from then on. One more tree is written over these trees. When the arena is full, what is in use goes
 into a new one.
@@ -18,7 +18,7 @@ from ulna.collision.arena import Arena
 from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import HeightMap, Obstacle, VoxelGrid
 from ulna.collision.object_tree import (
-    MOST_LEVELS,
+    MAX_LEVELS,
     NO_TREE,
     ObjectTree,
     bounds,
@@ -50,7 +50,7 @@ from ulna.kernels.layout import (
 )
 
 Array = NDArray[np.float64]
-MOST_UNINDEXED = 64  # so many objects need no BVH: testing each for eight configurations at once is as fast
+MAX_UNINDEXED = 64  # so many objects need no BVH: testing each for eight configurations at once is as fast
 _SPARE = 4096  # rows of an arena, and nodes: so many moves among a few objects
 _NO_LINKS = frozenset[str]()
 
@@ -121,7 +121,7 @@ class ObjectTables:
         touch_links: Mapping[str, frozenset[str]],
     ) -> Layout:
         """The layout after any change, with room in the arena for the rows of the objects that are tested alone."""
-        if sum(name in self._indexed for name, remade in changed.items() if not remade) > MOST_UNINDEXED:
+        if sum(name in self._indexed for name, remade in changed.items() if not remade) > MAX_UNINDEXED:
             self._dissolve()
         for name, remade in changed.items():
             if not remade:
@@ -130,7 +130,7 @@ class ObjectTables:
             self._remove(name)
             if name in shapes:
                 self._add(name, shapes[name], poses[name], touch_links.get(name, _NO_LINKS))
-        if len(self._alone) - len(self._endless) > MOST_UNINDEXED:
+        if len(self._alone) - len(self._endless) > MAX_UNINDEXED:
             self._index()
         self._need(len(self._alone), 0, most_nodes(len(self._many) + 1))
         if self._root is None:
@@ -233,7 +233,7 @@ class ObjectTables:
 
     def _take_out(self, name: str) -> Array:
         """Take an object out of the tree; its row."""
-        self._need(0, 0, MOST_LEVELS)
+        self._need(0, 0, MAX_LEVELS)
         row, place = self._indexed.pop(name)
         self._tree, self._root = without(self._arena, self._tree, place), None
         return self._arena.table[row]

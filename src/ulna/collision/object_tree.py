@@ -13,7 +13,7 @@ from ulna.kernels.collision.collision_layout import CHILD, NO_NODE, NODE_ROWS, N
 from ulna.kernels.layout import CONTACT, HALF_EXTENTS, RADIUS
 
 Array = NDArray[np.float64]
-MOST_LEVELS = 11  # of a tree over 8^11 solids, more than memory holds
+MAX_LEVELS = 11  # of a tree over 8^11 solids, more than memory holds
 
 
 class ObjectTree(NamedTuple):
@@ -74,7 +74,7 @@ def halved_order(centres: Array) -> NDArray[np.int64]:
 
 def most_nodes(n: int) -> int:
     """How many nodes a tree over n solids, or trees, has at most."""
-    return n // (WIDTH - 1) + MOST_LEVELS
+    return n // (WIDTH - 1) + MAX_LEVELS
 
 
 def most_cloud_nodes(n: int) -> int:

@@ -22,7 +22,7 @@ from ulna.errors import GeometryError, InputError, UnknownNameError, count_of
 from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import table
 
-_MOST_SHOWN = 6  # objects
+_MAX_SHOWN = 6  # objects
 _OF_OBJECTS = "_shapes", "_poses", "_touch_links", "_speeds", "_stated"
 
 
@@ -409,7 +409,7 @@ class World:
 
     def __repr__(self) -> str:
         with self._lock:
-            shown = [f"{name!r} {type(shape).__name__}" for name, shape in list(self._shapes.items())[:_MOST_SHOWN]]
+            shown = [f"{name!r} {type(shape).__name__}" for name, shape in list(self._shapes.items())[:_MAX_SHOWN]]
             count = len(self._shapes)
         more = f" and {count - len(shown)} more" if count > len(shown) else ""
         return f"<World: {count or 'no'} object{'s' * (count != 1)}{': ' * bool(shown)}{', '.join(shown)}{more}>"

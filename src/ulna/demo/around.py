@@ -21,9 +21,9 @@ NAME = "a plan around the box"  # which the page shows while it is compiled
 _ACCELERATION = 3.0  # [rad/s^2] of every joint
 _VELOCITY = 1.0  # [rad/s]
 _CLEARANCE = 0.01  # [m] that a plan keeps from the box; while it is dragged nearer than half of this, another one is made
-_MOST_CHECKS = 10_000  # of one search, some 30 ms; there are two for each corner before it is said that there is no way
+_MAX_CHECKS = 10_000  # of one search, some 30 ms; there are two for each corner before it is said that there is no way
 _APART = 0.02  # [s] between two configurations whose distance from the box is measured again
-_MOST_OF_TRAIL, _TRAIL_STEP = 2000, 0.01  # configurations of the trail, and the change of a joint between them [rad]
+_MAX_OF_TRAIL, _TRAIL_STEP = 2000, 0.01  # configurations of the trail, and the change of a joint between them [rad]
 _DEEPER = 1e-3  # [m] that the way back may lead deeper into the box than the arm is: the distance is that of one pair of many
 _CORNERS = round(SEGMENT_S * RATE_HZ)  # samples of the trajectory from corner to corner
 
@@ -79,8 +79,8 @@ def _last_free(robot: Robot, start: Array, trail: Array, world: World) -> int | 
 
 
 def _plan(robot: Robot, start: Array, goal: Array, world: World) -> Plan:
-    plan = robot.plan(start, goal, world, clearance=_CLEARANCE, escape=True, max_checks=_MOST_CHECKS)
-    return plan or robot.plan(start, goal, world, escape=True, max_checks=_MOST_CHECKS)
+    plan = robot.plan(start, goal, world, clearance=_CLEARANCE, escape=True, max_checks=_MAX_CHECKS)
+    return plan or robot.plan(start, goal, world, escape=True, max_checks=_MAX_CHECKS)
 
 
 def is_free(robot: Robot, motion: Trajectory, since: float, world: World) -> bool:
@@ -117,7 +117,7 @@ class Around:
         self._time = 0.0
         self._box: Array | None = None  # where it was when the motion was last found to be free
         self._placed: Array | None = None
-        self._trail: deque[Array] = deque(maxlen=_MOST_OF_TRAIL)
+        self._trail: deque[Array] = deque(maxlen=_MAX_OF_TRAIL)
         self._backs = False
 
     def passed(self, q: Array) -> None:
@@ -178,7 +178,7 @@ class Around:
             return
         self.plan, self._motion, self._backs = found.plan, found.motion, found.kept is not None
         if found.kept is not None:
-            self._trail = deque(trail[: found.kept], _MOST_OF_TRAIL)
+            self._trail = deque(trail[: found.kept], _MAX_OF_TRAIL)
         self.corner = (self.corner + found.number) % len(corners)
         self._box, self._time = box, 0.0
 

@@ -10,7 +10,7 @@ from ulna.errors import InputError
 
 _FLOAT64 = np.dtype(np.float64)
 _LARGEST = sys.float_info.max
-MOST_COUNTED = 2**31 - 1  # by a kernel
+MAX_COUNTED = 2**31 - 1  # by a kernel
 
 
 def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
@@ -72,7 +72,7 @@ def positive(name: str, value: object, expected: str = "a number above 0") -> fl
     return as_number(name, value, 0.0, expected, above=True)
 
 
-def as_count(name: str, value: object, least: int = 0, most: int = MOST_COUNTED) -> int:
+def as_count(name: str, value: object, least: int = 0, most: int = MAX_COUNTED) -> int:
     """A whole number from ``least`` to ``most``."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
         raise InputError(name, f"{_shortened(value)}; a whole number from {least} to {most} is expected")

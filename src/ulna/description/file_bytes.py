@@ -103,7 +103,7 @@ def _pipe_bytes(pipe: int, most: int) -> bytes:
 
 
 _MAX_VALUES, _MAX_CONTAINERS = 12_000_000, 3_000_000  # of a JSON text: numbers and texts, and lists and objects, 90 bytes each
-_MOST_LEVELS = 50  # of lists in lists: our own files have about ten; Python's recursion ends near a thousand
+_MAX_LEVELS = 50  # of lists in lists: our own files have about ten; Python's recursion ends near a thousand
 
 
 def json_value(text: str | bytes, **options: Any) -> Any:
@@ -119,13 +119,13 @@ def json_value(text: str | bytes, **options: Any) -> Any:
     try:
         value = json.loads(text, **options)
     except RecursionError:
-        raise ValueError(f"it has more than {_MOST_LEVELS} levels") from None
+        raise ValueError(f"it has more than {_MAX_LEVELS} levels") from None
     level, n_levels = [value], 0
     while level:
         level = [inner for outer in level for inner in _inside(outer) if isinstance(inner, (dict, list))]
         n_levels += 1
-        if n_levels > _MOST_LEVELS:
-            raise ValueError(f"it has more than {_MOST_LEVELS} levels")
+        if n_levels > _MAX_LEVELS:
+            raise ValueError(f"it has more than {_MAX_LEVELS} levels")
     return value
 
 

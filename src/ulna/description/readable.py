@@ -14,7 +14,7 @@ from ulna.description.file_bytes import regular_file_bytes
 from ulna.description.packages import folders_above, installed_folders, package_folders
 
 _WILDCARD = re.compile(r"[*?[]")
-_MOST_NAMES = 100_000  # of files and folders that one pattern is compared with; links to "." can make more without end
+_MAX_NAMES = 100_000  # of files and folders that one pattern is compared with; links to "." can make more without end
 
 
 class OutsideError(Exception):
@@ -98,8 +98,8 @@ class Readable:
             found = []
             for path, name in _names_in(paths, part):
                 n_names += 1
-                if n_names > _MOST_NAMES:
-                    raise OutsideError(f"reads {pattern}, for which more than {_MOST_NAMES} names would be compared")
+                if n_names > _MAX_NAMES:
+                    raise OutsideError(f"reads {pattern}, for which more than {_MAX_NAMES} names would be compared")
                 if fnmatch(name, part) and (part.startswith(".") or not name.startswith(".")):
                     found.append(os.path.join(path, name))  # noqa: PTH118 - text in, text out, as xacro does
             paths = found

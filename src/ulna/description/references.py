@@ -9,8 +9,8 @@ from ulna.description.structure import joints_to_root
 from ulna.errors import DescriptionError, did_you_mean
 
 _N_VALUES = {**N_POSITIONS, JointType.FLOATING: 7}  # in a state a floating joint has a quaternion
-_MOST_PAIRS = 1_000_000  # of links that are checked against no other
-_MOST_SUGGESTIONS = 20  # to look for near names takes time
+_MAX_PAIRS = 1_000_000  # of links that are checked against no other
+_MAX_SUGGESTIONS = 20  # to look for near names takes time
 _SHORTEST = 1e-12  # quaternion that is a rotation
 _TOLERANCE = 1e-6  # to which a state may repeat what a mimic follows from
 
@@ -50,7 +50,7 @@ class _Check:
         """Whether there is such a link, joint or group; if not, a warning is added."""
         known = self.known[kind]
         if name not in known:
-            suggestion = did_you_mean(name, known, most=3) if len(self.warnings) < _MOST_SUGGESTIONS else ""
+            suggestion = did_you_mean(name, known, most=3) if len(self.warnings) < _MAX_SUGGESTIONS else ""
             self.warn(f"{who}: {kind} {name!r} is not defined{suggestion}", line)
         return name in known
 
@@ -111,7 +111,7 @@ class _Check:
                 yield pair
         links = self.known["link"]
         alone = [name for name in dict.fromkeys(self.srdf.unchecked_links) if self.has("link", name, "disabled collisions", None)]
-        if len(alone) * len(links) > _MOST_PAIRS:
+        if len(alone) * len(links) > _MAX_PAIRS:
             raise DescriptionError(f"disables the collisions of {len(alone)} links with {len(links)}", self.srdf.source)
         enabled = {frozenset(pair) for pair in self.srdf.enabled_collisions}
         for name in alone:

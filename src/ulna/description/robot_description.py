@@ -18,7 +18,7 @@ from ulna.description.shapes import Shape
 from ulna.errors import DescriptionError, InputError
 
 _SYMMETRIC = 1e-9  # of the largest number of a tensor: less is rounding
-_MAX = 1e12  # kg and kg m^2
+_MAX_MASS = 1e12  # kg and kg m^2
 
 
 class JointType(StrEnum):
@@ -173,8 +173,8 @@ class Inertia:
             DescriptionError: A number is too large to compute with.
         """
         xx, xy, xz, yy, yz, zz = moments
-        if max(map(abs, (mass, xx, xy, xz, yy, yz, zz))) > _MAX:
-            raise DescriptionError(f"a mass or a moment is beyond {_MAX:g}")
+        if max(map(abs, (mass, xx, xy, xz, yy, yz, zz))) > _MAX_MASS:
+            raise DescriptionError(f"a mass or a moment is beyond {_MAX_MASS:g}")
         return cls(mass, np.zeros(3), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])).moved(T)
 
     def moved(self, T: NDArray[np.float64]) -> Inertia:

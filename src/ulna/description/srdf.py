@@ -28,7 +28,7 @@ _READ = {
     "group_state": ("joint",),
 }
 _OTHERS = {"foot", "gripper", "joint_property", "link_sphere_approximation", "rotor", "rotor_params", "specificities"}
-_MOST = 2000  # groups, chains and states: resolving them takes their number times that of the joints
+_MAX_GROUPS = 2000  # groups, chains and states: resolving them takes their number times that of the joints
 
 
 def read_srdf(document: Document) -> Srdf:
@@ -45,8 +45,8 @@ class _Reader(Reader):
         if root.find("link") is not None:
             raise self.fail(root.findall("link")[0], "defines a link: this is a URDF, where an SRDF is expected")
         for path in ("group", "group/chain", "group_state"):
-            if len(root.findall(path)) > _MOST:
-                raise self.fail(root, f"has more than {_MOST} <{path.rpartition('/')[2]}>")
+            if len(root.findall(path)) > _MAX_GROUPS:
+                raise self.fail(root, f"has more than {_MAX_GROUPS} <{path.rpartition('/')[2]}>")
         return Srdf(
             name=root.get("name", ""),
             groups=self.unlike([self.group(element) for element in root.iterfind("group")], root, "group"),

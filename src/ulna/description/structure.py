@@ -15,7 +15,7 @@ from ulna.errors import DescriptionError, did_you_mean
 from ulna.kernels.layout import LARGEST
 
 _BOUNDED = (JointType.REVOLUTE, JointType.PRISMATIC)
-_MOST_MEANT = 1e300  # a larger limit means none: Gazebo writes 1.79769e308, with which differences overflow
+_MAX_MEANT = 1e300  # a larger limit means none: Gazebo writes 1.79769e308, with which differences overflow
 
 
 @dataclass(frozen=True)
@@ -215,7 +215,7 @@ def bounds_of_q(
 def hard_bounds(joint: Joint) -> tuple[float, float]:
     """The limits of a joint; infinite where a file writes the largest number there is for none."""
     lower, upper = joint.limits.lower, joint.limits.upper
-    return -np.inf if lower < -_MOST_MEANT else lower, np.inf if upper > _MOST_MEANT else upper
+    return -np.inf if lower < -_MAX_MEANT else lower, np.inf if upper > _MAX_MEANT else upper
 
 
 def soft_bounds(joint: Joint) -> tuple[float, float]:

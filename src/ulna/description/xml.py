@@ -9,7 +9,7 @@ from lxml import etree
 from ulna.errors import DescriptionError, cited
 
 LONGEST = 64_000_000  # bytes; the largest of the robots in docs/robots.md has a hundredth of this
-MOST_ELEMENTS = 300_000  # some 75 000 links: seconds, and a few hundred megabytes
+MAX_ELEMENTS = 300_000  # some 75 000 links: seconds, and a few hundred megabytes
 _BEFORE = rb"(?>\s+|<!--(?>.*?-->))*+"  # what may stand before the root, but not before a declaration
 _DECLARATION = re.compile(rb"\A(?:\xef\xbb\xbf)?(" + _BEFORE + rb")<\?xml\b([^>]{0,200})>", re.DOTALL)
 _ROOT = re.compile(_BEFORE + rb"(?:<\?(?>.*?\?>)" + _BEFORE + rb")?(?:<![^\[>]*>" + _BEFORE + rb")?<[\w.:-]+", re.DOTALL)
@@ -102,8 +102,8 @@ def _with_prefixes(text: bytes, log: list) -> bytes:
 def _check_size(root: etree._Element, source: str) -> None:
     """Refuse too many elements, and entities that the text hides in another encoding."""
     count = sum(1 for _ in root.iter())
-    if count > MOST_ELEMENTS:
-        raise DescriptionError(f"has {count} elements; up to {MOST_ELEMENTS} are read", source)
+    if count > MAX_ELEMENTS:
+        raise DescriptionError(f"has {count} elements; up to {MAX_ELEMENTS} are read", source)
     dtd = root.getroottree().docinfo.internalDTD
     if dtd is not None and dtd.entities():  # pyright: ignore[reportAttributeAccessIssue]
         raise DescriptionError("declares XML entities, which a robot description does not need; they are refused", source)

@@ -15,7 +15,7 @@ from ulna.dynamics.effort import as_effort_limits, largest_masses
 from ulna.dynamics.entries import masses, torques
 from ulna.engine.bound import bind
 from ulna.engine.entries import ready
-from ulna.engine.threads import LEAST_ROWS, in_parts
+from ulna.engine.threads import MIN_ROWS, in_parts
 from ulna.errors import InertiaError, InputError, SingularityError
 from ulna.kernels.dynamics.dynamics_records import MOTION_WIDTH, ForceRows, Mechanism
 from ulna.kernels.layout import INERTIA_WIDTH, MASS
@@ -250,7 +250,7 @@ class Dynamics:
 
     def _in_parts(self, entry: Callable[..., bool], leading: tuple, rows: dict[str, Array], made: list[Array]) -> None:
         n = len(made[0])
-        if not in_parts(lambda part: entry(*leading, *(each[part] for each in (*rows.values(), *made))), n, LEAST_ROWS):
+        if not in_parts(lambda part: entry(*leading, *(each[part] for each in (*rows.values(), *made))), n, MIN_ROWS):
             refuse_rows(rows)
 
     def _less_wrenches(self, torque: Array, q: ArrayLike, wrenches: Wrenches | None) -> None:

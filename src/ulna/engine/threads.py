@@ -27,12 +27,12 @@ from ulna.errors import InputError, cited
 if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
 
-LEAST_ROWS = 1024  # rows of a part, if a row takes about a microsecond
-LEAST_POSES = 16 * LEAST_ROWS  # rows of a part, if a row takes some 20 ns; waking a thread takes tens of microseconds
+MIN_ROWS = 1024  # rows of a part, if a row takes about a microsecond
+MIN_POSES = 16 * MIN_ROWS  # rows of a part, if a row takes some 20 ns; waking a thread takes tens of microseconds
 VARIABLE = "ULNA_THREADS"
-_MOST = 2**31 - 1
+_MAX_THREADS = 2**31 - 1
 _SECONDS = 0.02  # of a slice
-_MOST_GROWTH = 16.0  # of a slice beside the one before
+_MAX_GROWTH = 16.0  # of a slice beside the one before
 _chosen: ContextVar[int | None] = ContextVar("ulna.threads", default=None)
 
 
@@ -77,8 +77,8 @@ def _as_threads(n: int) -> int:
         number = 0 if isinstance(n, bool) else index(n)
     except TypeError:
         number = 0
-    if not 1 <= number <= _MOST:
-        raise InputError("threads", f"{cited(n)}; a whole number from 1 to {_MOST} is expected, or None for the default")
+    if not 1 <= number <= _MAX_THREADS:
+        raise InputError("threads", f"{cited(n)}; a whole number from 1 to {_MAX_THREADS} is expected, or None for the default")
     return number
 
 
@@ -87,7 +87,7 @@ def n_threads() -> int:
     return _chosen.get() or default_threads()
 
 
-def in_parts(run: Callable[[slice], bool], n: int, least: int = LEAST_ROWS) -> bool:
+def in_parts(run: Callable[[slice], bool], n: int, least: int = MIN_ROWS) -> bool:
     """Call an entry for rows 0 to n in parts; True if it returned True for all. When it returns or raises, no part is running.
 
     Args:
@@ -121,7 +121,7 @@ def in_slices(run: Callable[[slice], bool], part: slice, least: int, ended: Sequ
         if not run(slice(start, stop)):
             return False
         share = _SECONDS / max(perf_counter() - began, 1e-9)
-        rows = max(1, int(min(share, _MOST_GROWTH) * rows) // WIDTH) * WIDTH
+        rows = max(1, int(min(share, _MAX_GROWTH) * rows) // WIDTH) * WIDTH
         start = stop
     return True
 
@@ -189,7 +189,7 @@ def default_threads() -> int:
     text = os.environ.get(VARIABLE, "").strip()
     if not text:
         return n_processors()
-    if not text.isdecimal() or not 1 <= int(text) <= _MOST:
+    if not text.isdecimal() or not 1 <= int(text) <= _MAX_THREADS:
         raise InputError(VARIABLE, f"{text!r}; the environment variable must be a whole number of threads, at least 1")
     return int(text)
 

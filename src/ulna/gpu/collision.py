@@ -32,7 +32,7 @@ from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import constant_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin
 
-_MOST_SCRATCH, _MOST_DISTANCES = 0.25, 1 << 15  # of the free memory; threads that measure distances
+_MAX_SCRATCH, _MAX_DISTANCES = 0.25, 1 << 15  # of the free memory; threads that measure distances
 _BYTES = 8
 # All shapes are boxes; every pair has a closed form of its distance, as balls, capsules and boxes have; any shapes.
 BOXES, CLOSED, ANY = 0, 1, 2
@@ -97,10 +97,10 @@ def distance_scratch(scene: DeviceScene, n: int) -> tuple[list[Any], int]:
     """Scratch of threads that measure n distances, and of how many: as many as there is memory for. Closed forms need none."""
     if scene.sizes[-1] != ANY:
         return [], device.LAUNCH.at_most
-    room, block = _MOST_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))), threads_for(scene.sizes[0], 1)
-    threads = int(min(n, _MOST_DISTANCES, room))
+    room, block = _MAX_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))), threads_for(scene.sizes[0], 1)
+    threads = int(min(n, _MAX_DISTANCES, room))
     if threads < min(n, block):
-        needed = min(n, block) * _BYTES * sum(map(prod, SCRATCH)) / _MOST_SCRATCH / 1e9
+        needed = min(n, block) * _BYTES * sum(map(prod, SCRATCH)) / _MAX_SCRATCH / 1e9
         raise DeviceError(f"too little memory is free on the device: distances of such shapes need {needed:.2g} GB")
     return [cuda.device_array((threads, *shape), np.float64) for shape in SCRATCH], threads
 

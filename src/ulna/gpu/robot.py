@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ulna.collision.checker import LEAST_RESOLUTION, RESOLUTION
+from ulna.collision.checker import MIN_RESOLUTION, RESOLUTION
 from ulna.collision.report import EdgeReport
 from ulna.collision.world import World
 from ulna.description.arrays import as_count, as_floats, as_number, as_switch
@@ -141,7 +141,7 @@ class GpuRobot(GpuForces):
             GeometryError: As ``in_collision``.
         """
         queue, tree = self._queue, self.robot.tree
-        resolution = as_number("resolution", resolution, LEAST_RESOLUTION, f"a length of at least {LEAST_RESOLUTION:g} m")
+        resolution = as_number("resolution", resolution, MIN_RESOLUTION, f"a length of at least {MIN_RESOLUTION:g} m")
         a, b = as_own("q_a", q_a, queue.stream), as_own("q_b", q_b, queue.stream)
         stays = device.is_on_device(a)
         if stays != device.is_on_device(b) or (stays and tuple(a.shape) != tuple(b.shape)):

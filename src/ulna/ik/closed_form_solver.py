@@ -27,7 +27,7 @@ from ulna.kinematics.turns import turned_towards, turning_columns
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
-_LEAST_TARGETS = 512  # of a part
+_MIN_TARGETS = 512  # of a part
 
 
 class ClosedFormSolver:
@@ -88,7 +88,7 @@ class ClosedFormSolver:
             nearest(*self._tables, targets[part], own, angles[part], info[part])
             return True
 
-        in_parts(run, len(targets), _LEAST_TARGETS)
+        in_parts(run, len(targets), _MIN_TARGETS)
         q = np.broadcast_to(problem.seeds, (len(targets), self._n)).copy()
         q[:, self._six.columns] = angles[:, : len(self._six.columns)]
         if self._form.n_free:  # the errors of the link itself, of which the joints that were added are no part

@@ -18,7 +18,7 @@ from ulna.kinematics.tree import Tree
 Array = NDArray[np.float64]
 
 
-_MOST_DAMPING = 1e150
+_MAX_DAMPING = 1e150
 
 
 class _Work(threading.local):
@@ -47,8 +47,8 @@ def differential_ik(
     if twist.shape[-1:] != (6,):
         raise InputError("twist", f"shape {twist.shape}, but shape (..., 6) is expected: v [m/s], w [rad/s]")
     damping, dt = positive("damping", damping), positive("dt", dt)
-    if damping > _MOST_DAMPING:
-        raise InputError("damping", f"{damping!r}; at most {_MOST_DAMPING:g} is expected, so that its square is finite")
+    if damping > _MAX_DAMPING:
+        raise InputError("damping", f"{damping!r}; at most {_MAX_DAMPING:g} is expected, so that its square is finite")
     step = entries.ControlStep(chain, frame, tree.limits, tree.velocity_limits, damping**2, dt)
     if q.ndim == twist.ndim == 1:
         out = as_out(out, q.shape, q, twist)

@@ -43,7 +43,7 @@ def solver_of(query: Query) -> Solver:
     return NumericSolver(query) if form is None else ClosedFormSolver(query, form)
 
 
-_MOST_KEPT = 64  # queries of a robot
+_MAX_KEPT = 64  # queries of a robot
 
 
 class InverseKinematics:
@@ -53,8 +53,8 @@ class InverseKinematics:
 
     def __init__(self, tree: Tree, home: Array, checker: Checker) -> None:
         self._query = partial(_query, tree, home, checker)
-        self._solver = lru_cache(_MOST_KEPT, typed=True)(partial(_solver_for, self._query))
-        self._all_of = lru_cache(_MOST_KEPT, typed=True)(partial(_all_of, self._query))
+        self._solver = lru_cache(_MAX_KEPT, typed=True)(partial(_solver_for, self._query))
+        self._all_of = lru_cache(_MAX_KEPT, typed=True)(partial(_all_of, self._query))
 
         self._usual: dict[str | None, Solver] = {}  # by link: those with default options, which a dict finds in less time
         self._all_usual: dict[str | None, AllSolutions] = {}

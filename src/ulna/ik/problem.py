@@ -27,7 +27,7 @@ from ulna.kinematics.tree import Tree, lengthened
 Array = NDArray[np.float64]
 STEPS, SEEDED_STEPS = 20, 60  # from one start before the next; from the caller's own
 _TIMES = 2.0  # times the length of an arm is the greatest distance of two points that it reaches
-_LEAST = 1e-6  # m
+_MIN_STEP = 1e-6  # m
 _USUAL = 32.0  # m, and 1 / 32 m: an arm between them is measured in metres
 
 
@@ -90,7 +90,7 @@ class Query:
     @property
     def _far_square(self) -> float:
         """The square of the distance [m^2] that only slides can bridge; 0 where none is as long as that."""
-        tree, far = self.tree, max(_TIMES * arm_length(self.tree, self.link), _LEAST)
+        tree, far = self.tree, max(_TIMES * arm_length(self.tree, self.link), _MIN_STEP)
         slides = [row for row in tree.chain(self.link) if int(row[KIND]) == PRISMATIC]
         lower, upper = np.clip(tree.lower, -LARGEST, LARGEST), np.clip(tree.upper, -LARGEST, LARGEST)
         ways = [abs(row[RATIO]) * (upper[int(row[COLUMN])] - lower[int(row[COLUMN])]) for row in slides]

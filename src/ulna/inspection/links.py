@@ -15,7 +15,7 @@ from ulna.inspection.boxes import Boxes
 from ulna.inspection.elements import found, number, numbers
 from ulna.inspection.result import ERROR, NOTE, WARNING, Finding
 
-LARGEST, LEAST = 20.0, 1e-3  # m: what is larger or smaller than any part of an arm, and common in another unit
+LARGEST, SMALLEST = 20.0, 1e-3  # m: what is larger or smaller than any part of an arm, and common in another unit
 
 
 def shape_findings(root: etree._Element) -> Iterator[Finding]:
@@ -47,7 +47,7 @@ def _size_findings(what: str, extents: Sequence[float], element: etree._Element)
     words = " x ".join(f"{extent:.3g}" for extent in extents)
     if max(extents) > LARGEST:
         yield found(WARNING, element, f"{what} is {words} m: millimetres? Lengths are metres")
-    elif 0 < max(extents) < LEAST:
+    elif 0 < max(extents) < SMALLEST:
         yield found(WARNING, element, f"{what} is {words} m: smaller than a millimetre; scaled twice?")
 
 

@@ -14,7 +14,7 @@ from ulna.errors import UlnaError, count_of, listed
 from ulna.inspection.result import NOTE, WARNING, Finding
 from ulna.robot import Robot
 
-_LARGEST_REACH, _LEAST_REACH = 20.0, 0.01  # [m]
+_LARGEST_REACH, _MIN_REACH = 20.0, 0.01  # [m]
 _LITTLE = 0.05  # of a range: less is the rounding of published limits
 _OFTEN, _MOSTLY = 0.1, 0.5  # shares of the random configurations: what is said, and what makes it a warning
 _WAYS = (
@@ -31,7 +31,7 @@ def robot_findings(robot: Robot, reach: float) -> Iterator[Finding]:
         yield Finding(NOTE, "document", "damping and friction are read and written, but no torque includes them")
     if reach > _LARGEST_REACH:
         yield Finding(WARNING, "document", f"it reaches {reach:.3g} m when stretched: millimetres? Lengths are metres")
-    elif robot.n_dof and 0 < reach < _LEAST_REACH:
+    elif robot.n_dof and 0 < reach < _MIN_REACH:
         yield Finding(WARNING, "document", f"it reaches {reach:.3g} m when stretched: scaled twice?")
     yield from hull_findings(robot)
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.engine.bound import IN_C, Bound, machine_code
 from ulna.engine.entries import ready
-from ulna.engine.threads import LEAST_POSES, in_parts
+from ulna.engine.threads import MIN_POSES, in_parts
 from ulna.errors import refuse_unknown
 from ulna.kinematics.entries import forward
 from ulna.kinematics.positions import FLOAT64, NO_Q, as_out, as_positions, flat, for_kernel, refuse_out_of_range
@@ -74,7 +74,7 @@ class FunctionOfLink(Bound):
         else:
             leading, rows = (self._tree.chain(self._link), *self._leading[1:-1]), flat(q)
             of_rows = result.reshape(len(rows), *self._shape)
-            good = in_parts(lambda part: self._batch(*leading, rows[part], of_rows[part]), len(rows), LEAST_POSES)
+            good = in_parts(lambda part: self._batch(*leading, rows[part], of_rows[part]), len(rows), MIN_POSES)
         if not good:
             refuse_out_of_range(q)
         return result
@@ -140,7 +140,7 @@ def frame_poses(tree: Tree, frames: Array, q: ArrayLike, out: Array | None = Non
         def run(part: slice) -> bool:
             return forward.frames_batch(tree.joints, frames, rows[part], of_rows[part])
 
-        good = in_parts(run, len(rows), LEAST_POSES)
+        good = in_parts(run, len(rows), MIN_POSES)
     if not good:
         refuse_out_of_range(q)
     return poses

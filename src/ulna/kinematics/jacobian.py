@@ -15,7 +15,7 @@ from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 EXPRESSED_IN = {"base": IN_BASE, "link": IN_LINK, "spatial": IN_SPATIAL}
-LEAST_COS_PITCH = 1e-6
+MIN_COS_PITCH = 1e-6
 
 
 class CompiledJacobian(FunctionOfLink):
@@ -85,7 +85,7 @@ def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None =
     J = geometric_jacobian(tree, q, link, "base", out)
     rpy = rpy_from_matrix(forward_kinematics(tree, q, link))
     pitch, yaw = rpy[..., 1], rpy[..., 2]
-    locked = np.abs(np.cos(pitch)) < LEAST_COS_PITCH
+    locked = np.abs(np.cos(pitch)) < MIN_COS_PITCH
     if np.any(locked):
         raise SingularityError(_locked_message(locked), tuple(map(tuple, np.argwhere(locked).tolist())))
     wx, wy, wz = np.moveaxis(J[..., 3:, :].copy(), -2, 0)
@@ -118,6 +118,6 @@ def _locked_message(locked: NDArray[np.bool_]) -> str:
         names = [", ".join(str(int(k)) for k in row) for row in rows[:5]]
         where = f"at row{'s' * (len(rows) > 1)} {'; '.join(names)}" + (f" and {len(rows) - 5} more" if len(rows) > 5 else "")
     return (
-        f"roll and yaw have no rates of their own where |cos(pitch)| < {LEAST_COS_PITCH:g}, as {where}; "
+        f"roll and yaw have no rates of their own where |cos(pitch)| < {MIN_COS_PITCH:g}, as {where}; "
         "the geometric jacobian() is defined everywhere"
     )

@@ -13,7 +13,7 @@ from ulna.kernels.layout import COLUMN, FIXED, KIND, RATIO, REVOLUTE
 
 Array = NDArray[np.float64]
 TURN = 2 * np.pi
-_MOST = 1_000_000  # configurations of one solution: 50 MB
+_MAX_LISTED = 1_000_000  # configurations of one solution: 50 MB
 
 
 def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
@@ -48,8 +48,8 @@ def every_turn(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_])
     """
     places = [list(_turns_of(*joint)) for joint in zip(q, lower, upper, turning, strict=True)]
     n = prod(map(len, places))
-    if n > _MOST:
-        raise InputError("whole_turns", f"the limits allow {n:,} turns of one solution; {_MOST:,} are listed at most")
+    if n > _MAX_LISTED:
+        raise InputError("whole_turns", f"the limits allow {n:,} turns of one solution; {_MAX_LISTED:,} are listed at most")
     return np.array(list(product(*places)))
 
 

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 CHORDS = 4  # along which a parabola is certified
 CHORDS_ALONG = 16  # with constraints: of a tight tolerance, what may lie beside a chord takes much; it falls with the square
 _HALVINGS = 3  # how often a rounding that is not free is halved; then the motion stops at the corner
-_MOST = 0.49995  # of an edge: what is left between two roundings is not so short that rounding errors matter in its times
+_MAX_SHARE = 0.49995  # of an edge: what is left between two roundings is not so short that rounding errors matter in its times
 _STRAIGHT = 1e-12  # of the directions of two edges: no corner
 _AT_ONCE = 64  # corners that are certified by one call
 
@@ -102,7 +102,7 @@ def free_cuts(edges: Edges, blend: float, is_free: IsFree, within: float = np.in
     """
     cuts, lengths = np.zeros(len(edges.path)), edges.lengths
     corners = np.flatnonzero(edges.turns) if blend > 0.0 else np.zeros(0, dtype=np.int64)
-    most = _MOST * np.minimum(lengths[corners - 1], lengths[corners])
+    most = _MAX_SHARE * np.minimum(lengths[corners - 1], lengths[corners])
     most = np.minimum(np.minimum(blend, most), 4 * within / edges.turns[corners])
     points, spreads = _chords(edges, corners, most, beside)
     halvings, now = 0, 0

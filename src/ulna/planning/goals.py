@@ -37,9 +37,9 @@ from ulna.planning.targets import Targets, joint_of, own_columns
 Array = NDArray[np.float64]
 SPREAD = 16  # configurations for a pose of a redundant arm, or places of the joint that its closed form holds
 _SEEDS = 16  # from which a pose is searched with joints held
-_FIRST_CHOICES, _MOST_CHOICES = 1024, 65536  # of one solution for each link, that are tested
-_MOST_GOALS = 32  # nearest to the start, of choices
-_MOST_PAIRS = 4  # that a sentence names
+_FIRST_CHOICES, _MAX_CHOICES = 1024, 65536  # of one solution for each link, that are tested
+_MAX_GOALS = 32  # nearest to the start, of choices
+_MAX_PAIRS = 4  # that a sentence names
 
 
 class Goals(NamedTuple):
@@ -114,8 +114,8 @@ class Request(NamedTuple):
         for name in dict.fromkeys(pair.name_b for pair in pairs if pair.link_b is None):
             if isinstance(shapes.get(name), PointCloud):
                 hint += f"; {name} is a point cloud: if the points are those of the robot, cloud.without(robot, q) removes them"
-        more = f" and {count_of(len(pairs) - _MOST_PAIRS, 'more pair')}" if len(pairs) > _MOST_PAIRS else ""
-        words = ", ".join(_in_words(pair, self.margin) for pair in pairs[:_MOST_PAIRS])
+        more = f" and {count_of(len(pairs) - _MAX_PAIRS, 'more pair')}" if len(pairs) > _MAX_PAIRS else ""
+        words = ", ".join(_in_words(pair, self.margin) for pair in pairs[:_MAX_PAIRS])
         return Reason(words + more + hint, Report(pairs))
 
 
@@ -190,11 +190,11 @@ def _of_links(request: Request, poses: Mapping[str, Array]) -> Goals | Plan:
             found = result.q[None]
         each[link] = _nearest_first(found, request.start, own[link])
     q = request.start[None]
-    for most in (_FIRST_CHOICES, _MOST_CHOICES):  # the nearest of each link, and more only where none of these is free
+    for most in (_FIRST_CHOICES, _MAX_CHOICES):  # the nearest of each link, and more only where none of these is free
         q = _choices(each, own, request.start, max(1, int(most ** (1 / len(poses)) + 1e-9)))
         free = q[request.is_free(q)]
         if len(free):
-            free = _nearest_first(free, request.start, ~fixed)[:_MOST_GOALS]
+            free = _nearest_first(free, request.start, ~fixed)[:_MAX_GOALS]
             return Goals(free, np.zeros(len(free), dtype=np.int64))
     return no_plan(tree, PlanStatus.GOAL_IN_COLLISION, request.collision(q[0]))
 

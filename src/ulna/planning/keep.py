@@ -15,7 +15,7 @@ from ulna.kernels.ik.search_layout import POINTING
 
 Array = NDArray[np.float64]
 AWAY, TURN = 1e-4, float(np.radians(0.1))  # [m], [rad]: the tolerances where a task has none
-_LEAST = 1e-6  # [m or rad]
+_MIN_TOLERANCE = 1e-6  # [m or rad]
 AIM = 0.5  # of a tolerance: where a projection, or a search for a pose, leads to
 _FREE = float("inf")
 _UP = (0.0, 0.0, 1.0)
@@ -64,8 +64,8 @@ class Keep:
     def __post_init__(self) -> None:
         task = as_task(self.task)
         slack = [s or default for s, default in zip(task.slack, (AWAY,) * 3 + (TURN,) * 3, strict=True)]
-        if min(slack) < _LEAST:
-            raise InputError("task", f"a slack of {min(slack):.3g}; at least {_LEAST:g} m or rad is expected")
+        if min(slack) < _MIN_TOLERANCE:
+            raise InputError("task", f"a slack of {min(slack):.3g}; at least {_MIN_TOLERANCE:g} m or rad is expected")
         turns = {s for s in slack[3:] if s < _FREE}
         if len(turns) > 1 or not max(turns, default=0.0) < np.pi:
             raise InputError("task", f"slacks {slack[3:]} of the rotation; one angle below pi is expected where it is not free")
@@ -159,8 +159,8 @@ class Keep:
             InputError: An argument cannot be taken.
         """
         extents = as_floats("extents", extents)
-        if extents.shape != (3,) or not (extents >= 2 * _LEAST).all() or not extents.min() < _FREE:
-            raise InputError("extents", f"three lengths [m] of at least {2 * _LEAST:g} are expected, one at least finite")
+        if extents.shape != (3,) or not (extents >= 2 * _MIN_TOLERANCE).all() or not extents.min() < _FREE:
+            raise InputError("extents", f"three lengths [m] of at least {2 * _MIN_TOLERANCE:g} are expected, one at least finite")
         return cls(Task((*(extents / 2).tolist(), _FREE, _FREE, _FREE)), as_one_pose(T), link)
 
     @classmethod
@@ -250,11 +250,12 @@ class Keep:
 
 
 def _tolerance(name: str, value: float) -> float:
-    return as_number(name, value, _LEAST, f"a tolerance of at least {_LEAST:g} m or rad")
+    return as_number(name, value, _MIN_TOLERANCE, f"a tolerance of at least {_MIN_TOLERANCE:g} m or rad")
 
 
 def _angle(name: str, value: float) -> float:
-    return as_number(name, value, _LEAST, f"an angle [rad] from {_LEAST:g} to below pi", most=float(np.nextafter(np.pi, 0.0)))
+    expected = f"an angle [rad] from {_MIN_TOLERANCE:g} to below pi"
+    return as_number(name, value, _MIN_TOLERANCE, expected, most=float(np.nextafter(np.pi, 0.0)))
 
 
 def _point(name: str, value: ArrayLike) -> Array:

@@ -31,9 +31,9 @@ from ulna.kernels.planning.search_records import (
     Trees,
 )
 from ulna.planning.blend import CHORDS_ALONG, IsFree, is_path_free
+from ulna.planning.constraint_table import frozen, narrower, step_of, tightest
+from ulna.planning.edge_subdivision import TIGHT, finer
 from ulna.planning.entries import search as entries
-from ulna.planning.finer import TIGHT, finer
-from ulna.planning.kept import frozen, narrower, step_of, tightest
 from ulna.planning.positions import PositionLimits, farthest_of
 from ulna.planning.slices import Pace, Slices
 from ulna.planning.space import Space
@@ -43,8 +43,8 @@ RANGE = 1.0  # the longest edge of a tree [rad], for up to _FEW joints
 _FEW = 8  # of more joints most samples are far from every node, and fewer long edges are free: no domains, and shorter edges
 RESOLUTION = 1e-4  # [m]
 SAMPLES_APART = 1 / 32  # [rad]: of an edge that is not certified
-_DOMAIN, _LEAST_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # times RANGE, for up to seven joints; and the rate
-_MOST_STEPS = 4094  # of one iteration
+_DOMAIN, _MIN_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # times RANGE, for up to seven joints; and the rate
+_MAX_STEPS = 4094  # of one iteration
 
 
 class EdgeChecker(NamedTuple):
@@ -201,9 +201,9 @@ def _settings(n_moving: int, diameter: float, margin: float, step: float, *, cer
     settings.sample_spacing = 0.0 if certify else SAMPLES_APART
     wide = RANGE * np.sqrt(max(1.0, n_moving / 7))  # as the distances of samples grow
     settings.domain = _DOMAIN * wide if n_moving <= _FEW else np.inf
-    settings.min_domain, settings.adaptation = _LEAST_DOMAIN * wide, _ADAPTATION
+    settings.min_domain, settings.adaptation = _MIN_DOMAIN * wide, _ADAPTATION
     settings.stride, settings.max_strides = min(longest, step), int(np.ceil(2.0 * longest / min(longest, step)))
-    settings.max_steps = int(min(2 + np.ceil(diameter / longest), _MOST_STEPS))
+    settings.max_steps = int(min(2 + np.ceil(diameter / longest), _MAX_STEPS))
     settings.max_nodes = (settings.max_steps + 2) * (WIDTH * settings.max_strides if step < np.inf else 1)
     records.setflags(write=False)
     return records

@@ -27,7 +27,7 @@ from ulna.planning.timing import Limits
 Array = NDArray[np.float64]
 GivenLimits = str | Path | Mapping[str, Any]  # the name of an arm, a file, or what is in it
 LARGEST = 1e9  # of a limit [1/s^n]: above, the times are rounding
-_MOST_BYTES = 1_000_000  # of a file
+_MAX_BYTES = 1_000_000  # of a file
 _NEEDED = "acceleration", "jerk"
 FRANKA = "franka"  # the Panda or the FR3, by the names of the joints
 
@@ -194,11 +194,11 @@ def read_joint_limits(
         DescriptionError: It is not YAML, has no ``joint_limits`` or none of these joints, or a limit is none.
     """
     try:
-        text = file_bytes(path, _MOST_BYTES)
+        text = file_bytes(path, _MAX_BYTES)
     except OSError as error:
         raise FileError(str(path), reason_of(error)) from None
-    if len(text) > _MOST_BYTES:
-        raise FileError(str(path), f"has more than {_MOST_BYTES} bytes")
+    if len(text) > _MAX_BYTES:
+        raise FileError(str(path), f"has more than {_MAX_BYTES} bytes")
     return _every_or_none(arm_limits_of(_document(text, str(path)), names, followers or {}, str(path)), names, needed)
 
 

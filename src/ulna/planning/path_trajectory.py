@@ -19,11 +19,11 @@ from ulna.ik.followed_path import FollowedPath
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.kinematics.tree import entry_names
 from ulna.planning.blend import IsFree
+from ulna.planning.boundary_velocities import as_ends, refuse_path_beyond, with_ends
 from ulna.planning.hand import HandLimits
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import GivenLimits, as_motion_limits
 from ulna.planning.motors import as_caps
-from ulna.planning.moving_ends import as_ends, refuse_path_beyond, with_ends
 from ulna.planning.path_limits import refuse_ends
 from ulna.planning.space import make_space
 from ulna.planning.trajectory import Trajectory, resting

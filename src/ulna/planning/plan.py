@@ -18,18 +18,18 @@ from ulna.ik.reason import NO_REASON, Reason
 from ulna.ik.time_limit import TimeLimit, as_time_limit
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.notebook.tables import OneLine, table
+from ulna.planning.boundary_velocities import as_ends, refuse_path_beyond, with_ends
+from ulna.planning.constraint_table import worst_violation
+from ulna.planning.faster_path import quicker_path
+from ulna.planning.fixed_joints_first import arm_of
 from ulna.planning.hand import HandLimits, as_hands
-from ulna.planning.held_first import arm_of
-from ulna.planning.kept import worst_violation
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import GivenLimits, as_motion_limits
 from ulna.planning.motors import as_caps
-from ulna.planning.moving_ends import as_ends, refuse_path_beyond, with_ends
 from ulna.planning.path_limits import refuse_ends
 from ulna.planning.positions import PositionLimits
-from ulna.planning.quicker import quicker_path
 from ulna.planning.search import Effort, Search
-from ulna.planning.slices import MOST_CHECKS
+from ulna.planning.slices import MAX_CHECKS
 from ulna.planning.space import same_entries
 from ulna.planning.targets import beyond_limits, joint_of
 from ulna.planning.trajectory import Trajectory, resting
@@ -37,7 +37,7 @@ from ulna.planning.trajectory import Trajectory, resting
 Array = NDArray[np.float64]
 _SAMPLES = 256  # at which the clearance is measured
 _WORTH = 1e-4  # of the length: a path is to be shorter by more
-_MOST_NAMED = 3  # joints in a sentence
+_MAX_NAMED = 3  # joints in a sentence
 _FIRST_CHECKS = 256  # of a search for a shorter path, until one has failed
 
 
@@ -314,7 +314,7 @@ class Plan(OneLine):
             >>> plan.improve(1000).length <= plan.length
             True
         """
-        max_checks, limit = as_count("max_checks", max_checks, 1, MOST_CHECKS), TimeLimit(as_time_limit(time_limit))
+        max_checks, limit = as_count("max_checks", max_checks, 1, MAX_CHECKS), TimeLimit(as_time_limit(time_limit))
         if self._searched is None or not self:
             raise InputError("plan", f"there is no path: {self.status}")
         motion, start, goals, of, certify, seed, n_searches = self._searched
@@ -379,7 +379,7 @@ class Plan(OneLine):
             InputError: As of ``trajectory``; or ``tries`` is not a whole number of at least 1.
             UnknownNameError, FileError, DescriptionError: As of ``trajectory``.
         """
-        tries = as_count("tries", tries, 1, MOST_CHECKS)
+        tries = as_count("tries", tries, 1, MAX_CHECKS)
         if self._searched is None or not self:
             raise InputError("plan", f"there is no path: {self.status}")
         motion, certify = self._searched.motion, self._searched.certify
@@ -410,8 +410,8 @@ class Plan(OneLine):
     @property
     def _of_moved(self) -> str:
         """The sentence about joints beside the moving arm that move too."""
-        names, more = self.moved_beside, len(self.moved_beside) - _MOST_NAMED
-        some = ", ".join(names[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+        names, more = self.moved_beside, len(self.moved_beside) - _MAX_NAMED
+        some = ", ".join(names[:_MAX_NAMED]) + (f" and {more} more" if more > 0 else "")
         return f"; no path was found without moving {some} too" if names else ""
 
     def __getstate__(self) -> dict:

@@ -25,17 +25,17 @@ from ulna.kernels.planning.constraint_records import Constraints
 from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
+from ulna.planning.constrained_goals import find_goals, poses_beside
+from ulna.planning.constraint_table import are_kept, as_keeps, narrower, table_of, violations
+from ulna.planning.failure_report import budget_spent
+from ulna.planning.fixed_joints_first import Trial, arm_beyond, arm_of, near_first, trials_of
 from ulna.planning.goals import Goals, Request
-from ulna.planning.held_first import Trial, arm_beyond, arm_of, near_first, trials_of
 from ulna.planning.keep import Keep
-from ulna.planning.kept import are_kept, as_keeps, narrower, table_of, violations
-from ulna.planning.kept_goals import find_goals, poses_beside
 from ulna.planning.motion import Motion
 from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
 from ulna.planning.search import Effort, Found, Search
-from ulna.planning.slices import MOST_CHECKS
+from ulna.planning.slices import MAX_CHECKS
 from ulna.planning.space import along, make_space, same_entries, slides_without_end
-from ulna.planning.spent_budget import budget_spent
 from ulna.planning.targets import Targets, as_targets, beyond_limits, fixed_for
 
 Array = NDArray[np.float64]
@@ -69,8 +69,8 @@ class PlanOptions(NamedTuple):
         return PlanOptions(
             as_switch("certify", self.certify),
             as_number("clearance", self.clearance, 0.0, "a distance [m] of at least 0"),
-            as_count("seed", self.seed, most=MOST_CHECKS),
-            as_count("max_checks", self.max_checks, 1, MOST_CHECKS),
+            as_count("seed", self.seed, most=MAX_CHECKS),
+            as_count("max_checks", self.max_checks, 1, MAX_CHECKS),
             as_switch("shorten", self.shorten),
             as_switch("escape", self.escape),
             as_time_limit(self.time_limit),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-12  # [rad or m, or of a position above 1]: of what a motion computes
-_MOST_HALVINGS = 60
+_MAX_HALVINGS = 60
 _EXACT = 1e-15  # of the size of q: bounds nearer than this to what is reached are not halved
 
 
@@ -145,7 +145,7 @@ def _greatest(control: Array, best: Array, best_times: Array, times: Array) -> t
     near = _EXACT * np.maximum(1.0, np.abs(best))
     rows, columns = np.nonzero(control.max(axis=0) > best + near)
     control, begin, end = control[:, rows, columns], times[:-1][rows], times[1:][rows]
-    for _ in range(_MOST_HALVINGS):
+    for _ in range(_MAX_HALVINGS):
         if not len(columns):
             break
         levels = [control]

@@ -9,9 +9,9 @@ from ulna.errors import UlnaError
 from ulna.ik.time_limit import TimeLimit
 from ulna.kernels.planning.search_records import SearchState, ShorteningState
 
-MOST_CHECKS = 2**62 - 1
+MAX_CHECKS = 2**62 - 1
 _FIRST_SLICE, _LONGEST_SLICE = 64, 0.02  # checked edges; seconds
-_MOST_GROWTH = 16.0  # from one slice to the next
+_MAX_GROWTH = 16.0  # from one slice to the next
 _here = threading.local()
 
 
@@ -42,7 +42,7 @@ class Pace:
     def adapt(self, seconds: float, checks: int) -> None:
         """Take note of how long so many checked edges took."""
         wanted = 0.5 * _LONGEST_SLICE * max(1, checks) / max(seconds, 1e-9)
-        self.checks = max(1, int(min(max(wanted, self.checks / 2), _MOST_GROWTH * self.checks)))
+        self.checks = max(1, int(min(max(wanted, self.checks / 2), _MAX_GROWTH * self.checks)))
 
 
 class Slices:

@@ -15,9 +15,9 @@ from ulna.planning.path_limits import NO_LIMIT, PathBounds, PathLimit, along
 from ulna.planning.positions import Farthest, farthest_of
 
 Array = NDArray[np.float64]
-INTERVALS = 200  # of a whole path; each piece has at least LEAST_INTERVALS
-LEAST_INTERVALS = 8
-_MOST_INTERVALS = 4000  # with more pieces than an eighth of these, each has fewer of its own
+INTERVALS = 200  # of a whole path; each piece has at least MIN_INTERVALS
+MIN_INTERVALS = 8
+_MAX_INTERVALS = 4000  # with more pieces than an eighth of these, each has fewer of its own
 N_PHASES = 7  # of constant jerk, of a line from rest to rest
 _ROUNDED = 1 + 1e-8  # of (ds/dt)^2 at the ends, which is measured
 _WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
@@ -150,7 +150,7 @@ def grid_of(pieces: Grid) -> Grid:
     """Lines and parabolas divided into shorter intervals."""
     n, lengths = len(pieces.steps), pieces.steps
     few = np.where(pieces.bends.any(axis=1), pieces.chords, 1)  # those of a parabola are the chords along which it was certified
-    least = np.maximum(few, min(LEAST_INTERVALS, _MOST_INTERVALS // n))
+    least = np.maximum(few, min(MIN_INTERVALS, _MAX_INTERVALS // n))
     counts = np.maximum(least, np.ceil(INTERVALS * lengths / lengths.sum()))
     counts = counts.astype(np.int64)
     first = np.concatenate([[0], np.cumsum(counts)])

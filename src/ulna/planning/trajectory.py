@@ -21,25 +21,25 @@ from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import OneLine, table
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.blend import CHORDS, Grid
+from ulna.planning.boundary_velocities import Ends, refuse_path_beyond
+from ulna.planning.constraint_table import as_keeps, table_of
 from ulna.planning.hand import UNITS, Hand, HandLimits, HandPeak, peak_of
 from ulna.planning.keep import Keep
-from ulna.planning.kept import as_keeps, table_of
 from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
 from ulna.planning.motion_limits import GivenLimits, as_limits, limits_of, within_robot
 from ulna.planning.motors import Motors, as_caps
-from ulna.planning.moving_ends import Ends, refuse_path_beyond
 from ulna.planning.path_limits import PathLimit, common_to, peaks_of
 from ulna.planning.positions import PositionLimits
-from ulna.planning.replaced import Continued, Timed, is_from_file, replaced
 from ulna.planning.ros_message import joint_trajectory, points_of
 from ulna.planning.timing import QUANTITIES, Limits, Moment, Profile, TimedPath
+from ulna.planning.transition import Continued, Timed, is_from_file, replaced
 
 if TYPE_CHECKING:
     from ulna.planning.plan import Plan
 
 Array = NDArray[np.float64]
-_MOST_SAMPLES = 10_000_000
+_MAX_SAMPLES = 10_000_000
 _UNITS = "rad or m", "1/s", "1/s²", "1/s³"  # of a plot
 _IN_TABLE = 1000  # times at which velocities are compared for a table
 _IN_PICTURE = 1.5  # of the greatest value of a plot: limits beyond it are not drawn
@@ -475,7 +475,7 @@ class Trajectory(OneLine):
         """The number of periods that the motion takes, the last one begun."""
         with np.errstate(over="ignore"):
             n = np.ceil(np.float64(self.duration) / positive("period", period, "a time [s] above 0") * (1 - 1e-12))
-        if n > _MOST_SAMPLES:
+        if n > _MAX_SAMPLES:
             raise InputError("period", f"{period!r}; a motion of {self.duration:.4g} s would have {n:.3g} samples")
         return int(n)
 

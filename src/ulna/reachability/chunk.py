@@ -30,7 +30,7 @@ from ulna.reachability.verdicts import REACHED, verdicts
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
-_MOST_OPEN = 4  # maps that a process keeps open
+_MAX_OPEN = 4  # maps that a process keeps open
 
 
 class Outcome(NamedTuple):
@@ -123,7 +123,7 @@ def _spread(of_solved: NDArray[np.float32], solved: NDArray[np.int64], shape: tu
     return flat.reshape(*shape, *tail)
 
 
-@lru_cache(maxsize=_MOST_OPEN)
+@lru_cache(maxsize=_MAX_OPEN)
 def _opened(path: str, metadata: bytes) -> OpenMap:  # noqa: ARG001 -- another map at the same path has other metadata
     where = Path(path)
     specification = read_specification(where)

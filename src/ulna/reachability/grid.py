@@ -24,7 +24,7 @@ POSES_OF_A_CHUNK = 4096
 _PHI = np.sqrt(2.0)
 _PSI = 1.533751168755204288118041  # the real root of psi^4 = psi + 4
 _AT_ONCE = 1 << 22  # products of quaternions that are held in memory
-_MOST = 2**40  # poses of a map
+_MAX_POSES = 2**40  # poses of a map
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,8 @@ class Grid:
             raise InputError("bounds", "there is no voxel between them")
         if not math.isfinite(max(map(abs, low.tolist())) + max(self.shape) * self.voxel):
             raise InputError("voxel", f"{self.voxel!r}; the corners of the map are not finite")
-        if self.n_poses > _MOST:
-            raise InputError("voxel", f"{self.n_poses:.3g} poses; a map holds at most {_MOST:.3g}")
+        if self.n_poses > _MAX_POSES:
+            raise InputError("voxel", f"{self.n_poses:.3g} poses; a map holds at most {_MAX_POSES:.3g}")
 
     @classmethod
     def within(cls, bounds: ArrayLike, voxel: float, orientations: int) -> Grid:

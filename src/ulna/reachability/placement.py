@@ -27,7 +27,7 @@ Solve = Callable[[Array, Array], tuple[Array, Array] | None]
 """From T_base_tip (n, 4, 4) and T_base_world to q (n, n_dof) and its manipulability (n,); None where a target is not reached."""
 DOFS = ("x", "y", "z", "yaw")
 _AROUND = 4  # orientations of the map around that of a target
-_MOST_KEPT = 20_000  # candidates of one yaw
+_MAX_KEPT = 20_000  # candidates of one yaw
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ def _ranked(grid: Grid, reached: Reached, T_world_tip: Array, T_turned: Array, y
         scores[:, k] = np.where(inside, share, 0.0)
     rows = np.column_stack([scores.min(axis=1), scores.mean(axis=1), points, np.full(len(points), yaw)])
     rows = rows[rows[:, 0] > 0.0] if (rows[:, 0] > 0.0).any() else rows[rows[:, 1] > 0.0]
-    return rows[np.lexsort((-rows[:, 1], -rows[:, 0]))[:_MOST_KEPT]]
+    return rows[np.lexsort((-rows[:, 1], -rows[:, 0]))[:_MAX_KEPT]]
 
 
 def _around(grid: Grid, rotations: Array) -> NDArray[np.int64]:

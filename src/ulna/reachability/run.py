@@ -1,6 +1,6 @@
 """Computes what a map still lacks, by threads of this process or by a Dask cluster.
 
-1. The chunks that are not there wait in their order. A task gets ``_MOST_CHUNKS`` of them at most, and fewer towards the end.
+1. The chunks that are not there wait in their order. A task gets ``_MAX_CHUNKS`` of them at most, and fewer towards the end.
 2. At most ``_UNDER_WAY`` tasks a thread are under way, so that neither the memory of the scheduler nor what is lost at its end
    grows with the map.
 3. Threads and cluster are executors of ``concurrent.futures``. That of Dask tries a task again where its worker has died, and
@@ -34,7 +34,7 @@ try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None
-_MOST_CHUNKS = 16  # of a task: a quarter of a second of work for an arm with a closed form, half a second for a search
+_MAX_CHUNKS = 16  # of a task: a quarter of a second of work for an arm with a closed form, half a second for a search
 _UNDER_WAY = 3  # tasks for each that runs
 _RETRIES = 3
 _LOOK_S = 1.0  # between two looks at whether the cluster is still there
@@ -160,7 +160,7 @@ def run(path: Path, grid: Grid, workers: Workers, tell: Tell | None = None) -> f
         while todo or workers.under_way:
             width = workers.width()
             while todo and workers.under_way < _UNDER_WAY * width:
-                size = max(1, min(_MOST_CHUNKS, len(todo) // (4 * width)))
+                size = max(1, min(_MAX_CHUNKS, len(todo) // (4 * width)))
                 workers.submit(str(path), tuple(todo.popleft() for _ in range(size)))
             for outcome in workers.next_done():
                 done, inside = done + outcome.poses, inside + outcome.seconds

@@ -38,7 +38,7 @@ from ulna.reachability.verdicts import NEVER, NUMBERS
 
 DIMENSIONS = ("z", "y", "x", "orientation")
 META = "zarr.json"
-_MOST_BYTES = 200_000_000  # of the group's metadata, in which the robot and the world are
+_MAX_BYTES = 200_000_000  # of the group's metadata, in which the robot and the world are
 _TEXTS = {
     "branches": (
         NEVER,
@@ -93,13 +93,13 @@ def read_specification(path: Path) -> Specification:
 def metadata_bytes(path: Path) -> bytes:
     """The group's own metadata: other bytes are another map."""
     try:
-        content = regular_file_bytes(path / META, _MOST_BYTES)
+        content = regular_file_bytes(path / META, _MAX_BYTES)
     except FileNotFoundError:
         raise FileError(str(path), "there is no reachability map") from None
     except OSError as error:
         raise FileError(str(path), reason_of(error)) from None
-    if len(content) > _MOST_BYTES:
-        raise FileError(str(path), f"its {META} has more than {_MOST_BYTES // 1_000_000} MB, the most that is read")
+    if len(content) > _MAX_BYTES:
+        raise FileError(str(path), f"its {META} has more than {_MAX_BYTES // 1_000_000} MB, the most that is read")
     return content
 
 
@@ -189,14 +189,14 @@ def _add_variable(group: Any, name: str, grid: Grid, n_joints: int) -> None:
 
 # ---- what is read, which may be damaged or a stranger's ------------------------------------------------------------------
 
-_MOST_OF_ARRAY = 1_000_000  # bytes of an array's metadata, and of a chunk beyond twice its values
+_MAX_OF_ARRAY = 1_000_000  # bytes of an array's metadata, and of a chunk beyond twice its values
 
 
 def open_arrays(path: Path, specification: Specification, n_joints: int, mode: str = "r") -> dict[str, Any]:
     """The arrays of a map's variables by their names."""
     zarr, names = zarr_package(), variables(specification)
     for name in names:
-        _check_file(path / name / META, _MOST_OF_ARRAY)
+        _check_file(path / name / META, _MAX_OF_ARRAY)
     arrays = {}
     try:
         group = zarr.open_group(path, mode=mode, zarr_format=3, use_consolidated=False)
@@ -225,7 +225,7 @@ def check_chunks(path: Path, grid: Grid, places: Iterable[tuple[int, ...]]) -> N
     for place in places:
         file = verdict_file(path, place)
         if os.path.lexists(file):
-            _check_file(Path(file), 2 * math.prod(grid.chunk_shape) + _MOST_OF_ARRAY)
+            _check_file(Path(file), 2 * math.prod(grid.chunk_shape) + _MAX_OF_ARRAY)
 
 
 def unreadable(file: Path, error: Exception) -> FileError:

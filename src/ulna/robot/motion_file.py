@@ -18,12 +18,12 @@ from ulna.description.number_rows import read_numbers, refuse_infinite
 from ulna.errors import DescriptionError, DescriptionWarning, InputError, cited, listed
 from ulna.kinematics.positions import as_configuration, refuse_out_of_range
 from ulna.kinematics.tree import entry_names
+from ulna.planning.boundary_velocities import Ends
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import described_limits
-from ulna.planning.moving_ends import Ends
 from ulna.planning.positions import PositionLimits
 from ulna.planning.space import make_space
-from ulna.planning.splined import splined
+from ulna.planning.spline_trajectory import splined
 from ulna.planning.trajectory import Trajectory, resting
 from ulna.robot.coordinates import coordinates_of
 from ulna.robot.joint_columns import joint_columns

@@ -58,15 +58,15 @@ from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Narrowed, Tree, build_tree, entry_names
 from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import table
+from ulna.planning.batch import plan_many
+from ulna.planning.constraint_table import KeepReport, edge_keeps
 from ulna.planning.hand import HandLimits
 from ulna.planning.keep import Keep
-from ulna.planning.kept import KeepReport, edge_keeps
-from ulna.planning.many import plan_many
 from ulna.planning.motion_limits import GivenLimits
-from ulna.planning.narrower import Given, narrower
 from ulna.planning.path_trajectory import GivenMotion, path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
+from ulna.planning.tightened_limits import Given, narrower
 from ulna.planning.trajectory import Trajectory
 from ulna.robot.forces import Forces
 from ulna.robot.other_names import put_other_names, without_other_names

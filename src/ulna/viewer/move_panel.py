@@ -21,7 +21,7 @@ from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import HandPose, refusals_shown
 
 _RESTING = (120, 128, 138)
-_MOST_BYTES = 1_000_000  # of a file
+_MAX_BYTES = 1_000_000  # of a file
 
 
 class HandPanel:
@@ -144,7 +144,7 @@ def as_text(q: NDArray[np.float64]) -> str:
 
 def first_row(content: bytes, robot: Robot) -> NDArray[np.float64]:
     """The first row of a .csv file, shape (n_dof,), its columns by the names of the joints if it has names."""
-    lines = text_of(content[:_MOST_BYTES]).splitlines()
+    lines = text_of(content[:_MAX_BYTES]).splitlines()
     joints, n_dof = joint_columns(robot), robot.n_dof
     try:
         head = head_of(lines, joints.known) or Head(None, 0, None, decimal_comma=False, first=0)

@@ -11,7 +11,7 @@ import trimesh
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
-_MOST_CELLS = 600_000
+_MAX_CELLS = 600_000
 _BLOCK = 5  # corners of the grid on a side of a block
 _STEPS = 4  # of Newton's method, by which vertices come onto the surface
 
@@ -105,7 +105,7 @@ def mesh_of(body: Distance, cell: float) -> trimesh.Trimesh | None:
     edge of the grid that the surface crosses. 4. Newton's steps of the vertices to the surface.
     """
     extent = body.high - body.low
-    cell = max(cell, float(np.prod(extent + 4 * cell) / _MOST_CELLS) ** (1 / 3))
+    cell = max(cell, float(np.prod(extent + 4 * cell) / _MAX_CELLS) ** (1 / 3))
     low = body.low - 2 * cell
     inside = _inside(body, low, np.ceil((extent / cell + 5) / _BLOCK).astype(int), cell)
     n = np.array(inside.shape) - 1

@@ -11,11 +11,11 @@ from ulna.description.meshes import ply
 from ulna.description.meshes.decompose import pieces_of_file
 from ulna.description.meshes.hulls import hull_of
 from ulna.description.meshes.mesh_files import CHECKED
-from ulna.description.meshes.reader import MOST_BYTES
+from ulna.description.meshes.reader import MAX_BYTES
 from ulna.description.shapes import ConvexMesh
 from ulna.errors import FileError
 
-MOST_POINTS = 300_000  # of a cloud that a browser draws, and that a scene file holds
+MAX_POINTS = 300_000  # of a cloud that a browser draws, and that a scene file holds
 RADIUS = 0.01  # [m] of the points of a new cloud
 
 
@@ -32,8 +32,8 @@ def shapes_of_file(
         announce: Called with a message before a decomposition.
     """
     ending = Path(name).suffix.lower()
-    if len(content) > MOST_BYTES:
-        raise FileError(name, f"has more than {MOST_BYTES // 1_000_000} MB, the most that is read")
+    if len(content) > MAX_BYTES:
+        raise FileError(name, f"has more than {MAX_BYTES // 1_000_000} MB, the most that is read")
     if ending in CHECKED:
         return _mesh(name, content, scale, announce if pieces else None)
     if ending not in READERS:
@@ -41,8 +41,8 @@ def shapes_of_file(
     points = points_of(name, content, scale)
     if ending == ".ply" and ply.counts(content).get("face", 0):
         return (ConvexMesh.from_points(points),)
-    if len(points) > MOST_POINTS:
-        words = f"has {len(points)} points, of which the page takes {MOST_POINTS}; PointCloud.thinned makes fewer of them"
+    if len(points) > MAX_POINTS:
+        words = f"has {len(points)} points, of which the page takes {MAX_POINTS}; PointCloud.thinned makes fewer of them"
         raise FileError(name, words)
     return (PointCloud(points, RADIUS),)
 

@@ -10,7 +10,7 @@ import robots
 import ulna
 from ulna.description.pose import rotation_vector_from_matrix
 from ulna.robot.hand_link import hand_link
-from ulna.viewer.session.hand import MOST_A_FRAME, Hand
+from ulna.viewer.session.hand import MAX_A_FRAME, Hand
 
 FRAMES = 200
 
@@ -44,7 +44,7 @@ def test_the_hand_arrives_in_small_joint_steps(panda, hand, xyz):
     assert last.reached
     assert last.reason == ""
     assert np.allclose(panda.forward_kinematics(way[-1]), T, atol=2e-5)
-    assert np.abs(np.diff(way, axis=0)).max() <= MOST_A_FRAME + 1e-12
+    assert np.abs(np.diff(way, axis=0)).max() <= MAX_A_FRAME + 1e-12
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_an_unreachable_target_is_approached_within_the_limits_and_the_reason_is
     assert ((way >= panda.lower) & (way <= panda.upper)).all()
     assert misses[-1] < 0.7 * misses[0]
     assert all(after <= before + 1e-12 for before, after in pairwise(misses))
-    assert np.abs(np.diff(way, axis=0)).max() <= MOST_A_FRAME + 1e-12
+    assert np.abs(np.diff(way, axis=0)).max() <= MAX_A_FRAME + 1e-12
 
 
 def test_the_reason_names_the_joint_at_its_limit(panda, hand):

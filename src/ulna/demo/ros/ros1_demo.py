@@ -24,7 +24,7 @@ from ulna.errors import MissingROSError
 _MASTER_WITHIN_S = 20.0
 _HERE = ("localhost", "127.0.0.1", "::1")
 _PUBLISHER, _RVIZ = "robot_state_publisher", "RViz"
-_MOST_CRASHES = 3  # after so many, another start will not help
+_MAX_CRASHES = 3  # after so many, another start will not help
 
 
 def run(ask: Callable[..., Any], *, rviz: bool = True) -> None:
@@ -73,8 +73,8 @@ class Beside(Children):
             _open_rviz(self, self._config)
 
     def begin_again(self, ended: Ended) -> bool:
-        """Start RViz again if it has crashed, as sometimes at its start; at most _MOST_CRASHES times, not if it was closed."""
-        if not (ended.name == _RVIZ and ended.crashed and self._config and self._crashes < _MOST_CRASHES):
+        """Start RViz again if it has crashed, as sometimes at its start; at most _MAX_CRASHES times, not if it was closed."""
+        if not (ended.name == _RVIZ and ended.crashed and self._config and self._crashes < _MAX_CRASHES):
             return False
         self._crashes += 1
         _open_rviz(self, self._config)

@@ -36,7 +36,7 @@ from ulna.viewer.palette import RED
 
 # The programs, and Debian's packages that have them.
 _NEEDED = {"rosmaster": "python3-rosmaster", "rviz": "rviz", "Xvfb": "xvfb", "xdotool": "xdotool"}
-LEAST_SECONDS = 6.0  # a few pictures for each drag
+MIN_SECONDS = 6.0  # a few pictures for each drag
 _APPEARS_WITHIN_S = 120.0
 _DRAWS_WITHIN_S = 5.0  # what cannot be seen to change, as an arm behind the box
 _LOOK_S = 0.05  # interval between screenshots
@@ -50,10 +50,8 @@ def record_rviz(path: Path, seconds: float, compiler: Compiler, tell: Callable[[
     """Record the demo in RViz as an .mp4 of ten pictures a second, and end everything that was started."""
     if path.suffix.lower() != ".mp4":
         raise InputError("path", f"{path.name!r}; RViz is recorded as an .mp4")
-    if not LEAST_SECONDS <= seconds <= 3600.0:
-        raise InputError(
-            "seconds", f"{seconds:g}; {LEAST_SECONDS:g} to 3600 s are expected: the box is dragged {len(DRAGS)} times"
-        )
+    if not MIN_SECONDS <= seconds <= 3600.0:
+        raise InputError("seconds", f"{seconds:g}; {MIN_SECONDS:g} to 3600 s are expected: the box is dragged {len(DRAGS)} times")
     _refuse_missing()
     demo = Demo()
     with ExitStack() as stack:

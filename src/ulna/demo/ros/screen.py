@@ -19,7 +19,7 @@ from ulna.viewer.film.camera import Camera
 SIZE = (1280, 800)  # pixels: demo.rviz fills it
 CONFIG = files("ulna.demo.ros") / "demo.rviz"
 BACKGROUND = (246, 247, 249)  # as in demo.rviz
-LEAST_BACKGROUND = 200_000  # its pixels, if RViz is on the screen
+MIN_BACKGROUND = 200_000  # its pixels, if RViz is on the screen
 
 
 @contextmanager
@@ -59,7 +59,7 @@ class VirtualScreen:
 
 def scene_is_seen(image: NDArray) -> bool:
     """Whether a picture of the screen, shape (height, width, 3), shows RViz with its background."""
-    return int(np.count_nonzero((image == BACKGROUND).all(axis=-1))) > LEAST_BACKGROUND
+    return int(np.count_nonzero((image == BACKGROUND).all(axis=-1))) > MIN_BACKGROUND
 
 
 class View:

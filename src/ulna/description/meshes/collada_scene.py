@@ -10,12 +10,12 @@ import numpy as np
 from lxml import etree
 from numpy.typing import NDArray
 
-from ulna.description.meshes.mesh_files import MOST_TRIANGLES
+from ulna.description.meshes.mesh_files import MAX_TRIANGLES
 from ulna.description.pose import matrix_from_quaternion
 from ulna.errors import count_of
 
 Array = NDArray[np.float64]
-_MOST_INSTANCES = 10_000
+_MAX_INSTANCES = 10_000
 _DEEPEST = 64  # nodes within one another
 _NUMBERS = {"matrix": 16, "translate": 3, "scale": 3, "rotate": 4, "lookat": 9, "skew": 7}
 
@@ -31,7 +31,7 @@ class Scene:
         self._nodes = {node.get("id"): node for node in root.iter("{*}node") if node.get("id") is not None}
         self._top = scenes[shown[0]].findall("{*}node")
         self._weights: dict[etree._Element, int] = {}
-        instances = self._count(dict.fromkeys(self.urls(), 1), "instances of geometries", _MOST_INSTANCES)
+        instances = self._count(dict.fromkeys(self.urls(), 1), "instances of geometries", _MAX_INSTANCES)
         if not instances:
             raise ValueError("its scene shows no geometry")
 
@@ -53,7 +53,7 @@ class Scene:
 
     def count_triangles(self, counts: Mapping[str, int]) -> int:
         """The triangles of all instances, from those of each geometry."""
-        return self._count(counts, "triangles", MOST_TRIANGLES)
+        return self._count(counts, "triangles", MAX_TRIANGLES)
 
     def placed(self) -> Iterator[tuple[Array, etree._Element]]:
         """Each instance of a geometry with its pose in the scene, shape (4, 4)."""

@@ -15,7 +15,7 @@ from ulna.description.meshes.pieces import halved
 
 _EDGE = 0.6  # of the permitted excess: the longest edge of an element
 _NEAR = 0.2  # of the permitted excess: a surface so near an inner ball has no inner balls of its own
-_MOST_ELEMENTS = 500_000
+_MAX_ELEMENTS = 500_000
 _AT_ONCE = 1 << 22  # triangles and balls, in one array
 _ROUNDING = 1e-9  # of the mesh's size
 
@@ -64,8 +64,8 @@ def _elements(triangles: Array, longest: float) -> Array:
         edges = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)
         whole = edges.max(axis=1) <= longest
         done.append(triangles[whole])
-        if sum(map(len, done)) + len(triangles) > _MOST_ELEMENTS:
-            raise ValueError(f"more than {_MOST_ELEMENTS} triangles with edges of at most {longest:.3g} m are needed")
+        if sum(map(len, done)) + len(triangles) > _MAX_ELEMENTS:
+            raise ValueError(f"more than {_MAX_ELEMENTS} triangles with edges of at most {longest:.3g} m are needed")
         triangles = halved(triangles[~whole], edges[~whole].argmax(axis=1))
     return np.concatenate(done)
 

@@ -6,7 +6,7 @@ Source: Khronos, glTF 2.0 specification, chapters 3.5 to 3.7 and 4.
 from typing import Any
 
 from ulna.description.file_bytes import json_value
-from ulna.description.meshes.mesh_files import MOST_TRIANGLES
+from ulna.description.meshes.mesh_files import MAX_TRIANGLES
 from ulna.errors import cited, count_of
 
 _MAX_JSON = 20_000_000  # bytes
@@ -82,10 +82,10 @@ def _check_meshes(tree: dict[str, Any]) -> list[int]:
             corners = _whole(_at(accessors, primitive["indices"]), "count") if "indices" in primitive else counts[0]
             n += corners if primitive.get("mode", 4) == 5 else corners // 3  # 5: a strip
         triangles.append(n)
-    if n_points > 6 * MOST_TRIANGLES:
-        raise ValueError(f"its primitives have {n_points} points and normals; up to {6 * MOST_TRIANGLES} are read")
-    if sum(triangles) > MOST_TRIANGLES:
-        raise ValueError(f"its meshes have {sum(triangles)} triangles; up to {MOST_TRIANGLES} are read")
+    if n_points > 6 * MAX_TRIANGLES:
+        raise ValueError(f"its primitives have {n_points} points and normals; up to {6 * MAX_TRIANGLES} are read")
+    if sum(triangles) > MAX_TRIANGLES:
+        raise ValueError(f"its meshes have {sum(triangles)} triangles; up to {MAX_TRIANGLES} are read")
     return triangles
 
 
@@ -104,8 +104,8 @@ def _check_nodes(tree: dict[str, Any], triangles: list[int]) -> None:
             node, depth = parents[node], depth + 1
             if depth > _MAX_DEPTH:
                 raise ValueError(f"its nodes are more than {_MAX_DEPTH} deep, or one is within itself")
-    if shown > MOST_TRIANGLES:
-        raise ValueError(f"its scene has {shown} triangles; up to {MOST_TRIANGLES} are read")
+    if shown > MAX_TRIANGLES:
+        raise ValueError(f"its scene has {shown} triangles; up to {MAX_TRIANGLES} are read")
 
 
 def _items(tree: dict[str, Any], key: str) -> list[Any]:

@@ -32,7 +32,7 @@ class Part(NamedTuple):
 
 
 ShapesOf = Callable[[Path, Scale], tuple[Part, ...]]
-_MOST_KEPT = 256  # cached hulls, which robots share
+_MAX_KEPT = 256  # cached hulls, which robots share
 _kept: dict[tuple[bytes, str, Scale], ConvexMesh] = {}
 _lock = Lock()
 
@@ -101,7 +101,7 @@ def hull_of(path: Path, scale: Scale) -> ConvexMesh:
             found = ConvexMesh(points)
     with _lock:
         _kept[key] = found  # at the end: most recently used
-        while len(_kept) > _MOST_KEPT:
+        while len(_kept) > _MAX_KEPT:
             del _kept[next(iter(_kept))]
     return found
 

@@ -17,7 +17,7 @@ from ulna.errors import FileError, InputError, case_twin, did_you_mean, twin_in_
 
 CHECKED = (".stl", ".obj", ".dae")
 """The formats that are read completely: only these are used for collision checking."""
-MOST_TRIANGLES = 4_000_000  # of all instances; a binary STL of MOST_BYTES has half of this
+MAX_TRIANGLES = 4_000_000  # of all instances; a binary STL of MAX_BYTES has half of this
 
 
 class Rewritten(NamedTuple):

@@ -5,11 +5,11 @@ from io import StringIO
 from itertools import pairwise
 from math import isfinite
 
-from ulna.description.meshes.mesh_files import MOST_TRIANGLES, Rewritten
+from ulna.description.meshes.mesh_files import MAX_TRIANGLES, Rewritten
 
 _SURFACES = ("surf", "bzp", "bsp", "cdc", "cdp")
 _MAX_MATERIALS = 1000  # trimesh takes time by their number squared
-_MOST_WORDS = MOST_TRIANGLES + 4  # of a line: one more corner than a face of so many triangles has
+_MAX_WORDS = MAX_TRIANGLES + 4  # of a line: one more corner than a face of so many triangles has
 
 
 def rewritten_obj(data: bytes, *, materials: bool) -> Rewritten:
@@ -27,7 +27,7 @@ def rewritten_obj(data: bytes, *, materials: bool) -> Rewritten:
     libraries: list[str] = []
     highest, n_triangles, all_coloured = 0, 0, True
     for number, line in _lines(data):
-        words = line.split(None, _MOST_WORDS)
+        words = line.split(None, _MAX_WORDS)
         match words[0] if words else "#":
             case "v":
                 vertex = _vertex(words[1:], number)
@@ -37,8 +37,8 @@ def rewritten_obj(data: bytes, *, materials: bool) -> Rewritten:
                 lists[kind].append(" ".join(words[1:4]))
             case "f" | "fo":
                 n_triangles += max(0, len(words) - 3)
-                if n_triangles > MOST_TRIANGLES:
-                    raise ValueError(f"line {number}: it has more than {MOST_TRIANGLES} triangles, the most that are read")
+                if n_triangles > MAX_TRIANGLES:
+                    raise ValueError(f"line {number}: it has more than {MAX_TRIANGLES} triangles, the most that are read")
                 corners = [_corner(word, lists, number) for word in words[1:]]
                 highest = max([highest, *(int(corner.partition("/")[0]) for corner in corners)])
                 faces[material].writelines(f"f {corners[0]} {b} {c}\n" for b, c in pairwise(corners[1:]))

@@ -50,7 +50,7 @@ Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 _FINEST = 0.01  # of the mesh's diagonal: smaller triangles are not cut
 _OUTSIDE = 1e-3  # of the diagonal: a triangle that protrudes from a piece by less counts as inside
-_MOST_TRIANGLES = 500_000
+_MAX_TRIANGLES = 500_000
 _SURFACE_SAMPLES, _PIECE_SAMPLES = 50_000, 10_000
 _AT_ONCE = 1 << 22  # pairs of points and triangles, or of points and planes, in one array
 
@@ -76,7 +76,7 @@ def pieces_of(vertices: Array, faces: Faces, hulls: list[Array]) -> list[Array]:
         leaves = np.array([_distances_outside(triangles, of_hull) for of_hull in planes])
         edges = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)
         whole = (leaves.min(axis=0) <= _OUTSIDE * size) | (edges.max(axis=1) <= _FINEST * size)
-        if len(triangles) + sum(map(len, done)) > _MOST_TRIANGLES:
+        if len(triangles) + sum(map(len, done)) > _MAX_TRIANGLES:
             whole[:] = True
         owners.append(leaves.argmin(axis=0)[whole])
         done.append(triangles[whole])

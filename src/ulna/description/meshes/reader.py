@@ -20,12 +20,12 @@ from ulna.description.file_bytes import regular_file_bytes
 from ulna.description.file_costs import check_ply, check_text
 from ulna.description.meshes.collada import rewritten_collada
 from ulna.description.meshes.gltf import check_gltf
-from ulna.description.meshes.mesh_files import MOST_TRIANGLES, MeshFiles, Rewritten
+from ulna.description.meshes.mesh_files import MAX_TRIANGLES, MeshFiles, Rewritten
 from ulna.description.meshes.obj import rewritten_obj
 from ulna.description.meshes.stl import rewritten_stl
 from ulna.errors import FileError, count_of
 
-MOST_BYTES = 100_000_000
+MAX_BYTES = 100_000_000
 _MAX_NUMBERS_OF_OFF = 10_000_000
 _MAX_PIXELS = 8192 * 8192  # of all textures of a file, which are decoded when the page is drawn
 _TEXTURES = ("image", "baseColorTexture", "emissiveTexture", "normalTexture", "occlusionTexture", "metallicRoughnessTexture")
@@ -34,11 +34,11 @@ _TEXTURES = ("image", "baseColorTexture", "emissiveTexture", "normalTexture", "o
 def mesh_bytes(path: Path) -> bytes:
     """The bytes of a mesh file."""
     try:
-        data = regular_file_bytes(path, MOST_BYTES)
+        data = regular_file_bytes(path, MAX_BYTES)
     except (OSError, ValueError) as error:
         raise FileError(str(path), " ".join(str(error).split())) from None
-    if len(data) > MOST_BYTES:
-        raise FileError(str(path), f"is a mesh of more than {MOST_BYTES / 1e6:.0f} MB, the most that is read")
+    if len(data) > MAX_BYTES:
+        raise FileError(str(path), f"is a mesh of more than {MAX_BYTES / 1e6:.0f} MB, the most that is read")
     return data
 
 
@@ -78,8 +78,8 @@ def merged(scene: trimesh.Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]
 
 def _checked(kind: str, data: bytes, beside: Resolver | None) -> trimesh.Scene:
     rewritten = _rewritten(kind, data, materials=beside is not None)
-    if rewritten is not None and rewritten.n_triangles > MOST_TRIANGLES:
-        raise ValueError(f"it has {rewritten.n_triangles} triangles; up to {MOST_TRIANGLES} are read")
+    if rewritten is not None and rewritten.n_triangles > MAX_TRIANGLES:
+        raise ValueError(f"it has {rewritten.n_triangles} triangles; up to {MAX_TRIANGLES} are read")
     options: dict[str, Any] = {"skip_materials": True} if beside is None and kind == ".obj" else {}
     stream = BytesIO(data if rewritten is None else rewritten.data)
     resolver = _Nothing() if beside is None else beside
@@ -123,8 +123,8 @@ def _check(scene: trimesh.Scene, rewritten: Rewritten | None) -> None:
         raise ValueError("it has no triangles")
     if rewritten is not None and found != rewritten.n_triangles:
         raise ValueError(f"{found} of its {count_of(rewritten.n_triangles, 'triangle')} can be read")
-    if found > MOST_TRIANGLES:
-        raise ValueError(f"it has {found} triangles; up to {MOST_TRIANGLES} are read")
+    if found > MAX_TRIANGLES:
+        raise ValueError(f"it has {found} triangles; up to {MAX_TRIANGLES} are read")
     for vertices, faces in parts:
         if faces.min() < 0 or faces.max() >= len(vertices):
             raise ValueError("a triangle refers to a vertex that does not exist")

@@ -34,7 +34,7 @@ BUNDLED: dict[str, Bundled | ArmTable] = {
     **{name: arm for arm in arm_tables().values() for name in (arm.name, *arm.also)},
 }
 _FRANKA = {"panda": ("Panda", 3.0, 0.855), "fr3": ("Franka Research 3", 3.0, 0.855)}  # model, payload [kg], reach [m]
-_MOST_NEAR = 4
+_MAX_NEAR = 4
 
 
 def find_by_name(name: str) -> Named:
@@ -141,7 +141,7 @@ def _without(end: str, files: dict[str, Path]) -> dict[str, Path]:
 
 def _near(name: str, known: dict[str, str]) -> str:
     variants = sorted(one for one in known if _plain(name) and _plain(one).startswith(_plain(name)))
-    near = list(dict.fromkeys([*variants, *near_names(name, known, _MOST_NEAR)]))[:_MOST_NEAR]
+    near = list(dict.fromkeys([*variants, *near_names(name, known, _MAX_NEAR)]))[:_MAX_NEAR]
     if not near:
         return f"; {len(known)} names are known, none of them similar; `ulna list` prints them"
     return "; did you mean " + " or ".join(f"{one!r} ({known[one]})" for one in near) + "?"

@@ -10,7 +10,7 @@ from ulna.description.file_bytes import regular_file_bytes
 from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.packages import places
 from ulna.description.sdf.frames import Place
-from ulna.description.xml import LONGEST, MOST_ELEMENTS, parse, without_namespace
+from ulna.description.xml import LONGEST, MAX_ELEMENTS, parse, without_namespace
 from ulna.errors import DescriptionError, FileError
 
 MAX_INCLUDES = 200  # each counted as often as it is included
@@ -73,8 +73,8 @@ class ModelFiles:
             raise place.fail("the file includes itself")
         root = self.root(path)
         self.n_elements += sum(1 for _ in root.iter())
-        if self.n_elements > MOST_ELEMENTS:
-            raise place.fail(f"more than {MOST_ELEMENTS} elements are included")
+        if self.n_elements > MAX_ELEMENTS:
+            raise place.fail(f"more than {MAX_ELEMENTS} elements are included")
         return Included(path, root, base, above)
 
     def located(self, address: str) -> Path:

@@ -33,7 +33,7 @@ Line = tuple[Array, Array]  # a point and a direction
 _POSITION = Task.position().slack
 _PARALLEL = 1e-12  # rad
 _NEAR = 0.03  # of the unit
-_LEAST = {0: 3, 1: 5, 3: 3}  # joints that an arm needs, by how many are free
+_MIN_JOINTS = {0: 3, 1: 5, 3: 3}  # joints that an arm needs, by how many are free
 _PLANAR = {0: (2, 3), 3: (2,)}  # those of a planar arm
 _FAR = 3.0  # units from the arm to an axis before it: more than it reaches
 
@@ -56,7 +56,7 @@ def of_six(axes: Axes, n_free: int) -> list[Axes]:
 
 def _completed(axes: Axes, n_free: int) -> list[Axes]:
     n = len(axes.directions)
-    if (n == N_AXES and not n_free) or n + n_free > N_AXES or n < _LEAST[n_free]:
+    if (n == N_AXES and not n_free) or n + n_free > N_AXES or n < _MIN_JOINTS[n_free]:
         return [] if n_free or n != N_AXES else [axes]
     origin, last = axes.end[:3, 3], axes.directions[-1]
     if n_free == 1:

@@ -43,7 +43,7 @@ from ulna.notebook.tables import OneLine
 Array = NDArray[np.float64]
 _POSE = Task.pose()
 _SHARES = (0.43, 0.31, 0.83)  # of the range of a held joint: where a family has to hold. In the middle axes may be parallel
-_MOST_LINKS, _MOST_PLACES = 64, 256  # that are kept: of robots, and places of a joint that is held
+_MAX_LINKS, _MAX_PLACES = 64, 256  # that are kept: of robots, and places of a joint that is held
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,7 +115,7 @@ def closed_form_of(tree: Tree, link: str, held: str | None = None, task: Task = 
     return _closed_form_of(tree, link, held, task)
 
 
-@lru_cache(maxsize=_MOST_LINKS)
+@lru_cache(maxsize=_MAX_LINKS)
 def _closed_form_of(tree: Tree, link: str, held: str | None, task: Task) -> ClosedForm | None:
     (chain, couplings), n_free = decoupled(tree.chain(link)), free_turns(task)
     order = turning_order(chain)
@@ -185,7 +185,7 @@ def held_range(tree: Tree, column: int) -> tuple[float, float]:
     return low, high
 
 
-@lru_cache(maxsize=_MOST_PLACES)
+@lru_cache(maxsize=_MAX_PLACES)
 def _six_joints(form: ClosedForm, held_at: float | None, n_dof: int) -> SixJoints | None:
     q = np.zeros(n_dof)
     if form.held_column is not None and held_at is not None:

@@ -21,7 +21,7 @@ _SKEW, _SKEW_OF_QUARTIC = 1e-3, 3e-3
 EXACT = 1e-12  # largest miss of a form whose branches are all there are
 NEAR = 1e-3  # largest miss of one whose branches are only starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
 _QUARTIC, _ALMOST = (layout.OFFSET_HAND, layout.ANY_THREE_AXES), 1e-6
-_LEAST_OFFSET = 2e-3  # of the reach: a quartic whose axes are nearer to intersecting than this is ill determined
+_MIN_OFFSET = 2e-3  # of the reach: a quartic whose axes are nearer to intersecting than this is ill determined
 
 
 class _Rule(NamedTuple):
@@ -149,7 +149,7 @@ def _families(h: Array, c: Array, slides: NDArray[np.bool_], scale: float, *, fr
         missed = _brought_into(rule, directions, points, signs)
         if missed is not None:
             miss = max(missed[0], missed[1] / scale)
-            is_offset = rule.number not in _QUARTIC or _least_offset(rule.number, directions, points) > _LEAST_OFFSET * scale
+            is_offset = rule.number not in _QUARTIC or _least_offset(rule.number, directions, points) > _MIN_OFFSET * scale
             if miss <= NEAR and is_offset:
                 yield Family(rule.number, from_end, miss, directions, points, signs)
 

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 Found = tuple[Array, NDArray[Any], NDArray[Any]]
 Workers = Callable[["SixJoints", Array, Array, Array], Found] | None
 """What computes branches in the place of threads of this process, if given: of a form, targets, seeds and a plan."""
-_LEAST_TARGETS = 512  # of a part
+_MIN_TARGETS = 512  # of a part
 _NO_BOUNDS = np.zeros(2)
 _MORE_THAN_ANY = 1e12  # m: what a whole turn of a joint that slides would add
 _NEAR_ERROR = 1e-9  # more than is allowed, so that every branch of a near form takes a step
@@ -104,7 +104,7 @@ class SixJoints:
             own = seeds[part] if len(seeds) > 1 else seeds
             return all_branches(self.table, self.chain, plan, targets[part], own, q[part], known[part], proof[part])
 
-        in_parts(run, n, _LEAST_TARGETS)
+        in_parts(run, n, _MIN_TARGETS)
         return q, known, proof
 
 

@@ -12,8 +12,8 @@ from ulna.kernels.chain.closed_form_layout import (
     ENOUGH,
     FORM,
     INVERSE_REACH,
-    LEAST_ERROR,
-    MOST_ERROR,
+    MAX_ERROR,
+    MIN_ERROR,
     N_BOUNDS,
     N_KNOWN,
     POLISH,
@@ -65,7 +65,7 @@ def write_free_angles(table, angle_rows, free_rows):
 def polish_branches(table, chain, rows, scratch):
     """Polish the branches of the rows of ``branch_state``."""
     _, _, target_rows, q_rows, known_rows = rows
-    least, most, steps = table[POLISH, LEAST_ERROR], table[POLISH, MOST_ERROR], int(table[POLISH, STEPS])
+    least, most, steps = table[POLISH, MIN_ERROR], table[POLISH, MAX_ERROR], int(table[POLISH, STEPS])
     for k in range(q_rows.shape[0] // N_AXES):
         error = maximum(load(known_rows, N_KNOWN * k), least)
         if least == 0.0:  # a branch that is clearly complex has no solution: Newton steps would lead to that of another
@@ -110,9 +110,9 @@ def polish_seed(table, chain, rows, scratch, seed, one_target):
     is not polished. one_target: whether the lanes are the branches of one target.
     """
     seed_rows, q_rows, known_rows = seed
-    like, most = load(seed_rows, 0), table[POLISH, MOST_ERROR]
+    like, most = load(seed_rows, 0), table[POLISH, MAX_ERROR]
     wanted = splat(1.0, like) > 0.0
-    if table[POLISH, LEAST_ERROR] == 0.0:
+    if table[POLISH, MIN_ERROR] == 0.0:
         wanted = proof_of(rows[4]) > COINCIDE
         if not any_lane(wanted):
             return False

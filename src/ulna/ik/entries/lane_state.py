@@ -12,7 +12,7 @@ from ulna.kernels.ik.levenberg_marquardt import (
     ERROR,
     HAS_SOLVED,
     LAMBDA,
-    LEAST,
+    LAST_ERROR,
     N_STATE,
     P2,
     R2,
@@ -63,7 +63,7 @@ def write_start(box, seed, samples, start, q_rows, lane):
 @kernel
 def reset_state(state_rows, allowed, with_posture, lane):
     """Write the state of a lane before its first step."""
-    state_rows[ENDED, lane], state_rows[LEAST, lane] = RUNNING, np.inf
+    state_rows[ENDED, lane], state_rows[LAST_ERROR, lane] = RUNNING, np.inf
     state_rows[P2, lane], state_rows[R2, lane] = np.inf, np.inf
     state_rows[TAKEN, lane], state_rows[ALLOWED, lane] = 0.0, allowed
     state_rows[CHANGE, lane] = np.inf if with_posture else 0.0

@@ -24,8 +24,8 @@ Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 Solve = Callable[[Array, Array], IKResult]
 _TIE = 1e-9
-_MOST_AT_ONCE = 1 << 17  # starts of a search, between which the time may be over
-_MOST_CHECKED = 1 << 13  # configurations or edges
+_MAX_AT_ONCE = 1 << 17  # starts of a search, between which the time may be over
+_MAX_CHECKED = 1 << 13  # configurations or edges
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +152,7 @@ class Course:
     def searched(self, order: NDArray[np.int64], n_starts: int) -> list[Array]:
         """For each of some poses (m,) what a search finds from the start and from random starts, shape (k, n_dof)."""
         problem, found = replace(self.problem, nearest_to=None), []
-        for part in np.array_split(order, max(1, len(order) * n_starts // _MOST_AT_ONCE)):
+        for part in np.array_split(order, max(1, len(order) * n_starts // _MAX_AT_ONCE)):
             if self.limit.is_over():
                 break
             q, info = run_starts(problem, part, Restart(0, n_starts, STEPS, from_seed=True))
@@ -185,10 +185,10 @@ class Course:
     def _in_parts(self, hit: Callable[..., Truths], *rows: Array) -> Truths:
         """The result of a check for each row; rows that the time is over for count as in collision."""
         found = np.ones(len(rows[0]), dtype=bool)
-        for k in range(0, len(found), _MOST_CHECKED):
+        for k in range(0, len(found), _MAX_CHECKED):
             if self.limit.is_over():
                 break
-            part = slice(k, k + _MOST_CHECKED)
+            part = slice(k, k + _MAX_CHECKED)
             found[part] = hit(*(each[part] for each in rows))
         return found
 

@@ -28,7 +28,7 @@ from ulna.kinematics.tree import entry_names
 from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
-_MOST_ENDS = 64
+_MAX_ENDS = 64
 _WEAK = 5e-2  # smallest singular value, of the largest
 _SAME = {Status.JOINT_LIMITS: PathStatus.LIMITS, Status.IN_COLLISION: PathStatus.COLLISION}
 
@@ -67,7 +67,7 @@ class _Facts:
 
     def __init__(self, course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> None:
         self.course, self.k, self.all_ends = course, k, ends
-        self.ends = ends[:: max(1, len(ends) // _MOST_ENDS)]
+        self.ends = ends[:: max(1, len(ends) // _MAX_ENDS)]
         order = np.full(len(self.ends), k)
         (self.within, good), (self.beyond, free) = (course.near(order, self.ends, beyond_limits=wide) for wide in (False, True))
         self.hits = course.collide(self.within)

@@ -18,7 +18,7 @@ from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
-_MOST_PAIRS = 1_000_000  # that are compared at once
+_MAX_PAIRS = 1_000_000  # that are compared at once
 SAME = 1e-6  # rad, or of a slide a share of the arm's size: nearer configurations are one
 Key = tuple[int, int, int]  # tells edges apart: the layer, and the nodes at both ends; whole turns make no difference
 
@@ -80,7 +80,7 @@ def _near_pairs(lifts: Lifts, a: Array, b: Array, longest: float) -> Iterator[tu
         x = np.concatenate([x - TURN, x, x + TURN])
     order = np.argsort(x, kind="stable")
     low, high = np.searchsorted(x[order], y - reach, "left"), np.searchsorted(x[order], y + reach, "right")
-    rows = max(1, _MOST_PAIRS // max(1, n))
+    rows = max(1, _MAX_PAIRS // max(1, n))
     for k in range(0, max(1, len(b)), rows):
         each = high[k : k + rows] - low[k : k + rows]
         place = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each) + np.repeat(low[k : k + rows], each)

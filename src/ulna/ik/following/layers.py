@@ -21,9 +21,9 @@ from ulna.kinematics.turns import TURN
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 _PROVED = tuple(PROOFS.index(proof) for proof in (Proof.COMPLETE, Proof.COINCIDING))
-_MOST_KNOTS, _STARTS, _MOST_BRANCHES = 64, 256, 16
-_MOST_ROUNDS = 200
-_MOST_ADDED = 50  # times that solutions of the search are added where no path leads on
+_MAX_KNOTS, _STARTS, _MAX_BRANCHES = 64, 256, 16
+_MAX_ROUNDS = 200
+_MAX_ADDED = 50  # times that solutions of the search are added where no path leads on
 _STEPS = 16
 
 
@@ -52,7 +52,7 @@ def along_branches(course: Course) -> PathSoFar:
     costs = split_as(nodes, course.costs(np.concatenate(nodes)))
     graph = Graph(course, nodes, costs, course.max_step * each, course.weight * each)
     q = _best(graph)
-    for _ in range(_MOST_ADDED):
+    for _ in range(_MAX_ADDED):
         k = len(q)
         added = _leading_on(graph, k)
         if not len(added) or graph.done.n_layers > k or course.limit.is_over():
@@ -74,7 +74,7 @@ def _leading_on(graph: Graph, k: int) -> Array:
     course, ends = graph.course, graph.ends()
     if not 0 < k < len(graph.nodes) or not len(ends):
         return ends[:0]
-    ends = ends[:: max(1, len(ends) // _MOST_BRANCHES)]
+    ends = ends[:: max(1, len(ends) // _MAX_BRANCHES)]
     q, found = course.near(np.full(len(ends), k), ends)
     steps = course.steps_within(ends, q)
     found &= np.abs(steps).max(axis=1, initial=0.0) <= course.max_step
@@ -92,7 +92,7 @@ def _best(graph: Graph) -> Array:
         hit = np.flatnonzero(graph.course.edges_collide(q[:-1], q[1:]))
         return [(int(k), int(chain[k, 0]), int(chain[k + 1, 0])) for k in hit]
 
-    q, _, wrong = graph.best(colliding, _MOST_ROUNDS)
+    q, _, wrong = graph.best(colliding, _MAX_ROUNDS)
     return q[: wrong[0][0] + 1] if wrong else q
 
 
@@ -127,7 +127,7 @@ def _lines(course: Course, rows: list[Array], proved: Truths, towards: int) -> d
     """For each pose that is not proved what the solutions of the pose beside it continue to: others may not fit these.
 
     Where a joint may have any angle at many poses in a row, the same lines are continued through all of them. A pose's own
-    solutions begin new ones as long as there are fewer than _MOST_BRANCHES.
+    solutions begin new ones as long as there are fewer than _MAX_BRANCHES.
     """
     lines: dict[int, Array] = {}
     for k in np.flatnonzero(~proved).tolist()[::towards]:
@@ -136,16 +136,16 @@ def _lines(course: Course, rows: list[Array], proved: Truths, towards: int) -> d
             continue
         ends = lines.get(k - towards, rows[k - towards] if 0 <= k - towards < len(rows) else rows[k][:0])
         q, found = course.near(np.full(len(ends), k), ends)
-        lines[k] = _distinct(course, np.vstack([q[found], rows[k]]))[:_MOST_BRANCHES]
+        lines[k] = _distinct(course, np.vstack([q[found], rows[k]]))[:_MAX_BRANCHES]
     return lines
 
 
 def _searched(course: Course) -> list[Array]:
     """Solutions of some poses from many starts, continued to all others."""
     n, n_dof = len(course.targets), course.query.tree.n_dof
-    knots = np.unique(np.linspace(0, n - 1, min(n, _MOST_KNOTS)).round().astype(np.int64))
+    knots = np.unique(np.linspace(0, n - 1, min(n, _MAX_KNOTS)).round().astype(np.int64))
     found = course.searched(knots, _STARTS)
-    at = {int(k): _distinct(course, q)[:_MOST_BRANCHES] for k, q in zip(knots, found, strict=True)}
+    at = {int(k): _distinct(course, q)[:_MAX_BRANCHES] for k, q in zip(knots, found, strict=True)}
     rows = [[at.get(k, np.empty((0, n_dof)))] for k in range(n)]
     for towards in (1, -1):
         _continue_all(course, knots, at, rows, towards)

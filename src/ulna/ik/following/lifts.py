@@ -19,8 +19,8 @@ from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
-_MOST_LIFTS, _LEAST_TURNS = 3**6, 3  # beyond the first, no more than the second of each joint with wide limits
-_MOST_SHIFTS = 300_000  # shifts of the lifts by any number of turns, times lifts
+_MAX_LIFTS, _MIN_TURNS = 3**6, 3  # beyond the first, no more than the second of each joint with wide limits
+_MAX_SHIFTS = 300_000  # shifts of the lifts by any number of turns, times lifts
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +127,7 @@ class Lifts:
 
     def leaves_out(self, longest: float) -> bool:
         """Whether steps of a whole turn and more, up to a longest one, are left out because there are too many."""
-        return longest >= TURN and int(np.prod((2 * self.counts - 1) * self.counts)) > _MOST_SHIFTS
+        return longest >= TURN and int(np.prod((2 * self.counts - 1) * self.counts)) > _MAX_SHIFTS
 
     @cached_property
     def counts(self) -> Counts:
@@ -143,7 +143,7 @@ class Lifts:
 
 def _searched(counts: Array) -> Counts:
     """How many turns of each entry are searched: all, but of joints without a limit, and while there are not too many lifts."""
-    searched = np.where(np.isfinite(counts), np.minimum(counts, _MOST_LIFTS), _LEAST_TURNS).astype(np.int64)
-    while float(np.prod(searched, dtype=np.float64)) > _MOST_LIFTS and searched.max() > _LEAST_TURNS:
+    searched = np.where(np.isfinite(counts), np.minimum(counts, _MAX_LIFTS), _MIN_TURNS).astype(np.int64)
+    while float(np.prod(searched, dtype=np.float64)) > _MAX_LIFTS and searched.max() > _MIN_TURNS:
         searched[searched.argmax()] -= 1
     return searched

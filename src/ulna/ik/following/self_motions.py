@@ -44,10 +44,10 @@ class _Density(NamedTuple):
 
 
 _ATTEMPTS = (_Density(16, 512, 0.12, 0.15, 300), _Density(48, 1536, 0.06, 0.1, 450), _Density(128, 4096, 0.04, 0.05, 900))
-_LEAST_KNOTS = 8
+_MIN_KNOTS = 8
 _NEAR = 0.6  # rad or m: a straight line between solutions that are further apart leaves the branch
-_MOST_ROUNDS, _MOST_BESIDE = 400, 3000
-_MOST, _GUESSES = 64, 6  # configurations in which a path ends, and guesses from each
+_MAX_ROUNDS, _MAX_BESIDE = 400, 3000
+_MAX_ENDS, _GUESSES = 64, 6  # configurations in which a path ends, and guesses from each
 _ROUNDS = 12  # of smoothing
 
 
@@ -73,7 +73,7 @@ def _knots(course: Course, density: _Density) -> Counts:
     moved = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1) / course.query.unit
     turned = np.linalg.norm(np.diff(T[:, :3, :3], axis=0), axis=(1, 2)) / np.sqrt(2.0)  # 2 sin(angle / 2)
     way = np.cumsum(np.r_[0.0, moved + turned])
-    count = int(np.clip(np.ceil(way[-1] / density.length), _LEAST_KNOTS, density.knots)) + 1
+    count = int(np.clip(np.ceil(way[-1] / density.length), _MIN_KNOTS, density.knots)) + 1
     return np.unique(np.r_[np.searchsorted(way, np.linspace(0.0, way[-1], count)), 0, len(T) - 1])
 
 
@@ -109,7 +109,7 @@ def _path(course: Course, knots: Counts, nodes: list[Array]) -> Array:
     costs = [course.costs(q) * gap for q, gap in zip(nodes, np.r_[gaps, 1.0], strict=True)]
     graph = Graph(course, nodes, costs, longest, course.weight / gaps)
     filled = _Filled(graph, knots)
-    q, chain, _ = graph.best(filled.wrong_edges, _MOST_ROUNDS)
+    q, chain, _ = graph.best(filled.wrong_edges, _MAX_ROUNDS)
     return filled.whole(q, chain)
 
 
@@ -134,7 +134,7 @@ class _Filled:
     def _beside(self, k: int, q: Array) -> list[tuple[Key, Array, Array]]:
         """The cheapest edges from layer k that are within the limits with the turns nearest to a configuration q (n_dof,)."""
         edges, lifts, tree = self._graph.edges(k), self._course.lifts, self._course.query.tree
-        cheapest = np.argsort(edges.cost, kind="stable")[:_MOST_BESIDE]
+        cheapest = np.argsort(edges.cost, kind="stable")[:_MAX_BESIDE]
         begin, end = edges.begin[cheapest], edges.end[cheapest]
         a = lifts.nearest(self._graph.nodes[k][begin], q)
         b = a + lifts.steps(self._graph.nodes[k][begin], self._graph.nodes[k + 1][end])[0]
@@ -215,8 +215,8 @@ def _next(course: Course, k: int, ends: Array, rng: np.random.Generator) -> tupl
     _, first = np.unique(np.rint(q / (course.max_step / 2)), axis=0, return_index=True)
     first = np.sort(first)
     first = first[~course.edges_collide(ends[parent[first]], q[first])]
-    if len(first) > _MOST:
-        first = np.sort(rng.permutation(first)[:_MOST])
+    if len(first) > _MAX_ENDS:
+        first = np.sort(rng.permutation(first)[:_MAX_ENDS])
     return q[first], parent[first]
 
 

@@ -25,8 +25,8 @@ from ulna.kinematics.turns import nearest_turns, turning_columns
 Array = NDArray[np.float64]
 DISTINCT = 1e-3  # rad, or of a slide a share of the arm's size
 EXACT = 1e-9  # rad, and of the unit of the search
-_FIRST, _MOST, _MOST_AT_LIMITS = 256, 16_384, 2048  # starts
-_MOST_BRANCHES = 256  # more than any arm of six joints has (16): what is found beyond is a continuum
+_FIRST, _MAX_STARTS, _MAX_AT_LIMITS = 256, 16_384, 2048  # starts
+_MAX_BRANCHES = 256  # more than any arm of six joints has (16): what is found beyond is a continuum
 _ISOLATED = 1e-6  # of the largest singular value
 
 
@@ -53,7 +53,7 @@ def _branches(problem: Problem, n_spread: int) -> Array:
     found = np.empty((0, problem.query.tree.n_dof))
     free, clamped = _let_free(problem), problem
     first, count = 0, _FIRST
-    while first < _MOST:
+    while first < _MAX_STARTS:
         before = len(found)
         for part, start in ((free, first), (clamped, first + count // 2)):
             found = _merge(problem, found, _solutions(part, Restart(start, count // 2, 3 * STEPS)))
@@ -72,7 +72,7 @@ def _nearest_first(problem: Problem, found: Array) -> Array:
 
 def _at_limits(problem: Problem, n_spread: int) -> Array:
     """What is found from configurations with joints at their limits only."""
-    starts = limit_starts(problem, np.zeros(1, dtype=np.int64), _MOST_AT_LIMITS)[0]
+    starts = limit_starts(problem, np.zeros(1, dtype=np.int64), _MAX_AT_LIMITS)[0]
     each = replace(problem, seeds=starts, targets=np.repeat(problem.targets, len(starts), axis=0))
     q, info = run_starts(each, np.arange(len(starts)), Restart(0, 1, 3 * STEPS, from_seed=True))
     found = _merge(problem, np.empty((0, q.shape[-1])), q[info["status"] == layout.SOLVED])
@@ -122,7 +122,7 @@ def _distances(problem: Problem, found: Array, q: Array) -> Array:
 
 def _merge(problem: Problem, found: Array, more: Array) -> Array:
     for q in more:
-        if len(found) < _MOST_BRANCHES and (_distances(problem, found, q) > DISTINCT).all():
+        if len(found) < _MAX_BRANCHES and (_distances(problem, found, q) > DISTINCT).all():
             found = np.vstack([found, q])
     return found
 
@@ -132,7 +132,7 @@ def _is_continuum(problem: Problem, found: Array) -> bool:
     query = problem.query
     moving = query.tree.moving_columns(query.link)
     n_required = int((np.asarray(query.options.task.slack) == 0.0).sum())
-    if len(moving) > n_required or len(found) >= _MOST_BRANCHES:
+    if len(moving) > n_required or len(found) >= _MAX_BRANCHES:
         return True
     if not len(found) or not len(moving):
         return False

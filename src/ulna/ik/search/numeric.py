@@ -39,7 +39,7 @@ from ulna.kinematics.tree import entry_names
 
 Array = NDArray[np.float64]
 _FEW, _MANY = 2, 16  # random starts of the first round: if any solution will do, and if the best is chosen
-_MOST = 64  # starts of one target with default options, eight in each lane; and where there is no solution to find
+_MAX_STARTS = 64  # starts of one target with default options, eight in each lane; and where there is no solution to find
 
 
 _MATRIX = 4, 4
@@ -81,7 +81,7 @@ class NumericSolver:
         self._from_home = self._from_seed = None
         if _is_usual(query):
             settings, run = replaced(query.settings, first_wins=layout.ANY), multi_start.search_one
-            starts = unit_samples(query.tree, query.link, query.options.seed, 0, _MOST, from_seed=True)
+            starts = unit_samples(query.tree, query.link, query.options.seed, 0, _MAX_STARTS, from_seed=True)
             plan = np.concatenate([query.limits.ravel(), query.home, starts.ravel()])
             self.tables = query.chain, settings, plan
             from_seed = replaced(settings, first_wins=layout.NEAREST, seeded_steps=SEEDED_STEPS)
@@ -131,7 +131,7 @@ def _is_usual(query: Query) -> bool:
         and query.task_axes is None
         and options.rank is None
         and options.max_step is None
-        and options.budget >= SEEDED_STEPS + (_MOST - 1) * STEPS
+        and options.budget >= SEEDED_STEPS + (_MAX_STARTS - 1) * STEPS
         and options.time_limit != 0.0
         and query.unit == 1.0
     )
@@ -140,7 +140,7 @@ def _is_usual(query: Query) -> bool:
 def nearest_poses(problem: Problem) -> PoseSearch:
     """The nearest configurations to targets without a solution within the limits; and which of them are out of reach."""
     search = PoseSearch.of(problem, None)
-    search.run(Restart(0, _MOST, STEPS, from_seed=True))
+    search.run(Restart(0, _MAX_STARTS, STEPS, from_seed=True))
     close_unreachable(search)
     settle_open(search, out_of_time=False)
     return search

@@ -26,7 +26,7 @@ from ulna.kinematics.turns import nearest_turns, turning_columns
 Array = NDArray[np.float64]
 _JOBS_PER_THREAD = 1024
 _JOBS_AT_ONCE = 1 << 16
-_MOST_STARTS = 128  # of a target in one round
+_MAX_STARTS = 128  # of a target in one round
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def restarts_of(problem: Problem, n_first: int, *, seed_alone: bool) -> Iterator
     while left > 0:
         count = min(n_first, max(1, left // STEPS))
         yield Restart(first, count, min(STEPS, left))
-        left, first, n_first = left - count * STEPS, first + count, min(2 * n_first, _MOST_STARTS)
+        left, first, n_first = left - count * STEPS, first + count, min(2 * n_first, _MAX_STARTS)
 
 
 @dataclass(frozen=True, eq=False)

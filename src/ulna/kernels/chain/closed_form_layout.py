@@ -16,14 +16,14 @@ BENDS     1 - cos(a - b) and 1 + cos(a + b): a and b are the angles of h_5 with 
 FORM      FAMILY, REVERSED (1: the chain is seen from its end, so G is inverted), INVERSE_REACH [1/m]
 COLUMNS   two rows: which entry of q each axis turns
 SIGNS     two rows: 1 or -1: q = sign times the angle; for a joint that slides 1 or -1 times the reach [m]
-POLISH    LEAST_ERROR (that a branch has for certain, where the axes are nearly of the family), MOST_ERROR and STEPS of ``polish``
+POLISH    MIN_ERROR (that a branch has for certain, where the axes are nearly of the family), MAX_ERROR and STEPS of ``polish``
 ========= ==========================================================================================================
 """
 
 AXES, POINTS, LAST, FRAME, NORMALS, FIFTH, BENDS, FORM, COLUMNS, SIGNS, POLISH = 0, 6, 12, 13, 17, 23, 32, 33, 34, 36, 38
 N_ROWS = 39
 OF_2, OF_4, OF_6 = 0, 2, 4  # rows of NORMALS
-LEAST_ERROR, MOST_ERROR, STEPS = 0, 1, 2  # entries of POLISH
+MIN_ERROR, MAX_ERROR, STEPS = 0, 1, 2  # entries of POLISH
 FAMILY, REVERSED, INVERSE_REACH = 0, 1, 2  # entries of FORM
 FREE_WRIST = 2  # entry of BENDS
 # Three parallel axes between a first one and two that intersect; and a spherical wrist behind the axes 1, 2 and 3, of which two

@@ -51,7 +51,7 @@ from ulna.kernels.spatial.vectors import add_scaled, cross, dot, load_vector, mi
 ROUNDING = 1e-12  # of the lengths between a body and the base: more than poses and gaps lose to it
 ANGLE = 2e-15  # of an angle: more than the line in q, a mimic's ratio and the reduction of many turns lose to rounding
 INSTANT = 1e-15  # of t: neighbouring intervals may leave out so much between them
-LEAST_DISTANCE = 1e-150  # [m]: what is divided by; points nearer than rounding are not found clear
+MIN_DISTANCE = 1e-150  # [m]: what is divided by; points nearer than rounding are not found clear
 
 
 @kernel
@@ -261,7 +261,7 @@ def approach_way(joints, carried, group, d, v, half):
 @kernel
 def along(d, v):
     """The part of v in the direction of d; 0 if d is 0."""
-    return dot(d, v) / maximum(sqrt(dot(d, d)), LEAST_DISTANCE)
+    return dot(d, v) / maximum(sqrt(dot(d, d)), MIN_DISTANCE)
 
 
 @kernel

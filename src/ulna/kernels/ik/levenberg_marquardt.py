@@ -36,15 +36,15 @@ from ulna.kernels.layout import IN_BASE
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import load_pose
 
-# Rows of the state. ENDED: RUNNING or how it ended; LEAST: the square of the error at the step before, if that was within the
-# tolerances and no posture is given, else infinite; P2 and R2: the squares of the result's errors; TAKEN and ALLOWED: steps;
+# Rows of the state. ENDED: RUNNING or how it ended. LAST_ERROR: the square of the error at the step before, if that was within
+# the tolerances and no posture is given, else infinite. P2 and R2: the squares of the result's errors. TAKEN and ALLOWED: steps;
 # CHANGE: the largest of a joint in the last step, with a posture; from ERROR on the result's pose error, six rows, in the base's
 # axes, whatever the task.
-ENDED, LEAST, P2, R2, TAKEN, ALLOWED, CHANGE, LAMBDA, ERROR = 0, 1, 2, 3, 4, 5, 6, 7, 8
+ENDED, LAST_ERROR, P2, R2, TAKEN, ALLOWED, CHANGE, LAMBDA, ERROR = 0, 1, 2, 3, 4, 5, 6, 7, 8
 N_STATE = ERROR + 6
 RUNNING, HAS_SOLVED, HAS_FAILED = 0.0, 1.0, 2.0
 _DAMPING = 0.05
-_LEAST_DAMPING = 1e-12
+_MIN_DAMPING = 1e-12
 _NEGLIGIBLE = 1e-20  # of |e|^2: 0.1 nm
 _WORTH_A_STEP = 0.25  # of |e|^2
 _POSTURE_SETTLED = 1e-8  # largest joint change of a step that has used up the posture
@@ -66,7 +66,7 @@ def advance(chain, posture, settings, rows, scratch):
     block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
     if settings.far != 0.0:
         p2 = minimum(p2, settings.far)
-    damping = (p2 + r2) * _DAMPING + sqrt(p2 + r2) * (1.0 if settings.calm else 0.0) + _LEAST_DAMPING
+    damping = (p2 + r2) * _DAMPING + sqrt(p2 + r2) * (1.0 if settings.calm else 0.0) + _MIN_DAMPING
     store(state_rows, LAMBDA, damping)
     if settings.with_posture:
         move_with_posture(posture, e, damping, rows, scratch)
@@ -81,7 +81,7 @@ def advance(chain, posture, settings, rows, scratch):
 @kernel
 def check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows):
     """Step 2: which lanes have ended and how; the result so far is copied to the rows of the step before."""
-    total, least = p2 + r2, load(state_rows, LEAST)
+    total, least = p2 + r2, load(state_rows, LAST_ERROR)
     near = (p2 <= settings.position_tolerance**2) & (r2 <= settings.rotation_tolerance**2)
     was_near = least < np.inf
     back = was_near & logical_not(near & (total < least))
@@ -93,7 +93,7 @@ def check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows):
     solved = settled | (used_up & (near | was_near))
     store(state_rows, ENDED, where(solved, HAS_SOLVED, where(used_up, HAS_FAILED, RUNNING)))
     if not settings.with_posture:
-        store(state_rows, LEAST, where(near, total, np.inf))
+        store(state_rows, LAST_ERROR, where(near, total, np.inf))
     store(state_rows, P2, where(back, load(state_rows, P2), p2))
     store(state_rows, R2, where(back, load(state_rows, R2), r2))
     for k in range(6):

@@ -27,7 +27,7 @@ from ulna.kernels.layout import IN_BASE
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import load_pose
 
-_LEAST_DAMPING = 1e-13
+_MIN_DAMPING = 1e-13
 
 
 @routine
@@ -155,7 +155,7 @@ def polish(chain, rows, inverse_reach, most, steps, scratch):
         p2, r2 = error_squares(e)
         before = sqrt(p2 * inverse_reach**2 + r2)
         block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
-        y = solve_damped(jacobian_rows, n_dof, p2 + r2 + _LEAST_DAMPING, e, system_rows)
+        y = solve_damped(jacobian_rows, n_dof, p2 + r2 + _MIN_DAMPING, e, system_rows)
         for j in range(n_dof):
             q = load(q_rows, j)
             store(last_rows, j, q)

@@ -16,14 +16,14 @@ The motion is given by intervals: ``times`` are their borders [s], shape (N + 1,
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import sqrt
 
-_MOST_STEPS = 64
+_MAX_STEPS = 64
 
 
 @kernel
 def least_window(times, lows, highs, jerk_limits, rest_rows, least):
     """The least w >= ``least`` [s] for which the mean keeps the limits of jerk, shape (n_dof,)."""
     window = least
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         wanted = time_of_change(times, lows, highs, jerk_limits, rest_rows, window)
         if wanted <= window:
             return window

@@ -23,7 +23,7 @@ from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, scaled
 
-_DAMPING, _LEAST_DAMPING = 0.05, 1e-12
+_DAMPING, _MIN_DAMPING = 0.05, 1e-12
 _FLAT = 0.7  # of a unit vector: an entry at most as long is not the longest
 
 
@@ -52,7 +52,7 @@ def project_step(joints, keeping, i, active, q_rows):
     block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
     p2, r2 = error_squares(e)
     n_dof = jacobian_rows.shape[0] // 6
-    y = solve_damped(jacobian_rows, n_dof, (p2 + r2) * _DAMPING + _LEAST_DAMPING, e, keeping.system_rows)
+    y = solve_damped(jacobian_rows, n_dof, (p2 + r2) * _DAMPING + _MIN_DAMPING, e, keeping.system_rows)
     for j in range(n_dof):
         q = load(q_rows, j)
         store(q_rows, j, where(active, within_bounds(q + column_dot(jacobian_rows, j, y), bound_rows, j), q))

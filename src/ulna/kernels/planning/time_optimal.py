@@ -27,7 +27,7 @@ from ulna.kernels.spatial.elementary import maximum, minimum
 
 _FLAT = 1e-12  # a slope below this does not bound u
 _UNBOUNDED = 1e300
-_MOST_STEPS = 64
+_MAX_STEPS = 64
 
 
 @kernel
@@ -91,7 +91,7 @@ def write_fastest(bound_rows, step_rows, n, beta_rows, x_rows, u_rows):
 @kernel
 def greatest_x(bound_rows, step_rows, n, i, x, beta):
     """The greatest x up to a given one for which some u is allowed."""
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         low, low_slope, high, high_slope = lines_at(bound_rows, step_rows, n, i, x, beta)
         gap = (high + high_slope * x) - (low + low_slope * x)
         closing = low_slope - high_slope

@@ -51,7 +51,7 @@ _SLOW = 1e-3, 2e-3  # [m/s, rad/s]: a twist that is slower than the first moves 
 _SOON = 0.05  # [rad or m]: so far ahead
 _PART = 0.25  # of the steady motion: a hand is slowed in full that asks for more
 _BESIDE = 0.01, 0.02  # of what is along a twist: with less beside it a hand follows, and with more it rests
-_LEAST_ALONG = 0.05  # of a twist: what is along it counts as so much here, since damping leaves little where an arm is stretched
+_MIN_ALONG = 0.05  # of a twist: what is along it counts as so much here, since damping leaves little where an arm is stretched
 _RATE = 1e3  # [1/s], at which a joint may come to its end, or a pair nearer
 _STILL = 1e-9  # [rad/s or m/s]
 _ROPE = 1.0  # [rad or m], of the joint that is farthest from the place that is towed
@@ -355,4 +355,4 @@ def share_along(columns, w, x_rows):
         v[3] - along * unit[3], v[4] - along * unit[4], v[5] - along * unit[5],
     ))  # fmt: skip
     least, most = _BESIDE
-    return min(max((most - beside / max(along, _LEAST_ALONG * size)) / (most - least), 0.0), 1.0)
+    return min(max((most - beside / max(along, _MIN_ALONG * size)) / (most - least), 0.0), 1.0)

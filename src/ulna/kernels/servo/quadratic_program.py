@@ -18,7 +18,7 @@ from ulna.engine.lanes import sqrt
 _ROUNDS = 3  # times the number of rows and of unknowns
 _FLAT = 1e-9  # of the size of z: no step, and no multiplier
 _ALONG = 1e-8  # of the sizes of a row and a step: the step is along the row
-_LEAST_PIVOT = 1e-13  # of a diagonal entry
+_MIN_PIVOT = 1e-13  # of a diagonal entry
 
 
 @routine
@@ -180,7 +180,7 @@ def factorise(rows, k, n):
             for i in range(c):
                 total -= rows[n * r + i] * rows[n * c + i]
             if r == c:
-                rows[n * r + r] = sqrt(max(total, _LEAST_PIVOT * diagonal + 1e-300))
+                rows[n * r + r] = sqrt(max(total, _MIN_PIVOT * diagonal + 1e-300))
             else:
                 rows[n * r + c] = total / rows[n * c + c]
 

@@ -20,7 +20,7 @@ from ulna.planning.entries.edge import passes
 from ulna.planning.entries.tree import add_node, is_full, join, needs_samples, next_tree, pass_over, read_node, read_sample
 
 _GOLDEN = 0.6180339887498949  # golden-ratio sequence: draw k of a parent uses frac(share + k phi)
-_MOST_PARENTS = 8
+_MAX_PARENTS = 8
 INF = float("inf")
 
 
@@ -88,7 +88,7 @@ def cheaper_parent(context, trees, tree, steps, state, found, share):
     parent, cost = found
     space, rows, costs, at, new = context.space, trees.rows[tree], trees.costs[tree], steps.at, steps.new
     least = from_roots(trees, tree, new, at, space, state)
-    for _ in range(_MOST_PARENTS):
+    for _ in range(_MAX_PARENTS):
         share = (share + _GOLDEN) % 1.0
         candidate = nearest_below(rows, costs, state.nodes[tree], new, least + share * (cost - least), space)
         if candidate < 0:

@@ -17,7 +17,7 @@ from ulna.planning.entries.edge import is_clear, keep, passes
 from ulna.planning.entries.keeping import keeps_all, project
 from ulna.planning.entries.tree import add_node, read_sample, sample_entry
 
-LEAST_PROGRESS = 0.25  # of a stride: less leads nowhere
+MIN_PROGRESS = 0.25  # of a stride: less leads nowhere
 
 
 @kernel
@@ -70,7 +70,7 @@ def extend_along(context, trees, own, step, radius, state):
 @kernel
 def gains_little(at, goal, before, share, space):
     """Whether a stride of a share of the way brought ``at`` so little nearer to a goal that it leads nowhere."""
-    return distance(at, goal, space) > before * (1.0 - LEAST_PROGRESS * share)
+    return distance(at, goal, space) > before * (1.0 - MIN_PROGRESS * share)
 
 
 @routine

@@ -31,7 +31,7 @@ from ulna.kernels.planning.projection import project_step
 
 APART = 1e-4  # of a tolerance: what is nearer to it may be refused
 _SHORTEST = 1e-13  # of t: half of an interval that is not split
-_MOST_STEPS = 12  # of a projection
+_MAX_STEPS = 12  # of a projection
 _INF = float("inf")
 
 
@@ -133,7 +133,7 @@ def shares_of_edges(joints, keeps, q_a, q_b, bound, shares):
 
 @entry((TABLE, CONSTRAINTS, Array(Entry, 1), MATRIX))
 def project_each(joints, keeps, space, q):
-    """Move each row of q, shape (n, n_dof), onto the constraints, as near as _MOST_STEPS get it. space: its bounds."""
+    """Move each row of q, shape (n, n_dof), onto the constraints, as near as _MAX_STEPS get it. space: its bounds."""
     n, n_dof = q.shape
     keeping, no_spread, rows = keeping_of(joints, keeps, space), np.zeros(n_dof), empty_rows(n_dof)
     for first in range(0, n, WIDTH):
@@ -200,14 +200,14 @@ def write_shares(joints, keeping, q_rows, half):
 
 @routine
 def project(joints, keeping, near, no_spread, q_rows):
-    """Move eight configurations onto the constraints, within the bounds, where they are not: as near as _MOST_STEPS get them.
+    """Move eight configurations onto the constraints, within the bounds, where they are not: as near as _MAX_STEPS get them.
 
     near: a configuration in range, by which rounding is bounded; no_spread: zeros; shape (n_dof,) each.
     """
     write_steps(joints, near, near, no_spread, keeping.moving.steps)
     write_keep_bounds(joints, keeping.keeps, keeping.moving, keeping.slacks)
     still = splat(0.0, load(q_rows, 0))
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         write_shares(joints, keeping, q_rows, still)
         active = load(keeping.share_rows, 0) > 1.0 - APART
         if not any_lane(active):

@@ -19,7 +19,7 @@ from ulna.viewer.film.painter import Ground, Painter, Picture
 from ulna.viewer.film.skin import Model
 
 Pixels = NDArray[np.uint8]
-_MOST_THREADS = 8  # each has a raster of its own, 60 MB for 1280x720
+_MAX_THREADS = 8  # each has a raster of its own, 60 MB for 1280x720
 
 
 class Film:
@@ -47,7 +47,7 @@ class Film:
     ) -> None:
         self.pictures, self.size, self.rate = pictures, size, rate
         self._tell = tell
-        self._n_threads = min(n_threads(), len(pictures), _MOST_THREADS)
+        self._n_threads = min(n_threads(), len(pictures), _MAX_THREADS)
         self._painters: SimpleQueue[Painter] = SimpleQueue()  # each thread takes one, and puts it back
         for _ in range(self._n_threads):
             self._painters.put(Painter(model, size, ground, samples))

@@ -27,7 +27,7 @@ _SIDES = np.array(
 _SHADE = 0.25  # by which part a side that faces down is darker
 TEXELS = 1024  # a side of the sun's raster
 _LETTERS = 0.03  # the height of the letters, as a part of the picture's
-_LEAST_LETTERS = 11  # [pixels] the least height of the letters: smaller ones cannot be read
+_MIN_LETTERS = 11  # [pixels] the least height of the letters: smaller ones cannot be read
 _PAPER = (255, 255, 255, 215)
 NO_LAMP = (0.0, 0.0, -1.0, -1.0, -1.0)
 
@@ -201,7 +201,7 @@ def write_text(pixels: NDArray[np.uint8], text: str, place: tuple[float, float])
     if not text:
         return
     height, width = pixels.shape[:2]
-    font = _font(max(round(_LETTERS * height), _LEAST_LETTERS))
+    font = _font(max(round(_LETTERS * height), _MIN_LETTERS))
     left, _, right, _ = font.getbbox(text)
     _, top, _, bottom = font.getbbox("Ag")  # as high as any letters
     margin = 0.4 * (bottom - top)

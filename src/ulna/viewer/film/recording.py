@@ -25,7 +25,7 @@ from ulna.viewer.visuals import triangles
 
 TURN_FROM = 0.75  # [rad] about z from x: where the camera starts to go round a robot
 _KEPT = 2  # robots
-LARGEST_SIZE, MOST_FRAMES = 4096, 20_000
+LARGEST_SIZE, MAX_FRAMES = 4096, 20_000
 FINE_PIXELS = 1920 * 1080  # a single picture of at most so many pixels has more samples a pixel
 Tell = Callable[[int], object]
 
@@ -77,8 +77,8 @@ def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, r
         raise InputError("size", f"{width}x{height}; each side has 16 to {LARGEST_SIZE} pixels")
     if not 1 <= rate <= (50 if is_gif else 120):
         raise InputError("rate", f"{rate}; 1 to {50 if is_gif else 120} pictures a second are expected")
-    if not (0.0 < seconds < inf and (ending == ".png" or seconds * rate <= MOST_FRAMES)):
-        raise InputError("seconds", f"{seconds:g}; a length above 0 s with at most {MOST_FRAMES} pictures is expected")
+    if not (0.0 < seconds < inf and (ending == ".png" or seconds * rate <= MAX_FRAMES)):
+        raise InputError("seconds", f"{seconds:g}; a length above 0 s with at most {MAX_FRAMES} pictures is expected")
     if ending == ".mp4":
         width, height = width + width % 2, height + height % 2  # H.264 halves the colours' raster
     return Form(path, seconds, (width, height), rate)

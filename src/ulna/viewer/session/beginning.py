@@ -16,7 +16,7 @@ from ulna.viewer.session.ellipsoid import driven_columns
 NAME = "where the arm begins"
 _STRETCHED = 0.1  # of the largest manipulability of the candidates: home is kept above it
 _ENOUGH = 0.5  # of the largest, for a candidate
-_MOST_BENT = 7  # joints that are tried, those nearest to the hand: 3^7 candidates
+_MAX_BENT = 7  # joints that are tried, those nearest to the hand: 3^7 candidates
 _BEND = np.pi / 2
 _NEAR_BY = np.repeat(np.geomspace(0.03, 1.5, 12), 24)  # [rad or m] how far away configurations are tried
 _TRIES = 40
@@ -73,7 +73,7 @@ def _bent(robot: Robot, home: Array, link: str) -> Array:
         for name, place in zip(robot.joint_names, robot.joint_slices, strict=True)
         if types[name] in (JointType.REVOLUTE, JointType.CONTINUOUS)
     ]
-    columns = [column for column in driven_columns(robot, link)[1:-1] if column in turning][-_MOST_BENT:]
+    columns = [column for column in driven_columns(robot, link)[1:-1] if column in turning][-_MAX_BENT:]
     q = np.repeat(home[None], 3 ** len(columns), axis=0)
     q[:, columns] += _BEND * np.array(list(product((0.0, 1.0, -1.0), repeat=len(columns))))
     return q[((q >= robot.lower) & (q <= robot.upper)).all(axis=1)]

@@ -16,10 +16,10 @@ from ulna.servo.command import CommandStatus
 from ulna.servo.servo import Servo
 from ulna.viewer.session.clearance import ShapeNames
 
-MOST_A_FRAME = 0.25  # [rad or m] the largest change of a joint: faster than real arms, but too small for another IK branch
+MAX_A_FRAME = 0.25  # [rad or m] the largest change of a joint: faster than real arms, but too small for another IK branch
 _GLIDES, _DAMPING = 10, 0.03  # steps of differential inverse kinematics in a frame, and their damping
 _QUICK = 160  # steps of the search in a frame: if the branch continues, a few are enough
-# The servo of a drag among obstacles. In a frame it speeds up for so many ticks and then stops: by less than MOST_A_FRAME.
+# The servo of a drag among obstacles. In a frame it speeds up for so many ticks and then stops: by less than MAX_A_FRAME.
 _RATE, _ACCELERATION, _TICKS = 500, 20.0, 50
 _CLEARANCE, _NEAR = 1e-3, 0.05  # [m] from obstacles; and the distance up to which one is named
 _AT_REST = 1e-9  # the least decrease of |displacement|^2 [m^2] + |rotation|^2 [rad^2] that counts as progress
@@ -67,7 +67,7 @@ class Hand:
     def follow(self, q: Array, T: Array, world: World | None = None) -> Followed:
         """One frame towards a pose.
 
-        The search stays on the IK branch of q: no joint moves by more than MOST_A_FRAME. If it does not reach the pose,
+        The search stays on the IK branch of q: no joint moves by more than MAX_A_FRAME. If it does not reach the pose,
         differential inverse kinematics moves the arm nearer, until no step does. If obstacles are to be avoided, the way to what
         was found is certified, and a servo moves the arm nearer: along them.
 
@@ -99,7 +99,7 @@ class Hand:
 
     def _search(self, q: Array, T: Array, world: World | None, max_iterations: int | None = None) -> IKResult:
         return self.robot.inverse_kinematics(
-            T, q, link=self.link, held=self.held, max_step=MOST_A_FRAME, world=world, max_iterations=max_iterations
+            T, q, link=self.link, held=self.held, max_step=MAX_A_FRAME, world=world, max_iterations=max_iterations
         )
 
     def _is_free(self, q: Array, nearer: Array, world: World | None) -> bool:
@@ -171,8 +171,8 @@ def _words(found: IKResult) -> str:
 
 
 def _shortened(change: Array) -> Array:
-    """A step scaled down so that no joint moves by more than MOST_A_FRAME / _GLIDES."""
-    return change * min(1.0, MOST_A_FRAME / _GLIDES / max(float(np.abs(change).max()), 1e-12))
+    """A step scaled down so that no joint moves by more than MAX_A_FRAME / _GLIDES."""
+    return change * min(1.0, MAX_A_FRAME / _GLIDES / max(float(np.abs(change).max()), 1e-12))
 
 
 def _unhurried(joint: Joint) -> Joint:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ulna.collision.grids import Obstacle
 from ulna.collision.world import World, exchange
 
-_MOST_STEPS = 100
+_MAX_STEPS = 100
 
 
 class Entry(NamedTuple):
@@ -122,7 +122,7 @@ class SceneHistory:
             self._open = None
 
     def _add_acts(self, undo: Act, redo: Act) -> None:
-        steps = [*self._steps[: self._n_done], (undo, redo)][-_MOST_STEPS:]
+        steps = [*self._steps[: self._n_done], (undo, redo)][-_MAX_STEPS:]
         n = len(steps)
         self._steps, self._n_done, self._open = steps, n, None
 

@@ -12,7 +12,7 @@ from ulna.description.structure import columns_of_q, drives_of, joints_from_root
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
-_LEAST = 1e-3  # the least range of a slider that follows another
+_MIN_RANGE = 1e-3  # the least range of a slider that follows another
 _FREE = {"rad": pi, "m": 2.0}  # half the range of a joint without limits
 
 
@@ -120,7 +120,7 @@ def _followers(robot: Robot, slides: dict[int, Slide]) -> list[Slide]:
         if joint.mimic is not None and column is not None:
             low, high = sorted(ratio * end + offset for end in (slides[column].low, slides[column].high))
             unit = "m" if joint.type == JointType.PRISMATIC else "rad"
-            followers.append(Slide(column, joint.name, unit, low, max(high, low + _LEAST), leaders[column], ratio, offset))
+            followers.append(Slide(column, joint.name, unit, low, max(high, low + _MIN_RANGE), leaders[column], ratio, offset))
     return followers
 
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.errors import InputError
-from ulna.planning.averaged import Averaged, timed_path
 from ulna.planning.blend import IsFree, is_path_free
+from ulna.planning.jerk_limited import JerkLimited, timed_path
 from ulna.planning.positions import PositionLimits, farthest_of
 from ulna.planning.timing import AT_REST, Limits, Speeds, TimedPath
 
@@ -78,7 +78,7 @@ def with_ends(
     lengths_of: Callable[[Array], Array],
     names: Sequence[str],
     within: float = math.inf,
-) -> TimedPath | Averaged:
+) -> TimedPath | JerkLimited:
     """The fastest motion along a path, shape (n, n_dof), with velocities at its ends.
 
     Where a velocity is not along the first edge or the last, the motion goes straight on for the distance that it needs, and from

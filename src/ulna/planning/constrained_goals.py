@@ -18,15 +18,15 @@ from ulna.description.pose import inverse
 from ulna.ik.task import Task, as_task
 from ulna.kernels.layout import BASE
 from ulna.kinematics.tree import Tree
+from ulna.planning.constraint_table import are_kept, violations
 from ulna.planning.goals import SPREAD, Goals, Request, free_goals, poses_reached
 from ulna.planning.keep import Keep
-from ulna.planning.kept import are_kept, violations
 from ulna.planning.plan import Plan, PlanStatus, no_plan
 from ulna.planning.targets import Targets, own_columns
 
 Array = NDArray[np.float64]
 _MORE = 16  # times as many configurations of a pose
-_MOST_POSES = 16  # of a goal that leaves something free, with each of which another link has a pose
+_MAX_POSES = 16  # of a goal that leaves something free, with each of which another link has a pose
 _FREE = float("inf")
 _OPPOSITE = 1e-12  # of 1 + cos: directions between which the shortest turn may be about any axis
 
@@ -77,7 +77,7 @@ def _goals_with(request: Request, targets: Targets, free: NDArray[np.bool_]) -> 
     link, poses = next((link, T.reshape(-1, 4, 4)) for link, T in targets.items())
     of = np.arange(len(poses))
     if any(as_task(request.task).slack):
-        reached = [poses_reached(request, {**beside, link: T}, link, _MOST_POSES) for T in poses]
+        reached = [poses_reached(request, {**beside, link: T}, link, _MAX_POSES) for T in poses]
         if any(map(len, reached)):  # else the task's own inverse kinematics says why
             of, poses = np.repeat(of, [len(T) for T in reached]), np.concatenate(reached)
             request = request._replace(task="pose")

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ulna.engine.records import Records
 from ulna.kernels.planning.constraint_records import Constraints, Entry
 from ulna.kinematics.tree import Tree
+from ulna.planning.constraint_table import frozen, shares_of
 from ulna.planning.entries import keeping
-from ulna.planning.kept import frozen, shares_of
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]

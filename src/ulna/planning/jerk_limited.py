@@ -36,18 +36,18 @@ from ulna.planning.timing import (
 )
 
 Array = NDArray[np.float64]
-_LEAST_WINDOW = 1e-4  # [s]: of a shorter one the differences are rounding
+_MIN_WINDOW = 1e-4  # [s]: of a shorter one the differences are rounding
 _WITHIN = 1 - 1e-6  # of the limits of jerk, since jerk is three differences
 _BESIDE = 2e-5  # [rad or m]: of a chord, with CHORDS; it falls with the square
 _BESIDE_SHARE = 0.02  # of the least tolerance of what is kept: of a chord, at most
 _SHARES = 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
 _SHORT = 0.02  # of the duration: with a shorter window no slower motion is tried
-_MOST_SHARES = 30  # of the acceleration, of which one leaves the path by little enough
-_MOST_EXPECTED = 1e-4  # [rad or m] beside the path, for which the corners' chords are widened
+_MAX_SHARES = 30  # of the acceleration, of which one leaves the path by little enough
+_MAX_EXPECTED = 1e-4  # [rad or m] beside the path, for which the corners' chords are widened
 _FASTER = 1.25  # than on a line: by the length of the edges, a parabola is passed faster
 MAX_TIMES = 4  # that a motion is made with narrower limits of hands
 NARROWER = 1 - 1e-4  # than what a bound of a hand asks for
-_MOST_TRIES = 12  # of a window that depends on the path, which depends on the window
+_MAX_TRIES = 12  # of a window that depends on the path, which depends on the window
 _LEAVES = 1.0, 0.15, 0.015  # of the least tolerance: how far a mean may leave its path when less acceleration is tried
 _HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
 _HALVINGS_FIRST = 2  # before it is tried with less acceleration
@@ -81,7 +81,7 @@ class Span(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Averaged:
+class JerkLimited:
     """The mean of a motion over the time from t to t + window.
 
     Attributes:
@@ -105,9 +105,9 @@ class Averaged:
         """When it is at rest [s]: where the window is within a rest of the base."""
         return self.base.rests
 
-    def slowed(self, factor: float) -> Averaged:
+    def slowed(self, factor: float) -> JerkLimited:
         """The motion passed slower: at time t where this one is at ``factor`` t."""
-        return Averaged(self.base.slowed(factor), self.window / factor, self.beside)
+        return JerkLimited(self.base.slowed(factor), self.window / factor, self.beside)
 
     @cached_property
     def times(self) -> Array:
@@ -250,7 +250,7 @@ def timed_path(
     is_free: IsFree,
     within: float = math.inf,
     speeds: Speeds = AT_REST,
-) -> TimedPath | Averaged | None:
+) -> TimedPath | JerkLimited | None:
     """The fastest motion along a path, shape (n, n_dof), n >= 2, whose corners are rounded where that is free (``blend``).
 
     It keeps the limits of hands at all times. A mean passes a hand a little faster than its base does. So the motion is made
@@ -278,7 +278,7 @@ def timed_path(
 
 def _timed_path(
     path: Array, lengths: Array, blend: float, limits: Limits, is_free: IsFree, within: float, speeds: Speeds
-) -> TimedPath | Averaged | None:
+) -> TimedPath | JerkLimited | None:
     """``timed_path`` without a bound of hands between the grid points of its path."""
     (velocity, acceleration, jerk), edges = limits, edges_of(path, lengths, is_free.chords)
     if jerk is None:
@@ -321,7 +321,7 @@ def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -
     """
     window = 2.0 * float((acceleration / jerk).max()) * (1 + 1e-5)
     by = mean_leaves_by(acceleration, window)
-    if by > _MOST_EXPECTED:
+    if by > _MAX_EXPECTED:
         return ON_PATH
     with np.errstate(divide="ignore"):
         speeds = (velocity / np.abs(edges.directions)).min(axis=1)
@@ -330,10 +330,10 @@ def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -
 
 def _near(
     pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds, is_free: IsFree
-) -> Averaged | None:
+) -> JerkLimited | None:
     """The mean that leaves the pieces by no more than ``within``, with as much acceleration as that allows; None if none does."""
     share = 1.0
-    for _ in range(_MOST_SHARES):
+    for _ in range(_MAX_SHARES):
         motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds, is_free)
         if motion is None or math.isinf(within) or motion.leaves_by <= within:
             return motion
@@ -343,7 +343,7 @@ def _near(
 
 def _averaged(
     pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, is_free: IsFree
-) -> Averaged | None:
+) -> JerkLimited | None:
     """The mean of the fastest motion along pieces over the least time that keeps the limits of jerk, or of a slower one.
 
     With less acceleration the window is shorter. A motion that goes from speeding up to slowing down at once needs a window twice
@@ -360,7 +360,7 @@ def _averaged(
         best = slower
     if best is None:
         return None
-    return Averaged(with_pauses(best.motion, best.window, speeds.end), best.window, beside_of(is_free))
+    return JerkLimited(with_pauses(best.motion, best.window, speeds.end), best.window, beside_of(is_free))
 
 
 def beside_of(is_free: IsFree) -> float:
@@ -387,7 +387,7 @@ def _with_share(
     jerk: Array,
     speeds: Speeds,
     caps: tuple[PathLimit, ...],
-    least: float = _LEAST_WINDOW,
+    least: float = _MIN_WINDOW,
 ) -> _Candidate | None:
     """The better of the fastest motion and one with coasts; None if the speeds at the ends cannot be had."""
     motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()), speeds, caps)
@@ -403,8 +403,8 @@ def _moving(
     So the mean begins where the path does. How much of the path that is depends on the window, and the window on the path that
     is left.
     """
-    window = _LEAST_WINDOW
-    for _ in range(_MOST_TRIES):
+    window = _MIN_WINDOW
+    for _ in range(_MAX_TRIES):
         left = _without_ends(grid, 0.5 * window * speeds.start, 0.5 * window * speeds.end)
         found = None if left is None else _with_share(left, velocity, acceleration, jerk, speeds, caps, window)
         if found is None or found.window <= window:
@@ -427,7 +427,7 @@ def _without_ends(grid: Grid, first: float, last: float) -> Grid | None:
     return Grid(starts, slopes, bends, steps, np.clip(grid.borders - i, 0, k - i), grid.chords)
 
 
-def least_window_of(motion: TimedPath, jerk: Array, least: float = _LEAST_WINDOW) -> float:
+def least_window_of(motion: TimedPath, jerk: Array, least: float = _MIN_WINDOW) -> float:
     """The least time over which the mean of a motion keeps the limits of jerk [s], at least ``least``."""
     lows, highs = bounds_of_acceleration(motion)
     window = np.array([least])

@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import InputError
-from ulna.planning.averaged import MAX_TIMES, NARROWER, Averaged, beside_of, least_window_of, timed_path, with_pauses
 from ulna.planning.blend import Grid, IsFree, edges_of, end_of, free_cuts, is_motion_free, rounded
-from ulna.planning.moving_ends import STRAIGHT_ON, stopping_distance, without_equal
+from ulna.planning.boundary_velocities import STRAIGHT_ON, stopping_distance, without_equal
+from ulna.planning.jerk_limited import MAX_TIMES, NARROWER, JerkLimited, beside_of, least_window_of, timed_path, with_pauses
 from ulna.planning.path_limits import PathLimit, peaks_of
 from ulna.planning.positions import Farthest
-from ulna.planning.splined import Splined
+from ulna.planning.spline_trajectory import Splined
 from ulna.planning.timing import N_PHASES, Limits, Moment, Profile, Speeds, TimedPath, fastest, grid_of
 
 Array = NDArray[np.float64]
@@ -90,7 +90,7 @@ class Continued:
         return np.concatenate([early, late[1:]]), np.concatenate([beside, others])
 
 
-Timed = TimedPath | Averaged | Continued | Splined
+Timed = TimedPath | JerkLimited | Continued | Splined
 
 
 def is_from_file(timed: Timed) -> bool:
@@ -126,7 +126,7 @@ def _replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsF
         return None if then is None else Continued(timed.first, then)
     if isinstance(timed, Splined):
         raise AssertionError("a motion from a file is not replaced")  # noqa: TRY004 - the caller has asked
-    if isinstance(timed, Averaged) or limits.jerk is None:
+    if isinstance(timed, JerkLimited) or limits.jerk is None:
         return _turned(timed, path, at, limits, is_free)
     k = int(np.searchsorted(timed.rests, at + _AT_STOP, side="right")) - 1
     begin = float(timed.rests[k])
@@ -147,7 +147,7 @@ def _from_rest_to_rest(motion: TimedPath, first: int, last: int) -> TimedPath:
     return TimedPath(grid, Profile(times[i : k + 1] - times[i], *(each[i:k] for each in rates)))
 
 
-def _from_rest(q: Array, path: Array, limits: Limits, is_free: IsFree) -> TimedPath | Averaged | None:
+def _from_rest(q: Array, path: Array, limits: Limits, is_free: IsFree) -> TimedPath | JerkLimited | None:
     """The motion from rest at q into a path, or by way of its start."""
     for points in (without_equal(np.stack([q, *path[1:]])), without_equal(np.stack([q, *path]))):
         if len(points) > 1:
@@ -167,7 +167,9 @@ def _turned_on_line(line: TimedPath, path: Array, at: float, limits: Limits, is_
     return None if then is None else Continued(line, then)
 
 
-def _turned(timed: TimedPath | Averaged, path: Array, at: float, limits: Limits, is_free: IsFree) -> TimedPath | Averaged | None:
+def _turned(
+    timed: TimedPath | JerkLimited, path: Array, at: float, limits: Limits, is_free: IsFree
+) -> TimedPath | JerkLimited | None:
     """The motion that leaves one while it moves, or passes its corners."""
     base, window = _base_of(timed)
     stops: list[tuple[TimedPath, list[Grid]]] | None = None
@@ -245,7 +247,7 @@ def _stops(
             braking = _up_to(left, more * stop * rate / speed)
             stopped = _going_on(base, window, at, _Way(braking, rate, len(braking.steps)), share, limits, is_free)
             if stopped is not None:
-                joined = stopped.base if isinstance(stopped, Averaged) else stopped
+                joined = stopped.base if isinstance(stopped, JerkLimited) else stopped
                 back = _backwards(_left_of(joined, at + 0.5 * window)[0])
                 end = joined.at(joined.times[-1:]).q[0]
                 ways = [*_along([end, *path[1:]], _BLEND, is_free), *_along([end, *path], _BLEND, is_free)]
@@ -297,12 +299,12 @@ def _joined_grids(first: Grid, then: Grid) -> Grid:
     return Grid(starts, slopes, bends, steps, borders, max(first.chords, then.chords))
 
 
-def _base_of(timed: TimedPath | Averaged) -> tuple[TimedPath, float]:
+def _base_of(timed: TimedPath | JerkLimited) -> tuple[TimedPath, float]:
     """The base of a motion, and the time w over which the motion is its mean; 0 for the motion itself.
 
     A motion along a line in seven phases is the mean of one in three, over the time in which its acceleration grows.
     """
-    if isinstance(timed, Averaged):
+    if isinstance(timed, JerkLimited):
         return timed.base, timed.window
     if not timed.limits_jerk:
         return timed, 0.0
@@ -324,7 +326,7 @@ def _base_of(timed: TimedPath | Averaged) -> tuple[TimedPath, float]:
 
 def _going_on(
     base: TimedPath, window: float, at: float, way: _Way, share: float, limits: Limits, is_free: IsFree
-) -> TimedPath | Averaged | None:
+) -> TimedPath | JerkLimited | None:
     """The base up to at + window and then along a way, and its mean; None if it cannot be within the limits, of hands too."""
     caps = is_free.caps
     narrower = caps if limits.jerk is None else tuple(cap.gentler(share) for cap in caps)  # as joints are, for the window
@@ -332,14 +334,14 @@ def _going_on(
         motion = _with_mean(base, window, at, way, limits._replace(acceleration=share * limits.acceleration), narrower)
         peaks = () if motion is None else peaks_of(motion, caps, at)
         if all(peaks):
-            return replace(motion, beside=beside_of(is_free)) if isinstance(motion, Averaged) else motion
+            return replace(motion, beside=beside_of(is_free)) if isinstance(motion, JerkLimited) else motion
         narrower = tuple(cap.narrowed(peaks, NARROWER) for cap in narrower)
     return None
 
 
 def _with_mean(
     base: TimedPath, window: float, at: float, way: _Way, limits: Limits, caps: tuple[PathLimit, ...]
-) -> TimedPath | Averaged | None:
+) -> TimedPath | JerkLimited | None:
     rest = fastest(way.grid, limits.velocity, limits.acceleration, Speeds(way.speed, 0.0), way.slow, caps)
     if rest is None:
         return None
@@ -348,7 +350,7 @@ def _with_mean(
     joined = _joined(base, at + window, _with_later_pauses(rest, window))
     if limits.jerk is None or least_window_of(joined, limits.jerk, window) > window * _ROUNDED:
         return None
-    return Averaged(joined, window)
+    return JerkLimited(joined, window)
 
 
 def _with_later_pauses(motion: TimedPath, pause: float) -> TimedPath:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_REACH, _LEAST, _MOST = 0.3, 0.02, 0.6  # [rad]: of a step of a point, at first, at least and at most
+_FIRST_STEP, _MIN_STEP, _MAX_STEP = 0.3, 0.02, 0.6  # [rad]: of a step of a point, at first, at least and at most
 _LESS, _MORE = 0.97, 1.5  # times the reach, after a deformation that does not help and after one that does
 _OWN_STREAM = 0x717569636B
 
@@ -31,15 +31,15 @@ def quicker_path(
         duration_of: How long a motion along a path takes [s].
         is_free: Whether the edges of a path from point ``first`` - 1 on are free.
     """
-    rng, best, reach = np.random.default_rng([_OWN_STREAM, seed]), duration_of(path), _REACH
+    rng, best, reach = np.random.default_rng([_OWN_STREAM, seed]), duration_of(path), _FIRST_STEP
     for _ in range(tries):
         candidate = _deformed(path, steps, first, reach, rng)
         candidate[first:-1] = np.clip(candidate[first:-1], *bounds)
         duration = duration_of(candidate) if is_free(candidate[first - 1 :]) else np.inf
         if duration < best:
-            path, best, reach = candidate, duration, min(_MORE * reach, _MOST)
+            path, best, reach = candidate, duration, min(_MORE * reach, _MAX_STEP)
         else:
-            reach = max(_LESS * reach, _LEAST)
+            reach = max(_LESS * reach, _MIN_STEP)
     return path
 
 

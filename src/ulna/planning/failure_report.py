@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 from ulna.errors import count_of
 from ulna.ik.reason import Reason
+from ulna.planning.constraint_table import are_kept, narrower
 from ulna.planning.goals import Request
-from ulna.planning.kept import are_kept, narrower
 from ulna.planning.motion import Motion
 from ulna.planning.search import Effort
 from ulna.planning.space import along
 
 Array = NDArray[np.float64]
 _APART = 1 / 32  # [rad]: of the samples of a refused edge, at which what touches is looked for
-_MOST_NAMED = 3  # pairs in a sentence
+_MAX_NAMED = 3  # pairs in a sentence
 
 
 class Stop(NamedTuple):
@@ -77,7 +77,7 @@ def budget_spent(request: Request, motion: Motion, edges: Array, effort: Effort,
 
 def _of_refused(found: SpentBudget) -> str:
     """What is said of the refused edges."""
-    pairs = ", ".join(f"{stop.link} and {stop.other} ({stop.edges})" for stop in found.stops[:_MOST_NAMED])
+    pairs = ", ".join(f"{stop.link} and {stop.other} ({stop.edges})" for stop in found.stops[:_MAX_NAMED])
     sentence = f". What stopped the last {count_of(found.edges, 'refused edge')}: {pairs}" if pairs else ""
     if found.not_kept:
         sentence += f". {found.not_kept} of the last {found.edges} refused edges do not keep the constraints"
