@@ -1,0 +1,127 @@
+"""Each page of docs/ states its kind, a how-to is short, and every address of an earlier version still exists on its page."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from doc_pages import ROOT
+
+DOCS = ROOT / "docs"
+KINDS = ("Tutorial", "How-to", "Explanation", "Reference", "Measurements")
+MAX_WORDS = 900  # of prose, on a how-to
+WITHOUT_KIND = {"index.md", "changelog.md"}
+PAGES = sorted(page.name for page in DOCS.glob("*.md") if page.name not in WITHOUT_KIND)
+ANCHORS = (Path(__file__).parent / "anchors.txt").read_text(encoding="utf-8").split()
+CAPTIONS = {"Getting started": "Tutorial", "Troubleshooting": "How-to"}  # the other captions begin with the kind itself
+
+# Pages that still have to be rewritten. This set only shrinks: remove a page when it passes.
+TO_DO = {
+    "ahead.md",
+    "closed-forms.md",
+    "collision.md",
+    "comparison.md",
+    "controllers.md",
+    "conventions.md",
+    "descriptions.md",
+    "edges.md",
+    "examples.md",
+    "first_motion.md",
+    "following.md",
+    "forces.md",
+    "forward_kinematics.md",
+    "franka.md",
+    "gpu.md",
+    "inverse_kinematics.md",
+    "jacobian.md",
+    "lanes.md",
+    "learning.md",
+    "notebook.md",
+    "performance.md",
+    "planning.md",
+    "planning_search.md",
+    "quick_start.md",
+    "reachability.md",
+    "reading.md",
+    "record.md",
+    "robots.md",
+    "ros.md",
+    "scale.md",
+    "self_collision.md",
+    "servo.md",
+    "viewer.md",
+    "why.md",
+}
+
+
+def prose(text: str) -> str:
+    """The running text of a page: without fenced blocks, tables, headings, targets and directives."""
+    text = re.sub(r"(?ms)^(```+|:::+).*?^\1\s*$", "", text)
+    lines = [line for line in text.splitlines() if not re.match(r"\s*\||#|\(\S+\)=\s*$", line)]
+    return "\n".join(lines)
+
+
+def headings(text: str) -> list[str]:
+    """The headings of a page in their order, without their marks."""
+    return re.findall(r"(?m)^#{1,4} (.*)$", re.sub(r"(?ms)^(```+).*?^\1\s*$", "", text))
+
+
+def slug(heading: str) -> str:
+    """The address of a heading within its page, as MyST and GitHub form it."""
+    words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower().strip()
+    return re.sub(r"[^\w\- ]", "", words).replace(" ", "-")
+
+
+def anchors(text: str) -> set[str]:
+    """Every address within a page: of its headings, and of its targets."""
+    return {slug(heading) for heading in headings(text)} | set(re.findall(r"(?m)^\((\S+)\)=\s*$", text))
+
+
+def kind(text: str) -> str | None:
+    """The kind of a page, from the first line below its title."""
+    found = re.match(r"(?:\(\S+\)=\n+)*# .+\n+\*([\w-]+)\*\n", text)
+    return found[1] if found and found[1] in KINDS else None
+
+
+def groups() -> dict[str, str]:
+    """The caption of the side bar below which each page stands."""
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    trees = re.findall(r"(?ms)^```\{toctree\}\n(.*?)\n\n(.*?)\n```", index)
+    return {f"{page}.md": re.search(r':caption: "?([^"\n]*)', options)[1] for options, pages in trees for page in pages.split()}
+
+
+def faults(name: str) -> list[str]:
+    """The reasons why a page is not done."""
+    text = (DOCS / name).read_text(encoding="utf-8")
+    its_kind, caption, words = kind(text), groups().get(name), len(prose(text).split())
+    lost = [anchor for page, anchor in (line.split("#") for line in ANCHORS) if page == name and anchor not in anchors(text)]
+    found = [f"#{anchor} is gone: write ({anchor})= before the paragraph that leads on" for anchor in lost]
+    if its_kind is None:
+        found.append(f"below the title, a line of its own states the kind: one of {', '.join(f'*{kind}*' for kind in KINDS)}")
+    if its_kind == "How-to" and words > MAX_WORDS:
+        found.append(f"{words} words of prose, more than {MAX_WORDS}")
+    if caption is None:
+        found.append("in no toctree of docs/index.md")
+    elif its_kind and CAPTIONS.get(caption, caption.split(":")[0]) != its_kind:
+        found.append(f"a page of kind {its_kind} stands below {caption!r} in docs/index.md")
+    return found
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_has_a_kind_and_keeps_its_addresses(name):
+    if name in TO_DO:
+        assert faults(name), f"{name} is done: remove it from TO_DO"
+    else:
+        assert faults(name) == []
+
+
+def test_pages_that_are_to_do_are_there():
+    assert set(PAGES) >= TO_DO
+
+
+def test_words_in_code_and_tables_are_not_counted():
+    page = "(old)=\n# A title\n\n*How-to*\n\nThree words here.\n\n```python\none = 1\n```\n\n| a | b |\n|---|---|\n\n## `load` it: x\n"
+    assert prose(page).split() == ["*How-to*", "Three", "words", "here."]
+    assert anchors(page) == {"old", "a-title", "load-it-x"}
+    assert kind(page) == "How-to"
+    assert kind("# A title\n\nHow-to\n") is None
