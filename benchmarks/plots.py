@@ -1,6 +1,6 @@
-"""The plots of docs/performance.md, made from the figures of a run: ``python -m benchmarks.plots RESULT.json``.
+"""Draws the plots of docs/performance_*.md from the figures of a run: ``python -m benchmarks.plots RESULT.json``.
 
-Each shows a cost as it was measured, and dashed the bound that it approaches (``bounds``).
+Each plot shows a measured cost, and as a dashed line its lower bound (``bounds``).
 """
 
 import json

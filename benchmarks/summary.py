@@ -1,10 +1,11 @@
-"""The figures of docs/performance.md, docs/comparison.md and the README: ``python -m benchmarks.summary RESULT.json``.
+"""Writes the figures of docs/performance*.md and of the README: ``python -m benchmarks.summary RESULT.json``.
 
-Nothing is copied by hand: what stands between the two marks of a page is written anew, and so are those rows of the README's
-table that are rows of the comparison.
+Nothing is copied by hand. A page names each block of figures: ``<!-- figures: NAME -->`` before it, ``<!-- end -->`` after it.
+``tables`` lists the names. In the README's table the rows of the block ``comparison`` are replaced.
 """
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -13,47 +14,78 @@ from benchmarks.markdown import table
 from ulna.bench.protocol import PROTOCOLS
 
 DOCS = Path(__file__).parents[1] / "docs"
-BEGIN, END = "<!-- figures: begin -->", "<!-- figures: end -->"
-GROWTH = {
-    "bounds": "Distance from the bound",
-    "scaling_with_joints": "Cost against joints",
-    "scaling_with_rows": "Cost against rows and processors",
-    "collision": "Collision, on one processor",
-    "scaling_with_pairs": "Cost against pairs of boxes",
-    "edges": "Edges, certified",
-    "moving": "One object moved, then one configuration checked",
-    "first_use": "First use, machine code cached",
-    "first_use_ever": "First use ever, with compilation",
-    "memory": "Memory of a batch",
+MARKED = re.compile(r"<!-- figures: (?P<name>[^>]+?) -->\n.*?<!-- end -->", re.DOTALL)
+GROWTH = (
+    "account", "bounds", "scaling_with_joints", "scaling_with_rows", "collision", "scaling_with_pairs", "edges", "moving",
+    "first_use", "first_use_ever", "memory", "absent",
+)  # fmt: skip
+COLUMNS = {
+    "operations_on_eight": "vector operations",
+    "bytes_a_row": "bytes per row",
+    "arithmetic_ns": "arithmetic bound [ns]",
+    "memory_ns": "memory bound [ns]",
+    "median_ns": "median [ns]",
+    "times_bound": "median / bound",
+    "one_ns": "one call [ns]",
+    "batch_ns": "row of a batch [ns]",
+    "batch_ns_a_joint": "row of a batch, per joint [ns]",
+    "bound_ns": "bound [ns]",
+    "one_processor_ns": "one core [ns]",
+    "all_processors_ns": "all cores [ns]",
+    "gain": "speedup",
+    "asked": "call",
+    "ulna_ns": "Ulna [ns]",
+    "pin_and_coal_ns": "Pinocchio and Coal [ns]",
+    "times_ulna": "times Ulna",
+    "world": "scene",
+    "built_ms": "first use of the world [ms]",
+    "distance_ns": "signed_distance, row of a batch [ns]",
+    "in_collision": "of these in collision",
+    "edge_ns": "time per edge [ns]",
+    "moved_ns": "move and check [ns]",
+    "asked_ns": "check alone [ns]",
+    "extra_megabytes": "memory beside input and result [MB]",
+}
+WORDS = {
+    "itself": "self-collision",
+    "as dense": "constant density",
+    "denser": "growing density",
+    "pin, placement kept": "pin, frame looked up before",
 }
 README_PEERS = ("Pinocchio", "Robotics Toolbox", "MuJoCo", "TRAC-IK", "ikpy")
 SOLVERS = ("roboticstoolbox-python", "pytracik", "frankik", "ssik", "EAIK")
 
 
-def summary(data: dict, name: str) -> str:
-    """The page's tables."""
+def tables(data: dict, name: str) -> dict[str, str]:
+    """Every block of figures in Markdown by its name, which stands in the mark of the page that has it."""
     facts = data["machine"]
     versions = ", ".join(f"{peer} {version}" for peer, version in data["versions"].items())
-    machine = (
-        f"{facts['processor']}, {facts['cores']} cores, {facts['register_bits']}-bit registers; "
+    blocks = {
+        "machine": f"{facts['processor']}, {facts['cores']} cores, {facts['register_bits']}-bit registers; "
         f"machine code {facts['machine_code']}; Python {facts['python']}, "
-        f"NumPy {facts['numpy']}, Numba {facts['numba']}; {versions}. Everything of this run: `benchmarks/results/{name}`."
-    )
-    parts = [machine]
-    for kind, title in (("forward_kinematics", "One `forward_kinematics(q)`"), ("jacobian", "One `jacobian(q)`")):
-        parts += [f"**{title}**", table([_call(row) for row in data[kind]])]
-    parts += ["**Where the time of one call goes**", table(data["account"])] if data["account"] else []
-    parts += ["**Batches**", table([_call(row) for row in data["batches"]])]
-    parts += ["**Dynamics, on one processor**", table([_call(row) for row in data["forces"]])] if data.get("forces") else []
+        f"NumPy {facts['numpy']}, Numba {facts['numba']}; {versions}. "
+        f"Commit {facts['commit']}; the full result is `benchmarks/results/{name}`.",
+        "comparison": f"{table(beside_rows(data))}\n\nSolved to 1e-5 m and 1e-5 rad: {solved(data)}",
+        "tracking": table([_step(row) for row in data["tracking"]]),
+    }
+    for key in ("forward_kinematics", "jacobian", "batches", "forces"):
+        blocks[key] = table([_call(row, one_kind=key == row["work"]) for row in data[key]])
     for protocol in PROTOCOLS:
-        parts += [f"**Inverse kinematics, protocol {protocol}**", table(solver_rows(data["protocols"], protocol))]
-    parts += ["**Tracking**", table([_step(row) for row in data["tracking"]])]
-    for key, title in GROWTH.items():
-        compiled = key != "first_use_ever" or "ahead" not in facts["machine_code"]
-        parts += [f"**{title}**", table(data[key])] if data.get(key) and compiled else []
-    if data["absent"]:
-        parts += ["**Peers that are not in a table**", table(data["absent"])]
-    return "\n\n".join(parts)
+        blocks[f"protocol {protocol}"] = table(solver_rows(data["protocols"], protocol))
+    for key in GROWTH:
+        if data.get(key):
+            blocks[key] = table([_renamed(row) for row in data[key]])
+    return blocks
+
+
+def _renamed(row: dict) -> dict:
+    """A row with the names of its columns and its words as a reader of the page needs them."""
+    row = dict(row)
+    if "seconds" in row:
+        row["time [ms]"] = 1e3 * row.pop("seconds")
+    if "times_ulna_lower" in row:
+        row["quartiles"] = f"{row.pop('times_ulna_lower'):.3g} to {row.pop('times_ulna_upper'):.3g}"
+    return {COLUMNS.get(key, key): WORDS.get(value, value) if isinstance(value, str) else value for key, value in row.items()}
 
 
 def solver_rows(rows: list[dict], protocol: str) -> list[dict]:
@@ -71,8 +103,8 @@ def _robot(name: str, by_library: dict) -> dict:
         "robot": name,
         "targets": ulna["targets"],
         "solved %": ulna["solved_percent"],
-        "mean us": ulna["mean_us"],
-        "p99 us": ulna["p99_us"],
+        "mean [us]": ulna["mean_us"],
+        "p99 [us]": ulna["p99_us"],
     }
     for peer in SOLVERS:
         row = by_library.get(peer)
@@ -85,34 +117,32 @@ def _peer(row: dict, targets: int) -> str:
     return f"{row['solved_percent']:.4g} %{fewer}, {row['times_ulna']:.3g}x"
 
 
-def _call(row: dict) -> dict:
+def _call(row: dict, *, one_kind: bool) -> dict:
     quartiles = f"{row['times_ulna_lower']:.3g} to {row['times_ulna_upper']:.3g}"
     return {
-        "robot": row["robot"], "work": row["work"], "library": row["library"],
-        "median ns": row["median_ns"], "times Ulna": row["times_ulna"], "quartiles": quartiles,
+        "robot": row["robot"], **({} if one_kind else {"work": row["work"]}),
+        "library": WORDS.get(row["library"], row["library"]),
+        "median [ns]": row["median_ns"], "times Ulna": row["times_ulna"], "quartiles": quartiles,
     }  # fmt: skip
 
 
 def _step(row: dict) -> dict:
     return {
         "robot": row["robot"], "library": row["solver"], "poses": row["poses"], "solved %": row["solved_percent"],
-        "path's largest step": row["path_step"], "largest step": row["largest_step"], "steps above 0.1": row["steps_above_bound"],
-        "mean us": row["mean_us"],
+        "largest step of the path": row["path_step"], "largest step of the solver": row["largest_step"],
+        "steps above 0.1": row["steps_above_bound"], "mean [us]": row["mean_us"],
     }  # fmt: skip
 
 
-def comparison(data: dict, name: str) -> str:
-    """The figures of the page that compares."""
-    machine, load = data["machine"], data["machine"]["load"]
-    run = f"`benchmarks/results/{name}`: commit {machine['commit']}, load {load} at its beginning."
-    return f"{run}\n\n{table(beside_rows(data))}\n\nSolved to 1e-5 m and 1e-5 rad: {solved(data)}"
+def write(page: Path, blocks: dict[str, str]) -> None:
+    """Replace the figures between each pair of marks of a page; a block that the run does not have stays as it is."""
+    text = page.read_text(encoding="utf-8")
+    page.write_text(re.sub(MARKED, lambda found: _block(found, blocks), text), encoding="utf-8")
 
 
-def write(page: Path, figures: str) -> None:
-    """Put the figures between the marks of a page."""
-    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
-    _, _, after = rest.partition(END)
-    page.write_text(f"{before}{BEGIN}\n\n{figures}\n\n{END}{after}", encoding="utf-8")
+def _block(found: re.Match, blocks: dict[str, str]) -> str:
+    figures = blocks.get(found["name"])
+    return found[0] if figures is None else f"<!-- figures: {found['name']} -->\n\n{figures}\n\n<!-- end -->"
 
 
 def write_rows(page: Path, rows: list[dict[str, str]]) -> None:
@@ -126,8 +156,9 @@ def main() -> None:
     """Write the pages' figures anew."""
     result = Path(sys.argv[1])
     data, name = json.loads(result.read_text(encoding="utf-8")), result.with_suffix(".md").name
-    write(DOCS / "performance.md", summary(data, name))
-    write(DOCS / "comparison.md", comparison(data, name))
+    blocks = tables(data, name)
+    for page in sorted(DOCS.glob("performance*.md")):
+        write(page, blocks)
     write_rows(DOCS.parent / "README.md", beside_rows(data))
 
 

@@ -29,7 +29,7 @@ BENCH_KEYS = (
 def bench(subjects: Subjects = None, *, robot: Robots = None, n: Targets = 1000) -> Output:
     """Time Ulna on this machine: medians and quartiles of one call and of a batch, and the rates at which targets are solved.
 
-    As in: ulna bench ik --robot ur5 --robot jaco2 --n 10000. The protocols are described in docs/performance.md.
+    As in: ulna bench ik --robot ur5 --robot jaco2 --n 10000. The protocols are described in docs/performance_ik.md.
     """
     return Output(measure(subjects or (), robot or ("panda",), n), bench_table)
 
