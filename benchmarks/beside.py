@@ -1,4 +1,4 @@
-"""The figures of docs/comparison.md: for each kind of work how many times as long as Ulna each library takes."""
+"""Makes the table that compares libraries: for each kind of work, the time of each library as a multiple of Ulna's."""
 
 PEERS = {
     "Pinocchio": "pin",
@@ -9,16 +9,18 @@ PEERS = {
     "ikpy": "ikpy",
 }
 
+WORDS = {"itself": "self-collision", "a row of 2048": "a row of a batch of 2,048"}
+
 
 def beside_rows(data: dict) -> list[dict[str, str]]:
-    """A row for each kind of work; above 1 Ulna is quicker, and where it is not the figure is bold."""
+    """A row for each kind of work. Above 1 Ulna is faster; a figure below 1 is bold."""
     fk, batches = data["forward_kinematics"], data["batches"]
     rows = [
         _row("one forward kinematics, Panda", _times(fk, robot="panda")),
-        _row("the same, Pinocchio's placement looked up before", _times(fk, ", placement kept", robot="panda")),
+        _row("the same, Pinocchio's frame placement looked up before", _times(fk, ", placement kept", robot="panda")),
         _row("one Jacobian, Panda", _times(data["jacobian"], robot="panda")),
         _row(
-            "4096 forward kinematics, Panda; the others in a loop",
+            "4,096 forward kinematics, Panda; the others in a loop",
             _times(batches, ", in a loop", robot="panda", work="forward_kinematics, 4096 at once"),
         ),
         *(
@@ -27,13 +29,14 @@ def beside_rows(data: dict) -> list[dict[str, str]]:
         ),
     ]
     for row in data["collision"]:
-        name = f"{row['query']}, {row['scene']} ({row['pairs']:,} pairs), {row['asked']}"
+        scene, calls = (WORDS.get(row[key], row[key]) for key in ("scene", "asked"))
+        name = f"{row['query']}, {scene} ({row['pairs']:,} pairs), {calls}"
         rows.append(_row(name, {"pin": row["times_ulna"]}))
     return rows
 
 
 def solved(data: dict) -> str:
-    """How many targets each library solved."""
+    """The share of targets that each library solved."""
     said = []
     for robot, name in (("panda", "Panda"), ("ur5", "UR5")):
         found = {row["library"]: row for row in data["protocols"] if row["robot"] == robot and row["protocol"] == "reachable"}

@@ -9,6 +9,7 @@ import re
 import sys
 from pathlib import Path
 
+from benchmarks.beside import WORDS as OF_SCENES
 from benchmarks.beside import beside_rows, solved
 from benchmarks.markdown import table
 from ulna.bench.protocol import PROTOCOLS
@@ -47,7 +48,7 @@ COLUMNS = {
     "extra_megabytes": "memory beside input and result [MB]",
 }
 WORDS = {
-    "itself": "self-collision",
+    **OF_SCENES,
     "as dense": "constant density",
     "denser": "growing density",
     "pin, placement kept": "pin, frame looked up before",
@@ -62,7 +63,7 @@ def tables(data: dict, name: str) -> dict[str, str]:
     versions = ", ".join(f"{peer} {version}" for peer, version in data["versions"].items())
     blocks = {
         "machine": f"{facts['processor']}, {facts['cores']} cores, {facts['register_bits']}-bit registers; "
-        f"machine code {facts['machine_code']}; Python {facts['python']}, "
+        f"machine code {facts['machine_code'].replace('ahead', 'compiled ahead')}; Python {facts['python']}, "
         f"NumPy {facts['numpy']}, Numba {facts['numba']}; {versions}. "
         f"Commit {facts['commit']}; the full result is `benchmarks/results/{name}`.",
         "comparison": f"{table(beside_rows(data))}\n\nSolved to 1e-5 m and 1e-5 rad: {solved(data)}",
@@ -146,14 +147,14 @@ def _block(found: re.Match, blocks: dict[str, str]) -> str:
 
 
 def write_rows(page: Path, rows: list[dict[str, str]]) -> None:
-    """Write the rows of a page's table anew that are among these."""
+    """Replace the rows of a page's table that are among these."""
     known = {row["work"]: f"| {row['work']} | 1 | {' | '.join(row[peer] for peer in README_PEERS)} |" for row in rows}
     lines = page.read_text(encoding="utf-8").split("\n")
     page.write_text("\n".join(known.get(line[2:].partition(" |")[0], line) for line in lines), encoding="utf-8")
 
 
 def main() -> None:
-    """Write the pages' figures anew."""
+    """Update the figures of all pages."""
     result = Path(sys.argv[1])
     data, name = json.loads(result.read_text(encoding="utf-8")), result.with_suffix(".md").name
     blocks = tables(data, name)

@@ -37,7 +37,6 @@ TO_DO = {
     "lanes.md",
     "learning.md",
     "notebook.md",
-    "performance.md",
     "planning.md",
     "planning_search.md",
     "quick_start.md",
