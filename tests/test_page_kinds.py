@@ -44,7 +44,6 @@ TO_DO = {
     "ros.md",
     "scale.md",
     "self_collision.md",
-    "servo.md",
     "viewer.md",
     "why.md",
 }

@@ -352,7 +352,7 @@ class ServoMoment:
 
 
 def servo_rows(size: tuple[int, int]) -> Pixels:
-    """What each row of a servo's quadratic program excludes in one tick of two bars, and the velocity that is left."""
+    """Draw the constraints of a servo's quadratic program in one tick of a two-joint arm, and its solution."""
     moment, scale = ServoMoment(), size[0] / SIZE[0]
     figure = Figure(figsize=(9.6, 5.4), dpi=100 * scale, layout="constrained")
     canvas = FigureCanvasAgg(figure)
@@ -377,14 +377,14 @@ def reachability(size: tuple[int, int]) -> Pixels:
 
 
 def _draw_bars(axes: Axes, moment: ServoMoment) -> None:
-    """The bars now, and where they would rest."""
+    """Draw the arm now, and where it would come to rest."""
     x, y, side = moment.post
     axes.add_patch(Rectangle((x - side / 2, y - side / 2), side, side, color="0.6"))
     allowed = np.clip(moment.desired, moment.box[:2], moment.box[2:])
     for q, color, label in (
         (moment.q, "black", "now"),
-        (moment.rest(allowed), "tab:red", "at rest, but for the row of the post"),
-        (moment.rest(moment.command.qd), "tab:green", "at rest after x"),
+        (moment.rest(allowed), "tab:red", "at rest, without the post's constraint"),
+        (moment.rest(moment.command.qd), "tab:green", "at rest after a tick with x"),
     ):
         elbow = moment.lengths[0] * np.array([np.cos(q[0]), np.sin(q[0])])
         hand = elbow + moment.lengths[1] * np.array([np.cos(q.sum()), np.sin(q.sum())])
@@ -394,7 +394,7 @@ def _draw_bars(axes: Axes, moment: ServoMoment) -> None:
 
 
 def _draw_rows(axes: Axes, moment: ServoMoment) -> None:
-    """The plane of the velocities at the end of the tick: what rows exclude, what is left, and the nearest to what is desired."""
+    """Draw the plane of velocities at the end of the tick: constraints, desired velocity and solution."""
     low, high = (0.2, -0.1), (0.8, 0.6)
     u, v = np.meshgrid(np.linspace(low[0], high[0], 301), np.linspace(low[1], high[1], 351))
     plane = np.stack([u, v], axis=-1)
@@ -406,18 +406,18 @@ def _draw_rows(axes: Axes, moment: ServoMoment) -> None:
     for color, text in ROWS.values():
         axes.plot([], [], color=color, linewidth=6, alpha=0.5, label=text)
     axes.plot(*moment.desired, "x", color="tab:red", markersize=9, markeredgewidth=2, label="desired")
-    axes.plot(*moment.stop, "s", color="black", label="the certified stop goes on")
-    axes.plot(*moment.command.qd, "o", color="tab:green", markersize=9, label="x: the nearest that all rows allow")
+    axes.plot(*moment.stop, "s", color="black", label="current braking trajectory")
+    axes.plot(*moment.command.qd, "o", color="tab:green", markersize=9, label="x: nearest that satisfies all constraints")
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), title="velocities at the end of the tick")
     axes.set(xlabel="joint 1 [rad/s]", ylabel="joint 2 [rad/s]")
     axes.legend(loc="lower right", fontsize=7)
 
 
-ROWS = {  # of the quadratic program: the color, and what they say
-    "acceleration": ("tab:blue", "more than one tick changes a velocity by"),
-    "speed": ("tab:purple", "faster than joint 1 may be"),
-    "position": ("tab:orange", "joint 2 would rest beyond its limit"),
-    "post": ("tab:brown", "the arm would come to rest too much nearer to the post"),
+ROWS = {  # of the quadratic program: color and label of each constraint
+    "acceleration": ("tab:blue", "limit of acceleration"),
+    "speed": ("tab:purple", "limit of velocity, joint 1"),
+    "position": ("tab:orange", "limit of position, joint 2"),
+    "post": ("tab:brown", "near pair: arm and post"),
 }
 SHADE = 150, 155, 165
 BIN = [  # extents and place [m]: the floor, the table, the bin's walls, two parts
