@@ -30,7 +30,6 @@ TO_DO = {
     "forces.md",
     "forward_kinematics.md",
     "franka.md",
-    "gpu.md",
     "inverse_kinematics.md",
     "jacobian.md",
     "lanes.md",

@@ -48,7 +48,7 @@ class GpuRobot(GpuForces):
     Results differ from those of the CPU by rounding.
 
     With ``float32`` the poses, Jacobians and collisions of boxes are computed in float32, for cards with few units for float64:
-    arrays on the device are float32 too (``docs/gpu.md`` says how exact that is). All else is computed in float64, from either,
+    arrays on the device are float32 too (``docs/gpu_explained.md`` has the accuracy). All else is computed in float64, from either,
     and returns float64.
     """
 

@@ -16,7 +16,7 @@ import ulna
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
 N = 12 if SIMULATED else 100_000
-POSE, JACOBIAN = 1e-6, 1e-6  # of poses and Jacobians of the Panda [m, and sines], as docs/gpu.md says
+POSE, JACOBIAN = 1e-6, 1e-6  # of poses and Jacobians of the Panda [m, and sines], as docs/gpu_explained.md says
 SURE = 1e-3  # m; of the sizes of two boxes, some 1 m: further apart, or deeper in each other, the verdict is that of float64
 if not cuda.is_available():
     pytest.skip("there is no GPU: make test-cuda simulates one", allow_module_level=True)
