@@ -48,8 +48,8 @@ class GpuRobot(GpuForces):
     Results differ from those of the CPU by rounding.
 
     With ``float32`` the poses, Jacobians and collisions of boxes are computed in float32, for cards with few units for float64:
-    arrays on the device are float32 too (``docs/gpu_explained.md`` has the accuracy). All else is computed in float64, from either,
-    and returns float64.
+    arrays on the device are float32 too (``docs/gpu_explained.md`` has the accuracy). All else is computed in float64,
+    from either, and returns float64.
     """
 
     robot: OnHost
