@@ -1,4 +1,4 @@
-"""Drivers of real arms: one interface, the Franka by its maker's client, and a dry run that needs nothing installed."""
+"""Drivers of real arms: one interface, the Franka by its maker's client, and a dry run without dependencies."""
 
 from ulna.arms.arm import FR3, Arm, ArmModel, Record
 from ulna.arms.franka import Franka

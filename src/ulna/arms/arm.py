@@ -1,4 +1,4 @@
-"""States what a driver of an arm has, whoever made the arm: its model, the motions it follows, and the record of each."""
+"""Defines the interface of a driver: the arm's model, the motions that it follows, and the record of each run."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class ArmModel:
 
     Attributes:
         name: Its name in messages.
-        lower: The least positions [rad or m], shape (n_dof,).
-        upper: The greatest positions [rad or m], shape (n_dof,).
-        limits: Those of velocity, acceleration and jerk, as ``Trajectory.check`` takes them: a name, or a file.
-        lag: How long the arm may need to follow its commands [s].
-        deviation: How far any joint may be from all commands of that time [rad or m]; farther, the arm is held by something.
-        arrival: How far any joint may be from its goal at the end of a run [rad or m].
+        lower: Minimum positions [rad or m], shape (n_dof,).
+        upper: Maximum positions [rad or m], shape (n_dof,).
+        limits: Limits of velocity, acceleration and jerk, as ``Trajectory.check`` takes them: a name, or a file.
+        lag: Maximum delay of the arm behind its commands [s].
+        deviation: Maximum distance of a joint from all commands within ``lag`` [rad or m]; beyond it, something holds the arm.
+        arrival: Maximum distance of a joint from its goal at the end of a run [rad or m].
 
     Raises:
         InputError: The positions are not two arrays of one length, or a lower one is above the upper one.
@@ -54,7 +54,7 @@ class ArmModel:
 
     @property
     def n_dof(self) -> int:
-        """How many joints it has."""
+        """The number of joints."""
         return len(self.lower)
 
 
@@ -68,20 +68,20 @@ FR3 = ArmModel(  # source: Franka Robotics, "Robot and interface specifications"
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A run of an arm: a row for each command that was sent.
+    """A run of an arm: a row for each command.
 
     It is true if the arm ended at its goal.
 
     Attributes:
         times: The time of each command since the first [s], shape (n,).
         commanded: The commands [rad or m], shape (n, n_dof).
-        measured: The positions that were measured just before each command was sent [rad or m], shape (n, n_dof).
-        joint_names: Those of the entries of q.
+        measured: The positions measured just before each command was sent [rad or m], shape (n, n_dof).
+        joint_names: The names of the entries of q.
         stopped: Whether ``stop`` ended the run before the motion's end.
-        lost: How many periods passed without a command.
-        goal: Where the run was to end [rad or m], shape (n_dof,); the last command unless given.
-        q_end: Where the arm was measured after the run [rad or m], shape (n_dof,); the last of ``measured`` unless given.
-        arrival: How far any joint may be from the goal to have arrived [rad or m].
+        lost: The number of periods without a command.
+        goal: The goal of the run [rad or m], shape (n_dof,); by default the last command.
+        q_end: The measured position after the run [rad or m], shape (n_dof,); by default the last row of ``measured``.
+        arrival: Maximum distance of a joint from the goal that counts as arrived [rad or m].
     """
 
     times: Array
@@ -107,16 +107,16 @@ class Record:
 
     @property
     def arrived(self) -> bool:
-        """Whether it was not stopped, and every joint ended within ``arrival`` of its goal."""
+        """Whether the run was not stopped, and every joint ended within ``arrival`` of its goal."""
         return not self.stopped and bool((np.abs(self.q_end - self.goal) <= self.arrival).all())
 
     @property
     def ended(self) -> str:
-        """Where the arm ended, in words: beside its goal the joint that is farthest from it."""
+        """The end of the run in words; names the joint farthest from its goal."""
         if self.arrived:
             return "at the goal"
         off = np.abs(self.q_end - self.goal)
-        joint = int(np.argmax(off))  # of NaN, where nothing was measured, the first
+        joint = int(np.argmax(off))  # NaN without a measurement: the first joint
         return (
             f"{off[joint]:.2g} rad from the goal: {self.joint_names[joint]} is at {self.q_end[joint]:.4g}, "
             f"and the goal is {self.goal[joint]:.4g}"
@@ -129,14 +129,14 @@ class Record:
 
     @property
     def tracking_error(self) -> float:
-        """The greatest difference of any joint from the command sent one period before [rad or m].
+        """The maximum difference of any joint from the command sent one period before [rad or m].
 
-        It includes the time that the controller needs, in which a fast joint is left behind.
+        It includes the delay of the controller, by which a fast joint lags behind.
         """
         return float(np.abs(self.measured[1:] - self.commanded[:-1]).max(initial=0.0))
 
     def to_csv(self, path: str | Path) -> None:
-        """Write a table: a line of names, then a line for each command, with the measured positions behind it.
+        """Write a table: a line of names, then a line for each command followed by the measured positions.
 
         Raises:
             FileError: The file cannot be written.
@@ -153,12 +153,12 @@ class Record:
 class Arm(Protocol):
     """An arm that follows motions. A driver of another arm has these members, and needs no base class.
 
-    Nothing but ``run`` and ``follow`` moves the arm.
+    Only ``run`` and ``follow`` move the arm.
     """
 
     @property
     def model(self) -> ArmModel:
-        """What a motion is checked against before it begins."""
+        """The limits against which a motion is checked before it starts."""
         ...
 
     @property
@@ -171,11 +171,11 @@ class Arm(Protocol):
         ...
 
     def run(self, motion: Trajectory, *, speed: float = 1.0) -> Record:
-        """Follow a motion, and return when it has ended or ``stop`` was called.
+        """Follow a motion; returns when it has ended or ``stop`` was called.
 
         Args:
-            motion: A motion with limits of jerk, from where the arm is.
-            speed: The share of the motion's speed, above 0 and at most 1: 0.5 takes twice as long along the same path.
+            motion: A motion with jerk limits, from the arm's current position.
+            speed: The fraction of the motion's speed, above 0 and at most 1: 0.5 takes twice as long along the same path.
 
         Returns:
             The commands and the measured positions; true if the arm ended at the motion's end.
@@ -188,23 +188,23 @@ class Arm(Protocol):
         ...
 
     def follow(self, servo: Servo, goal: Callable[[float, NDArray[np.float64]], Mapping[str, Any] | None]) -> Record:
-        """Steer the arm by a servo from where it is, and return when it is at rest after the goal's end or ``stop`` was called.
+        """Steer the arm by a servo until it is at rest after the goal's end, or ``stop`` was called.
 
         Args:
-            servo: As ``robot.servo(acceleration=..., jerk=...)`` makes it, with the controller's rate.
-            goal: A function of the time [s] and of the measured q, shape (n_dof,), called once a period: what ``Servo.step`` is
-                given, as {"pose": T} or {"twist": v}; None once the arm is to come to rest, which ends the run.
+            servo: A servo of ``robot.servo(acceleration=..., jerk=...)``, with the controller's rate.
+            goal: A function of the time [s] and of the measured q, shape (n_dof,), called once per period. It returns the
+                arguments of ``Servo.step``, as {"pose": T} or {"twist": v}; None brings the arm to rest, which ends the run.
 
         Returns:
-            The commands and the measured positions; true if the arm ended where it was commanded last.
+            The commands and the measured positions; true if the arm ended at its last command.
 
         Raises:
-            InputError: The servo is refused, or not certified free where the arm is. The arm has not moved.
+            InputError: The servo is refused, or the arm's position is not certified free. The arm has not moved.
             ArmConnectionError: The connection was lost.
             ArmError: The arm has stopped by itself.
         """
         ...
 
     def stop(self) -> None:
-        """Stop a motion that runs in another thread; nothing if none runs."""
+        """Stop a motion that runs in another thread; does nothing if none runs."""
         ...

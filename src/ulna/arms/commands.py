@@ -1,4 +1,4 @@
-"""Makes the commands of a motion, and refuses a motion that an arm would not take, and the description of another arm."""
+"""Computes the commands of a motion; refuses motions beyond an arm's limits, and descriptions of other arms."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
-PERIOD = 0.001  # [s], of a Franka's commands
-START_TOLERANCE = 0.01  # [rad]: the arm may be so far from a motion's start
-MAX_TOLERANCE = 0.03  # [rad]: over twice as much the approach needs 9 rad/s^2 and 450 rad/s^3
-_APPROACH = 0.2  # [s], from where the arm is to the start of a motion
-_ROUNDED = 1e-9  # [rad], of a position at its limit
-_NEAR = 1e-3  # [m], and of a rotation matrix: of a description's last axis from the measured one
-_DESCRIBED = 1e-6  # [rad], of the limits in a description
+PERIOD = 0.001  # [s], between two commands of a Franka
+START_TOLERANCE = 0.01  # [rad], distance of the arm from a motion's start
+MAX_TOLERANCE = 0.03  # [rad]: the approach over twice this distance needs 9 rad/s^2 and 450 rad/s^3
+_APPROACH = 0.2  # [s], duration of the approach to a motion's start
+_ROUNDED = 1e-9  # [rad], rounding of a position at its limit
+_NEAR = 1e-3  # [m], and entry of a rotation matrix: between the last axis of a description and the measured one
+_DESCRIBED = 1e-6  # [rad], rounding of the limits in a description
 
 
 def as_tolerance(value: object) -> float:
-    """How far the arm may be from a motion's start [rad].
+    """Check the allowed distance of the arm from a motion's start [rad].
 
     Raises:
         InputError: It is not a number from 0 to MAX_TOLERANCE.
@@ -35,15 +35,15 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
     """The positions to command, shape (n, n_dof) [rad or m], one each PERIOD; the last is the motion's end.
 
     Args:
-        motion: From rest to rest, with limits of jerk.
-        model: The arm's.
-        q: Where the arm is, shape (n_dof,) [rad or m].
-        speed: The share of the motion's speed, above 0 and at most 1.
-        tolerance: How far any joint may be from the motion's start [rad or m].
+        motion: A motion from rest to rest, with jerk limits.
+        model: The model of the arm.
+        q: The current position of the arm, shape (n_dof,) [rad or m].
+        speed: The fraction of the motion's speed, above 0 and at most 1.
+        tolerance: Maximum distance of a joint from the motion's start [rad or m].
 
     Raises:
-        InputError: The motion has other joints, no limits of jerk, another start, or exceeds a limit of the arm at this speed;
-            or the speed is not such a share.
+        InputError: The motion has other joints, no jerk limits, another start, or exceeds a limit of the arm at this speed; or
+            the speed is out of range.
     """
     if not isinstance(motion, Trajectory):
         raise InputError(
@@ -86,9 +86,9 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
 
 
 def approach(q: Array, start: Array) -> Array:
-    """The commands from rest at q to rest at a motion's start, shape (n, n_dof); none if they are one.
+    """The commands from rest at q to rest at a motion's start, shape (n, n_dof); none if both are equal.
 
-    Along a line, as 10 s^3 - 15 s^4 + 6 s^5: over 0.01 rad in 0.2 s it needs 1.5 rad/s^2 and 75 rad/s^3.
+    A line with the time law 10 s^3 - 15 s^4 + 6 s^5: 0.01 rad in 0.2 s needs 1.5 rad/s^2 and 75 rad/s^3.
     """
     if np.array_equal(q, start):
         return np.empty((0, len(q)))
@@ -99,15 +99,15 @@ def approach(q: Array, start: Array) -> Array:
 def refuse_another_robot(robot: Robot, q: ArrayLike, T_base_flange: Array) -> None:
     """Refuse a description that is not a Franka Research 3's.
 
-    How far the flange is along the axis of the last joint is not compared: a simulator measures the frame of that joint for it.
+    The flange's position along the axis of the last joint is not compared: a simulator measures the frame of that joint instead.
 
     Args:
-        robot: The description, loaded.
-        q: Where the arm is measured, shape (7,) [rad].
-        T_base_flange: Where it says that its flange is then, shape (4, 4).
+        robot: The loaded description.
+        q: The measured position of the arm, shape (7,) [rad].
+        T_base_flange: The measured pose of the flange at q, shape (4, 4).
 
     Raises:
-        InputError: It has other joints or wider limits, or the axis of its last joint is elsewhere than measured.
+        InputError: It has other joints or wider limits, or the axis of its last joint differs from the measured one.
     """
     moving = [joint for joint in robot.description.joints if joint.name in robot.joint_names]
     if robot.n_dof != FR3.n_dof or any(joint.type not in {"revolute", "continuous"} for joint in moving):

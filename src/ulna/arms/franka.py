@@ -24,19 +24,19 @@ from ulna.robot import Robot
 from ulna.servo.servo import Servo
 
 Array = NDArray[np.float64]
-_HOLD = 0.1  # [s], for which the end of a motion is commanded: the arm follows a little behind
-_Sent = list[tuple[int, list[float], list[float]]]  # the tick, the command, and what was measured before it
+_HOLD = 0.1  # [s], for which the end of a motion is commanded: the arm lags a little behind
+_Sent = list[tuple[int, list[float], list[float]]]  # the tick, the command, and the position measured before it
 
 
 class Franka:
     """A Franka Research 3 at an address, which follows motions; an ``Arm``.
 
-    Connecting does not move it, nor does anything but ``run`` and ``follow``. While one of them runs, the process is to do
-    nothing else: the controller expects a command each millisecond, and stops the arm when several are missing.
+    Only ``run`` and ``follow`` move it; connecting does not. While one of them runs, the process should do nothing else: the
+    controller expects a command each millisecond, and stops the arm when several are missing.
 
     Attributes:
-        model: ``FR3``: what a motion is checked against.
-        joint_names: Those of the robot, or of each motion if no robot was given.
+        model: ``FR3``, the limits against which a motion is checked.
+        joint_names: The joints of the robot, or of each motion if no robot was given.
     """
 
     def __init__(
@@ -50,11 +50,11 @@ class Franka:
         """Connect to the arm's controller.
 
         Args:
-            address: The controller's IP address or name; a simulator on this machine unless given.
-            robot: The robot that motions are planned with. It is refused unless it is the arm: seven joints, limits of position
-                within the arm's, and the last joint's axis where the arm measures it.
-            start_tolerance: How far any joint may be from a motion's start [rad], at most 0.03.
-            realtime: Whether a kernel with real-time priorities is demanded, as the maker advises for a real arm.
+            address: The controller's IP address or name; by default a simulator on this machine.
+            robot: The robot for which motions are planned. It is refused unless it matches the arm: seven joints, position limits
+                within the arm's, and the last joint's axis at its measured place.
+            start_tolerance: Maximum distance of a joint from a motion's start [rad], at most 0.03.
+            realtime: Whether a kernel with real-time priorities is required, as the maker advises for a real arm.
 
         Raises:
             MissingExtraError: pylibfranka is not installed.
@@ -70,7 +70,7 @@ class Franka:
         self._client, self._tolerance, self._stop = pylibfranka, as_tolerance(start_tolerance), Event()
         self._measured: Array | None = None  # while a motion runs
         self._closing = False
-        self._control: Any = None  # while a motion runs; it is held nowhere else, since a new one cannot begin while it lives
+        self._control: Any = None  # while a motion runs; this is the only reference, since a new one cannot begin while it lives
         demand = pylibfranka.RealtimeConfig.kEnforce if enforced else pylibfranka.RealtimeConfig.kIgnore
         with self._named_errors(f"no connection to a Franka at {address}"):
             self._robot = pylibfranka.Robot(address, demand)
@@ -93,16 +93,16 @@ class Franka:
             return np.array(self._robot.read_once().q)
 
     def run(self, motion: Trajectory, *, speed: float = 1.0) -> Record:
-        """Follow a motion at 1 kHz, and return when it has ended or ``stop`` was called; see ``Arm.run``.
+        """Follow a motion at 1 kHz; returns when it has ended or ``stop`` was called; see ``Arm.run``.
 
-        First the arm moves to the motion's start, in 0.2 s, from where the controller commands it to be: at most twice
-        ``start_tolerance`` away.
+        First the arm moves to the motion's start, in 0.2 s, from its commanded position: at most twice ``start_tolerance`` away.
 
         Raises:
             InputError: The motion or the speed is refused. The arm has not moved.
             ArmConnectionError: The connection was lost; the controller stops the arm then.
-            ArmError: The controller has stopped the arm, or does not let it move, or it was stopped since a joint was more than
-                0.1 rad from all commands of the last 0.2 s. The controller's words and where the arm is are in it.
+            ArmError: The controller has stopped the arm, or does not let it move; or the driver stopped it, since a joint was
+                more than 0.1 rad from all commands of the last 0.2 s. The error contains the controller's words and the arm's
+                position.
         """
         self._stop.clear()
         if self.joint_names is not None and isinstance(motion, Trajectory) and motion.joint_names != self.joint_names:
@@ -115,19 +115,21 @@ class Franka:
     def follow(self, servo: Servo, goal: Goal) -> Record:
         """Steer the arm by a servo at 1 kHz; see ``Arm.follow``.
 
-        It begins where the controller commands the arm to be. For a period that was missed a tick is taken too, so that the arm
-        goes on as fast as certified.
+        It starts at the controller's commanded position. A missed period counts as a tick too, so that the arm continues at the
+        certified speed.
 
         Args:
-            servo: With a rate of 1000, and with ``jerk=``, or at most 2.5 rad/s^2, since then a tick has a constant acceleration.
-            goal: A function of the time [s] and of the measured q, shape (7,): what ``Servo.step`` is given, as {"pose": T}; None
-                once the arm is to come to rest, which ends the run. It is called each millisecond, and has a part of it.
+            servo: A servo with a rate of 1000, and with ``jerk=`` or at most 2.5 rad/s^2: without ``jerk=`` a tick has a constant
+                acceleration.
+            goal: A function of the time [s] and of the measured q, shape (7,). It returns the arguments of ``Servo.step``, as
+                {"pose": T}; None brings the arm to rest, which ends the run. It is called each millisecond, and may take a part
+                of it.
 
         Returns:
             The commands and the measured positions.
 
         Raises:
-            InputError: The servo is refused, or not certified free where the arm is. The arm has not moved.
+            InputError: The servo is refused, or the arm's position is not certified free. The arm has not moved.
             ArmConnectionError: The connection was lost; the controller stops the arm then.
             ArmError: The controller has stopped the arm, or does not let it move.
         """
@@ -141,7 +143,7 @@ class Franka:
         return self._follow(np.array(state.q_d)[None], servo.joint_names, steering)
 
     def _idle_state(self) -> Any:
-        """The controller's state, unless a motion runs."""
+        """The controller's state; raises an error while a motion runs."""
         if self._measured is not None:
             raise ArmError("a motion runs already")
         with self._named_errors("the arm's state cannot be read"):
@@ -153,11 +155,11 @@ class Franka:
             raise ArmError("the arm cannot move; free it, or call arm.recover() after a reflex", words, state.q)
 
     def stop(self) -> None:
-        """Stop a motion that runs in another thread, as the controller does it: off the motion's path by a little."""
+        """Stop a motion that runs in another thread, by the controller's own stop, which leaves the path slightly."""
         self._stop.set()
 
     def recover(self) -> None:
-        """Clear the errors after a reflex, so that the arm may be moved again. It does not move.
+        """Clear the errors after a reflex, so that the arm can move again. It does not move.
 
         Raises:
             ArmError: The controller refuses.
@@ -167,7 +169,7 @@ class Franka:
             self._robot.automatic_error_recovery()
 
     def close(self) -> None:
-        """End the connection. A motion that runs in another thread is stopped first, by its own thread."""
+        """End the connection. The thread of a running motion stops it first."""
         self._closing = True
         self.stop()
         if self._measured is None:
@@ -182,7 +184,7 @@ class Franka:
     def _follow(
         self, body: Array, names: tuple[str, ...], steering: Steering | None = None, *, goal: Array | None = None
     ) -> Record:
-        """Send a command for each state, until the last of ``body``, shape (n, 7), or of a servo that begins where it does."""
+        """Send a command for each state, until the end of ``body``, shape (n, 7), or of the steering."""
         sent: _Sent = []
         collecting = gc.isenabled()
         try:
@@ -192,7 +194,7 @@ class Franka:
                 self._control = self._robot.start_joint_position_control(self._client.ControllerMode.JointImpedance)
                 stopped = self._send(body, sent, names, steering)
         except BaseException as error:
-            if not isinstance(error, ArmError):  # Ctrl-C, above all: the arm must not go on
+            if not isinstance(error, ArmError):  # above all for Ctrl-C: the arm must not go on
                 self._robot.stop()
             raise
         finally:
@@ -211,13 +213,13 @@ class Franka:
         )
 
     def _send(self, body: Array, sent: _Sent, names: tuple[str, ...], steering: Steering | None) -> bool:
-        """Send ``body``, or what is steered, in time; whether it was stopped. Each command is added to ``sent``."""
+        """Send ``body`` or the servo's commands in time, and append each to ``sent``; returns whether it was stopped."""
         client, tick, commands = self._client, 0, []
         recent = np.repeat(body[:1], round(self.model.lag / PERIOD), axis=0)
         while True:
             state, passed = self._control.readOnce()
             tick += round(passed.to_sec() / PERIOD)
-            if not commands:  # from what the controller commands now
+            if not commands:  # start from the controller's current command
                 q, tick = np.array(state.q_d), 0
                 if not np.abs(q - body[0]).max() <= 2 * self._tolerance:
                     self._robot.stop()
@@ -230,7 +232,7 @@ class Franka:
                     commands = np.concatenate([approach(q, body[0]), body, _held(body[-1])]).tolist()
             self._measured = np.array(state.q)
             low, high = recent.min(axis=0), recent.max(axis=0)
-            off = np.maximum(low - self._measured, self._measured - high)  # from all that was commanded lately
+            off = np.maximum(low - self._measured, self._measured - high)  # distance from all recent commands
             joint = int(np.argmax(off))
             if not off[joint] <= self.model.deviation:
                 self._robot.stop()
@@ -254,7 +256,7 @@ class Franka:
 
     @contextmanager
     def _named_errors(self, message: str, sent: _Sent | None = None, names: tuple[str, ...] = ()) -> Iterator[None]:
-        """A context in which errors of the client become Ulna's, with the client's words and where the arm is."""
+        """Within the block, convert the client's errors to Ulna's, with the client's words and the arm's position."""
         client = self._client
         if self._robot is None:
             raise ArmConnectionError("the connection was closed")
@@ -274,21 +276,21 @@ class Franka:
             record = _record(sent, names) if sent else None
             self._control = None
             raise ArmError(message, str(error), self._where(sent), record) from error
-        except RuntimeError as error:  # the client lets some of its network library's pass
+        except RuntimeError as error:  # the client lets some errors of its network library through
             if sent is not None or isinstance(error, ArmError):
                 raise
             raise ArmConnectionError(message, str(error)) from error
 
     def _where(self, sent: _Sent | None) -> list[float]:
-        """Where the arm is measured now, or was last."""
+        """The measured position of the arm, or the last one."""
         try:
             return self._robot.read_once().q
-        except Exception:  # noqa: BLE001 - another error is being raised: whatever fails here, the last position is what is left
+        except Exception:  # noqa: BLE001 - another error is being raised: after any failure here, the last position is used
             return sent[-1][2] if sent else []
 
 
 def _held(q: ArrayLike) -> Array:
-    """The last command again and again, shape (n, 7)."""
+    """Repeat the last command, shape (n, 7)."""
     return np.repeat(np.array(q)[None], round(_HOLD / PERIOD), axis=0)
 
 

@@ -1,4 +1,4 @@
-"""Runs motions dry: with every check of a real arm, and nothing that moves."""
+"""Runs motions dry: with every check of a real arm, and without motion."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ Array = NDArray[np.float64]
 
 
 class Recorder:
-    """An ``Arm`` that is not there: it refuses what a real one would refuse, records the commands, and takes no time.
+    """A simulated ``Arm``: it refuses what a real one would refuse, records the commands, and takes no time.
 
-    What is measured before a command is the command before it.
+    The measured position before a command is the command before it.
 
     Attributes:
-        model: What a motion is checked against.
+        model: The limits against which a motion is checked.
         records: The ``Record`` of each run, the last one last.
     """
 
     def __init__(self, q: ArrayLike, *, model: ArmModel = FR3, start_tolerance: float = START_TOLERANCE) -> None:
-        """An arm at rest at q.
+        """Start an arm at rest at q.
 
         Args:
-            q: Where it is [rad or m], shape (n_dof,).
-            model: The arm in whose place it is; a Franka Research 3 unless given.
-            start_tolerance: How far any joint may be from a motion's start [rad or m], at most 0.03.
+            q: Its position [rad or m], shape (n_dof,).
+            model: The arm that it stands for; by default a Franka Research 3.
+            start_tolerance: Maximum distance of a joint from a motion's start [rad or m], at most 0.03.
 
         Raises:
             InputError: q is not one position for each joint within the limits, or the tolerance is out of range.
@@ -48,7 +48,7 @@ class Recorder:
 
     @property
     def q(self) -> Array:
-        """Where the last run has ended [rad or m], shape (n_dof,)."""
+        """The end of the last run [rad or m], shape (n_dof,)."""
         return self._q.copy()
 
     def run(self, motion: Trajectory, *, speed: float = 1.0) -> Record:
@@ -64,7 +64,7 @@ class Recorder:
         record = Record(
             times, commands, measured, motion.joint_names, goal=motion.q[-1].copy(), q_end=q, arrival=self.model.arrival
         )
-        self.records += [record]  # both at once, in case it is interrupted
+        self.records += [record]  # before the position, in case of an interruption
         self._q = q
         return record
 
@@ -72,7 +72,7 @@ class Recorder:
         """Record the commands of a servo, in no time; see ``Arm.follow``.
 
         Raises:
-            InputError: The servo is refused, or cannot start where the arm is.
+            InputError: The servo is refused, or cannot start at the arm's position.
         """
         steering, commands = Steering(servo, self.model, goal), [self._q]
         steering.begin(self._q)
@@ -87,4 +87,4 @@ class Recorder:
         return record
 
     def stop(self) -> None:
-        """Nothing: a dry run takes no time, so none is running."""
+        """Do nothing: a dry run takes no time, so none is running."""

@@ -1,4 +1,4 @@
-"""Steers an arm by a servo: what is refused, and the command of each period."""
+"""Steers an arm by a servo: checks its limits, and computes the command of each period."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from ulna.servo.servo import Servo
 
 Array = NDArray[np.float64]
 Goal = Callable[[float, Array], Mapping[str, Any] | None]
-"""Of the time [s] and the measured q, shape (n_dof,): what ``Servo.step`` is given, as {"pose": T}; None to come to rest."""
+"""Maps time [s] and measured q, shape (n_dof,), to the arguments of ``Servo.step``, as {"pose": T}; None to come to rest."""
 
 
 class Steering:
     """A servo at the controller's rate, within the limits of an arm.
 
-    Without ``jerk=`` a tick has a constant acceleration, so that its jerk by differences is at most twice that by the period. The
-    velocity that an arm allows may depend on its position. A tick for the goal is taken only if the arm can come to rest within
-    that after it; else the servo brakes.
+    Without ``jerk=`` a tick has a constant acceleration, so its jerk by differences is at most twice the acceleration divided by
+    the period. An arm's velocity limit may depend on its position. A tick towards the goal is taken only if the arm can come to
+    rest within that limit afterwards; otherwise the servo brakes.
 
     Attributes:
         ended: Whether it came to rest after the goal's end.
     """
 
     def __init__(self, servo: Servo, model: ArmModel, goal: Goal) -> None:
-        """Refuse a servo whose commands the arm would not take.
+        """Refuse a servo whose commands the arm would not accept.
 
         Raises:
-            InputError: ``servo`` is not an ``ulna.Servo``, moves other joints than the arm, has another rate than the arm's
-                controller, or allows higher velocities, accelerations or jerks than the arm.
+            InputError: ``servo`` is not an ``ulna.Servo``; its joints or its rate differ from the arm's; or it allows higher
+                velocities, accelerations or jerks than the arm.
         """
         if not isinstance(servo, Servo):
             raise InputError("servo", f"{type(servo).__name__}; one that robot.servo(acceleration=...) returns is expected")
@@ -65,7 +65,7 @@ class Steering:
         self._tracked, self._ticks, self._leaving, self.ended = bool(servo.tracking_error.any()), 0, False, False
 
     def begin(self, q: Array) -> None:
-        """Begin at rest at q.
+        """Start at rest at q.
 
         Raises:
             InputError: The servo cannot start there.
@@ -73,7 +73,7 @@ class Steering:
         self._servo.start(q)
 
     def step(self, measured: Array) -> Array:
-        """The next command, shape (n_dof,). A goal that raises brings nothing to rest: the driver does."""
+        """The next command, shape (n_dof,). If the goal raises an error, the driver stops the arm."""
         given = None if self._leaving else self._goal(self._ticks * PERIOD, measured)
         self._leaving = given is None
         where = measured if self._tracked else None
@@ -87,9 +87,9 @@ class Steering:
         return command.q
 
     def _can_stop(self, last: Array, q: Array) -> bool:
-        """Whether the tick to q and the stop after it are within the arm's limits of position, and of velocity near these.
+        """Whether the tick to q and the braking trajectory after it keep the arm's position limits and its velocity limits.
 
-        With a limit of jerk a joint may turn round in that stop, so each tick of it counts in its own direction.
+        With a jerk limit a joint may reverse during braking, so each tick is checked in its own direction.
         """
         way = np.vstack([last, q, self._servo.stop_positions])
         if ((way[1:] > self._model.upper) | (way[1:] < self._model.lower)).any():

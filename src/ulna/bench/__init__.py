@@ -1,4 +1,4 @@
 """Measures Ulna on this machine: timing, arms, targets and the protocols of inverse kinematics.
 
-``benchmarks/``, beside the package, measures peers by the same protocols.
+The folder ``benchmarks/`` of the repository measures peers by the same protocols.
 """

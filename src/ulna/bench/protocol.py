@@ -1,7 +1,7 @@
-"""Measures a solver of inverse kinematics: the targets, the start, what counts as reached, and how long each call takes.
+"""Measures a solver of inverse kinematics: targets, start, criterion of success, and the time of each call.
 
-``ulna bench ik`` runs these protocols on Ulna, ``make bench`` on the peers too. A solver's own status is not trusted: its q must
-be within the limits, and reach the target by a forward kinematics that is not the solver's.
+``ulna bench ik`` runs these protocols on Ulna, ``make bench`` on the peers too. A solver's own status is not trusted. Its q must
+be within the limits, and an independent forward kinematics must confirm that it reaches the target.
 """
 
 from collections.abc import Callable
@@ -16,22 +16,23 @@ from ulna.robot import Robot
 
 Array = NDArray[np.float64]
 Forward = Callable[[Array], Array]
-STEP_BOUND = 0.1  # rad or m, from one pose of a path to the next; another branch is further away
+STEP_BOUND = 0.1  # rad or m, between neighboring poses of a path; another branch is farther away
 _SLACK = 1.001  # solvers compare with the tolerance in their own rounding
-_LIMIT_SLACK = 1e-6  # rad or m: some peers keep limits as float32
+_LIMIT_SLACK = 1e-6  # rad or m: some peers store limits as float32
 
 
 class Protocol(NamedTuple):
     """Targets, start and tolerances for a solver.
 
     Attributes:
-        source: Where it comes from.
-        reached: Maps errors, shape (n, 6), position [m] and rotation vector [rad], to whether they count as reached, shape (n,).
-        reachable: Whether the targets are within reach; if not, they are all beyond it.
+        source: The source of the protocol.
+        reached: Maps errors, shape (n, 6), position [m] and rotation vector [rad], to whether the targets count as reached, shape
+            (n,).
+        reachable: Whether all targets are within reach; if not, all are beyond it.
         from_middle: Whether the search starts from the middle of the range; if not, the solver chooses its start.
         tolerances: Distance [m] and angle [rad], for a solver that takes these two.
         component: The tolerance for a solver that compares each of six components with one number [m and rad].
-        max_iterations: The largest number of steps; the solver's default if None.
+        max_iterations: The maximum number of steps; None for the solver's default.
     """
 
     source: str
@@ -49,7 +50,7 @@ class Protocol(NamedTuple):
         return robot.forward_kinematics(random_positions(robot, n, seed))
 
     def start(self, robot: Robot) -> Array | None:
-        """The q that the search starts from [rad or m], shape (n_dof,), or None."""
+        """The start q of the search [rad or m], shape (n_dof,), or None."""
         return middle(robot) if self.from_middle else None
 
 
@@ -82,9 +83,9 @@ PROTOCOLS = {
 
 
 def pose_errors(T: Array, targets: Array) -> Array:
-    """Errors of poses T to targets, both (n, 4, 4): position [m] and rotation vector [rad] in the axes of T, shape (n, 6).
+    """Errors of poses T to targets, both (n, 4, 4): position [m] and rotation vector [rad], shape (n, 6).
 
-    In these axes TRAC-IK compares each component with its tolerance; for lengths the axes do not matter.
+    They are in the axes of T, in which TRAC-IK compares each component with its tolerance. Lengths do not depend on the axes.
     """
     back = np.swapaxes(T[:, :3, :3], 1, 2)
     R = back @ targets[:, :3, :3]
@@ -93,20 +94,20 @@ def pose_errors(T: Array, targets: Array) -> Array:
     angle = np.arctan2(size[:, 0], (np.trace(R, axis1=1, axis2=2) - 1) / 2)[:, None]
     axis = np.where(size > 0, sine, [1.0, 0.0, 0.0]) / np.where(
         size > 0, size, 1.0
-    )  # any axis, if there is no rotation or half a turn
+    )  # any axis, without rotation or for half a turn
     way = (back @ (targets[:, :3, 3] - T[:, :3, 3])[:, :, None])[:, :, 0]
     return np.concatenate([way, axis * angle], axis=1)
 
 
 def within_limits(robot: Robot, q: Array) -> NDArray[np.bool_]:
-    """Which rows of q, shape (n, n_dof), are within all limits, shape (n,)."""
+    """Whether each row of q, shape (n, n_dof), is within all limits, shape (n,)."""
     return np.all((q >= robot.lower - _LIMIT_SLACK) & (q <= robot.upper + _LIMIT_SLACK), axis=1)
 
 
 class Solver(NamedTuple):
-    """A solver: ``solve(prepare(T), start)``, where start is a q or None; ``q_of`` takes q from its result, None if not solved.
+    """A solver as three functions: ``solve(prepare(T), start)``, and ``q_of``, which extracts q or None.
 
-    Only ``solve`` is timed.
+    ``start`` is a q or None. Only ``solve`` is timed.
     """
 
     name: str
@@ -116,7 +117,7 @@ class Solver(NamedTuple):
 
 
 def ulna_solver(robot: Robot, protocol: Protocol) -> Solver:
-    """Ulna: one public call for each target."""
+    """Ulna with one public call for each target."""
     position, rotation = protocol.tolerances
 
     def solve(T, start):
@@ -128,7 +129,7 @@ def ulna_solver(robot: Robot, protocol: Protocol) -> Solver:
 
 
 def run_protocol(solver: Solver, robot: Robot, name: str, n: int, forward: Forward, passes: int = 3) -> dict[str, object]:
-    """A row of the table: of n targets those that the solver reports solved and ``forward`` (q to T) confirms, and times."""
+    """A row of the table: times, and the share of n targets that ``forward`` (q to T) confirms as solved."""
     protocol = PROTOCOLS[name]
     targets, start = protocol.targets(robot, n), protocol.start(robot)
     claimed, good = judge(solver, robot, protocol, targets, forward)
@@ -137,7 +138,7 @@ def run_protocol(solver: Solver, robot: Robot, name: str, n: int, forward: Forwa
 
 
 def solver_figures(claimed: NDArray[np.bool_], good: NDArray[np.bool_], times_ns: Array) -> dict[str, float]:
-    """Figures of a solver: whether it claimed each target, whether that was right, and the times of its calls [ns]."""
+    """Figures of a solver from its claims, their correctness, and the times of its calls [ns]."""
     return {
         "targets": len(good),
         "solved_percent": 100.0 * float(good.mean()),
@@ -151,7 +152,7 @@ def solver_figures(claimed: NDArray[np.bool_], good: NDArray[np.bool_], times_ns
 def judge(
     solver: Solver, robot: Robot, protocol: Protocol, targets: Array, forward: Forward
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """For each target whether the solver reports it solved, and whether it is: two arrays of shape (n,)."""
+    """Whether the solver claims each target, and whether it solved it: two arrays of shape (n,)."""
     start = protocol.start(robot)
     found = [solver.q_of(solver.solve(solver.prepare(T), start)) for T in targets]
     claimed = np.array([q is not None for q in found])
@@ -161,7 +162,7 @@ def judge(
 
 
 def follow_path(solver: Solver, robot: Robot, n: int, forward: Forward) -> dict[str, object]:
-    """A row of the table of tracking: n poses of a smooth path, each search started from the solution before."""
+    """A row of the tracking table: n poses of a smooth path, each search started from the solution before."""
     path = path_positions(robot, n, seed=1)
     targets, q = robot.forward_kinematics(path), path[0]
     found = np.empty_like(path)

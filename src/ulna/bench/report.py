@@ -1,4 +1,4 @@
-"""Measures the requested subjects: facts of the machine, and a list of rows for each subject, of one call and of a batch."""
+"""Measures the requested subjects: facts of the machine, and rows for each subject, of one call and of a batch."""
 
 from collections.abc import Sequence
 
@@ -13,12 +13,12 @@ from ulna.description.shapes import Box
 from ulna.errors import GeometryError, InputError, did_you_mean
 from ulna.robot import Robot
 
-ONE, BATCH = 64, 8192  # calls of a pass of single calls, and rows of the batch
-OBSTACLE, OBSTACLE_POSITION = Box((0.15, 0.09, 0.126)), (0.5, 0.0, 0.21)  # free of most arms at home, touched in some of a batch
+ONE, BATCH = 64, 8192  # number of single calls in a pass, and rows of the batch
+OBSTACLE, OBSTACLE_POSITION = Box((0.15, 0.09, 0.126)), (0.5, 0.0, 0.21)  # free of most arms at home, touched in part of a batch
 
 
 def forward_workloads(robot: Robot, n: int) -> dict[str, Workload]:
-    """Forward kinematics: of the tip, and of every link."""
+    """Forward kinematics of the tip, and of every link."""
     q, batch = random_positions(robot, ONE, 0), random_positions(robot, n, 1)
     return {
         "forward_kinematics, one": Workload(robot.forward_kinematics, list(q)),
@@ -67,7 +67,7 @@ _UNREACHABLE_SHARE = 10  # each uses the whole budget of steps, so a tenth of th
 
 
 def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str, object]:
-    """Facts of the ``machine``, and for each subject, or all if none is named, its lists of rows."""
+    """Facts of the ``machine``, and lists of rows for each subject, by default all subjects."""
     for subject in subjects:
         if subject not in SUBJECTS:
             raise InputError("subject", f"{subject!r} is not a subject of the benchmark{did_you_mean(subject, SUBJECTS)}")
@@ -84,7 +84,7 @@ def measure(subjects: Sequence[str], robots: Sequence[str], n: int) -> dict[str,
 
 
 def work_rows(subject: str, name: str, robot: Robot, n: int, left_out: Rows) -> Rows:
-    """The workloads of a subject, interleaved. What cannot be measured is a row in ``left_out``, with the reason."""
+    """Time the workloads of a subject, interleaved; a failure becomes a row in ``left_out``, with its reason."""
     try:
         workloads = WORKLOADS[subject](robot, n if subject == "ik" else BATCH)
         for workload in workloads.values():
@@ -106,7 +106,7 @@ def work_rows(subject: str, name: str, robot: Robot, n: int, left_out: Rows) -> 
 
 
 def protocol_rows(name: str, robot: Robot, n: int, left_out: Rows) -> Rows:
-    """Ulna under every protocol, judged by its own forward kinematics."""
+    """Run Ulna under every protocol, judged by its own forward kinematics."""
     rows = []
     for protocol, asked in PROTOCOLS.items():
         if not asked.reachable and not np.isfinite(longest_reach(robot)):
@@ -118,6 +118,6 @@ def protocol_rows(name: str, robot: Robot, n: int, left_out: Rows) -> Rows:
 
 
 def tracking_rows(name: str, robot: Robot, n: int) -> Rows:
-    """Ulna along a path, of ten times as many poses as a protocol has targets."""
+    """Run Ulna along a path with ten times as many poses as a protocol has targets."""
     solver = ulna_solver(robot, PROTOCOLS["reachable"])
     return [{**follow_path(solver, robot, 10 * n, robot.forward_kinematics), "robot": name, "step_bound": STEP_BOUND}]

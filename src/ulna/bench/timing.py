@@ -1,9 +1,9 @@
-"""Times calls (whole passes over many inputs, interleaved A B A B ..., and medians), and describes the machine.
+"""Times calls by the median of interleaved passes (A B A B ...) over many inputs, and describes the machine.
 
-A pass calls a function once for each of its inputs, so that no call finds only what the one before left in the caches. The cost
-of the loop, measured the same way with an empty body, is subtracted. The first pass of each function warms it up (compiles it, if
-needed) and is not counted. A pass is best kept under a millisecond or two: on a busy machine a longer one is interrupted by other
-work, and its time is no longer that of the call.
+A pass calls a function once for each input, so that the caches do not hold the data of the call before. The
+cost of the loop, measured in the same way with an empty body, is subtracted. The first pass of each function warms it up
+(compiles it, if needed) and is not counted. Keep a pass below one or two milliseconds. On a busy machine other work interrupts
+longer passes, and distorts their times.
 """
 
 import platform
@@ -25,7 +25,7 @@ PACKAGES = ("numpy", "numba", "llvmlite")
 
 
 def machine_facts() -> dict[str, object]:
-    """The processor, the cores that may be used, the kernels' widest register and where their code is from, and the versions."""
+    """The processor, the number of usable cores, the kernels' register width and origin, and the versions."""
     from ulna.engine.processors import register_bits  # noqa: PLC0415 -- it loads the compiler, which other commands may not need
 
     return {
@@ -49,7 +49,7 @@ def installed_version(name: str) -> str:
 
 
 def processor_name() -> str:
-    """The processor's name: on Linux as /proc/cpuinfo has it, elsewhere as Python has it."""
+    """The processor's name: on Linux from /proc/cpuinfo, elsewhere from Python."""
     if sys.platform == "linux":
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
             if line.startswith("model name"):
@@ -58,7 +58,7 @@ def processor_name() -> str:
 
 
 class Workload(NamedTuple):
-    """A function of one argument, the arguments to call it with, and how many problems one call solves."""
+    """A function of one argument, the arguments for its calls, and the number of problems that one call solves."""
 
     function: Callable
     inputs: Sequence
@@ -67,7 +67,7 @@ class Workload(NamedTuple):
 
 @dataclass(frozen=True)
 class Timing:
-    """Quartiles over the passes of the time of one problem [ns], and the times of all passes, shape (passes,)."""
+    """Quartiles of the time of one problem [ns] over the passes, and the times of all passes, shape (passes,)."""
 
     lower: float
     median: float
@@ -76,7 +76,7 @@ class Timing:
 
 
 def time_interleaved(workloads: Mapping[str, Workload], passes: int = 21) -> dict[str, Timing]:
-    """The time of one problem of each workload; the workloads take turns, pass by pass.
+    """Time one problem of each workload; the workloads take turns, pass by pass.
 
     Example:
         >>> slow, quick = Workload(lambda n: sum(range(n)), [4000] * 9), Workload(lambda n: None, [4000] * 9)
@@ -91,7 +91,7 @@ def time_interleaved(workloads: Mapping[str, Workload], passes: int = 21) -> dic
 
 
 def one_pass(workload: Workload) -> float:
-    """The time of one problem [ns]: the mean over a pass, less the cost of the loop."""
+    """The time of one problem [ns]: the mean over a pass, minus the cost of the loop."""
     function = workload.function
     start = perf_counter_ns()
     for argument in workload.inputs:
@@ -104,7 +104,7 @@ def one_pass(workload: Workload) -> float:
 
 
 def time_each(function: Callable, inputs: Sequence[tuple], passes: int = 3) -> NDArray[np.float64]:
-    """The time of ``function(*inputs[k])`` for each k [ns]: the median over the passes, less the cost of reading the clock."""
+    """The time of ``function(*inputs[k])`` for each k [ns]: the median over the passes, minus the clock's cost."""
     function(*inputs[0])
     times = np.empty((passes, len(inputs)))
     for row in times:
@@ -116,7 +116,7 @@ def time_each(function: Callable, inputs: Sequence[tuple], passes: int = 3) -> N
 
 
 def _clock_cost() -> float:
-    """The time between two readings of the clock, one right after the other [ns]."""
+    """The time between two consecutive readings of the clock [ns]."""
     return float(np.median([-(perf_counter_ns() - perf_counter_ns()) for _ in range(1000)]))
 
 

@@ -1,7 +1,7 @@
-"""``ulna``: builds the command line from one file for each command, and from plugins.
+"""Builds the command line ``ulna`` from one file for each command, and from plugins.
 
-Exit status: 0 success; 1 not solved, a collision, or a failed check; 2 a wrong argument or file; 130 Ctrl-C; 141 the reader of
-the output has closed its pipe. Errors are one line on standard error; with ``--json`` an object: error, its kind, and message.
+Exit status: 0 success; 1 not solved, a collision, or a failed check; 2 a wrong argument or file; 130 Ctrl-C; 141 a closed pipe on
+the output side. An error is one line on standard error. With ``--json`` it is an object: the error's class and its message.
 """
 
 import io
@@ -22,7 +22,7 @@ from ulna.cli.output import warn
 from ulna.cli.quiet_imports import quiet_imports
 from ulna.errors import UlnaError
 
-# In the order of the help, by its panels: each is a function in a file of its name; ``<NAME>_KEYS`` says what its JSON means.
+# The commands in the order of the help, by panel. Each is a function in a file of its name; ``<NAME>_KEYS`` describes its JSON.
 PANELS = {
     "Look": ("view", "servo", "record"),
     "Compute": ("fk", "jacobian", "ik", "torque", "check", "reach"),
@@ -34,35 +34,35 @@ OWN = tuple(name for names in PANELS.values() for name in names)
 _PANEL_OF = {name: panel for panel, names in PANELS.items() for name in names}
 _LAST_BEFORE_GUESTS = "servo"
 _ARGUMENTS = "ulna.arguments"
-_OPTIONS_OF_WORDS = {  # advice of the library to a program, and what it is on the command line
+_OPTIONS_OF_WORDS = {  # the library's advice to a program, and the matching option of the command line
     "ulna.load(..., srdf=...)": "--srdf FILE",
     "resume=True (--resume)": "--resume",
     "package_dirs": "--package-dir",
     "xacro_args": "--xacro-arg",
 }
-_UsageError: Any = typer.BadParameter.__base__  # click's, which typer may carry itself
+_UsageError: Any = typer.BadParameter.__base__  # click's error for wrong arguments; typer may bundle its own copy of click
 
 
 class _Commands(TyperGroup):
-    """Ulna's own commands and those of plugins. A command's file is imported when it is called; all of them for the help."""
+    """Group of Ulna's and plugins' commands; imports a command's file when it is called, all files for the help."""
 
     def get_command(self, ctx, cmd_name):
-        """The command of a name, or None. Names that are not Ulna's own are looked up in the plugins."""
+        """Return the command with a name, or None; names that are not Ulna's own are looked up in the plugins."""
         if cmd_name in OWN:
             self._load([cmd_name])
         elif cmd_name not in self.commands:
             self._load_guests()
             if cmd_name not in self.commands:
-                self._load(OWN)  # a mistyped name: the suggestion is chosen from all names
+                self._load(OWN)  # a mistyped name: the suggestion considers all names
         return super().get_command(ctx, cmd_name)
 
     def parse_args(self, ctx, args):
-        """Keep the arguments: with ``--json`` an error is printed as JSON too."""
+        """Store the arguments: with ``--json`` an error is printed as JSON too."""
         ctx.meta[_ARGUMENTS] = tuple(args)
         return super().parse_args(ctx, args)
 
     def list_commands(self, ctx):
-        """Every name, in the order of the help: commands of plugins come after ``servo``, their groups last."""
+        """List every name in the order of the help: commands of plugins after ``servo``, groups of plugins last."""
         self._load(OWN)
         self._load_guests()
         places = {name: k for k, name in enumerate(OWN)}
@@ -87,7 +87,7 @@ class _Commands(TyperGroup):
         self.commands.update({name: _as_written(each) for name, each in typer.main.get_group(guests).commands.items()})
 
     def get_params(self, ctx):
-        """The options, of which flags take no value."""
+        """Return the options; flags take no value."""
         return _without_values(super().get_params(ctx))
 
     def invoke(self, ctx):
@@ -103,8 +103,8 @@ class _Commands(TyperGroup):
                 raise
             _tell(error, error.format_message(), as_json=True)
             raise typer.Exit(2) from None
-        except OSError as error:  # of the output: a file that cannot be read is an UlnaError
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more as it ends
+        except OSError as error:  # an error of the output: an unreadable input file is an UlnaError
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes stdout once more at exit
             if isinstance(error, BrokenPipeError):
                 raise typer.Exit(141) from None
             _tell(error, error.strerror or str(error), as_json=as_json)
@@ -121,10 +121,10 @@ def _tell(error: Exception, message: str, *, as_json: bool) -> None:
 
 
 def _own(name: str):
-    """The command of one file."""
+    """Import one command from its file."""
     with quiet_imports():
         module = import_module(f"ulna.cli.{name}")
-    if hasattr(module, "GROUP"):  # of several commands
+    if hasattr(module, "GROUP"):  # a group of several commands
         found = typer.main.get_command(module.GROUP)
     else:
         keys = getattr(module, f"{name.upper()}_KEYS", None)
@@ -132,14 +132,14 @@ def _own(name: str):
         alone.command(epilog=keys and f"JSON: {keys}")(getattr(module, name))
         found = typer.main.get_command(alone)
     found.name = name
-    vars(found)["rich_help_panel"] = _PANEL_OF[name]  # of a command of typer, or of a group: both read it so
+    vars(found)["rich_help_panel"] = _PANEL_OF[name]  # both a typer command and a group read this attribute
     return _as_written(found)
 
 
 def _as_written(found):
-    """A command whose help is printed as it is written: brackets are no markup, and only an empty line begins a paragraph.
+    """Make the help print as written: brackets are no markup, and only an empty line begins a paragraph.
 
-    Beside a flag there is no type, as if it took a value.
+    Flags show no type, since they take no value.
     """
     own = found.get_params
     found.get_params = lambda ctx: _without_values(own(ctx))
@@ -152,7 +152,7 @@ def _as_written(found):
 
 
 def _without_values(parameters):
-    """Parameters, of which flags have no type in the help, ``--help`` among them."""
+    """Remove the type of flags, ``--help`` included, from the help."""
     for each in parameters:
         if getattr(each, "is_flag", False):
             each.metavar = ""
@@ -171,7 +171,7 @@ app = typer.Typer(
 )
 
 
-def _print_version(value: bool) -> None:  # noqa: FBT001 -- typer calls it so
+def _print_version(value: bool) -> None:  # noqa: FBT001 -- typer's signature
     if value:
         typer.echo(f"ulna {__version__}")
         raise typer.Exit
@@ -181,11 +181,11 @@ Version = Annotated[bool, typer.Option("--version", callback=_print_version, is_
 
 
 @app.callback()
-def main(*, version: Version = False) -> None:  # noqa: ARG001 -- its callback has done it
-    """Robot-arm kinematics and collision checking.
+def main(*, version: Version = False) -> None:  # noqa: ARG001 -- the option's callback prints it
+    """Robot-arm kinematics, collision checking and motion planning.
 
-    Every command says more: ulna fk --help.
+    See the help of each command for details: ulna fk --help.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # a name that the terminal's encoding does not have is escaped
+            stream.reconfigure(errors="backslashreplace")  # characters outside the terminal's encoding are escaped

@@ -1,4 +1,4 @@
-"""``ulna bench``: how fast Ulna is on this machine."""
+"""``ulna bench``: measures Ulna's speed on this machine."""
 
 from collections.abc import Iterator
 from typing import Annotated
@@ -27,15 +27,15 @@ BENCH_KEYS = (
 
 @command
 def bench(subjects: Subjects = None, *, robot: Robots = None, n: Targets = 1000) -> Output:
-    """Time Ulna on this machine: medians and quartiles of one call and of a batch, and the rates at which targets are solved.
+    """Time Ulna on this machine: medians and quartiles of calls and batches, and success rates of inverse kinematics.
 
-    As in: ulna bench ik --robot ur5 --robot jaco2 --n 10000. The protocols are described in docs/performance_ik.md.
+    Example: ulna bench ik --robot ur5 --robot jaco2 --n 10000. docs/performance_ik.md describes the protocols.
     """
     return Output(measure(subjects or (), robot or ("panda",), n), bench_table)
 
 
 def bench_table(data) -> Iterator[RenderableType]:
-    """The machine, and a table for each list of rows: its keys are the columns."""
+    """Show the machine, and a table for each list of rows, with the keys as columns."""
     yield Text(", ".join(f"{key.replace('_', ' ')} {value}" for key, value in data["machine"].items()))
     for title, rows in data.items():
         if title != "machine" and rows:
@@ -56,5 +56,5 @@ def _header(key: str) -> str:
 
 
 def _figure(value: float) -> str:
-    """A number with four digits, or with all of them if it is whole or large."""
+    """Format a number with four digits, or with all of them if it is an integer or at least 1000."""
     return f"{value:,}" if isinstance(value, int) else f"{value:,.0f}" if value >= 1000 else f"{value:.4g}"

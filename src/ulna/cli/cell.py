@@ -1,4 +1,4 @@
-"""What is around a robot and what of it is checked: ``--scene``, ``--box``, ``--cloud``, ``--meshes``."""
+"""Reads obstacles and the shapes to check in place of meshes: ``--scene``, ``--box``, ``--cloud``, ``--meshes``."""
 
 import warnings
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ def _advice() -> str:
 
 
 class InPlace(StrEnum):
-    """What is checked in the place of collision meshes."""
+    """Shapes that are checked in place of collision meshes."""
 
     HULLS = "hulls"
     DECOMPOSE = "decompose"
@@ -62,14 +62,14 @@ Meshes = Annotated[
 def obstacles(
     *, scene: Scene = None, box: Boxes = None, cloud: Clouds = None, cloud_radius: CloudRadius = 0.01, degrees: Degrees = False
 ) -> World | None:
-    """The world of a scene file, boxes and clouds; None without any."""
+    """The world of a scene file, boxes and clouds; None if no option is given."""
     if scene is None and not box and not cloud:
         return None
     world = World() if scene is None else load_world(scene)
     for k, text in enumerate(box or (), start=1):
         *place, length, width, height = numbers("--box", text, BOX, degrees=degrees)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UnitWarning)  # the option has asked
+            warnings.simplefilter("ignore", UnitWarning)  # the option has warned about the unit already
             world.add(f"box {k}", Box((length, width, height)), pose(place[:3], place[3:]))
     for path in cloud or ():
         world.add(path.stem, PointCloud.from_file(path, radius=cloud_radius))
@@ -80,9 +80,9 @@ Obstacles = Annotated[World | None, Depends(obstacles)]
 
 
 def checked_robot(robot: AnyRobot, *, meshes: Meshes = None, as_json: Json = False) -> Robot:
-    """The robot with shapes that can be checked in the place of its collision meshes.
+    """The robot with convex shapes in place of its collision meshes, ready for collision checks.
 
-    A line on standard error says which, unless JSON is printed.
+    A line on standard error names the shapes, unless JSON is printed.
     """
     count = n_collision_meshes(robot.description)
     if count and meshes is InPlace.NONE:
@@ -94,7 +94,7 @@ CheckedRobot = Annotated[Robot, Depends(checked_robot)]
 
 
 def shown_robot(robot: AnyRobot, *, meshes: Meshes = None) -> Robot:
-    """As ``checked_robot``; but unless ``--meshes`` is given, a robot whose meshes cannot be converted is shown unchecked."""
+    """The robot of ``checked_robot``; without ``--meshes``, a robot whose meshes cannot be converted is shown unchecked."""
     try:
         return with_chosen_shapes(robot, meshes)
     except (FileError, MissingExtraError) as error:
@@ -108,7 +108,7 @@ ShownRobot = Annotated[Robot, Depends(shown_robot)]
 
 
 def with_chosen_shapes(robot: Robot, meshes: InPlace | None, *, quiet: bool = False) -> Robot:
-    """The robot with its collision meshes converted; lines on standard error say how, and by which SRDF, unless ``quiet``."""
+    """The robot with its collision meshes converted; unless ``quiet``, standard error names the shapes and the SRDF in use."""
     if robot.srdf.found_at and not quiet:
         typer.echo(f"links may touch as {robot.srdf.source} beside the URDF says; --no-srdf refuses it", err=True)
     if not n_collision_meshes(robot.description) or meshes is InPlace.NONE:
@@ -122,7 +122,7 @@ def with_chosen_shapes(robot: Robot, meshes: InPlace | None, *, quiet: bool = Fa
 
 
 def warn_of_missing(meshes: Sequence[str]) -> None:
-    """One sentence on standard error about meshes that are not shown; each is an address and the reason."""
+    """Print one sentence on standard error about meshes that are not shown; each entry is an address and the reason."""
     if not meshes:
         return
     if meshes[0].startswith("package://example-robot-data/"):

@@ -1,4 +1,4 @@
-"""``ulna check``: whether a robot touches obstacles or itself, at a configuration or in a motion."""
+"""``ulna check``: checks a configuration or a motion for collisions with obstacles and with the robot itself."""
 
 from collections.abc import Iterator
 from dataclasses import fields
@@ -30,7 +30,7 @@ MotionFile = Annotated[
     Path | None,
     typer.Option("--motion", metavar="FILE", help="Check a motion: of `ulna plan --csv`, a message of ROS, or a plan of MoveIt."),
 ]
-_PERIOD = 0.001  # [s], of the samples at which a contact of a motion is looked for
+_PERIOD = 0.001  # [s], the period of the samples that are searched for the first contact of a motion
 
 CHECK_KEYS = (
     f"{Q_KEYS}; in_place_of_meshes: what of them is checked, in words, or null; "
@@ -57,11 +57,11 @@ def check(
     hand_speed: HandSpeed = None,
     hand_acceleration: HandAcceleration = None,
 ) -> Output:
-    """Whether the robot touches itself or boxes, how deep and where, and how far it is from them.
+    """Check whether the robot touches itself or obstacles: where, how deep, and the distance if it is free.
 
-    As in: ulna check --box "0.5,0,0.21,0,0,0,0.15,0.09,0.126", or: ulna check --scene scene.json. Exit status 0 if it is
-    free, 1 if not. A motion: ulna check --motion motion.csv --limits franka. Exit status 0 if it is certified free and within
-    its limits.
+    Example: ulna check --box "0.5,0,0.21,0,0,0,0.15,0.09,0.126", or: ulna check --scene scene.json. Exit status 0 if it is free,
+    1 if not. For a motion: ulna check --motion motion.csv --limits franka. Exit status 0 if the motion is certified free and
+    within its limits.
     """
     around = world or World()
     if motion is not None:
@@ -78,7 +78,7 @@ def check(
 def _of_motion(
     robot: Robot, around: World, path: Path, limits: str | None, speed: float | None, acceleration: float | None
 ) -> Output:
-    """Whether a motion is free, and within its limits."""
+    """Check whether a motion is free, and within its limits."""
     with warnings_printed():
         motion = motion_of_file(robot, path, option="--motion")
     judged = motion.check(limits, hand=hand_of(robot, speed, acceleration))
@@ -98,7 +98,7 @@ def _of_motion(
 
 
 def motion_table(data) -> Iterator[RenderableType]:
-    """A sentence about the limits, and whether the motion is free."""
+    """Show a sentence about the limits, and whether the motion is free."""
     yield Text(f"{data['robot']}: a motion of {data['duration']:.3f} s", "bold")
     yield data["check"]
     if data["in_collision"]:
@@ -123,7 +123,7 @@ def _of_configuration(robot: Robot, around: World, q, *, self_collision: bool, w
 
 
 def check_table(data) -> Iterator[RenderableType]:
-    """The pairs, deepest first, the least distance, and "collision" or "free"."""
+    """Show the pairs, deepest first, the minimum distance, and "collision" or "free"."""
     yield title(data, "collision check")
     if data["pairs"]:
         table = make_table(["robot", "link", "other"], ["apart [mm]"], ["normal", "at [m]"])

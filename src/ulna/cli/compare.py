@@ -1,4 +1,4 @@
-"""``ulna compare``: how two descriptions of one robot differ."""
+"""``ulna compare``: lists the differences between two descriptions of one robot."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -43,10 +43,10 @@ def compare(
     rotation_tolerance: Radians = _DEFAULTS["rotation_tolerance"],
     limit_tolerance: OfLimits = _DEFAULTS["limit_tolerance"],
 ) -> Output:
-    """How two descriptions of one robot differ: names, types, limits, axes, shapes, and the poses of the links.
+    """Compare two descriptions of one robot: names, types, limits, axes, shapes, and the poses of the links.
 
-    As in: ulna compare panda my_panda.urdf --ignore visual --ignore collision.
-    Exit status 0 if nothing differs, 1 if something does, 2 if one of them cannot be read.
+    Example: ulna compare panda my_panda.urdf --ignore visual --ignore collision. Exit status 0 if nothing differs, 1 if something
+    does, 2 if a file cannot be read.
     """
     comparison = compare_robots(
         load_robot(loading, robot=a),
@@ -61,7 +61,7 @@ def compare(
 
 
 def compare_table(data) -> Iterator[RenderableType]:
-    """A row for each difference, the largest distance between links, and whether the two are the same."""
+    """Show a row for each difference, the largest distance between links, and the verdict."""
     by_order = "; names differ, so joints are matched by their order" if data["matched_by"] == "order" else ""
     yield Text.assemble((f"a: {data['name_a']}, b: {data['name_b']}", "bold"), by_order)
     if data["differences"]:

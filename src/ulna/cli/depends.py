@@ -1,8 +1,8 @@
-"""Makes commands of functions: what they depend on becomes options, what they return is printed.
+"""Makes commands of functions: their dependencies become options, their return value is printed.
 
-A parameter of a command is an option of its own, as typer declares it, or ``Annotated[Robot, Depends(load_robot)]``: then it is
-what that function returns, and the function's parameters are options of the command. So an option is declared, read and checked
-once, and a command names what it needs.
+A parameter of a command is an option that typer declares, or ``Annotated[Robot, Depends(load_robot)]``. In the second case its
+value is the result of ``load_robot``, whose parameters become options of the command. So each option is declared, read and
+checked in one place, and a command names what it needs.
 """
 
 import warnings
@@ -23,27 +23,27 @@ Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of t
 
 @dataclass(frozen=True)
 class Depends:
-    """In an annotation: the parameter is what a function returns; that function's parameters are options, or depend on others."""
+    """Annotation of a parameter whose value a function returns; the function's parameters become options."""
 
     function: Callable[..., Any]
 
 
 def command(function: Callable[..., Output | None]) -> Callable[..., None]:
-    """A function as typer calls it.
+    """Wrap a function for typer.
 
-    Its options are its own, then those of the functions on which it depends, and ``--json`` if it returns an ``Output``, which
-    is printed. An ``InputError`` about a parameter names the option.
+    The options are the function's own, then those of the functions on which it depends, and ``--json`` if it returns an
+    ``Output``, which is printed. An ``InputError`` about a parameter names the option.
     """
     options = _options(function)
     if signature(function, eval_str=True).return_annotation is Output:
         as_json = Parameter("as_json", Parameter.KEYWORD_ONLY, default=False, annotation=Json)
-        options["as_json"] = options.pop("as_json", as_json)  # the last
+        options["as_json"] = options.pop("as_json", as_json)  # move it to the end
 
     def run(context: typer.Context, **given: Any) -> None:
         names = {
             each.name: each.metavar if each.param_type_name == "argument" else each.opts[0] for each in context.command.params
         }
-        warnings.filterwarnings("ignore", "rpy: ", UnitWarning)  # options of angles ask about degrees by their own names
+        warnings.filterwarnings("ignore", "rpy: ", UnitWarning)  # options of angles warn about degrees with their own names
         with as_options(names), units_asked():
             output = _call(function, given, {})
         if output is not None:
@@ -58,7 +58,7 @@ def command(function: Callable[..., Output | None]) -> Callable[..., None]:
 
 @contextmanager
 def units_asked() -> Iterator[None]:
-    """Within the block a question about a unit is a line on standard error, without a place in the program."""
+    """Within the block, print warnings about units as lines on standard error, without the source line of the program."""
     usual = warnings.showwarning
 
     def told(message: Warning | str, category: type[Warning], *place: Any) -> None:
@@ -73,7 +73,7 @@ def units_asked() -> Iterator[None]:
 
 @contextmanager
 def as_options(names: Mapping[str, str | None]) -> Iterator[None]:
-    """A context for calls of the library, in which an ``InputError`` names the option instead of the argument.
+    """Within the block, an ``InputError`` of the library names the option instead of the argument.
 
     Args:
         names: The option of each argument, as in ``{"q_start": "--from"}``.
@@ -86,18 +86,18 @@ def as_options(names: Mapping[str, str | None]) -> Iterator[None]:
 
 
 def defaults_of(function: Callable[..., Any]) -> dict[str, Any]:
-    """The defaults of a function of the library by parameter: those of the options are the same."""
+    """The default values of a function of the library, by parameter; the options share them."""
     return {name: each.default for name, each in signature(function).parameters.items() if each.default is not Parameter.empty}
 
 
 def _options(function: Callable[..., Any]) -> dict[str, Parameter]:
-    """The options of a command by the name of the parameter: its own, then those of the functions it depends on, and so on.
+    """The options of a command by parameter name: its own first, then those of the functions on which it depends.
 
-    Those of a function that depends on no other come in the place of the parameter.
+    The options of a function without dependencies replace the parameter in its place.
     """
     options: dict[str, Parameter] = {}
     functions = [function]
-    for each in functions:  # which grows
+    for each in functions:  # the list grows in the loop
         for parameter, source in _parameters(each):
             here = [(parameter, source)] if source is None else list(_parameters(source))
             if any(further is not None for _, further in here):
@@ -110,7 +110,7 @@ def _options(function: Callable[..., Any]) -> dict[str, Parameter]:
 
 
 def _call(function: Callable[..., Any], given: Mapping[str, Any], known: dict[Callable[..., Any], Any]) -> Any:
-    """What a function returns for the options that are given; each function is called once."""
+    """Call a function with the given options; each function is called once."""
     if function not in known:
         values = {
             parameter.name: given[parameter.name] if source is None else _call(source, given, known)

@@ -27,9 +27,9 @@ _NUMBERS = ("a", "d", "alpha", "theta_offset")
 
 @command
 def dh(robot: AnyRobot, link: Link, *, convention: Convention = "modified", tolerance: ParallelTolerance = PARALLEL) -> Output:
-    """The Denavit-Hartenberg table from the base to a link, and the proof that it is the same robot.
+    """Print the Denavit-Hartenberg table from the base to a link, and the proof that it describes the same robot.
 
-    Fixed joints go into the poses of frame 0 and of the tip.
+    Fixed joints are merged into the poses of frame 0 and of the tip.
     """
     table = robot.dh(convention=convention, link=link, tolerance=tolerance)
     columns = zip(table.joint_names, table.joint_types, table.rows, table.mimics, strict=True)
@@ -48,7 +48,7 @@ def dh(robot: AnyRobot, link: Link, *, convention: Convention = "modified", tole
 
 
 def dh_table(data) -> Iterator[RenderableType]:
-    """The rows, with q where it enters, the fixed poses before and after them, notes, and the proof."""
+    """Show the rows with q in its place, the fixed poses before and after them, notes, and the proof."""
     heading = f"{data['robot']}: {data['convention']} DH table from {data['base']} to {data['tip']}"
     yield Text.assemble((heading, "bold"), f"\na row is {ROW_PRODUCTS[data['convention']]}")
     table = make_table(["", "joint"], ["a [m]", "d [m]", "alpha [rad]", "theta [rad]"], [])

@@ -22,9 +22,9 @@ FK_KEYS = (
 
 @command
 def fk(robot: AnyRobot, link: Link, q: Q, frame: StatedIn, *, controller: ControllerName = None) -> Output:
-    """Forward kinematics: the pose of a link.
+    """Forward kinematics: print the pose of a link.
 
-    As in: ulna fk --q "0,-pi/4,0,-3pi/4,0,pi/2,pi/4", or ulna fk --controller KUKA for the numbers of its pendant.
+    Example: ulna fk --q "0,-pi/4,0,-3pi/4,0,pi/2,pi/4", or ulna fk --controller KUKA for the numbers on its pendant.
     """
     with as_options({"frame": "--frame"}):
         T_base_link = robot.forward_kinematics(q, link=link, frame=frame)
@@ -44,12 +44,12 @@ def fk(robot: AnyRobot, link: Link, q: Q, frame: StatedIn, *, controller: Contro
 
 
 def _stated(T_base_link: NDArray[np.float64], said: Controller) -> dict[str, object]:
-    """A pose as a controller states it."""
+    """State a pose in the controller's convention."""
     return {"name": said.name, "labels": said.labels, "units": said.units, "numbers": pose_as(T_base_link, said.name)}
 
 
 def fk_table(data) -> Iterator[RenderableType]:
-    """Position, orientation as roll, pitch, yaw and as a quaternion, and the matrix."""
+    """Show position, orientation as roll, pitch, yaw and as a quaternion, and the matrix."""
     frame = data["frame"] if isinstance(data["frame"], str) else "the frame"
     yield title(data, f"{data['link']} in {frame}")
     table = make_table([""], [""] * 4, [""])
@@ -67,5 +67,5 @@ def fk_table(data) -> Iterator[RenderableType]:
 
 
 def _four(values: Sequence[float]) -> list[str]:
-    """Numbers as four cells, the last of which may be empty."""
+    """Format numbers as four cells; missing ones are empty."""
     return [number(value) for value in values] + [""] * (4 - len(values))

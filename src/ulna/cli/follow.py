@@ -1,4 +1,4 @@
-"""``ulna follow``: the joint path through a path of poses."""
+"""``ulna follow``: computes a joint path through a path of poses."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -67,11 +67,11 @@ def follow(
     meshes: Meshes = None,
     as_json: Json = False,
 ) -> Output:
-    """The joint path through a path of poses that never jumps, or where and why there is none.
+    """Compute a continuous joint path through a path of poses, or report where and why there is none.
 
-    As in: ulna follow panda --path line.csv --csv joints.csv. To see it move: ulna record line.mp4 --robot panda --trajectory
-    joints.csv. With --scene or --box it is clear of the obstacles and of itself. Unless --from says where the arm is before, the
-    path begins as near home as it can. Exit status 0 if all poses are reached, 1 if not.
+    Example: ulna follow panda --path line.csv --csv joints.csv. To see it move: ulna record line.mp4 --robot panda --trajectory
+    joints.csv. With --scene or --box the path avoids the obstacles and self-collision. Without --from the path begins as close to
+    home as possible. Exit status 0 if all poses are reached, 1 if not.
     """
     if world is not None:
         robot = checked_robot(robot, meshes=meshes, as_json=as_json)
@@ -80,7 +80,7 @@ def follow(
         how = {"task": task, "max_step": max_step, "rank": rank, "time_limit": time_limit}
         found = robot.follow(poses, start, link=link, frame=frame, world=world, **how)
     if csv is not None:
-        write_table(csv, found.joint_names, found.q[: found.ends_at])  # the rows that are reached
+        write_table(csv, found.joint_names, found.q[: found.ends_at])  # the rows that were reached
     if plot is not None:
         write_figure(draw_joints(robot, found), plot)
     data = {
@@ -104,7 +104,7 @@ def follow(
 
 
 def draw_joints(robot: Robot, path: FollowedPath) -> Any:
-    """A Matplotlib figure of every joint over the poses, with its limits where they are near; below, the largest steps."""
+    """Draw every joint over the poses, with limits near its curve, and the largest steps below; returns a Matplotlib figure."""
     with needs_extra("a figure", "plot", "matplotlib"):
         from ulna.notebook.figure import NotebookFigure  # noqa: PLC0415 -- needs the extra
     entries = coordinates_of(robot)
@@ -112,7 +112,7 @@ def draw_joints(robot: Robot, path: FollowedPath) -> Any:
     axes = figure.subplots(len(entries) + 1, 1, sharex=True, squeeze=False)[:, 0]
     for ax, entry, q, *limits in zip(axes, entries, path.q.T, robot.lower, robot.upper, strict=False):
         ax.plot(q)
-        low, high = ax.get_ylim()  # of the path: a limit far from it would flatten it
+        low, high = ax.get_ylim()  # the range of the path; a distant limit would flatten the curve
         for bound in limits:
             if low - (high - low) <= bound <= high + (high - low):
                 ax.axhline(bound, color="0.7", linewidth=0.8)
@@ -130,7 +130,7 @@ def draw_joints(robot: Robot, path: FollowedPath) -> Any:
 
 
 def follow_table(data) -> Iterator[RenderableType]:
-    """For each joint where it begins and ends, and how far it goes, between its limits; then the status."""
+    """Show the first and last position of each joint, its range between the limits, and the status."""
     yield Text(f"{data['robot']}: {data['link']} in {data['base']}, {count_of(data['poses'], 'pose')}", "bold")
     rows = data["q"][: data["ends_at"]]
     if rows:

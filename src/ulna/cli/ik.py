@@ -42,10 +42,10 @@ def ik(
     trace: Trace = False,
     seed: Seed = _DEFAULTS["seed"],
 ) -> Output:
-    """Inverse kinematics: joint positions that bring a link to a pose.
+    """Inverse kinematics: print joint positions that bring a link to a pose.
 
-    As in: ulna ik --xyz "0.4,0,0.5" --rpy "pi,0,0", or ulna ik --pose "400,0,500,0,180,0" --controller KUKA.
-    Exit status 0 if solved, 1 if not. Without --rpy, --wxyz or --rotvec the link keeps the orientation that it has at home.
+    Example: ulna ik --xyz "0.4,0,0.5" --rpy "pi,0,0", or ulna ik --pose "400,0,500,0,180,0" --controller KUKA. Exit status 0 if
+    solved, 1 if not. Without --rpy, --wxyz or --rotvec the link keeps its orientation at home.
     """
     T = target_pose(robot, link, xyz, target)
     is_turned = target.whole is not None or target.orientation is not None
@@ -71,7 +71,7 @@ def ik(
 
 
 def ik_table(data) -> Iterator[RenderableType]:
-    """The target, q between its limits, the steps if they are asked for, and the status."""
+    """Show the target, q between its limits, the steps on request, and the status."""
     T = np.array(data["target"]["matrix"])
     turn = ", ".join(number(angle) for angle in rpy_from_matrix(T)) + " rad"
     yield Text.assemble(
@@ -97,7 +97,7 @@ def ik_table(data) -> Iterator[RenderableType]:
 
 
 def _trace_table(trace) -> RenderableType:
-    """A row for each step."""
+    """Show a row for each step."""
     table = make_table([], ["step", "position\nerror [m]", "rotation\nerror [rad]", "largest\njoint step", "damping"], [])
     for k, row in enumerate(trace):
         table.add_row(str(k), *(f"{value:.3g}" for value in row))
@@ -105,7 +105,7 @@ def _trace_table(trace) -> RenderableType:
 
 
 def _track(value: float, lower: float | None, upper: float | None) -> str:
-    """A number between its limits, drawn as a dot on a line."""
+    """Draw a number between its limits as a dot on a line."""
     if lower is None or upper is None or upper <= lower:
         return ""
     place = round((value - lower) / (upper - lower) * (TRACK_WIDTH - 1))

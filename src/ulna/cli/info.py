@@ -26,7 +26,7 @@ INFO_KEYS = (
 
 @command
 def info(robot: AnyRobot) -> Output:
-    """What a robot is: its joints with their limits, its links, its collision shapes."""
+    """Print a robot's joints with their limits, its links and its collision shapes."""
     joints = robot.description.joints
     columns = robot.lower, robot.upper, robot.soft_lower, robot.soft_upper, robot.velocity_limits, robot.home
     keys = ("lower", "upper", "soft_lower", "soft_upper", "velocity_limit", "home")
@@ -59,7 +59,7 @@ def info(robot: AnyRobot) -> Output:
 
 
 def info_table(data) -> Iterator[RenderableType]:
-    """The robot's name, its joints, its links and its collision shapes."""
+    """Show the robot's name, joints, links and collision shapes."""
     tip = data["tip"] or f"{len(data['leaves'])} tips, the hand is {data['hand']}"
     yield Text.assemble((data["name"], "bold"), f": {data['n_dof']} dof, {data['base']} to {tip}")
     table = make_table(["joint", "type"], ["lower", "upper", "home", "unit", "velocity\nlimit", "unit"], [])
@@ -88,7 +88,7 @@ def info_table(data) -> Iterator[RenderableType]:
 
 
 def closed_form_text(form) -> Text:
-    """A line about the closed form."""
+    """Describe the closed form in a line."""
     if form is None:
         return Text.assemble(("inverse kinematics", "bold"), ": no closed form")
     held, seen = f", {form['held']} held" if form["held"] else "", ", from the end" if form["from_end"] else ""

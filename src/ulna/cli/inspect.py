@@ -1,4 +1,4 @@
-"""``ulna inspect``: what is wrong with a description."""
+"""``ulna inspect``: lists the defects of a description."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -22,14 +22,14 @@ INSPECT_KEYS = (
 )
 _EXIT_STATUS = {None: 0, Severity.NOTE: 0, Severity.WARNING: 1, Severity.ERROR: 2}
 _STYLES = {"error": "bold red", "warning": "yellow", "note": "dim"}
-_MAX_LINKS = 60  # of the tree that is drawn: one page
+_MAX_LINKS = 60  # maximum number of links in the drawn tree: one page
 
 
 @command
 def inspect(sources: Sources, *, robot: RobotName = "panda") -> Output:
-    """The health of a description, also of one that cannot be loaded: limits, axes, units, meshes, inertia, and its tree.
+    """Check a description, even one that cannot be loaded: limits, axes, units, meshes, inertia, and its tree.
 
-    Exit status 0 if nothing is wrong (notes do not count), 1 if something looks wrong (warnings), 2 if something is (errors).
+    Exit status 0 if nothing is wrong (notes do not count), 1 for warnings, 2 for errors.
     """
     inspection = inspect_description(robot, **sources)
     data = {**asdict(inspection), "counts": {severity.value: inspection.count(severity) for severity in Severity}}
@@ -37,7 +37,7 @@ def inspect(sources: Sources, *, robot: RobotName = "panda") -> Output:
 
 
 def inspect_table(data) -> Iterator[RenderableType]:
-    """The robot in a line, its tree drawn, the findings with the paths that were tried, and how many there are."""
+    """Show the robot in a line, its tree, the findings with the paths that were tried, and their counts."""
     yield from _heading(data)
     yield from _drawn_tree(data["tree"])
     if not data["findings"]:
@@ -69,7 +69,7 @@ def _heading(data) -> Iterator[Text]:
 
 
 def _drawn_tree(rows) -> Iterator[RenderableType]:
-    """The tree, two characters a level. The name of a fixed joint is left out."""
+    """Draw the tree with two characters per level; names of fixed joints are omitted."""
     open_levels, last = set(), _last_children(rows)
     if rows:
         yield ""
@@ -95,7 +95,7 @@ def _branch(row, open_levels: set[int], *, closes: bool) -> Table:
 
 
 def _last_children(rows) -> set[int]:
-    """The rows that are the last child of their parent."""
+    """Indices of the rows that are the last child of their parent."""
     last: set[int] = set()
     following: list[bool] = []  # for each level, whether a later row is a child of the same parent
     for k in range(len(rows) - 1, -1, -1):
@@ -109,7 +109,7 @@ def _last_children(rows) -> set[int]:
 
 
 def _places_by_message(findings) -> dict[tuple[str, str], list[str]]:
-    """The places of each severity and message, in the order of the findings."""
+    """Group the places by severity and message, in the order of the findings."""
     places: dict[tuple[str, str], list[str]] = {}
     for finding in findings:
         line = f" (line {finding['line']})" if finding["line"] else ""

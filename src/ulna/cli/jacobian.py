@@ -1,4 +1,4 @@
-"""``ulna jacobian``: how fast a link moves for a unit rate of each joint."""
+"""``ulna jacobian``: the Jacobian of a link."""
 
 from collections.abc import Iterator
 from typing import Annotated
@@ -23,14 +23,14 @@ JACOBIAN_KEYS = (
 )
 GEOMETRIC_ROWS = ("v_x", "v_y", "v_z", "w_x", "w_y", "w_z")
 ANALYTICAL_ROWS = ("x", "y", "z", "roll", "pitch", "yaw")
-COLUMNS_AT_ONCE = 7  # as many as fit into 80 characters
+COLUMNS_AT_ONCE = 7  # the number that fits into 80 characters
 
 
 @command
 def jacobian(robot: AnyRobot, q: Q, link: Link, *, expressed_in: Frame = None, analytical: Analytical = False) -> Output:
-    """The Jacobian: how fast a link moves for a unit rate of each joint.
+    """Print the Jacobian: the velocity of a link for a unit rate of each joint.
 
-    Rows are linear first, then angular: metres and radians per second.
+    Rows are linear first, then angular: meters and radians per second.
     """
     if analytical and expressed_in is not None:
         raise InputError("--expressed-in", "goes with the geometric Jacobian, not with --analytical")
@@ -50,7 +50,7 @@ def jacobian(robot: AnyRobot, q: Q, link: Link, *, expressed_in: Frame = None, a
 
 
 def jacobian_table(data) -> Iterator[RenderableType]:
-    """The matrix, a few columns at a time."""
+    """Show the matrix, a few columns at a time."""
     frame = f", expressed in {data['expressed_in']}" if data["expressed_in"] else f", rates in {data['base']}"
     yield title(data, f"{data['kind']} Jacobian of {data['link']}{frame}")
     for first in range(0, max(len(data["columns"]), 1), COLUMNS_AT_ONCE):

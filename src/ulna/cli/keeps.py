@@ -30,7 +30,7 @@ _WITH_UNIT = re.compile(r"([0-9.eE+-]+)(deg|rad|mm|m)")
 
 
 class _Kind(NamedTuple):
-    """A constraint by name: the numbers that it takes, the units of its tolerances, and what makes it of all that."""
+    """A kind of constraint: its numbers, the units of its tolerances, and the function that makes it."""
 
     entries: Sequence[Coordinate]
     units: tuple[str, ...]
@@ -48,10 +48,10 @@ _KINDS = {
 
 
 def keep_of(text: str, *, degrees: bool = False) -> Keep:
-    """The constraint of a text such as "upright=5deg", "line=0.4,0,0.5,0.4,0,0.8,1mm" or "left_hand:upright".
+    """Parse a constraint such as "upright=5deg", "line=0.4,0,0.5,0.4,0,0.8,1mm" or "left_hand:upright".
 
     Raises:
-        InputError: It cannot be read, or the constraint is refused.
+        InputError: The text cannot be read, or the constraint is refused.
     """
     head, _, rest = text.partition("=")
     link, colon, name = head.rpartition(":")
@@ -68,7 +68,7 @@ def keep_of(text: str, *, degrees: bool = False) -> Keep:
         if name not in _KINDS:
             raise InputError("--keep", f"{text!r} names no constraint{did_you_mean(name, (*_KINDS, 'together'))}")
         kind = _KINDS[name]
-        if len(values) > len(kind.entries) and kind.units == ("rad",):  # a tolerance without a unit is an angle as all others
+        if len(values) > len(kind.entries) and kind.units == ("rad",):  # a tolerance without a unit is an angle
             options["within"] = numbers("--keep", values.pop(), [Coordinate("tolerance", "rad")], degrees=degrees)[0]
         elif tolerances:
             options["within"] = _within(text, tolerances, kind.units)[0]
@@ -76,7 +76,7 @@ def keep_of(text: str, *, degrees: bool = False) -> Keep:
 
 
 def _words(text: str) -> list[str]:
-    """The words of a text; those in double quotes may have commas and blanks, as names of links do."""
+    """Split a text into words; a name in double quotes may contain commas and spaces."""
     if '"' not in text:
         return words(text)
     try:
@@ -94,7 +94,7 @@ def _together(text: str, links: list[str], tolerances: list[tuple[str, float]]) 
 
 
 def _within(text: str, tolerances: list[tuple[str, float]], units: tuple[str, ...]) -> list[float]:
-    """The tolerances, if they have these units."""
+    """The tolerances; raises an error if their units differ from ``units``."""
     if tuple(unit for unit, _ in tolerances) != units:
         expected = ",".join({"rad": "5deg", "m": "1mm"}[unit] for unit in units)
         what = f"a tolerance such as {expected}" if units else "no tolerance"

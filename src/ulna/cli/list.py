@@ -25,9 +25,9 @@ LIST_KEYS = (
 
 @command
 def list(part: Part = "") -> Output:  # noqa: A001 -- the command's name
-    """The robots that have names: who makes them, what gives them, and whether they are installed.
+    """List the robots that have names: maker, package, and whether it is installed.
 
-    As in: ulna list ur. Exit status 1 if there is none.
+    Example: ulna list ur. Exit status 1 if no robot matches.
     """
     robots = [robot for robot in known_robots() if part.lower() in _words(robot)]
     data = {"robots": [asdict(robot) for robot in robots], "to_install": packages_to_install()}
@@ -39,7 +39,7 @@ def _words(robot: KnownRobot) -> str:
 
 
 def list_table(data) -> Iterator[RenderableType]:
-    """A row for each robot, how many there are, and how to get more."""
+    """Show a row for each robot, their number, and the packages that add more."""
     table = make_table(["robot", "also called", "from"], [], [""])
     for robot in data["robots"]:
         about = "" if robot["installed"] else "not downloaded"

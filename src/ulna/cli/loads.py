@@ -1,4 +1,4 @@
-"""Reads what an arm holds and what its motors can do: ``--payload``, ``--effort``, ``--torque``."""
+"""Reads the payload of an arm and the limits of its motors: ``--payload``, ``--effort``, ``--torque``."""
 
 from typing import Annotated, NamedTuple
 
@@ -30,11 +30,11 @@ Effort = Annotated[
 Torque = Annotated[
     bool, typer.Option("--torque", help="The motion keeps the limits of effort of the description; --effort gives others.")
 ]
-_NAME = "--payload"  # of the part, among what a robot holds
+_NAME = "--payload"  # name of the payload among the robot's attached objects
 
 
 class Loads(NamedTuple):
-    """What the motors of a motion carry, and what they can do."""
+    """The payload, gravity and torque limits of a motion, as the options give them."""
 
     free_fall: Array | None
     torque: bool
@@ -45,7 +45,7 @@ class Loads(NamedTuple):
         """The robot as it is mounted, with the payload in its hand.
 
         Raises:
-            InputError: A payload or a mounting is given without limits of torque, for which alone they count.
+            InputError: A payload or a mounting is given without torque limits, and so has no effect.
         """
         if not self.torque and self.effort is None and (self.payload is not None or self.free_fall is not None):
             raise InputError("--payload, --mount, --gravity", "go with --torque or --effort: without a limit no torque counts")
@@ -53,12 +53,12 @@ class Loads(NamedTuple):
         return robot if self.payload is None else holding(robot, *payload_of(self.payload), link)
 
     def limits(self, robot: Robot) -> ArrayLike | None:
-        """The limits of torque, as a motion takes them; None without an option."""
+        """The torque limits for a trajectory; None without an option."""
         return self.torque or None if self.effort is None else effort_limits(robot, self.effort)[1]
 
 
 def loads_of(free_fall: FreeFall, *, torque: Torque = False, effort: Effort = None, payload: PayloadText = None) -> Loads:
-    """The options of the motors."""
+    """Collect the options of the motors."""
     return Loads(free_fall, torque, effort, payload)
 
 
@@ -66,13 +66,13 @@ MotorLoads = Annotated[Loads, Depends(loads_of)]
 
 
 def holding(robot: Robot, mass: float, center: ArrayLike, link: str | None) -> Robot:
-    """The robot with a mass [kg] at a point of a link, shape (3,) [m], which touches no link."""
+    """The robot with a mass [kg] at a point of a link, shape (3,) [m]; it collides with no link."""
     names = *robot.link_names, *(one.name for one in robot.attached)
     return robot.with_attached(_NAME, Sphere(0.0), pose(center), link=link, touch_links=names, mass=mass)
 
 
 def payload_of(text: str | None) -> tuple[float, list[float]]:
-    """The mass [kg] and the center [m] of "3kg@0,0,0.1"; nothing at the origin without a text."""
+    """Parse "3kg@0,0,0.1" into mass [kg] and center [m]; without a text a mass of 0 at the origin."""
     if text is None:
         return 0.0, [0.0, 0.0, 0.0]
     mass, at, place = text.partition("@")
@@ -83,7 +83,7 @@ def payload_of(text: str | None) -> tuple[float, list[float]]:
 
 
 def effort_limits(robot: Robot, effort: str | None) -> tuple[tuple[str, ...], Array]:
-    """The joints without a known limit, and the limits, infinite there."""
+    """The names of joints without a known limit, and all limits, infinite for those joints."""
     if effort is None:
         return without_limit(robot.tree), known_limits(robot.tree)
     names = [each.name for each in coordinates_of(robot)]

@@ -1,4 +1,4 @@
-"""Reads how a robot is mounted: ``--mount``, ``--gravity``."""
+"""Reads the mounting of a robot: ``--mount``, ``--gravity``."""
 
 from enum import StrEnum
 from typing import Annotated
@@ -53,5 +53,5 @@ FreeFall = Annotated[NDArray[np.float64] | None, Depends(free_fall_of)]
 
 
 def mounted(robot: Robot, free_fall: NDArray[np.float64] | None) -> Robot:
-    """The robot as it is mounted; as it is without an option."""
+    """The robot as it is mounted; unchanged without an option."""
     return robot if free_fall is None else robot.with_gravity(free_fall)

@@ -1,4 +1,4 @@
-"""Options that several commands share: the robot and a part of it, a link, a seed, a page."""
+"""Declares options that several commands share: the robot and a part of it, a link, a seed, a page."""
 
 import warnings
 from collections.abc import Iterator
@@ -17,8 +17,8 @@ from ulna.robot.hand_link import hand_link
 
 
 def _names_that_begin(incomplete: str) -> list[str]:
-    """The names of installed robots that begin so, for shell completion."""
-    from ulna.description.names.by_name import known_robots  # noqa: PLC0415 -- only a shell asks
+    """The names of installed robots with a prefix, for shell completion."""
+    from ulna.description.names.by_name import known_robots  # noqa: PLC0415 -- only shell completion needs it
 
     names = [name for robot in known_robots() if robot.installed for name in (robot.name, *robot.also)]
     return [name for name in names if name.startswith(incomplete)]
@@ -62,7 +62,7 @@ NoOpen = Annotated[bool, typer.Option("--no-open", help="Do not open a browser."
 
 
 def sources(*, xacro_arg: XacroArgs = None, package_dir: PackageDirs = None) -> dict[str, Any]:
-    """What reading a description needs besides its file: ``xacro_args`` from key:=value, and ``package_dirs``."""
+    """The arguments for reading a description: ``xacro_args`` from key:=value, and ``package_dirs``."""
     arguments = {}
     for text in xacro_arg or ():
         key, separator, value = text.partition(":=")
@@ -78,7 +78,7 @@ Sources = Annotated[dict[str, Any], Depends(sources)]
 def loading(
     sources: Sources, *, base: Base = None, tip: Tip = None, srdf: SrdfFile = None, no_srdf: NoSrdf = False
 ) -> dict[str, Any]:
-    """How a robot is loaded, and which part of it: arguments of ``ulna.load``."""
+    """The arguments of ``ulna.load``: how a robot is loaded, and which part of it."""
     if no_srdf and srdf is not None:
         raise InputError("--srdf, --no-srdf", "only one of them is expected")
     return {**sources, "base": base, "tip": tip, "srdf": False if no_srdf else srdf}
@@ -89,7 +89,7 @@ Loading = Annotated[dict[str, Any], Depends(loading)]
 
 @contextmanager
 def warnings_printed() -> Iterator[None]:
-    """Within the block, warnings about files are lines on standard error."""
+    """Within the block, warnings about files become lines on standard error."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DescriptionWarning)
         yield
@@ -98,7 +98,7 @@ def warnings_printed() -> Iterator[None]:
 
 
 def load_robot(loading: Loading, *, robot: RobotName = "panda") -> Robot:
-    """The robot of a name or a file. Warnings about unknown names in an SRDF are printed on standard error."""
+    """Load the robot of a name or a file; warnings about unknown names in an SRDF go to standard error."""
     with warnings_printed():
         return load(robot, **loading)
 
@@ -107,7 +107,7 @@ AnyRobot = Annotated[Robot, Depends(load_robot)]
 
 
 def link_or_hand(robot: AnyRobot, loading: Loading, *, link: LinkName = None, as_json: Json = False) -> str:
-    """The link of ``named_or_hand``, which is below that of ``--base``."""
+    """The link of ``named_or_hand``; raises an error if it is not below ``--base``."""
     if link is not None and loading["base"] is not None and link not in robot.link_names:
         advice = f"--frame {robot.base} states poses in {robot.base!r} of the whole robot"
         raise InputError("--base, --link", f"{link!r} is not below {robot.base!r}, or is no link; {advice}")
@@ -115,7 +115,7 @@ def link_or_hand(robot: AnyRobot, loading: Loading, *, link: LinkName = None, as
 
 
 def hand_of(robot: Robot, speed: float | None, acceleration: float | None, link: str | None = None) -> HandLimits | None:
-    """The limits of a link, or of the hand, that options give; None without them."""
+    """The limits of a link, or of the hand, from the options; None without them."""
     if speed is None and acceleration is None:
         return None
     with as_options({"speed": "--hand-speed", "acceleration": "--hand-acceleration"}):
@@ -123,7 +123,7 @@ def hand_of(robot: Robot, speed: float | None, acceleration: float | None, link:
 
 
 def named_or_hand(robot: Robot, *, link: str | None, as_json: bool) -> str:
-    """The named link; otherwise the tip; otherwise the hand, whose name is printed on standard error unless JSON has it."""
+    """The named link, else the tip, else the hand, whose name is printed on standard error unless JSON contains it."""
     known = robot.tip if link is None else link
     if known is not None:
         return known
@@ -137,7 +137,7 @@ Link = Annotated[str, Depends(link_or_hand)]
 
 
 class PageOptions(NamedTuple):
-    """Where a page is served, and whether it is opened."""
+    """The address of a page, and whether a browser opens it."""
 
     host: str = "127.0.0.1"
     port: int = 8080
@@ -148,7 +148,7 @@ _HERE = PageOptions()
 
 
 def page_options(*, host: Host = _HERE.host, port: Port = _HERE.port, no_open: NoOpen = False) -> PageOptions:
-    """The options of a page."""
+    """Collect the options of a page."""
     return PageOptions(host, port, not no_open)
 
 

@@ -27,7 +27,7 @@ TableOf = Callable[[Any], Iterable[RenderableType]]
 
 
 class Output(NamedTuple):
-    """What a command returns: its data, the function that makes the table of them, and the exit status."""
+    """Return value of a command: its data, the function that makes the table, and the exit status."""
 
     data: Data
     table: TableOf
@@ -44,7 +44,7 @@ ASCII = str.maketrans("─●│├└", "-o|+`")
 
 
 def json_ready(value):
-    """A value as dictionaries, lists, strings and numbers; NaN and infinity, which JSON does not have, become None."""
+    """Convert a value to dictionaries, lists, strings and numbers; NaN and infinity, which JSON lacks, become None."""
     if isinstance(value, dict):
         return {key: json_ready(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -55,7 +55,7 @@ def json_ready(value):
 
 
 def printable(value):
-    """Data with control characters escaped: those in a name from a file could control the terminal."""
+    """Escape control characters in data: a name from a file could otherwise control the terminal."""
     if isinstance(value, dict):
         return {printable(key): printable(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -76,7 +76,7 @@ def data_of_q(robot: Robot, q: NDArray[np.float64]) -> Data:
 
 
 def attributes(thing: object, *names: str) -> Data:
-    """Those attributes of a thing, by name."""
+    """The named attributes of an object, by name."""
     return {name: getattr(thing, name) for name in names}
 
 
@@ -87,13 +87,13 @@ def joint_columns(robot: Robot) -> Data:
 
 
 def show(output: Output, *, as_json: bool) -> None:
-    """Print the data as one line of JSON, or as their table."""
+    """Print the data as one line of JSON, or as a table."""
     if as_json:
         write_json(output.data)
         return
     console = make_console()
     usual = console.width
-    is_read = not console.is_terminal and "COLUMNS" not in os.environ  # by a program, which finds whole names
+    is_read = not console.is_terminal and "COLUMNS" not in os.environ  # a program reads the output; keep names whole
     with console.capture() as capture:
         for part in output.table(printable(json_ready(output.data))):
             console.width = max(usual, _least_width(console, part))
@@ -109,11 +109,11 @@ def write_json(data: Data) -> None:
 
 def write(text: str) -> None:
     """Print text unchanged."""
-    typer.echo(text, nl=False, color=True)  # the console has already chosen the colours
+    typer.echo(text, nl=False, color=True)  # the console has chosen the colors already
 
 
 def make_console() -> Console:
-    """A console that interprets no markup, as wide as the terminal and at least 80 columns."""
+    """Make a console that interprets no markup, as wide as the terminal and at least 80 columns."""
     console = Console(markup=False, emoji=False, highlight=False)
     console.width = max(console.width, MIN_WIDTH)
     return console
@@ -130,14 +130,14 @@ def write_figure(figure: Any, out: Path, argument: str = "plot") -> None:
 
 
 def title(data, text: str) -> Text:
-    """The robot's name, a text, q, and a warning if q is beyond the limits; ``data`` has the keys of ``data_of_q``."""
+    """The robot's name, a text, q, and a warning beyond the limits; ``data`` has the keys of ``data_of_q``."""
     q = ", ".join(f"{value:.6g}" for value in data["q"])
     outside = f"\nq is beyond the limits of {', '.join(data['outside_limits'])}" if data["outside_limits"] else ""
     return Text.assemble((f"{data['robot']}: {text}", "bold"), f"\nq = {q}", (outside, "yellow"))
 
 
 def make_table(names: Sequence[str], numbers: Sequence[str], ends: Sequence[str]) -> Table:
-    """A table with columns of names, then of numbers, then of other text; names are wrapped, numbers never truncated."""
+    """Make a table with columns of names, then of numbers, then of other text; names wrap, numbers are never truncated."""
     table = Table(box=box.SIMPLE, header_style="bold", collapse_padding=True, pad_edge=False)
     for header in names:
         table.add_column(header, overflow="fold")
@@ -149,25 +149,25 @@ def make_table(names: Sequence[str], numbers: Sequence[str], ends: Sequence[str]
 
 
 def folded(name: str) -> str:
-    """A name wrapped to the width of a number, after underscores and points."""
+    """Wrap a name to the width of a number, after underscores and dots."""
     pieces = name.replace("_", "_ ").replace(".", ". ")
     return "\n".join(line.replace("_ ", "_").replace(". ", ".") for line in textwrap.wrap(pieces, NUMBER_WIDTH))
 
 
 def number(value: float, digits: int = 6) -> str:
-    """A number with a fixed count of decimals; from 1e7 on with six significant digits."""
+    """Format a number with a fixed count of decimals; from 1e7 on with six significant digits."""
     if abs(value) >= 1e7:
         return f"{value:.6g}"
-    return f"{round(value, digits) + 0.0:.{digits}f}"  # + 0.0: no "-0.000000"
+    return f"{round(value, digits) + 0.0:.{digits}f}"  # + 0.0 avoids "-0.000000"
 
 
 def limit(value: float | None) -> str:
-    """A limit with four decimals, or "none"."""
+    """Format a limit with four decimals, or as "none"."""
     return "none" if value is None else number(value, 4)
 
 
 def _least_width(console: Console, part: RenderableType) -> int:
-    """The least width at which no number is truncated; names in tables longer than ``NAME_WIDTH`` are wrapped."""
+    """The minimum width without truncated numbers; names in tables wrap after ``NAME_WIDTH``."""
     if isinstance(part, Text) and part.no_wrap:
         return part.cell_len
     if not isinstance(part, Table):

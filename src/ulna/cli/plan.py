@@ -1,4 +1,4 @@
-"""``ulna plan``: a motion to a goal, free of collision."""
+"""``ulna plan``: plans a collision-free motion to a goal."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -70,7 +70,7 @@ ArmLimits = Annotated[
 ]
 Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each --period.")]
 Period = Annotated[float, typer.Option(metavar="SECONDS", help="The time between two rows of --csv.")]
-_VELOCITY = 1.0  # [rad/s or m/s], of joints without a limit
+_VELOCITY = 1.0  # [rad/s or m/s], for joints without a limit
 _ACCELERATION = 5.0  # [rad/s^2 or m/s^2]
 _DEFAULTS = defaults_of(Robot.plan)
 
@@ -116,10 +116,10 @@ def plan(
     degrees: Degrees = False,
     as_json: Json = False,
 ) -> Output:
-    """A motion to a goal, free of collision: RRT-Connect with certified edges, and the fastest times within the limits.
+    """Plan a collision-free motion to a goal: RRT-Connect with certified edges, timed as fast as the limits allow.
 
-    As in: ulna plan --to "1,-pi/4,0,-3pi/4,0,pi/2,pi/4" --csv motion.csv. It starts at home unless --from says where. Exit
-    status 0 if a motion is found, 1 if not.
+    Example: ulna plan --to "1,-pi/4,0,-3pi/4,0,pi/2,pi/4" --csv motion.csv. The motion starts at home unless --from gives a
+    start. Exit status 0 if a motion is found, 1 if not.
     """
     if sum(bool(given) for given in (to is not None, xyz is not None, target.whole is not None, goals)) != 1:
         raise InputError("--to, --xyz, --pose, --goal", "one of them is expected")
@@ -178,7 +178,10 @@ def plan(
 
 
 def _configuration(text: str, robot: Robot, group: JointGroup | None, *, degrees: bool) -> str | NDArray[np.float64]:
-    """The key of a state of the SRDF, whose other joints keep their positions; or q, with a group that of its joints alone."""
+    """The key of a state of the SRDF, or q; with a group, the q of its joints alone.
+
+    The joints that a state leaves out keep their positions.
+    """
     state = state_of(text, robot, group)
     if state is not None or group is None:
         return state or positions("--to", text, robot, degrees=degrees)
@@ -190,7 +193,7 @@ def _configuration(text: str, robot: Robot, group: JointGroup | None, *, degrees
 
 
 def _within_positions(robot: Robot, limits: str) -> Robot:
-    """The robot within the positions that a file states, if it states any; those that are wider than the robot's are not used."""
+    """The robot with position limits tightened to those of a file, if the file states any."""
     stated = limits_of(limits, entry_names(robot.tree), robot.tree.followers, ())
     if stated.lower is None or stated.upper is None:
         return robot
@@ -198,7 +201,7 @@ def _within_positions(robot: Robot, limits: str) -> Robot:
 
 
 def _velocities(robot: Robot, velocity: float | None) -> NDArray[np.float64]:
-    """The greatest velocity of each entry of q [rad/s or m/s], shape (n_dof,)."""
+    """The velocity limit of each entry of q [rad/s or m/s], shape (n_dof,)."""
     own = robot.velocity_limits
     if velocity is None:
         return np.where(np.isinf(own), _VELOCITY, own)
@@ -206,7 +209,7 @@ def _velocities(robot: Robot, velocity: float | None) -> NDArray[np.float64]:
 
 
 def _poses(goals: list[str], robot: Robot, *, degrees: bool) -> dict[str, NDArray[np.float64]]:
-    """The pose of each link, shape (4, 4), of "LINK=x, y, z" or "LINK=x, y, z, roll, pitch, yaw"."""
+    """The pose of each link, shape (4, 4), from "LINK=x, y, z" or "LINK=x, y, z, roll, pitch, yaw"."""
     poses: dict[str, NDArray[np.float64]] = {}
     for text in goals:
         link, separator, values = text.rpartition("=")
@@ -225,14 +228,14 @@ def _poses(goals: list[str], robot: Robot, *, degrees: bool) -> dict[str, NDArra
 
 @contextmanager
 def search_shown() -> Iterator[Callable[[int, int], None]]:
-    """A function that shows how far a search is, ``progress`` of ``Robot.plan``: on standard error, if that is a terminal."""
+    """Show the progress of a search on standard error, if that is a terminal; yields the ``progress`` of ``Robot.plan``."""
     with progress_bar(TextColumn("planning"), TimeElapsedColumn(), TextColumn("{task.completed:,} edges checked")) as bar:
         task = bar.add_task("", total=None)
         yield lambda checks, _: bar.update(task, completed=checks)
 
 
 def found_data(robot: Robot, found: Plan) -> Data:
-    """What was found for a robot."""
+    """The result of a search as data."""
     return {
         "robot": robot.name,
         "status": str(found.status),
@@ -244,7 +247,7 @@ def found_data(robot: Robot, found: Plan) -> Data:
 
 
 def plan_table(data) -> Iterator[RenderableType]:
-    """The configurations of the path, and a sentence about it."""
+    """Show the configurations of the path, and a sentence about it."""
     if data["success"]:
         table = make_table(["joint"], [str(k) for k in range(1, len(data["path"]) + 1)], [])
         for k, name in enumerate(data["joints"]):

@@ -12,14 +12,14 @@ COMMANDS, FILMS = "ulna.commands", "ulna.films"
 
 
 class Film(Protocol):
-    """What a package adds in the group ``ulna.films``: it records into the file of a ``viewer.film.recording.Form``."""
+    """Interface of a film in the group ``ulna.films``: it records into the file of a ``viewer.film.recording.Form``."""
 
     def __call__(self, form: Any, at: float | None, *, boxes: bool, tell: Callable[[int], object]) -> None:
-        """Record. ``at``: the moment [s] of a single picture; ``tell`` is called with the number of pictures done so far."""
+        """Record. ``at``: the time [s] of a single picture; ``tell`` is called with the number of pictures done."""
 
 
 def load_plugins(group: str) -> list[Any]:
-    """The objects of the entry points of a group. Those of a package that has been deleted are skipped."""
+    """Load the objects of a group's entry points; those of a deleted package are skipped."""
     found = []
     for entry in entry_points(group=group):
         try:

@@ -1,4 +1,4 @@
-"""Lets Ctrl-C end the command line while it imports, without a traceback; it imports next to nothing itself."""
+"""Lets Ctrl-C end the command line during imports, without a traceback; imports almost nothing itself."""
 
 import os
 import signal
@@ -11,9 +11,9 @@ _INTERRUPTED = 130  # the exit status of Ctrl-C
 
 @contextmanager
 def quiet_imports() -> Iterator[None]:
-    """A context for imports: Ctrl-C in it ends the process with status 130.
+    """Within the block, Ctrl-C ends the process with status 130.
 
-    An exception would not do: it may be raised in an import of C, or in a callback, which prints it and goes on.
+    An exception is not enough. Python may raise it in an import in C, or in a callback that prints it and continues.
     """
     is_default = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if not is_default or threading.current_thread() is not threading.main_thread():

@@ -1,4 +1,4 @@
-"""``ulna reach``: maps of the poses that a robot reaches: computed, plotted, shown."""
+"""``ulna reach``: computes, plots and shows maps of the poses that a robot reaches."""
 
 import time
 from collections.abc import Iterator
@@ -63,10 +63,10 @@ _CONNECT_S = 10.0
 
 
 class _MapUnlessNamed(TyperGroup):
-    """``ulna reach ROBOT MAP`` is ``ulna reach map ROBOT MAP``."""
+    """Group in which ``ulna reach ROBOT MAP`` means ``ulna reach map ROBOT MAP``."""
 
     def parse_args(self, ctx, args):
-        """Put the name of the command that computes in front, unless another is named."""
+        """Insert the name of the computing command, unless another command is named."""
         named = args and (args[0] in self.commands or args[0] in {"--help", "-h"})
         return super().parse_args(ctx, args if named or not args else ["map", *args])
 
@@ -76,9 +76,9 @@ GROUP = typer.Typer(cls=_MapUnlessNamed, no_args_is_help=True, add_completion=Fa
 
 @GROUP.callback()
 def reach() -> None:
-    """Which poses a robot reaches: a map, computed on every core or on a Dask cluster.
+    """Map the poses that a robot reaches, computed on every core or on a Dask cluster.
 
-    As in: ulna reach panda map.zarr --voxel 0.1 --orientations 32, then: ulna reach show map.zarr.
+    Example: ulna reach panda map.zarr --voxel 0.1 --orientations 32, then: ulna reach show map.zarr.
     """
 
 
@@ -109,7 +109,7 @@ def compute(
 ) -> Output:
     """Compute a map: inverse kinematics in every voxel, in every orientation. "map" may be left out.
 
-    As in: ulna reach panda map.zarr --voxel 0.05 --orientations 64 --scene scene.json --resume. Ctrl-C leaves a map that
+    Example: ulna reach panda map.zarr --voxel 0.05 --orientations 64 --scene scene.json --resume. Ctrl-C leaves a map that
     --resume continues.
     """
     arm = load_robot(loading, robot=robot)
@@ -142,16 +142,16 @@ def compute(
 
 
 class _Rate(ProgressColumn):
-    """How many poses are computed a second."""
+    """Column of a progress bar: poses computed per second."""
 
     def render(self, task: Task) -> Text:
-        """As text."""
+        """Format the rate."""
         return Text(f"{task.speed:,.0f} poses/s" if task.speed else "")
 
 
 @contextmanager
 def client_of(address: str | None) -> Iterator[Any]:
-    """A client of the cluster at an address; None without one."""
+    """Connect to the cluster at an address; yields None without one."""
     if address is None:
         yield None
         return
@@ -171,9 +171,9 @@ def client_of(address: str | None) -> Iterator[Any]:
 @GROUP.command("plot", epilog=f"JSON: figure; {REACH_KEYS}")
 @command
 def plot(path: MapPath, out: Figure) -> Output:
-    """Write the figure of a map: three slices, the share of poses reached by height, and why the others are not.
+    """Write the figure of a map: three slices, the share of reached poses by height, and reasons of failure.
 
-    As in: ulna reach plot map.zarr map.png
+    Example: ulna reach plot map.zarr map.png
     """
     found = ReachabilityMap.open(path)
     with needs_extra("a figure", "reach", "matplotlib"):
@@ -185,9 +185,9 @@ def plot(path: MapPath, out: Figure) -> Output:
 @GROUP.command("show")
 @command
 def show_map(path: MapPath, loading: Loading, page: OnPage, *, robot: RobotOfMap = None) -> None:
-    """Show a map in the browser: voxels by colour, a plane that clips them, the robot inside; click a voxel for its solutions.
+    """Show a map in the browser: colored voxels, a clipping plane, the robot inside; click a voxel for its solutions.
 
-    As in: ulna reach show map.zarr. Ctrl-C ends it.
+    Example: ulna reach show map.zarr. Ctrl-C ends it.
     """
     found = ReachabilityMap.open(path, robot=None if robot is None else load_robot(loading, robot=robot))
     with needs_extra("the view", "viewer", "viser", "trimesh"):
@@ -201,7 +201,7 @@ def show_map(path: MapPath, loading: Loading, page: OnPage, *, robot: RobotOfMap
 
 
 def map_data(found: ReachabilityMap, seconds: float | None, poses: int) -> Data:
-    """What a map holds; see ``REACH_KEYS``. ``poses`` were computed in so many ``seconds``."""
+    """Collect the contents of a map; see ``REACH_KEYS``. This run computed ``poses`` poses in ``seconds``."""
     summary = found.summary
     ran = seconds is not None and poses > 0
     return {
@@ -219,7 +219,7 @@ def map_data(found: ReachabilityMap, seconds: float | None, poses: int) -> Data:
 
 
 def map_table(data) -> Iterator[RenderableType]:
-    """How many poses have each status."""
+    """Show the number of poses with each status."""
     yield Text.assemble(
         (f"{data['robot']}: {data['link']}", "bold"), f", {data['computed']:,} of {data['poses']:,} poses computed"
     )

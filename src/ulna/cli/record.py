@@ -1,4 +1,4 @@
-"""``ulna record``: videos and pictures, with no display."""
+"""``ulna record``: records videos and pictures without a display."""
 
 import re
 import time
@@ -40,7 +40,7 @@ PlanFile = Annotated[
     typer.Option("--plan", metavar="FILE", help="A motion that `ulna plan --csv` wrote, or a message of ROS, shown in its time."),
 ]
 Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes that collisions of the arm are checked with.")]
-_SHORTEST = 0.1  # [s] of a motion that does not move
+_SHORTEST = 0.1  # [s], the minimum length of a film
 _EXTRA = ("recording", "viewer", "trimesh", "av", "PIL")
 
 
@@ -61,11 +61,11 @@ def record(
     plan: PlanFile = None,
     boxes: Boxes = True,
 ) -> None:
-    """Record the demo as a video, with no display: the box goes round the moving arm, and the light says what it touches.
+    """Record the demo as a video, without a display: a box circles the moving arm, and the light shows contacts.
 
-    As in: ulna record out.mp4. A picture of any robot: ulna record arm.png --robot ur5 --q "0, -pi/3, pi/3, 0, pi/2, 0".
-    A robot among obstacles: ulna record arm.mp4 --robot panda --scene scene.json --trajectory rows.csv. A motion that is planned:
-    ulna plan panda --xyz "0.4,0.1,0.5" --csv motion.csv, and then ulna record arm.mp4 --robot panda --plan motion.csv.
+    Example: ulna record out.mp4. A picture of any robot: ulna record arm.png --robot ur5 --q "0, -pi/3, pi/3, 0, pi/2, 0". A
+    robot among obstacles: ulna record arm.mp4 --robot panda --scene scene.json --trajectory rows.csv. A planned motion: ulna plan
+    panda --xyz "0.4,0.1,0.5" --csv motion.csv, and then ulna record arm.mp4 --robot panda --plan motion.csv.
     """
     of_robot = any(each is not None for each in (robot, q, world, trajectory, plan))
     if sum(each is not None for each in (q, trajectory, plan)) > 1:
@@ -96,7 +96,7 @@ def record(
 def _film_of_robot(
     robot: Robot, world: World | None, q: str | None, trajectory: Path | None, plan: Path | None, *, degrees: bool
 ) -> tuple[Film, float]:
-    """The film of a robot, and how long it is [s] unless ``--seconds`` is given."""
+    """The film of a robot, and its default length [s], which ``--seconds`` replaces."""
     from ulna.viewer.film import recording  # noqa: PLC0415 -- needs the extra
 
     still, rows, length = q_of(robot, q=q, degrees=degrees), None, 10.0

@@ -1,4 +1,4 @@
-"""Reads rows of q, motions, or poses from a file: .csv, or .npy as NumPy saves them. Names in its first line say what is what."""
+"""Reads rows of q, motions, or poses from a .csv or .npy file; a .csv may name its columns."""
 
 import re
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ from ulna.robot.joint_columns import joint_columns
 from ulna.robot.motion_file import motion_of_file
 
 _OPTION, _PATH, _PLAN = "--trajectory", "--path", "--plan"
-_RATE = 200  # rows a second of a motion
+_RATE = 200  # rows per second of a motion
 
 
 def read_trajectory(path: Path, robot: Robot) -> NDArray[np.float64]:
@@ -42,7 +42,7 @@ def read_trajectory(path: Path, robot: Robot) -> NDArray[np.float64]:
 
 
 def read_motion(path: Path, robot: Robot) -> tuple[float, NDArray[np.float64]]:
-    """The duration [s] of a motion of a file, and rows of q at even times [rad or m], shape (n, n_dof)."""
+    """The duration [s] of a motion file, and q at equal time steps [rad or m], shape (n, n_dof)."""
     with warnings_printed():
         motion = motion_of_file(robot, path, option=_PLAN)
     even = np.linspace(0.0, motion.duration, 1 + int(np.ceil(_RATE * motion.duration)))
@@ -50,12 +50,11 @@ def read_motion(path: Path, robot: Robot) -> tuple[float, NDArray[np.float64]]:
 
 
 def read_poses(path: Path, controller: Controller | None = None) -> NDArray[np.float64]:
-    """The poses of a file, shape (n, 4, 4): of a .npy file of that shape, or of rows of numbers.
+    """Read poses, shape (n, 4, 4), from a .npy file of that shape, or from rows of numbers.
 
-    With a controller a row is as that states a pose, in its units; names of columns are then its labels.
-
-    A row is x, y, z, roll, pitch, yaw; or x, y, z, w, x, y, z with the orientation as a quaternion; or the 12 or 16 numbers of a
-    matrix, row by row. Columns with names may be in another order: x, y, z and roll, pitch, yaw, or qw, qx, qy, qz.
+    With a controller, a row states a pose in the controller's convention and units, and columns carry its labels. Otherwise a row
+    is x, y, z, roll, pitch, yaw; or x, y, z, w, x, y, z with a quaternion; or the 12 or 16 numbers of a matrix, row by row.
+    Columns with names may be in another order: x, y, z and roll, pitch, yaw, or qw, qx, qy, qz.
     """
     if controller is not None:
         return _poses_of_controller(path, controller)
@@ -97,7 +96,7 @@ _BESIDE = r"(?:.* )?(?:time|stamp|timestamp|t|secs?|nsecs?|nanosec|seq|id|index|
 
 
 def _names_of_pose(found: Found) -> Sequence[str]:
-    """The columns of a pose: a place and an angle or a quaternion, or a matrix."""
+    """The columns of a pose: a position and angles or a quaternion, or a matrix."""
     turns = [turn for turn in (RPY, WXYZ, _MATRIX) if any(one.name in found.at for one in turn)]
     if len(turns) > 1:
         raise ValueError("its names give the orientation in two ways; one of them is expected")

@@ -1,4 +1,4 @@
-"""``ulna run``: a real arm, or a dry run of it, moves to a goal."""
+"""``ulna run``: moves a real arm, or a dry run of it, to a goal."""
 
 from collections.abc import Iterator
 from enum import StrEnum
@@ -22,7 +22,7 @@ from ulna.robot import load
 
 
 class ArmName(StrEnum):
-    """The arms that there are drivers of."""
+    """The arms that have a driver."""
 
     FRANKA = "franka"
 
@@ -34,7 +34,7 @@ Speed = Annotated[float, typer.Option(metavar="NUMBER", help="The share of the a
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Connect to nothing and move nothing: check and record the commands.")]
 Yes = Annotated[bool, typer.Option("--yes", help="Move without asking first.")]
 Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the commands and measured positions: a row for each ms.")]
-_SPEED = 0.2  # unless given: slow enough to reach the emergency stop
+_SPEED = 0.2  # the default is slow enough to reach the emergency stop
 
 RUN_KEYS = (
     "arm; robot; status; success; reason; joints; path: rows of q; duration at this speed, in seconds, or null; moved: whether "
@@ -60,11 +60,11 @@ def run(
     degrees: Degrees = False,
     as_json: Json = False,
 ) -> Output:
-    """Move an arm to a goal, free of collision: from where it is measured, slowly unless --speed says otherwise.
+    """Move an arm from its measured position to a goal, free of collision, and slowly unless --speed changes that.
 
-    As in: ulna run franka --address 127.0.0.1 --to home. What will move is printed, and the arm moves only after you say so, or
-    with --yes. Look at docs/franka.md before you do, and keep the emergency stop in your hand. Exit status 0 if the arm is at the
-    goal, 1 if no motion was found, or it did not move or not to the end.
+    Example: ulna run franka --address 127.0.0.1 --to home. It prints the motion and asks before the arm moves, unless --yes is
+    given. Read docs/franka.md first, and keep the emergency stop in your hand. Exit status 0 if the arm is at the goal; 1 if no
+    motion was found or the arm did not arrive.
     """
     robot = load("fr3")
     if start is not None and not dry_run:
@@ -101,13 +101,13 @@ def run(
 
 
 def _confirmed(motion: Trajectory, speed: float, place: str) -> bool:
-    """Whether the user says that the arm may move."""
+    """Ask the user whether the arm may move."""
     typer.echo(f"{place} will move for {motion.duration / speed:.1f} s at {speed:g} of its speed.", err=True)
     return typer.confirm("Is everybody away from it, and may it move?", err=True)
 
 
 def run_table(data) -> Iterator[RenderableType]:
-    """A sentence about the plan, and one about the run."""
+    """Show a sentence about the plan, and one about the run."""
     yield data["reason"]
     if data["moved"]:
         how = f"stopped {data['ended']}" if data["stopped"] else data["ended"]

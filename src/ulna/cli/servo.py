@@ -1,4 +1,4 @@
-"""``ulna servo``: steers a robot's hand on a page, among obstacles that it does not touch."""
+"""``ulna servo``: steers a robot's hand on a page, clear of obstacles."""
 
 from ulna.cli.cell import Obstacles, ShownRobot
 from ulna.cli.depends import command
@@ -11,7 +11,7 @@ from ulna.viewer.open_page import view
 
 @command
 def servo(robot: ShownRobot, world: Obstacles, q: BeginningQ, page: OnPage, free_fall: FreeFall, *, jerk: Jerk = None) -> None:
-    """Steer a robot's hand in the browser: hold a button, or an arrow key; it touches nothing, and says what limits it.
+    """Steer a robot's hand in the browser with buttons or arrow keys; it touches nothing and shows its limits.
 
     Shift with a key turns the hand. Ctrl-C ends it.
     """

@@ -1,4 +1,4 @@
-"""Reads numbers, a q or a pose from the command line: ``--q``, ``--from``, ``--xyz``, ``--rpy``, ``--pose``, ``--frame``."""
+"""Reads numbers, q or a pose from the command line: ``--q``, ``--from``, ``--xyz``, ``--rpy``, ``--pose``, ``--frame``."""
 
 import math
 import re
@@ -31,10 +31,9 @@ _WITHOUT_PI = re.compile(rf"[+-]?{_DECIMAL}")
 
 
 def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: bool = False) -> list[float]:
-    """The numbers in "0,-pi/4,0.5 1e-3", one for each entry; with ``degrees``, angles are converted to radians.
+    """Parse numbers such as "0,-pi/4,0.5 1e-3", one for each entry; with ``degrees``, angles are converted to radians.
 
-    Without it, a hint on standard error says that an angle of more than a turn is in radians. Another one says that lengths are
-    in metres, where one is longer than any arm reaches.
+    A hint on standard error follows if an angle in radians exceeds a full turn, or a length in meters exceeds any arm's reach.
     """
     found = words(text)
     if len(found) != len(entries):
@@ -58,12 +57,12 @@ def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: b
 
 
 def is_name(text: str) -> bool:
-    """Whether a text begins with a letter and none of its words is a number: "pinch", but neither "pi/2" nor "nan, 0"."""
+    """Whether a text begins with a letter and contains no number: "pinch", but neither "pi/2" nor "nan, 0"."""
     return text.strip()[:1].isalpha() and not any(_WITHOUT_PI.fullmatch(w) or _WITH_PI.fullmatch(w) for w in words(text))
 
 
 def words(text: str) -> list[str]:
-    """The words of a text, which commas or spaces separate."""
+    """Split a text at commas or spaces."""
     return re.split(r"\s*,\s*|\s+", text.strip()) if text.strip() else []
 
 
@@ -179,8 +178,8 @@ class Target(NamedTuple):
 
     Attributes:
         whole: The pose of ``--pose``, shape (4, 4); None without it.
-        orientation: That of ``--rpy``, ``--wxyz`` or ``--rotvec``, shape (4, 4); None without them.
-        frame: The frame in which it is stated: a link, or T_base_frame, shape (4, 4); None for the base.
+        orientation: The orientation of ``--rpy``, ``--wxyz`` or ``--rotvec``, shape (4, 4); None without them.
+        frame: The frame of the pose: a link, or T_base_frame, shape (4, 4); None for the base.
     """
 
     whole: Array | None
@@ -212,7 +211,7 @@ def target_of(
     controller: ControllerName = None,
     degrees: Degrees = False,
 ) -> Target:
-    """The target that ``--pose``, the options of an orientation, and ``--frame`` state."""
+    """The target of ``--pose``, the options of an orientation, and ``--frame``."""
     if whole is None:
         if controller is not None:
             raise InputError("--controller", "goes with --pose")
@@ -233,7 +232,7 @@ TargetPose = Annotated[Target, Depends(target_of)]
 def target_pose(robot: Robot, link: str, xyz: str | None, target: Target) -> Array:
     """The pose of ``--pose`` or ``--xyz`` in its frame, shape (4, 4).
 
-    With ``--xyz`` the link is turned as at home unless an orientation is given.
+    With ``--xyz`` alone the link keeps its orientation at home.
     """
     if (target.whole is None) == (xyz is None):
         raise InputError("--xyz, --pose", "one of them is expected")
@@ -254,7 +253,7 @@ def positions(option: str, text: str, robot: Robot, group: JointGroup | None = N
 
 
 def state_of(text: str, robot: Robot, group: JointGroup | None) -> str | None:
-    """The key of the state of the SRDF that a text names; None if the text is ``home`` or numbers."""
+    """The key of the SRDF state that a text names; None if the text is ``home`` or numbers."""
     try:
         return state_named(text, robot.srdf.states, group).key
     except UnknownNameError:

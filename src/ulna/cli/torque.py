@@ -1,4 +1,4 @@
-"""``ulna torque``: the torques of a robot beside their limits, and the payload that its motors bear."""
+"""``ulna torque``: a robot's joint torques, their limits, and the payload that the motors can hold."""
 
 from collections.abc import Iterator
 from typing import Annotated
@@ -44,10 +44,10 @@ def torque(
     effort: Effort = None,
     degrees: Degrees = False,
 ) -> Output:
-    """Whether the arm can hold a part there: the torque of each joint beside its limit, and the mass that it would bear.
+    """Check whether the arm can hold a part: the torque and limit of each joint, and the maximum mass.
 
-    As in: ulna torque panda --payload 3kg@0,0,0.1, or ulna torque ur10e --mount ceiling. Exit status 0 if all torques are within
-    limits that are known, 1 if not.
+    Example: ulna torque panda --payload 3kg@0,0,0.1, or ulna torque ur10e --mount ceiling. Exit status 0 if all torques are
+    within known limits, 1 if not.
     """
     robot = mounted(robot, free_fall)
     mass, center = payload_of(payload)
@@ -89,7 +89,7 @@ def _rates(option: str, text: str | None, robot: Robot, *, degrees: bool) -> Arr
 
 
 def torque_table(data) -> Iterator[RenderableType]:
-    """A row for each joint, and a sentence about the arm."""
+    """Show a row for each joint, and a sentence about the arm."""
     place = f"{', '.join(f'{x:g}' for x in data['center'])} of {data['link']}"
     what = f"{data['mass']:g} kg at {place}" if data["mass"] else "no payload"
     yield title(data, f"torques with {what}")

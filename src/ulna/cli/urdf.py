@@ -15,8 +15,8 @@ MeshPaths = Annotated[
 
 @command
 def urdf(sources: Sources, *, robot: RobotName = "panda", mesh_paths: MeshPaths = "given") -> None:
-    """Print the robot's URDF: of a xacro file, what it expands to.
+    """Print the robot's URDF; a xacro file is expanded.
 
-    It is printed even if it cannot be loaded, so that the line that an error names can be looked up.
+    The text is printed even if it cannot be loaded, so that you can look up the line that an error names.
     """
     typer.echo(urdf_text(robot, **sources, mesh_paths=mesh_paths).encode(), nl=False)

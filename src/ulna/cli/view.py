@@ -1,4 +1,4 @@
-"""``ulna view``: a robot on a page of this machine."""
+"""``ulna view``: shows a robot on a page of this machine."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PATIENCE_S = 2.0
 
 @command
 def view(robot: ShownRobot, world: Obstacles, q: BeginningQ, page: OnPage, free_fall: FreeFall) -> None:
-    """Any robot in the browser: drag its hand, move its joints, put obstacles in its way; see distances and what it touches.
+    """Show any robot in the browser: drag its hand, move its joints, add obstacles; see distances and contacts.
 
     Ctrl-C ends it.
     """
@@ -39,7 +39,7 @@ def serve(shown: View) -> None:
         typer.echo(f"{printable(shown.session.robot.name)} is at {shown.url}  (Ctrl-C ends it)")
         warn_of_missing(shown.arm.missing)
         shown.wait()
-    warnings.simplefilter("ignore")  # open pages cause warnings when the server is stopped
+    warnings.simplefilter("ignore")  # open pages cause warnings when the server stops
     logging.disable()
     if not shown.stop(within=_PATIENCE_S):
-        os._exit(0)  # a compilation is running, which takes long; a normal exit during it would abort
+        os._exit(0)  # a long compilation is running; a normal exit during it would abort

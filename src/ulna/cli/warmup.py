@@ -1,4 +1,4 @@
-"""``ulna warmup``: compiles all that is compiled on first use."""
+"""``ulna warmup``: compiles all code that is otherwise compiled on first use."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ulna.engine.threads import n_threads
 from ulna.errors import FileError
 
 if TYPE_CHECKING:
-    from ulna.engine.warmup import Compiled  # which loads the compiler
+    from ulna.engine.warmup import Compiled  # imports the compiler
 
 WARMUP_KEYS = (
     "folder: where the machine code lies; seconds: in all; compiled: entry, shapes (boxes or any, where that is two), seconds, "
@@ -32,11 +32,11 @@ WARMUP_KEYS = (
 def warmup(*, as_json: Json = False) -> Output:
     """Compile every kernel for this machine, so that no first call waits for it.
 
-    The machine code is kept on disk: doing it again takes seconds. NUMBA_CACHE_DIR says where, as for Numba itself.
+    The machine code is kept on disk: a second run takes seconds. NUMBA_CACHE_DIR sets the folder, as for Numba itself.
     """
-    if is_ahead():  # a wheel brought it all
+    if is_ahead():  # the wheel contains all machine code
         return Output(warmup_data(str(FOLDER), 0.0, []), warmup_table)
-    from ulna.engine.cache import cache_folder  # noqa: PLC0415 -- they load the compiler, which other commands may not need
+    from ulna.engine.cache import cache_folder  # noqa: PLC0415 -- it loads the compiler, which other commands may not need
     from ulna.engine.warmup import all_jobs, compile_all  # noqa: PLC0415
 
     folder = cache_folder()
@@ -49,7 +49,7 @@ def warmup(*, as_json: Json = False) -> Output:
 
 
 def with_progress(compiled: Iterable[Compiled], total: int, *, in_lines: bool) -> list[Compiled]:
-    """The list of ``compiled``; shows progress on standard error: a bar on a terminal, else a line each if ``in_lines``."""
+    """List ``compiled``, with progress on standard error: a bar on a terminal, else lines if ``in_lines``."""
     columns = TextColumn("compiling"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}")
     done = []
     with progress_bar(*columns) as bar:
@@ -63,7 +63,7 @@ def with_progress(compiled: Iterable[Compiled], total: int, *, in_lines: bool) -
 
 
 def warmup_data(folder: str, seconds: float, compiled: Iterable[Compiled]) -> Data:
-    """How long each entry took, the longest first; see ``WARMUP_KEYS``."""
+    """Collect the compilation time of each entry, longest first; see ``WARMUP_KEYS``."""
     rows = [
         {"entry": one.name, "shapes": one.shapes, "seconds": one.seconds, "was_cached": one.was_cached}
         for one in sorted(compiled, key=lambda one: -one.seconds)
@@ -72,7 +72,7 @@ def warmup_data(folder: str, seconds: float, compiled: Iterable[Compiled]) -> Da
 
 
 def warmup_table(data) -> Iterator[RenderableType]:
-    """The time of each entry that was compiled, and the folder of the machine code."""
+    """Show the time of each compiled entry, and the folder of the machine code."""
     table = make_table(["compiled"], ["seconds"], [])
     for row in data["compiled"]:
         if not row["was_cached"]:

@@ -17,25 +17,25 @@ from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
-NAME = "a plan around the box"  # which the page shows while it is compiled
-_ACCELERATION = 3.0  # [rad/s^2] of every joint
-_VELOCITY = 1.0  # [rad/s]
-_CLEARANCE = 0.01  # [m] that a plan keeps from the box; while it is dragged nearer than half of this, another one is made
-_MAX_CHECKS = 10_000  # of one search, some 30 ms; there are two for each corner before it is said that there is no way
-_APART = 0.02  # [s] between two configurations whose distance from the box is measured again
-_MAX_OF_TRAIL, _TRAIL_STEP = 2000, 0.01  # configurations of the trail, and the change of a joint between them [rad]
-_DEEPER = 1e-3  # [m] that the way back may lead deeper into the box than the arm is: the distance is that of one pair of many
+NAME = "a plan around the box"  # shown on the page during its compilation
+_ACCELERATION = 3.0  # [rad/s^2], for every joint
+_VELOCITY = 1.0  # [rad/s], for every joint
+_CLEARANCE = 0.01  # [m], clearance of a plan from the box; a dragged box closer than half of it triggers replanning
+_MAX_CHECKS = 10_000  # edge checks of one search, about 30 ms; each corner gets two searches before it counts as unreachable
+_APART = 0.02  # [s], interval between the configurations whose distance from the box is measured again
+_MAX_OF_TRAIL, _TRAIL_STEP = 2000, 0.01  # number of configurations in the trail; change of a joint between them [rad]
+_DEEPER = 1e-3  # [m], extra depth allowed on the way back: the distance covers the deepest of many pairs only
 _CORNERS = round(SEGMENT_S * RATE_HZ)  # samples of the trajectory from corner to corner
 
 
 class Way(NamedTuple):
-    """What is known of the way on.
+    """The motion to the next corner, and the plan behind it.
 
     Attributes:
         plan: The plan.
-        motion: Its motion, or the one back; None if there is neither.
-        number: Which of the goals it leads to.
-        kept: How much of the trail is left behind the end of a motion back; None if the motion is not one.
+        motion: Its motion, or the motion back along the trail; None if there is neither.
+        number: Index of the goal that the motion reaches.
+        kept: Length of the trail that remains after a motion back; None for other motions.
     """
 
     plan: Plan
@@ -45,10 +45,10 @@ class Way(NamedTuple):
 
 
 def planned(robot: Robot, start: Array, goals: Array, world: World, trail: Array) -> Way:
-    """A motion to the first configuration that can be reached; if none can, the failed plan to the first.
+    """Plan a motion to the first reachable configuration; if none is reachable, return the failed plan to the first.
 
-    Where a configuration touches the box, another one with the same pose of the hand will do. The motion keeps the clearance; if
-    there is no way that does, it only does not touch. From deep in the box it leads back along the trail.
+    If a configuration touches the box, any other one with the same pose of the hand serves. The motion keeps the clearance if
+    possible, otherwise it only avoids contact. From deep in the box the motion leads back along the trail.
     """
     failed = []
     for number, goal in enumerate(goals):
@@ -65,9 +65,9 @@ def planned(robot: Robot, start: Array, goals: Array, world: World, trail: Array
 
 
 def _last_free(robot: Robot, start: Array, trail: Array, world: World) -> int | None:
-    """The index of the last configuration of the trail that touches nothing; None if all touch, or if going back goes deeper.
+    """The index of the last collision-free configuration in the trail; None without one, or if the way back leads deeper.
 
-    The trail: shape (n, n_dof). The way is looked at in the middle of its steps too.
+    The trail has shape (n, n_dof). The middle of each step is checked too.
     """
     free = np.flatnonzero(np.logical_not(robot.in_collision(trail, world)))
     if not len(free):
@@ -84,10 +84,10 @@ def _plan(robot: Robot, start: Array, goal: Array, world: World) -> Plan:
 
 
 def is_free(robot: Robot, motion: Trajectory, since: float, world: World) -> bool:
-    """Whether the rest of a motion is certified free, and not near the box at configurations 20 ms apart.
+    """Whether the rest of a motion is certified free, and stays clear of the box at configurations 20 ms apart.
 
-    Where the box is near or touches already, the motion is to lead away from it: planned anew it would begin from rest again.
-    Where it touches, the motion is certified from the first of these configurations on at which it does not.
+    If the arm is near the box or touches it already, the motion only has to lead away: a new plan would start from rest again.
+    After a contact, the motion is certified from its first free configuration on.
     """
     n = 1 + int(np.ceil(max(motion.duration - since, 0.0) / _APART))
     times = np.linspace(since, motion.duration, n + 1)
@@ -98,15 +98,15 @@ def is_free(robot: Robot, motion: Trajectory, since: float, world: World) -> boo
 
 
 class Around:
-    """The way around the box: a motion to the next corner, which is planned again when the box is moved into it.
+    """Moves the arm around the box to the next corner; plans again if the box is moved into the way.
 
     Args:
         demo: The demo, with its box.
-        ask: Calls functions by ``Compiler.ask``: None while their kernels are compiled.
+        ask: Calls functions by ``Compiler.ask``, which returns None while their kernels are compiled.
 
     Attributes:
         plan: The last plan; None before the first one, and while its kernels are compiled.
-        corner: The number of the corner that the arm goes to.
+        corner: The index of the corner that the arm approaches.
     """
 
     def __init__(self, demo: Demo, ask: Callable[..., Any]) -> None:
@@ -115,27 +115,27 @@ class Around:
         self.corner = 0
         self._motion: Trajectory | None = None
         self._time = 0.0
-        self._box: Array | None = None  # where it was when the motion was last found to be free
+        self._box: Array | None = None  # pose of the box when the motion was last found free
         self._placed: Array | None = None
         self._trail: deque[Array] = deque(maxlen=_MAX_OF_TRAIL)
         self._backs = False
 
     def passed(self, q: Array) -> None:
-        """Note where the arm is, by whatever means it came there: it leaves the box the way it came if there is no other."""
+        """Record the arm's configuration in the trail, so that the arm can leave the box the way it came."""
         if not self._backs and (not self._trail or np.abs(q - self._trail[-1]).max() > _TRAIL_STEP):
             self._trail.append(q)
 
     def begin(self) -> None:
-        """Plan anew, from wherever the arm is."""
+        """Plan again from the arm's current configuration."""
         self.plan = self._motion = self._box = self._placed = None
         self._backs = False
 
     def advance(self, q: Array, seconds: float, corners: Array) -> Array:
-        """Where the arm is after a time [s], shape (n_dof,): on its way, or where it was if there is no way.
+        """Advance by a time [s] along the motion; returns q, shape (n_dof,), which is unchanged without a motion.
 
-        q: where it is; corners: the configurations between which it goes, shape (n, n_dof).
+        q: the current configuration; corners: the configurations to visit, shape (n, n_dof).
         """
-        if q is not self._placed:  # moved by other means
+        if q is not self._placed:  # something else moved the arm
             self.begin()
         box = self._demo.world.pose(BOX_NAME)
         if self._box is None or not np.array_equal(box, self._box):
@@ -151,7 +151,7 @@ class Around:
 
     @property
     def sentence(self) -> str:
-        """What there is to say of the plan."""
+        """A sentence about the plan."""
         if self.plan is None:
             return "the plan waits for the compiler"
         if self.plan:
@@ -166,7 +166,7 @@ class Around:
         return f"no way round the box was found: {self.plan}"
 
     def _look_again(self, q: Array, box: Array, corners: Array) -> None:
-        """Keep the motion if the rest of it is free; else plan another one."""
+        """Keep the motion if the rest of it is free; otherwise plan another one."""
         robot, world = self._demo.robot, self._demo.world
         if self._motion is not None and self._ask(NAME, is_free, robot, self._motion, self._time, world):
             self._box = box
@@ -188,5 +188,5 @@ class Around:
 
 
 def corners_of(samples: Array) -> Array:
-    """The configurations at the way points of a trajectory, without the last, which is the first: shape (n, n_dof)."""
+    """The configurations at the waypoints of a closed trajectory, without the repeated last one: shape (n, n_dof)."""
     return samples[:-1:_CORNERS]

@@ -1,4 +1,4 @@
-"""Runs the checks of the assignment: each gives a figure, its bound, and whether it passed."""
+"""Runs the checks of the assignment: each has a figure, its bound, and a verdict."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -17,10 +17,10 @@ from ulna.robot import Robot, load
 
 N_CONFIGURATIONS = 1000
 N_TARGETS = 1000
-N_BOX_CONFIGURATIONS = 300  # twelve pairs each; the reference implementation takes a third of a millisecond a pair
-DIFFERENCE_STEP = 1e-5  # [rad] at which the rounding error and the truncation error are about equal
-MAX_STEPS, SHORTEST_STEP = 5000, 1e-12  # of the Jacobian transpose
-CONTACT = 1e-9  # [m] pairs with a smaller distance or depth are not compared: rounding decides
+N_BOX_CONFIGURATIONS = 300  # twelve pairs each; the reference implementation takes a third of a millisecond per pair
+DIFFERENCE_STEP = 1e-5  # [rad]: rounding error and truncation error are about equal
+MAX_STEPS, SHORTEST_STEP = 5000, 1e-12  # of the Jacobian transpose method
+CONTACT = 1e-9  # [m], pairs with a smaller distance or depth are not compared: rounding decides
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Check:
 
 
 def run_checks(dh_rows: Sequence[Sequence[float]] = panda.DH_ROWS) -> Iterator[Check]:
-    """All checks of the Panda, one after the other. ``dh_rows`` is the table compared with the URDF, shape (9, 4)."""
+    """Run all checks of the Panda in turn. ``dh_rows`` is the table compared with the URDF, shape (9, 4)."""
     robot = load("panda")
     dh_robot = Robot.from_dh(dh_rows, joint_types=panda.DH_JOINT_TYPES)
     rng = np.random.default_rng(2)
@@ -49,14 +49,14 @@ def run_checks(dh_rows: Sequence[Sequence[float]] = panda.DH_ROWS) -> Iterator[C
 
 
 def urdf_against_dh(robot: Robot, dh_robot: Robot, q: NDArray) -> Check:
-    """Forward kinematics twice: all nine frames, from the URDF and from the DH table."""
+    """Compare the forward kinematics of all nine frames from the URDF and from the DH table."""
     columns = [robot.link_names.index(name) for name in panda.DH_LINKS]
     difference = np.abs(robot.link_poses(q)[:, columns] - dh_robot.link_poses(q)[:, 1:]).max()
     return _below("forward kinematics, URDF against DH", difference, 1e-12, "", f"9 frames, {len(q)} configurations")
 
 
 def jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
-    """The geometric Jacobian against central differences of the pose."""
+    """Compare the geometric Jacobian with central differences of the pose."""
     differences = np.empty((len(q), 6, robot.n_dof))
     T = robot.forward_kinematics(q)
     for j, (ahead, behind) in enumerate(_neighbours(robot.forward_kinematics, q)):
@@ -69,7 +69,7 @@ def jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
 
 
 def analytical_jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
-    """The rates of roll, pitch and yaw against central differences, away from gimbal lock."""
+    """Compare the rates of roll, pitch and yaw with central differences, away from gimbal lock."""
     q = q[np.abs(np.cos(rpy_from_matrix(robot.forward_kinematics(q))[:, 1])) > 0.1]
     differences = np.empty((len(q), 6, robot.n_dof))
     for j, (ahead, behind) in enumerate(_neighbours(robot.forward_kinematics, q)):
@@ -82,7 +82,7 @@ def analytical_jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
 
 
 def levenberg_marquardt_round_trips(robot: Robot, dh_robot: Robot, rng: np.random.Generator) -> Check:
-    """Random reachable targets, solved in one call each, and checked by the forward kinematics of the DH table."""
+    """Solve random reachable targets, and verify the results with the forward kinematics of the DH table."""
     targets = robot.forward_kinematics(rng.uniform(robot.lower, robot.upper, (N_TARGETS, robot.n_dof)))
     robot.inverse_kinematics(targets[0])
     start = time.perf_counter()
@@ -96,7 +96,7 @@ def levenberg_marquardt_round_trips(robot: Robot, dh_robot: Robot, rng: np.rando
 
 
 def jacobian_transpose_round_trip(robot: Robot, dh_robot: Robot) -> Check:
-    """The assignment's method on the assignment's example: from home, one centimetre along y."""
+    """Run the assignment's method on its example: from home, one centimeter along y."""
     target = robot.forward_kinematics(robot.home)
     target[1, 3] += 0.01
     q, e, steps = by_jacobian_transpose(robot, target, robot.home, 1e-10)
@@ -106,10 +106,10 @@ def jacobian_transpose_round_trip(robot: Robot, dh_robot: Robot) -> Check:
 
 
 def by_jacobian_transpose(robot: Robot, target: NDArray, q: NDArray, tolerance: float) -> tuple[NDArray, NDArray, int]:
-    """The end of a steepest descent from q: q, the error that is left [m, rad], shape (6,), and the number of steps.
+    """Steepest descent from q: returns the final q, the remaining error [m, rad], shape (6,), and the number of steps.
 
-    The step is alpha g with g = J' e and alpha = <e, J g> / <J g, J g>, halved until the error decreases, as in
-    ``hw2/franka_robot.py``; joint limits are ignored here.
+    The step is alpha g with g = J' e, alpha = <e, J g> / <J g, J g>, halved until the error decreases. ``hw2/franka_robot.py``
+    uses the same step. Joint limits are ignored here.
     """
     e = _missing(target, robot.forward_kinematics(q))
     for steps in range(MAX_STEPS):
@@ -131,9 +131,9 @@ def by_jacobian_transpose(robot: Robot, target: NDArray, q: NDArray, tolerance: 
 
 
 def boxes_against_reference(robot: Robot, q: NDArray, rng: np.random.Generator) -> Check:
-    """All twelve pairs at each configuration, by kernel and by reference, with the movable box near one of the arm's.
+    """Compare kernel and reference on all twelve pairs at each configuration, with the movable box near the arm.
 
-    Every tenth time the box is small and inside one of the arm's: that is a collision too.
+    Every tenth time a small box lies inside one of the arm's boxes, which counts as a collision too.
     """
     shapes = [body.shape for link in robot.description.links for body in link.collisions]
     poses = robot.collision_poses(q)
@@ -155,15 +155,16 @@ def boxes_against_reference(robot: Robot, q: NDArray, rng: np.random.Generator) 
 
 
 def closed_trajectory(robot: Robot) -> Check:
-    """The demo's trajectory ends where it began."""
+    """Check that the demo's trajectory ends at its start."""
     off = np.abs(make_trajectory(robot).samples[-1] - robot.home).max()
     return _below("trajectory closes at home", off, 1e-6, " rad", "90 samples")
 
 
 def slow_gap(T_a: NDArray, a: Box, T_b: NDArray, b: Box) -> float:
-    """The widest gap between the projections of two boxes over the fifteen axes [m], from their corners: slow and plain.
+    """The widest gap between the projections of two boxes on the fifteen axes [m], computed from their corners.
 
-    Written apart from the kernel: the boxes' symmetry is not used, all axes are unit vectors, parallel edges give none.
+    A slow, independent implementation: it does not use the boxes' symmetry, all axes are unit vectors, and parallel edges give no
+    axis.
     """
     signs = np.array(list(product((-1, 1), repeat=3)))
     corners_a, corners_b = (signs * s.half_extents @ T[:3, :3].T + T[:3, 3] for s, T in ((a, T_a), (b, T_b)))

@@ -24,7 +24,7 @@ DEMO_KEYS = "passed; checks: name, figure, bound, passed."
 
 @command
 def demo(page: OnPage, *, check: ChecksOnly = False, as_json: Json = False) -> None:
-    """The assignment: the arm, the box and the light in the browser, and meanwhile its checks, run on this machine.
+    """Show the assignment's arm, box and light in the browser, and run its checks on this machine.
 
     Exit status 1 if a check fails; then the page ends.
     """
@@ -37,14 +37,14 @@ def demo(page: OnPage, *, check: ChecksOnly = False, as_json: Json = False) -> N
 
 
 def _serve(page: PageOptions) -> bool:
-    """Serve the page, and run the checks while it is open. Whether all passed."""
+    """Serve the page, and run the checks while it is open. Returns whether all passed."""
     with needs_extra("the view", "viewer", "viser", "trimesh", "av", "PIL"):
         from ulna.demo.page import serve  # noqa: PLC0415 -- the one layer that needs the extra
     return serve(Demo(), **page._asdict(), meanwhile=lambda: show_checks(run_checks(), as_json=False))
 
 
 def show_checks(checks: Iterable[Check], *, as_json: bool) -> bool:
-    """Print the checks, each as soon as it has run: rows on a terminal, plain lines elsewhere. Whether all passed."""
+    """Print each check as soon as it has run: rows on a terminal, plain lines elsewhere. Returns whether all passed."""
     console, done = make_console(), []
     if console.is_terminal and not as_json:
         console.print(_check_row(Text("verdict"), "check", "figure", "bound", style="bold"))
@@ -62,7 +62,7 @@ def show_checks(checks: Iterable[Check], *, as_json: bool) -> bool:
 
 
 def _check_row(*cells: RenderableType, style: str = "") -> Table:
-    """One row of the checks: a table of its own, of the same widths as the others."""
+    """Make one row of the checks: a table of its own with the same widths as the others."""
     row = Table.grid(expand=True, padding=(0, 2, 0, 0))
     row.add_column(width=len("verdict"))
     for ratio in (5, 6, 3):

@@ -1,4 +1,4 @@
-"""Says what is drawn of the demo: solids with their names, poses and colours."""
+"""Builds the drawing of the demo: solids with their names, poses and colors."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,7 +15,7 @@ from ulna.description.shapes import Box, Cylinder
 from ulna.robot import Robot
 from ulna.viewer.palette import MOVABLE, Solid, collision_boxes
 
-WORD_POSITION = (0.0, 0.0, -LIGHT.length)  # of the word beside the light, in the light's frame [m]
+WORD_POSITION = (0.0, 0.0, -LIGHT.length)  # [m], position of the text below the light, in the light's frame
 _SHAFT, _HEAD = Cylinder(radius=0.004, length=0.2), Cylinder(radius=0.011, length=0.03)
 _ALONG = {"x": (0.0, pi / 2, 0.0), "y": (-pi / 2, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}  # roll, pitch, yaw that turn z onto an axis
 _AXES = ((255, 46, 100), (60, 190, 110), (50, 130, 220))
@@ -30,17 +30,17 @@ def standing_boxes(robot: Robot, q: ArrayLike) -> Iterator[Solid[Box]]:
 
 
 def light(robot: Robot, report: Report | None) -> Solid[Cylinder]:
-    """The light: red if anything touches, else green, grey while that is not known. Beside it is ``light_word(report)``."""
+    """The light: red if anything touches, green if not, gray while unknown. ``light_word(report)`` is its text."""
     return Solid("light", robot.base, pose(LIGHT_POSITION), LIGHT, light_color(report), glows=True)
 
 
 def movable_box(robot: Robot, T_base_box: NDArray[np.float64]) -> Solid[Box]:
-    """The box that a person drags."""
+    """The box that the user drags."""
     return Solid(BOX_NAME, robot.base, T_base_box, BOX, MOVABLE)
 
 
 def box_handles(robot: Robot, T_base_box: NDArray[np.float64]) -> Iterator[Solid[Cylinder]]:
-    """The arrows by which the box is dragged, along its axes, as the page and RViz have them: x red, y green, z blue."""
+    """The arrows along the box's axes, colored as on the page and in RViz: x red, y green, z blue."""
     for (axis, rpy), color in zip(_ALONG.items(), _AXES, strict=True):
         for part, shape, middle in (("shaft", _SHAFT, _SHAFT.length / 2), ("head", _HEAD, _SHAFT.length)):
             T = T_base_box @ pose((0, 0, 0), rpy) @ pose((0, 0, middle))
@@ -48,6 +48,6 @@ def box_handles(robot: Robot, T_base_box: NDArray[np.float64]) -> Iterator[Solid
 
 
 def joint_positions(robot: Robot, q: ArrayLike) -> dict[str, float]:
-    """The position of each joint by its name [rad or m]; of the Panda also its fingers, which are fixed in its description."""
+    """Joint positions by name [rad or m], with the fingers of the Panda, which its description fixes."""
     positions = dict(zip(robot.joint_names, map(float, np.asarray(q)), strict=True))
     return positions | (dict.fromkeys(panda.FINGER_JOINTS, panda.FINGER_POSITION) if robot.name == "panda" else {})

@@ -1,7 +1,7 @@
-"""Records the demo into a video or picture: q, the pose of the box, and the contacts at each moment.
+"""Records the demo as a video or picture: q, the pose of the box, and the contacts at each moment.
 
-The box goes round the arm once and touches it at six places, from the hand to the base: it approaches, touches, slides along and
-moves away. The places are relative to the moving arm, so the contacts are the same for any length of the film.
+The box circles the arm once and touches it at six places, from the hand to the base. At each place it approaches, touches, slides
+and moves away. The places are relative to the moving arm, so a film of any length shows the same contacts.
 """
 
 from collections.abc import Iterator, Sequence
@@ -26,13 +26,13 @@ from ulna.viewer.palette import collision_boxes
 
 DEMO_CAMERA = Camera(position=(1.45, 1.35, 0.95), look_at=(0.13, 0.02, 0.45), fov=0.72)  # the box stays in sight
 DEMO_GROUND = Ground(middle=(0.1, 0.0, 0.4), radius=1.3)
-DEMO_ASPECT = 1.3  # width by height: in a narrower picture the camera sees more above and below
-NEAR, DEEP = 0.12, -0.035  # [m] distances of the box from the arm: before and after a contact, and during it
+DEMO_ASPECT = 1.3  # width by height: a narrower picture shows more above and below
+NEAR, DEEP = 0.12, -0.035  # [m], distances of the box from the arm: before and after a contact, and during it
 
 
 @dataclass(frozen=True)
 class Visit:
-    """A contact: one of the arm's boxes, the direction of approach, and the way [m] along it, both in the base's axes."""
+    """A contact: one of the arm's boxes, and the approach direction and sliding path [m] in the base's axes."""
 
     box: str
     side: tuple[float, float, float]
@@ -51,12 +51,12 @@ VISITS = (
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """The demo at one time.
+    """The state of the demo at one time.
 
     Attributes:
         q: Joint positions of the arm [rad], shape (n_dof,).
         T_base_box: The pose of the box, shape (4, 4).
-        report: The boxes of the arm that it touches.
+        report: The arm's boxes in contact.
     """
 
     q: NDArray[np.float64]
@@ -72,24 +72,24 @@ class Script:
         self._knots = self._make_knots()
 
     def moment(self, time: float) -> Moment:
-        """The demo at a time [s]."""
+        """The state of the demo at a time [s]."""
         q, T = self.demo.trajectory.at(time), self.box_pose(time / self.seconds)
         self.demo.move_box(T)
         return Moment(q, T, self.demo.check(q))
 
     def moments(self, rate: float) -> Iterator[Moment]:
-        """All moments, ``rate`` a second."""
+        """All moments, ``rate`` per second."""
         for k in range(max(round(self.seconds * rate), 1)):
             yield self.moment(k / rate)
 
     def box_pose(self, part: float) -> NDArray[np.float64]:
-        """T_base_box, shape (4, 4), at a part of the time, 0 to 1; at 1 the box is back at its start."""
+        """T_base_box, shape (4, 4), at a fraction of the time, 0 to 1; 1 is the start again."""
         T = self._turned(part)
         T[:3, 3] = _on_curve(self._knots, part)
         return T
 
     def _make_knots(self) -> NDArray[np.float64]:
-        """The positions [m] of the box at even times, shape (n, 3): its start, and four for each visit."""
+        """The positions [m] of the box at equal time steps, shape (n, 3): its start, and four for each visit."""
         n = 1 + 4 * len(VISITS)
         knots = [np.array(BOX_START)]
         for visit in VISITS:
@@ -99,7 +99,7 @@ class Script:
         return np.array(knots)
 
     def _beside(self, visit: Visit, distance: float, part: float) -> NDArray[np.float64]:
-        """The centre of the movable box [m] at a distance [m] from the visited box, along the direction of approach."""
+        """The center of the movable box [m] at a distance [m] from the visited box, along the direction of approach."""
         q = self.demo.trajectory.at(part * self.seconds)
         (visited,) = (solid for solid in standing_boxes(self.demo.robot, q) if solid.name == visit.box)
         side = np.array(visit.side) / np.linalg.norm(visit.side)
@@ -108,7 +108,7 @@ class Script:
 
     @staticmethod
     def _turned(part: float) -> NDArray[np.float64]:
-        """The orientation of the box at a part of the time, as a pose: one turn about z, and a small oscillation."""
+        """The orientation of the box at a fraction of the time: one turn about z, and a small oscillation."""
         return pose((0, 0, 0), (0.35 * sin(6 * pi * part), 0.0, 2 * pi * part))
 
 
@@ -118,7 +118,7 @@ def _reach(T: NDArray[np.float64], box: Box, direction: NDArray[np.float64]) -> 
 
 
 def _on_curve(knots: NDArray[np.float64], part: float) -> NDArray[np.float64]:
-    """A closed smooth curve through all knots, at a part of its time, 0 to 1.
+    """Evaluate a closed smooth curve through all knots at a fraction of its time, 0 to 1.
 
     Source: Catmull and Rom, A class of local interpolating splines (1974).
     """
@@ -129,13 +129,13 @@ def _on_curve(knots: NDArray[np.float64], part: float) -> NDArray[np.float64]:
 
 
 def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell: Tell = report_nothing) -> None:
-    """Record the demo: the arm repeats its trajectory, the box goes round it, the light is red while they touch.
+    """Record the demo: the arm repeats its trajectory, the box circles it, the light is red during contacts.
 
     Args:
         form: The format of the file.
-        at: The time [s] that a single picture shows; that of the first contact unless given.
+        at: The time [s] of a single picture; by default the first contact.
         boxes: Show the twelve collision boxes of the arm.
-        tell: Called with the number of pictures done so far.
+        tell: Called with the number of pictures done.
     """
     if at is not None and not form.is_still:
         raise InputError("at", f"is for a single picture, a .png; {form.path.name} shows the whole demo")
@@ -163,6 +163,6 @@ def record_pictures(form: Form, robot: Robot, pictures: Sequence[Picture], tell:
 
 
 def _widened(camera: Camera, size: tuple[int, int]) -> Camera:
-    """The camera with a larger field of view for a narrow picture, so that the width of the scene still fits."""
+    """Widen the camera's field of view for a narrow picture, so that the width of the scene still fits."""
     narrow = max(DEMO_ASPECT * size[1] / size[0], 1.0)
     return replace(camera, fov=2 * atan(narrow * tan(camera.fov / 2)))

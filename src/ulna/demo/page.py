@@ -1,4 +1,4 @@
-"""Serves the demo's page: draws the arm, the box and the light, plays the trajectory, follows the handles and the sliders."""
+"""Serves the demo's page: draws the scene, plays the trajectory, and reads the handles and sliders."""
 
 import os
 import time
@@ -35,7 +35,7 @@ _MORE = (
     "Shift up and down too. Press ? for the keys. This is a university assignment: hw2 in the repository."
 )
 _AROUND = "The arm goes between the corners of its trajectory by certified plans, made anew when the box is moved into its way"
-_FOLLOW_S = 0.1  # interval at which the sliders are set while the arm moves
+_FOLLOW_S = 0.1  # [s], update interval of the sliders while the arm moves
 
 
 def serve(
@@ -46,9 +46,9 @@ def serve(
     open_browser: bool = True,
     meanwhile: Callable[[], bool] = lambda: True,
 ) -> bool:
-    """Show the demo until Ctrl-C. ``meanwhile`` is called once its kernels are compiled; if it returns False, the page ends.
+    """Show the demo until Ctrl-C; call ``meanwhile`` once the kernels are compiled, and end the page if it returns False.
 
-    Returns what ``meanwhile`` returned; True if it was interrupted.
+    Returns the result of ``meanwhile``; True after an interruption.
     """
     app, passed = DemoApp(demo, host, port), True
     print(f"The Panda is at {app.url}  (Ctrl-C ends it)", flush=True)  # noqa: T201 - the address is the result
@@ -61,10 +61,10 @@ def serve(
             if passed:
                 app.wait()
     finally:
-        warnings.simplefilter("ignore")  # open pages cause warnings when the server is stopped
+        warnings.simplefilter("ignore")  # open pages cause warnings when the server stops
         ended = app.stop()
     if not ended:
-        os._exit(0 if passed else 1)  # a compilation is running, which takes long; a normal exit during it would abort
+        os._exit(0 if passed else 1)  # a long compilation is running; a normal exit during it would abort
     return passed
 
 
@@ -79,7 +79,7 @@ class DemoApp:
         self.compiler = Compiler(self._loop.wake)
         self.player = Player(demo, self, self.compiler.ask)
         self._last = self._followed = time.perf_counter()
-        self._shown = self.player.q  # what the sliders show
+        self._shown = self.player.q  # q shown by the sliders
         with self.page.ending_if_it_fails():
             self._build()
         self._loop.start()
@@ -100,7 +100,7 @@ class DemoApp:
             time.sleep(0.05)
 
     def stop(self) -> bool:
-        """End the loop and the server. Returns whether nothing is being compiled any more."""
+        """End the loop and the server. Returns whether compilation has ended."""
         self._loop.stop(STOP_WITHIN_S)
         self.recording.close()
         self.compiler.stop(STOP_WITHIN_S)
@@ -108,7 +108,7 @@ class DemoApp:
         return self.compiler.ended
 
     def set_configuration(self, q: NDArray[np.float64]) -> None:
-        """Stand still at q."""
+        """Stop at q."""
         with self.player.lock, self.server.atomic():
             self.playing.value = False
             self.player.move_to(q)
@@ -125,12 +125,12 @@ class DemoApp:
         self.scene.arm.move_to(q)
 
     def draw_report(self, report: Report | None) -> None:
-        """Set the colours of the light and the boxes, and the text; grey while the check is compiled."""
+        """Set the colors of the light and the boxes, and the text; gray while the check is compiled."""
         self.scene.draw_report(report)
         self.verdict.content = marked(light_word(report), light_color(report))
 
     def _failed(self, error: Exception | None) -> None:
-        self.notice.show_failure(error)  # the notice is made after the loop
+        self.notice.show_failure(error)  # the notice is created after the loop
 
     # ---- widgets ------------------------------------------------------------------------------------------------------
 
@@ -153,7 +153,7 @@ class DemoApp:
         self.recording = RecordButton(self.server, self.player, lambda: self.show_boxes.value)
         self.joints = JointSliders(gui, self.demo.robot, self._loop.wake)
 
-    # ---- what moves ---------------------------------------------------------------------------------------------------
+    # ---- motion --------------------------------------------------------------------------------------------------------
 
     def _frame(self) -> None:
         now = time.perf_counter()
@@ -180,7 +180,7 @@ class DemoApp:
         self._loop.wake()
 
     def _show_way(self) -> None:
-        """Say whether there is a way around the box, while one is looked for."""
+        """Show whether a way around the box exists, while "Plan around the box" is on."""
         around = self.player.around
         self.way.visible = self.player.avoiding
         if self.player.avoiding:
@@ -215,7 +215,7 @@ class DemoScene:
         self.handles.grip(scene.add_box("/movable/box", MOVABLE, BOX.extents))
 
     def draw_report(self, report: Report | None) -> None:
-        """Set the colour of the light, its text, and the boxes that touch; grey while the report is not known."""
+        """Set the color of the light, its text, and the boxes in contact; gray while the report is unknown."""
         if self.word.text != light_word(report):
             self.light.color = light_color(report)
             self.word.text = light_word(report)

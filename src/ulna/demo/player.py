@@ -1,4 +1,4 @@
-"""Plays the demo on a screen: moves the arm along its trajectory, and the box as it is dragged."""
+"""Plays the demo on a screen: moves the arm along its trajectory, and the box as the user drags it."""
 
 import threading
 import time
@@ -13,17 +13,17 @@ from ulna.demo.around import Around, corners_of
 from ulna.demo.scenario import Demo
 from ulna.viewer.session.session import ask_at_once
 
-_COLLISIONS, _TRAJECTORY = "what the box touches", "the trajectory"  # the names that the page shows while they are compiled
+_COLLISIONS, _TRAJECTORY = "what the box touches", "the trajectory"  # names on the page during their compilation
 
 
 class Screen(Protocol):
-    """The interface by which the demo is drawn: by the page, or a ROS node."""
+    """The interface that draws the demo: the page, or a ROS node."""
 
     def draw_arm(self, q: NDArray[np.float64]) -> None:
         """Draw the arm at q, shape (n_dof,)."""
 
     def draw_report(self, report: Report | None) -> None:
-        """Draw the light, its text, and the boxes that touch; grey while the report is not known."""
+        """Draw the light, its text, and the boxes in contact; gray while the report is unknown."""
 
 
 class Player:
@@ -32,14 +32,14 @@ class Player:
     Args:
         demo: The demo.
         screen: Draws it.
-        ask: Calls functions by ``Compiler.ask``. It returns None while their kernels are compiled in another thread: then the arm
-            does not move, or the report is not known.
+        ask: Calls functions by ``Compiler.ask``, which returns None while another thread compiles their kernels. Until then the
+            arm stands still, or the report is unknown.
 
     Attributes:
-        report: The boxes that the movable box touches; None while that is not known.
+        report: The arm's boxes that touch the movable box; None while unknown.
         q: Joint positions of the arm [rad], shape (n_dof,).
         time: The time of the trajectory [s].
-        avoiding: Whether the arm goes around the box, by plans between the corners of its trajectory.
+        avoiding: Whether the arm follows plans around the box, between the corners of its trajectory.
         around: Plans them.
         answer_time: The time from the last drag to the end of drawing its result [s].
         lock: Held while drawing; hold it to make several changes at once.
@@ -62,7 +62,7 @@ class Player:
             self.check()
 
     def advance(self, seconds: float) -> None:
-        """Play the trajectory for a time [s], or the way around the box."""
+        """Advance by a time [s] along the trajectory, or along the plan around the box."""
         with self.lock:
             trajectory = self._ask(_TRAJECTORY, lambda: self.demo.trajectory)
             if trajectory is None:
@@ -74,7 +74,7 @@ class Player:
                 self.move_to(trajectory.at(self.time))
 
     def drag(self, T_base_box: ArrayLike) -> None:
-        """Move the box to a pose, shape (4, 4), check what it touches, and draw that at once."""
+        """Move the box to a pose, shape (4, 4), check its contacts, and draw them at once."""
         start = time.perf_counter()
         with self.lock:
             self.demo.move_box(T_base_box)
@@ -82,7 +82,7 @@ class Player:
             self.answer_time = time.perf_counter() - start
 
     def check(self) -> None:
-        """Check again what the box touches, and draw it."""
+        """Check the contacts of the box again, and draw them."""
         with self.lock:
             self.report = self._ask(_COLLISIONS, self.demo.check, self.q)
             self.screen.draw_report(self.report)

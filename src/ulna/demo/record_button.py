@@ -1,7 +1,7 @@
 """Records the demo's page as a video, from one click of a button to the next.
 
-While recording, only the poses of the arm, the box and the camera are kept. The video is rendered afterwards (``viewer.film``),
-so that a slow browser loses no frames, and the page stays fast.
+The recording stores only the poses of the arm, the box and the camera. The video is rendered afterwards (``viewer.film``), so a
+slow browser loses no frames, and the page stays fast.
 """
 
 import threading
@@ -45,7 +45,7 @@ class RecordButton:
         self._closed = False
 
     def take(self, now: float) -> None:
-        """Keep the poses shown at a time [s], while recording. Called in the page's loop with the player's lock held."""
+        """While recording, store the poses shown at a time [s]. The page's loop calls it with the player's lock held."""
         client = self._client
         if client is None or self.player.report is None:
             return
@@ -58,7 +58,7 @@ class RecordButton:
         self._shots.append((now, demo_picture(player.demo.robot, moment, seen, boxes=self._boxes_shown())))
 
     def close(self) -> None:
-        """Cancel a video that is being made."""
+        """Cancel a video in the making."""
         self._client, self._closed = None, True
         if self._maker is not None:
             self._maker.join(timeout=STOP_WITHIN_S)
@@ -100,7 +100,7 @@ class RecordButton:
                     client.send_file_download(path.name, path.read_bytes())
         except _GivenUpError:
             pass
-        except Exception as error:  # noqa: BLE001 - whatever it is, it is shown in the tab
+        except Exception as error:  # noqa: BLE001 - the tab shows any error
             traceback.print_exc()
             client.add_notification("The video was not made", str(error) or type(error).__name__, color="red")
         finally:
@@ -114,11 +114,11 @@ class RecordButton:
 
 
 class _GivenUpError(Exception):
-    """The page is closed."""
+    """The page was closed."""
 
 
 def evenly_spaced(shots: list[tuple[float, Picture]], rate: float) -> list[Picture]:
-    """The latest shot at evenly spaced times, ``rate`` a second, from the first shot to the last."""
+    """The latest shot at evenly spaced times, ``rate`` per second, from the first shot to the last."""
     times = np.array([time for time, _ in shots]) - shots[0][0]
     at = np.arange(np.floor(times[-1] * rate) + 1) / rate
     return [shots[k][1] for k in np.searchsorted(times, at + 1e-9, side="right") - 1]

@@ -1,6 +1,6 @@
-"""The assignment's demo without a screen: trajectory, movable box, light.
+"""Defines the assignment's demo without a screen: trajectory, movable box, light.
 
-The numbers are those of the assignment (section 5 and its demo).
+The numbers come from the assignment (section 5 and its demo).
 """
 
 from dataclasses import dataclass
@@ -21,14 +21,14 @@ from ulna.viewer.palette import GREEN, RED, UNKNOWN
 
 RATE_HZ = 10.0
 SEGMENT_S = 3.0
-# Way points as changes from home: x, y, z [m], roll, pitch, yaw [rad]. The straight lines between them close a loop.
+# Waypoints as changes from home: x, y, z [m], roll, pitch, yaw [rad]. The straight lines between them close a loop.
 WAY_POINTS = (
     (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     (0.1, 0.1, 0.0, 0.0, 0.0, 0.0),
     (0.0, 0.0, 0.1, 0.0, 0.0, pi / 2),
     (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
 )
-TOLERANCE = 1e-9  # of each sample's pose [m, rad]: the loop closes to 1e-6 rad
+TOLERANCE = 1e-9  # [m, rad], of each sample's pose: the loop closes to 1e-6 rad
 BOX_NAME = "box"
 BOX = Box(extents=(0.15, 0.09, 0.126))
 BOX_START = (0.5, 0.0, 0.21)
@@ -37,12 +37,12 @@ LIGHT_POSITION = (0.0, 0.3, 0.0)
 
 
 class TrajectoryError(UlnaError, RuntimeError):
-    """A sample of the trajectory that inverse kinematics did not reach."""
+    """Inverse kinematics did not reach a sample of the trajectory."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A closed path: samples of q at RATE_HZ, shape (n + 1, n_dof); the last equals the first within a tolerance."""
+    """A closed path: samples of q at RATE_HZ, shape (n + 1, n_dof); the last repeats the first approximately."""
 
     samples: NDArray[np.float64]
 
@@ -59,7 +59,7 @@ class Trajectory:
 
 
 def make_trajectory(robot: Robot) -> Trajectory:
-    """The trajectory: each sample by inverse kinematics from the sample before, with the home posture.
+    """Compute the trajectory: each sample by inverse kinematics from the sample before, with the home posture.
 
     The arm is redundant: without the posture the last sample would be 0.1 rad from home, and the arm would jump in every cycle.
     """
@@ -101,12 +101,12 @@ class Demo:
         self.world.move(BOX_NAME, T_base_box)
 
     def check(self, q: ArrayLike) -> Report:
-        """What the movable box touches when the arm is at q, shape (n_dof,); ``str(report)`` is the text beside the light."""
+        """The contacts of the movable box with the arm at q, shape (n_dof,); ``str(report)`` is the text beside the light."""
         return self.robot.check_collision(q, self.world, self_collision=False)
 
 
 def light_color(report: Report | None) -> tuple[int, int, int]:
-    """Red while anything touches, else green; grey while that is not known. Red, green, blue in 0..255."""
+    """Red during contact, green without, gray while unknown. Red, green, blue in 0..255."""
     if report is None:
         return UNKNOWN
     return RED if report.in_collision else GREEN

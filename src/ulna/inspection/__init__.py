@@ -1,1 +1,1 @@
-"""The health of a robot description, also of a file that cannot be loaded; and how two descriptions of one robot differ."""
+"""Checks of robot descriptions, loadable or not, and comparisons of two descriptions of one robot."""

@@ -1,4 +1,4 @@
-"""Finds the boxes around the shapes of links and around the triangles of mesh files, each file read once."""
+"""Finds the boxes around the shapes of links and around the triangles of mesh files, reading each file once."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ _SIGNS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 
 
 class Boxes:
-    """The boxes of the shapes of one description: rows low and high, shape (2, 3) [m]."""
+    """The boxes of the shapes of one description, with the rows low and high, shape (2, 3) [m]."""
 
     def __init__(self, described: Located) -> None:
         self._files = MeshFiles(described)
         self._known: dict[str, Array] = {}
 
     def of_file(self, uri: str) -> Array:
-        """The box around the triangles of a mesh file, before it is scaled.
+        """The box around the triangles of a mesh file, before scaling.
 
         Raises:
-            FileError: It is not there, or cannot be read.
-            MissingExtraError: What reads meshes is not installed.
+            FileError: The file is missing, or cannot be read.
+            MissingExtraError: The package that reads meshes is not installed.
         """
         if uri not in self._known:
             reader, path = mesh_reader(), self._files.find(uri)
@@ -38,7 +38,7 @@ class Boxes:
         return self._known[uri]
 
     def of_link(self, link: Link) -> Array | None:
-        """The box around the shapes of a link in its axes: of visuals and collisions, or of those that can be read."""
+        """The box around the shapes of a link in its axes: visuals and collisions, or whichever can be read."""
         kinds = [self._around(bodies) for bodies in (link.visuals, link.collisions) if bodies]
         return _union([box for box in kinds if box is not None])
 
@@ -68,7 +68,7 @@ class Boxes:
                 try:
                     return np.sort(self.of_file(uri) * scale, axis=0)
                 except (FileError, MissingExtraError, OSError):
-                    return None  # which has a finding of its own
+                    return None  # another check reports it
             case _:
                 return None
         return np.array([-half, half])

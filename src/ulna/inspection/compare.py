@@ -27,10 +27,10 @@ def compare(
     rotation_tolerance: float = 1e-6,
     limit_tolerance: float = 1e-6,
 ) -> Comparison:
-    """How two descriptions of one robot differ: in names, order, types, limits, axes, poses and shapes.
+    """Compare two descriptions of one robot: names, order, types, limits, axes, poses and shapes.
 
-    Joints are matched by name; by their order from the root if fewer than half of the moving ones share a name. The poses of
-    all links that correspond are compared at 1000 random configurations.
+    Joints are matched by name, or by their order from the root if fewer than half of the moving ones share a name. The poses of
+    all corresponding links are compared at 1000 random configurations.
 
     Args:
         a: One robot.
@@ -45,7 +45,7 @@ def compare(
         A ``Comparison``; ``print`` it. ``same`` is True if nothing differs.
 
     Raises:
-        InputError: An argument is not a robot, a tolerance is negative, or a kind to ignore is not known.
+        InputError: An argument is not a robot, a tolerance is negative, or a kind to ignore is unknown.
 
     Example:
         >>> from ulna import load, pose
@@ -118,7 +118,7 @@ def _names(kind: str, names_a: list[str], names_b: list[str], pairs: list[tuple[
 
 
 def _order(where: str, names_a: Iterable[str], names_b: Iterable[str], pairs: Iterable[tuple[str, str]]) -> Iterator[Difference]:
-    """Whether corresponding parts have another order; the first place where they do."""
+    """The first place where corresponding parts have another order, if any."""
     partners = dict(pairs)
     order_b = [name for name in names_b if name in partners.values()]
     order_a = [name for name in names_a if partners.get(name) in order_b]
@@ -129,7 +129,7 @@ def _order(where: str, names_a: Iterable[str], names_b: Iterable[str], pairs: It
 
 
 def pose_differences(a: Robot, b: Robot, matching: Matching) -> tuple[PoseDifference, ...]:
-    """The largest differences of each pair of links. Joints without a partner stay at home."""
+    """The largest pose differences of each pair of links. Joints without a partner stay at home."""
     q_a, q_b = _configurations(a, b, matching)
     names_a, names_b = ([pair[side] for pair in matching.links] for side in (0, 1))
     T_a, T_b = _poses(a, q_a, matching.frames[0], names_a), _poses(b, q_b, matching.frames[1], names_b)

@@ -1,4 +1,4 @@
-"""Pairs the joints and links of two robots, and compares them in pairs."""
+"""Pairs the joints and links of two robots, and compares the pairs."""
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -28,10 +28,10 @@ class Matching:
 
 
 def match(a: Robot, b: Robot) -> Matching:
-    """By name, unless fewer than half of the moving joints of the smaller robot share theirs; then by order from the root.
+    """Match by name, or by order if fewer than half of the smaller robot's moving joints share names.
 
-    A link whose name the other robot lacks corresponds to the child of the same joint there, the root to the root, the tip to
-    the tip.
+    A link whose name the other robot lacks corresponds to the child of the matching joint. The root corresponds to the root, the
+    tip to the tip.
     """
     moving_a, moving_b = _moving(a.description), _moving(b.description)
     others = {joint.name: joint for joint in b.description.joints}
@@ -51,7 +51,7 @@ def match(a: Robot, b: Robot) -> Matching:
 
 
 def _first_of_each(pairs: list[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """The pairs, without those of which one is in an earlier pair."""
+    """The pairs without a member that appears in an earlier pair."""
     taken_a, taken_b = set(), set()
     for one, other in pairs:
         if one not in taken_a and other not in taken_b:
@@ -65,7 +65,7 @@ def _moving(description: Description) -> list[Joint]:
 
 
 def joint_differences(one: Joint, other: Joint, matching: Matching, tolerances: Tolerances) -> Iterator[Difference]:
-    """What differs between two joints that correspond. Origins and axes, if their parent links correspond too."""
+    """Differences between two corresponding joints; origins and axes only if their parent links correspond too."""
     name = one.name
     if one.type != other.type:
         yield Difference("type", name, one.type.value, other.type.value)
@@ -92,7 +92,7 @@ def _frame_differences(one: Joint, other: Joint, tolerances: Tolerances) -> Iter
 
 
 def body_differences(one: Link, other: Link, tolerances: Tolerances) -> Iterator[Difference]:
-    """Which shapes of two links differ: in their number, else each in kind, measures and place. Colours do not count."""
+    """Differences between the shapes of two links: their number, or kind, size and place of each. Colors do not count."""
     for kind in ("visual", "collision"):
         bodies_a, bodies_b = getattr(one, f"{kind}s"), getattr(other, f"{kind}s")
         if len(bodies_a) != len(bodies_b):

@@ -1,4 +1,4 @@
-"""Finds the elements and numbers of a description that are used (wiki.ros.org/urdf/XML)."""
+"""Lists unused elements and invalid numbers of a description (wiki.ros.org/urdf/XML)."""
 
 import math
 from collections import Counter
@@ -14,12 +14,12 @@ _COUNTS = {"xyz": 3, "rpy": 3, "quat_xyzw": 4, "size": 3, "scale": 3, "rgba": 4}
 
 
 def found(severity: Severity, element: etree._Element, message: str) -> Finding:
-    """A finding about the joint, the link or the document that an element belongs to, at the element's line."""
+    """A finding about the joint, link or document that contains an element, at the element's line."""
     return Finding(severity, of_robot(element), message, element.sourceline)
 
 
 def numbers(element: etree._Element | None, key: str) -> tuple[float, ...] | None:
-    """The finite numbers of an attribute, or None if there are none or not as many as it takes."""
+    """The finite numbers of an attribute; None if one is invalid or their count is wrong."""
     try:
         values = tuple(float(word) for word in (element.get(key) or "").split()) if element is not None else ()
     except ValueError:
@@ -34,9 +34,9 @@ def number(element: etree._Element | None, key: str) -> float | None:
 
 
 def element_findings(root: etree._Element) -> Iterator[Finding]:
-    """Findings: no number where one is expected, names that are probably misspelt, and elements that are not read."""
+    """Findings about invalid numbers, names that are probably misspelt, and elements that are not read."""
     unused: Counter[str] = Counter()
-    others = RATES if (version_of(root) or (1, 0)) < RATES_SINCE else ()  # looked at where they are unread
+    others = RATES if (version_of(root) or (1, 0)) < RATES_SINCE else ()  # reported as unread
     for element in root.iter(*ATTRIBUTES):
         if all(str(one.tag) in CHILDREN for one in element.iterancestors()):
             yield from _number_findings(element, others)

@@ -1,4 +1,4 @@
-"""Reads a description as far as it can be read, runs every check on it, and lists its tree."""
+"""Reads a description as far as possible, runs every check on it, and lists its tree."""
 
 from __future__ import annotations
 
@@ -29,19 +29,18 @@ from ulna.inspection.result import ERROR, NOTE, WARNING, Finding, Inspection, Se
 from ulna.robot import Robot, load
 from ulna.robot.hand_link import hand_link
 
-_ARGUMENTS = ("source", "package_dirs", "xacro_args")  # of ``load``: other input errors are about the document's own numbers
+_ARGUMENTS = ("source", "package_dirs", "xacro_args")  # of ``load``; other input errors are about the document's own numbers
 
 
 def inspect(
     source: str | Path, *, xacro_args: Mapping[str, object] | None = None, package_dirs: Iterable[str | Path] = ()
 ) -> Inspection:
-    """The health of a robot description, also of one that ``ulna.load`` refuses: that error is then the first finding.
+    """Check a robot description, even one that ``ulna.load`` refuses; that error is then the first finding.
 
     Args:
-        source: A bundled name, the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text; or
-            SDF or MJCF.
+        source: A bundled name, the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF text; or SDF or MJCF.
         xacro_args: Arguments of a xacro file, or of the one macro that it defines.
-        package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie.
+        package_dirs: Folders that contain the packages of ``package://`` and ``$(find ...)``.
 
     Returns:
         An ``Inspection``: its ``findings`` are errors, then warnings, then notes. ``print`` it.
@@ -57,7 +56,7 @@ def inspect(
         note document: no link has a visual shape
         note document: no link has a collision shape
     """
-    package_dirs = tuple(package_dirs) if isinstance(package_dirs, Iterator) else package_dirs  # it is gone through twice
+    package_dirs = tuple(package_dirs) if isinstance(package_dirs, Iterator) else package_dirs  # it is iterated twice
     document = read_inspected(source, xacro_args or {}, package_dirs)
     robot, root = document.robot, document.root
     reach = None if robot is None else stretched_length(robot)
@@ -89,7 +88,7 @@ def _findings(document: Inspected, reach: float | None) -> Iterator[Finding]:
     left_out = () if document.robot is None else document.robot.description.left_out
     inertias, boxes = inertia_findings(root, loads=document.robot is not None), Boxes(document)
     own = [*element_findings(root), *name_findings(root), *joint_findings(root), *shape_findings(root), *inertias]
-    lines = {part.line for part in left_out}  # what has a finding as a fault there is not refused
+    lines = {part.line for part in left_out}  # a fault that was left out has its own finding, and is no error
     own = [one for one in own if one.severity != ERROR or one.line not in lines]
     yield from own if error is None else _without_repeated(own, line)
     yield from (Finding(NOTE if part.is_note else WARNING, part.where, part.message, part.line) for part in left_out)
@@ -101,16 +100,17 @@ def _findings(document: Inspected, reach: float | None) -> Iterator[Finding]:
 
 
 def _without_repeated(findings: list[Finding], line: int | None) -> list[Finding]:
-    """The findings without the first error on the line of the error of ``ulna.load``, which reports the same fault."""
+    """The findings without the first error on the line of ``ulna.load``'s error, which reports the same fault."""
     repeated = next((k for k, one in enumerate(findings) if one.severity == ERROR and one.line == line is not None), None)
     return [one for k, one in enumerate(findings) if k != repeated]
 
 
 @dataclass(frozen=True)
 class Inspected:
-    """A description: ``robot``, or the ``error`` of loading it; ``root`` is None if it is not XML; ``warnings`` of loading it.
+    """A description: ``robot``, or the ``error`` of loading it; ``root`` is None if it is not XML.
 
-    Its meshes are searched in ``folder`` and ``package_dirs``; of a robot given by name, in those of its package.
+    ``warnings`` are those of loading. Meshes are searched in ``folder`` and ``package_dirs``; for a robot given by name, in the
+    folders of its package.
     """
 
     source: str
@@ -123,11 +123,11 @@ class Inspected:
 
 
 def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]) -> Inspected:
-    """The document of a name, a path or a text; an error of ``ulna.load`` is stored, not raised."""
+    """Read the document of a name, a path or a text; an error of ``ulna.load`` is stored, not raised."""
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", DescriptionWarning)
-            warnings.simplefilter("ignore", UnitWarning)  # there are findings of it
+            warnings.simplefilter("ignore", UnitWarning)  # findings report the same
             robot = load(source, xacro_args=xacro_args, package_dirs=package_dirs)
     except (DescriptionError, InputError) as error:
         if isinstance(error, InputError) and error.argument in _ARGUMENTS:
@@ -140,11 +140,11 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
         root = None if does_not_expand else _elements(text, name, folder, xacro_args, folders)
         return Inspected(name, folder, folders, root, None, error)
     description = robot.description
-    text = description.text or write_urdf(expressible_in_urdf(description))  # of MJCF and SDF: their links and joints as URDF
+    text = description.text or write_urdf(expressible_in_urdf(description))  # of MJCF and SDF: links and joints as URDF
     root = parse(text.encode(), description.source)
     for element in () if description.text else root.iter():
-        element.sourceline = 0  # its lines are not those of the document
-    # Of what is not read or left out, load says the first, and each has its finding.
+        element.sourceline = 0  # its lines are not lines of the document
+    # ``load`` names the first part that is unread or left out; each part has its own finding.
     unread = [*left_out_sentences(description), *sentences(root, description.source)][:1]
     said = tuple(str(one.message) for one in caught if not str(one.message).startswith(tuple(unread)))
     return Inspected(description.source, description.folder, description.package_dirs, root, robot, None, said)
@@ -153,7 +153,7 @@ def read_inspected(source: str | Path, xacro_args: Mapping[str, object], package
 def _elements(
     text: bytes, source: str, folder: Path | None, xacro_args: Mapping[str, object], package_dirs: tuple[Path, ...]
 ) -> etree._Element | None:
-    """The root of a document that was refused: the expanded one of a xacro file, or None if it is not XML or does not expand."""
+    """The root of a refused document, xacro expanded; None if it is not XML or does not expand."""
     try:
         root = expanded(Document(text, source, folder, package_dirs), xacro_args).root
     except (DescriptionError, InputError):
@@ -162,7 +162,7 @@ def _elements(
 
 
 def tree_rows(root: etree._Element) -> tuple[TreeRow, ...]:
-    """A row for each link: from the links without a parent down, each link once, and then what only loops reach."""
+    """A row for each link: depth first from the links without a parent, then links within loops."""
     links = [link.get("name", "") for link in root.iterfind("link")]
     carried: defaultdict[str, list[TreeRow]] = defaultdict(list)
     for joint in root.iterfind("joint"):

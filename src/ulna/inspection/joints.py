@@ -12,11 +12,11 @@ from ulna.inspection.elements import found, number, numbers
 from ulna.inspection.result import ERROR, NOTE, WARNING, Finding
 
 _TWO_TURNS = 4 * math.pi
-_UNIT = 1e-3  # how far the length of an axis may be from 1 and count as rounded
+_UNIT = 1e-3  # deviation of an axis's length from 1 that counts as rounding
 
 
 def joint_findings(root: etree._Element) -> Iterator[Finding]:
-    """What is wrong with single joints, and angles anywhere that look like degrees."""
+    """Findings about single joints, and about angles that look like degrees."""
     for joint in root.iterfind("joint"):
         kind = joint.get("type", "")
         if kind not in list(JointType):
@@ -85,7 +85,7 @@ def _axis_findings(joint: etree._Element) -> Iterator[Finding]:
 
 
 def name_findings(root: etree._Element) -> Iterator[Finding]:
-    """What is wrong with the names of links and joints, and with what refers to them."""
+    """Findings about the names of links and joints, and about references to them."""
     for tag in ("link", "joint"):
         yield from _repeated(root, tag)
     links = {element.get("name", "") for element in root.iterfind("link")}

@@ -15,11 +15,11 @@ from ulna.inspection.boxes import Boxes
 from ulna.inspection.elements import found, number, numbers
 from ulna.inspection.result import ERROR, NOTE, WARNING, Finding
 
-LARGEST, SMALLEST = 20.0, 1e-3  # m: what is larger or smaller than any part of an arm, and common in another unit
+LARGEST, SMALLEST = 20.0, 1e-3  # [m], bounds on the size of an arm's part; sizes beyond them suggest another unit
 
 
 def shape_findings(root: etree._Element) -> Iterator[Finding]:
-    """What is wrong with boxes, spheres, cylinders and capsules, and which links have no shapes."""
+    """Findings about boxes, spheres, cylinders and capsules, and about links without shapes."""
     for kind in ("visual", "collision"):
         for element in root.iterfind(f"link/{kind}"):
             geometry = element.find("geometry")
@@ -43,7 +43,7 @@ def _primitive_findings(shape: etree._Element, kind: str) -> Iterator[Finding]:
 
 
 def _size_findings(what: str, extents: Sequence[float], element: etree._Element) -> Iterator[Finding]:
-    """A warning if the extents [m] are those of no part of a robot."""
+    """A warning if the extents [m] do not suit any part of a robot."""
     words = " x ".join(f"{extent:.3g}" for extent in extents)
     if max(extents) > LARGEST:
         yield found(WARNING, element, f"{what} is {words} m: millimetres? Lengths are metres")
@@ -62,7 +62,7 @@ def _extents(shape: etree._Element) -> tuple[float, ...] | None:
 
 
 def _without(root: etree._Element, kind: str) -> Iterator[Finding]:
-    """One note for all links without such shapes; frames without any shape, as tool points are, go without saying."""
+    """One note for all links without such shapes; frames without any shape, such as tool points, do not count."""
     bare = [link for link in root.iterfind("link") if link.find(kind) is None]
     if bare and root.find(f"link/{kind}") is None:
         yield Finding(NOTE, "document", f"no link has a {kind} shape")
@@ -70,13 +70,13 @@ def _without(root: etree._Element, kind: str) -> Iterator[Finding]:
     other = "collision" if kind == "visual" else "visual"
     names = [link.get("name", "") for link in bare if link.find(other) is not None]
     if names:
-        severity = WARNING if kind == "collision" else NOTE  # what is seen, and never touches anything
+        severity = WARNING if kind == "collision" else NOTE  # a visible shape that collides with nothing
         yield Finding(severity, "document", f"a {other} shape and no {kind} shape: {listed(names)}")
 
 
 def mesh_findings(root: etree._Element, described: Located, boxes: Boxes) -> Iterator[Finding]:
-    """What is wrong with the files of meshes, each looked at once, as far as the description may lead to them."""
-    users: dict[tuple[str, tuple[float, ...]], etree._Element] = {}  # the first of each file and scale
+    """Findings about mesh files within the description's folders; each file is read once."""
+    users: dict[tuple[str, tuple[float, ...]], etree._Element] = {}  # the first use of each file and scale
     for mesh in root.iterfind("link/*/geometry/mesh"):
         users.setdefault((mesh.get("filename", ""), numbers(mesh, "scale") or (1.0, 1.0, 1.0)), mesh)
     missing: dict[str, list[tuple[str, etree._Element, tuple[str, ...]]]] = defaultdict(list)
@@ -88,7 +88,7 @@ def mesh_findings(root: etree._Element, described: Located, boxes: Boxes) -> Ite
             continue
         try:
             path, tried = resolve_uri(uri, described.folder, described.package_dirs)
-        except OSError:  # a name that no file system takes
+        except OSError:  # an invalid file name
             path, tried = None, []
         if path is None:
             missing[_home(uri)].append((uri, mesh, tuple(map(str, tried))))
@@ -105,7 +105,7 @@ def mesh_findings(root: etree._Element, described: Located, boxes: Boxes) -> Ite
 
 
 def _lacking() -> str:
-    """The advice to install a reader of meshes; empty if there is one."""
+    """The advice to install a reader of meshes; empty if one is installed."""
     try:
         mesh_reader()
     except MissingExtraError as error:

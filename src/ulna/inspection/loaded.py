@@ -1,4 +1,4 @@
-"""Checks a robot that loads: its reach, joints that mimic others, its SRDF, and the convex hulls of its meshes."""
+"""Checks a robot that loads: its reach, mimic joints, its SRDF, and the convex hulls of its meshes."""
 
 import math
 from collections.abc import Iterator
@@ -15,8 +15,8 @@ from ulna.inspection.result import NOTE, WARNING, Finding
 from ulna.robot import Robot
 
 _LARGEST_REACH, _MIN_REACH = 20.0, 0.01  # [m]
-_LITTLE = 0.05  # of a range: less is the rounding of published limits
-_OFTEN, _MOSTLY = 0.1, 0.5  # shares of the random configurations: what is said, and what makes it a warning
+_LITTLE = 0.05  # fraction of a range: smaller differences are the rounding of published limits
+_OFTEN, _MOSTLY = 0.1, 0.5  # fractions of the random configurations: the bounds of a note and of a warning
 _WAYS = (
     "If the meshes do not touch: robot.with_allowed_collisions(at=q) allows what touches at a q or a state of the SRDF that is "
     "known to be free, robot.with_allowed_collisions([(link, link)]) single pairs, and meshes='decompose' follows hollows"
@@ -24,7 +24,7 @@ _WAYS = (
 
 
 def robot_findings(robot: Robot, reach: float) -> Iterator[Finding]:
-    """What is wrong with a robot that loads."""
+    """Findings about a robot that loads."""
     yield from _contradictions(robot.description)
     yield from _srdf_findings(robot.description.srdf)
     if any(joint.damping or joint.friction for joint in robot.description.joints):
@@ -47,7 +47,7 @@ def _srdf_findings(srdf: Srdf) -> Iterator[Finding]:
 
 
 def stretched_length(robot: Robot) -> float:
-    """The length of the longest chain [m]: its joints' distances in sum, slides drawn out to their finite limits."""
+    """The length of the longest chain [m]: the sum of its joints' distances, with prismatic joints at their finite limits."""
     far = {robot.base: 0.0}
     for joint in joints_from_root(robot.description):
         slide = 0.0
@@ -80,7 +80,7 @@ def _contradictions(description: Description) -> Iterator[Finding]:
 
 
 def _narrowed(joint: Joint, drive: Drive, own: tuple[float, float]) -> tuple[float, float] | None:
-    """The range that a follower leaves its leader, of its ``own``; None where that is nearly all of it."""
+    """The range that a mimic joint leaves its leader, out of its ``own``; None if nearly all of it."""
     if joint.type not in (JointType.REVOLUTE, JointType.PRISMATIC) or joint.limits.lower >= joint.limits.upper:
         return None
     low, high = sorted((bound - drive.offset) / drive.ratio for bound in hard_bounds(joint))
@@ -90,7 +90,7 @@ def _narrowed(joint: Joint, drive: Drive, own: tuple[float, float]) -> tuple[flo
 
 
 def hull_findings(robot: Robot) -> Iterator[Finding]:
-    """Which checked pairs of links, one of them with a mesh, touch as hulls. What cannot be read has its own finding."""
+    """Findings about checked pairs of links with meshes that touch as convex hulls. Unreadable meshes have their own findings."""
     if not n_collision_meshes(robot.description) or not robot.n_dof:
         return
     meshed = {link.name for link in robot.description.links if any(isinstance(body.shape, Mesh) for body in link.collisions)}

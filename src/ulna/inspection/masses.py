@@ -1,4 +1,4 @@
-"""Checks inertias: what no body has, what does not fit the shapes of a link, masses in grams, and links that have none."""
+"""Checks inertias: impossible tensors, mismatches with a link's shapes, masses in grams, and links without mass."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -17,16 +17,16 @@ from ulna.inspection.elements import found
 from ulna.inspection.result import NOTE, WARNING, Finding
 
 _ZERO = 1e-12  # relative to the largest moment
-_DENSEST = 30_000.0  # kg/m^3: no metal has more than 22,600
-_WIDEST = 1000.0  # times the mass and the square of the size: a real body has less than 1, a placeholder up to some 100
+_DENSEST = 30_000.0  # kg/m^3: no metal exceeds 22,600
+_WIDEST = 1000.0  # factor on mass times squared size: a real body stays below 1, a placeholder below about 100
 _MIN_SIZE, _MAX_SIZE = 0.02, 20.0  # m: smaller shapes mark frames, whose masses are placeholders; no link is larger
-_HEAVIEST, _HEAVIEST_AT_REACH = 1000.0, 1000.0  # kg, and kg by the square of the reach: the largest arms have half of that
+_HEAVIEST, _HEAVIEST_AT_REACH = 1000.0, 1000.0  # kg, and kg per squared reach: the largest arms have half of that
 
 
 def inertia_findings(root: etree._Element, *, loads: bool) -> Iterator[Finding]:
-    """Masses of 0, and tensors that are not positive definite or break the triangle inequality.
+    """Findings about masses of 0, and tensors that are not positive definite or violate the triangle inequality.
 
-    What is faulty in a document that loads is left out of it, with a finding of its own.
+    In a document that loads, faulty inertias are left out, with findings of their own.
     """
     massless: list[str] = []
     for link in root.iterfind("link"):
@@ -47,7 +47,7 @@ def inertia_findings(root: etree._Element, *, loads: bool) -> Iterator[Finding]:
 
 
 def _faults(inertia: Inertia) -> Iterator[str]:
-    """Why no body has an inertia."""
+    """Reasons why no body can have an inertia."""
     if inertia.mass == 0:
         yield "mass is 0 kg"
     least, middle, most = np.linalg.eigvalsh(inertia.tensor).tolist()
@@ -60,7 +60,7 @@ def _faults(inertia: Inertia) -> Iterator[str]:
 
 
 class _Part(NamedTuple):
-    """The links that move as one: the joint that moves them, and whether another joint is on them."""
+    """The links that move as one: the joint that moves them, and whether another joint is attached to them."""
 
     joint: Joint
     links: list[Link]
@@ -68,7 +68,7 @@ class _Part(NamedTuple):
 
 
 def mass_findings(description: Description, boxes: Boxes, reach: float) -> Iterator[Finding]:
-    """Inertias that do not fit the shapes of their links, masses that look like grams, and parts that have no mass."""
+    """Findings about inertias that do not fit their links' shapes, masses that look like grams, and parts without mass."""
     dense: dict[Link, str] = {}
     wide: dict[Link, str] = {}
     for link in description.links:
@@ -92,7 +92,7 @@ def mass_findings(description: Description, boxes: Boxes, reach: float) -> Itera
 
 
 def _together(links: dict[Link, str], what: str, question: str) -> Iterator[Finding]:
-    """One finding for all links of which the same is to be asked, at the link if there is but one."""
+    """One finding for all links with the same question; a single link is named as the place."""
     if len(links) == 1:
         ((link, words),) = links.items()
         yield Finding(WARNING, f"link {link.name!r}", f"{what}, {words}. {question}", link.line)
@@ -102,7 +102,7 @@ def _together(links: dict[Link, str], what: str, question: str) -> Iterator[Find
 
 
 def _far_center(link: Link, inertia: Inertia, box: NDArray[np.float64]) -> Iterator[Finding]:
-    """A center of mass that is farther from the box around the shapes of a link, shape (2, 3), than that is across."""
+    """A finding if a center of mass is farther from its link's box, shape (2, 3), than the box's diagonal."""
     size = float(np.linalg.norm(box[1] - box[0]))
     apart = float(np.linalg.norm(inertia.center - np.clip(inertia.center, *box)))
     if apart > max(size, _MIN_SIZE):
@@ -112,7 +112,7 @@ def _far_center(link: Link, inertia: Inertia, box: NDArray[np.float64]) -> Itera
 
 
 def _without_mass(description: Description) -> Iterator[Finding]:
-    """Links with shapes that a joint moves, and ends of chains, that have no inertia; and parts whose mass is 0."""
+    """Findings about moving links with shapes, and ends of chains, without inertia; and parts with a mass of 0."""
     lacking: list[str] = []
     massless: dict[Link, str] = {}
     links = {link.name: link for link in description.links}
@@ -131,7 +131,7 @@ def _without_mass(description: Description) -> Iterator[Finding]:
 
 def _parts(description: Description, links: dict[str, Link]) -> list[_Part]:
     """The parts that joints move, each with all links that move as one with it."""
-    head: dict[str, str] = {}  # of each link, the one that a joint moves and that carries it
+    head: dict[str, str] = {}  # the moving link that carries each link
     movers: dict[str, Joint] = {}
     for joint in joints_from_root(description):
         above = head.get(joint.parent, "")

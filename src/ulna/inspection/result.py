@@ -5,10 +5,10 @@ from enum import StrEnum
 
 
 class Severity(StrEnum):
-    """How bad a finding is.
+    """The severity of a finding.
 
-    ``ERROR``: refused, or a contradiction. ``WARNING``: it works, and is probably not what was meant, or a part that may change
-    a result is not read. ``NOTE``: good to know.
+    ``ERROR``: refused, or a contradiction. ``WARNING``: it works, but is probably not meant; or an unread part may change a
+    result. ``NOTE``: good to know.
     """
 
     ERROR = "error"
@@ -21,7 +21,7 @@ ERROR, WARNING, NOTE = Severity
 
 @dataclass(frozen=True)
 class Finding:
-    """One finding. ``where`` is a joint, a link or the document; ``line`` its line; ``tried`` the paths that were looked at."""
+    """One finding. ``where``: a joint, a link or the document; ``line``: its line; ``tried``: the paths that were searched."""
 
     severity: Severity
     where: str
@@ -42,10 +42,10 @@ class TreeRow:
 
 @dataclass(frozen=True)
 class Inspection:
-    """The health of a description. ``findings`` are sorted, worst first, ``tree`` has a row for each link, depth first.
+    """The checks of a description. ``findings`` are sorted, worst first; ``tree`` has a row for each link, depth first.
 
-    ``loads``: whether ``ulna.load`` takes it; ``n_dof`` and ``reach`` [m] (of the longest chain, stretched) are None if not.
-    ``closed_form``: that of the hand's inverse kinematics, in words; empty if there is none.
+    ``loads``: whether ``ulna.load`` accepts it; ``n_dof`` and ``reach`` [m] (of the longest chain, stretched) are None if not.
+    ``closed_form``: the closed form of the hand's inverse kinematics, in words; empty without one.
     """
 
     source: str
@@ -60,12 +60,12 @@ class Inspection:
     closed_form: str = ""
 
     def count(self, severity: Severity) -> int:
-        """How many findings of a severity there are."""
+        """The number of findings with a severity."""
         return sum(finding.severity == severity for finding in self.findings)
 
     @property
     def worst(self) -> Severity | None:
-        """The worst severity there is, or None."""
+        """The worst severity present, or None."""
         return next((severity for severity in Severity if self.count(severity)), None)
 
     def __str__(self) -> str:
@@ -75,7 +75,7 @@ class Inspection:
 
 @dataclass(frozen=True)
 class Difference:
-    """One thing that differs. ``kind`` is one of ``KINDS``, ``where`` a joint or a link, ``a`` and ``b`` what each has there."""
+    """One difference. ``kind``: one of ``KINDS``; ``where``: a joint or a link; ``a``, ``b``: the robots' values."""
 
     kind: str
     where: str
@@ -85,7 +85,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class PoseDifference:
-    """The largest distance [m] and angle [rad] between two links that correspond, over random configurations."""
+    """The largest distance [m] and angle [rad] between two corresponding links, over random configurations."""
 
     link_a: str
     link_b: str
@@ -95,7 +95,7 @@ class PoseDifference:
 
 @dataclass(frozen=True)
 class Tolerances:
-    """What still counts as the same: ``position`` [m], ``rotation`` [rad], and ``limit`` in a limit's own unit."""
+    """Differences that count as none: ``position`` [m], ``rotation`` [rad], and ``limit`` in a limit's own unit."""
 
     position: float = 1e-6
     rotation: float = 1e-6
@@ -104,10 +104,10 @@ class Tolerances:
 
 @dataclass(frozen=True)
 class Comparison:
-    """How two robots differ: not at all if there are no ``differences``.
+    """The differences between two robots; ``same`` if there are none.
 
-    ``poses`` has every pair of links, the same or not. Joints are matched by their names, or ``matched_by`` their order where
-    hardly a name is shared. Poses are those in ``frame_a`` and ``frame_b``, at ``n_configurations`` random configurations.
+    ``poses`` has every pair of links, equal or not. Joints are matched by their names, or ``matched_by`` their order if few names
+    are shared. Poses are in ``frame_a`` and ``frame_b``, at ``n_configurations`` random configurations.
     """
 
     name_a: str
@@ -127,12 +127,12 @@ class Comparison:
 
     @property
     def max_position_difference(self) -> float:
-        """The largest distance [m] between two links that correspond."""
+        """The largest distance [m] between two corresponding links."""
         return max((pose.position for pose in self.poses), default=0.0)
 
     @property
     def max_rotation_difference(self) -> float:
-        """The largest angle [rad] between two links that correspond."""
+        """The largest angle [rad] between two corresponding links."""
         return max((pose.rotation for pose in self.poses), default=0.0)
 
     def __str__(self) -> str:

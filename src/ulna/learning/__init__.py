@@ -1,1 +1,1 @@
-"""What ``ulna.torch`` and ``ulna.jax`` have in common: functions of q, and their gradients. It imports neither library."""
+"""Functions of q and their gradients, shared by ``ulna.torch`` and ``ulna.jax``. It imports neither library."""

@@ -1,14 +1,14 @@
-"""Functions of q for JAX: what ``ulna.jax`` has.
+"""Implements ``ulna.jax``: functions of q for JAX.
 
 The CPU computes them in float64, by ``jax.pure_callback``: arrays on a GPU are copied to the host and back. Batch axes lead.
 Results have the type of q, which is float32 unless ``jax.config.update("jax_enable_x64", True)`` was called. JAX may run a
-callback in another thread, where the context ``jax.enable_x64()`` does not count: such a float64 is refused.
+callback in another thread, where the context ``jax.enable_x64()`` has no effect: such a float64 is refused.
 
-``jax.jit``, ``jax.vmap`` and ``jax.grad`` may be combined. Gradients are of any order for poses and Jacobians, and of first
-order for distances. JAX refuses forward-mode differentiation (``jax.jacfwd``, ``jax.hessian``): ``jax.jacrev`` goes twice.
+``jax.jit``, ``jax.vmap`` and ``jax.grad`` may be combined. Gradients are of any order for poses and Jacobians, and of first order
+for distances. JAX refuses forward-mode differentiation (``jax.jacfwd``, ``jax.hessian``); use ``jax.jacrev`` twice.
 """
 
-# Where JAX is not installed, Pyright takes `jax` for ulna.jax.
+# Without an installed JAX, Pyright takes `jax` for ulna.jax.
 # pyright: reportAttributeAccessIssue=false, reportInvalidTypeForm=false, reportMissingImports=false
 # pyright: reportFunctionMemberAccess=false
 
@@ -39,12 +39,12 @@ def forward_kinematics(robot: Robot, q: Array, *, link: str | None = None) -> Ar
     Args:
         robot: The robot.
         q: Joint positions [rad or m], float32 or float64, shape (..., n_dof).
-        link: The link's name; the tip unless given.
+        link: The link's name; by default the tip.
 
     Raises:
         InputError: q is no such array, has another shape or an entry out of range, or the robot has several tips and no link is
-            named. Within a transformation of JAX numbers are seen when they are computed: then an entry out of range is a
-            ``jax.errors.JaxRuntimeError``, which quotes this one.
+            named. Within a transformation of JAX, numbers are known only at run time: then an entry out of range is a
+            ``jax.errors.JaxRuntimeError``, which quotes this error.
         UnknownNameError: There is no such link.
     """
     return _of_array(functions.poses(robot, link), q)
@@ -56,7 +56,7 @@ def jacobian(robot: Robot, q: Array, *, link: str | None = None, expressed_in: s
     Args:
         robot: The robot.
         q: Joint positions [rad or m], float32 or float64, shape (..., n_dof).
-        link: The link's name; the tip unless given.
+        link: The link's name; by default the tip.
         expressed_in: ``"base"``, ``"link"`` or ``"spatial"``.
 
     Raises:
@@ -67,19 +67,19 @@ def jacobian(robot: Robot, q: Array, *, link: str | None = None, expressed_in: s
 
 
 def signed_distance(robot: Robot, q: Array, world: World | None = None, *, self_collision: bool = True) -> Array:
-    """The least distance of the robot from a world and from itself [m], shape (...,); see ``Robot.signed_distance``.
+    """The minimum distance of the robot from a world and from itself [m], shape (...,); see ``Robot.signed_distance``.
 
-    Its gradient is ``robot.distance_gradient``. Where two pairs are equally near, or a pair has several nearest points, it is
-    that of one of them. It is zero where there is nothing to measure to.
+    Its gradient is ``robot.distance_gradient``. If two pairs are equally near, or a pair has several nearest points, the gradient
+    belongs to one of them. It is zero if there is nothing to measure to.
 
     Args:
         robot: The robot.
         q: Joint positions [rad or m], float32 or float64, shape (..., n_dof).
-        world: The objects; none unless given. Within ``jax.jit`` too they are where they are when the function is run.
+        world: The objects; by default none. Under ``jax.jit`` too, their poses are those at run time.
         self_collision: Whether to measure between the robot's links too.
 
     Raises:
-        InputError: As ``forward_kinematics``; there is nothing to check; or a second derivative is asked for.
+        InputError: As ``forward_kinematics``; there is nothing to check; or a second derivative is requested.
         GeometryError: The robot has no collision shapes, or some that cannot be checked.
     """
     return _of_array(functions.distances(robot, world, self_collision), q)
@@ -87,7 +87,7 @@ def signed_distance(robot: Robot, q: Array, world: World | None = None, *, self_
 
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
 def _of(function: FunctionOfQ, q: Array) -> Any:
-    """The results at q, in its type."""
+    """The results at q, in the type of q."""
     result = jax.ShapeDtypeStruct((*q.shape[:-1], *function.shape), q.dtype)
     return jax.pure_callback(partial(_on_host, function, q.dtype), result, q, vmap_method="broadcast_all")
 
@@ -115,7 +115,7 @@ _of.defvjp(_kept, _gradient)
 
 
 class _Library:
-    """What the gradients need of JAX."""
+    """The operations of JAX that the gradients need."""
 
     of = staticmethod(_of)
 
@@ -132,7 +132,7 @@ _LIBRARY = _Library()
 
 
 def _of_array(function: functions.Poses | functions.Jacobians | functions.Distances, q: Array) -> Array:
-    """The results at an array that is checked."""
+    """The results at an array, which is checked first."""
     if not isinstance(function.robot, Robot):
         raise InputError("robot", "computes on a GPU; JAX's arrays go with a Robot, which computes on the CPU")
     if not isinstance(q, jax.Array | np.ndarray) or q.dtype not in {np.dtype(np.float32), np.dtype(np.float64)}:

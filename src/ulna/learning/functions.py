@@ -1,7 +1,7 @@
-"""Functions of q that have gradients: what a library of arrays has to evaluate, and to differentiate.
+"""Defines functions of q with gradients, for any library of arrays.
 
-A library evaluates one with NumPy's arrays, or with its own on a GPU: ``write``. It differentiates it by ``gradient``, which is
-written in the library's operations and calls other functions of q, through the library: so it is differentiable again.
+``write`` evaluates a function with NumPy's arrays, or with the library's own on a GPU. ``gradient`` differentiates it. It is
+written in the library's operations and calls other functions of q through the library, so it is differentiable again.
 """
 
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ class FunctionOfQ(Protocol):
     """A function of q, shape (..., n_dof)."""
 
     on_host: bool
-    """Whether it is computed by the CPU, wherever q is."""
+    """Whether the CPU computes it, even for a q on a GPU."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -88,7 +88,7 @@ class Jacobians:
 class JointJacobians:
     """The Jacobian with a column for each moving joint between the base and a link, in that order.
 
-    Several mimic joints may follow one entry of q. ``jacobian`` adds up their columns; the derivative needs each.
+    Several mimic joints may follow one entry of q. ``jacobian`` adds up their columns, but the derivative needs each one.
     """
 
     robot: Any
@@ -98,12 +98,12 @@ class JointJacobians:
 
     @cached_property
     def drives(self) -> NDArray[np.float64]:
-        """Which entry of q drives each joint: ones and zeros, shape (k, n_dof)."""
+        """Selection of the entry of q that drives each joint: ones and zeros, shape (k, n_dof)."""
         return np.eye(self.robot.tree.n_dof)[self._columns]
 
     @property
     def is_plain(self) -> bool:
-        """Whether it is ``robot.jacobian``: each entry of q drives one joint, in order."""
+        """Whether it equals ``robot.jacobian``: each entry of q drives one joint, in order."""
         return np.array_equal(self._columns, np.arange(self.robot.tree.n_dof))
 
     @property
@@ -115,7 +115,7 @@ class JointJacobians:
         refuse_out_of_range(q)
         CompiledJacobian(self._tree, self.link, self.expressed_in)(q[..., self._columns], out)
 
-    def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:  # noqa: ARG002 - as of the others
+    def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:  # noqa: ARG002 - the interface's signature
         return jacobian_gradient(library, value, G, self.expressed_in) @ library.constant(self.drives, G)
 
     @cached_property
@@ -144,7 +144,7 @@ class Distances:
     def write(self, q: Any, out: Any) -> None:
         self.robot.signed_distance(q, self.world, self_collision=self.self_collision, out=out)
 
-    def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:  # noqa: ARG002 - as of the others
+    def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:  # noqa: ARG002 - the interface's signature
         return library.of(DistanceGradients(host_of(self.robot), self.world, self.self_collision), q) * G[..., None]
 
 
@@ -170,12 +170,12 @@ class DistanceGradients:
 
 
 def poses(robot: Any, link: str | None) -> Poses:
-    """The poses of a link, whose name is checked."""
+    """The poses of a link; checks its name."""
     return Poses(robot, _link(robot, link))
 
 
 def jacobians(robot: Any, link: str | None, expressed_in: str) -> Jacobians:
-    """The Jacobians of a link in a frame, whose names are checked."""
+    """The Jacobians of a link in a frame; checks both names."""
     as_frame(expressed_in)
     return Jacobians(robot, _link(robot, link), expressed_in)
 
@@ -187,7 +187,7 @@ def distances(robot: Any, world: World | None, self_collision: object) -> Distan
 
 
 def host_of(robot: Any) -> Robot:
-    """The robot on the CPU: itself, or that of which it is the twin on a GPU.
+    """The robot on the CPU: itself, or the robot behind its twin on a GPU.
 
     Raises:
         InputError: It is neither, or computes in float32.
@@ -210,5 +210,5 @@ def refuse_shape(robot: Any, shape: tuple[int, ...]) -> None:
 def _link(robot: Any, link: str | None) -> str:
     tree = host_of(robot).tree
     name = tree.link_or_tip(link)
-    tree.chain(name)  # refuses what is no link
+    tree.chain(name)  # raises an error for an unknown link
     return name

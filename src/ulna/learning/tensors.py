@@ -1,13 +1,13 @@
-"""Functions of q for PyTorch: what ``ulna.torch`` has.
+"""Implements ``ulna.torch``: functions of q for PyTorch.
 
-A ``Robot`` reads tensors on the CPU where they are; ``robot.on_gpu()`` reads and writes tensors on the GPU. Batch axes lead.
-Tensors of float32 are computed in float64, and the results are float32.
+A ``Robot`` reads tensors on the CPU in place; ``robot.on_gpu()`` reads and writes tensors on the GPU. Batch axes lead. Tensors of
+float32 are computed in float64, and the results are float32.
 
-Gradients are of any order for poses and Jacobians, and of first order for distances. ``torch.func`` may be used. PyTorch
-refuses forward-mode differentiation.
+Gradients are of any order for poses and Jacobians, and of first order for distances. ``torch.func`` may be used. PyTorch refuses
+forward-mode differentiation.
 """
 
-# Where PyTorch is not installed, Pyright takes `torch` for ulna.torch.
+# Without an installed PyTorch, Pyright takes `torch` for ulna.torch.
 # pyright: reportAttributeAccessIssue=false, reportInvalidTypeForm=false, reportMissingImports=false
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ def forward_kinematics(robot: Robot | GpuRobot, q: Tensor, *, link: str | None =
     """The pose of a link, T_base_link, shape (..., 4, 4).
 
     Args:
-        robot: A ``Robot``, or what ``robot.on_gpu()`` returns.
+        robot: A ``Robot``, or the result of ``robot.on_gpu()``.
         q: Joint positions [rad or m], float32 or float64, shape (..., n_dof).
-        link: The link's name; the tip unless given.
+        link: The link's name; by default the tip.
 
     Raises:
-        InputError: q is no such tensor, has another shape or an entry out of range, or is not where the robot computes; or the
-            robot has several tips and no link is named.
+        InputError: q is no such tensor, has another shape or an entry out of range, or is on another device than the robot; or
+            the robot has several tips and no link is named.
         UnknownNameError: There is no such link.
     """
     return _of_tensor(functions.poses(robot, link), q)
@@ -52,9 +52,9 @@ def jacobian(robot: Robot | GpuRobot, q: Tensor, *, link: str | None = None, exp
     """The geometric Jacobian, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``.
 
     Args:
-        robot: A ``Robot``, or what ``robot.on_gpu()`` returns.
+        robot: A ``Robot``, or the result of ``robot.on_gpu()``.
         q: Joint positions [rad or m], float32 or float64, shape (..., n_dof).
-        link: The link's name; the tip unless given.
+        link: The link's name; by default the tip.
         expressed_in: ``"base"``, ``"link"`` or ``"spatial"``.
 
     Raises:
@@ -65,19 +65,19 @@ def jacobian(robot: Robot | GpuRobot, q: Tensor, *, link: str | None = None, exp
 
 
 def signed_distance(robot: Robot | GpuRobot, q: Tensor, world: World | None = None, *, self_collision: bool = True) -> Tensor:
-    """The least distance of the robot from a world and from itself [m], shape (...,); see ``Robot.signed_distance``.
+    """The minimum distance of the robot from a world and from itself [m], shape (...,); see ``Robot.signed_distance``.
 
-    Its gradient is ``robot.distance_gradient``, computed by the CPU. Where two pairs are equally near, or a pair has several
-    nearest points, it is that of one of them. It is zero where there is nothing to measure to.
+    Its gradient is ``robot.distance_gradient``, computed by the CPU. If two pairs are equally near, or a pair has several nearest
+    points, the gradient belongs to one of them. It is zero if there is nothing to measure to.
 
     Args:
-        robot: A ``Robot``, or what ``robot.on_gpu()`` returns.
+        robot: A ``Robot``, or the result of ``robot.on_gpu()``.
         q: Joint positions [rad or m], float32 or float64, shape (..., n_dof).
-        world: The objects; none unless given. The gradient is taken with the objects as they are then.
+        world: The objects; by default none. The gradient uses the objects' poses at the time of the backward pass.
         self_collision: Whether to measure between the robot's links too.
 
     Raises:
-        InputError: As ``forward_kinematics``; there is nothing to check; or a second derivative is asked for.
+        InputError: As ``forward_kinematics``; there is nothing to check; or a second derivative is requested.
         GeometryError: The robot has no collision shapes, or some that cannot be checked.
     """
     return _of_tensor(functions.distances(robot, world, self_collision), q)
@@ -113,7 +113,7 @@ class _Function(torch.autograd.Function):
 
 
 class _Library:
-    """What the gradients need of PyTorch."""
+    """The operations of PyTorch that the gradients need."""
 
     @staticmethod
     def of(function: FunctionOfQ, q: Tensor) -> Tensor:
@@ -132,7 +132,7 @@ _LIBRARY = _Library()
 
 
 def _of_tensor(function: functions.Poses | functions.Jacobians | functions.Distances, q: Tensor) -> Tensor:
-    """The results at a tensor that is checked, in its type."""
+    """The results at a tensor, in its type; the tensor is checked first."""
     if not isinstance(q, torch.Tensor) or q.dtype not in {torch.float32, torch.float64}:
         what = f"a tensor of {q.dtype}" if isinstance(q, torch.Tensor) else type(q).__name__
         raise InputError("q", f"{what}; a tensor of float32 or float64 is expected")

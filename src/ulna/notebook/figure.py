@@ -1,4 +1,4 @@
-"""Makes Matplotlib figures that a notebook shows in the last line of a cell, without pyplot."""
+"""Makes Matplotlib figures without pyplot, which a notebook shows in the last line of a cell."""
 
 from io import BytesIO
 
@@ -6,9 +6,9 @@ from matplotlib.figure import Figure
 
 
 class NotebookFigure(Figure):
-    """A figure whose picture a notebook shows, once, whatever the backend is. No window opens, and pyplot keeps no copy.
+    """A figure that a notebook shows once, with any backend. No window opens, and pyplot keeps no copy.
 
-    A figure of pyplot is shown twice where an inline backend is on: as the value of the cell, and when the cell ends. A plain
+    With an inline backend, a figure of pyplot is shown twice: as the value of the cell, and when the cell ends. A plain
     ``Figure`` is shown only after pyplot has made another one.
     """
 

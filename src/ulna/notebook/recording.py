@@ -1,4 +1,4 @@
-"""Holds a picture or a short film that stays in a notebook, and finds what draws it."""
+"""Holds a picture or a short film for a notebook, and finds the function that draws it."""
 
 from base64 import b64encode
 from collections.abc import Callable
@@ -7,24 +7,24 @@ from pathlib import Path
 
 from ulna.errors import FileError, UlnaError, needs_extra, reason_of
 
-DRAWN_BY = "ulna.pictures"  # the group of entry points: who draws a "robot", a "world" or a "motion"
+DRAWN_BY = "ulna.pictures"  # the group of entry points that draw a "robot", a "world" or a "motion"
 
 
 class Recording:
-    """A picture (PNG) or a short film (GIF) as data: a notebook shows it in the last line of a cell, and keeps it in its file.
+    """A picture (PNG) or a short film (GIF) as data, which a notebook shows and stores in its file.
 
     Attributes:
         data: The bytes of the file.
         format: ``"png"`` or ``"gif"``.
         size: Width and height [pixels].
-        subject: The words for what is shown.
+        subject: A description of the content.
     """
 
     def __init__(self, data: bytes, kind: str, size: tuple[int, int], subject: str, write: Callable[[Path], object]) -> None:
         self.data, self.format, self.size, self.subject, self._write = data, kind, size, subject, write
 
     def save(self, path: str | Path) -> None:
-        """Write it into a file: as it is, or made again in another format: .mp4 and .gif of a motion, .png of anything.
+        """Write it to a file, rendered again for another format: .mp4 and .gif of a motion, .png of anything.
 
         Raises:
             FileError: The file cannot be written.
@@ -43,7 +43,7 @@ class Recording:
         return self.data if self.format == "png" else None
 
     def _repr_html_(self) -> str | None:
-        """A film: notebooks show no GIF by itself, but an image that carries its data."""
+        """A film as an image element that contains its data, since notebooks do not show a GIF itself."""
         if self.format == "png":
             return None
         words, (width, height) = escape(self.subject, quote=True), self.size
@@ -56,10 +56,10 @@ class Recording:
 
 
 def drawer(of: str) -> Callable[..., Recording]:
-    """The function that draws a "robot", a "world" or a "motion". An entry point finds it, for it is in a room above.
+    """Find the function that draws a "robot", a "world" or a "motion", by an entry point of a higher layer.
 
     Raises:
-        MissingExtraError: What it draws with is not installed.
+        MissingExtraError: The package for drawing is not installed.
     """
     from importlib.metadata import entry_points  # noqa: PLC0415 -- it takes long to import
 

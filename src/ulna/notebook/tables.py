@@ -1,4 +1,4 @@
-"""Writes the tables that a notebook shows of a result: a sentence, rows of text, and notes, as HTML that fetches nothing."""
+"""Writes a result's table for a notebook: a sentence, rows of text, and notes, as self-contained HTML."""
 
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -10,7 +10,7 @@ _NAME = "text-align:left"
 
 
 class OneLine:
-    """A result whose ``repr`` is its class and its sentence, ``str(result)``. A dataclass inherits it with ``repr=False``."""
+    """A result whose ``repr`` is its class and its sentence, ``str(result)``. Dataclasses inherit it with ``repr=False``."""
 
     __slots__ = ()
 
@@ -19,11 +19,11 @@ class OneLine:
 
 
 def table(sentence: str, headers: Sequence[str] = (), rows: Iterable[Sequence[object]] = (), notes: Iterable[str] = ()) -> str:
-    """A sentence, a table of at most ``MAX_ROWS`` rows under it, and lines of notes, as HTML.
+    """Write a sentence, a table of at most ``MAX_ROWS`` rows below it, and lines of notes, as HTML.
 
     Args:
-        sentence: What the result is.
-        headers: Of the columns.
+        sentence: A summary of the result.
+        headers: The headers of the columns.
         rows: A name, and the other cells of each row; numbers are written with at most five digits.
         notes: Lines below the table.
     """
@@ -42,7 +42,7 @@ def _row(cells: Sequence[object]) -> str:
 
 
 def _text(cell: object) -> str:
-    """A cell, escaped; a number with five digits, and nothing for one that is infinite."""
+    """Format a cell, escaped: a number with five digits, an infinite one as nothing."""
     if isinstance(cell, float):
         return "" if cell in {float("inf"), float("-inf")} else f"{cell + 0.0:.5g}"
     return escape(str(cell))

@@ -1,1 +1,1 @@
-"""The demo in RViz. Only here quaternions have the order x, y, z, w."""
+"""The demo in RViz. Only this package orders quaternions x, y, z, w."""

@@ -1,4 +1,4 @@
-"""Imports ``ros1`` and ``ros2``, which need ROS: an error says what is missing; and lets a node of either end."""
+"""Imports ``ros1`` and ``ros2``, which need ROS, with an error that names missing parts; ends nodes cleanly."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ def exit_quietly(number: int, _frame: object) -> None:
 
 
 def noted_signals() -> list[int]:
-    """Install handlers of SIGINT and SIGTERM, and return the list to which they append. A second signal raises SystemExit.
+    """Install handlers of SIGINT and SIGTERM that append to the returned list; a second signal raises SystemExit.
 
-    The handlers of rospy and rclpy end the node from another thread or in the middle of a step: rospy's waits forever for a lock
-    that this thread holds, as in ``publish()``; after rclpy's the next call raises. These need no lock: the node ends between
-    two steps.
+    The handlers of rospy and rclpy end the node from another thread or in the middle of a step. The handler of rospy waits
+    forever for a lock that this thread holds, as in ``publish()``; after the handler of rclpy the next call raises. These
+    handlers need no lock: the node ends between two steps.
     """
     come: list[int] = []
 
@@ -45,10 +45,10 @@ def noted_signals() -> list[int]:
 
 @contextmanager
 def node_compiler() -> Iterator[Compiler]:
-    """A context with a compiler. It is the outermost one of a program, since it may end the process.
+    """A context with a compiler. It must be the outermost one of a program, since it may end the process.
 
-    If the block has ended, or was interrupted, while something is being compiled, the process ends at once. A normal exit would
-    wait for that, up to half a minute.
+    If the block ends while something is being compiled, the process ends at once. A normal exit would wait for the compilation,
+    up to half a minute.
     """
     from ulna.viewer.compiler import Compiler  # noqa: PLC0415 -- it imports Numba, which the help of a command does not need
 
@@ -66,13 +66,13 @@ def node_compiler() -> Iterator[Compiler]:
             os._exit(status)
 
 
-# The variable that restricts ROS to this machine, and those by which a user may have chosen otherwise.
+# The variable that restricts ROS to this machine, and the variables with which a user may have chosen otherwise.
 _LOCAL = {1: ("ROS_IP", "127.0.0.1"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")}
 _SAID = {1: ("ROS_IP", "ROS_HOSTNAME"), 2: ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY", "ROS_STATIC_PEERS")}
 
 
 def load_ros(version: int, module: str | None = None, without: str = "ulna demo") -> ModuleType:
-    """A module of ``ulna.demo.ros``: ``ros1`` or ``ros2`` unless named. ROS stays on this machine unless its variables are set.
+    """Import a module of ``ulna.demo.ros``, by default ``ros1`` or ``ros2``; keeps ROS local unless its variables are set.
 
     Raises:
         MissingROSError: ROS is not installed; the message names a command that works ``without`` it.
@@ -82,7 +82,7 @@ def load_ros(version: int, module: str | None = None, without: str = "ulna demo"
         os.environ[name] = value
     try:
         return import_module(f"ulna.demo.ros.{module or f'ros{version}'}")
-    except ImportError as error:  # an incomplete ROS, as before its setup script, has modules that fail
+    except ImportError as error:  # before its setup script has run, modules of ROS fail in other ways too
         if isinstance(error, UlnaError) or (error.name or "").startswith("ulna"):
             raise
         lacks = isinstance(error, ModuleNotFoundError)
@@ -96,7 +96,7 @@ def load_ros(version: int, module: str | None = None, without: str = "ulna demo"
 
 
 def ros1_or_exit() -> ModuleType:
-    """``load_ros(1)`` for a script: without ROS the script ends with the message. From now on Ctrl-C prints no traceback."""
+    """Return ``load_ros(1)`` for a script, or exit with the message without ROS. From then on Ctrl-C prints no traceback."""
     try:
         with quiet_imports():
             ros = load_ros(1)

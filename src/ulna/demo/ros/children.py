@@ -1,4 +1,4 @@
-"""Starts programs that end with this one."""
+"""Starts programs that end together with this one."""
 
 import signal
 import subprocess
@@ -14,14 +14,14 @@ _CRASHES = tuple(getattr(signal, name) for name in _FAULTS if hasattr(signal, na
 
 
 class Ended(NamedTuple):
-    """A program that has ended by itself: its name and its status, which is the negative number of a signal that ended it."""
+    """A program that has ended by itself: its name and its status, which is negative if a signal ended it."""
 
     name: str
     status: int
 
     @property
     def crashed(self) -> bool:
-        """Whether it was ended by a fault."""
+        """Whether a fault ended it."""
         return -self.status in _CRASHES
 
     def __str__(self) -> str:
@@ -35,7 +35,7 @@ class Children(AbstractContextManager):
         self._running: dict[str, subprocess.Popen] = {}
 
     def start(self, name: str, *command: str, quiet: bool = False, pass_fds: tuple[int, ...] = ()) -> None:
-        """Start one. Its output is discarded, with ``quiet`` its errors too. Ctrl-C of a terminal does not reach it."""
+        """Start a program without output, with ``quiet`` without errors too. Ctrl-C in a terminal does not reach it."""
         nothing = subprocess.DEVNULL
         try:
             child = subprocess.Popen(  # noqa: S603
@@ -51,14 +51,14 @@ class Children(AbstractContextManager):
         self._running[name] = child
 
     def ended(self) -> Iterator[Ended]:
-        """Those that have ended by themselves since the last call."""
+        """The programs that have ended by themselves since the last call."""
         for name, child in list(self._running.items()):
             if child.poll() is not None:
                 del self._running[name]
                 yield Ended(name, child.returncode)
 
     def end(self, name: str) -> None:
-        """End one with SIGTERM, or with SIGKILL if it has not ended in time."""
+        """End a program with SIGTERM, or with SIGKILL if it does not end in time."""
         child = self._running.pop(name, None)
         if child is None:
             return
@@ -70,7 +70,7 @@ class Children(AbstractContextManager):
             child.wait()
 
     def end_all(self) -> None:
-        """End every one, the last first."""
+        """End every program, the last first."""
         for name in reversed(list(self._running)):
             self.end(name)
 

@@ -25,9 +25,9 @@ ros2 = typer.Typer(no_args_is_help=True, help="The demo, and a servo, in ROS 2: 
 
 @ros1.command("demo")
 def ros1_demo(*, rviz: Annotated[bool, typer.Option(help="Open RViz, if there is one and a screen for it.")] = True) -> None:
-    """The arm, the box and the light in RViz, all in one command.
+    """Show the arm, the box and the light in RViz, all in one command.
 
-    It starts a master if there is none, robot_state_publisher and RViz, and ends what it started.
+    It starts a master if there is none, robot_state_publisher and RViz, and ends all that it started.
     """
     load_ros(1)
     with node_compiler() as compiler:
@@ -40,9 +40,9 @@ def ros1_record(
     *,
     seconds: Annotated[float, typer.Option(help="How long it is.")] = 30.0,
 ) -> None:
-    """Record RViz while the box is dragged by its arrows and a ring with the mouse, without a display.
+    """Record RViz without a display while the mouse drags the box by its arrows and a ring.
 
-    It needs Xvfb and xdotool too, and starts and ends all that it needs.
+    It needs Xvfb and xdotool too. It starts and ends all programs that it needs.
     """
     load_ros(1)
     with needs_extra("the video", "viewer", "av", "PIL"):
@@ -59,13 +59,13 @@ def ros1_record(
 
 @ros1.command("description")
 def ros1_description() -> None:
-    """The Panda's URDF for the parameter robot_description: meshes by absolute addresses, and the finger joints. Needs no ROS."""
+    """Print the Panda's URDF for robot_description, with absolute mesh addresses and finger joints. Needs no ROS."""
     write(robot_description(load("panda"), warn))
 
 
 @ros2.command("demo")
 def ros2_demo() -> None:
-    """One node that publishes the arm, the boxes and the light, and offers the box's handles: for your own RViz 2."""
+    """Run one node for your own RViz 2: the arm, its boxes, the light, and the box's handles."""
     ros = load_ros(2)
     with node_compiler() as compiler:
         ros.play(Demo(), compiler.ask)
@@ -91,7 +91,7 @@ def ros2_servo(
     output: Annotated[Output, typer.Option(help="JointTrajectory of trajectory_msgs, or Float64MultiArray.")] = Output.TRAJECTORY,
     topic: Topic = None,
 ) -> None:
-    """Steer an arm by the topics of MoveIt Servo: twists and poses in, commands that touch nothing out. Ctrl-C ends it."""
+    """Steer an arm by the topics of MoveIt Servo: reads twists and poses, sends commands without collisions. Ctrl-C ends it."""
     node = load_ros(2, "servo_node", "ulna servo")
     settings = Settings(link or hand_link(robot), rate, acceleration, jerk, clearance, tracking_error, output, topic)
     with node_compiler() as compiler:

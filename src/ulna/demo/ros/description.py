@@ -1,12 +1,12 @@
-"""Makes the URDF that RViz and robot_state_publisher read."""
+"""Makes the URDF for RViz and robot_state_publisher."""
 
 from collections.abc import Callable
 
 from ulna.errors import FileError
 from ulna.robot import Robot
 
-# The Panda's finger joints. The bundled description draws the fingers on the flange, half open, so these links have no shape.
-# Source: franka_description, hand.xacro; the drawn fingers are at the same places, at a position of 0.02 m.
+# The Panda's finger joints. These links have no shape: the bundled description draws the fingers on the flange, half open.
+# Source: franka_description, hand.xacro. The drawn fingers are at the same places, at a position of 0.02 m.
 _FINGERS = """
   <link name="panda_leftfinger"/>
   <link name="panda_rightfinger"/>
@@ -29,9 +29,9 @@ _FINGERS = """
 
 
 def robot_description(robot: Robot, warn: Callable[[str], object]) -> str:
-    """URDF with every joint of ``joint_states``, and ``file://`` paths of meshes.
+    """The URDF with every joint of ``joint_states``, and ``file://`` paths of meshes.
 
-    If meshes are missing, it has the given paths, and ``warn`` is called.
+    If meshes are missing, it contains the given paths, and ``warn`` is called.
     """
     try:
         return with_fingers(robot.to_urdf(mesh_paths="file"))

@@ -1,4 +1,4 @@
-"""Computes how the box is dragged in the video of RViz: the pointer, the events and the box."""
+"""Computes the drags in the video of RViz: the pointer, the events and the pose of the box."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,14 +10,14 @@ from ulna.demo.scenario import BOX_START
 from ulna.description.pose import pose
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-# Where the pointer holds a handle, in the axes of the box [m]: on the arrow, and on the part of the ring that faces the camera as
-# the box is turned. RViz draws both at these distances for the size of the handles in ``messages``.
+# Points where the pointer holds a handle, in the axes of the box [m]: on the arrow, and on the part of the ring that faces the
+# camera as the box is turned. RViz draws both at these distances for the size of the handles in ``messages``.
 _ON_ARROW, _ON_RING, _RING_ANGLE = 0.17, 0.1265, 0.39
 GRIPS = {
     **{f"move_{axis}": tuple(_ON_ARROW * np.array(direction)) for axis, direction in _AXES.items()},
     "rotate_z": (_ON_RING * np.cos(_RING_ANGLE), _ON_RING * np.sin(_RING_ANGLE), 0.0),
 }
-_TURN = float(np.arctan2(4.0, 3.0))  # of the box [rad]: afterwards its x arrow points along (0.6, 0.8, 0)
+_TURN = float(np.arctan2(4.0, 3.0))  # [rad], turn of the box: afterwards its x arrow points along (0.6, 0.8, 0)
 Array = NDArray[np.float64]
 
 
@@ -27,8 +27,8 @@ class Drag:
 
     Attributes:
         handle: The name of an arrow or a ring: "move_x", "rotate_z".
-        way: How far along or about the handle's axis [m or rad].
-        lasts, rests: Duration of the drag and of the pause, as parts of the video.
+        way: The distance along the handle's axis, or the angle about it [m or rad].
+        lasts, rests: Duration of the drag and of the pause, as fractions of the video.
     """
 
     handle: str
@@ -37,13 +37,13 @@ class Drag:
     rests: float = 0.0
 
     def moved(self, part: float) -> Array:
-        """The pose of the box after a part of the drag, 0 to 1, in its pose before: shape (4, 4)."""
+        """The pose of the box after a fraction of the drag, relative to its start, shape (4, 4)."""
         along = part * self.way * np.array(_AXES[self.handle[-1]])
         return pose(rotvec=along) if self.handle.startswith("rotate") else pose(along)
 
 
-# To the hand, where it is turned, to the forearm, the elbow, the hand again, the base, and back. Nothing hides the handles used.
-# The places are deep enough in the arm to touch it at any point of its trajectory, or far enough to be free.
+# To the hand, where the box is turned, to the forearm, the elbow, the hand again, the base, and back. Nothing hides the handles
+# in use. Places of contact are deep enough to touch the arm at any point of its trajectory; the others are far enough to be free.
 DRAGS = (
     Drag("move_z", 0.35, 0.045),
     Drag("move_x", -0.16, 0.03, 0.015),
@@ -74,7 +74,7 @@ class Step:
         pointer: The point under the pointer, on a handle of the box, in the base frame [m], shape (3,).
         T_base_box: The pose of the box, shape (4, 4).
         handle: The name of the arrow or ring, "move_x".
-        events: What RViz publishes of it, by the names in ``InteractiveMarkerFeedback``, in order.
+        events: The events that RViz publishes, by their names in ``InteractiveMarkerFeedback``, in order.
     """
 
     pointer: Array
@@ -84,7 +84,7 @@ class Step:
 
 
 def steps(n_frames: int) -> Iterator[Step | None]:
-    """A step for each frame, at least three for each drag; None where the pointer does nothing."""
+    """A step for each frame, at least three for each drag; None for frames without a drag."""
     place, done, ends = pose(BOX_START), 0, 0.0
     for drag in DRAGS:
         start, n = place, max(round(drag.lasts * n_frames), 3) - 2

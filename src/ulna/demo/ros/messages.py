@@ -23,11 +23,11 @@ from ulna.errors import InputError
 from ulna.robot import Robot
 from ulna.viewer.palette import INK, Solid, collision_boxes
 
-SERVER = "basic_controls"  # the interactive-marker server's topics begin with it
-LIFETIME_S = 3  # of a marker, which is sent ten times a second
-_HANDLE_SCALE = 0.22  # m: of arrows and rings
-_WORD_HEIGHT = 0.06  # m
-_EDGE = 0.004  # m: how thick the edges of a box are
+SERVER = "basic_controls"  # prefix of the interactive-marker server's topics
+LIFETIME_S = 3  # [s], lifetime of a marker, which is sent ten times per second
+_HANDLE_SCALE = 0.22  # [m], size of arrows and rings
+_WORD_HEIGHT = 0.06  # [m]
+_EDGE = 0.004  # [m], thickness of a box's edges
 # RViz draws a control along its own x axis: the quaternions (x, y, z, w) that turn x to x, y and z.
 _AXES = {"x": (1.0, 0.0, 0.0, 1.0), "y": (0.0, 0.0, 1.0, 1.0), "z": (0.0, 1.0, 0.0, 1.0)}
 
@@ -39,7 +39,7 @@ def joint_state(robot: Robot, q: NDArray[np.float64], stamp: Any) -> JointState:
 
 
 def markers(robot: Robot, report: Report | None) -> Iterator[Marker]:
-    """The light with its text, and the boxes of the arm, which move with its links; None while the report is not known."""
+    """The light with its text, and the arm's boxes, which move with its links. ``report`` is None while unknown."""
     yield solid_marker(light(robot, report), "light", 0)
     yield text_marker(light_word(report), robot.base, WORD_POSITION_IN_BASE, INK, ("light", 1))
     for k, solid in enumerate(collision_boxes(robot, report.touching if report is not None else ())):
@@ -58,7 +58,7 @@ def solid_marker(solid: Solid[Box] | Solid[Cylinder], namespace: str, number: in
 
 
 def edged_boxes(groups: Mapping[str, Sequence[Solid[Box]]]) -> Iterator[Marker]:
-    """The boxes of each group, in a namespace of its name: the edges of each, and its faces unless it is invisible."""
+    """The boxes of each group, in a namespace of its name: edges, and faces unless invisible."""
     for name, solids in groups.items():
         for k, solid in enumerate(solids):
             yield _edges(solid, name, 2 * k)
@@ -67,7 +67,7 @@ def edged_boxes(groups: Mapping[str, Sequence[Solid[Box]]]) -> Iterator[Marker]:
 
 
 def _edges(solid: Solid[Box], namespace: str, number: int) -> Marker:
-    """The twelve edges of a box as lines, opaque."""
+    """The twelve edges of a box as opaque lines."""
     marker = Marker(header=Header(frame_id=solid.link), ns=namespace, id=number, type=Marker.LINE_LIST, frame_locked=True)
     marker.pose, marker.scale, marker.color = pose_message(solid.pose), Vector3(x=_EDGE), _color(solid.color, 1.0)
     corners = np.array(list(product((-1.0, 1.0), repeat=3)))
@@ -77,7 +77,7 @@ def _edges(solid: Solid[Box], namespace: str, number: int) -> Marker:
 
 
 def legend(groups: Mapping[str, Sequence[Solid]]) -> Iterator[Marker]:
-    """The name of each group in the colour of its solids, above one another beside the light's place."""
+    """The name of each group in the color of its solids, above one another near the light."""
     for k, (name, (solid, *_)) in enumerate(groups.items()):
         x, y, z = LIGHT_POSITION
         yield text_marker(name, solid.link, (x, y, z + 1.5 * k * _WORD_HEIGHT), solid.color, ("legend", k))
@@ -86,7 +86,7 @@ def legend(groups: Mapping[str, Sequence[Solid]]) -> Iterator[Marker]:
 def text_marker(
     text: str, link: str, position: tuple[float, float, float], color: tuple[int, int, int], key: tuple[str, int]
 ) -> Marker:
-    """A text that faces the camera, at a position [m] in the frame of a link; ``key`` is its namespace and number."""
+    """A text that faces the camera, at a position [m] in a link's frame; ``key``: its namespace and number."""
     marker = Marker(header=Header(frame_id=link), ns=key[0], id=key[1], type=Marker.TEXT_VIEW_FACING, text=text)
     marker.pose = pose_message(pose(position))
     marker.scale, marker.color = Vector3(z=_WORD_HEIGHT), _color(color, 1.0)
@@ -109,7 +109,7 @@ def interactive_box(robot: Robot, T_base_box: NDArray[np.float64]) -> Interactiv
 
 
 def drag(robot: Robot, T_base_box: NDArray[np.float64], control: str, event: str) -> InteractiveMarkerFeedback:
-    """What RViz publishes while a handle of the box is dragged.
+    """Make the message that RViz publishes while a handle of the box is dragged.
 
     Args:
         robot: The arm.
@@ -130,7 +130,7 @@ def pose_message(T: NDArray[np.float64]) -> Pose:
 
 
 def pose_of(message: Pose) -> NDArray[np.float64]:
-    """The pose of a message, shape (4, 4). A zero quaternion is one that was not set: no rotation, as in RViz."""
+    """The pose of a message, shape (4, 4). As in RViz, a zero quaternion means no rotation."""
     p, r = message.position, message.orientation
     wxyz = (r.w, r.x, r.y, r.z)
     return pose((p.x, p.y, p.z), wxyz=wxyz if any(wxyz) else None)
@@ -145,7 +145,7 @@ def feedback_pose(feedback: InteractiveMarkerFeedback, base: str) -> NDArray[np.
 
 
 def _short_lived(marker: Marker) -> Marker:
-    """The marker with a lifetime: RViz removes it LIFETIME_S after the last one, so none is left when the node has ended."""
+    """Give a marker a lifetime of LIFETIME_S: when the node has ended, RViz removes its markers."""
     setattr(marker.lifetime, "secs" if hasattr(marker.lifetime, "secs") else "sec", LIFETIME_S)
     return marker
 

@@ -1,4 +1,4 @@
-"""The demo as nodes of ROS 1: the arm with its light, and the box."""
+"""Runs the demo as nodes of ROS 1: the arm with its light, and the box."""
 
 # pyright: reportMissingImports=false
 
@@ -47,12 +47,12 @@ class ArmAndLight:
         self._joints.publish(messages.joint_state(self.robot, q, rospy.Time.now()))
 
     def draw_report(self, report: Report | None) -> None:
-        """Publish the light, its text and the boxes; the light is grey while the report is not known."""
+        """Publish the light, its text and the boxes; the light is gray while the report is unknown."""
         for marker in messages.markers(self.robot, report):
             self._markers.publish(marker)
 
     def _hear_all(self, init: InteractiveMarkerInit) -> None:
-        """Move the box to the pose that a server of markers publishes when it starts."""
+        """Move the box to the pose that a marker server publishes at its start."""
         for marker in init.markers:
             self._hear(InteractiveMarkerFeedback(header=marker.header, marker_name=marker.name, pose=marker.pose))
 
@@ -91,7 +91,7 @@ def node(name: str) -> Iterator[Callable[[], bool]]:
 
     Yields:
         A function that returns whether the node is to end: after SIGINT or SIGTERM, or if ROS ends it. A second signal raises
-        SystemExit.
+            SystemExit.
     """
     rospy.init_node(name, disable_signals=True)
     signals = noted_signals()
@@ -102,20 +102,20 @@ def node(name: str) -> Iterator[Callable[[], bool]]:
 
 
 def play_arm() -> None:
-    """Play the trajectory of the arm, and update the light when the box moves, until the node is ended."""
+    """Play the arm's trajectory, and update the light when the box moves, until the node is ended."""
     with node_compiler() as compiler, node("arm_and_light") as ended:
         beat(ArmAndLight(Demo(), compiler.ask).player.advance, ended)
 
 
 def hold_arm(q: NDArray[np.float64]) -> None:
-    """Publish the arm at q, shape (n_dof,), until the node is ended. Collisions are not checked, so there is no light."""
+    """Publish the arm at q, shape (n_dof,), until the node is ended. There is no collision check, and no light."""
     with node("arm") as ended:
         robot, publisher = load("panda"), rospy.Publisher("joint_states", JointState, queue_size=_QUEUE)
         beat(lambda _: publisher.publish(messages.joint_state(robot, q, rospy.Time.now())), ended)
 
 
 def show_boxes(make: Callable[[], Mapping[str, Sequence[Solid[Box]]]]) -> None:
-    """Publish static boxes, by the namespaces in which RViz lists them, and a legend, until the node is ended."""
+    """Publish static boxes, in the namespaces that RViz lists, and a legend, until the node is ended."""
     with node_compiler() as compiler, node("collision_boxes") as ended:
         publisher = rospy.Publisher("visualization_marker", Marker, queue_size=_QUEUE)
 
@@ -137,7 +137,8 @@ def serve_box() -> None:
 def beat(step: Callable[[float], object], ended: Callable[[], bool], found_master: Callable[[], object] = lambda: None) -> None:
     """Call ``step(seconds)`` at RATE_HZ with the elapsed time, until ``ended()``.
 
-    If another master has started, the node registers with it, and ``found_master()`` is called, since it has no parameters yet.
+    If another master has started, the node registers with it and calls ``found_master()``, since the new master has no
+    parameters.
     """
     registration = Registration()
     last = time.monotonic()
@@ -145,14 +146,14 @@ def beat(step: Callable[[float], object], ended: Callable[[], bool], found_maste
         now = time.monotonic()
         step(now - last)
         last = now
-        with suppress(OSError):  # the master is lost again: the next call tries again
+        with suppress(OSError):  # the master is lost again; the next call tries again
             if registration.keep():
                 found_master()
         time.sleep(max(0.0, 1.0 / RATE_HZ - (time.monotonic() - now)))
 
 
 class Registration:
-    """The node's registration with the master. A master that was restarted has lost it, so the node registers again."""
+    """The node's registration with the master; renewed after a restart of the master, which has lost it."""
 
     def __init__(self) -> None:
         self._master = rosgraph.Master(rospy.get_name())
@@ -160,7 +161,7 @@ class Registration:
         self._asked = time.monotonic()
 
     def keep(self) -> bool:
-        """Register again if another master has started. Returns whether it has. Checks once in _LOOK_FOR_MASTER_S."""
+        """Register again if another master has started. Returns whether one has. Checks once per _LOOK_FOR_MASTER_S."""
         if time.monotonic() - self._asked < _LOOK_FOR_MASTER_S:
             return False
         self._asked = time.monotonic()
@@ -180,7 +181,7 @@ class Registration:
             return None
 
     def _register(self) -> None:
-        """Register every topic of this node with the master, and connect this node to the publishers of its subscriptions."""
+        """Register every topic of this node with the master, and connect it to the publishers of its subscriptions."""
         uri, name = rospy.get_node_uri(), rospy.get_name()
         node: Any = ServerProxy(uri)
         for topic, kind in node.getPublications(name)[2]:

@@ -1,4 +1,4 @@
-"""Starts everything that the demo needs of ROS 1, and ends it."""
+"""Starts and ends all programs of ROS 1 that the demo needs."""
 
 # pyright: reportMissingImports=false
 
@@ -24,12 +24,12 @@ from ulna.errors import MissingROSError
 _MASTER_WITHIN_S = 20.0
 _HERE = ("localhost", "127.0.0.1", "::1")
 _PUBLISHER, _RVIZ = "robot_state_publisher", "RViz"
-_MAX_CRASHES = 3  # after so many, another start will not help
+_MAX_CRASHES = 3  # after this number, another start will not help
 
 
 def run(ask: Callable[..., Any], *, rviz: bool = True) -> None:
-    """Run robot_state_publisher, the nodes and RViz until Ctrl-C, and a master unless one runs; ``ask`` is ``Compiler.ask``."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # however this process is ended, it ends its children
+    """Run robot_state_publisher, the nodes, RViz, and a master if none runs, until Ctrl-C; ``ask`` is ``Compiler.ask``."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # SIGTERM too ends the children of this process
     demo = Demo()
     with ExitStack() as stack:
         master = stack.enter_context(Children())
@@ -39,7 +39,7 @@ def run(ask: Callable[..., Any], *, rviz: bool = True) -> None:
         beside = stack.enter_context(Beside(demo, config))
         beside.meet_master()
         arm, _box = ArmAndLight(demo, ask), MovableBox(demo.robot)
-        print("The demo runs in ROS 1  (Ctrl-C ends it)", flush=True)  # noqa: T201 - nothing else is seen without RViz
+        print("The demo runs in ROS 1  (Ctrl-C ends it)", flush=True)  # noqa: T201 - without RViz nothing else is visible
 
         def step(seconds: float) -> None:
             arm.player.advance(seconds)
@@ -49,7 +49,7 @@ def run(ask: Callable[..., Any], *, rviz: bool = True) -> None:
 
 
 def begin_ended_again(master: Children, beside: "Beside") -> None:
-    """Start what has ended by itself again: the master, and RViz if it has crashed."""
+    """Restart programs that ended by themselves: the master, and RViz if it has crashed."""
     for ended in beside.ended():
         rospy.logwarn(f"{ended}; {'another is started' if beside.begin_again(ended) else 'the demo goes on'}")
     for ended in master.ended():
@@ -58,7 +58,7 @@ def begin_ended_again(master: Children, beside: "Beside") -> None:
 
 
 class Beside(Children):
-    """The parameters of a master, and the programs that register with it only once: both are renewed for each master."""
+    """The parameters of a master, and programs that register only once: both are renewed for each new master."""
 
     def __init__(self, demo: Demo, config: str | None) -> None:
         super().__init__()
@@ -73,7 +73,7 @@ class Beside(Children):
             _open_rviz(self, self._config)
 
     def begin_again(self, ended: Ended) -> bool:
-        """Start RViz again if it has crashed, as sometimes at its start; at most _MAX_CRASHES times, not if it was closed."""
+        """Restart RViz if it has crashed, at most _MAX_CRASHES times; not if the user closed it."""
         if not (ended.name == _RVIZ and ended.crashed and self._config and self._crashes < _MAX_CRASHES):
             return False
         self._crashes += 1

@@ -1,4 +1,4 @@
-"""The demo as one node of ROS 2: joints, tf, the description, the light, the box."""
+"""Runs the demo as one node of ROS 2: joints, tf, the description, the light, the box."""
 
 # pyright: reportMissingImports=false
 
@@ -29,7 +29,7 @@ from ulna.robot import Robot, load
 
 try:
     from tf2_msgs.msg import TFMessage
-except ModuleNotFoundError:  # there is no wheel of it: it comes with a system installation of ROS 2
+except ModuleNotFoundError:  # it has no wheel: it comes with a system installation of ROS 2
     TFMessage = None
 NO_TF = (
     "no module tf2_msgs here, so nothing is published on /tf; run this in the Python of a whole ROS 2 to see the arm in RViz 2"
@@ -51,7 +51,7 @@ class DemoNode(Node):
             self._tf = self.create_publisher(TFMessage, "/tf", _QUEUE)
         else:
             self.get_logger().warning(NO_TF)
-        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # also for an RViz that starts later
+        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # an RViz that starts later receives it too
         self._description = self.create_publisher(String, "robot_description", kept)
         text = robot_description(demo.robot, self.get_logger().warning)
         self._description.publish(String(data=text))
@@ -61,7 +61,7 @@ class DemoNode(Node):
         self.create_timer(1.0 / RATE_HZ, self._beat)
 
     def draw_arm(self, q: NDArray[np.float64]) -> None:
-        """Publish the joints' positions, and the pose of each link."""
+        """Publish the joint positions and the pose of each link."""
         stamp = self.get_clock().now().to_msg()
         message = messages.joint_state(self.demo.robot, q, stamp)
         self._joints.publish(message)
@@ -72,7 +72,7 @@ class DemoNode(Node):
                 self._tf.publish(TFMessage(transforms=transforms(self._described, poses, stamp)))
 
     def draw_report(self, report: Report | None) -> None:
-        """Publish the light, its text and the boxes; the light is grey while the report is not known."""
+        """Publish the light, its text and the boxes; the light is gray while the report is unknown."""
         self._markers.publish(MarkerArray(markers=list(messages.markers(self.demo.robot, report))))
 
     def _beat(self) -> None:
@@ -112,7 +112,7 @@ class Handles:
 
 
 def transforms(robot: Robot, poses: NDArray[np.float64], stamp) -> list[TransformStamped]:
-    """The pose in the base of each link except the root, from ``link_poses``, shape (n_links, 4, 4)."""
+    """The pose of each link except the root in the base, from ``link_poses``, shape (n_links, 4, 4)."""
     found = []
     for name, T in zip(robot.link_names, poses, strict=True):
         if name != robot.base:
@@ -133,6 +133,6 @@ def play(demo: Demo, ask: Callable[..., Any]) -> None:
         node = DemoNode(demo, ask)
         node.get_logger().info("the demo runs; Ctrl-C ends it")
         while not signals:
-            rclpy.spin_once(node)  # a beat at the latest
+            rclpy.spin_once(node)  # returns at the next timer tick at the latest
     finally:
         rclpy.try_shutdown()

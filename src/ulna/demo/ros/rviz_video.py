@@ -1,9 +1,9 @@
-"""Records the demo in RViz on a virtual screen as a video, in which the box is dragged by its arrows and a ring.
+"""Records the demo in RViz on a virtual screen, while the box is dragged by its arrows and a ring.
 
-The video is made frame by frame: the arm advances by a tenth of a second, the box by a step, and the frame is taken when RViz has
-drawn both, with the light. So the video has the right speed, however slowly this machine draws. The box is moved by the messages
-that RViz publishes while its mouse drags a handle, and the pointer is moved along with it. A mouse alone may miss: RViz finds
-what is under the pointer only once a frame, so while it draws slowly it takes a press on an arrow for one beside it.
+The video is made frame by frame. The arm advances by a tenth of a second and the box by a step. The frame is taken once RViz has
+drawn both, with the light. So the video has the right speed on a slow machine too. The box is moved by the messages that RViz
+publishes during a drag, and the pointer moves along. A mouse alone may miss: RViz looks under the pointer only once per frame.
+While it draws slowly, it may take a press on an arrow for a press on its neighbor.
 """
 
 # pyright: reportMissingImports=false
@@ -34,20 +34,20 @@ from ulna.viewer.compiler import Compiler
 from ulna.viewer.film.film import Film, write_film
 from ulna.viewer.palette import RED
 
-# The programs, and Debian's packages that have them.
+# The programs, and Debian's packages that contain them.
 _NEEDED = {"rosmaster": "python3-rosmaster", "rviz": "rviz", "Xvfb": "xvfb", "xdotool": "xdotool"}
 MIN_SECONDS = 6.0  # a few pictures for each drag
 _APPEARS_WITHIN_S = 120.0
-_DRAWS_WITHIN_S = 5.0  # what cannot be seen to change, as an arm behind the box
-_LOOK_S = 0.05  # interval between screenshots
-_LIGHT_PIXELS, _BOX_PIXELS = 200, 400  # of their colours, if they are seen
+_DRAWS_WITHIN_S = 5.0  # [s], for changes that cannot be seen, such as an arm behind the box
+_LOOK_S = 0.05  # [s], interval between screenshots
+_LIGHT_PIXELS, _BOX_PIXELS = 200, 400  # number of pixels of their colors, if visible
 _QUEUE = 10  # messages: more than the events of one step
 Image = NDArray[np.uint8]
 _T = TypeVar("_T")
 
 
 def record_rviz(path: Path, seconds: float, compiler: Compiler, tell: Callable[[int], object] = lambda _: None) -> None:
-    """Record the demo in RViz as an .mp4 of ten pictures a second, and end everything that was started."""
+    """Record the demo in RViz as an .mp4 of ten pictures per second, and end all programs that it started."""
     if path.suffix.lower() != ".mp4":
         raise InputError("path", f"{path.name!r}; RViz is recorded as an .mp4")
     if not MIN_SECONDS <= seconds <= 3600.0:
@@ -89,13 +89,13 @@ class Screencast:
     Args:
         screen: The display of RViz.
         demo: The arm and the box.
-        compiler: Compiles what they need before the first frame.
-        n: How many frames there are.
-        keep: Called often; it starts RViz again if it has crashed, and raises KeyboardInterrupt if the node is to end.
-        tell: Called with the number of frames done so far.
+        compiler: Compiles the kernels before the first frame.
+        n: The number of frames.
+        keep: Called often; it restarts RViz after a crash, and raises KeyboardInterrupt if the node is to end.
+        tell: Called with the number of frames done.
 
     Attributes:
-        size, rate: Width and height [pixels]; pictures a second.
+        size, rate: Width and height [pixels]; pictures per second.
     """
 
     size, rate = SIZE, round(RATE_HZ)
@@ -124,7 +124,7 @@ class Screencast:
         for k, step in enumerate(steps(self._n)):
             if step is not None:
                 self._screen.move_mouse(view.project(step.pointer))
-                image = self._screen.pixels()  # with the pointer there: what changes from now on is drawn by RViz
+                image = self._screen.pixels()  # with the pointer in place: only RViz changes the screen from here on
                 self._drag(step)
             self._arm.player.advance(1.0 / RATE_HZ)
             image = self._drawn(view, image)
@@ -132,7 +132,7 @@ class Screencast:
             yield image
 
     def _wait_for_scene(self) -> tuple[View, Image]:
-        """The view and the pixels of RViz's window, once it shows the light and the box, and drags reach the nodes."""
+        """The view and the pixels of RViz's window, once it shows light and box, and drags reach the nodes."""
 
         def look() -> tuple[View, Image] | None:
             image = self._screen.pixels()
@@ -144,7 +144,7 @@ class Screencast:
         return self._wait_for(look, f"show the light and the box; rviz -d {CONFIG} may say why")
 
     def _drag(self, step: Step) -> None:
-        """Publish what RViz publishes of a step, and wait until the box is there."""
+        """Publish the events of a step as RViz does, and wait until the box has moved."""
         for event in step.events:
             self._drags.publish(messages.drag(self._arm.robot, step.T_base_box, step.handle, event))
         world = self._arm.player.demo.world
@@ -152,7 +152,7 @@ class Screencast:
         self._wait_for(lambda: np.allclose(world.pose(BOX_NAME), step.T_base_box) or None, where)
 
     def _drawn(self, view: View, before: Image) -> Image:
-        """The screen, once two screenshots are equal that show the light, after a change or _DRAWS_WITHIN_S."""
+        """The screen, once two equal screenshots show the light, after a change or _DRAWS_WITHIN_S."""
         start, changed, last = time.monotonic(), False, before
 
         def look() -> Image | None:
@@ -167,7 +167,7 @@ class Screencast:
         return self._wait_for(look, "draw the light of this moment")
 
     def _wait_for(self, look: Callable[[], _T | None], what: str) -> _T:
-        """What ``look`` returns, once it is not None."""
+        """Call ``look`` until it returns a value, and return that."""
         end = time.monotonic() + _APPEARS_WITHIN_S
         while time.monotonic() < end:
             self._pause()
@@ -176,13 +176,13 @@ class Screencast:
         raise RVizError(f"RViz did not {what} (within {_APPEARS_WITHIN_S:g} s)")
 
     def _pause(self) -> None:
-        """Wait a moment, and send the arm again, since RViz removes markers that are old."""
+        """Wait a moment, and send the arm again, since RViz removes old markers."""
         self._keep()
         self._arm.player.advance(0.0)
         time.sleep(_LOOK_S)
 
     def _light_is_seen(self, view: View, image: Image) -> bool:
-        """Whether a picture of the screen shows the light, red or green as the last report has it."""
+        """Whether a picture of the screen shows the light in the color of the last report, red or green."""
         red, green, blue = np.moveaxis(view.around(image, LIGHT_POSITION, 12).astype(int), -1, 0)
         is_red = light_color(self._arm.player.report) == RED
         clear = red - np.maximum(green, blue) if is_red else green - np.maximum(red, blue)
@@ -190,6 +190,6 @@ class Screencast:
 
 
 def _box_is_seen(view: View, image: Image) -> bool:
-    """Whether a picture of the screen shows the box at its start, brown."""
+    """Whether a picture of the screen shows the box, brown, at its start."""
     red, _, blue = np.moveaxis(view.around(image, BOX_START, 25).astype(int), -1, 0)
     return int(np.count_nonzero(red - blue > 60)) > _BOX_PIXELS

@@ -1,4 +1,4 @@
-"""A screen without a monitor, on which RViz is recorded: its pixels and pointer, and the camera of ``demo.rviz``."""
+"""Provides a virtual screen to record RViz: its pixels and pointer, and the camera of ``demo.rviz``."""
 
 import os
 import subprocess
@@ -16,10 +16,10 @@ from ulna.demo.ros.children import Children
 from ulna.errors import MissingROSError
 from ulna.viewer.film.camera import Camera
 
-SIZE = (1280, 800)  # pixels: demo.rviz fills it
+SIZE = (1280, 800)  # pixels; demo.rviz fills the screen
 CONFIG = files("ulna.demo.ros") / "demo.rviz"
 BACKGROUND = (246, 247, 249)  # as in demo.rviz
-MIN_BACKGROUND = 200_000  # its pixels, if RViz is on the screen
+MIN_BACKGROUND = 200_000  # its pixels if RViz is on the screen
 
 
 @contextmanager
@@ -77,7 +77,7 @@ class View:
         focus, pitch, yaw = np.array([orbit["Focal Point"][axis] for axis in "XYZ"]), orbit["Pitch"], orbit["Yaw"]
         back = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
         place = focus + orbit["Distance"] * back
-        self._camera = Camera(tuple(place.tolist()), tuple(focus.tolist()), orbit["Field of View"])  # of the height
+        self._camera = Camera(tuple(place.tolist()), tuple(focus.tolist()), orbit["Field of View"])  # vertical field of view
 
     def project(self, point: ArrayLike) -> NDArray[np.float64]:
         """The place [pixel x, y] of a point in the base frame [m]."""

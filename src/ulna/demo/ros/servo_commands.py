@@ -1,4 +1,4 @@
-"""Reads what a servo is sent by ROS 2, without a module of ROS: goals of twists, poses and joint velocities, and their age."""
+"""Reads servo commands of ROS 2, without importing ROS: goals of twists, poses and joint velocities, and their age."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ Goal = dict[str, Any]
 
 
 def twist_goal(message: Any, tree: Tree, link: str) -> Goal:
-    """A goal of a ``TwistStamped`` [m/s and rad/s] along the axes of its frame: the link steered, or one that stands still.
+    """Read a ``TwistStamped`` [m/s and rad/s] along the axes of its frame: the steered link, or a fixed one.
 
     Raises:
         InputError: It is in another frame, or not finite.
@@ -29,7 +29,7 @@ def twist_goal(message: Any, tree: Tree, link: str) -> Goal:
 
 
 def pose_goal(message: Any, tree: Tree) -> Goal:
-    """A goal of a ``PoseStamped``, whose frame is a link that stands still.
+    """Read a ``PoseStamped``, whose frame is a fixed link.
 
     Raises:
         InputError: It is in another frame, not finite, or without an orientation: a quaternion of zeros was not set.
@@ -45,11 +45,10 @@ def pose_goal(message: Any, tree: Tree) -> Goal:
 
 
 def jog_goal(message: Any, robot: Robot) -> Goal:
-    """A goal of joint velocities, of a ``control_msgs/JointJog``; joints that are not named stay.
+    """Read joint velocities of a ``control_msgs/JointJog``; unnamed joints stay.
 
     Raises:
-        InputError: It names no joint, one that the robot does not have, or one twice; or its velocities are not one finite number
-            for each.
+        InputError: It names no joint, an unknown joint, or a joint twice; or its velocities are not one finite number for each.
     """
     names = list(message.joint_names)
     unknown = [name for name in names if name not in robot.joint_names]
@@ -60,12 +59,12 @@ def jog_goal(message: Any, robot: Robot) -> Goal:
 
 
 def seconds_left(stamp: Any, now: float, timeout: float) -> float:
-    """The time for which a message still counts [s], 0 to ``timeout``; all of it where the stamp is 0, which nobody set.
+    """The remaining validity of a message [s], 0 to ``timeout``; all of it for an unset stamp of 0.
 
     Args:
-        stamp: Of its header, with ``sec`` and ``nanosec``.
+        stamp: The stamp of its header, with ``sec`` and ``nanosec``.
         now: The time by the same clock [s].
-        timeout: How long it counts [s].
+        timeout: Its validity from the stamp on [s].
 
     Raises:
         InputError: It is older than that, or its stamp is as far in the future: the clocks differ.
@@ -81,7 +80,7 @@ def seconds_left(stamp: Any, now: float, timeout: float) -> float:
 
 
 def _frame(message: Any, tree: Tree, *others: str) -> str:
-    """The frame of a message: a link that stands still, the base if it names none, or one of the others."""
+    """The frame of a message: a fixed link, the base if it names none, or one of the others."""
     frame, known = message.header.frame_id.removeprefix("/") or tree.root, (*standing_links(tree), *others)
     if frame not in known:
         raise InputError("frame_id", f"{cited(frame)}; {' or '.join(map(repr, known))} is expected")

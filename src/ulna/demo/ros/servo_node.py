@@ -1,7 +1,7 @@
-"""A servo as one node of ROS 2, with the topics of MoveIt Servo: twists, poses and joint velocities in, commands out.
+"""Runs a servo as one node of ROS 2, with MoveIt Servo's topics for twists, poses and joint velocities.
 
 Source of the names: moveit_servo, the node ``servo_node``: ``~/delta_twist_cmds``, ``~/pose_target_cmds``, ``~/delta_joint_cmds``
-and ``~/status``; a command counts for 0.1 s from its stamp, as its parameter ``incoming_command_timeout`` says.
+and ``~/status``. A command is valid for 0.1 s from its stamp, as with its parameter ``incoming_command_timeout``.
 """
 
 # pyright: reportMissingImports=false
@@ -32,15 +32,15 @@ from ulna.servo.servo import Servo
 
 try:
     from control_msgs.msg import JointJog
-except ModuleNotFoundError:  # there is no wheel of it: it comes with a system installation of ROS 2
+except ModuleNotFoundError:  # it has no wheel: it comes with a system installation of ROS 2
     JointJog = None
-_TIMEOUT = 0.1  # [s] of a command, by its stamp if it has one
-_STATE_TIMEOUT = 1.0  # [s] of a measurement
+_TIMEOUT = 0.1  # [s], validity of a command, from its stamp if it has one
+_STATE_TIMEOUT = 1.0  # [s], validity of a measurement
 _QUEUE = 10  # messages
-_SECONDS = 1.0  # between two warnings of one kind
+_SECONDS = 1.0  # [s], between two warnings of one kind
 
 
-# The types of what is sent, and the topics at which the controllers of ros2_controllers read by default.
+# The types of the output messages, and the default topics of the controllers of ros2_controllers.
 _OUTPUTS = {
     Output.TRAJECTORY: (JointTrajectory, "/joint_trajectory_controller/joint_trajectory"),
     Output.POSITIONS: (Float64MultiArray, "/forward_position_controller/commands"),
@@ -48,16 +48,16 @@ _OUTPUTS = {
 
 
 class ServoNode(Node):
-    """Steers from where ``/joint_states`` says that the arm is, by the newest command, if that is new enough.
+    """Steers from the position in ``/joint_states`` by the newest command that is still valid.
 
     Args:
         robot: The arm; each joint has one entry of q.
         world: The objects, if any.
-        settings: How it steers.
+        settings: Rates, limits and topics.
         ask: Calls functions, by ``Compiler.ask``.
 
     Attributes:
-        now: The time by the clock of the messages' stamps [s]; ``steer`` sets that of ROS, which may be simulated.
+        now: The time by the clock of the messages' stamps [s]; ``steer`` sets the clock of ROS, which may be simulated.
     """
 
     now: Callable[[], float] = staticmethod(time.time)
@@ -68,11 +68,11 @@ class ServoNode(Node):
         self._servo: Servo | None = None
         self._q: NDArray[np.float64] | None = None  # as measured
         self._goal: Goal = {}
-        self._until = 0.0  # when the goal counts no more [s]
+        self._until = 0.0  # end of the goal's validity [s]
         self._said, self._moved = "", False
         kind, topic = _OUTPUTS[settings.output]
         self._commands = self.create_publisher(kind, settings.topic or topic, _QUEUE)
-        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # also for one who listens later
+        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # a later subscriber receives it too
         self._status = self.create_publisher(String, "~/status", kept)
         self.create_subscription(JointState, "/joint_states", self._measure, _QUEUE)
         self.create_subscription(TwistStamped, "~/delta_twist_cmds", lambda message: self._take(self._twist, message), _QUEUE)
@@ -93,7 +93,7 @@ class ServoNode(Node):
         return jog_goal(message, self._robot)
 
     def _take(self, goal_of: Callable[[Any], Goal], message: Any) -> None:
-        """Take a command, unless it is none or too old: then the one before goes on to its own end."""
+        """Accept a command; an invalid or outdated one is ignored, and the one before stays valid to its own end."""
         try:
             left = seconds_left(message.header.stamp, self.now(), _TIMEOUT)
             self._goal, self._until = goal_of(message), time.monotonic() + left
@@ -111,20 +111,20 @@ class ServoNode(Node):
         self.get_logger().warning(text, throttle_duration_sec=_SECONDS)
 
     def _beat(self) -> None:
-        """One tick, once it is known where the arm is and the kernels are compiled."""
+        """Run one tick, once the arm's position is known and the kernels are compiled."""
         if self._servo is None:
             self._servo = None if self._q is None else self._begun(self._q)
             return
         command = self._step(self._servo)
         moved, self._moved = self._moved, command.status is not CommandStatus.AT_REST
-        if moved or self._moved:  # at rest it is said once
+        if moved or self._moved:  # at rest one message suffices
             self._commands.publish(self._message(command))
         self._say(str(command))
         if command.status is CommandStatus.OFF_COMMAND and not command.qd.any():
-            self._servo = None  # it begins again from where the arm is
+            self._servo = None  # start again from the measured position
 
     def _begun(self, q: NDArray[np.float64]) -> Servo | None:
-        """A servo at rest at q; None while its kernels are compiled, and where it cannot start."""
+        """A servo at rest at q; None while its kernels are compiled, or if it cannot start."""
         try:
             return self._ask("the servo", _started, *self._made_of, q)
         except InputError as error:
@@ -171,12 +171,12 @@ def steer(robot: Robot, world: World | None, settings: Settings, ask: Callable[.
     """Run the node until Ctrl-C or SIGTERM; ``ask`` is ``Compiler.ask``.
 
     Raises:
-        InputError: A joint has several entries of q, which no message has; or a setting cannot be taken.
+        InputError: A joint has several entries of q, which no message supports; or a setting is invalid.
         GeometryError: The robot has no shapes that can be checked.
     """
     if len(robot.joint_names) != robot.n_dof:
         raise InputError("robot", "it has a planar or a floating joint, for which the messages of controllers have no place")
-    _made(robot, world, settings)  # refused here rather than in the node
+    _made(robot, world, settings)  # raises errors here rather than in the node
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     signals = noted_signals()
     try:
@@ -184,6 +184,6 @@ def steer(robot: Robot, world: World | None, settings: Settings, ask: Callable[.
         node.now = lambda: 1e-9 * node.get_clock().now().nanoseconds
         node.get_logger().info("the servo waits for /joint_states; Ctrl-C ends it")
         while not signals:
-            rclpy.spin_once(node)  # a beat at the latest
+            rclpy.spin_once(node)  # returns at the next timer tick at the latest
     finally:
         rclpy.try_shutdown()

@@ -1,28 +1,29 @@
-"""Holds how a servo steers as a node; without ROS."""
+"""Holds the settings of a servo node; needs no ROS."""
 
 from enum import StrEnum
 from typing import NamedTuple
 
 
 class Output(StrEnum):
-    """What is published for a controller."""
+    """The message type for a controller."""
 
     TRAJECTORY = "trajectory"
     POSITIONS = "positions"
 
 
 class Settings(NamedTuple):
-    """How a node steers.
+    """The settings of a node.
 
     Attributes:
-        link: The link that poses and twists are of.
-        rate: Ticks a second [Hz].
-        acceleration: Of each joint [rad/s^2 or m/s^2].
-        jerk: Of each joint [rad/s^3 or m/s^3]; None for no limit.
-        clearance: How near an object may be [m].
-        tracking_error: How far each joint may be off its command [rad or m]; 0: what is measured is read at the start alone.
-        output: What is published.
-        topic: Where; None for the default of the controller.
+        link: The link to which poses and twists refer.
+        rate: Ticks per second [Hz].
+        acceleration: Limit of each joint [rad/s^2 or m/s^2].
+        jerk: Limit of each joint [rad/s^3 or m/s^3]; None for no limit.
+        clearance: Minimum distance from objects [m].
+        tracking_error: Tolerance of each joint's distance from its command [rad or m]; 0: measurements are read at the start
+            alone.
+        output: The type of the output messages.
+        topic: Their topic; None for the default of the controller.
     """
 
     link: str
