@@ -35,8 +35,6 @@ TO_DO = {
     "lanes.md",
     "learning.md",
     "notebook.md",
-    "planning.md",
-    "planning_search.md",
     "reachability.md",
     "record.md",
     "robots.md",

@@ -239,7 +239,7 @@ class Plan(OneLine):
                 at its corners by a distance that is certified too. An arm whose controller refuses jumps of the acceleration, as
                 a Franka's does, needs it.
             limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it, or its mapping: the limits
-                that are not given as numbers (docs/planning.md names the arms and the sources). The file's positions are kept.
+                not given as numbers (docs/trajectories.md names the arms and the sources). The file's positions are kept.
             hand: The greatest speed and acceleration of the hand, or of several links, at all times.
             torque: The greatest torque of each joint [Nm or N], a number or n_dof numbers; for True the limits of effort of the
                 description. Gravity and what is attached count. Torques are judged at samples of the motion at most 2 ms apart,
@@ -285,7 +285,7 @@ class Plan(OneLine):
         return Trajectory(certified, names, timed, self._motion, kept, ends, positions, caps)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
-        """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC (docs/planning.md).
+        """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC.
 
         AORRTC: Wilson, Thomason, Kingston and Gammell (RA-L 2025). Each search has new trees and other samples; what it finds is
         shortened, and its length bounds the next search. With constraints each is a search as of the plan, along them, where a

@@ -269,7 +269,7 @@ class Trajectory(OneLine):
         allows depend on its position, and so do those of ``limits="fr3"`` here.
 
         Args:
-            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` or its mapping: see ``docs/planning.md``. A
+            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` or its mapping: ``docs/trajectories.md``. A
                 velocity that it does not state is the description's, and so are positions. If nothing is given: the limits with
                 which the motion was made.
             velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers, instead of that of ``limits``.

@@ -1114,7 +1114,7 @@ class Robot(Forces):
     ) -> Plan:
         """A motion from a configuration to a goal, free of collision: straight lines between configurations.
 
-        RRT-Connect: two trees, from the start and from the goals, grow towards each other (docs/planning.md). Joints whose
+        RRT-Connect: two trees, from the start and from the goals, grow towards each other (docs/planning_search.md). Joints whose
         position is the same at the start and the goal are held first, and move only if no path is found so (``plan.moved``).
 
         Args:
@@ -1132,8 +1132,8 @@ class Robot(Forces):
             held: Names of joints that keep their positions.
             group: A group of the SRDF (``robot.groups``): the joints outside keep their positions. A configuration may then have
                 the joints of the group alone, shape (k,) or (n, k), and a state be named without its group.
-            keep: What the motion keeps at all times, one ``Keep`` or several (docs/planning.md). Where it keeps another link at a
-                pose that the goal's link sees, as the other hand at an object, the goal is one of both.
+            keep: What the motion keeps at all times, one ``Keep`` or several (docs/constraints.md). Where it keeps another link
+                at a pose that the goal's link sees, as the other hand at an object, the goal is one of both.
             certify: Whether each edge is certified, as by ``edge_in_collision``: free at all its configurations. Otherwise at
                 samples 1/32 rad apart, between which it may touch something.
             clearance: No object of the world is nearer than this [m]; it does not count between links of the robot.
