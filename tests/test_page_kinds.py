@@ -41,7 +41,6 @@ TO_DO = {
     "ros.md",
     "scale.md",
     "self_collision.md",
-    "viewer.md",
     "why.md",
 }
 

@@ -5,7 +5,7 @@
       {"name": "crate", "shape": "box", "extents": [0.15, 0.09, 0.126], "xyz": [0.5, 0, 0.21], "rpy": [0, 0, 1.57]}
     ]}
 
-Metres and radians, in the base frame of the robot; ``docs/viewer.md`` lists the shapes and their keys.
+Metres and radians, in the base frame of the robot; ``docs/page_controls.md`` lists the shapes and their keys.
 """
 
 import json
