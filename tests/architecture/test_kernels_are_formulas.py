@@ -18,7 +18,6 @@ NAMES_ONLY = {
     "dynamics/dynamics_records.py",
     "ik/search_records.py",
     "planning/constraint_records.py",
-    "planning/search_records.py",
     "planning/time_records.py",
     "servo/objective.py",
     "servo/servo_records.py",

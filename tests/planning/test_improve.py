@@ -10,6 +10,7 @@ from ulna.engine.lanes import WIDTH
 from ulna.errors import InputError
 from ulna.ik.time_limit import TimeLimit
 from ulna.planning.search import Search
+from ulna.planning.search_records import AORRTC
 
 SEEDS = range(12)
 # An arm that turns without end on a slide.
@@ -137,7 +138,8 @@ def test_nodes_cost_what_their_way_is_long_and_a_found_path_less_than_the_bound(
     motion = searched.motion
     edges = motion.edges(certify=True)
     bound = 0.9 * plans[0].length
-    search = Search(edges, ends[0], searched.goals, (0, 1), bound)
+    below = edges.below(bound, ends[0], searched.goals)
+    search = Search(below, ends[0], searched.goals, (0, 1), AORRTC, by_samples=True)
     path = search.finish(20_000, TimeLimit(None), shorten=False).path
     assert search.edges.settings[0].bound == bound
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()

@@ -17,7 +17,12 @@ from ulna.engine.records import Records
 from ulna.ik.time_limit import TimeLimit
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning.constraint_records import Constraints
-from ulna.kernels.planning.search_records import (
+from ulna.planning.blend import CHORDS_ALONG, IsFree, is_path_free
+from ulna.planning.constraint_table import frozen, narrower, step_of, tightest
+from ulna.planning.edge_subdivision import TIGHT, finer
+from ulna.planning.entries import search as entries
+from ulna.planning.positions import PositionLimits, farthest_of
+from ulna.planning.search_records import (
     CONFIRM,
     PAUSED,
     SHORTEN,
@@ -29,22 +34,12 @@ from ulna.kernels.planning.search_records import (
     SearchTables,
     ShorteningState,
     Trees,
+    search_settings,
 )
-from ulna.planning.blend import CHORDS_ALONG, IsFree, is_path_free
-from ulna.planning.constraint_table import frozen, narrower, step_of, tightest
-from ulna.planning.edge_subdivision import TIGHT, finer
-from ulna.planning.entries import search as entries
-from ulna.planning.positions import PositionLimits, farthest_of
 from ulna.planning.slices import Pace, Slices
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
-RANGE = 1.0  # the longest edge of a tree [rad], for up to _FEW joints
-_FEW = 8  # of more joints most samples are far from every node, and fewer long edges are free: no domains, and shorter edges
-RESOLUTION = 1e-4  # [m]
-SAMPLES_APART = 1 / 32  # [rad]: of an edge that is not certified
-_DOMAIN, _MIN_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # times RANGE, for up to seven joints; and the rate
-_MAX_STEPS = 4094  # of one iteration
 
 
 class EdgeChecker(NamedTuple):
@@ -126,7 +121,7 @@ class Motion(NamedTuple):
         if kept is None or kept[0] is not objects:
             kept = _kept[self.checker] = objects, self.checker.scene_of(self.world, self_collision=True), Pace()
         longest, keeps = step_of(self.keeps), narrower(self.keeps)
-        settings = _settings(self.space.n_moving, self.space.diameter, self.margin, longest, certify=certify)
+        settings = search_settings(self.space.n_moving, self.space.diameter, self.margin, longest, certify=certify)
         return EdgeChecker(kept[1], settings, self.space, kept[2], keeps)
 
     def is_free(self, points: Array, spreads: Array) -> bool:
@@ -190,20 +185,3 @@ def _no_trees() -> Trees:
     return Trees(
         no_rows((2, 0, WIDTH)), np.empty((2, 0), dtype=np.int64), no_rows((2, 0)), no_rows((2, 0, WIDTH)), no_rows((0, 2, 0))
     )
-
-
-@lru_cache(maxsize=64)
-def _settings(n_moving: int, diameter: float, margin: float, step: float, *, certify: bool) -> Records[SearchSettings]:
-    """Settings of a search, shape (1,), which are only read. step: the longest stride along constraints; infinite without any."""
-    records = SearchSettings.records()
-    settings, longest = records[0], RANGE * min(1.0, _FEW / max(1, n_moving))
-    settings.range, settings.resolution, settings.margin = longest, RESOLUTION, margin
-    settings.sample_spacing = 0.0 if certify else SAMPLES_APART
-    wide = RANGE * np.sqrt(max(1.0, n_moving / 7))  # as the distances of samples grow
-    settings.domain = _DOMAIN * wide if n_moving <= _FEW else np.inf
-    settings.min_domain, settings.adaptation = _MIN_DOMAIN * wide, _ADAPTATION
-    settings.stride, settings.max_strides = min(longest, step), int(np.ceil(2.0 * longest / min(longest, step)))
-    settings.max_steps = int(min(2 + np.ceil(diameter / longest), _MAX_STEPS))
-    settings.max_nodes = (settings.max_steps + 2) * (WIDTH * settings.max_strides if step < np.inf else 1)
-    records.setflags(write=False)
-    return records

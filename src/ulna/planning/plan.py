@@ -29,6 +29,7 @@ from ulna.planning.motors import as_caps
 from ulna.planning.path_limits import refuse_ends
 from ulna.planning.positions import PositionLimits
 from ulna.planning.search import Effort, Search
+from ulna.planning.search_records import AORRTC, RRT_CONNECT
 from ulna.planning.slices import MAX_CHECKS
 from ulna.planning.space import same_entries
 from ulna.planning.targets import beyond_limits, joint_of
@@ -323,6 +324,7 @@ class Plan(OneLine):
         space, edges = motion.space, motion.edges(certify=certify)
         straight = space.lengths(space.shortest_way(goals - start)).min()
         most, budget = effort.checks + max_checks, _FIRST_CHECKS
+        algorithm = AORRTC if motion.keeps is None else RRT_CONNECT  # the edges of AORRTC lead along no constraint
         if motion.keeps is not None:
             budget = max(budget, effort.checks)  # along constraints there are many edges to a path
         while effort.checks < most:
@@ -330,10 +332,8 @@ class Plan(OneLine):
             bound = length * (1.0 - _WORTH)
             if bound <= straight or limit.is_over():
                 break
-            if motion.keeps is None:
-                search = Search(edges, start, goals, (seed, n_searches), bound)
-            else:  # the edges of AORRTC are straight, and lead along no constraint
-                search = Search(edges.below(bound, start, goals), start, goals, (seed, n_searches), by_samples=True)
+            below = edges.below(bound, start, goals)
+            search = Search(below, start, goals, (seed, n_searches), algorithm, by_samples=True)
             found, n_searches = search.finish(min(budget, most - effort.checks), limit, shorten=True), n_searches + 1
             effort = effort.plus(search.effort)
             if found is None:

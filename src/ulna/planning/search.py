@@ -11,23 +11,24 @@ from numpy.typing import NDArray
 from ulna.engine.lanes import WIDTH
 from ulna.engine.records import Records
 from ulna.ik.time_limit import TimeLimit
-from ulna.kernels.planning.search_records import (
-    AORRTC,
+from ulna.planning.entries import search as entries
+from ulna.planning.motion import EdgeChecker, new_path, no_rows
+from ulna.planning.search_records import (
     CONFIRM,
     FULL,
     MAX_REFUSED,
     NO_ROOM,
     NOT_FREE,
+    RRT_CONNECT,
     SHORTEN,
     SOLVED,
     SPARE_POINTS,
+    WITH_COSTS,
     SearchState,
     SearchTables,
     ShorteningState,
     Trees,
 )
-from ulna.planning.entries import search as entries
-from ulna.planning.motion import EdgeChecker, new_path, no_rows
 from ulna.planning.slices import Slices
 
 Array = NDArray[np.float64]
@@ -81,7 +82,7 @@ class Search:
         start: Shape (n_dof,).
         goals: Shape (n, n_dof), at least one.
         stream: Chooses the samples: the seed, and the number of the search.
-        bound: The length that the path is to stay below; if finite, the algorithm is AORRTC, else RRT-Connect.
+        algorithm: The number of the algorithm; one with costs needs edges that are ``below`` a bound.
         by_samples: Whether the straight ways from the start to the goals are left out: they were tried.
         progress: Called after each slice with the number of edges checked so far, and of all that may be.
         trees: The trees.
@@ -91,7 +92,7 @@ class Search:
     start: Array
     goals: Array
     stream: tuple[int, ...]
-    bound: float = np.inf
+    algorithm: int = RRT_CONNECT
     by_samples: bool = False
     progress: Callable[[int, int], object] | None = None
     trees: Trees = field(init=False)
@@ -105,17 +106,16 @@ class Search:
         rows = np.empty((2, capacity // WIDTH * len(self.start), WIDTH))
         parents, radii = np.empty((2, capacity), dtype=np.int64), np.empty((2, capacity))
         parents[:, :n_goals], radii[:, :n_goals] = -1, np.inf
-        costs = no_rows((2, 0, WIDTH))
+        costs, has_costs = no_rows((2, 0, WIDTH)), self.algorithm in WITH_COSTS
         _write_roots(self.start[None], rows[0])
         _write_roots(self.goals, rows[1])
-        if self.by_samples or self.bound < np.inf:
+        self.state.algorithm = self.algorithm
+        if self.by_samples or has_costs:
             self.state.direct = _NONE
-        if self.bound < np.inf:
-            self.state.algorithm = AORRTC
+        if has_costs:
             costs = np.full((2, capacity // WIDTH, WIDTH), np.inf)
             costs[0, 0, 0] = 0.0
             costs[1].reshape(-1)[:n_goals] = 0.0
-            self.edges = self.edges.below(self.bound, self.start, self.goals)
         self.trees = Trees(rows, parents, radii, costs, np.empty((MAX_REFUSED, 2, len(self.start))))
 
     @property
@@ -179,7 +179,7 @@ class Search:
     def _samples(self) -> Array:
         block = int(self.state.sample) // _BLOCK
         self.state.first_sample = block * _BLOCK
-        return samples(len(self.start) + (self.bound < np.inf), self.stream, block)
+        return samples(len(self.start) + (self.algorithm in WITH_COSTS), self.stream, block)
 
     def _grow(self) -> None:
         rows, parents, radii, costs, refused = self.trees

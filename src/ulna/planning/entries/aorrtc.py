@@ -14,10 +14,10 @@ its own tree and of the other. They are lower bounds of the cost to come and to 
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH, lane_of
-from ulna.kernels.planning.search_records import FULL, NO_SAMPLE, PAUSED, SOLVED
 from ulna.kernels.planning.space import distance, nearest_below_in_lanes, write_step
 from ulna.planning.entries.edge import passes
 from ulna.planning.entries.tree import add_node, is_full, join, needs_samples, next_tree, pass_over, read_node, read_sample
+from ulna.planning.search_records import FULL, NO_SAMPLE, PAUSED, SOLVED
 
 _GOLDEN = 0.6180339887498949  # golden-ratio sequence: draw k of a parent uses frac(share + k phi)
 _MAX_PARENTS = 8

@@ -9,9 +9,9 @@ from ulna.collision.entries.continuous import BREADTH, edge_is_free, edge_is_fre
 from ulna.engine.decorators import kernel, routine, workspace
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Edge, EdgeCheck
-from ulna.kernels.planning.search_records import MAX_REFUSED, SearchSettings
 from ulna.kernels.planning.space import distance
 from ulna.planning.entries.keeping import Keeping, keeps_all
+from ulna.planning.search_records import MAX_REFUSED, SearchSettings
 
 
 class EdgeContext(NamedTuple):

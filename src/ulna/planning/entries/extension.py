@@ -11,11 +11,11 @@ import numpy as np
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH
-from ulna.kernels.planning.search_records import BESIDE, REACHED, STOPPED
 from ulna.kernels.planning.space import distance, write_step
 from ulna.planning.entries.edge import is_clear, keep, passes
 from ulna.planning.entries.keeping import keeps_all, project
 from ulna.planning.entries.tree import add_node, read_sample, sample_entry
+from ulna.planning.search_records import BESIDE, REACHED, STOPPED
 
 MIN_PROGRESS = 0.25  # of a stride: less leads nowhere
 

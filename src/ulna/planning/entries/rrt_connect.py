@@ -18,7 +18,11 @@ al., Adaptive tuning of the sampling domain for dynamic-domain RRTs (IROS 2005):
 import numpy as np
 
 from ulna.engine.decorators import kernel
-from ulna.kernels.planning.search_records import (
+from ulna.kernels.planning.space import adapted_domain, distance, write_step
+from ulna.planning.entries.edge import passes
+from ulna.planning.entries.extension import extend, gains_little, read_target
+from ulna.planning.entries.tree import is_full, join, nearest_node, needs_samples, next_tree, pass_over, read_node
+from ulna.planning.search_records import (
     BESIDE,
     FAILURES_PER_HALF,
     FULL,
@@ -30,10 +34,6 @@ from ulna.kernels.planning.search_records import (
     SOLVED,
     STOPPED,
 )
-from ulna.kernels.planning.space import adapted_domain, distance, write_step
-from ulna.planning.entries.edge import passes
-from ulna.planning.entries.extension import extend, gains_little, read_target
-from ulna.planning.entries.tree import is_full, join, nearest_node, needs_samples, next_tree, pass_over, read_node
 
 
 @kernel

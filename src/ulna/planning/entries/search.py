@@ -11,7 +11,13 @@ from ulna.engine.decorators import entry
 from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, Array, Group
 from ulna.kernels.collision.scene import BOXES, SHAPES
 from ulna.kernels.planning.constraint_records import Entry
-from ulna.kernels.planning.search_records import (
+from ulna.planning.entries.aorrtc import grow_cheaper
+from ulna.planning.entries.edge import EdgeContext, without_turns
+from ulna.planning.entries.keeping import CONSTRAINTS, keeping_of
+from ulna.planning.entries.rrt_connect import grow_trees
+from ulna.planning.entries.shortening import Cut, shorten_path
+from ulna.planning.entries.tree import Steps, drop_repeats, rows_for, write_found
+from ulna.planning.search_records import (
     AORRTC,
     NO_ROOM,
     PAUSED,
@@ -23,12 +29,6 @@ from ulna.kernels.planning.search_records import (
     ShorteningState,
     Trees,
 )
-from ulna.planning.entries.aorrtc import grow_cheaper
-from ulna.planning.entries.edge import EdgeContext, without_turns
-from ulna.planning.entries.keeping import CONSTRAINTS, keeping_of
-from ulna.planning.entries.rrt_connect import grow_trees
-from ulna.planning.entries.shortening import Cut, shorten_path
-from ulna.planning.entries.tree import Steps, drop_repeats, rows_for, write_found
 
 _SEARCH = Group((Array(SearchSettings, 1, constant=True), Array(Entry, 1), MATRIX, Array(SearchState, 1)), SearchTables)
 _TREES = Group((MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES), Trees)

@@ -5,10 +5,10 @@ from typing import NamedTuple
 from numpy.typing import NDArray
 
 from ulna.engine.decorators import kernel, routine
-from ulna.kernels.planning.search_records import BESIDE, CONFIRM, NOT_FREE, PAUSED, REACHED, SOLVED, STOPPED
 from ulna.kernels.planning.space import distance, write_step
 from ulna.planning.entries.edge import is_free
 from ulna.planning.entries.extension import gains_little, write_curve
+from ulna.planning.search_records import BESIDE, CONFIRM, NOT_FREE, PAUSED, REACHED, SOLVED, STOPPED
 
 N_ATTEMPTS = 48  # of pass 2
 N_FAILURES = 8  # in a row end it, with constraints

@@ -1,14 +1,17 @@
-"""Names what a search for a path is given, what it counts, how it ends, and what it has found."""
+"""Defines the settings of a search for a path, and names what it counts, how it ends, and what it has found."""
 
+from functools import lru_cache
 from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ulna.engine.lanes import WIDTH
 from ulna.engine.records import Record, Records
 from ulna.kernels.planning.constraint_records import Entry
 
-RRT_CONNECT, AORRTC = 0, 1  # the algorithms
+RRT_CONNECT, AORRTC = 0, 1  # numbers of the algorithms
+WITH_COSTS = (AORRTC,)  # the algorithms whose nodes have costs, and whose samples have one number more
 # How a call ends: solved; paused at its number of checks; no room for more nodes; no sample left; an edge that is not free; no
 # room for the path.
 SOLVED, PAUSED, FULL, NO_SAMPLE, NOT_FREE, NO_ROOM = 0, 1, 2, 3, 4, 5
@@ -23,6 +26,12 @@ MAX_SKIPPED = 16
 FAILURES_PER_HALF, MAX_HALVES = 128, 3
 SHORTEN, CONFIRM = 0, 5  # the first pass of shortening, and the last, which confirms every edge
 SPARE_POINTS = 128  # besides twice the points of a path: room to shorten it
+_RANGE = 1.0  # the longest edge of a tree [rad], for up to _FEW joints
+_FEW = 8  # of more joints most samples are far from every node, and fewer long edges are free: no domains, and shorter edges
+_RESOLUTION = 1e-4  # [m]
+_SAMPLES_APART = 1 / 32  # [rad]: of an edge that is not certified
+_DOMAIN, _MIN_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # times _RANGE, for up to seven joints; and the rate
+_MAX_STEPS = 4094  # of one iteration
 
 
 class SearchSettings(Record):
@@ -48,6 +57,23 @@ class SearchSettings(Record):
     max_steps: int
     """Largest number of steps towards a node in one iteration; ``max_nodes``: of nodes that it adds."""
     max_nodes: int
+
+
+@lru_cache(maxsize=64)
+def search_settings(n_moving: int, diameter: float, margin: float, step: float, *, certify: bool) -> Records[SearchSettings]:
+    """Settings of a search, shape (1,), which are only read. step: the longest stride along constraints; infinite without any."""
+    records = SearchSettings.records()
+    settings, longest = records[0], _RANGE * min(1.0, _FEW / max(1, n_moving))
+    settings.range, settings.resolution, settings.margin = longest, _RESOLUTION, margin
+    settings.sample_spacing = 0.0 if certify else _SAMPLES_APART
+    wide = _RANGE * np.sqrt(max(1.0, n_moving / 7))  # as the distances of samples grow
+    settings.domain = _DOMAIN * wide if n_moving <= _FEW else np.inf
+    settings.min_domain, settings.adaptation = _MIN_DOMAIN * wide, _ADAPTATION
+    settings.stride, settings.max_strides = min(longest, step), int(np.ceil(2.0 * longest / min(longest, step)))
+    settings.max_steps = int(min(2 + np.ceil(diameter / longest), _MAX_STEPS))
+    settings.max_nodes = (settings.max_steps + 2) * (WIDTH * settings.max_strides if step < np.inf else 1)
+    records.setflags(write=False)
+    return records
 
 
 class SearchState(Record):
@@ -78,6 +104,7 @@ class SearchState(Record):
     active: int
     """The tree that grew last."""
     algorithm: int
+    """Number of the algorithm, such as ``RRT_CONNECT``."""
     joined: bool
     """Whether the trees are joined: at ``joined_start`` of tree 0 and ``joined_goal`` of tree 1."""
     joined_start: int
@@ -131,7 +158,7 @@ class Trees(NamedTuple):
     radii: NDArray
     """Radius of each node's domain, shape (2, capacity)."""
     costs: NDArray
-    """The cost to reach each node, infinite in unused places, shape (2, capacity / 8, 8); for RRT_CONNECT (2, 0, 8)."""
+    """The cost to reach each node, infinite in unused places, shape (2, capacity / 8, 8); (2, 0, 8) where nodes have no costs."""
     refused: NDArray
     """The last edges that were not free, in a ring, shape (MAX_REFUSED, 2, n_dof)."""
 
