@@ -1,6 +1,6 @@
 """Robot-arm kinematics and collision checking in pure Python, at SIMD speed.
 
-What is named here is imported when it is first used: a program that wants poses does not wait for what draws pages.
+Each public name is imported at its first use: a program that only computes poses does not import the viewer.
 """
 
 from importlib import import_module
@@ -129,7 +129,7 @@ __all__ = [
     "view",
 ]
 
-# Where each public name is.
+# The public names of each module.
 _HOMES = {
     "ulna.collision.report": ("Pair", "Report"),
     "ulna.collision.scene_file": ("load_world", "save_world"),
@@ -187,7 +187,7 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
-    """A public name from its module, or a subpackage."""
+    """Import a public name from its module, or a subpackage."""
     try:
         found = getattr(import_module(_HOME[name]), name) if name in _HOME else import_module(f"ulna.{name}")
     except ModuleNotFoundError as error:

@@ -1,4 +1,4 @@
-"""Runs the command ``ulna``."""
+"""Runs the command line program ``ulna``."""
 
 from ulna.cli.quiet_imports import quiet_imports
 
@@ -6,7 +6,7 @@ from ulna.cli.quiet_imports import quiet_imports
 def main() -> None:
     """Run the command line, and end the process with its exit status."""
     with quiet_imports():
-        from ulna.cli.app import app  # noqa: PLC0415 - it takes a third of a second, in which Ctrl-C may come
+        from ulna.cli.app import app  # noqa: PLC0415 - it takes a third of a second, during which Ctrl-C may come
 
     app(prog_name="ulna")
 

@@ -1,6 +1,6 @@
-"""Defines every error that Ulna raises: an ``UlnaError`` that is a built-in too, with its data.
+"""Defines every error that Ulna raises: each is an ``UlnaError`` and a built-in error.
 
-Each says where and what next, and carries its data as attributes.
+Messages name the place and the remedy; errors carry their data as attributes.
 """
 
 import json
@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 _PACKAGE = Path(__file__).resolve().parent
-_LONGEST = 1000  # characters of a message, which may cite a document
-MAX_CITED = 200  # characters of a value that is refused
+_LONGEST = 1000  # maximum characters of a message
+MAX_CITED = 200  # maximum characters of a value cited in a message
 _QUOTED = re.compile(rf"'[^']{{{MAX_CITED - 1},}}+'|\"[^\"]{{{MAX_CITED - 1},}}+\"")
-_LONGEST_NAME, _MAX_NAMES = 100, 10_000  # among which near ones are looked for
-# Arguments that some functions had, and what took their place.
+_LONGEST_NAME, _MAX_NAMES = 100, 10_000  # limits of the search for similar names
+# Former arguments of functions, and their replacements.
 _SUCCESSORS = {
     "method": "the search is Levenberg-Marquardt's; lesson 3 (docs/lessons/3_inverse_kinematics.ipynb) has the textbook methods "
     "in NumPy, hw2/franka_robot.py the Jacobian transpose",
@@ -27,11 +27,11 @@ _SUCCESSORS = {
 
 
 class UlnaError(Exception):
-    """The root of all errors of this library."""
+    """The base class of all errors of this library."""
 
 
 class DescriptionError(UlnaError, ValueError):
-    """A robot description that cannot be understood. ``source`` is its name, ``line`` where in it (or None)."""
+    """A robot description is invalid. ``source`` is its name, ``line`` the line of the fault (or None)."""
 
     def __init__(self, message: str, source: str = "", line: int | None = None) -> None:
         message = _shortened(message)
@@ -44,15 +44,15 @@ class DescriptionError(UlnaError, ValueError):
 
 
 class DescriptionWarning(UserWarning):
-    """Parts of a description that are not used: references to unknown links, and what is not read and may change a result."""
+    """Parts of a description are ignored, such as references to unknown links or elements that Ulna does not support."""
 
 
 class UnitWarning(UserWarning):
-    """Lengths or angles that are more likely in another unit than metres and radians, such as millimetres or degrees."""
+    """Lengths or angles are probably not in meters and radians, but in millimeters or degrees."""
 
 
 class CompilerWarning(UserWarning):
-    """Parts of Numba that the engine uses and this version lacks; entries are compiled without them. ``missing`` names them."""
+    """The installed Numba lacks parts that the engine uses; entries are compiled without them. ``missing`` names them."""
 
     def __init__(self, message: str, missing: Iterable[str] = ()) -> None:
         super().__init__(message)
@@ -60,7 +60,7 @@ class CompilerWarning(UserWarning):
 
 
 class InputError(UlnaError, ValueError):
-    """A number, an array or an option that a function cannot take. ``argument`` names it."""
+    """An argument is invalid: a number, an array or an option. ``argument`` names it."""
 
     def __init__(self, argument: str, message: str) -> None:
         message = _shortened(message)
@@ -72,7 +72,7 @@ class InputError(UlnaError, ValueError):
 
 
 class UnknownArgumentError(UlnaError, TypeError):
-    """A keyword argument that a function does not have. ``argument`` is its name, ``function`` that of the function."""
+    """A function has no such keyword argument. ``argument`` and ``function`` are the names of the two."""
 
     def __init__(self, function: str, argument: str, hint: str = "") -> None:
         super().__init__(f"{function}() got an unexpected keyword argument {argument!r}{hint and f'; {hint}'}")
@@ -83,17 +83,17 @@ class UnknownArgumentError(UlnaError, TypeError):
 
 
 def refuse_unknown(function: str, unknown: Iterable[str], hint: str = "") -> NoReturn:
-    """Refuse the first of some arguments that a function does not have; of a former one the successor is named.
+    """Raise the error for the first of some unknown keyword arguments, with a hint.
 
     Raises:
-        UnknownArgumentError: Always. ``hint`` is its hint where there is no successor.
+        UnknownArgumentError: Always. For a former argument the hint names its replacement, else it is ``hint``.
     """
     name = next(iter(unknown))
     raise UnknownArgumentError(function, name, _SUCCESSORS.get(name, hint))
 
 
 class TruthError(UlnaError, ValueError):
-    """The truth value of a result of several, which is ambiguous. ``use`` names the array of their truth values."""
+    """The truth value of a batch result is ambiguous. ``use`` names the array of truth values to use instead."""
 
     def __init__(self, result: str, use: str) -> None:
         super().__init__(f"the truth value of {result} of a batch is ambiguous; use {use}.any() or {use}.all()")
@@ -104,7 +104,7 @@ class TruthError(UlnaError, ValueError):
 
 
 class UnknownNameError(UlnaError, LookupError):
-    """An unknown name. ``name`` is what was asked for, ``known`` the names there are."""
+    """A name is unknown. ``name`` is the given name, ``known`` lists the valid names."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
         self.kind, self.name, self.known, self.hint = kind, name, tuple(known), hint
@@ -115,7 +115,7 @@ class UnknownNameError(UlnaError, LookupError):
 
 
 class FileError(UlnaError, OSError):
-    """A file that cannot be read or written. ``path`` names it."""
+    """A file cannot be read or written. ``path`` names it."""
 
     def __init__(self, path: str, message: str) -> None:
         message = _shortened(message)
@@ -127,20 +127,20 @@ class FileError(UlnaError, OSError):
 
 
 def reason_of(error: Exception, *, missing: str = "no such file") -> str:
-    """Why a file cannot be read or written, in one wording for all files; ``missing`` is said where it is not there."""
+    """The reason why a file cannot be read or written; ``missing`` is the text for a missing file."""
     if isinstance(error, FileNotFoundError):
         return f"{missing}{twin_in_words(error.filename)}"
     return getattr(error, "strerror", None) or str(error)
 
 
 def twin_in_words(path: object) -> str:
-    """Names the file that differs from a missing one in upper and lower case only, to end a sentence."""
+    """The end of a message that names the ``case_twin`` of a missing file; empty without a twin."""
     twin = case_twin(Path(path)) if isinstance(path, (str, Path)) else None
     return "" if twin is None else f"; only upper and lower case differ from {twin}"
 
 
 def case_twin(path: Path) -> Path | None:
-    """A file that differs from a missing one in upper and lower case only, in its folder or in the folder's name."""
+    """A file whose path differs from a missing file's in case only, in its name or its folder's name."""
     for folder in dict.fromkeys((path.parent, path.parent.parent)):
         try:
             with os.scandir(folder) as entries:
@@ -156,7 +156,7 @@ def case_twin(path: Path) -> Path | None:
 
 
 class MissingExtraError(UlnaError, ImportError):
-    """Something that needs an extra of Ulna's which is not installed. ``extra`` names it; the message says how to install it."""
+    """An extra of Ulna is not installed. ``extra`` names it; the message contains the command that installs it."""
 
     def __init__(self, what: str, extra: str) -> None:
         super().__init__(f"{what} needs the {extra} extra: {install_command(extra)}")
@@ -167,9 +167,10 @@ class MissingExtraError(UlnaError, ImportError):
 
 
 def install_command(extra: str, package: Path = _PACKAGE) -> str:
-    """The command that adds an extra to this very copy: of its folder, of its wheel, or else of the packages by their names.
+    """The pip command that adds an extra to this copy of Ulna.
 
-    No package index has Ulna. A message that named ``ulna[...]`` would install what anybody had registered under that name.
+    It names the copy's folder or wheel, or else the packages of the extra. No package index has Ulna. A command with
+    ``ulna[...]`` would install whatever somebody registers under that name.
     """
     if package.parent.name == "src" and _is_project(package.parents[1]):  # a clone, installed or on the path
         folder = package.parents[1]
@@ -190,18 +191,18 @@ def install_command(extra: str, package: Path = _PACKAGE) -> str:
 def _working_folder() -> Path | None:
     try:
         return Path.cwd()
-    except OSError:  # it was deleted
+    except OSError:  # the folder was deleted
         return None
 
 
 def _is_project(folder: Path) -> bool:
-    """Whether a folder holds the project, so that pip can install it."""
+    """Whether a folder contains the project, so that pip can install it."""
     file = folder / "pyproject.toml"
     return file.is_file() and 'name = "ulna"' in file.read_text(encoding="utf-8", errors="replace")
 
 
 def _installed_from(direct_url: str) -> Path | None:
-    """The wheel or the folder that pip installed (PEP 610), if it is still there."""
+    """The wheel or the folder that pip installed (PEP 610), if it still exists."""
     from urllib.parse import urlsplit  # noqa: PLC0415 - as above
     from urllib.request import url2pathname  # noqa: PLC0415
 
@@ -218,7 +219,7 @@ class MissingROSError(UlnaError, ImportError):
 
 @contextmanager
 def needs_extra(what: str, extra: str, *packages: str) -> Iterator[None]:
-    """A context for imports of these packages, whose error says which extra to install.
+    """A context for imports of these packages: a failed import raises an error that names the extra.
 
     Raises:
         MissingExtraError: One of the packages is not installed.
@@ -232,20 +233,20 @@ def needs_extra(what: str, extra: str, *packages: str) -> Iterator[None]:
 
 
 class ClusterError(UlnaError, RuntimeError):
-    """A cluster that cannot be reached any more, or whose workers die. What was computed until then is kept."""
+    """A cluster is no longer reachable, or its workers die. Results computed before that are kept."""
 
 
 class DeviceError(UlnaError, RuntimeError):
-    """A GPU is needed, but none was found, or the one found cannot be used."""
+    """A GPU is needed, but none was found, or it cannot be used."""
 
 
 class ArmError(UlnaError, RuntimeError):
-    """An arm that has stopped by itself, or that refuses to move.
+    """An arm stopped by itself, or refuses to move.
 
     Attributes:
-        words: What its controller says.
-        q: Where the arm was measured last [rad or m], a tuple of n_dof numbers; empty if it was not.
-        record: What was commanded and measured until then, an ``ulna.arms.Record``, or None.
+        words: The message of its controller.
+        q: The last measured configuration [rad or m], a tuple of n_dof numbers; empty without a measurement.
+        record: The commands and measurements until then, an ``ulna.arms.Record``, or None.
     """
 
     def __init__(self, message: str, words: str = "", q: Iterable[float] = (), record: Any = None) -> None:
@@ -258,15 +259,15 @@ class ArmError(UlnaError, RuntimeError):
 
 
 class ArmConnectionError(ArmError):
-    """The connection to an arm that cannot be made, or was lost. Its controller stops the arm by itself then."""
+    """The connection to an arm cannot be made, or was lost. The arm's controller then stops the arm."""
 
 
 class GeometryError(UlnaError, ValueError):
-    """A collision query that is not possible with this robot's geometry."""
+    """The geometry of the robot does not allow a collision query."""
 
 
 class InertiaError(UlnaError, ValueError):
-    """A link that moves has no inertia, so no torque can be computed. ``links`` names all of them."""
+    """Moving links have no inertia, so no torque can be computed. ``links`` names all of them."""
 
     def __init__(self, message: str, links: Iterable[str] = ()) -> None:
         super().__init__(message)
@@ -277,7 +278,7 @@ class InertiaError(UlnaError, ValueError):
 
 
 class SingularityError(UlnaError, ValueError):
-    """A quantity that is not defined here. ``rows`` are the indices of the batch at which it is not."""
+    """A quantity is not defined at a singularity. ``rows`` lists the indices of the batch where."""
 
     def __init__(self, message: str, rows: tuple = ()) -> None:
         super().__init__(message)
@@ -288,14 +289,14 @@ class SingularityError(UlnaError, ValueError):
 
 
 def _shortened(message: str) -> str:
-    """The message, in which no quoted text is longer than ``MAX_CITED`` and which ends soon."""
+    """Shorten a message: quoted texts to ``MAX_CITED`` characters, all of it to ``_LONGEST``."""
     if len(message) > MAX_CITED:
         message = _QUOTED.sub(lambda found: f"{found[0][: MAX_CITED - 60]} ... {found[0][-50:]}", message)
     return message if len(message) <= _LONGEST else f"{message[: _LONGEST - 200]} ... {message[-195:]}"
 
 
 class _Citing(reprlib.Repr):
-    """The standard library's short representations, of which none takes longer for a larger value."""
+    """The standard library's short representations, in bounded time for values of any size."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -306,7 +307,7 @@ class _Citing(reprlib.Repr):
     def repr_int(self, x: int, level: int) -> str:
         return super().repr_int(x, level) if x.bit_length() < 10 * MAX_CITED else f"a whole number of {x.bit_length()} bits"
 
-    def repr_bytes(self, x: bytes, level: int) -> str:  # noqa: ARG002 - as the others
+    def repr_bytes(self, x: bytes, level: int) -> str:  # noqa: ARG002 - same signature as the others
         return repr(x[: self.maxstring])
 
     def repr_dict(self, x: dict, level: int) -> str:
@@ -319,7 +320,7 @@ _citing = _Citing()
 
 
 def cited(value: object) -> str:
-    """The value as a message cites it: what ``repr`` gives, but at most ``MAX_CITED`` characters, and never more work than that.
+    """The ``repr`` of a value for a message, with at most ``MAX_CITED`` characters, in bounded time.
 
     Example:
         >>> cited([1.0, "two"]), len(cited("x" * 1000)) <= MAX_CITED
@@ -330,17 +331,20 @@ def cited(value: object) -> str:
 
 
 def count_of(n: int, noun: str, plural: str = "") -> str:
-    """A number of things, as in "1 joint" and "2 joints"; ``plural`` where it is not the noun with an s."""
+    """A number with its noun, as "1 joint" or "2 joints"; ``plural`` for irregular plurals."""
     return f"{n} {noun if n == 1 else plural or f'{noun}s'}"
 
 
 def listed(names: Sequence[str], most: int = 6) -> str:
-    """The first of some names, and how many there are beyond them."""
+    """The first ``most`` names, and the number of further names."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def near_names(name: str, known: Iterable[str], most: int) -> list[str]:
-    """The known names nearest to a name, best first; none for a name too long to be one: comparing takes the square of that."""
+    """The known names most similar to a name, best first.
+
+    There are none for a very long name, since the comparison takes quadratic time.
+    """
     import difflib  # noqa: PLC0415 - needed only where something is wrong
 
     short = [one for one in known if len(one) <= _LONGEST_NAME]

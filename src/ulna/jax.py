@@ -1,4 +1,4 @@
-"""Poses, Jacobians and distances of JAX's arrays, with gradients: ``import ulna.jax``. It needs the extra ``jax``."""
+"""Poses, Jacobians and distances for JAX arrays, with gradients: ``import ulna.jax``; needs the extra ``jax``."""
 
 from ulna.learning.callbacks import forward_kinematics, jacobian, signed_distance
 

@@ -1,4 +1,4 @@
-"""Poses, Jacobians and distances of PyTorch's tensors, with gradients: ``import ulna.torch``. It needs the extra ``torch``."""
+"""Poses, Jacobians and distances for PyTorch tensors, with gradients: ``import ulna.torch``; needs the extra ``torch``."""
 
 from ulna.learning.tensors import forward_kinematics, jacobian, signed_distance
 

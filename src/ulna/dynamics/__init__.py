@@ -1,1 +1,1 @@
-"""Dynamics: the torques of a robot's motions, and the motions of its torques."""
+"""Dynamics: the torques that a motion needs, and the motion that torques cause."""

@@ -1,4 +1,4 @@
-"""Merges the inertias of links into the bodies that the joints carry."""
+"""Merges the inertias of links into one body per moving joint."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -16,12 +16,12 @@ _TRIANGLE = np.triu_indices(3)
 
 
 def mechanism_of(tree: Tree, links: Iterable[Link], inertias: Iterable[tuple[str, Inertia]]) -> Mechanism:
-    """A robot's joints and the table of inertias of what each of them carries.
+    """A robot's joints and the table of the inertias that they carry.
 
-    inertias: those of the links and of what they hold, each with its link, in whose frame it is.
+    inertias: the inertias of links and attached objects, each with the name of the link in whose frame it is given.
 
     Raises:
-        InertiaError: A link that moves and has a shape has no inertia; or no link that moves has one.
+        InertiaError: A moving link has a shape but no inertia; or no moving link has an inertia.
     """
     moving = [link for link in links if tree.link_row[link.name] != BASE]
     missing = [link.name for link in moving if link.inertia is None and (link.visuals or link.collisions)]
@@ -39,7 +39,7 @@ def mechanism_of(tree: Tree, links: Iterable[Link], inertias: Iterable[tuple[str
 
 
 def point_mass(tree: Tree, link: str, center: NDArray[np.float64]) -> Mechanism:
-    """The joints of a robot without masses that carry one kilogram at a point of a link, shape (3,)."""
+    """A massless copy of a robot with one kilogram at a point of a link, shape (3,)."""
     table = np.zeros((len(tree.joints), INERTIA_WIDTH))
     if tree.link_row[link] != BASE:
         table[tree.link_row[link]] = inertia_row(Inertia(1.0, center, np.zeros((3, 3))), tree.link_offset[link])
@@ -47,7 +47,7 @@ def point_mass(tree: Tree, link: str, center: NDArray[np.float64]) -> Mechanism:
 
 
 def described_with(description: Description, inertias: Mapping[str, Inertia | None]) -> Description:
-    """A description with other inertias of some links."""
+    """A copy of a description with other inertias of some links."""
     names = {link.name for link in description.links}
     for name, inertia in inertias.items():
         if name not in names:
@@ -59,9 +59,9 @@ def described_with(description: Description, inertias: Mapping[str, Inertia | No
 
 
 def inertia_row(inertia: Inertia, T_row_link: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The row of a table of inertias, shape (10,), of a link at a pose in the frame of its joint.
+    """The row of the table of inertias for a link, shape (10,), from the link's pose in its joint's frame.
 
-    The tensor moves from the center of mass c to the origin by m (|c|^2 I - c c'), Steiner's rule.
+    The tensor is shifted from the center of mass c to the origin by m (|c|^2 I - c c') (parallel axis theorem).
     """
     R, center = T_row_link[:3, :3], T_row_link[:3, :3] @ inertia.center + T_row_link[:3, 3]
     tensor = R @ inertia.tensor @ R.T + inertia.mass * (center @ center * np.eye(3) - np.outer(center, center))

@@ -1,4 +1,4 @@
-"""Computes torques, accelerations, the mass matrix and what is derived from them, NumPy in and out."""
+"""Computes torques, accelerations, the mass matrix and quantities derived from them, NumPy in and out."""
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
@@ -26,33 +26,35 @@ from ulna.kinematics.tree import Tree
 Array = NDArray[np.float64]
 Wrenches = Mapping[str, ArrayLike]
 FREE_FALL = frozen((0.0, 0.0, -9.81), (3,))
-"""The acceleration of free fall [m/s^2] of an arm that stands upright: Pinocchio's value; the standard one is 9.80665."""
-_MIN_RATIO = 1e-12  # of the singular values of J M^-1 J': with a smaller one it is singular but for rounding
+"""The gravitational acceleration [m/s^2] of an upright arm: Pinocchio's value; standard gravity is 9.80665."""
+_MIN_RATIO = 1e-12  # least to greatest eigenvalue of J M^-1 J': below it the matrix counts as singular
 
 
 class Dynamics:
-    """The dynamics of a robot; each method is one of ``Robot``, which has its documentation."""
+    """The dynamics of a robot; ``Robot`` has the documentation of the methods of the same names."""
 
     def __init__(self, tree: Tree, description: Description, inertias: Iterable[tuple[str, Inertia]], gravity: Array) -> None:
-        """Take a robot, and by link the inertias of its links and of what they hold."""
+        """Take a robot, and the inertias of its links and attached objects, each with its link's name."""
         self._tree, self._description, self._inertias = tree, description, tuple(inertias)
         self.gravity = gravity
 
     @cached_property
     def mechanism(self) -> Mechanism:
-        """The joints, and the inertias of what they carry.
+        """The joints, and the inertias of the bodies that they carry.
 
         Raises:
-            InertiaError: A link that moves and has a shape has no inertia; or no link that moves has one.
+            InertiaError: A moving link has a shape but no inertia; or no moving link has an inertia.
         """
         return mechanism_of(self._tree, self._description.links, self._inertias)
 
     @cached_property
     def one(self) -> Callable[..., Array]:
-        """The torques of one q, qd and qdd, shape (n_dof,) each, in the robot's own gravity; or of what ``inverse`` takes.
+        """A fast function for the torques of one q, qd and qdd, shape (n_dof,) each, in the robot's own gravity.
+
+        It passes other arguments on to ``inverse``.
 
         Raises:
-            InertiaError: As of ``mechanism``.
+            InertiaError: See ``mechanism``.
         """
         n, entry = self._tree.n_dof, ready(torques.inverse_one)
         k = len(self.mechanism.joints)
@@ -73,7 +75,7 @@ class Dynamics:
         return {name: value for name, value in self.__dict__.items() if name not in {"mechanism", "one"}}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Unpickled arrays are writable, of which the entries would be compiled again."""
+        """Make the unpickled gravity read-only: for a writable array, the entries would be compiled a second time."""
         self.__dict__.update(state)
         self.gravity = frozen(self.gravity, (3,))
 
@@ -87,7 +89,7 @@ class Dynamics:
         return torque
 
     def gravity_torque(self, q: ArrayLike, gravity: ArrayLike | None, out: Array | None) -> Array:
-        """The torques that hold the robot still."""
+        """The torques that hold the robot still, shape (..., n_dof)."""
         return self._run(torques.gravity_batch, (self.mechanism, self.free_fall(gravity)), {"q": q}, out)
 
     def payload(
@@ -97,15 +99,15 @@ class Dynamics:
         torque: ArrayLike,
         gravity: ArrayLike | None,
     ) -> Array:
-        """The largest mass that each motor bears at a point of a link, shape (..., n_dof).
+        """The maximum payload of each motor at a point of a link, shape (..., n_dof).
 
-        motion: q, and qd and qdd, of which None is rest. held: the link and the point.
+        motion: q, qd and qdd; None for qd or qdd means zero. held: the link and the point.
         """
         most, free_fall = as_effort_limits(torque, self._tree), self.free_fall(gravity)
         link, center = self._tree.link_or_tip(held[0]), within_reach("com", held[1])
         if center.shape != (3,):
             raise InputError("com", f"shape {center.shape}; three numbers [m] are expected")
-        self._tree.chain(link)  # or there is no such link
+        self._tree.chain(link)  # raises an error if there is no such link
         at_rest = motion["qd"] is None and motion["qdd"] is None
         given = {name: np.zeros(self._tree.n_dof) if each is None else each for name, each in motion.items()}
         entry, given = (torques.gravity_batch, {"q": given["q"]}) if at_rest else (torques.inverse_batch, given)
@@ -116,7 +118,7 @@ class Dynamics:
     def forward(
         self, q: ArrayLike, qd: ArrayLike, torque: ArrayLike, load: tuple[ArrayLike | None, Wrenches | None, Array | None]
     ) -> Array:
-        """The accelerations that torques cause; load: gravity, wrenches and ``out``."""
+        """The accelerations that torques cause, shape (..., n_dof). load: gravity, wrenches and ``out``."""
         gravity, wrenches, out = load
         if wrenches:
             batch, _ = self.rows({"q": q, "qd": qd, "torque": torque})
@@ -126,19 +128,19 @@ class Dynamics:
         leading = self.mechanism, self.free_fall(gravity)
         made = self._run(masses.forward_batch, leading, {"q": q, "qd": qd, "torque": torque}, out)
         is_nan = np.isnan(made)
-        if is_nan.any():  # of all at once: row by row this takes an eighth of the call
+        if is_nan.any():  # for all rows at once: a test per row would take an eighth of the call
             raise massless(np.asarray(is_nan.any(axis=-1)))
         return made
 
     def mass_matrix(self, q: ArrayLike, out: Array | None) -> Array:
-        """M, shape (..., n_dof, n_dof)."""
+        """The mass matrix, shape (..., n_dof, n_dof)."""
         n = self._tree.n_dof
         return self._run(masses.mass_batch, (self.mechanism,), {"q": q}, out, (n, n))
 
     def derivatives(
         self, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None, out: Array | None = None
     ) -> tuple[Array, Array]:
-        """The derivatives of the torques of q, qd and qdd by q and by qd, shape (..., n_dof, n_dof) each."""
+        """The derivatives of the torques with respect to q and to qd, shape (..., n_dof, n_dof) each."""
         n, leading = self._tree.n_dof, (self.mechanism, self.free_fall(gravity))
         batch, given = self.rows(dict(zip(("q", "qd", "qdd"), motion, strict=True)))
         by_q, by_rate = as_out(out, (2, *batch, n, n), *given.values())
@@ -146,7 +148,7 @@ class Dynamics:
         return by_q, by_rate
 
     def external(self, measured: ArrayLike, motion: tuple[ArrayLike, ...], gravity: ArrayLike | None) -> Array:
-        """Measured torques less those of a motion."""
+        """Measured torques minus the torques of a motion."""
         given = as_positions(measured, self._tree, "measured")
         _refuse_infinite(given, "measured")
         torque = self.inverse(motion, gravity, None, None)
@@ -168,19 +170,19 @@ class Dynamics:
         return np.swapaxes(columns, -1, -2) / moments[..., :1, None]
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Any:
-        """1/2 qd' M qd, shape (...)."""
-        self.rows({"q": q, "qd": qd})  # refuses shapes that do not go together
+        """The kinetic energy 1/2 qd' M qd, shape (...)."""
+        self.rows({"q": q, "qd": qd})  # raises an error for shapes that do not broadcast
         qd = as_positions(qd, self._tree, "qd")
         _refuse_infinite(qd, "qd")
         return 0.5 * np.einsum("...i,...ij,...j->...", qd, self.mass_matrix(q, None), qd)
 
     def potential_energy(self, q: ArrayLike, gravity: ArrayLike | None) -> Any:
-        """-g . h, with the moment h of all moving bodies, shape (...)."""
+        """The potential energy -g . h, shape (...), with the first moment h of all moving bodies."""
         moments, _ = self._moments(q)
         return -(moments[..., 1:] @ self.free_fall(gravity))
 
     def operational_inertia(self, q: ArrayLike, link: str) -> Array:
-        """(J M^-1 J')^-1, shape (..., 6, 6)."""
+        """The operational-space inertia (J M^-1 J')^-1, shape (..., 6, 6)."""
         q = as_positions(q, self._tree)
         J, M = geometric_jacobian(self._tree, q, link, "base"), self.mass_matrix(q, None)
         try:
@@ -194,7 +196,7 @@ class Dynamics:
         return np.linalg.inv(mobility).astype(np.float64, copy=False)
 
     def regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, gravity: ArrayLike | None) -> Array:
-        """The torques of a unit of each inertial parameter, shape (..., n_dof, n_bodies, 10)."""
+        """The torques per unit of each inertial parameter, shape (..., n_dof, n_bodies, 10)."""
         joints, free_fall, units = self._tree.joints, self.free_fall(gravity), len(self._tree.joints) * INERTIA_WIDTH
         batch, given = self.rows({"q": q, "qd": qd, "qdd": qdd})
         made = np.empty((units, *batch, self._tree.n_dof))
@@ -215,11 +217,11 @@ class Dynamics:
         return moments, columns
 
     def free_fall(self, gravity: ArrayLike | None) -> Array:
-        """The acceleration of free fall [m/s^2] that is given, or the robot's own."""
+        """The given gravitational acceleration [m/s^2], or the robot's own if None."""
         return self.gravity if gravity is None else as_gravity(gravity)
 
     def rows(self, given: dict[str, ArrayLike]) -> tuple[tuple[int, ...], dict[str, Array]]:
-        """The shape of the batch of all arguments together, and the rows of each."""
+        """The broadcast batch shape of all arguments, and the rows of each argument."""
         arrays = {name: as_positions(value, self._tree, name) for name, value in given.items()}
         shapes = {array.shape for array in arrays.values()}
         if len(shapes) == 1:  # the most frequent case
@@ -254,7 +256,7 @@ class Dynamics:
             refuse_rows(rows)
 
     def _less_wrenches(self, torque: Array, q: ArrayLike, wrenches: Wrenches | None) -> None:
-        """Take J' w of each link off the torques."""
+        """Subtract J' w of each link from the torques, in place."""
         if wrenches is not None and not isinstance(wrenches, Mapping):
             raise InputError("wrenches", f"{type(wrenches).__name__}; forces and moments by link are expected, as {{'tool': w}}")
         for link, given in (wrenches or {}).items():
@@ -274,7 +276,7 @@ class Dynamics:
 
 
 def as_gravity(gravity: ArrayLike) -> Array:
-    """The acceleration of free fall, three finite numbers."""
+    """Check a gravitational acceleration: three finite numbers."""
     vector = as_floats("gravity", gravity)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InputError(
@@ -284,7 +286,7 @@ def as_gravity(gravity: ArrayLike) -> Array:
 
 
 def refuse_rows(rows: Mapping[str, Array]) -> None:
-    """Raise the error of what cannot be taken of q, its rates, accelerations or torques, by name; return if all can be."""
+    """Raise the error of the first named argument that is out of range or not finite, if there is one."""
     for name, each in rows.items():
         refuse_out_of_range(each, name) if name == "q" else _refuse_infinite(each, name)
 
@@ -300,7 +302,7 @@ def _refuse_infinite(values: Array, name: str) -> None:
 
 
 def massless(rows: NDArray[np.bool_]) -> SingularityError:
-    """The error of rows whose mass matrix is singular."""
+    """The error for rows with a singular mass matrix."""
     return _singular("the mass matrix is singular: a joint moves no mass", rows)
 
 

@@ -1,4 +1,4 @@
-"""Reads the limits of torques that a caller gives, and finds the payload within them."""
+"""Checks given torque limits, and computes the payload within them."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,14 +8,14 @@ from ulna.errors import InputError
 from ulna.kinematics.tree import Tree, entry_names
 
 Array = NDArray[np.float64]
-_FELT = 1e-11  # [Nm or N]: a torque of 1 kg that is smaller is rounding
+_FELT = 1e-11  # [Nm or N]: a smaller torque due to 1 kg is rounding
 
 
 def as_effort_limits(torque: ArrayLike, tree: Tree) -> Array:
-    """The limits of torques [Nm or N], shape (n_dof,): those of the description for True.
+    """Check torque limits [Nm or N], and return them with shape (n_dof,); True stands for the description's effort limits.
 
     Raises:
-        InputError: They are neither a number above 0 nor one for each entry of q; or the description states none.
+        InputError: They are neither a number above 0 nor one for each entry of q; or the description has none.
     """
     n = tree.n_dof
     if isinstance(torque, bool | np.bool_) and torque:
@@ -29,7 +29,7 @@ def as_effort_limits(torque: ArrayLike, tree: Tree) -> Array:
 
 
 def as_torque_rates(torque_rate: ArrayLike, tree: Tree) -> Array:
-    """The limits of the rates of torques [Nm/s or N/s], shape (n_dof,).
+    """Check limits of the torques' rates of change [Nm/s or N/s], and return them with shape (n_dof,).
 
     Raises:
         InputError: They are neither a number above 0 nor one for each entry of q.
@@ -39,17 +39,17 @@ def as_torque_rates(torque_rate: ArrayLike, tree: Tree) -> Array:
 
 
 def known_limits(tree: Tree) -> Array:
-    """The limits of effort that the description states [Nm or N], shape (n_dof,); infinite where it states none above 0."""
+    """The description's effort limits [Nm or N], shape (n_dof,); infinite where there is none above 0."""
     return np.where(tree.effort_limits > 0.0, tree.effort_limits, np.inf)
 
 
 def without_limit(tree: Tree) -> tuple[str, ...]:
-    """The entries of q of which the description states no effort above 0."""
+    """The names of the entries of q without an effort limit above 0 in the description."""
     return tuple(name for name, limit in zip(entry_names(tree), known_limits(tree), strict=True) if limit == np.inf)
 
 
 def _numbers_above_0(name: str, given: ArrayLike, n: int, expected: str) -> Array:
-    """A number above 0 for each of n joints: one for all, or n."""
+    """Check one number above 0, or n of them, and return n."""
     numbers = None if isinstance(given, bool | np.bool_) else as_floats(name, given)
     if numbers is None or numbers.shape not in {(), (n,)} or not (numbers > 0.0).all():
         raise InputError(name, f"{given!r}; {expected}")
@@ -57,9 +57,10 @@ def _numbers_above_0(name: str, given: ArrayLike, n: int, expected: str) -> Arra
 
 
 def largest_masses(own: Array, of_one_kilogram: Array, most: Array) -> Array:
-    """The mass [kg] that each motor bears beside its own torque, of the shape of ``own``.
+    """The payload [kg] that each motor can bear beside the robot's own torque, in the shape of ``own``.
 
-    The torque is own + m t, with that of one kilogram t. So |own + m t| <= most for m up to (most - sign(t) own) / |t|.
+    With the torque t per kilogram, the torque of the payload m is own + m t. So |own + m t| <= most holds up to
+    m = (most - sign(t) own) / |t|.
     """
     felt = np.abs(of_one_kilogram) > _FELT
     room = most - np.sign(of_one_kilogram) * own

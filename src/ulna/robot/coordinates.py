@@ -7,7 +7,7 @@ from ulna.robot import Robot
 
 
 class Coordinate(NamedTuple):
-    """One entry of q, or of another list of numbers that people write: its name and its unit."""
+    """One entry of q or of a similar list of numbers: its name and its unit."""
 
     name: str
     unit: str
@@ -15,7 +15,7 @@ class Coordinate(NamedTuple):
 
     @property
     def effort_unit(self) -> str:
-        """The unit of its torque, or of its force along a slide."""
+        """The unit of the joint's torque, or of its force if it is a slide."""
         return "N" if self.unit == "m" else "Nm"
 
 
@@ -27,7 +27,7 @@ _PARTS = {
 
 
 def coordinates_of(robot: Robot) -> list[Coordinate]:
-    """What each entry of q is, in order."""
+    """The name, unit and joint type of each entry of q, in order."""
     types = {joint.name: joint.type for joint in robot.description.joints}
     return [
         Coordinate(name + part, unit, types[name].value)

@@ -1,4 +1,4 @@
-"""Finds the hand of a robot: the link to take where there are several tips and none is named."""
+"""Finds the hand of a robot: the default link for robots with several tips."""
 
 from collections.abc import Iterable
 
@@ -7,7 +7,7 @@ from ulna.robot.robot import Robot
 
 
 def hand_link(robot: Robot) -> str:
-    """The hand link: the tip of the longest chain, or the link that carries its fingers; ``tool0`` first of equals."""
+    """The hand link: the tip of the longest chain, or the link that carries its fingers; ``tool0`` wins ties."""
     carriers = {joint.child: joint for joint in robot.description.joints}
     tip = max(robot.tree.leaves, key=lambda link: (_count(link, carriers, robot), link == "tool0"))
     half = _count(tip, carriers, robot) / 2
@@ -19,12 +19,12 @@ def hand_link(robot: Robot) -> str:
 
 
 def _way(link: str, carriers: dict[str, Joint]) -> Iterable[Joint]:
-    """The joints from a link to the root."""
+    """The joints from a link up to the root."""
     while link in carriers:
         yield carriers[link]
         link = carriers[link].parent
 
 
 def _count(link: str, carriers: dict[str, Joint], robot: Robot) -> int:
-    """How many independent joints move a link."""
+    """The number of independent joints that move a link."""
     return sum(joint.name in robot.joint_names for joint in _way(link, carriers))

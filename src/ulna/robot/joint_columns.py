@@ -1,4 +1,4 @@
-"""Says which columns of a table with names are joint positions of a robot."""
+"""Recognizes the joint positions of a robot among the named columns of a table."""
 
 import re
 from collections.abc import Sequence
@@ -19,8 +19,8 @@ _BESIDE = (
 def joint_columns(robot: Robot) -> Row:
     """The columns that make a row of q.
 
-    A column has the name of its joint, also with "position" before or behind it, as PlotJuggler writes it. Numbered names, as
-    "q1" or "joint_1", count as the entries of q in their order, from 0 or from 1, where no joint is called so.
+    A column has the name of its joint, optionally with "position" before or after it, as PlotJuggler writes it. Numbered names
+    (q1, joint_1) stand for the entries of q in order, from 0 or from 1, unless a joint has such a name.
     """
     entries = coordinates_of(robot)
     known = [Quantity(one.name, _KINDS.get(one.unit, NUMBER), _of_position(one.name)) for one in entries]
@@ -50,6 +50,6 @@ def joint_columns(robot: Robot) -> Row:
 
 
 def _of_position(name: str) -> str:
-    """A pattern of the names of a joint's position, such as /joint_states/NAME/position."""
+    """A pattern for column names of a joint's position, such as /joint_states/NAME/position."""
     words = re.escape(words_of(name))
     return rf"(?:position|pos|q) {words}|(?:.* )?{words} (?:position|pos|q)"

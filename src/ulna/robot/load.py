@@ -25,34 +25,33 @@ def load(
     srdf: str | Path | Literal[False] | None = None,
     meshes: str | None = None,
 ) -> Robot:
-    """The robot of a description.
+    """Load a robot from a name, a file or a text.
 
     Args:
         source: A bundled name (``"panda"``, ``"ur10e"``), the path of a ``.urdf``, ``.xacro`` or ``.urdf.xacro`` file, or URDF
-            text; or SDF, a model of Gazebo, or MJCF, one of MuJoCo (with the extra ``mujoco``). Or the name of a robot of the
-            packages example-robot-data (``"ur5"``, ``"talos"``) or robot_descriptions (``"draco3"``), where they are installed;
-            nothing is downloaded. A bundled name comes first, then a file, then these in their order.
-        xacro_args: Arguments of a xacro file, or of the one macro that it defines; and the values of ``$(env NAME)`` in it.
-        package_dirs: Folders in which the packages of ``package://`` and ``$(find ...)`` lie, or such packages themselves. A
-            xacro file reads files in them, in its own folder and in its package, and nowhere else.
-        base: The link to begin at; the root unless given.
-        tip: The link to end at: only the chain from base to tip is kept.
-        srdf: The path or the text of a semantic description: groups, named configurations, pairs of links that may touch.
-            References in it to parts that the robot lacks are ignored, with a ``DescriptionWarning``. Unless given, the one that
-            lies beside the URDF is taken, if its robot's name and links are those of the URDF: in its folder, in ``../srdf`` of
-            its package, or in ``config`` of a package ``NAME_moveit_config`` that depends on its package.
-            ``robot.srdf.found_at`` is its path, ``robot.srdf.passed_over`` what is not used. False takes none.
-        meshes: What to check in the place of collision meshes: None leaves them, and queries refuse them; ``"hulls"``: their
+            text. Or a model in SDF (Gazebo) or MJCF (MuJoCo, with the extra ``mujoco``). Or a robot of the installed packages
+            example-robot-data (``"ur5"``, ``"talos"``) or robot_descriptions (``"draco3"``); nothing is downloaded. Bundled names
+            are tried first, then files, then the packages in this order.
+        xacro_args: Arguments of a xacro file, or of the one macro that it defines; also the values of ``$(env NAME)`` in it.
+        package_dirs: Folders that contain the packages of ``package://`` and ``$(find ...)``, or such packages themselves. A
+            xacro file may only read files in them, in its own folder and in its package.
+        base: The first link of the robot; the root unless given.
+        tip: The last link of the robot: only the chain from base to tip is loaded.
+        srdf: The path or the text of a semantic description: groups, named configurations, allowed collisions. References to
+            parts that the robot lacks are ignored, with a ``DescriptionWarning``. Unless given, it is searched beside the URDF:
+            in its folder, in ``../srdf`` of its package, and in ``config`` of a package ``NAME_moveit_config`` that depends on
+            its package. Its robot's name and links must match the URDF. ``robot.srdf.found_at`` is its path,
+            ``robot.srdf.passed_over`` lists the files not used. False loads none.
+        meshes: The replacement for collision meshes. None keeps the meshes, and collision queries raise an error. ``"hulls"``:
             convex hulls (``Robot.with_convex_hulls``); ``"decompose"``: convex pieces (``Robot.with_convex_pieces``).
 
-    Faulty parts on which no pose depends are left out, with a ``DescriptionWarning``; so is an argument that a xacro file
-    does not define. A robot that reaches hundreds of metres gives a ``UnitWarning``, and so do joint limits that are more likely
-    degrees.
+    Faulty parts that affect no pose are left out, with a ``DescriptionWarning``, and so are arguments that a xacro file does not
+    define. A robot with a reach of hundreds of meters gives a ``UnitWarning``; so do joint limits that are probably degrees.
 
     Raises:
-        DescriptionError: The description cannot be understood; the message gives file and line.
+        DescriptionError: The description is invalid; the message gives file and line.
         FileError: There is no such file or name, or it cannot be read.
-        InputError: An argument has the wrong type, or ``meshes`` is not one of these words.
+        InputError: An argument has the wrong type, or ``meshes`` is none of these words.
         MissingExtraError: ``meshes`` needs an extra that is not installed.
         UnknownNameError: There is no such ``base`` or ``tip``.
 
@@ -72,7 +71,7 @@ def load(
 
 
 def with_meshes(robot: Robot, meshes: str | None) -> Robot:
-    """The robot with its collision meshes replaced as a value of ``MESHES`` says; unchanged for None."""
+    """A copy of the robot with its collision meshes replaced by a method of ``MESHES``; unchanged for None."""
     match meshes:
         case "hulls":
             robot = robot.with_convex_hulls()
@@ -85,6 +84,6 @@ def with_meshes(robot: Robot, meshes: str | None) -> Robot:
 
 
 def _columns(part: Robot, whole: Robot) -> list[int]:
-    """For each entry of the part's q, the entry of the whole's that means the same."""
+    """The index in the whole robot's q of each entry of the part's q."""
     slices = dict(zip(whole.joint_names, whole.joint_slices, strict=True))
     return [column for name in part.joint_names for column in range(*slices[name].indices(whole.n_dof))]

@@ -1,4 +1,4 @@
-"""Reads a motion from a file: a message of ROS or a plan of MoveIt (YAML, JSON), or a table with times (CSV, .npy)."""
+"""Reads a motion from a ROS message, a MoveIt plan (YAML, JSON) or a table with times (CSV, .npy)."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
     from ulna.robot.robot import Robot
 
 Array = NDArray[np.float64]
-_MAX_SECONDS = 7200  # of a motion
-_STILL = 1e-9  # [rad/s or m/s]: a velocity at an end that is rounding
+_MAX_SECONDS = 7200  # maximum duration of a motion
+_STILL = 1e-9  # [rad/s or m/s]: smaller velocities at the ends are rounding
 _ORDERS = {"velocity": r"velocity|vel|speed|qd|dq|qdot", "acceleration": r"acceleration|acc|accel|qdd|ddq|qddot"}
 
 
 def motion_of_file(robot: Robot, path: str | Path, others: ArrayLike | None = None, option: str = "path") -> Trajectory:
-    """The motion of a file; see ``Trajectory.from_file``. option: names the path in errors."""
+    """Read the motion of a file; see ``Trajectory.from_file``. option: the name of the path argument in errors."""
     if not isinstance(path, (str, Path)):
         raise InputError(option, f"{cited(path)}; the name of a file is expected")
     path, tree = Path(path), robot.tree
@@ -57,7 +57,7 @@ def motion_of_file(robot: Robot, path: str | Path, others: ArrayLike | None = No
 
 
 def _refused(message: str, path: Path, option: str) -> Exception:
-    """An error about what a file says. option: names the file of a table; of a message the error has the file as its source."""
+    """The error for invalid content of a file; an ``InputError`` with an option's name, else a ``DescriptionError``."""
     if option:
         return InputError(option, f"{path.name}: {message}")
     return DescriptionError(message, str(path))
@@ -77,7 +77,7 @@ def _motion(robot: Robot, points: JointPoints) -> Trajectory:
 
 
 def _look_for_degrees(robot: Robot, q: Array, option: str) -> None:
-    """Warn of angles that are more likely degrees: beyond two turns, of joints that cannot turn as far."""
+    """Warn of angles that are probably degrees: beyond two turns and beyond the joint's limits."""
     tree = robot.tree
     bounded = (
         np.array([entry.unit == "rad" for entry in coordinates_of(robot)]) & np.isfinite(tree.lower) & np.isfinite(tree.upper)
@@ -90,7 +90,7 @@ def _look_for_degrees(robot: Robot, q: Array, option: str) -> None:
 
 
 def _of_message(robot: Robot, path: Path, rest: Array | None, option: str) -> JointPoints:
-    """The points of a message for all entries of q, in their order."""
+    """The points of a message, with all entries of q in order."""
     del option  # the errors have the path
     points, names = read_joint_points(path), entry_names(robot.tree)
     at = {name: k for k, name in enumerate(points.names)}
@@ -108,7 +108,7 @@ def _of_message(robot: Robot, path: Path, rest: Array | None, option: str) -> Jo
 
 
 def _with_rest(names: Sequence[str], read: Sequence[str], points: JointPoints, rest: Array | None) -> JointPoints:
-    """Points of all entries of q, of those of some of them in any order; the others rest."""
+    """Extend points of some entries of q, in any order, to all entries; the others stay at ``rest``."""
     n, columns = len(points.times), [points.names.index(name) for name in read]
     whole = [
         np.tile(np.zeros(len(names)) if rest is None else rest, (n, 1)),
@@ -123,7 +123,7 @@ def _with_rest(names: Sequence[str], read: Sequence[str], points: JointPoints, r
 
 
 def _of_table(robot: Robot, path: Path, rest: Array | None, option: str) -> JointPoints:
-    """The points of a table: columns by their names, or a time, q, and then velocities and accelerations in their order."""
+    """The points of a table, by column names, or in the order time, q, velocities, accelerations."""
     names, n, read = entry_names(robot.tree), robot.n_dof, []
     rows = read_numbers(option, path, _columns(robot, read, partly=rest is not None))
     k = len(read) or n
@@ -138,7 +138,7 @@ def _of_table(robot: Robot, path: Path, rest: Array | None, option: str) -> Join
 
 
 def _columns(robot: Robot, read: list[str], *, partly: bool) -> Row:
-    """The columns of a motion, of which those that are read are added to a list by the names of the entries of q.
+    """The columns of a motion. Reading fills the list ``read`` with the entries of q that have columns.
 
     partly: whether joints may be missing.
     """
@@ -157,7 +157,7 @@ def _columns(robot: Robot, read: list[str], *, partly: bool) -> Row:
         for order in _ORDERS:
             of = [f"{order} of {name}" for name in positions]
             if not all(name in found.at for name in (*positions, *of)):
-                break  # neither are accelerations without velocities used
+                break  # accelerations without velocities are not used either
             for name, rate in zip(positions, of, strict=True):
                 if found.at[name][1] not in {None, 1.0} and found.at[rate][1] is None:
                     raise ValueError(f"column {name!r} states a unit, but {rate!r} states none; [rad/s] or [deg/s] is expected")
@@ -168,7 +168,7 @@ def _columns(robot: Robot, read: list[str], *, partly: bool) -> Row:
 
 
 def _of_rate(name: str, words: str) -> str:
-    """A pattern of the names of a rate of a joint, or of one by its number."""
+    """A pattern for column names of a joint's velocity or acceleration, by the joint's name or number."""
     if name.startswith("#"):
         return rf"(?:{words}) ?(?:joint )?0*{name[1:]}"
     joint = re.escape(words_of(name))

@@ -1,4 +1,4 @@
-"""Names the methods of other libraries for a robot: each is an ``AttributeError`` that says which call to write here."""
+"""Maps method names of other libraries to Ulna's: each raises an ``AttributeError`` that names the call to write."""
 
 from collections.abc import Iterable
 from typing import Never
@@ -7,7 +7,7 @@ _FORWARD, _INVERSE, _JACOBIAN = "robot.forward_kinematics(q)", "robot.inverse_ki
 _LIMITS = "robot.lower and robot.upper"
 _INVERSE_DYNAMICS, _FORWARD_DYNAMICS = "robot.inverse_dynamics(q, qd, qdd)", "robot.forward_dynamics(q, qd, torque)"
 _MASS_MATRIX = "robot.mass_matrix(q)"
-OTHER_NAMES = {  # of Robotics Toolbox, Pinocchio, PyBullet, MoveIt, urdfpy and their like
+OTHER_NAMES = {  # from Robotics Toolbox, Pinocchio, PyBullet, MoveIt, urdfpy and others
     "fk": _FORWARD,
     "fkine": _FORWARD,
     "forward": _FORWARD,
@@ -47,26 +47,26 @@ OTHER_NAMES = {  # of Robotics Toolbox, Pinocchio, PyBullet, MoveIt, urdfpy and 
 
 
 class OtherName:
-    """A name that a class does not have, and what to write instead.
+    """A descriptor for a name that a class lacks: access raises an error that names the replacement.
 
-    It is a descriptor, since ``__getattr__`` would make every call of a method some 50 ns slower. ``hasattr`` is False.
+    A ``__getattr__`` instead would make every method call some 50 ns slower. ``hasattr`` is False.
     """
 
     def __init__(self, name: str, instead: str) -> None:
         self.name, self.instead = name, instead
 
     def __get__(self, instance: object, owner: type | None = None) -> Never:
-        """Refuse the name."""
+        """Raise the error that names the replacement."""
         raise AttributeError(f"a Robot has no {self.name!r}; write {self.instead}", name=self.name, obj=instance)
 
 
 def put_other_names(of: type) -> None:
-    """Let a class refuse the names of others by saying its own, where it has no such attribute."""
+    """Add an ``OtherName`` to a class for each name of ``OTHER_NAMES`` that the class lacks."""
     for name, instead in OTHER_NAMES.items():
         if not hasattr(of, name):
             setattr(of, name, OtherName(name, instead))
 
 
 def without_other_names(names: Iterable[str]) -> list[str]:
-    """Names, as of ``dir``, without those of others."""
+    """The given names, as from ``dir``, without those in ``OTHER_NAMES``."""
     return [name for name in names if name not in OTHER_NAMES]

@@ -1,7 +1,7 @@
 """Holds a robot and passes each call to the layer that computes it.
 
-A ``Robot`` is composed of a description, its tree in flat arrays, functions bound to a link, and a collision checker. A method
-computes nothing itself: it calls one function of the folders below.
+A ``Robot`` is composed of a description, its tree in flat arrays, functions bound to a link, and a collision checker. Its methods
+compute nothing: each calls one function of the folders below.
 """
 
 from __future__ import annotations
@@ -79,14 +79,15 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _PLAN = PlanOptions()
-# Defaults, known again by identity: a call with all of them takes the shortest way.
+# Default arguments, compared by identity: a call with only defaults skips the checks of options.
 _SEED, _TASK, _NONE = 0, "pose", ()
 
 
 class Robot(Forces):
     """A robot: its kinematic tree, forward and inverse kinematics, Jacobians, collision queries, plans and forces.
 
-    Made by ``ulna.load`` or ``Robot.from_dh``. Immutable, picklable, safe to share between threads; its arrays are read-only.
+    ``ulna.load`` and ``Robot.from_dh`` make one. It is immutable, picklable and safe to share between threads; its arrays are
+    read-only.
     """
 
     description: Description
@@ -94,7 +95,7 @@ class Robot(Forces):
     tree: Tree
     """The links and joints as flat arrays, for the kernels."""
     home: Array
-    """The configuration to start from [rad or m], shape (n_dof,)."""
+    """The default start configuration [rad or m], shape (n_dof,)."""
     attached: tuple[Attached, ...]
     """The objects attached to the robot's links."""
     _forward: ForwardByLink
@@ -146,17 +147,18 @@ class Robot(Forces):
         """The serial arm of a Denavit-Hartenberg table; the link ``linkN`` is the frame of row N.
 
         Args:
-            rows: a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4). Or a ``DHTable``, which has the other arguments.
+            rows: a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4). Or a ``DHTable``, which includes the other
+                arguments.
             convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
-            joint_types: ``"revolute"`` (the default for all), ``"continuous"``, ``"prismatic"`` or ``"fixed"``, one a row.
-            limits: Lower and upper limit of each moving joint [rad or m], shape (n_moving, 2); none unless given.
-            T_base_0: The pose of the link ``link0``, where the first row begins, shape (4, 4); the identity unless given.
+            joint_types: ``"revolute"`` (the default for all), ``"continuous"``, ``"prismatic"`` or ``"fixed"``, one per row.
+            limits: Lower and upper limit of each moving joint [rad or m], shape (n_moving, 2); no limits unless given.
+            T_base_0: The pose of the link ``link0``, the frame before the first row, shape (4, 4); the identity unless given.
             T_n_tip: The pose of the link ``tip`` in the frame of the last row, shape (4, 4); the identity unless given.
             name: The robot's name.
 
         Raises:
-            InputError: The rows, types, limits or poses do not fit each other, or the convention is not known; or a ``DHTable``
-                is given together with arguments that it has itself.
+            InputError: The rows, types, limits or poses do not fit each other, or the convention is unknown. Or a ``DHTable`` is
+                given together with arguments that it includes.
 
         Example:
             >>> import ulna
@@ -180,7 +182,7 @@ class Robot(Forces):
             )
         )
 
-    # ---- what it is ----------------------------------------------------------------------------------------------------
+    # ---- model ---------------------------------------------------------------------------------------------------------
 
     @property
     def name(self) -> str:
@@ -189,7 +191,7 @@ class Robot(Forces):
 
     @property
     def n_dof(self) -> int:
-        """The number of entries of q: those of the independent joints, without mimics."""
+        """The number of entries of q: the degrees of freedom of the independent joints, without mimic joints."""
         return self.tree.n_dof
 
     @property
@@ -204,7 +206,7 @@ class Robot(Forces):
 
     @property
     def link_names(self) -> tuple[str, ...]:
-        """Every link, in the order of the description."""
+        """All links, in the order of the description."""
         return self.tree.link_names
 
     @property
@@ -214,7 +216,7 @@ class Robot(Forces):
 
     @property
     def tip(self) -> str | None:
-        """The only link without child links that a joint moves; None if there are several such links."""
+        """The link at the end of the arm: the only moving link without child links; None if there are several."""
         return self.tree.tip
 
     @property
@@ -229,37 +231,37 @@ class Robot(Forces):
 
     @property
     def soft_lower(self) -> Array:
-        """Lower soft limits [rad or m], shape (n_dof,): those of the safety controllers, ``lower`` where there is none."""
+        """Lower soft limits of the safety controllers [rad or m], shape (n_dof,); ``lower`` where there is none."""
         return self.tree.soft_lower
 
     @property
     def soft_upper(self) -> Array:
-        """Upper soft limits [rad or m], shape (n_dof,): those of the safety controllers, ``upper`` where there is none."""
+        """Upper soft limits of the safety controllers [rad or m], shape (n_dof,); ``upper`` where there is none."""
         return self.tree.soft_upper
 
     @property
     def velocity_limits(self) -> Array:
-        """Largest speeds [rad/s or m/s], shape (n_dof,); inf where none is given."""
+        """Maximum speeds [rad/s or m/s], shape (n_dof,); inf where the description gives none."""
         return self.tree.velocity_limits
 
     @property
     def acceleration_limits(self) -> Array:
-        """Largest accelerations and decelerations [rad/s^2 or m/s^2], shape (n_dof,); inf where the description gives none."""
+        """Maximum accelerations and decelerations [rad/s^2 or m/s^2], shape (n_dof,); inf where the description gives none."""
         return self.tree.acceleration_limits
 
     @property
     def jerk_limits(self) -> Array:
-        """Largest jerks [rad/s^3 or m/s^3], shape (n_dof,); inf where the description gives none."""
+        """Maximum jerks [rad/s^3 or m/s^3], shape (n_dof,); inf where the description gives none."""
         return self.tree.jerk_limits
 
     @property
     def effort_limits(self) -> Array:
-        """Largest torques and forces [Nm or N], shape (n_dof,); inf where the description gives none."""
+        """Maximum torques and forces [Nm or N], shape (n_dof,); inf where the description gives none."""
         return self.tree.effort_limits
 
     @property
     def srdf(self) -> Srdf:
-        """The semantic description, its names checked against the robot; empty where none was given."""
+        """The semantic description, with names checked against the robot; empty where none was given."""
         return self.description.srdf
 
     @cached_property
@@ -281,17 +283,18 @@ class Robot(Forces):
         return MappingProxyType({state.key: configuration(state, self.tree, self.home) for state in self.srdf.states})
 
     def q_of_joints(self, names: Sequence[str], positions: ArrayLike, *, others: ArrayLike | None = None) -> Array:
-        """q, shape (n_dof,), of joints by name: of a ``JointState`` of ROS, its ``name`` and its ``position``.
+        """q, shape (n_dof,), from joint names and positions, as a ``JointState`` message of ROS has them.
 
         Args:
-            names: Joints in any order. Those that the robot does not have are ignored: a ``JointState`` has mimic joints, and
-                joints of other robots.
-            positions: The position of each [rad or m], shape (len(names),).
-            others: Where the robot's other joints are: q [rad or m], shape (n_dof,). Unless given, every joint must be named.
+            names: Joints in any order. Unknown names are ignored: a ``JointState`` also has mimic joints and joints of other
+                robots.
+            positions: The position of each named joint [rad or m], shape (len(names),).
+            others: The configuration that gives the joints not named [rad or m], shape (n_dof,). Unless given, every joint must
+                be named.
 
         Raises:
-            InputError: The positions do not go with the names, are not finite, or a joint is missing or named twice; or a named
-                joint has several positions, as a planar one.
+            InputError: The positions do not match the names or are not finite, or a joint is missing or named twice. Or a named
+                joint has several positions, as a planar joint.
 
         Example:
             >>> import ulna
@@ -306,13 +309,13 @@ class Robot(Forces):
         """Random configurations, uniform within the limits.
 
         Args:
-            n: How many; one unless given.
-            seed: What ``numpy.random.default_rng`` takes: the same number gives the same configurations. Unless given, others in
-                every call.
+            n: The number of configurations; one configuration of shape (n_dof,) unless given.
+            seed: A seed for ``numpy.random.default_rng``: the same number gives the same configurations. Unless given, each call
+                gives different ones.
 
         Returns:
-            Shape (n, n_dof), or (n_dof,) for one [rad or m]. An angle without limits is within +-pi; a slide without limits is
-            within the robot's length, its slides at 0, to both sides. The angles of a floating joint are uniform one by one.
+            Shape (n, n_dof), or (n_dof,) if n is None [rad or m]. An angle without limits is within +-pi. A slide without limits
+            is within plus or minus the robot's length with its slides at 0. Each angle of a floating joint is uniform.
 
         Raises:
             InputError: ``n`` is not a count.
@@ -326,36 +329,37 @@ class Robot(Forces):
         return uniform_positions(self.tree, n, seed)
 
     def to_urdf(self, *, mesh_paths: str = "given") -> str:
-        """URDF text: the expanded text that was read, or one that is written for a robot made in another way.
+        """URDF text: the expanded text that was read, or generated text for a robot from another source.
 
-        Attached objects are no part of it.
+        Attached objects are left out.
 
         Args:
-            mesh_paths: ``"given"``: meshes are named as they were; ``"file"``: by absolute ``file://`` addresses, as RViz needs.
+            mesh_paths: ``"given"`` leaves the paths of meshes as they were; ``"file"`` writes absolute ``file://`` addresses, as
+                RViz needs.
 
         Raises:
-            FileError: With ``"file"``: a mesh is not there; the message lists every path tried.
+            FileError: With ``"file"``: a mesh does not exist; the message lists every path tried.
         """
         described = narrowed_description(self.description, self.tree)
         text = described.text or write_urdf(described)
         return with_mesh_paths(mesh_paths, text, described.folder, described.package_dirs)
 
     def dh(self, *, convention: str = "modified", link: str | None = None, tolerance: float = PARALLEL) -> DHTable:
-        """The Denavit-Hartenberg table of the chain from the base to a link, and the proof that it is the same robot.
+        """The Denavit-Hartenberg table of the chain from the base to a link, with its largest difference from the robot.
 
         Args:
             convention: ``"modified"``: Rx(alpha) Tx(a) Tz(d) Rz(theta); ``"standard"``: Rz(theta) Tz(d) Tx(a) Rx(alpha).
             link: The link's name; the tip unless given.
-            tolerance: Axes within this angle [rad] count as parallel, and parallel ones within this distance [m] as one. What
-                that loses is in the table's ``max_position_difference`` and ``max_rotation_difference``.
+            tolerance: Axes within this angle [rad] count as parallel, and parallel axes within this distance [m] as coincident.
+                The resulting error is in the table's ``max_position_difference`` and ``max_rotation_difference``.
 
         Returns:
-            A ``DHTable``: one row for each moving joint, and the poses of the base and the tip, to which fixed joints go.
-            ``print`` it; ``Robot.from_dh`` makes a robot of it.
+            A ``DHTable``: one row for each moving joint, and the poses of the base and the tip, which absorb fixed joints.
+            ``print`` shows it; ``Robot.from_dh`` makes a robot of it.
 
         Raises:
-            InputError: The chain has a planar or floating joint, or axes so nearly parallel that their common normal is out of
-                reach.
+            InputError: The chain has a planar or floating joint, or axes so nearly parallel that their common normal is too far
+                away.
 
         Example:
             >>> import ulna
@@ -366,7 +370,7 @@ class Robot(Forces):
             narrowed_description(self.description, self.tree), self.tree, self.tree.link_or_tip(link), convention, tolerance
         )
 
-    # ---- where its links are, and how fast they move -------------------------------------------------------------------
+    # ---- kinematics ----------------------------------------------------------------------------------------------------
 
     def forward_kinematics(
         self, q: ArrayLike, *, link: str | None = None, frame: Frame | None = None, out: Array | None = None, **unknown: Never
@@ -376,17 +380,17 @@ class Robot(Forces):
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
-            frame: The frame of the result instead of the base: any link, such as ``"base"`` of a UR, which its pendant shows, or
-                its pose T_base_frame, shape (4, 4).
-            out: Written to and returned if given: a float64 array of the result's shape.
-            **unknown: No other argument is taken.
+            frame: The frame of the result instead of the base: any link, such as ``"base"`` of a UR, the frame of its pendant. Or
+                a pose T_base_frame, shape (4, 4).
+            out: A float64 array of the result's shape, which is filled and returned.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
             T_base_link, shape (..., 4, 4); with ``frame`` T_frame_link.
 
         Raises:
             InputError: q has another shape or an entry out of range, ``out`` does not fit, or the robot has several tips and no
-                link is named; or ``out`` is given beside ``frame``.
+                link is named. Or both ``out`` and ``frame`` are given.
             UnknownNameError: There is no such link.
         """
         if unknown:
@@ -403,14 +407,14 @@ class Robot(Forces):
         return (forward or self._forward.of(link))(q, out)
 
     def compile_forward(self, *, link: str | None = None) -> CompiledForward:
-        """Forward kinematics of one link as a function ``fk(q, out=None)`` for control loops: the same, but faster.
+        """Forward kinematics of one link as a function ``fk(q, out=None)``, for control loops: same result, faster.
 
         Args:
             link: The link's name; the tip unless given.
 
         Returns:
-            A function of q, shape (..., n_dof), that gives T_base_link, shape (..., 4, 4), and refuses what
-            ``forward_kinematics`` refuses. It may be pickled, and called from many threads at once.
+            A function that maps q, shape (..., n_dof), to T_base_link, shape (..., 4, 4). It raises the errors of
+            ``forward_kinematics``, can be pickled, and can be called from many threads at once.
 
         Raises:
             InputError: The robot has several tips, and no link is named.
@@ -430,8 +434,8 @@ class Robot(Forces):
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
-            out: Written to and returned if given: a float64 array of the result's shape.
-            **unknown: No other argument is taken.
+            out: A float64 array of the result's shape, which is filled and returned.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
             T_base_link, shape (..., n_links, 4, 4).
@@ -446,7 +450,7 @@ class Robot(Forces):
     def jacobian(
         self, q: ArrayLike, *, link: str | None = None, expressed_in: str = "base", out: Array | None = None, **unknown: Never
     ) -> Array:
-        """The geometric Jacobian: the link's velocity for a unit rate of each entry of q.
+        """The geometric Jacobian: the link's velocity per unit rate of each entry of q.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
@@ -454,15 +458,15 @@ class Robot(Forces):
             expressed_in: ``"base"``: velocity of the link's origin and angular velocity, in the axes of the base;
                 ``"link"``: the same in the axes of the link (body twist); ``"spatial"``: velocity of the point that passes
                 the base's origin, in the axes of the base.
-            out: Written to and returned if given: a float64 array of the result's shape.
-            **unknown: No other argument is taken.
+            out: A float64 array of the result's shape, which is filled and returned.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
             J, shape (..., 6, n_dof): rows v_x, v_y, v_z [m/s], w_x, w_y, w_z [rad/s].
 
         Raises:
-            InputError: q has another shape or an entry out of range, ``expressed_in`` is not a frame, ``out`` does not fit, or
-                the robot has several tips and no link is named.
+            InputError: q has another shape or an entry out of range, ``expressed_in`` is not a frame, or ``out`` does not fit.
+                Or the robot has several tips and no link is named.
             UnknownNameError: There is no such link.
         """
         if unknown:
@@ -474,15 +478,16 @@ class Robot(Forces):
         return (jacobian or self._jacobian.of(link, expressed_in))(q, out)
 
     def on_gpu(self, *, float32: bool = False) -> GpuRobot:
-        """A robot like this one, its batches computed on an NVIDIA GPU: the kernels of the CPU, one problem a thread.
+        """A copy of the robot that computes batches on an NVIDIA GPU, with one problem per thread.
 
-        Its methods have the names of these. They take NumPy arrays, or arrays on the device, and return the same kind.
+        It runs the same kernels as the CPU. Its methods have the same names. They take NumPy arrays or arrays on the device, and
+        return arrays of the same kind.
 
         Args:
-            float32: Whether poses, Jacobians and collisions of boxes are computed in float32: for cards with few float64 units.
+            float32: Compute poses, Jacobians and collisions of boxes in float32, for cards with few float64 units.
 
         Raises:
-            DeviceError: There is no GPU that can be used, or numba-cuda cannot be used with this NumPy.
+            DeviceError: No GPU can be used, or numba-cuda does not work with this NumPy.
             InputError: The robot has no moving joints.
             MissingExtraError: Neither the extra ``cuda12`` nor ``cuda13`` is installed.
         """
@@ -491,15 +496,15 @@ class Robot(Forces):
         return GpuRobot(self, float32=float32)
 
     def compile_jacobian(self, *, link: str | None = None, expressed_in: str = "base") -> CompiledJacobian:
-        """The Jacobian of one link as a function ``jac(q, out=None)`` for control loops: the same, but faster.
+        """The Jacobian of one link as a function ``jac(q, out=None)``, for control loops: same result, faster.
 
         Args:
             link: The link's name; the tip unless given.
             expressed_in: ``"base"``, ``"link"`` or ``"spatial"``, as for ``jacobian``.
 
         Returns:
-            A function of q, shape (..., n_dof), that gives J, shape (..., 6, n_dof), and refuses what ``jacobian``
-            refuses. It may be pickled, and called from many threads at once.
+            A function that maps q, shape (..., n_dof), to J, shape (..., 6, n_dof). It raises the errors of ``jacobian``, can be
+            pickled, and can be called from many threads at once.
 
         Raises:
             InputError: ``expressed_in`` is not a frame, or the robot has several tips and no link is named.
@@ -515,36 +520,36 @@ class Robot(Forces):
         return self._jacobian.of(link, expressed_in)
 
     def analytical_jacobian(self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, **unknown: Never) -> Array:
-        """The rates of x, y, z, roll, pitch and yaw of a link for a unit rate of each entry of q.
+        """The analytical Jacobian: the rates of a link's x, y, z, roll, pitch and yaw per unit rate of q.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
-            out: Written to and returned if given: a float64 array of the result's shape.
-            **unknown: No other argument is taken.
+            out: A float64 array of the result's shape, which is filled and returned.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
             Shape (..., 6, n_dof), rows in m/s and rad/s; R = Rz(yaw) Ry(pitch) Rx(roll).
 
         Raises:
-            SingularityError: |cos(pitch)| < 1e-6 somewhere; ``rows`` lists where.
+            SingularityError: |cos(pitch)| < 1e-6 in some rows; the error's ``rows`` lists them.
         """
         if unknown:
             refuse_unknown("analytical_jacobian", unknown)
         return analytical_jacobian(self.tree, q, self.tree.link_or_tip(link), out)
 
     def manipulability(self, q: ArrayLike, *, link: str | None = None, out: Array | None = None, **unknown: Never) -> Any:
-        """How well a link can be moved in all directions: sqrt(det(J J')), 0 at a singularity (Yoshikawa 1985).
+        """The manipulability of a link: sqrt(det(J J')), 0 at a singularity (Yoshikawa 1985).
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             link: The link's name; the tip unless given.
-            out: Written to and returned if given: a float64 array of the result's shape.
-            **unknown: No other argument is taken.
+            out: A float64 array of the result's shape, which is filled and returned.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
-            Shape (...,): the volume of the ellipsoid of velocities, up to a factor; of J' J for fewer than six joints, and 0
-            for a link that none moves.
+            Shape (...,): the volume of the velocity ellipsoid, up to a factor. With fewer than six joints it is computed from
+            J' J; it is 0 for a link that no joint moves.
 
         Raises:
             InputError: q has another shape or an entry out of range, ``out`` does not fit, or the robot has several tips and no
@@ -555,7 +560,7 @@ class Robot(Forces):
             refuse_unknown("manipulability", unknown)
         return manipulability(self.tree, q, self.tree.link_or_tip(link), out)
 
-    # ---- which joint positions bring a link to a pose ------------------------------------------------------------------
+    # ---- inverse kinematics --------------------------------------------------------------------------------------------
 
     def inverse_kinematics(
         self,
@@ -580,47 +585,45 @@ class Robot(Forces):
     ) -> IKResult:
         """Joint positions that bring a link to a pose, within the joint limits.
 
-        Where the link has an exact closed form of six joints (``closed_form``) and the whole pose is asked for, all its branches
-        are computed, and the one nearest to ``q_seed``, or to ``home``, is returned, or that of the best rank. Otherwise, and
-        with ``posture``, ``held`` or ``max_step``, there is a search.
+        A link with an exact closed form of six joints (``closed_form``) is solved for the whole pose without a search. All
+        branches are computed; the result is the branch nearest to ``q_seed`` or ``home``, or the branch of the best rank. Other
+        arms and tasks are searched numerically, and so is any target with ``posture``, ``held`` or ``max_step``.
 
         Args:
-            T: The poses to reach, T_base_link, shape (..., 4, 4). Or a ``Keep`` with a pose: then its link and its task are
-                taken, and what is found keeps it.
-            q_seed: Where to start [rad or m], shape (..., n_dof), broadcast with T: several seeds may be of one target. If given,
-                the search from it comes first; if that fails, random starts follow, and the solution nearest to the seed is
-                returned. Otherwise the search starts from ``home`` and random configurations.
+            T: The target poses, T_base_link, shape (..., 4, 4). Or a ``Keep`` with a pose: it sets the link and the task, and
+                the solution satisfies it.
+            q_seed: Where to start [rad or m], shape (..., n_dof), broadcast with T: one target may have several seeds. The
+                search first starts from the seed. If that fails, random restarts follow, and the solution nearest to the seed is
+                returned. Without a seed the search starts from ``home`` and random configurations.
             link: The link's name; the tip unless given.
-            frame: The frame of T, if not the base: a link that stands still, such as ``"base"`` of a UR, which its pendant
-                shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
-            seed: Chooses the random configurations; without ``time_limit`` the result depends on nothing else.
+            frame: The frame of T, if not the base: a link that stands still, such as ``"base"`` of a UR, the frame of its
+                pendant. Or the frame's pose T_base_frame, shape (4, 4), such as the pose of a work object.
+            seed: Seed of the random configurations. The result is deterministic unless ``time_limit`` is given.
             task: ``"pose"``; ``"position"``: any orientation; ``"pointing"``: position and the direction of the link's z axis;
                 or an ``ulna.Task`` (another axis, slack by component).
             world: Configurations that collide with it, or with the robot itself, are rejected, and the search continues.
-            rank: Which of several solutions: ``"nearest"`` to the seed (largest joint change), ``"manipulability"``,
-                ``"clearance"`` from the world, ``"mid_range"`` of the joints. It is chosen from the solutions of sixteen starts.
-            posture: Of all solutions near the seed, the one nearest to this configuration, shape (n_dof,), or to
-                ``"mid_range"``. The pose has priority: at limits, or when the steps run out, the posture is
-                approached less closely, or not at all.
+            rank: The criterion that selects one of several solutions: ``"nearest"`` to the seed (largest joint change),
+                ``"manipulability"``, ``"clearance"`` from the world, or ``"mid_range"`` of the joints. The solutions come from
+                sixteen starts.
+            posture: A configuration, shape (n_dof,), or ``"mid_range"``: the null space moves towards it from the seed. The pose
+                has priority: at joint limits, or when the steps run out, the posture is approached less closely or not at all.
             held: Names of joints that keep their positions in the seed.
             max_step: The largest difference of any entry of q from ``q_seed`` [rad or m]; a solution beyond it is rejected.
-            position_tolerance: Largest distance that counts as reached [m].
-            rotation_tolerance: Largest angle that counts as reached [rad].
-            max_iterations: The largest number of steps of all starts of a search together; 16 000 (800 starts) unless
-                given. The closed form takes no steps.
-            time_limit: The longest time of the search [s], checked between rounds of restarts.
-            trace: For one target: keep the errors, the step and the damping of every step in ``result.trace``.
-            **unknown: No other argument is taken.
+            position_tolerance: The largest position error that counts as solved [m].
+            rotation_tolerance: The largest rotation error that counts as solved [rad].
+            max_iterations: The maximum number of steps of all starts together; 16 000 (800 starts) unless given. The closed form
+                takes no steps.
+            time_limit: The maximum time of the search [s], checked between rounds of restarts.
+            trace: For one target: record the errors, the step and the damping of every step in ``result.trace``.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
-            An ``IKResult``: q, success, status, errors, iterations, and the reasons. A target that is not reached is a result
-            too.
+            An ``IKResult``: q, success, status, errors, iterations and reasons. A target that is not reached raises no error.
 
         Raises:
-            InputError: An argument that the search cannot take, such as a T that is not a rigid motion; its name is in the
-                message.
+            InputError: An argument is invalid, such as a T that is not a rigid motion; the message names it.
             UnknownNameError: There is no such link or joint.
-            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+            GeometryError: A world is given, and the robot has no collision shapes, or shapes that cannot be checked.
             UnknownArgumentError: There is no such argument.
 
         Example:
@@ -654,7 +657,7 @@ class Robot(Forces):
 
     @cached_property
     def closed_form(self) -> ClosedForm | None:
-        """The closed form of the tip's inverse kinematics: family, held joint, by how much the axes miss it; or None.
+        """The closed form of the tip's inverse kinematics: family, held joint, deviation of the axes; None without one.
 
         Raises:
             InputError: The robot has several tips.
@@ -684,45 +687,47 @@ class Robot(Forces):
         rotation_tolerance: float = TOLERANCE,
         **unknown: Never,
     ) -> IKSolutions:
-        """All joint positions that bring a link to poses, and what is proved of them.
+        """All joint positions that bring a link to poses, with a proof of completeness where there is a closed form.
 
         Arms of six joints of a family with a closed form have at most eight solutions, whole turns aside. For arms of seven
-        joints one is held at ``n_samples`` places, and all solutions are found at each. Arms of three joints have a closed form
-        for a position, arms of five for a pointing; for whole poses those of three, four and five have one that says which of the
-        poses they reach; so do planar arms of two and three joints. Other arms are searched for each pose.
+        joints, one joint is held at ``n_samples`` positions, and all solutions are computed at each. Arms of three joints have a
+        closed form for positions, arms of five for pointing. Arms of three, four and five joints also have one for whole poses,
+        which decides whether a pose can be reached; so do planar arms of two and three joints. Other arms are searched
+        numerically for each pose.
 
         Args:
-            T: The poses to reach, T_base_link, shape (..., 4, 4).
-            q_seed: Each solution is as near to this as whole turns within the limits bring it [rad or m], shape (n_dof,);
+            T: The target poses, T_base_link, shape (..., 4, 4).
+            q_seed: Each solution is turned by whole turns to be nearest to this configuration [rad or m], shape (n_dof,);
                 ``home`` unless given.
             link: The link's name; the tip unless given.
-            frame: The frame of T, if not the base: a link that stands still, such as ``"base"`` of a UR, which its pendant
-                shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
-            task: What of the pose is to be reached: ``"pose"``, ``"position"``, ``"pointing"``, or an ``ulna.Task``.
-            world: Solutions that collide with it, or in which the robot touches itself, are not valid.
-            rank: By what they are ordered, the best first: ``"nearest"`` to ``q_seed``, ``"manipulability"``, ``"clearance"`` or
-                ``"mid_range"``; see ``inverse_kinematics``. Those that are not valid come last. Unless given, in no order.
-            redundancy: The joint of seven that is held; that of ``closed_form`` unless given. Or ``"elbow"``, for arms with a
-                spherical shoulder and wrist: the angle by which the arm is turned about the line between them.
-            n_samples: The number of places at which it is held, spread evenly over its range; and, where a search finds more
-                solutions than can be listed, the number of those returned, far from each other.
+            frame: The frame of T, if not the base: a link that stands still, such as ``"base"`` of a UR, the frame of its
+                pendant. Or the frame's pose T_base_frame, shape (4, 4), such as the pose of a work object.
+            task: The components of the pose that count: ``"pose"``, ``"position"``, ``"pointing"``, or an ``ulna.Task``.
+            world: Solutions that collide with it, or with the robot itself, are not valid.
+            rank: The criterion that sorts the solutions, best first: ``"nearest"`` to ``q_seed``, ``"manipulability"``,
+                ``"clearance"`` or ``"mid_range"``; see ``inverse_kinematics``. Solutions that are not valid come last. Unless
+                given, they are not sorted.
+            redundancy: The joint of seven that is held; the joint of ``closed_form`` unless given. Or ``"elbow"``, for arms with
+                a spherical shoulder and wrist: the angle of the arm about the line between them.
+            n_samples: The number of positions at which it is held, spread evenly over its range. A search that finds more
+                solutions than can be listed returns this number of solutions, far from each other.
             whole_turns: Whether to list every whole turn that the limits allow, and no solution beyond the limits. Otherwise
-                each branch is listed once; branches that coincide, as ``proof`` says then, are one solution to rounding, listed
-                more than once.
-            seed: Chooses the random starts of a search; the result depends on nothing else.
-            position_tolerance: Largest distance that counts as reached in a search [m].
-            rotation_tolerance: Largest angle that counts as reached in a search [rad].
-            **unknown: No other argument is taken.
+                each branch is listed once. Where branches coincide (see ``proof``), one solution is listed more than once, up to
+                rounding.
+            seed: Seed of the random starts of a search. The result is deterministic.
+            position_tolerance: The largest position error that counts as solved in a search [m].
+            rotation_tolerance: The largest rotation error that counts as solved in a search [rad].
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
-            An ``IKSolutions``: q (..., m, n_dof), valid, real, proof, family. Of one target ``found.q[found.valid]`` are those
-            within the limits and clear of the world. Joints that may have any angle are near ``q_seed``.
+            An ``IKSolutions``: q (..., m, n_dof), valid, real, proof, family. For one target, ``found.q[found.valid]`` are the
+            solutions within the limits and clear of the world. Joints whose angle is arbitrary are near ``q_seed``.
 
         Raises:
-            InputError: T is not an array of poses, the robot has several tips and no link is named, ``redundancy`` is not a joint
-                of an arm of seven or there is no closed form with it held, or another argument cannot be taken.
+            InputError: T is not an array of poses, or the robot has several tips and no link is named. ``redundancy`` is not a
+                joint of an arm of seven, or holding it leaves no closed form. Or another argument is invalid.
             UnknownNameError: There is no such link or joint.
-            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+            GeometryError: A world is given, and the robot has no collision shapes, or shapes that cannot be checked.
 
         Example:
             >>> import ulna
@@ -759,43 +764,45 @@ class Robot(Forces):
         time_limit: float | None = None,
         **unknown: Never,
     ) -> FollowedPath:
-        """The joint path through a path of poses that never jumps to another branch, or where and why there is none.
+        """The joint path through a path of poses, without jumps between branches; or where and why it ends.
 
-        Of all joint paths with no step longer than ``max_step`` the one with the least sum of squared joint steps is returned,
-        the step from ``q_start`` to the first pose among them; without one that from ``home``, which may be of any length.
-        Where the link has an exact closed form of six joints, all branches of all poses are compared. Other arms are searched;
-        for seven joints and more, or a task that leaves some of a pose free, a graph of samples of the redundancy is searched,
-        and its best path is smoothed.
+        Among all joint paths with no step longer than ``max_step``, the result has the least sum of squared joint steps. The step
+        from ``q_start`` to the first pose is included; without ``q_start`` the step from ``home``, which may have any length. If
+        the link has an exact closed form of six joints, all branches of all poses are compared. Other arms are searched
+        numerically. With seven or more joints, or with a task that leaves part of the pose free, the redundancy is
+        sampled. The best path through the graph of samples is smoothed.
 
         Args:
-            T_path: The poses in their order, T_base_link, shape (n, 4, 4).
-            q_start: Where the arm is before the first pose [rad or m], shape (n_dof,): the path begins at most ``max_step`` from
-                it. Unless given, it may begin anywhere, and begins as near to ``home`` as that sum allows.
+            T_path: The poses in order, T_base_link, shape (n, 4, 4).
+            q_start: The configuration before the first pose [rad or m], shape (n_dof,): the path begins at most ``max_step`` from
+                it. Unless given, the path may begin anywhere; the sum includes the step from ``home``.
             link: The link's name; the tip unless given.
-            frame: The frame of T_path, if not the base: a link that stands still, such as ``"base"`` of a UR, which its pendant
-                shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
-            task: What of each pose must be reached, as for ``inverse_kinematics``: ``"pointing"`` leaves the turn about the tool
-                free (welding, milling); a ``Task`` may leave a band, within which the path chooses.
-            max_step: The largest step of any joint from one pose to the next [rad or m]. Another branch is rarely within 0.1 rad;
-                poses that are further apart than that need a larger step, or poses in between.
-            world: Configurations that collide with it, or with the robot itself, are left out, and the straight lines between
-                those of neighbouring poses are certified to be free (``edge_in_collision``).
-            rank: What is minimised instead, as a sum over the poses: ``"nearest"``: the largest difference of a joint from
-                ``q_start``, or ``home``; ``"manipulability"``; ``"clearance"`` from the world; ``"mid_range"`` of the joints;
-                each with the squared joint steps, as shares of ``max_step``, added.
-            seed: Chooses the random configurations where a search is needed. The result depends on nothing else, unless
-                ``time_limit`` ends the search.
-            time_limit: The longest time of the search [s]; None for no limit. It is looked at between rounds of some hundredths
-                to tenths of a second. A path that is known by then is returned as it is, less smooth.
-            **unknown: No other argument is taken.
+            frame: The frame of T_path, if not the base: a link that stands still, such as ``"base"`` of a UR, the frame of its
+                pendant. Or the frame's pose T_base_frame, shape (4, 4), such as the pose of a work object.
+            task: The components of each pose that count, as for ``inverse_kinematics``. ``"pointing"`` leaves the rotation about
+                the tool's axis free (welding, milling). A ``Task`` may leave a tolerance band, within which the path is
+                optimized.
+            max_step: The largest step of any joint from one pose to the next [rad or m]. Another branch is rarely within 0.1 rad.
+                Poses that are further apart need a larger ``max_step``, or poses in between.
+            world: Configurations that collide with it, or with the robot itself, are excluded. The straight edges between
+                neighboring configurations are certified to be free (``edge_in_collision``).
+            rank: The cost to minimize instead, summed over the poses: ``"nearest"``: the largest difference of a joint from
+                ``q_start``, or ``home``; ``"manipulability"``; ``"clearance"`` from the world; ``"mid_range"`` of the joints.
+                The squared joint steps, as shares of ``max_step``, are added to each.
+            seed: Seed of the random configurations of a search. The result is deterministic unless ``time_limit`` ends the
+                search.
+            time_limit: The maximum time of the search [s]; None for no limit. It is checked between rounds of some hundredths to
+                tenths of a second. A path found before the limit is returned, less smooth.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
-            A ``FollowedPath``: q, status, reason, steps; where no path leads on, ``ends_at`` and ``ending`` say where and why.
+            A ``FollowedPath``: q, status, reason, steps. If the path cannot continue, ``ends_at`` and ``ending`` say where and
+            why.
 
         Raises:
-            InputError: T_path is not an array of poses, ``max_step`` is not above 0, or another argument cannot be taken.
+            InputError: T_path is not an array of poses, ``max_step`` is not above 0, or another argument is invalid.
             UnknownNameError: There is no such link.
-            GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
+            GeometryError: A world is given, and the robot has no collision shapes, or shapes that cannot be checked.
 
         Example:
             >>> import ulna
@@ -824,33 +831,33 @@ class Robot(Forces):
         out: Array | None = None,
         **unknown: Never,
     ) -> Array:
-        """The joint velocities of one control step that give a link a twist, as nearly as velocity and position limits allow.
+        """The joint velocities of one control step that best give a link a twist, within velocity and position limits.
 
-        They minimise |J qd - twist|^2 + damping^2 |qd|^2 within the limits: the only minimum, near singularities too, where the
-        damping keeps them short.
+        They minimize |J qd - twist|^2 + damping^2 |qd|^2 within the limits. The minimum is unique; near singularities the damping
+        keeps the velocities small.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
             twist: v [m/s] and w [rad/s] of the link, shape (..., 6).
-            dt: The step's length [s]: ``q + dt * qd`` lies within the position limits, to rounding. A joint that is beyond one
-                returns to it, at its velocity limit if it is further away than that.
+            dt: The step's duration [s]: ``q + dt * qd`` lies within the position limits, up to rounding. A joint beyond a
+                position limit returns to it, at most at its velocity limit.
             link: The link's name; the tip unless given.
             expressed_in: The frame of the twist; see ``jacobian``.
             frame: The axes of the twist instead of the base's: a link that stands still, or the frame's pose T_base_frame, shape
-                (4, 4). It goes with ``expressed_in="base"``.
-            damping: Above 0. Where the arm moves well a velocity is short by a share of about damping^2 / sigma^2, with sigma
-                the smallest singular value of J; no joint moves faster than |twist| / (2 damping). A damping below 1e-4 |J|, or
-                1e-2 |J| for fewer than six joints, takes some times longer; singular values below 1e-14 |J| are within the
+                (4, 4). It requires ``expressed_in="base"``.
+            damping: Above 0. Far from singularities, velocities are too small by a share of about damping^2 / sigma^2, with sigma
+                the smallest singular value of J. No joint moves faster than |twist| / (2 damping). A damping below 1e-4 |J|, or
+                1e-2 |J| for fewer than six joints, takes several times longer. Singular values below 1e-14 |J| are within the
                 rounding of J, and count as 0.
-            out: Written to and returned if given: a float64 array of the result's shape.
-            **unknown: No other argument is taken.
+            out: A float64 array of the result's shape, which is filled and returned.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
             qd [rad/s or m/s], shape (..., n_dof).
 
         Raises:
-            InputError: q or twist has another shape or an entry out of range, dt or damping is not above 0, ``expressed_in`` is
-                not a frame, ``out`` does not fit, or the robot has no joint.
+            InputError: q or twist has another shape or an entry out of range, or dt or damping is not above 0.
+                ``expressed_in`` is not a frame, ``out`` does not fit, or the robot has no joint.
             UnknownNameError: There is no such link.
 
         Example:
@@ -867,7 +874,7 @@ class Robot(Forces):
         link, twist = self.tree.link_or_tip(link), twist_in_base(self.tree, twist, frame)
         return differential_ik(self.tree, q, twist, dt, link, expressed_in, damping, out)
 
-    # ---- what it touches -----------------------------------------------------------------------------------------------
+    # ---- collision -----------------------------------------------------------------------------------------------------
 
     def in_collision(
         self,
@@ -882,16 +889,16 @@ class Robot(Forces):
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
-            world: The objects; none unless given.
-            self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
-            out: Written to and returned if given: a bool array of the result's shape.
-            **unknown: No other argument is taken.
+            world: The obstacles; none unless given.
+            self_collision: Also check the robot's links against each other, except ``allowed_collisions``.
+            out: A bool array of the result's shape, which is filled and returned.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
-            A bool for one q, else shape (...,).
+            A bool for one q, else an array, shape (...,).
 
         Raises:
-            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+            GeometryError: The robot has no collision shapes, or shapes that cannot be checked.
         """
         if unknown:
             refuse_unknown("in_collision", unknown)
@@ -900,22 +907,22 @@ class Robot(Forces):
     def links_near(
         self, cloud: PointCloud, q: ArrayLike, *, within: float = 0.0, pose: ArrayLike | None = None
     ) -> tuple[tuple[str, ...], NDArray[np.int64]]:
-        """The links and attached objects with collision shapes, and which of them is nearest to each ball of a cloud.
+        """The links and attached objects with collision shapes, and the index of the nearest to each ball of a cloud.
 
-        ``PointCloud.without`` removes these balls: a camera sees the robot too.
+        ``PointCloud.without`` uses it to remove the points of the robot that a camera sees.
 
         Args:
             cloud: The cloud.
             q: Joint positions [rad or m], shape (n_dof,).
-            within: How far a ball may be from a shape [m]; 0: only those that touch.
-            pose: T_base_cloud, shape (4, 4); the origin unless given.
+            within: The largest distance of a ball from a shape [m]; with 0 only balls that touch count.
+            pose: T_base_cloud, shape (4, 4); the identity unless given.
 
         Returns:
-            The names, and for each point the place in them of the nearest, or -1 if all are farther, shape (n,).
+            The names, and the index into them of the nearest to each point, shape (n,); -1 if all are farther.
 
         Raises:
             InputError: q is not one configuration, ``within`` is not a length, or the pose is not a rigid motion.
-            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+            GeometryError: The robot has no collision shapes, or shapes that cannot be checked.
         """
         return self._checker.links_near(cloud, q, within, pose)
 
@@ -928,22 +935,22 @@ class Robot(Forces):
         max_distance: float = 0.0,
         **unknown: Never,
     ) -> Any:
-        """The pairs of the robot's shapes and objects, or of its own shapes, that overlap: how deep and where.
+        """The colliding pairs of shapes, of the robot with objects or with itself, with depths and contact points.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
-            world: The objects; none unless given.
-            self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
-            max_distance: Also report pairs that do not overlap, up to this distance [m]; ``np.inf`` reports all pairs.
-            **unknown: No other argument is taken.
+            world: The obstacles; none unless given.
+            self_collision: Also check the robot's links against each other, except ``allowed_collisions``.
+            max_distance: Also report pairs apart by up to this distance [m]; ``np.inf`` reports all pairs.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
-            A ``Report`` for one q, else an array of them, shape (...,).
+            A ``Report`` for one q, else an array of reports, shape (...,).
 
         Raises:
             InputError: q has another shape or an entry out of range, ``max_distance`` is not a number of at least 0, or there is
                 nothing to check.
-            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+            GeometryError: The robot has no collision shapes, or shapes that cannot be checked.
             UnknownArgumentError: There is no such argument.
         """
         if unknown:
@@ -953,25 +960,26 @@ class Robot(Forces):
     def distances(
         self, q: ArrayLike, world: World | None = None, *, within: float = 0.1, self_collision: bool = True, **unknown: Never
     ) -> Distances:
-        """All pairs of the robot's shapes and objects, or of its own shapes, that are near each other, with gradients, as arrays.
+        """The distances of all near pairs of shapes, of the robot with objects or with itself, with gradients.
 
-        They are the rows of a constraint: to first order the distance of pair k at ``q + dq`` is
+        They serve as linear constraints: to first order the distance of pair k at ``q + dq`` is
         ``signed_distance[k] + gradient[k] @ dq``.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
-            world: The objects; none unless given.
-            within: How far apart pairs may be [m]; ``np.inf`` gives all pairs.
-            self_collision: Whether to measure between the robot's links too, but for ``allowed_collisions``.
-            **unknown: No other argument is taken.
+            world: The obstacles; none unless given.
+            within: The largest distance of a pair [m]; ``np.inf`` gives all pairs.
+            self_collision: Also measure between the robot's links, except ``allowed_collisions``.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
-            The ``Distances``: of a point cloud or a height map, for each of the robot's shapes, the nearest point or column only.
+            The ``Distances``, as arrays. For a point cloud or a height map they have only the point or column nearest to each of
+            the robot's shapes.
 
         Raises:
             InputError: q has another shape or an entry out of range, ``within`` is not a number of at least 0, or there is
                 nothing to check.
-            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+            GeometryError: The robot has no collision shapes, or shapes that cannot be checked.
 
         Example:
             >>> import ulna
@@ -988,23 +996,23 @@ class Robot(Forces):
     def signed_distance(
         self, q: ArrayLike, world: World | None = None, *, self_collision: bool = True, out: Array | None = None, **unknown: Never
     ) -> Any:
-        """The least distance of the robot's shapes from an object, or from another link [m]; negative: how deep they overlap.
+        """The least distance of the robot's shapes from objects and from each other [m]; negative where they overlap.
 
-        It is 0 where shapes touch: ``signed_distance(q) <= 0`` equals ``in_collision(q)``.
+        The magnitude of a negative distance is the penetration depth. ``signed_distance(q) <= 0`` equals ``in_collision(q)``.
 
         Args:
             q: Joint positions [rad or m], shape (..., n_dof).
-            world: The objects; none unless given.
-            self_collision: Whether to measure between the robot's links too, but for ``allowed_collisions``.
-            out: Written to and returned if given: a float64 array of the result's shape.
-            **unknown: No other argument is taken.
+            world: The obstacles; none unless given.
+            self_collision: Also measure between the robot's links, except ``allowed_collisions``.
+            out: A float64 array of the result's shape, which is filled and returned.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
-            A number for one q, else shape (...,); infinite where there is nothing to measure to.
+            A number for one q, else an array, shape (...,); infinite if there is no pair to measure.
 
         Raises:
             InputError: q has another shape or an entry out of range, ``out`` does not fit, or there is nothing to check.
-            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+            GeometryError: The robot has no collision shapes, or shapes that cannot be checked.
         """
         if unknown:
             refuse_unknown("signed_distance", unknown)
@@ -1013,14 +1021,14 @@ class Robot(Forces):
     def distance_gradient(
         self, q: ArrayLike, world: World | None = None, *, self_collision: bool = True, out: Array | None = None, **unknown: Never
     ) -> Array:
-        """The derivative of ``signed_distance`` by q [m/rad or m/m], shape (..., n_dof).
+        """The derivative of ``signed_distance`` with respect to q [m/rad or m/m], shape (..., n_dof).
 
-        Where two pairs are equally near, or a pair has several nearest points, it is the derivative of one of them; zero where
-        there is nothing to measure to. The arguments are those of ``signed_distance``.
+        Where two pairs are equally near, or a pair has several nearest points, it is the derivative for one of them. It is zero
+        if there is no pair to measure. It takes the arguments of ``signed_distance``.
 
         Raises:
-            InputError: As for ``signed_distance``.
-            GeometryError: As for ``signed_distance``.
+            InputError: See ``signed_distance``.
+            GeometryError: See ``signed_distance``.
         """
         if unknown:
             refuse_unknown("distance_gradient", unknown)
@@ -1036,48 +1044,48 @@ class Robot(Forces):
         resolution: float = RESOLUTION,
         **unknown: Never,
     ) -> EdgeReport:
-        """Whether anything touches on the straight line from one configuration to another. Free holds for the whole line.
+        """Whether anything collides on the straight line from one configuration to another, at any of its configurations.
 
-        That rests on lower bounds of distances, with their rounding, and not on samples (docs/edges.md).
+        The certificate rests on lower bounds of distances that include rounding, not on samples (docs/edges.md).
 
         Args:
             q_a: Joint positions at the start [rad or m], shape (..., n_dof).
-            q_b: Joint positions at the end, of a shape that goes with the other. Joints move evenly; none takes a shorter way.
-            world: The objects; none unless given.
-            self_collision: Whether to check the robot's links against each other too, but for ``allowed_collisions``.
-            resolution: A clearance below this [m] may count as a contact; none above does.
-            **unknown: No other argument is taken.
+            q_b: Joint positions at the end, of a shape that broadcasts with q_a. Joints move linearly; none takes a shorter turn.
+            world: The obstacles; none unless given.
+            self_collision: Also check the robot's links against each other, except ``allowed_collisions``.
+            resolution: A clearance below this [m] may count as a contact; a larger clearance never does.
+            **unknown: Any other argument raises ``UnknownArgumentError``.
 
         Returns:
-            An ``EdgeReport``: in_collision, and how far on the way all is free.
+            An ``EdgeReport``: in_collision, and the share of the edge that is free.
 
         Raises:
-            InputError: q_a or q_b has another shape or an entry out of range, their shapes do not go together, ``resolution`` is
+            InputError: q_a or q_b has another shape or an entry out of range, or their shapes do not broadcast. ``resolution`` is
                 below 1e-5 m, or there is nothing to check.
-            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+            GeometryError: The robot has no collision shapes, or shapes that cannot be checked.
         """
         if unknown:
             refuse_unknown("edge_in_collision", unknown)
         return self._checker.edge_in_collision(q_a, q_b, world, self_collision, resolution)
 
     def edge_keeps(self, q_a: ArrayLike, q_b: ArrayLike, keep: Keep | Iterable[Keep]) -> KeepReport:
-        """Whether constraints are kept on the straight line from one configuration to another, at all of its configurations.
+        """Whether the straight line from one configuration to another satisfies constraints at all its configurations.
 
-        That rests on bounds of how far a link moves and turns, with their rounding, and not on samples (docs/edges.md).
+        The certificate rests on bounds of a link's motion that include rounding, not on samples (docs/edges.md).
 
         Args:
             q_a: Joint positions at the start [rad or m], shape (..., n_dof).
-            q_b: Joint positions at the end, of a shape that goes with the other. Joints move evenly; none takes a shorter way.
-            keep: The constraints. One without a pose keeps that of the (first) q_a.
+            q_b: Joint positions at the end, of a shape that broadcasts with q_a. Joints move linearly; none takes a shorter turn.
+            keep: The constraints. A constraint without a pose keeps the link's pose at the (first) q_a.
 
         Returns:
-            A ``KeepReport``: kept, and the greatest share of a tolerance that is used. What uses more than 0.9999 of a tolerance
-            may count as not kept.
+            A ``KeepReport``: kept, and the greatest share of a tolerance that the edge uses. An edge that uses more than 0.9999
+            of a tolerance may count as not kept.
 
         Raises:
-            InputError: q_a or q_b has another shape or an entry out of range, their shapes do not go together, a constraint
-                cannot be taken, or none is given.
-            UnknownNameError: A constraint's link is not there.
+            InputError: q_a or q_b has another shape or an entry out of range, or their shapes do not broadcast. A constraint is
+                invalid, or none is given.
+            UnknownNameError: A constraint names an unknown link.
 
         Example:
             >>> import ulna
@@ -1089,7 +1097,7 @@ class Robot(Forces):
         """
         return edge_keeps(self.tree, q_a, q_b, keep)
 
-    # ---- how it gets somewhere -----------------------------------------------------------------------------------------
+    # ---- planning, trajectories and servoing ---------------------------------------------------------------------------
 
     def plan(
         self,
@@ -1112,49 +1120,50 @@ class Robot(Forces):
         time_limit: float | None = _PLAN.time_limit,
         progress: Callable[[int, int], object] | None = None,
     ) -> Plan:
-        """A motion from a configuration to a goal, free of collision: straight lines between configurations.
+        """Plan a collision-free path from a configuration to a goal, as straight edges in joint space.
 
-        RRT-Connect: two trees, from the start and from the goals, grow towards each other (docs/planning_search.md). Joints whose
-        position is the same at the start and the goal are held first, and move only if no path is found so (``plan.moved``).
+        The search is RRT-Connect: trees from the start and from the goals grow towards each other (docs/planning_search.md).
+        Joints with the same position at the start and the goal are held first, and move only if no path is found
+        (``plan.moved``).
 
         Args:
             q_start: Where to start [rad or m], shape (n_dof,); or the name of a state of the SRDF, such as ``"arm/ready"``.
-            goal: Where to go: a configuration, shape (n_dof,), or several, of which one is reached, shape (n, n_dof); or a pose
-                T_base_link, shape (4, 4), or several, shape (n, 4, 4), with all the configurations that inverse kinematics finds;
-                or a pose for each of several links, as in ``{"left_hand": T_1, "right_hand": T_2}``, to which they come together;
-                or the name of a state, whose other joints keep their positions.
-            world: The objects; none unless given. The robot's links are checked against each other too.
-            link: The link that is brought to the pose; the tip, of the group if one is named, unless given. Joints that do not
-                move it keep their positions, and so do those that move several links of the goal.
-            frame: The frame of a goal of poses, if not the base: a link that stands still, such as ``"base"`` of a UR, which its
-                pendant shows; or the frame's pose T_base_frame, shape (4, 4), such as that of a work object.
+            goal: Where to go, in one of these forms. A configuration, shape (n_dof,), or alternatives, shape (n, n_dof). A pose
+                T_base_link, shape (4, 4), or alternatives, shape (n, 4, 4), with all configurations that inverse kinematics
+                finds. A pose for each of several links, as in ``{"left_hand": T_1, "right_hand": T_2}``, which all links reach
+                together. Or the name of a state; joints that it does not name keep their positions.
+            world: The obstacles; none unless given. The robot's links are checked against each other too.
+            link: The link of the goal pose; the tip (of the group, if one is named) unless given. Joints that do not move it keep
+                their positions, and so do joints that move several links of the goal.
+            frame: The frame of a goal of poses, if not the base: a link that stands still, such as ``"base"`` of a UR, the frame
+                of its pendant. Or the frame's pose T_base_frame, shape (4, 4), such as the pose of a work object.
             task: The components of the pose that count; see ``inverse_kinematics``.
             held: Names of joints that keep their positions.
-            group: A group of the SRDF (``robot.groups``): the joints outside keep their positions. A configuration may then have
-                the joints of the group alone, shape (k,) or (n, k), and a state be named without its group.
-            keep: What the motion keeps at all times, one ``Keep`` or several (docs/constraints.md). Where it keeps another link
-                at a pose that the goal's link sees, as the other hand at an object, the goal is one of both.
-            certify: Whether each edge is certified, as by ``edge_in_collision``: free at all its configurations. Otherwise at
-                samples 1/32 rad apart, between which it may touch something.
-            clearance: No object of the world is nearer than this [m]; it does not count between links of the robot.
-            seed: Chooses the samples. The result depends on nothing else, unless ``time_limit`` ends the search.
-            max_checks: How many edges the search checks at most: 100,000 unless given.
-            shorten: Whether the path that is found is shortened.
-            escape: Whether a start that touches something by at most 10 mm is left, first of all, by an edge that is not checked;
-                and one that is beyond the joint limits by a straight edge back within them, which is certified to touch nothing
-                but keeps neither ``clearance`` nor ``keep``.
-            time_limit: The longest time of the search [s], 10 s unless given; None for no limit. Not counted are the first edges,
-                during which kernels may be compiled. Where it ends the search, the result depends on the machine.
-            progress: Called about a hundred times a second during the search, with the number of edges checked so far and
-                ``max_checks``; shortening may exceed that.
+            group: A group of the SRDF (``robot.groups``); joints outside it keep their positions. Configurations may then have
+                the joints of the group alone, shape (k,) or (n, k), and states may be named without their group.
+            keep: The constraints of the motion at all times, one ``Keep`` or several (docs/constraints.md). If a ``Keep`` holds a
+                second link relative to the goal's link, as two hands on one object, both links get a goal pose.
+            certify: Whether each edge is certified to be free at all its configurations, as by ``edge_in_collision``. Otherwise
+                it is checked at samples 1/32 rad apart, and may touch something between them.
+            clearance: The minimum distance from the objects of the world [m]; it does not apply between links of the robot.
+            seed: Seed of the samples. The result is deterministic unless ``time_limit`` ends the search.
+            max_checks: The maximum number of edges that the search checks: 100,000 unless given.
+            shorten: Whether to shorten the path.
+            escape: Whether a start that touches something by at most 10 mm may leave it by a first edge that is not checked.
+                Likewise a start beyond the joint limits returns within them by a straight edge. That edge is certified to touch
+                nothing, but may violate ``clearance`` and ``keep``.
+            time_limit: The maximum time of the search [s], 10 s unless given; None for no limit. The first edges do not count,
+                since kernels may be compiled during them. If the limit ends the search, the result depends on the machine.
+            progress: Called about a hundred times a second during the search, with the number of checked edges and
+                ``max_checks``; shortening may exceed ``max_checks``.
 
         Returns:
             A ``Plan``: path, status, and the reason if there is no path.
 
         Raises:
-            InputError: An argument that cannot be taken, such as a goal outside the joint limits; its name is in the message.
+            InputError: An argument is invalid, such as a goal outside the joint limits; the message names it.
             UnknownNameError: There is no such link, joint, group or state.
-            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+            GeometryError: The robot has no collision shapes, or shapes that cannot be checked.
 
         Example:
             >>> import ulna
@@ -1189,38 +1198,38 @@ class Robot(Forces):
         start_velocity: ArrayLike | None = None,
         end_velocity: ArrayLike | None = None,
     ) -> Trajectory:
-        """The fastest motion along given configurations, within limits, by ``Plan.trajectory``'s method.
+        """The time-optimal trajectory along given configurations, within limits; see ``Plan.trajectory``.
 
-        It flows through the points. Without a world nothing is checked for collisions, and ``certified`` is false.
+        It passes the corners without stopping. Without a world nothing is checked for collisions, and ``certified`` is false.
 
         Args:
-            q_path: Joint positions [rad or m], shape (n, n_dof), n >= 1, within the limits, joined by straight lines; or what
-                ``follow`` returns; or a motion, whose path is timed anew.
-                Points that differ from the one before by at most 1e-9 are left out, and those on the line between two others.
-            within: How far the motion may leave these lines [rad or m], above 0: at any time some configuration on them differs
-                from the motion's by at most so much in each joint. More of it is faster.
-            velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers; that of ``limits``, or of the robot.
-            acceleration: The greatest acceleration [rad/s^2 or m/s^2]; needed unless ``limits`` or the robot states it.
-            jerk: The greatest jerk [rad/s^3 or m/s^3]; unless given that of ``limits`` or of the robot, if one states it.
-            limits: The name of an arm, as "franka", a file ``joint_limits.yaml``, or the mapping of one.
-            hand: The greatest speed and acceleration of the hand, or of several links, at all times: ``HandLimits``.
-            torque: The greatest torque of each joint [Nm or N], as of ``Plan.trajectory``; for True the limits of effort.
-            world: Objects. Where a rounded corner is not certified to be free of them and of the robot itself, the motion stops;
-                ``certified`` says whether all of it is free.
-            start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), along the first line, where the acceleration
-                is 0; at rest unless given.
-            end_velocity: The same at the end, along the last line.
+            q_path: Joint positions [rad or m], shape (n, n_dof), n >= 1, within the limits, joined by straight lines. Or a result
+                of ``follow``. Or a ``Trajectory``, whose path gets a new time parameterization. Points within 1e-9 of the
+                previous point are left out, and so are points on the line between two others.
+            within: The largest distance of the motion from these lines in each joint [rad or m], above 0. A larger value allows
+                a faster motion.
+            velocity: Maximum velocity [rad/s or m/s], a number or n_dof numbers; from ``limits`` or the robot unless given.
+            acceleration: Maximum acceleration [rad/s^2 or m/s^2]; required unless ``limits`` or the robot has it.
+            jerk: Maximum jerk [rad/s^3 or m/s^3]; unless given from ``limits`` or the robot, if they have it.
+            limits: The name of an arm, as "franka", a file ``joint_limits.yaml``, or its mapping.
+            hand: Maximum speed and acceleration of the hand, or of several links, at all times: ``HandLimits``.
+            torque: Maximum torque of each joint [Nm or N], as for ``Plan.trajectory``; True for the effort limits.
+            world: The obstacles. The motion stops at a corner whose rounding is not certified to be free of them and of the
+                robot itself. ``certified`` is true if the whole motion is certified.
+            start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), along the first line; the acceleration there
+                is 0. At rest unless given.
+            end_velocity: The velocity at the end, along the last line.
 
         Returns:
             A ``Trajectory``.
 
         Raises:
-            InputError: q_path is no such array, beyond a limit or not followed to its end, or another argument cannot be taken,
-                such as a velocity at an end that is not along the path, or too great for it.
+            InputError: q_path is not such an array, exceeds a limit, or is a followed path that did not reach its end. Or
+                another argument is invalid, such as a velocity at an end that is not along the path or too large for it.
             UnknownNameError: There is no such set of limits.
             FileError: The file of limits cannot be read.
-            DescriptionError: The file is none of limits.
-            GeometryError: There is a world, and shapes that cannot be checked.
+            DescriptionError: The file has no valid limits.
+            GeometryError: A world is given, and there are shapes that cannot be checked.
 
         Example:
             >>> import ulna
@@ -1234,14 +1243,15 @@ class Robot(Forces):
         return path_trajectory(q_path, self._checker, self._dynamics, world, within, given, (start_velocity, end_velocity))
 
     def motion_from_file(self, path: str | Path, *, others: ArrayLike | None = None) -> Trajectory:
-        """A motion of this robot from elsewhere; see ``Trajectory.from_file``.
+        """Read a motion of this robot from a file; see ``Trajectory.from_file``.
 
         Args:
             path: A message of ROS or a plan of MoveIt (``.yaml``, ``.yml``, ``.json``), or a table with times (``.csv``).
-            others: Where joints are that the file does not name: q [rad or m], shape (n_dof,). Unless given, it names all.
+            others: The configuration that gives joints the file does not name [rad or m], shape (n_dof,). Unless given, the file
+                must name all joints.
 
         Raises:
-            FileError, DescriptionError, InputError: As of ``Trajectory.from_file``.
+            FileError, DescriptionError, InputError: See ``Trajectory.from_file``.
         """
         from ulna.robot.motion_file import motion_of_file  # noqa: PLC0415 - it needs this class
 
@@ -1256,25 +1266,26 @@ class Robot(Forces):
         progress: Callable[[int, int], None] | bool | None = None,
         **options: Any,
     ) -> tuple[Plan, ...]:
-        """A plan for each of many problems, in several threads.
+        """Plan many problems in several threads.
 
         Args:
-            q_starts: Where to start [rad or m], shape (n, n_dof), or (n_dof,) for all; or names of states of the SRDF, or one.
-            goals: Where to go: configurations, shape (n, n_dof), or poses, shape (n, 4, 4), one a problem; or poses of several
-                links, shape (n, 4, 4) for each; or the names of states, or one for all.
+            q_starts: Where to start [rad or m], shape (n, n_dof), or (n_dof,) for all; or names of states of the SRDF, or one
+                name for all.
+            goals: Where to go: configurations, shape (n, n_dof), or poses, shape (n, 4, 4), one per problem. Or poses of several
+                links, shape (n, 4, 4) for each. Or names of states, or one name for all.
             world: One for all, or one for each problem.
-            progress: Called with the number of problems that are done, and of all, after each. True: a bar on standard error, if
-                that is a terminal.
-            options: Those of ``plan``.
+            progress: Called after each problem with the numbers of finished problems and of all problems. True shows a bar on
+                standard error, if that is a terminal.
+            options: Options of ``plan``.
 
         Returns:
-            A ``Plan`` for each problem, in their order: the same bit for bit as that of ``plan``.
+            A ``Plan`` for each problem, in order, bit for bit equal to the result of ``plan``.
 
         Raises:
-            InputError: The numbers of starts, goals and worlds do not go together; or ``plan`` refuses a problem, whose number is
-                in the message.
+            InputError: The numbers of starts, goals and worlds do not match. Or ``plan`` refuses a problem, whose number is in
+                the message.
             UnknownNameError: There is no such link, joint or state; a note names the row.
-            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+            GeometryError: The robot has no collision shapes, or shapes that cannot be checked.
         """
         if "threads" in options:
             refuse_unknown("plan_many", ("threads",))
@@ -1304,33 +1315,33 @@ class Robot(Forces):
         torque: ArrayLike | None = None,
         torque_rate: ArrayLike | None = None,
     ) -> Servo:
-        """A servo: it steers the arm tick by tick, and certifies each command together with a full stop after it (docs/servo.md).
+        """Make a servo, which steers the arm tick by tick and certifies each command with its braking trajectory (docs/servo.md).
 
         Args:
-            world: The objects; none unless given. It may change between ticks.
-            acceleration: The greatest of each joint [rad/s^2 or m/s^2], a number or shape (n_dof,), where it is below the
-                robot's; needed unless the robot has one of every joint.
-            rate: Ticks a second [Hz].
-            link: The link that poses and twists are of, or several, such as both hands; the tip, of the group if one is
-                named, unless given.
-            weights: How much each of several links counts where not all can be where they are sent: of the squares of what each
-                misses, 0.001 to 1000, a number or shape (n_links,); 1 unless given.
+            world: The obstacles; none unless given. It may change between ticks.
+            acceleration: Maximum acceleration of each joint [rad/s^2 or m/s^2], a number or shape (n_dof,), at most the
+                robot's. Required unless the robot has a limit for every joint.
+            rate: Ticks per second [Hz].
+            link: The link of the target poses and twists, or several links, such as both hands. The tip (of the group, if one is
+                named) unless given.
+            weights: The weight of each link's squared error where several links cannot all reach their targets, 0.001 to 1000: a
+                number or shape (n_links,); 1 unless given.
             held: Names of joints that keep their positions.
             group: A group of the SRDF (``robot.groups``): the joints outside keep their positions.
-            velocity: The greatest of each joint [rad/s or m/s], a number or shape (n_dof,), where it is below the description's.
-            jerk: The greatest of each joint [rad/s^3 or m/s^3], a number or shape (n_dof,); unless given that of the
-                description, if it states one. With it no acceleration is used that takes longer than 0.1 s to begin.
-            clearance: No object is nearer than this [m]; it does not count between links of the robot.
-            tracking_error: How far each joint may be from its command [rad or m]: the certificate holds for all of that.
-            posture: A configuration that the null space goes towards [rad or m], shape (n_dof,); none unless given.
-            hand: The greatest speed and angular speed of the hand, or of several links, at all times; no limit unless given.
-            torque: The greatest torque of each joint [Nm or N], a number or n_dof numbers; for True the limits of effort of the
-                description. A tick is slower where it, or the stop after it, needs more. Torques are judged at samples.
-            torque_rate: How fast a torque may change [Nm/s or N/s], a number or n_dof numbers; no limit unless given. It limits
-                the jerks too, by the mass matrix. A Franka takes 1000 Nm/s.
+            velocity: Maximum velocity of each joint [rad/s or m/s], a number or shape (n_dof,), at most the description's.
+            jerk: Maximum jerk of each joint [rad/s^3 or m/s^3], a number or shape (n_dof,). Unless given, the description's, if
+                it has one. Accelerations that need more than 0.1 s to ramp up are not used.
+            clearance: The minimum distance from objects [m]; it does not apply between links of the robot.
+            tracking_error: The largest deviation of each joint from its command [rad or m]; the certificate covers it.
+            posture: A configuration that the null space moves towards [rad or m], shape (n_dof,); none unless given.
+            hand: Maximum speed and angular speed of the hand, or of several links, at all times; no limit unless given.
+            torque: Maximum torque of each joint [Nm or N], a number or n_dof numbers; True for the effort limits of the
+                description. The arm slows down where a tick or its braking trajectory needs more, as checked at samples.
+            torque_rate: Maximum rate of change of a torque [Nm/s or N/s], a number or n_dof numbers; no limit unless given. It
+                also limits the jerk, through the mass matrix. A Franka allows 1000 Nm/s.
 
         Raises:
-            InputError: An argument that cannot be taken; its name is in the message.
+            InputError: An argument is invalid; the message names it.
             UnknownNameError: There is no such link, joint or group.
 
         Example:
@@ -1354,34 +1365,34 @@ class Robot(Forces):
     def show(
         self, q: ArrayLike | None = None, world: World | None = None, *, boxes: bool = False, size: tuple[int, int] | None = None
     ) -> Recording:
-        """A picture of the robot, drawn with no display: a notebook shows it, and keeps it in its file.
+        """Draw a picture of the robot without a display; a notebook shows it and stores it in its file.
 
-        ``ulna.view(robot)`` opens a page instead, on which it can be moved.
+        ``ulna.view(robot)`` opens an interactive page instead.
 
         Args:
             q: Joint positions [rad or m], shape (n_dof,); ``home`` unless given.
-            world: The obstacles; those that the robot touches are red.
-            boxes: Show the boxes that collisions of the robot are checked with; red those that touch.
+            world: The obstacles; obstacles that the robot touches are red.
+            boxes: Show the robot's collision boxes; boxes in contact are red.
             size: Width and height [pixels]; 720 and 480 unless given.
 
         Returns:
             A ``Recording``; its ``save("arm.png")`` writes it.
 
         Raises:
-            InputError: q, the world or the size cannot be taken.
+            InputError: q, the world or the size is invalid.
             MissingExtraError: The extra ``viewer`` is not installed.
         """
         return drawer("robot")(self, q, world, boxes=boxes, size=size)
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:
-        """The pairs of links that may touch, each with its reason: found from joints and samples unless others were given."""
+        """The pairs of links that may touch, each with its reason: found from joints and samples unless given."""
         return self._checker.allowed
 
     def collision_poses(self, q: ArrayLike, *, out: Array | None = None, **unknown: Never) -> Array:
         """The poses of the robot's collision shapes, in the order of ``collision_names``: shape (..., n_shapes, 4, 4).
 
-        The arguments are those of ``link_poses``.
+        It takes the arguments of ``link_poses``.
 
         Raises:
             InputError: q has another shape or an entry out of range, or ``out`` does not fit.
@@ -1395,7 +1406,7 @@ class Robot(Forces):
         """The names of the robot's collision shapes, attached objects last."""
         return self._checker.bodies.names
 
-    # ---- the robot, changed --------------------------------------------------------------------------------------------
+    # ---- changed copies ------------------------------------------------------------------------------------------------
 
     def with_tool(
         self,
@@ -1406,15 +1417,15 @@ class Robot(Forces):
         com: ArrayLike | None = None,
         inertia: ArrayLike | None = None,
     ) -> Robot:
-        """The robot with a tool: one more link, fixed to the tip, which becomes the new tip.
+        """A copy of the robot with a tool: a link fixed to the tip, which becomes the new tip.
 
         Args:
             T_flange_tool: The tool's pose in the frame of the tip, shape (4, 4).
             name: The new link's name.
-            mass: Its mass [kg]; unless given, it is taken as weightless.
-            com: Its center of mass in the frame of the tool [m], shape (3,); the origin of that frame unless given.
-            inertia: Its inertia tensor about the center of mass, in the axes of that frame [kg m^2], shape (3, 3); zero unless
-                given, as of a point.
+            mass: The tool's mass [kg]; weightless unless given.
+            com: The tool's center of mass in its frame [m], shape (3,); the origin unless given.
+            inertia: The tool's inertia tensor about the center of mass, in the axes of its frame [kg m^2], shape (3, 3). Zero
+                unless given: a point mass.
 
         Raises:
             InputError: The pose is not a rigid motion, the robot has several tips, or it already has a link of this name. Or no
@@ -1432,13 +1443,15 @@ class Robot(Forces):
         return self._changed(description=description)
 
     def with_gravity(self, gravity: ArrayLike) -> Robot:
-        """The robot as it is mounted: on a wall or a ceiling, for torques and motions within them.
+        """A copy of the robot with another direction of gravity, as if mounted on a wall or a ceiling.
+
+        Torques, and motions limited by torque, use it.
 
         Args:
-            gravity: The acceleration of free fall in the axes of the base [m/s^2], shape (3,).
+            gravity: The gravitational acceleration in the axes of the base [m/s^2], shape (3,).
 
         Raises:
-            InputError: It is not three finite numbers.
+            InputError: ``gravity`` is not three finite numbers.
 
         Example:
             >>> import ulna
@@ -1449,7 +1462,7 @@ class Robot(Forces):
         return self._changed(gravity=gravity)
 
     def with_inertias(self, inertias: Mapping[str, Inertia | None]) -> Robot:
-        """The robot with other inertias of some links: where a description has none, or wrong ones.
+        """A copy of the robot with other inertias of some links, for descriptions with missing or wrong inertias.
 
         Args:
             inertias: The inertia of each link by its name; None for a link that has none.
@@ -1477,25 +1490,26 @@ class Robot(Forces):
         acceleration: Given | None = None,
         jerk: Given | None = None,
     ) -> Robot:
-        """The robot with narrower limits, as of a cell: plans, motions, inverse kinematics, servos and maps keep them.
+        """A copy of the robot with narrower limits, as in a work cell.
 
-        Each limit is a number for every joint, an array, shape (n_dof,), or a mapping by the names of joints, of those alone. A
-        limit of a mimic joint narrows that of its leader. What may touch is as before, and ``home`` is moved into the limits.
+        Plans, trajectories, inverse kinematics, servos and maps stay within them. Each limit is a number for every joint, an
+        array, shape (n_dof,), or a mapping from names of joints. A limit of a mimic joint narrows the limit of its leader. The
+        allowed collisions do not change, and ``home`` is clipped to the limits.
 
         Args:
             limits: A file ``joint_limits.yaml`` or its mapping: its positions, velocities, accelerations and jerks.
             lower: Lower limits of position [rad or m].
             upper: Upper limits of position [rad or m].
-            velocity: The greatest velocity [rad/s or m/s].
-            acceleration: The greatest acceleration [rad/s^2 or m/s^2]; with one of every joint, ``trajectory`` and ``servo`` need
-                none.
-            jerk: The greatest jerk [rad/s^3 or m/s^3].
+            velocity: Maximum velocity [rad/s or m/s].
+            acceleration: Maximum acceleration [rad/s^2 or m/s^2]. With a limit for every joint, ``trajectory`` and ``servo``
+                need no ``acceleration``.
+            jerk: Maximum jerk [rad/s^3 or m/s^3].
 
         Raises:
-            InputError: A limit is wider than the robot's, is no limit, or leaves a joint no range.
+            InputError: A limit is wider than the robot's, is not a valid limit, or leaves a joint no range.
             UnknownNameError: There is no such joint.
             FileError: The file cannot be read.
-            DescriptionError: The file is none of limits.
+            DescriptionError: The file has no valid limits.
 
         Example:
             >>> import ulna
@@ -1510,19 +1524,18 @@ class Robot(Forces):
     def with_allowed_collisions(
         self, pairs: Iterable = (), *, at: ArrayLike | str | None = None, touching: float | None = None
     ) -> Robot:
-        """The robot with more pairs of links that may touch.
+        """A copy of the robot with more allowed collisions: pairs of links that may touch.
 
         Args:
-            pairs: Pairs of names, or the ``disabled_collisions`` of an SRDF: they are added. Or an ``AllowedCollisions``, as
-                ``robot.allowed_collisions.minus(("a", "b"))`` makes it: then these are all.
-            at: A configuration that is known to be free, such as the robot at rest [rad or m], shape (n_dof,), or the name of a
-                state of the SRDF: the pairs that touch there are added. Hulls are larger than the links, so that some touch
-                wherever the robot is.
-            touching: The pairs that touched in at least this share of the random configurations are added, above 0 and at most 1.
-                MoveIt's setup assistant uses 0.95.
+            pairs: Pairs of names, or the ``disabled_collisions`` of an SRDF, to add. Or an ``AllowedCollisions``, such as
+                ``robot.allowed_collisions.minus(("a", "b"))``, which replaces all pairs.
+            at: A configuration known to be free [rad or m], shape (n_dof,), or the name of a state of the SRDF. The pairs that
+                touch there are added. Hulls are larger than the links, so some touch in every configuration.
+            touching: A share above 0 and at most 1. The pairs that touched in at least this share of the random configurations
+                are added. MoveIt's setup assistant uses 0.95.
 
         Raises:
-            InputError: ``at`` is not one configuration, or ``touching`` not such a share.
+            InputError: ``at`` is not one configuration, or ``touching`` is not such a share.
             UnknownNameError: There is no such link or state.
 
         Example:
@@ -1542,15 +1555,15 @@ class Robot(Forces):
         return self._changed(allowed=allowed.plus(*more) if more else allowed)
 
     def with_convex_hulls(self) -> Robot:
-        """The robot with convex hulls in place of its collision meshes; hulls are checked exactly. Visuals are unchanged.
+        """A copy of the robot with convex hulls in place of its collision meshes. Visuals are unchanged.
 
-        A hull is larger than a mesh with hollows, so it may touch where the mesh would not; it holds all of the mesh. STL, OBJ
-        and Collada files are read, found as by ``ulna.load``. The time of a query grows with the number of vertices.
-        ``with_convex_pieces`` follows hollows.
+        Hulls are checked exactly. A hull contains its mesh, and is larger than a mesh with hollows: it may touch where the mesh
+        would not. ``with_convex_pieces`` follows hollows. STL, OBJ and Collada files are read; ``ulna.load`` describes where
+        they are searched. The time of a query grows with the number of vertices.
 
         Raises:
-            FileError: A mesh is not there, or cannot be read.
-            MissingExtraError: What reads meshes and finds hulls is not installed (the extra ``hulls``).
+            FileError: A mesh does not exist, or cannot be read.
+            MissingExtraError: The extra ``hulls`` is not installed.
 
         Example:
             >>> import ulna
@@ -1562,44 +1575,44 @@ class Robot(Forces):
         return self._changed(description=with_hulls(self.description))
 
     def with_convex_pieces(self) -> Robot:
-        """The robot with convex pieces in place of its collision meshes (convex decomposition). Visuals are unchanged.
+        """A copy of the robot with a convex decomposition of its collision meshes in their place. Visuals are unchanged.
 
-        The pieces hold the mesh's whole surface, and stand out beyond it by much less than the hull. How far, as sampled, is the
-        ``excess`` of each collision of ``robot.description.links``. CoACD finds them, with a fixed seed, in seconds to minutes
-        for each mesh file; they are kept on disk by the file's content. A query takes longer than with hulls.
+        The pieces contain the mesh's whole surface, and exceed it by much less than the hull does. Each collision of
+        ``robot.description.links`` has the sampled ``excess``. CoACD computes the pieces, with a fixed seed, in seconds to
+        minutes per mesh file. They are cached on disk by the file's content. A query takes longer than with hulls.
 
         Raises:
-            FileError: A mesh is not there, cannot be read, or not be decomposed within the limits of time and memory.
-            MissingExtraError: CoACD, or what reads meshes, is not installed (the extra ``decompose``).
+            FileError: A mesh does not exist, cannot be read, or cannot be decomposed within the limits of time and memory.
+            MissingExtraError: The extra ``decompose`` is not installed.
         """
         from ulna.description.meshes.decompose import with_pieces  # noqa: PLC0415 - needed for meshes alone
 
         return self._changed(description=with_pieces(self.description))
 
     def with_spheres(self, *, within: float = 0.01, most: int | None = None) -> Robot:
-        """The robot with balls that cover its collision meshes, in their place. Other shapes and visuals are unchanged.
+        """A copy of the robot with balls that cover its collision meshes, in their place.
 
-        A free verdict holds for the mesh and what it encloses: every point of a triangle, and every point about which a surface
-        of the mesh winds, is in a ball; that is proved, not sampled. Holes in a surface count as closed, cavities as filled. In
-        turn, every point of a ball is at most ``within`` from the mesh or what it encloses, proved too; it is the ``excess`` of
-        each such collision of ``robot.description.links``. So the balls of two links may touch where the links are up to twice
-        ``within`` apart. Which pairs of links may touch is found anew from the balls, as it is with pieces;
-        ``with_allowed_collisions(at=q)`` allows more.
+        Other shapes and visuals are unchanged. The balls provably cover the mesh and its interior: every point of a triangle, and
+        every point with a nonzero winding number. Holes in a surface count as closed, cavities as filled. Every point of a ball
+        is at most ``within`` from the mesh or its interior, also proved; it is the ``excess`` of each such collision of
+        ``robot.description.links``. So the balls of two links may touch while the links are up to twice ``within`` apart. The
+        allowed collisions are computed from the balls, as they are from convex pieces; ``with_allowed_collisions(at=q)`` allows
+        more.
 
-        The balls are found in seconds to minutes for each mesh file, and kept on disk by the file's content. Their number grows
-        as ``within`` gets smaller, most along sharp edges. Boxes, cylinders, capsules and spheres of the description, and
-        attached objects, are checked as they are.
+        The computation takes seconds to minutes per mesh file, and is cached on disk by the file's content. The number of balls
+        grows as ``within`` gets smaller, most along sharp edges. Boxes, cylinders, capsules and spheres of the description, and
+        attached objects, stay as they are.
 
         Args:
-            within: The largest distance of a point of a ball from the mesh and what it encloses [m], above 0.
-            most: The largest number of balls for each mesh; unless given, as many as are needed.
+            within: The largest distance of a point of a ball from the mesh and its interior [m], above 0.
+            most: The maximum number of balls for each mesh; no maximum unless given.
 
         Raises:
-            FileError: A mesh is not there, or cannot be read.
-            GeometryError: More than ``most`` balls are needed; the message says with which ``within`` they suffice. Or
+            FileError: A mesh does not exist, or cannot be read.
+            GeometryError: More than ``most`` balls are needed; the message names a ``within`` for which they suffice. Or
                 ``within`` is too small for the size of a mesh.
             InputError: ``within`` is not such a distance, or ``most`` not a count.
-            MissingExtraError: What reads meshes is not installed (the extra ``hulls``).
+            MissingExtraError: The extra ``hulls`` is not installed.
 
         Example:
             >>> import ulna
@@ -1623,23 +1636,24 @@ class Robot(Forces):
         inertia: ArrayLike | None = None,
         density: float | None = None,
     ) -> Robot:
-        """The robot with an attached object: it moves with a link, and is checked like the robot's own shapes.
+        """A copy of the robot with an attached object, which moves with a link.
 
-        With a mass or a density its weight is part of the arm's, until ``without_attached``. The frame of the object is that of
-        its shape, whose pose is ``T_link_object``. ``to_urdf`` writes neither its shape nor its mass.
+        The object is checked for collisions like the robot's own shapes. With a mass or a density, the object's weight counts
+        until ``without_attached``. The frame of the object is the frame of its shape, at ``T_link_object``. ``to_urdf`` writes
+        neither its shape nor its mass.
 
         Args:
             name: The object's name in reports.
-            shape: What it is.
-            T_link_object: Its pose in the frame of the link, shape (4, 4).
-            link: The link that holds it, and may touch it; the tip unless given.
-            touch_links: Other links that may touch it, such as fingers.
-            mass: Its mass [kg]; without it and without a density it is taken as weightless.
-            com: Its center of mass in the frame of the object [m], shape (3,); the centroid of the shape unless given, which only
-                of a convex mesh is not the origin.
-            inertia: Its inertia tensor about the center of mass, in the axes of that frame [kg m^2], shape (3, 3); unless given,
-                that of the shape about its centroid, with the mass spread evenly.
-            density: Its density [kg/m^3], in place of mass, com and inertia: that times the volume of the shape is the mass.
+            shape: The object's shape.
+            T_link_object: The object's pose in the frame of the link, shape (4, 4).
+            link: The link that holds the object, and may touch it; the tip unless given.
+            touch_links: Other links that may touch the object, such as fingers.
+            mass: The object's mass [kg]; weightless unless this or a density is given.
+            com: The center of mass in the object's frame [m], shape (3,). The centroid of the shape unless given; it is the
+                origin except for a convex mesh.
+            inertia: The inertia tensor about the center of mass, in the axes of the object's frame [kg m^2], shape (3, 3). Unless
+                given, the tensor of the shape about its centroid, with uniform density.
+            density: The object's density [kg/m^3], in place of mass, com and inertia; the mass is density times volume.
 
         Raises:
             GeometryError: The shape is not a solid that can be attached.
@@ -1661,14 +1675,14 @@ class Robot(Forces):
         return self._changed(attached=attach(self.attached, new, self.link_names))
 
     def without_attached(self, name: str) -> Robot:
-        """The robot without an attached object. ``world.add`` can add it to a world.
+        """A copy of the robot without an attached object. ``world.add`` can put it into a world.
 
         Raises:
             UnknownNameError: There is no such attached object.
         """
         return self._changed(attached=detach(self.attached, name))
 
-    # ---- the parts it is made of ---------------------------------------------------------------------------------------
+    # ---- construction and display --------------------------------------------------------------------------------------
 
     def _changed(self, **changes: Any) -> Robot:
         kept = {"description": self.description, "home": self.home, "attached": self.attached, "allowed": self._checker.given}
