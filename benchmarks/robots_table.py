@@ -20,72 +20,98 @@ from ulna.description.names.arm_tables import arm_tables  # noqa: E402
 
 ARMS = """# Robots
 
+*Reference*
+
+This page lists the arms that come with Ulna, with their sources, and the robots whose kinematics were compared with Pinocchio
+and MuJoCo.
+
 ## Arms by name
 
-These are in Ulna itself: `ulna.load("ur10e")`, `ulna view ur10e`, `ulna list`. The Panda and the FR3 are too.
+These arms, the Panda and the FR3 come with Ulna: `ulna.load("ur10e")`, `ulna view ur10e`, `ulna list`.
 
 ![Every arm that is bundled, with its name](pictures/arms.png)
 
-| name | also | arm | payload [kg] | reach [m] | closed form of all solutions |
-|---|---|---|---:|---:|---|
+| name | also | arm | payload [kg] | reach [m] | mass of its links [kg] | closed form of all solutions |
+|---|---|---|---:|---:|---:|---|
+"""
+INERTIAS = """
+Payload and reach are the nominal values that the makers advertise. Ulna computes nothing from them. Kinematics, joint ranges,
+velocities and efforts are numbers from the public descriptions below, in tables of Ulna (`src/ulna/description/names/arms`).
+The repository contains no file and no mesh of these descriptions. `plan.trajectory(limits="ur10e")` uses the velocities of the
+table and, if the table has them, the accelerations.
+
+**Inertias** are published values in the axes of the links, without rotors.
+
+- The Panda's were identified by Gaz, Cognetti, Oliva, Robuffo Giordano and De Luca ("Dynamic Identification of the Franka Emika
+  Panda Robot with Retrieval of Feasible Parameters Using Penalty-Based Optimization", IEEE RA-L 4(4), 2019).
+  [frankaemika/franka_ros](https://github.com/frankaemika/franka_ros) at c11f000c has them, with those of the hand.
+- The FR3's are from [frankarobotics/franka_description](https://github.com/frankarobotics/franka_description) at 566ba44a.
+- Five arms have none. The descriptions of the IRB 6640 and of both KR 6 state none. Both TM5 put the center of mass of each
+  link at the origin of its frame, even where the origin is outside of the link.
+- The inertias of these arms are from another source than the table below, or Ulna rotated or added them:
+
+| arm | inertias |
+|---|---|
 """
 SOURCES = """
-Payload and reach are those of the makers' data sheets. Kinematics, positions, velocities and efforts are from these public
-descriptions, as numbers in tables of our own (`src/ulna/description/names/arms`): no file or mesh of theirs is here.
-`plan.trajectory(limits="ur10e")` takes the velocities and, where one is stated, the acceleration.
+Kinematics and limits are from these sources:
 
-| arm | source, commit | licence | files |
+| arm | source, commit | license | files |
 |---|---|---|---|
 """
 NOT_SAID = """
-- Angles of a source that are right angles but for rounding (1.5708) are right angles here, so closed forms are exact.
-- **Accelerations** are stated for four arms only. The UR5e's (180 deg/s^2), the xArm 7's (20 rad/s^2), the Gen3s' (8.6 rad/s^2)
-  are those of MoveIt's configurations, chosen by their authors. Those of ABB's MoveIt packages are a fifth of the velocities,
-  and are not taken. Of other arms, give `acceleration=`.
-- The elbow of a UR has 180 degrees to each side, as in the source: the joint itself turns further. The frames are those of ROS.
-  The base on the pendant is turned by half a turn about z.
-- The xArms' velocities (2.14 rad/s) are those of MoveIt's configuration. The URDF has 3.14 rad/s.
-- The M1013's limits are those of its MoveIt configuration. Its URDF has the same ones for every joint.
-- A gripper is no part of an arm here. The ViperX's is, but its fingers do not move: the shapes contain them open and closed.
+- **Right angles.** Where a source rounds a right angle (1.5708), the table has the exact right angle. So closed forms are
+  exact.
+- **Accelerations** are stated for four arms only. The UR5e's (180 deg/s^2), the xArm 7's (20 rad/s^2) and the Gen3s' (8.6
+  rad/s^2) are the values of MoveIt's configurations, chosen by their authors. ABB's MoveIt packages use a fifth of the
+  velocities as accelerations; Ulna does not take them. For the other arms pass `acceleration=`.
+- **Universal Robots**: the elbow turns 180 degrees to each side, as in the source, although the joint itself turns further. The
+  frames are those of ROS. The base frame of the pendant is rotated by half a turn about z.
+- **xArm**: the velocities (2.14 rad/s) are from MoveIt's configuration. The URDF has 3.14 rad/s.
+- **M1013**: the limits are from its MoveIt configuration. Its URDF has the same limits for every joint.
+- **Grippers** are not included, except the ViperX's. Its fingers do not move; the shapes contain them open and closed.
 
-**Collision shapes** are boxes, capsules and cylinders of our own, not the makers'. They were computed once from the meshes of the
-same sources and compared with these triangle by triangle, outside of this repository, which has no mesh; no test repeats it:
+**Collision shapes** are boxes, capsules and cylinders made for Ulna, not the makers' shapes. They were computed once from the
+meshes of the same sources. Each was checked to contain its mesh, triangle by triangle, outside of this repository, which has no
+mesh. No test repeats this check:
 
-| arms | contained | by at least |
+| arms | the shapes contain | by at least |
 |---|---|---|
-| IRB 6640 | visual meshes, of `link_1` the collision mesh; all places of the balancing cylinder, which is no joint here | 1 mm |
-| TM5 | collision meshes, as some visual meshes could not be had | 0 mm |
-| UR20, UR30 | visual meshes; of other terms, so no shape was fitted to them: whole centimetres were chosen, and checked | 5 mm |
-| all others | visual meshes | 0.5 mm |
+| IRB 6640 | the visual meshes, for `link_1` the collision mesh; all positions of the balancing cylinder (no joint here) | 1 mm |
+| TM5 | the collision meshes, since some visual meshes were not available | 0 mm |
+| UR20, UR30 | the visual meshes; not fitted because of their license: whole centimeters were chosen and checked | 5 mm |
+| all others | the visual meshes | 0.5 mm |
 
-The lowest 2 mm of a base are left out, so that a floor at z = 0 does not touch it. A shape is larger than its link. So the shapes
-of two links with one link between them may touch where the links do not. If their meshes touched in none of 10,000 random
-configurations, and the shapes did, the pair is allowed: `robot.allowed_collisions` has these pairs with the reason `Never`.
-Cables, hoses and a tool are not in the shapes.
+- The lowest 2 mm of a base are left out, so that a floor at z = 0 does not touch it.
+- A shape is larger than its link. So the shapes of two links with one link between them may touch where the links do not. Such
+  a pair is allowed if the shapes touched in some of 10,000 random configurations and the meshes in none.
+  `robot.allowed_collisions` lists these pairs with the reason `Never`.
+- Cables, hoses and tools are not part of the shapes.
 
-Every arm is tested: its poses against the DH tables and dimensions that its maker states, its home against itself and a floor,
-inverse kinematics and a plan round a post (`tests/description/test_arm_tables.py`).
+`tests/description/test_arm_tables.py` tests every arm. It compares poses with the DH tables and dimensions of the maker. It
+checks the home configuration against the arm itself and a floor, solves inverse kinematics, and plans a path around a post.
 
 """
 INTRODUCTION = """## Tested files
 
-Every URDF of the package example-robot-data and every xacro robot of rtb-data, read by Ulna and compared with Pinocchio
-{pinocchio}. The columns *pose* and *Jacobian* give the largest difference in any entry of the pose of any link [m or 1],
-and of the Jacobian of any tip in any of the three frames, over 100 random configurations. `tests/crosscheck` asserts that each is
-below 1e-9. *dof* counts the independent joints, without those that mimic another. `benchmarks/robots_table.py` writes this page.
+Ulna reads every URDF of the package example-robot-data and every xacro robot of rtb-data, and is compared with Pinocchio
+{pinocchio}. The columns *pose* and *Jacobian* give the largest difference over 100 random configurations. *pose* covers every
+entry of the pose of every link [m or 1]. *Jacobian* covers every entry of the Jacobian of every tip in the three frames.
+`tests/crosscheck` asserts that each is below 1e-9. *dof* counts the independent joints, without mimic joints.
+`benchmarks/robots_table.py` writes this page.
 
-*load* is the time of `ulna.load(file)`, the shortest of five, on the machine that wrote the page: use it to compare the robots
-with each other. For a xacro file it includes the start of the process that expands it. The largest, `{largest}` with {links}
-links, takes {milliseconds:.0f} ms.
+*load* is the shortest time of five calls of `ulna.load(file)` on one machine. Use it to compare the robots with each other. For
+a xacro file it includes the start of the process that expands the file. The largest file, `{largest}` with {links} links, takes
+{milliseconds:.0f} ms.
 
 """
 HEADER = """| robot | links | dof | pose | Jacobian | load [ms] |
 |---|---:|---:|---:|---:|---:|
 """
 NOTES = """
-Pinocchio's mimic option refuses `{}` ("The parent joint of the mimic joint is not in the
-kinematic tree"). For these robots it was built without that option, and the test computed the mimicking joints; the slow
-reference of the tests agrees too.
+Pinocchio's mimic option refuses `{}` ("The parent joint of the mimic joint is not in the kinematic tree"). For these robots
+Pinocchio's model was built without the option, and the test computed the mimic joints. The slow reference implementation of the
+tests agrees too.
 
 ### Not loaded
 
@@ -97,8 +123,8 @@ COLLECTIONS = """
 ### Collections
 
 `benchmarks/urdf_files.py FOLDER` reads every URDF below a folder with Ulna and with Pinocchio (urdfdom), and compares the poses
-of all links at 20 random configurations. Drake's `<frame>` is a link here, which Pinocchio does not have. Read once for this
-page, at these versions:
+of all links at 20 random configurations. Ulna reads Drake's `<frame>` as a link; Pinocchio does not have it. The figures are of
+these versions:
 
 | collection | URDFs | read by both | by Ulna alone | by Pinocchio alone | largest difference |
 |---|---:|---:|---:|---:|---:|
@@ -111,25 +137,34 @@ page, at these versions:
 | [onshape-to-robot-examples](https://github.com/Rhoban/onshape-to-robot-examples), commit a0f8b921 | 15 | 15 | 0 | 0 | 1.8e-15 |
 | [onshape-to-robot](https://github.com/Rhoban/onshape-to-robot), commit 980a3b97 | 1 | 1 | 0 | 0 | 0 |
 
-Refused although Pinocchio reads them, since poses or limits would be guessed:
+Ulna refuses these files, which Pinocchio reads, since poses or limits would be guessed:
 
 | file | reason |
 |---|---|
-| `pioneer-lx-devil.urdf`, `cube_no_rotation.urdf` (PyBullet) | a lower limit is above the upper one: Bullet takes it for none |
-| `spirit40newer.urdf` (PyBullet) | a joint has two `axis` |
+| `pioneer-lx-devil.urdf`, `cube_no_rotation.urdf` (PyBullet) | a lower limit above the upper; for Bullet this is no limit |
+| `spirit40newer.urdf` (PyBullet) | a joint has two `axis` elements |
 
-Refused by both: files without links or with several roots (`test_bench`, `imu_test`, `spot_arm`, two grippers of Rethink,
-`torus_deform`), a name used twice (`r2_left_gripper`), a prismatic joint without limits (`pr2_simplified`), commas or four
-numbers in an origin (`bike`, `microtaur`), two documents in one (`humanoid`), a spherical joint (`spherical_joint_limit`),
-crossed limits (`biped2d_pybullet`), an end tag that is missing (Klampt's `human_hand`). Drake's own parser takes more than ROS's:
-revolute joints without limits (`cassie_v2`, `acrobot`, `kuka_iiwa_robot`, `arm`, `joint_parsing_test`), a link `world` that is
-not in the file (`Acrobot`, `Acrobot_unicode`). Files of its tests have several roots (6), a ball joint, and no XML at all.
+Both refuse:
+
+| cause | files |
+|---|---|
+| no links, or several roots | `test_bench`, `imu_test`, `spot_arm`, two Rethink grippers, `torus_deform`; 6 Drake tests |
+| a name used twice | `r2_left_gripper` |
+| a prismatic joint without limits | `pr2_simplified` |
+| commas or four numbers in an origin | `bike`, `microtaur` |
+| two documents in one | `humanoid` |
+| a spherical joint or a ball joint | `spherical_joint_limit`; one Drake test |
+| a lower limit above the upper limit | `biped2d_pybullet` |
+| a missing end tag | Klampt's `human_hand` |
+| no XML | one Drake test |
+| revolute joints without limits (Drake reads them) | `cassie_v2`, `acrobot`, `kuka_iiwa_robot`, `arm`, `joint_parsing_test` |
+| a link `world` that is not defined (Drake reads it) | `Acrobot`, `Acrobot_unicode` |
 
 ### Models of MuJoCo
 
-`benchmarks/mjcf_files.py FOLDER` compares each MJCF model below a folder with MuJoCo's own compiled model (4.0.0): poses of all
-bodies and geoms at 20 random configurations to 1e-12, types and limits of joints, and all shapes. What is not equal is refused by
-name. Read once for this page:
+`benchmarks/mjcf_files.py FOLDER` compares each MJCF model below a folder with MuJoCo's own compiled model (4.0.0). It compares
+the poses of all bodies and geoms at 20 random configurations to 1e-12, types and limits of joints, and all shapes. A model is
+equal, or Ulna refuses it by name. The figures are of these versions:
 
 | collection | models | equal | refused | not compiled by MuJoCo | largest difference |
 |---|---:|---:|---:|---:|---:|
@@ -139,10 +174,15 @@ name. Read once for this page:
 | gymnasium-robotics 1.4.2 | 37 | 17 | 16 | 4 | 5.2e-15 |
 | dm-robotics-panda 0.4.8 | 2 | 2 | 0 | 0 | 4.9e-15 |
 
-Refused are equalities that close loops (in grippers such as the Robotiq 2F-85 and that of the xArm 7, in Cassie, Fetch and
-ToddlerBot), tendons that hold joints (the hands of Shadow and Aero, `fish`, `ball_in_cup`) and a ball joint. Where a mesh or a
-texture was absent or larger than 4 MB, 46 models of the first row and 7 of the others were read without these. The poses are
-those of the model's own numbers: MuJoCo by itself takes a geom within 1e-6 of its body's frame or center of mass to be there.
+Ulna refuses:
+
+- equalities that close loops: in grippers such as the Robotiq 2F-85 and the xArm 7's, in Cassie, Fetch and ToddlerBot;
+- tendons that hold joints: the hands of Shadow and Aero, `fish`, `ball_in_cup`;
+- a ball joint.
+
+In 46 models of the first row and 7 of the others a mesh or a texture was missing or larger than 4 MB; they were read without
+it. The poses are computed from the numbers in the model. MuJoCo itself moves a geom within 1e-6 of its body's frame or center
+of mass onto it.
 """
 
 
@@ -150,10 +190,14 @@ def named_arms() -> str:
     """The arms that have tables: what they are, where the figures are from, and what the shapes contain."""
     arms, page = arm_tables().values(), ARMS
     for arm in arms:
-        form = ulna.load(arm.name).closed_form
+        robot = ulna.load(arm.name)
+        form, mass = robot.closed_form, sum(link.inertia.mass for link in robot.description.links if link.inertia is not None)
         exact = "none" if form is None else ("exact" if form.is_exact else "near") + (", one joint held" if form.held else "")
         also = ", ".join(f"`{name}`" for name in arm.also)
-        page += f"| `{arm.name}` | {also} | {arm.maker} {arm.model} | {arm.payload:g} | {arm.reach:g} | {exact} |\n"
+        page += f"| `{arm.name}` | {also} | {arm.maker} {arm.model} | {arm.payload:g} | {arm.reach:g} | "
+        page += f"{f'{mass:.1f}' if mass else 'none'} | {exact} |\n"
+    page += INERTIAS
+    page += "".join(f"| `{arm.name}` | {arm.inertias_from} |\n" for arm in arms if arm.inertias_from)
     page += SOURCES
     for arm in arms:
         repository, commit = arm.source.split(" at ")

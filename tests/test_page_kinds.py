@@ -36,7 +36,6 @@ TO_DO = {
     "notebook.md",
     "reachability.md",
     "record.md",
-    "robots.md",
     "ros.md",
     "scale.md",
     "self_collision.md",
