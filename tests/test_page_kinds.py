@@ -29,7 +29,6 @@ TO_DO = {
     "forces.md",
     "forward_kinematics.md",
     "franka.md",
-    "inverse_kinematics.md",
     "jacobian.md",
     "lanes.md",
     "learning.md",
