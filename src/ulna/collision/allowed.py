@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from ulna.description.arrays import as_number
 from ulna.errors import InputError, UnknownNameError
 
-ADJACENT = "adjacent"  # joined by one joint: they are built to touch
+ADJACENT = "adjacent"  # joined by one joint: they touch by design
 FIXED = "fixed"  # joined by fixed joints only: they do not move relative to each other
-ALWAYS = "always"  # touching in all sampled configurations
-SOMETIMES = "sometimes"  # touching in some of them: checked
-NEVER = "never"  # touching in none of them: checked, unless the user allows the pair
+ALWAYS = "always"  # in contact in every sampled configuration
+SOMETIMES = "sometimes"  # in contact in some sampled configurations: checked
+NEVER = "never"  # in contact in no sampled configuration: checked, unless the user allows the pair
 USER = "user"  # given by the user
 OF_OBJECTS = "; for the links that may touch an object of a world: world.add(..., touch_links=[...])"
 
@@ -21,11 +21,12 @@ class LinkPair:
 
     Attributes:
         link_a: The link whose name comes first.
-        link_b: The other.
-        reason: ``"adjacent"``, ``"fixed"``, ``"always"``, ``"sometimes"``, ``"never"`` or ``"user"``, or what a file gives.
+        link_b: The other link.
+        reason: ``"adjacent"``, ``"fixed"``, ``"always"``, ``"sometimes"``, ``"never"``, ``"user"``, or a reason from an SRDF
+            file.
         touched: The number of random configurations in which they touch.
         samples: The number of random configurations tried; 0 if none was needed.
-        q: A configuration in which they touch; if they never do, one in which they do not [rad or m].
+        q: A configuration in which they touch; if none was found, one in which they do not touch [rad or m].
 
     Raises:
         InputError: Both names are the same.
@@ -47,7 +48,7 @@ class LinkPair:
 
     @property
     def links(self) -> frozenset[str]:
-        """The two links, without order."""
+        """The two links as a set."""
         return frozenset((self.link_a, self.link_b))
 
     def __str__(self) -> str:
@@ -60,9 +61,8 @@ class AllowedCollisions(Collection):
     """The pairs of links that may touch: a collection of ``LinkPair``; ``("a", "b") in allowed`` works too.
 
     Attributes:
-        pairs: The pairs that are allowed.
-        checked: The other pairs of links that carry shapes, as far as they were sampled: those that touched sometimes, and
-            those that never did. Both are checked.
+        pairs: The allowed pairs.
+        checked: The other sampled pairs of links with collision shapes. Some touched sometimes, some never; all are checked.
 
     Example:
         >>> import ulna
@@ -86,20 +86,20 @@ class AllowedCollisions(Collection):
 
     @property
     def never_seen(self) -> tuple[LinkPair, ...]:
-        """The pairs that touched in no sample. They are not allowed: ``plus(*allowed.never_seen)`` would allow them."""
+        """The pairs that touched in no sample. They are still checked: ``plus(*allowed.never_seen)`` allows them."""
         return tuple(pair for pair in self.checked if pair.reason == NEVER)
 
     def touching(self, share: float) -> tuple[LinkPair, ...]:
-        """The checked pairs that touched in at least a share of the samples, above 0 and at most 1.
+        """The checked pairs that touched in at least this share of the samples, above 0 and at most 1.
 
         Raises:
-            InputError: It is not such a share.
+            InputError: The share is outside of this range.
         """
         share = as_number("touching", share, 0.0, "a share above 0 and at most 1", above=True, most=1.0)
         return tuple(pair for pair in self.checked if pair.samples and pair.touched >= share * pair.samples)
 
     def plus(self, *pairs: LinkPair | tuple[str, str]) -> "AllowedCollisions":
-        """These and more pairs, given as ``LinkPair`` or as two names.
+        """A copy with more pairs, each a ``LinkPair`` or two names.
 
         Raises:
             InputError: A pair is not the names of two different links.
@@ -110,11 +110,11 @@ class AllowedCollisions(Collection):
         return AllowedCollisions(kept + added, tuple(pair for pair in self.checked if pair.links not in allowed))
 
     def minus(self, *pairs: LinkPair | tuple[str, str]) -> "AllowedCollisions":
-        """These without some pairs, which are checked from then on.
+        """A copy without some pairs, which are checked from then on.
 
         Raises:
             InputError: A pair is not the names of two different links.
-            UnknownNameError: A pair is not among these.
+            UnknownNameError: A pair is not an allowed pair.
         """
         taken = as_link_pairs(pairs)
         for pair in taken:
@@ -125,7 +125,7 @@ class AllowedCollisions(Collection):
         return AllowedCollisions(tuple(pair for pair in self.pairs if pair.links not in away), self.checked + moved)
 
     def to_srdf(self, robot: str) -> str:
-        """SRDF text with a ``disable_collisions`` element for each pair, for the robot of this name."""
+        """SRDF text for the robot of this name, with a ``disable_collisions`` element for each pair."""
         from xml.sax.saxutils import quoteattr  # noqa: PLC0415 - it imports urllib.request
 
         rows = [map(quoteattr, (pair.link_a, pair.link_b, pair.reason.title())) for pair in self.pairs]
@@ -137,7 +137,7 @@ class AllowedCollisions(Collection):
 
 
 def as_link_pairs(pairs: Iterable, name: str = "pairs") -> tuple[LinkPair, ...]:
-    """The pairs as ``LinkPair``, each once: given as such, as two names, or as pairs of an SRDF."""
+    """The pairs as ``LinkPair``, without repeats. Input pairs are ``LinkPair``, two names, or pairs of an SRDF."""
     found: dict[frozenset[str], LinkPair] = {}
     for pair in pairs:
         links = (pair.link_a, pair.link_b) if hasattr(pair, "link_a") and hasattr(pair, "link_b") else pair
@@ -149,7 +149,7 @@ def as_link_pairs(pairs: Iterable, name: str = "pairs") -> tuple[LinkPair, ...]:
 
 
 def as_allowed(allowed: Iterable, link_names: tuple[str, ...]) -> AllowedCollisions:
-    """The allowed pairs given by a user; their names are checked."""
+    """Allowed pairs from a user, after a check of their names."""
     if isinstance(allowed, str) or not isinstance(allowed, Iterable):
         raise InputError("allowed", f"{allowed!r}; pairs of links are expected, as robot.allowed_collisions.plus(...) makes them")
     collection = allowed if isinstance(allowed, AllowedCollisions) else AllowedCollisions(as_link_pairs(allowed, "allowed"))

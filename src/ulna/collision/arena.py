@@ -1,4 +1,4 @@
-"""Holds the solids, hull vertices and tree nodes of worlds in growing arrays, of which what is written never changes."""
+"""Holds the solids, hull vertices and tree nodes of worlds in growing arrays. Written rows never change."""
 
 import threading
 
@@ -13,20 +13,20 @@ Array = NDArray[np.float64]
 
 
 class Arena:
-    """Arrays with room behind what is written. A reader of what is written is not disturbed by a writer behind it.
+    """Append-only arrays with spare room: writers append rows, and never disturb readers of earlier rows.
 
-    A world and its copies share one; ``lock`` is held while any of them writes.
+    A world and its copies share one arena. A writer holds ``lock``.
 
     Attributes:
-        table: Solids (``kernels.layout``), shape (room, BODY_WIDTH), of which ``n_rows`` are written.
-        vertices: Those of hulls, shape (room, 3), of which ``n_vertices`` are written.
-        read_only: ``table`` and ``vertices`` as queries get them.
-        nodes: Of trees (``kernels.collision.bvh``), shape (NODE_ROWS room, 8), of which ``n_nodes`` are written.
-        names: The object that a solid is part of, by the number in its row.
+        table: Solids (``kernels.layout``), shape (room, BODY_WIDTH). The first ``n_rows`` rows are written.
+        vertices: Vertices of hulls, shape (room, 3). The first ``n_vertices`` rows are written.
+        read_only: Read-only views of ``table`` and ``vertices``, for queries.
+        nodes: Nodes of trees (``kernels.collision.bvh``), shape (NODE_ROWS room, 8). The first ``n_nodes`` nodes are written.
+        names: The object's name, by the object number in a solid's row.
     """
 
     def __init__(self, n_rows: int = 0, n_vertices: int = 0, n_nodes: int = 0) -> None:
-        """With room for so many."""
+        """Allocate room for these numbers of rows, vertices and nodes."""
         self.lock = threading.Lock()
         self.table, self.vertices = np.empty((n_rows, BODY_WIDTH)), np.empty((n_vertices, 3))
         self.read_only = self.table.view(), self.vertices.view()
@@ -37,7 +37,7 @@ class Arena:
         self.n_rows = self.n_vertices = self.n_nodes = 0
 
     def has_room(self, n_rows: int, n_vertices: int, n_nodes: int) -> bool:
-        """Whether there is room for so many more."""
+        """Whether this many more rows, vertices and nodes fit."""
         return (
             self.n_rows + n_rows <= len(self.table)
             and self.n_vertices + n_vertices <= len(self.vertices)
@@ -45,31 +45,31 @@ class Arena:
         )
 
     def add_name(self, name: str) -> int:
-        """The number of an object."""
+        """Append an object's name; its number."""
         self.names.append(name)
         return len(self.names) - 1
 
     def add_rows(self, rows: Array) -> int:
-        """Write solids; the row of the first."""
+        """Append solids; the row of the first."""
         first, self.n_rows = self.n_rows, self.n_rows + len(rows)
         self.table[first : self.n_rows] = rows
         return first
 
     def add_vertices(self, vertices: Array) -> int:
-        """Write the vertices of a hull, shape (n, 3); the row of the first."""
+        """Append the vertices of a hull, shape (n, 3); the row of the first."""
         first, self.n_vertices = self.n_vertices, self.n_vertices + len(vertices)
         self.vertices[first : self.n_vertices] = vertices
         return first
 
     def add_nodes(self, nodes: Array) -> int:
-        """Write nodes, shape (n, NODE_ROWS, 8); the number of the first."""
+        """Append nodes, shape (n, NODE_ROWS, 8); the number of the first."""
         first, self.n_nodes = self.n_nodes, self.n_nodes + len(nodes)
         self.nodes[NODE_ROWS * first : NODE_ROWS * self.n_nodes] = nodes.reshape(-1, WIDTH)
         return first
 
 
 def _aligned(n: int) -> Array:
-    """n rows of eight numbers, each of which begins at a multiple of its 64 bytes, so that a load reads one line of the cache."""
+    """n rows of eight numbers, each row aligned to 64 bytes: a load of one row reads one cache line."""
     room = np.empty((n + 1) * WIDTH)
     first = -room.ctypes.data % (WIDTH * room.itemsize) // room.itemsize
     return room[first : first + n * WIDTH].reshape(n, WIDTH)

@@ -1,4 +1,4 @@
-"""Attached objects: shapes that move with a link and are not in the description."""
+"""Attached objects: shapes that move with a link and are no part of the description."""
 
 from dataclasses import dataclass
 
@@ -21,9 +21,9 @@ class Attached:
         name: Its name in reports.
         shape: Its shape.
         T_link_object: Its pose in the frame of the link, shape (4, 4).
-        link: The link that it is attached to; the two are not checked against each other.
+        link: The link that carries it. The two are not checked against each other.
         touch_links: Other links, or other attached objects, that it may touch.
-        inertia: Its mass, in its own frame; None where it is taken as weightless.
+        inertia: Its mass, in its own frame; None for a massless object.
 
     Raises:
         GeometryError: The shape is not a solid that can be attached.
@@ -49,14 +49,17 @@ class Attached:
 
 
 def inertias_of(description: Description, held: tuple[Attached, ...] = ()) -> tuple[tuple[str, Inertia], ...]:
-    """The masses that an arm moves: of its links, and of what is attached to them. Each with its link, in that link's frame."""
+    """The inertias that an arm moves: those of its links and of its attached objects.
+
+    Each comes with the name of its link, and is in that link's frame.
+    """
     own = ((link.name, link.inertia) for link in description.links if link.inertia is not None)
     more = ((one.link, one.inertia.moved(one.T_link_object)) for one in held if one.inertia is not None)
     return (*own, *more)
 
 
 def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...]) -> tuple[Attached, ...]:
-    """The attached objects with one more; its names are checked."""
+    """Add an attached object, after a check of its names."""
     taken = (*link_names, *(one.name for one in held))
     if new.name in taken:
         raise InputError("name", f"the robot already has a link or an attached object {new.name!r}")
@@ -69,7 +72,7 @@ def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...
 
 
 def detach(held: tuple[Attached, ...], name: str) -> tuple[Attached, ...]:
-    """The attached objects without the one of this name."""
+    """Remove the attached object of this name."""
     if name not in {one.name for one in held}:
         raise UnknownNameError("attached object", name, [one.name for one in held])
     return tuple(one for one in held if one.name != name)

@@ -1,4 +1,4 @@
-"""Makes the tables of a robot's collision bodies, of the pairs to check, and of them with the objects of a world."""
+"""Makes the tables of a robot's collision bodies and of the pairs to check, and the scene of a world."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from ulna.kernels.layout import BODY_WIDTH, BOX, FRAME_WIDTH, SHAPE
 from ulna.kinematics.tree import Tree
 
 NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
-NO_PAIRS.setflags(write=False)  # as those of a robot are: kernels are compiled for one kind
+NO_PAIRS.setflags(write=False)  # read-only, as are the pairs of a robot: kernels are compiled for read-only arrays
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,10 +31,10 @@ class Bodies:
         names: One for each body, all different.
         links: The link that each is fixed to.
         owners: The link, or the attached object, that each is part of. Bodies of one owner are not checked against each other.
-        table: What the kernels read (``kernels.layout``), shape (n, BODY_WIDTH). The frame of a hull is that of a small box round
-            it, so that the boxes and balls by which kernels compare bodies first are small.
+        table: The bodies as the kernels read them (``kernels.layout``), shape (n, BODY_WIDTH). A hull's frame is that of a small
+            box round the hull. This keeps the boxes and balls of the kernels' first tests small.
         frames: The frames of the shapes as the description has them, shape (n, FRAME_WIDTH).
-        vertices: Those of all hulls, shape (m, 3).
+        vertices: The vertices of all hulls, shape (m, 3).
     """
 
     names: tuple[str, ...]
@@ -51,15 +51,15 @@ class Bodies:
 
     @cached_property
     def _rows_of(self) -> dict[str, list[int]]:
-        """The bodies of each owner."""
+        """The rows of the bodies of each owner."""
         return {owner: [k for k, name in enumerate(self.owners) if name == owner] for owner in self.owners}
 
     def pairs_of(self, owners: Iterable[tuple[str, str]]) -> list[tuple[int, int]]:
-        """For each pair of owners, every pair of a body of one and a body of the other."""
+        """All pairs of a body of a and a body of b, for each pair (a, b) of owners."""
         return [(i, j) for a, b in owners for i in self._rows_of[a] for j in self._rows_of[b]]
 
     def table_of_pairs(self, owners: Iterable[tuple[str, str]]) -> NDArray[np.int64]:
-        """``pairs_of`` as the kernels take it: read-only, shape (n, 2)."""
+        """``pairs_of`` as an array for the kernels: read-only, shape (n, 2)."""
         pairs = np.array(self.pairs_of(owners), dtype=np.int64).reshape(-1, 2)
         pairs.setflags(write=False)
         return pairs
@@ -69,8 +69,8 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
     """The collision bodies of a robot.
 
     Raises:
-        GeometryError: It has no collision shapes and none attached, or has meshes, which need not be convex: a query could be
-            wrong.
+        GeometryError: It has no collision shapes and no attached objects; or it has meshes, which may be concave and so give
+            wrong results.
     """
     parts = [(link.name, link.name, body.name, body.shape, body.pose) for link in description.links for body in link.collisions]
     if not parts and not attached:
@@ -103,8 +103,7 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
 def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attached: tuple[Attached, ...]) -> NDArray[np.int64]:
     """The pairs of bodies that may not touch, two indices a row.
 
-    These are not checked: links that are allowed to touch, an attached object with the links that it may touch, and bodies that
-    no joint moves relative to each other.
+    Pairs left out: allowed links, an attached object with its ``touch_links``, and bodies without a joint between them.
     """
     free = {pair.links for pair in allowed}
     free |= {frozenset((held.name, other)) for held in attached for other in held.touch_links}
@@ -119,7 +118,10 @@ def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attach
 
 
 def _distinct(names: tuple[str, ...], links: tuple[str, ...]) -> tuple[str, ...]:
-    """The shapes' names, made different: a repeated name is prefixed with its link, and numbered if that is not enough."""
+    """The shapes' names, made different.
+
+    A repeated name gets its link as a prefix, and a number if that is not enough.
+    """
     long = [f"{link}/{name}" if names.count(name) > 1 else name for name, link in zip(names, links, strict=True)]
     return tuple(f"{name} ({long[: k + 1].count(name)})" if long.count(name) > 1 else name for k, name in enumerate(long))
 
@@ -131,7 +133,7 @@ def scene_of(
     objects: Objects,
     may_touch: NDArray[np.bool_] | None = None,
 ) -> Scene:
-    """Bodies, those pairs of them, and objects, as the kernels take them; ``may_touch_of`` the two unless given."""
+    """The scene of bodies, their pairs, and objects, for the kernels. ``may_touch`` defaults to ``may_touch_of`` the two."""
     layout = objects.layout
     vertices, points = (None, None) if bodies.only_boxes and layout.only_boxes else (bodies.vertices, layout.vertices)
     may_touch = may_touch_of(bodies, layout.touch_sets) if may_touch is None else may_touch
@@ -140,7 +142,7 @@ def scene_of(
 
 
 def may_touch_of(bodies: Bodies, touch_sets: tuple[frozenset[str], ...]) -> NDArray[np.bool_]:
-    """Which bodies may touch the objects of which sets, shape (n_bodies, n_sets)."""
+    """Table of the bodies that may touch the objects of each touch set, shape (n_bodies, n_sets)."""
     may_touch = np.array([[owner in links for links in touch_sets] for owner in bodies.owners])
     may_touch.setflags(write=False)
     return may_touch

@@ -7,11 +7,11 @@ from ulna.engine.bound import bind_first
 from ulna.kernels.collision.scene import Scene
 
 ResultT = TypeVar("ResultT")
-_BOXES, _SHAPES = 0, 1  # signatures of every entry that takes a scene: ``BOXES`` and ``SHAPES`` of ``kernels.collision.scene``
+_BOXES, _SHAPES = 0, 1  # signatures of all entries that take a scene: ``BOXES`` and ``SHAPES`` of ``kernels.collision.scene``
 
 
 class BoundScene:
-    """A scene, and the entries whose first argument it is: each is bound to it when it is first needed."""
+    """A scene, and the entries bound to it as their first argument. An entry is bound at its first use."""
 
     __slots__ = "_entries", "_signature", "scene"
 
@@ -22,13 +22,13 @@ class BoundScene:
         self._entries: dict[Any, Any] = {}
 
     def with_rows(self, first: int, end: int) -> "BoundScene":
-        """The scene with the objects in these rows of the same table; itself if they are there."""
+        """The scene with the objects in these rows of the same table; itself if the rows are unchanged."""
         if self.scene.first == first and self.scene.end == end:
             return self
         return BoundScene(self.scene._replace(first=first, end=end))
 
     def bound(self, entry: Callable[..., ResultT]) -> Callable[..., ResultT]:
-        """An entry with the scene given: it takes the other arguments, of the types that are declared."""
+        """An entry bound to the scene: a function of its other arguments, with their declared types."""
         bound = self._entries.get(entry)
         if bound is None:
             bound = self._entries[entry] = bind_first(entry, self._signature, self.scene)

@@ -1,12 +1,12 @@
-"""Checks the robot at q against itself and against the objects of a world: the face of this folder.
+"""Checks the robot at q against itself and against the objects of a world: the interface of this folder.
 
-1. ``bodies``: the shapes of the robot and of what is attached to it as rows of a table, and which pairs of them are checked.
-   ``objects``: the objects of a world as rows of another, with a tree of boxes over them; which links may touch which of them.
-2. Both make a *scene*, to which the entries are bound (``bound_scene``): whether anything touches (``overlap``), each contact
-   (``contacts``), the nearest pair (``nearest``), whether a whole edge is free (``continuous``). Boxes among boxes have machine
-   code of their own.
-3. The scene of the last call is kept, with the questions about one q that were asked of it (``Questions``).
-4. Contacts and distances come back as numbers of rows; their names are looked up here (``report``, ``distances``).
+1. ``bodies`` makes a table of the shapes of the robot and its attached objects, and the pairs of them to check. ``objects``
+   makes a table of a world's objects with a BVH over them, and lists the links that may touch each object.
+2. Both make a *scene*, to which the entries are bound (``bound_scene``). ``overlap`` tests for any contact, ``contacts`` lists
+   the contacts, ``nearest`` finds the nearest pair, ``continuous`` checks a whole edge. Scenes of boxes alone have machine code
+   of their own.
+3. The scene of the last call is cached, with the queries bound to it (``Questions``).
+4. Contacts and distances come back as row numbers; ``report`` and ``distances`` look up their names.
 """
 
 from collections.abc import Callable
@@ -67,11 +67,11 @@ MIN_RESOLUTION = 1e-5  # [m]
 WORTH_A_THREAD = 64  # edges
 RESOLUTION = 1e-4  # [m], unless another is given
 _A_RESOLUTION = f"a length of at least {MIN_RESOLUTION:g} m"
-_MAX_POINTS = 1 << 18  # of a cloud that are compared with the robot in one call of an entry
+_MAX_POINTS = 1 << 18  # points of a cloud that one call of an entry compares with the robot
 
 
 class Checker:
-    """The collision queries of one robot. Their arguments, results and errors are those of the methods of ``Robot``."""
+    """The collision queries of one robot. Their arguments, results and errors are documented at the methods of ``Robot``."""
 
     def __init__(
         self,
@@ -81,14 +81,14 @@ class Checker:
         given: AllowedCollisions | None,
         found: FoundPairs,
     ) -> None:
-        """Of a robot.
+        """Take a robot.
 
         Args:
             description: The robot.
             tree: The same as arrays.
             attached: The objects attached to it.
             given: The pairs of links that may touch, if the user has given them.
-            found: Those that are found otherwise, when first needed.
+            found: Finds the allowed pairs at their first use, if the user has given none.
         """
         self.description, self.tree, self.attached, self.given, self.found = description, tree, attached, given, found
         self._last: Questions | None = None  # of the last scene
@@ -101,12 +101,12 @@ class Checker:
 
     @property
     def allowed(self) -> AllowedCollisions:
-        """The pairs of links that may touch: those given, or else those found and those of the SRDF."""
+        """The pairs of links that may touch: the user's pairs, or else the sampled pairs with those of the SRDF."""
         return self.found.counted(self.bodies) if self.given is None else self.given
 
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
-        """The pairs of bodies that are checked, shape (n, 2): those not allowed to touch."""
+        """The pairs of bodies that are checked, shape (n, 2): all pairs but the allowed ones."""
         allowed = self.found.without_counts(self.bodies) if self.given is None else self.given
         return checked_pairs(self.bodies, self.tree, allowed, self.attached)
 
@@ -141,7 +141,7 @@ class Checker:
         return result == OVERLAPS
 
     def signed_distance(self, q: ArrayLike, world: World | None, self_collision: bool, out: Array | None = None) -> Any:
-        """The least signed distance [m]: a number for one q without ``out``, else shape (...,)."""
+        """The minimum signed distance [m]: a number for one q without ``out``, else shape (...,)."""
         objects = _objects_of(world)
         questions = self._questions(objects, self_collision)
         if out is None:
@@ -166,7 +166,7 @@ class Checker:
         return found
 
     def distance_gradient(self, q: ArrayLike, world: World | None, self_collision: bool, out: Array | None = None) -> Array:
-        """The gradient of the least signed distance [m/rad or 1], shape (..., n_dof)."""
+        """The gradient of the minimum signed distance [m/rad or 1], shape (..., n_dof)."""
         scene, q = self._scene(_objects_of(world), self_collision), as_positions(q, self.tree)
         gradient, rows = as_out(out, q.shape, q), flat(q)
         found = self._nearest(q, scene)
@@ -207,7 +207,7 @@ class Checker:
 
     def check_collision(self, q: ArrayLike, world: World | None, self_collision: bool, max_distance: float) -> Any:
         """The pairs at most ``max_distance`` [m] apart: a report for one q, else an array of reports, shape (...,)."""
-        objects = _objects_of(world)  # read once, so that the report has the names of the objects that were checked
+        objects = _objects_of(world)  # read once, so that the report names the objects that were checked
         q, within = as_positions(q, self.tree), as_reach("max_distance", max_distance)
         found = find_near_pairs(q, self._scene(objects, self_collision), len(objects.layout.names), within)
         of_rows = reports_of(found, self.bodies, objects)
@@ -226,7 +226,7 @@ class Checker:
         return distances_of(found, self.bodies, objects.layout.names)
 
     def links_that_touch(self, q: ArrayLike) -> tuple[tuple[str, str], ...]:
-        """The pairs of links that touch at ``at`` = q, shape (n_dof,), of those that are checked."""
+        """The checked pairs of links that touch at ``at`` = q, shape (n_dof,)."""
         q = as_configuration(q, self.tree, "at")
         held, report = {one.name for one in self.attached}, self.check_collision(q, None, self_collision=True, max_distance=0.0)
         pairs = dict.fromkeys((pair.link_a, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
@@ -235,7 +235,10 @@ class Checker:
     def links_near(
         self, cloud: PointCloud, q: ArrayLike, within: float, pose: ArrayLike | None
     ) -> tuple[tuple[str, ...], NDArray[np.int64]]:
-        """The links and attached objects, and which of them is nearest to each ball of a cloud, -1 if none is within."""
+        """The names of the links and attached objects, and the index of the nearest for each ball of a cloud.
+
+        The index is -1 where no body is within the distance.
+        """
         if not isinstance(cloud, PointCloud):
             raise InputError("cloud", f"{type(cloud).__name__}; an ulna.PointCloud is expected")
         q, names = as_configuration(q, self.tree, "q"), tuple(dict.fromkeys(self.bodies.owners))
@@ -246,31 +249,31 @@ class Checker:
             part = PointCloud(cloud.points[start : start + _MAX_POINTS], cloud.radius)
             objects = make_objects({"cloud": part}, {"cloud": T}, {})
             found = find_near_pairs(q, BoundScene(scene_of(self.tree.joints, self.bodies, NO_PAIRS, objects)), 0, within)
-            pairs = found.pairs[::-1]  # of the bodies near a point the nearest is written last
+            pairs = found.pairs[::-1]  # a point's nearest body is written last
             # The part is the only object, so its balls are numbered from 0, in the order of its tree.
             place = pairs[:, PAIR_OTHER] - len(self.bodies.names) - FIRST_BALL
             owner_of_ball[start + compact_order(part.points)[place]] = owner_of_body[pairs[:, PAIR_BODY]]
         return names, owner_of_ball
 
     def __getstate__(self) -> dict[str, Any]:
-        """What is kept of the last scene is not copied, nor pickled."""
+        """The state without the cached scene, for copies and pickles."""
         return {**self.__dict__, "_last": None}
 
     def scene_of(self, world: World | None, self_collision: bool) -> Scene:
-        """What is checked, as the kernels take it."""
+        """The robot with a world, as a scene for the kernels."""
         return self._scene(_objects_of(world), self_collision).scene
 
     def scene_and_objects(self, world: World | None) -> tuple[BoundScene, Objects]:
-        """The robot with itself and a world, for the entries, and the objects of that."""
+        """The robot with itself and a world, bound to the entries; and the world's objects."""
         objects = _objects_of(world)
         return self._scene(objects, True), objects
 
     def _scene(self, objects: Objects, self_collision: bool) -> BoundScene:
-        """The robot and the objects, and the entries for them."""
+        """The robot and the objects, bound to the entries."""
         return self._questions(objects, self_collision).scene(objects.first, objects.end)
 
     def _questions(self, objects: Objects, self_collision: bool) -> "Questions":
-        """The questions about objects of this layout. The last ones are kept."""
+        """The queries for objects of this layout. The last ones are cached."""
         last = self._last
         if last is not None and last.layout is objects.layout and last.self_collision is self_collision:
             return last
@@ -287,21 +290,22 @@ class Checker:
 
 
 class Questions:
-    """The questions about one q among objects of one layout, each bound to their tables when it is first asked.
+    """The queries at one q among objects of one layout, each bound to the layout's tables at its first use.
 
-    With q go the rows of the objects in the table, ``first`` to before ``end``: what moves is laid out in other rows.
+    A query takes q, and ``first`` and ``end``: the rows of the unindexed objects are those from ``first`` to before ``end``.
+    Objects that move are written to new rows.
 
     Attributes:
         layout: The tables of the objects.
-        self_collision: Whether the robot is checked against itself too.
+        self_collision: Whether the robot is also checked against itself.
     """
 
     def __init__(self, checker: Checker, layout: Layout, self_collision: bool, scene: BoundScene) -> None:
-        """Take the checker of the robot, which answers in Python, and a scene with objects of the layout."""
+        """Take the robot's checker, for calls in Python, and a scene with objects of the layout."""
         self.layout, self.self_collision, self._checker, self._last = layout, self_collision, checker, scene
 
     def scene(self, first: int, end: int) -> BoundScene:
-        """The scene whose objects have these rows. The last one is kept."""
+        """The scene whose unindexed objects have these rows; the last one is cached."""
         self._last = scene = self._last.with_rows(first, end)
         return scene
 
@@ -312,12 +316,12 @@ class Questions:
 
     @cached_property
     def least_distance(self) -> Callable[[ArrayLike, int, int], Any]:
-        """The least signed distance at q [m]."""
+        """The minimum signed distance at q [m]."""
         return self._bound(nearest.nearest_batch, "number", (), self._distance_in_python, NearestPair.records())
 
     @cached_property
     def edge(self) -> Callable[[ArrayLike, ArrayLike, float, int, int], Any]:
-        """A report of the edge from q_a to q_b to a resolution [m], or the three values of one."""
+        """An edge report from q_a to q_b to a resolution [m], or its three values."""
         return self._bound(continuous.edges_each, "edge", (EDGE_FREE, EDGE_CONTACT), self._edge_in_python)
 
     def _bound(self, entry: Any, way: Way, codes: tuple[int, ...], otherwise: Callable[..., Any], like: Any = None) -> Any:
@@ -340,7 +344,7 @@ def _objects_of(world: World | None) -> Objects:
 
 
 def _in_parts(run: Callable[..., bool], arrays: tuple[Any, ...], least: int = MIN_ROWS) -> bool:
-    """``in_parts`` of a function of rows of these arrays; a single row at once, in less time."""
+    """Run a function of rows of these arrays with ``in_parts``; a single row directly, which takes less time."""
     n = len(arrays[0])
     if n == 1:
         return run(*arrays)

@@ -14,15 +14,15 @@ from ulna.description.file_costs import check_numbers
 from ulna.description.pose import pose
 from ulna.errors import FileError, UlnaError, count_of, needs_extra
 
-_TYPES = {"F": "f", "I": "i", "U": "u"}  # of a .pcd, as NumPy has them
+_TYPES = {"F": "f", "I": "i", "U": "u"}  # of a .pcd, and NumPy's letter for each
 
 
 class Meaning(NamedTuple):
-    """The meaning of the numbers of a file.
+    """The unit and the frame of a file's points.
 
     Attributes:
         scale: Their unit [m].
-        from_sensor: Whether they are in the frame of the sensor, whose pose a .pcd may have; None if that is not known.
+        from_sensor: Whether they are in the frame of the sensor, whose pose a .pcd may contain; None if unknown.
     """
 
     scale: float = 1.0
@@ -33,14 +33,14 @@ def points_of(name: str, content: bytes, scale: float, *, from_sensor: bool | No
     """The points of a file [m], shape (n, 3), n >= 1.
 
     Args:
-        name: The name of the file; its ending gives the format.
+        name: The name of the file; its ending selects the format.
         content: Its bytes.
         scale: The unit of the file [m].
-        from_sensor: As of ``PointCloud.from_file``.
+        from_sensor: As in ``PointCloud.from_file``.
 
     Raises:
         FileError: The format is not known, or the points cannot be read.
-        MissingExtraError: What reads a .ply is not installed.
+        MissingExtraError: A .ply needs an extra that is not installed.
     """
     reader = READERS.get(Path(name).suffix.lower())
     if reader is None:
@@ -60,7 +60,10 @@ def points_of(name: str, content: bytes, scale: float, *, from_sensor: bool | No
 
 
 def _npy(content: bytes, meaning: Meaning) -> NDArray:
-    """An array of points, shape (n, 3) or (H, W, 3); or one of records, shape (n,) or (H, W), with the fields x, y, z."""
+    """Read an array of points or of records.
+
+    Points have the shape (n, 3) or (H, W, 3); records have the shape (n,) or (H, W) and the fields x, y, z.
+    """
     array = np.load(BytesIO(content), allow_pickle=False)
     if array.dtype.names is not None:
         columns, scale = _named_columns(array.dtype.names, meaning.scale)
@@ -71,7 +74,7 @@ def _npy(content: bytes, meaning: Meaning) -> NDArray:
 
 
 def _text(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
-    """Lines of numbers between blanks, commas or semicolons: the columns named x, y, z, or the first three without names."""
+    """Read lines of numbers separated by blanks, commas or semicolons: the columns named x, y, z, else the first three."""
     lines = text_of(content).splitlines()
     head = head_of(lines, XYZ)
     if head is None:
@@ -86,7 +89,10 @@ def _text(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
 
 
 def _named_columns(names: Sequence[str], scale: float) -> tuple[list[int], float]:
-    """The columns x, y, z, and the unit [m]: that in their names if they have one, which then is not another than ``scale``."""
+    """The indices of the columns x, y, z, and their unit [m].
+
+    A unit in the columns' names must not contradict ``scale``.
+    """
     columns, factors = required(find_columns(names, XYZ), "xyz", names)
     if len(set(factors)) > 1:
         raise ValueError(f"the columns {', '.join(repr(names[column]) for column in columns)} have not the same unit")
@@ -110,7 +116,10 @@ def _ply(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
 
 
 def _pcd(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
-    """The fields x, y, z of a .pcd, as text or binary. Source: Point Cloud Library, The PCD file format, version 0.7."""
+    """Read the fields x, y, z of a .pcd, as text or binary.
+
+    Source: Point Cloud Library, The PCD file format, version 0.7.
+    """
     found = re.search(rb"^DATA +(\w+)\r?\n", content, re.MULTILINE)
     if found is None:
         raise ValueError("it has no line DATA")
@@ -140,9 +149,10 @@ def _pcd(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
 
 
 def _seen_from(points: NDArray, words: Sequence[str], *, from_sensor: bool | None) -> NDArray:
-    """The points of a .pcd, moved by its VIEWPOINT (x, y, z, then w, x, y, z) if they are in the frame of the sensor.
+    """Move the points of a .pcd by its VIEWPOINT if they are in the frame of the sensor.
 
-    Exact zeros of the sensor are no measurement. Moved they would be points at its place, so they become NaN.
+    VIEWPOINT is x, y, z, then the quaternion w, x, y, z. The sensor writes exact zeros for a missing measurement. Moved, they
+    would be points at the sensor, so they become NaN.
     """
     values = [float(word) for word in words]
     if from_sensor is False or not values or values == [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]:

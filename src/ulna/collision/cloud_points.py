@@ -1,4 +1,4 @@
-"""Computes the points of a cloud: those that a depth camera sees, those in a box, one in each voxel."""
+"""Computes the points of a cloud: from a depth image, inside a box, or one for each voxel."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,10 +26,12 @@ def points_of_depth(
     depth_scale: float | None,
     max_depth: float | None,
 ) -> tuple[NDArray[np.float64], int]:
-    """The points that a camera sees [m], shape (n, 3), and how many pixels saw nothing. Arguments as ``PointCloud.from_depth``.
+    """The points that a camera sees [m], shape (n, 3), and the number of pixels without a measurement.
+
+    Arguments as in ``PointCloud.from_depth``.
 
     Raises:
-        InputError: An argument is not what it should be.
+        InputError: An argument has a wrong type, shape or value.
     """
     z = as_depths(depth, depth_scale, max_depth)
     K, T = camera_matrix(intrinsics, z.shape), camera_pose(T_base_camera)
@@ -44,17 +46,17 @@ def points_of_depth(
 
 
 def camera_pose(T_base_camera: ArrayLike) -> NDArray[np.float64]:
-    """The pose of a camera, shape (4, 4)."""
+    """A camera's pose, validated, shape (4, 4)."""
     T = as_one_pose(T_base_camera, "T_base_camera")
     check_place("T_base_camera", T)
     return T
 
 
 def as_depths(depth: ArrayLike, depth_scale: float | None, max_depth: float | None = None) -> NDArray[np.float64]:
-    """The depths of an image [m], shape (H, W); 0 where nothing was measured, or what is beyond ``max_depth``.
+    """The depths of an image [m], shape (H, W). Pixels without a measurement, or beyond ``max_depth``, are 0.
 
     Raises:
-        InputError: It is not an image of depths, or of none that a camera sees; or ``max_depth`` is not a length.
+        InputError: It is not a depth image, its values are impossible for a camera, or ``max_depth`` is not a length.
     """
     farthest = np.inf if max_depth is None else positive("max_depth", max_depth, "a depth [m] above 0")
     image = as_cells("depth", depth, 0)
@@ -70,9 +72,9 @@ def as_depths(depth: ArrayLike, depth_scale: float | None, max_depth: float | No
 
 
 def _is_full(kind: np.dtype, image: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Where an image has the largest number of its 16 bits, also as a float, or in metres: cameras write it for no measurement.
+    """Mask of the pixels with the largest 16-bit number, which cameras write for a missing measurement.
 
-    An image of other unsigned whole numbers has its own largest.
+    The number counts as itself, as a float, or in meters. For other unsigned integers it is the largest of their type.
     """
     full = (image == _FULL) | (np.abs(z - _FULL * MILLIMETRE) < _FULL_OFF)
     return full | (image == float(np.iinfo(kind).max)) if kind.kind == "u" else full
@@ -88,7 +90,7 @@ def _scale(depth_scale: float | None, image: NDArray) -> float:
 
 
 def camera_matrix(intrinsics: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """The camera matrix, shape (3, 3), of the image's size."""
+    """The camera matrix for an image of this shape, shape (3, 3)."""
     given = as_floats("intrinsics", intrinsics)
     if given.shape == (4,):
         given = np.array([[given[0], 0, given[2]], [0, given[1], given[3]], [0, 0, 1]])
@@ -107,7 +109,7 @@ def camera_matrix(intrinsics: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.f
 
 
 def in_box(points: Points, box: Box, T: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which points are in a box at a pose T_cloud_box, shape (n,)."""
+    """Mask of the points in a box at a pose T_cloud_box, shape (n,)."""
     inside = np.ones(len(points), dtype=bool)
     for axis, half in enumerate(box.half_extents):
         inside &= np.abs(points @ T[:3, axis] - T[:3, 3] @ T[:3, axis]) <= half
@@ -115,7 +117,10 @@ def in_box(points: Points, box: Box, T: NDArray[np.float64]) -> NDArray[np.bool_
 
 
 def one_per_voxel(points: Points, voxel: float) -> tuple[NDArray[np.int64], float]:
-    """Which points to keep, one in each voxel that has any; how far any is at most from the one kept in its voxel [m]."""
+    """The indices of the points to keep, one for each occupied voxel, and the thinning error [m].
+
+    The error is the maximum distance between a point and the kept point of its voxel.
+    """
     edge = as_floats("voxel", voxel)
     if edge.shape or not 0 < edge < np.inf:
         raise InputError("voxel", f"{voxel!r}; a length above 0 [m] is expected")
@@ -136,16 +141,16 @@ def one_per_voxel(points: Points, voxel: float) -> tuple[NDArray[np.int64], floa
 
 
 def _bounds(points: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The least and greatest x, y, z."""
+    """The minimum and maximum x, y, z."""
     even = len(points) // _ABREAST * _ABREAST
-    if even:  # a minimum over rows of three numbers would take many times as long
+    if even:  # a minimum over rows of three numbers would take many times longer
         wide = points[:even].reshape(-1, 3 * _ABREAST)
         points = np.concatenate([wide.min(axis=0).reshape(-1, 3), wide.max(axis=0).reshape(-1, 3), points[even:]])
     return points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
 
 
 def _voxels_of(points: Points, edge: float, low: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The point nearest to the middle of each voxel that has any, and which voxel each point has (``entries.thinning``)."""
+    """The point nearest to the center of each occupied voxel, and the voxel of each point (``entries.thinning``)."""
     n, slots, progress = len(points), np.zeros(thinning.FIRST_SIZE, np.int64), np.zeros(3, np.int64)
     voxels = thinning.Voxels(np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n, np.int64))
 

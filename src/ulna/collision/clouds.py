@@ -31,7 +31,7 @@ class HasLinks(Protocol):
     def links_near(
         self, cloud: PointCloud, q: ArrayLike, *, within: float, pose: ArrayLike | None = None
     ) -> tuple[tuple[str, ...], NDArray[np.int64]]:
-        """As ``Robot.links_near``."""
+        """See ``Robot.links_near``."""
         ...
 
 
@@ -40,22 +40,22 @@ class PointCloud:
     """Points, each a ball of the same radius: the data of a depth camera or a laser scanner.
 
     Args:
-        points: Points [m] in the frame of the object, shape (n, 3), or (H, W, 3) as a camera gives them, as float32 or float64. A
-            point with NaN, where a sensor saw nothing, is left out and counted: it does not mean free space. Nor do exact
-            zeros, (0, 0, 0), which many drivers write there: they are left out of (H, W, 3), and of (n, 3) where there are
-            several. None at all, shape (0, 3), is an object that touches nothing.
-        radius: The radius of each ball [m]; with half the distance of neighbours there are no gaps.
+        points: Points [m] in the frame of the object, float32 or float64, shape (n, 3), or (H, W, 3) as a camera gives them.
+            Points with NaN, where a sensor measured nothing, are left out and counted; they do not mean free space. Many drivers
+            write exact zeros, (0, 0, 0), there. These are left out of (H, W, 3), and of (n, 3) if there are several. An empty
+            cloud, shape (0, 3), is an object that touches nothing.
+        radius: The radius of each ball [m]. Half the distance between neighbors leaves no gaps.
 
     Attributes:
-        points: Those that were measured, shape (n, 3), read-only, float32 if they were given so, else float64.
+        points: The measured points, shape (n, 3), read-only; float32 if given as float32, else float64.
         radius: The radius of each ball [m].
-        n_left_out: How many were left out, of the points or pixels given, since they are no measurement.
-        n_removed: How many ``without`` has removed, by the name of the link or of the attached object.
+        n_left_out: The number of given points or pixels without a measurement, which were left out.
+        n_removed: The number of points that ``without`` has removed, by the name of the link or of the attached object.
 
     Raises:
-        InputError: They are not points, none is a measurement, or one is infinite or farther out than a million metres.
+        InputError: They are not points, none is a measurement, or one is infinite or farther out than a million meters.
 
-    Half of the points beyond 100 m give a ``UnitWarning``.
+    A ``UnitWarning`` is given if half of the points are farther away than 100 m.
 
     Example:
         >>> PointCloud([(0.5, 0, 0.2), (0.5, 0.01, 0.2)], radius=0.005)
@@ -86,21 +86,21 @@ class PointCloud:
         """The points that a depth camera sees, in the base frame.
 
         Args:
-            depth: The depth along the camera's z axis at each pixel, shape (H, W): floats [m], or whole numbers of
-                ``depth_scale``. 0, NaN, infinity and 65535 are no measurement, nor is what is masked: such pixels are left
-                out, and counted as ``n_left_out``.
+            depth: The depth along the camera's z axis at each pixel, shape (H, W): floats [m], or integers in units of
+                ``depth_scale``. Pixels with 0, NaN, infinity or 65535, and masked pixels, have no measurement. They are left out,
+                and counted in ``n_left_out``.
             intrinsics: The camera matrix [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels, shape (3, 3) or (9,), or fx, fy, cx,
-                cy. The middle of the first pixel is at (0, 0). The image is not distorted.
+                cy. The center of the first pixel is at (0, 0). The image must be free of distortion.
             T_base_camera: The pose of the camera's optical frame, shape (4, 4): z forward, x to the right, y down.
-            radius: The radius of each ball [m]. Neighbours at a depth z are z / fx apart.
-            depth_scale: What a depth of 1 is [m]; 0.001 for whole numbers and 1 for floats unless given.
-            max_depth: The greatest depth that is a measurement [m]: what is beyond is left out and counted too.
+            radius: The radius of each ball [m]. Neighbors at a depth z are z / fx apart.
+            depth_scale: The length of a depth of 1 [m]; 0.001 for integers and 1 for floats unless given.
+            max_depth: The maximum depth that counts as a measurement [m]. Deeper pixels are left out and counted too.
 
-        Half of the depths, or the camera, beyond 100 m give a ``UnitWarning``.
+        A ``UnitWarning`` is given if the camera, or half of the depths, are farther away than 100 m.
 
         Raises:
-            InputError: The image is not one of depths, sees nothing, or nothing within 100 m; the intrinsics are no camera
-                matrix, or their centre is outside of the image; the pose is not a rigid motion.
+            InputError: The image is no depth image, or has no measurement, or none within 100 m; the intrinsics are no camera
+                matrix, or their center is outside of the image; the pose is not a rigid motion.
 
         Example:
             >>> image = np.full((480, 640), 800, dtype=np.uint16)  # a wall at 0.8 m
@@ -117,20 +117,20 @@ class PointCloud:
 
     @classmethod
     def from_file(cls, path: str | Path, *, radius: float, scale: float = 1.0, from_sensor: bool | None = None) -> PointCloud:
-        """The points of a .npy, .xyz, .csv, .txt, .ply or .pcd file.
+        """Read the points of a .npy, .xyz, .csv, .txt, .ply or .pcd file.
 
         Args:
-            path: The file. A .npy has an array of shape (n, 3) or (H, W, 3), or of records with fields x, y, z. Of lines of text
-                those columns count that are named x, y, z in the first line, in the unit that it may state, as in "x [mm]";
-                without names the first three.
+            path: The file. A .npy has an array of shape (n, 3) or (H, W, 3), or records with fields x, y, z. A text file may name
+                the columns x, y, z in its first line, with a unit, as in "x [mm]". Without names its first three columns are
+                read.
             radius: The radius of each ball [m].
             scale: The unit of the file [m], such as 0.001.
-            from_sensor: Whether the points of a .pcd are in the frame of the sensor: they are then moved by the pose that its
-                VIEWPOINT states. A file that states one is refused unless this is given.
+            from_sensor: Whether the points of a .pcd are in the frame of the sensor. If so, they are moved by the pose in its
+                VIEWPOINT. It is required for a file with such a pose.
 
         Raises:
-            FileError: It cannot be read, has no points, or ends otherwise.
-            InputError: Its points, the radius or the scale cannot be taken.
+            FileError: The file cannot be read, has no points, or has another ending.
+            InputError: Its points, the radius or the scale are invalid.
             MissingExtraError: It is a .ply, and the extra ``hulls`` is not installed.
         """
         unit = lengths("scale", (scale,), 1)[0]
@@ -143,7 +143,9 @@ class PointCloud:
         return cls(points_of(str(path), content, unit, from_sensor=from_sensor), radius)
 
     def cropped(self, box: Box, pose: ArrayLike | None = None) -> PointCloud:
-        """The points in a box; a ball outside of it whose surface reaches in is dropped too.
+        """The points in a box.
+
+        A ball whose center is outside is dropped, even if its surface reaches into the box.
 
         Args:
             box: The box.
@@ -159,10 +161,10 @@ class PointCloud:
         return self._with(self.points[in_box(self.points, box, T)])
 
     def thinned(self, voxel: float) -> PointCloud:
-        """One point for each voxel that has any, the one nearest to its middle, as a larger ball.
+        """Keep the point nearest to the center of each occupied voxel, with a larger radius.
 
-        The radius grows by how far any point is at most from the one that is kept in its voxel. So each ball of this cloud is
-        within one of the new cloud: what is free beside the new one is free beside this one.
+        The radius grows by the maximum distance between a point and the kept point of its voxel. Each ball of this cloud is then
+        inside a ball of the new cloud. A robot that is clear of the new cloud is clear of this cloud.
 
         Args:
             voxel: The edge of a voxel [m]. The radius grows by less than 1.74 times as much.
@@ -175,13 +177,13 @@ class PointCloud:
         return self._with(self.points.take(kept, axis=0), self.radius + farthest)
 
     def without(self, robot: HasLinks, q: ArrayLike, *, padding: float = 0.01, pose: ArrayLike | None = None) -> PointCloud:
-        """The points that are not of the robot itself, or of what is attached to it; ``n_removed`` counts the others.
+        """Remove the points of the robot itself and of its attached objects; ``n_removed`` counts them.
 
         Args:
             robot: A ``Robot``, with collision shapes.
             q: Its joint positions when the points were measured [rad or m], shape (n_dof,).
-            padding: Balls no farther than this from the robot's shapes are removed [m]: the error of the camera's pose, and of
-                the shapes.
+            padding: Balls at most this far from the robot's shapes are removed [m]. It covers the errors of the camera's pose and
+                of the shapes.
             pose: T_base_cloud, shape (4, 4); the origin unless given.
 
         Raises:
@@ -212,21 +214,21 @@ class PointCloud:
 
 
 def as_padding(padding: float) -> float:
-    """The distance from a robot up to which points count as its own [m]."""
+    """The distance from a robot up to which points count as the robot's own [m]."""
     length = lengths("padding", (padding,), 1)[0]
     check_padding(length)
     return length
 
 
 def _remade(points: NDArray[np.floating], radius: float, n_left_out: int, n_removed: Mapping[str, int]) -> PointCloud:
-    """A cloud of these attributes."""
+    """A cloud with these attributes."""
     return _fill(object.__new__(PointCloud), points, radius, n_left_out, MappingProxyType(dict(n_removed)))
 
 
 def _fill(
     cloud: PointCloud, points: NDArray[np.floating], radius: float, n_left_out: int, n_removed: Mapping[str, int]
 ) -> PointCloud:
-    """Set the attributes of a new cloud; the points are its own."""
+    """Set the attributes of a new cloud, which takes ownership of the points."""
     points.setflags(write=False)
     for name, value in (("points", points), ("radius", radius), ("n_left_out", n_left_out), ("n_removed", n_removed)):
         object.__setattr__(cloud, name, value)
@@ -240,7 +242,10 @@ def _radius(radius: float) -> float:
 
 
 def _seen(given: ArrayLike) -> tuple[NDArray[np.floating], int]:
-    """A copy of the points that were measured, neither NaN nor exact zeros of a camera, shape (n, 3), and how many were not."""
+    """A copy of the measured points, shape (n, 3), and the number of points left out.
+
+    NaN and a camera's exact zeros are no measurements.
+    """
     is_short = type(given) is np.ndarray and given.dtype == np.float32
     array: NDArray[np.floating] = given if is_short else as_floats("points", given)  # type: ignore[assignment]
     if array.shape == (0,):
@@ -253,7 +258,7 @@ def _seen(given: ArrayLike) -> tuple[NDArray[np.floating], int]:
         rows = rows[~(np.isnan(rows[:, 0]) | np.isnan(rows[:, 1]) | np.isnan(rows[:, 2]))]
     if len(rows) and not rows.all():
         measured = rows.any(axis=1)
-        if array.ndim == 3 or np.count_nonzero(measured) < len(rows) - 1:  # a single one may be a point of a list
+        if array.ndim == 3 or np.count_nonzero(measured) < len(rows) - 1:  # a list of points may contain a single (0, 0, 0)
             rows = rows[measured]
     if n and not len(rows):
         raise InputError("points", f"all {n} are NaN or (0, 0, 0): the sensor saw nothing")

@@ -16,16 +16,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Distances:
-    """The m pairs of ``robot.distances``: those of one q after those of the one before, the nearest of each q first.
+    """The m pairs of ``robot.distances``, grouped by configuration q, the nearest pair of each q first.
 
     Attributes:
-        signed_distance: The distance of each pair [m], shape (m,); negative: minus the penetration depth.
-        witness_a: The point of a that lies deepest in b, or nearest to it, in the base frame [m], shape (m, 3).
-        witness_b: The same of b: witness_b - witness_a = signed_distance * normal.
-        normal: The unit vector from a to b along which they are nearest, or overlap least, in the base frame, shape (m, 3).
-        gradient: The derivative of the signed distance by q [m/rad or m/m], shape (m, n_dof).
-        offsets: The pairs of row i of a batch of n are those from ``offsets[i]`` to before ``offsets[i + 1]``, shape (n + 1,). A
-            batch of more axes is counted in C order; one q is a batch of one row.
+        signed_distance: The distance of each pair [m], shape (m,). A negative value is minus the penetration depth.
+        witness_a: The point of a that is nearest to b, or deepest in b, in the base frame [m], shape (m, 3).
+        witness_b: The same for b: witness_b - witness_a = signed_distance * normal.
+        normal: The unit vector from a to b of minimum distance or overlap, in the base frame, shape (m, 3).
+        gradient: The derivative of the signed distance with respect to q [m/rad or m/m], shape (m, n_dof).
+        offsets: The pairs of row i of a batch of n are ``offsets[i]`` to before ``offsets[i + 1]``, shape (n + 1,). A batch with
+            more axes is flattened in C order; one q is a batch of one row.
     """
 
     signed_distance: Array
@@ -48,22 +48,22 @@ class Distances:
 
     @property
     def body_a(self) -> NDArray[np.int64]:
-        """The robot's body, an index of ``robot.collision_names``, shape (m,)."""
+        """The index of the robot's body in ``robot.collision_names``, shape (m,)."""
         return self._found[:, PAIR_BODY]
 
     @cached_property
     def body_b(self) -> NDArray[np.int64]:
-        """Its other body; -1 where the pair is with an object of the world, shape (m,)."""
+        """The index of the robot's other body, shape (m,); -1 for an object of the world."""
         return np.where(self._found[:, PAIR_OBJECT] < 0, self._found[:, PAIR_OTHER], -1)
 
     @cached_property
     def name_a(self) -> tuple[str, ...]:
-        """The names of the robot's bodies, as ``Pair.name_a`` has them, m of them."""
+        """The m names of the robot's bodies, as in ``Pair.name_a``."""
         return tuple(self._bodies.names[k] for k in self.body_a.tolist())
 
     @cached_property
     def name_b(self) -> tuple[str, ...]:
-        """Those of the other bodies, or of the objects of the world."""
+        """The m names of the robot's other bodies, or of the objects of the world."""
         numbers, names = self._found[:, PAIR_OBJECT].tolist(), self._bodies.names
         return tuple(
             names[k] if number < 0 else self._object_names[number]
@@ -77,7 +77,7 @@ class Distances:
 
 
 def distances_of(found: NearPairs, bodies: Bodies, object_names: list[str]) -> Distances:
-    """As the user gets them; object_names: by the numbers of the objects."""
+    """The ``Distances`` of near pairs. ``object_names`` lists names by object number."""
     out = found.contacts
     offsets = np.zeros(len(found.ends) + 1, np.int64)
     offsets[1:] = found.ends

@@ -18,8 +18,8 @@ from ulna.description.shapes import Box, Solid, lengths, within_reach
 from ulna.errors import InputError
 
 Array = NDArray[np.float64]
-_MAX_CELLS = 1 << 24  # of a grid: 16 million
-_OFF = 0.01  # of a cell: how far a centre may be from the lattice of the others
+_MAX_CELLS = 1 << 24  # in a grid: 16 million
+_OFF = 0.01  # cells: tolerance on a center's distance from the lattice of the others
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=float)
 
 
@@ -28,10 +28,10 @@ class HeightMap:
     """Terrain, or a table with objects on it: square cells, each a column from ``bottom`` up to its height.
 
     Args:
-        heights: Heights along z [m], shape (nx, ny). The grid is centred at the origin: cell i, j at x = (i - (nx - 1) / 2) cell,
-            y = (j - (ny - 1) / 2) cell.
+        heights: Heights along z [m], shape (nx, ny). The grid is centered at the origin: cell i, j is at x = (i - (nx - 1) / 2)
+            cell, y = (j - (ny - 1) / 2) cell.
         cell: The cells' edge length [m].
-        bottom: Where the columns begin [m]; the least of the heights unless given.
+        bottom: The z of the columns' lower ends [m]; the minimum height unless given.
 
     Raises:
         InputError: They are not a grid of heights, not finite, or below the bottom.
@@ -62,7 +62,7 @@ class HeightMap:
 
     @property
     def boxes(self) -> tuple[Array, Array]:
-        """The centres of the boxes in the frame of the object [m], and half their extents, shape (n, 3) each."""
+        """The centers of the boxes in the frame of the object [m], and their half extents, shape (n, 3) each."""
         nx, ny = self.heights.shape
         x, y = ((np.arange(n) - (n - 1) / 2) * self.cell for n in (nx, ny))
         half = np.empty((nx * ny, 3))
@@ -78,17 +78,17 @@ class HeightMap:
 
 @dataclass(frozen=True, eq=False)
 class VoxelGrid:
-    """Cubes in a lattice, as OctoMap and nvblox have them, or the space that a camera does not see.
+    """Cubes in a lattice, as in OctoMap and nvblox, or the space that a camera does not see.
 
     Args:
-        occupied: Which cells are filled, shape (nx, ny, nz), bools or 0 and 1. Cells that a sensor does not know are not free;
-            those that are masked are filled.
+        occupied: The occupied cells as a mask, shape (nx, ny, nz), bools or 0 and 1. Mark cells unknown to the sensor as
+            occupied: they are not free. Cells of a masked array that are masked count as occupied.
         cell: The cells' edge length [m].
-        corner: Where the grid's corner of least x, y and z is in the frame of the object [m], shape (3,); the grid is centred at
-            the origin unless given. Cell i, j, k begins at ``corner + (i, j, k) cell``.
+        corner: The corner of the grid with the minimum x, y and z, in the frame of the object [m], shape (3,). The grid is
+            centered at the origin unless given. Cell i, j, k begins at ``corner + (i, j, k) cell``.
 
     Raises:
-        InputError: It is not a grid of cells, or has more than 16 million; or a length is not one.
+        InputError: It is not a grid of cells, or has more than 16 million; or a length is invalid.
 
     Example:
         >>> VoxelGrid(np.ones((4, 4, 2)), cell=0.05)
@@ -118,14 +118,14 @@ class VoxelGrid:
 
     @classmethod
     def of_centres(cls, centres: ArrayLike, cell: float) -> VoxelGrid:
-        """The grid whose filled cells have these centres, as the leaves of an OctoMap of one size.
+        """The grid whose occupied cells have these centers, for example the leaves of an OctoMap at one depth.
 
         Args:
-            centres: The centres [m], shape (n, 3), n >= 1, at whole numbers of cells from each other.
+            centres: The centers [m], shape (n, 3), n >= 1. Their distances along each axis are multiples of ``cell``.
             cell: The cells' edge length [m].
 
         Raises:
-            InputError: They are no centres of cells of this length, or the grid would have more than 16 million.
+            InputError: They are no centers of cells of this length, or the grid would have more than 16 million.
 
         Example:
             >>> VoxelGrid.of_centres([(0.525, 0, 0.1), (0.575, 0, 0.1)], cell=0.05)
@@ -159,24 +159,24 @@ class VoxelGrid:
         depth_scale: float | None = None,
         max_depth: float | None = None,
     ) -> VoxelGrid:
-        """The cells of a box that a depth camera does not see to be empty: behind what it sees, or outside of its image.
+        """Cells of a box that a depth camera does not see to be empty: occluded or outside its image.
 
-        A cell is empty where the camera sees past all of it: its corners are in front of the camera, and each pixel that it may
-        cover has a depth beyond it. So the surfaces that are seen are filled too. Between pixels nothing is taken to be nearer
-        than at the pixels around. ``without`` takes out the robot, which hides what is behind it.
+        A cell is empty if the camera sees past all of it. All of its corners are then in front of the camera, and all pixels that
+        it may cover have a depth beyond it. So the visible surfaces are occupied too. Between pixels, nothing is assumed to be
+        nearer than at the pixels around. ``without`` removes the robot, which hides the space behind it.
 
         Args:
-            depth: As ``PointCloud.from_depth`` takes it. Pixels of 0, NaN, infinity or 65535 see nothing.
-            intrinsics: As there.
-            T_base_camera: As there.
-            box: The part of the space that counts.
+            depth: As in ``PointCloud.from_depth``. Pixels of 0, NaN, infinity or 65535 see nothing.
+            intrinsics: As in ``PointCloud.from_depth``.
+            T_base_camera: As in ``PointCloud.from_depth``.
+            box: The part of the workspace to fill.
             cell: The cells' edge length [m]. The grid is as large as the box, rounded up to whole cells.
-            pose: T_base_box, shape (4, 4), to be given to ``World.add`` too; the base unless given.
-            depth_scale: As ``PointCloud.from_depth`` takes it.
-            max_depth: As there. No cell is empty since a pixel has a depth beyond it.
+            pose: T_base_box, shape (4, 4), for ``World.add`` too; the base frame unless given.
+            depth_scale: As in ``PointCloud.from_depth``.
+            max_depth: As in ``PointCloud.from_depth``. A pixel with a depth beyond it makes no cell empty.
 
         Raises:
-            InputError: An argument has another form or a value out of range, or the grid would have more than 16 million cells.
+            InputError: An argument has a wrong form or a value out of range, or the grid would have more than 16 million cells.
 
         Example:
             >>> from ulna.description.pose import pose
@@ -206,9 +206,9 @@ class VoxelGrid:
         return cls(~free.reshape(shape.astype(int)), edge)
 
     def without(self, robot: HasLinks, q: ArrayLike, *, padding: float = 0.01, pose: ArrayLike | None = None) -> VoxelGrid:
-        """The grid without the cells that are the robot's own; arguments and errors as ``PointCloud.without``.
+        """Remove the cells of the robot itself; arguments and errors as in ``PointCloud.without``.
 
-        A cell counts as the robot's where the ball about it is no farther than the padding from a shape of the robot.
+        A cell belongs to the robot if the ball around the cell is at most the padding away from a shape of the robot.
         """
         index = np.argwhere(self.occupied)
         balls = PointCloud(self.corner + (index + 0.5) * self.cell, self.cell * math.sqrt(3) / 2)
@@ -219,7 +219,10 @@ class VoxelGrid:
 
     @property
     def boxes(self) -> tuple[Array, Array]:
-        """The centres of boxes that fill the occupied cells [m], one for each run along z, and half their extents, (n, 3)."""
+        """The centers [m] and half extents of boxes that fill the occupied cells, shape (n, 3) each.
+
+        Each box is a run of occupied cells along z.
+        """
         padded = np.pad(self.occupied, ((0, 0), (0, 0), (1, 1))).astype(np.int8)
         changes = np.diff(padded, axis=2)
         begins, ends = np.argwhere(changes == 1), np.argwhere(changes == -1)
@@ -236,7 +239,7 @@ class VoxelGrid:
 
 
 class _LeastDepth:
-    """The least depth in squares of 1, 2, 4, ... pixels of an image: level k at i, j that of the square that begins there."""
+    """A pyramid of minimum depths: level k, entry i, j covers the 2^k x 2^k pixels from i, j on."""
 
     def __init__(self, depth: Array) -> None:
         self.levels, step = [depth], 1
@@ -247,9 +250,9 @@ class _LeastDepth:
             step *= 2
 
     def is_beyond(self, corners: Array, K: Array) -> NDArray[np.bool_]:
-        """Whether the image is deeper than each cell at all pixels that it may cover, shape (n,).
+        """Whether the image is deeper than each cell at all pixels that the cell may cover, shape (n,).
 
-        corners: those of the cells in the camera's frame, shape (n, 8, 3).
+        corners: The corners of the cells in the camera's frame, shape (n, 8, 3).
         """
         z = corners[..., 2]
         depths = np.where(z > 0, z, 1.0)

@@ -1,4 +1,4 @@
-"""Finds the pairs that overlap at q, or are near, and makes reports of them."""
+"""Finds the pairs that overlap at q, or are near each other, and makes reports of them."""
 
 from collections.abc import Iterator
 
@@ -17,12 +17,12 @@ from ulna.kernels.collision.scene import NearPairs
 from ulna.kinematics.positions import flat, for_kernel, refuse_out_of_range
 
 Array = NDArray[np.float64]
-FIRST_ROOM, ROOM_OF_ONE = 32, 32  # pairs: for any batch, and for each q; if there are more, the search is repeated with more room
-MIN_ROWS = 64  # of a part that a thread gets
+FIRST_ROOM, ROOM_OF_ONE = 32, 32  # pairs: initial room of any batch, and of each q; a full search is repeated with more room
+MIN_ROWS = 64  # minimum for a thread
 
 
 def as_reach(name: str, distance: float) -> float:
-    """A distance up to which pairs are looked for [m], which may be infinite.
+    """Validate a maximum distance of pairs [m], which may be infinite.
 
     Raises:
         InputError: It is not a number of at least 0.
@@ -31,9 +31,9 @@ def as_reach(name: str, distance: float) -> float:
 
 
 def find_near_pairs(q: Array, scene: BoundScene, n_objects: int, within: float, *, gradients: bool = False) -> NearPairs:
-    """The pairs that are at most ``within`` [m] apart at each q, shape (..., n_dof).
+    """The pairs at most ``within`` [m] apart at each q, shape (..., n_dof).
 
-    n_objects: how many objects there are; with 0 all solids of an object count, and not only the nearest to each body.
+    n_objects: The number of objects, to keep only the solid of an object that is nearest to each body. With 0 all solids count.
 
     Raises:
         InputError: An entry of q is out of range.

@@ -1,11 +1,14 @@
-"""Keeps the tables of a world's objects, and changes of them only what an object's change needs.
+"""Keeps the tables of a world's objects, and rewrites only what a change of an object requires.
 
-What is written to an arena stays as it is, so that a query goes on in the world as it was. A cloud, a height map and a voxel grid
-have rows and a tree of their own, which are written again only when they themselves move. Of the other objects, those that were
-added or moved last are tested one by one, up to MAX_UNINDEXED: their rows are written again after each change, which takes a
-microsecond. If there are more, a tree is written over all. An object that moves leaves that tree, of which the nodes above it are
-copied, and is tested alone from then on. One more tree is written over these trees. When the arena is full, what is in use goes
-into a new one.
+Written rows of an arena never change, so a running query still sees the world before the change.
+
+- A cloud, a height map and a voxel grid have rows and a tree of their own. Both are rewritten only if the object itself moves.
+- Of the other objects, up to MAX_UNINDEXED are tested one by one: those added or moved last. Their rows are rewritten after each
+  change, which takes a microsecond. If there are more, a tree is built over all of these objects.
+- An object that moves leaves this tree, and is tested alone from then on. The nodes on its path to the root are copied.
+- A last tree joins all of these trees.
+
+When the arena is full, the rows in use are copied to a new arena.
 """
 
 from collections.abc import Mapping
@@ -50,8 +53,8 @@ from ulna.kernels.layout import (
 )
 
 Array = NDArray[np.float64]
-MAX_UNINDEXED = 64  # so many objects need no BVH: testing each for eight configurations at once is as fast
-_SPARE = 4096  # rows of an arena, and nodes: so many moves among a few objects
+MAX_UNINDEXED = 64  # up to this number, testing all objects for eight configurations at once is as fast as a BVH
+_SPARE = 4096  # spare rows and nodes of an arena: as many moves among a few objects
 _NO_LINKS = frozenset[str]()
 
 
@@ -60,9 +63,9 @@ class _Many(NamedTuple):
 
     shape: PointCloud | HeightMap | VoxelGrid
     touch_set: int
-    rows: slice  # of a cloud one, that of a ball
-    nodes: slice  # those of points first
-    n_of_points: int  # how many of these nodes hold points
+    rows: slice  # a cloud has one row: the ball
+    nodes: slice  # nodes of points first
+    n_of_points: int  # number of nodes that hold points
     tree: ObjectTree
 
 
@@ -70,16 +73,16 @@ class ObjectTables:
     """The tables of the objects of one world."""
 
     def __init__(self) -> None:
-        """Of an empty world."""
+        """Begin with an empty world."""
         self._arena = Arena()
-        self._rows = np.empty((WIDTH, BODY_WIDTH))  # of those tested one by one, as they are to be in the arena
-        self._alone: dict[str, int] = {}  # which row each of them has
-        self._indexed: dict[str, tuple[int, int]] = {}  # the row, and the place in the tree, of each that is in it
-        self._tree = NO_TREE  # of these
+        self._rows = np.empty((WIDTH, BODY_WIDTH))  # of the objects tested one by one, as they will be in the arena
+        self._alone: dict[str, int] = {}  # the row of each of them
+        self._indexed: dict[str, tuple[int, int]] = {}  # the row, and the place in the tree, of each object in the tree
+        self._tree = NO_TREE  # over the indexed objects
         self._many: dict[str, _Many] = {}
-        self._farthest: dict[str, float] = {}  # how far those of these that have a speed reach from their frames' origins [m]
+        self._farthest: dict[str, float] = {}  # radius about the frame's origin, of those of _many that have a speed [m]
         self._endless: set[str] = set()
-        self._round: set[str] = set()  # those that are no boxes
+        self._round: set[str] = set()  # shapes other than boxes
         self._sets = {_NO_LINKS: 0}
         self._root: int | None = NO_NODE  # None: the trees have changed
         self._layout: Layout | None = None  # of the last objects
@@ -97,9 +100,13 @@ class ObjectTables:
         poses: Mapping[str, Array],
         touch_links: Mapping[str, frozenset[str]],
     ) -> Objects:
-        """The objects after a change: shapes at poses T_base_object, and the links that may touch each of some.
+        """The objects after a change.
 
-        changed: the names of those that are others than at the last call, and whether more of them than the pose is.
+        Args:
+            changed: The names of the objects that changed since the last call; True if more than the pose changed.
+            shapes: The shapes of all objects.
+            poses: Their poses T_base_object.
+            touch_links: The links that may touch an object, by its name.
         """
         with self._arena.lock:
             layout, alone, arena = self._layout, self._alone, self._arena
@@ -145,7 +152,7 @@ class ObjectTables:
         for name, speed in speeds.items():
             if name in self._many:
                 one = self._many[name]
-                if one.rows.start == one.rows.stop:  # nothing is in it
+                if one.rows.start == one.rows.stop:  # the object is empty
                     continue
                 if name not in self._farthest:
                     self._farthest[name] = _farthest(one.shape)
@@ -173,7 +180,7 @@ class ObjectTables:
             self._endless.add(name)
 
     def _put(self, name: str, row: ArrayLike) -> None:
-        """Let an object be tested alone, with a row of its own."""
+        """Append an object with this row to those that are tested alone."""
         n = len(self._alone)
         if n == len(self._rows):
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
@@ -200,7 +207,7 @@ class ObjectTables:
         return self._arena.add_name(name), self._arena.n_rows, self._arena.n_nodes
 
     def _add_boxes(self, number: int, touch_set: int, T: Array, centres: Array, half: Array) -> tuple[Array, Array, Array]:
-        """Write the rows of the boxes of an object; what a tree is written over."""
+        """Write the rows of the boxes of an object; the arguments of ``write_tree`` for them."""
         order = compact_order(centres)
         rows = np.zeros((len(order), BODY_WIDTH))
         rows[:, :12], rows[:, OBJECT], rows[:, TOUCH_SET], rows[:, SHAPE] = T[:3].ravel(), number, touch_set, BOX
@@ -232,21 +239,21 @@ class ObjectTables:
         self._round.discard(name)
 
     def _take_out(self, name: str) -> Array:
-        """Take an object out of the tree; its row."""
+        """Remove an object from the tree; its row."""
         self._need(0, 0, MAX_LEVELS)
         row, place = self._indexed.pop(name)
         self._tree, self._root = without(self._arena, self._tree, place), None
         return self._arena.table[row]
 
     def _dissolve(self) -> None:
-        """Put all objects in the tree among those that are tested alone: so many of them move that it is written anew."""
+        """Move all objects of the tree to those that are tested alone, since so many of them move."""
         n, rows = len(self._alone), self._arena.table[[row for row, _ in self._indexed.values()]]
         self._rows = np.concatenate([self._rows[:n], rows])
         self._alone |= {name: n + k for k, name in enumerate(self._indexed)}
         self._indexed, self._tree, self._root = {}, NO_TREE, None
 
     def _index(self) -> None:
-        """Write a tree over all objects of one solid that have an end."""
+        """Build a tree over all bounded objects of one solid."""
         n = len(self._indexed) + len(self._alone)
         self._need(n, 0, most_nodes(n))
         ended = {name: k for name, k in self._alone.items() if name not in self._endless}
@@ -271,7 +278,7 @@ class ObjectTables:
         return write_tree(self._arena, low[order], high[order], roots[order]).root
 
     def _need(self, n_rows: int, n_vertices: int = 0, n_nodes: int = 0) -> None:
-        """Put all that is in use into a new arena, unless there is room for so many more in this one."""
+        """Copy everything in use to a new arena, unless this one has room for as many more."""
         old = self._arena
         if old.has_room(n_rows, n_vertices, n_nodes):
             return
@@ -296,7 +303,7 @@ class ObjectTables:
 
 
 def _farthest(shape: PointCloud | HeightMap | VoxelGrid) -> float:
-    """How far an object of many solids reaches from its frame's origin [m]."""
+    """The radius of an object of many solids about its frame's origin [m]."""
     if isinstance(shape, PointCloud):
         return float(np.linalg.norm(shape.points, axis=1).max(initial=0.0)) + shape.radius
     return float((np.linalg.norm(shape.boxes[0], axis=1) + np.linalg.norm(shape.boxes[1], axis=1)).max(initial=0.0))
@@ -305,7 +312,7 @@ def _farthest(shape: PointCloud | HeightMap | VoxelGrid) -> float:
 def make_objects(
     shapes: Mapping[str, Obstacle], poses: Mapping[str, Array], touch_links: Mapping[str, frozenset[str]]
 ) -> Objects:
-    """Named shapes at poses T_base_object, and the links that may touch each of some."""
+    """Objects of named shapes at poses T_base_object, with the links that may touch some of them."""
     return ObjectTables().updated(dict.fromkeys(shapes, True), shapes, poses, touch_links)
 
 

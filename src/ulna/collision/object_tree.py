@@ -1,4 +1,4 @@
-"""Writes the trees of AABBs over solids, and over trees (``kernels.collision.bvh``)."""
+"""Writes BVHs of AABBs over solids, and over other trees (``kernels.collision.bvh``)."""
 
 from typing import NamedTuple
 
@@ -21,9 +21,9 @@ class ObjectTree(NamedTuple):
 
     Attributes:
         root: The place of its root.
-        n_levels: How many levels of nodes it has, those of points aside.
-        low: The least x, y, z of all that is in it [m].
-        high: The greatest.
+        n_levels: The number of levels of its nodes of AABBs; nodes of points do not count.
+        low: The minimum x, y, z of its contents [m].
+        high: The maximum x, y, z [m].
     """
 
     root: int
@@ -36,7 +36,7 @@ NO_TREE = ObjectTree(NO_NODE, 0, np.empty(0), np.empty(0))
 
 
 def bounds(table: Array) -> tuple[Array, Array]:
-    """The least and greatest x, y, z of each body of a table, with a margin for what touches it, shape (n, 3) each."""
+    """The AABB of each body of a table, with a margin for contacts: minimum and maximum, shape (n, 3) each."""
     T, size = table[:, :12].reshape(-1, 3, 4), table[:, HALF_EXTENTS : RADIUS + 1].sum(axis=1)
     reach = (np.abs(T[:, :, :3]) * table[:, None, HALF_EXTENTS : HALF_EXTENTS + 3]).sum(axis=2) + table[:, RADIUS, None]
     reach += CONTACT * size[:, None]
@@ -44,18 +44,21 @@ def bounds(table: Array) -> tuple[Array, Array]:
 
 
 def compact_order(centres: NDArray[np.floating]) -> NDArray[np.int64]:
-    """An order in which every node of the tree holds objects that are near each other; that of a cloud's points in its tree."""
+    """An order of points in which each node of a tree holds neighbors; a cloud's tree has this order."""
     order, points = np.empty(len(centres), np.int64), np.ascontiguousarray(centres).view()
-    points.setflags(write=False)  # as those of a cloud are: the entry is compiled for one kind
+    points.setflags(write=False)  # read-only, as are the points of a cloud: the entry is compiled for read-only arrays
     morton_order.morton_order(points, order)
     return order
 
 
 def halved_order(centres: Array) -> NDArray[np.int64]:
-    """An order for many searches: the boxes of nodes overlap less than in a ``compact_order``, which is found sooner.
+    """An order for trees that are searched often.
 
-    From the root down, the objects of a node are halved across its longest side, and the halves twice more, for eight children;
-    all nodes of a level at once. Source: Bentley, Multidimensional binary search trees (Communications of the ACM, 1975).
+    The AABBs of its nodes overlap less than in ``compact_order``, which takes less time to compute.
+
+    From the root down, a node's objects are halved across its longest side, and the halves are halved twice more, into eight
+    children. All nodes of a level are halved at once. Source: Bentley, Multidimensional binary search trees (Communications of
+    the ACM, 1975).
     """
     n = len(centres)
     size = 1 << max(n - 1, 0).bit_length()
@@ -73,23 +76,23 @@ def halved_order(centres: Array) -> NDArray[np.int64]:
 
 
 def most_nodes(n: int) -> int:
-    """How many nodes a tree over n solids, or trees, has at most."""
+    """The maximum number of nodes of a tree over n solids, or over n trees."""
     return n // (WIDTH - 1) + MAX_LEVELS
 
 
 def most_cloud_nodes(n: int) -> int:
-    """How many nodes a tree over n points of a cloud has at most."""
+    """The maximum number of nodes of a tree over n points of a cloud."""
     return n // (2 * WIDTH) + 1 + most_nodes(n // WIDTH + 1)
 
 
 def write_tree(arena: Arena, low: Array, high: Array, children: Array) -> ObjectTree:
-    """Write a tree over bounds in the order given, shape (n, 3) each, n > 0.
+    """Write a tree over bounds in the given order, shape (n, 3) each, n > 0.
 
     Args:
-        arena: Where there is room for ``most_nodes``.
-        low: The least x, y, z.
-        high: The greatest.
-        children: What is within the bounds, as a node says it, shape (n,).
+        arena: The arena to write to, with room for ``most_nodes``.
+        low: The minimum x, y, z.
+        high: The maximum x, y, z.
+        children: The child within each bound, as a node encodes it, shape (n,).
     """
     n_nodes = tree_nodes.write_tree(low, high, children, arena.nodes, arena.n_nodes)
     return _tree_at_end(arena, n_nodes, -(-len(children) // WIDTH))
@@ -99,10 +102,10 @@ def write_cloud(arena: Arena, cloud: PointCloud, T: Array, row: int) -> ObjectTr
     """Write the tree of a cloud at a pose T_base_cloud, shape (4, 4).
 
     Args:
-        arena: Where there is room for ``most_cloud_nodes``.
+        arena: The arena to write to, with room for ``most_cloud_nodes``.
         cloud: The points.
         T: Their pose.
-        row: That of one of its balls in the arena's table.
+        row: The row of the cloud's ball in the arena's table.
     """
     reach = cloud.radius + CONTACT * cloud.radius
     n_nodes = tree_nodes.write_cloud(cloud.points, T[:3].ravel(), reach, row, arena.nodes, arena.n_nodes)
@@ -110,7 +113,10 @@ def write_cloud(arena: Arena, cloud: PointCloud, T: Array, row: int) -> ObjectTr
 
 
 def _tree_at_end(arena: Arena, n_nodes: int, n_lowest: int) -> ObjectTree:
-    """The tree of the nodes just written behind those of an arena; so many of them are above no other node of AABBs."""
+    """The tree of the ``n_nodes`` nodes just written to the end of an arena.
+
+    ``n_lowest`` of them form its lowest level of AABBs.
+    """
     arena.n_nodes += n_nodes
     n_levels = 1
     while n_lowest > 1:
@@ -120,7 +126,10 @@ def _tree_at_end(arena: Arena, n_nodes: int, n_lowest: int) -> ObjectTree:
 
 
 def without(arena: Arena, tree: ObjectTree, place: int) -> ObjectTree:
-    """A tree without what is in a place of the order in which it was written: new nodes from the root to that leaf."""
+    """Remove the child at a place, counted in the order of writing.
+
+    The nodes on the path from the root to its leaf are copied to new nodes.
+    """
     node, root, last = tree.root // PLACES, arena.n_nodes, tree.n_levels - 1
     for level in range(tree.n_levels):
         lane, first = place >> 3 * (last - level) & WIDTH - 1, NODE_ROWS * arena.n_nodes

@@ -1,4 +1,4 @@
-"""Holds the tables of a world's objects as they were at one moment, and lists the solids in them.
+"""Holds the tables of a world's objects as they were at one moment, and lists their solids.
 
 A solid has a number (``kernels.collision.collision_layout``): a row of the table, or the place of a ball in a node.
 """
@@ -32,12 +32,12 @@ class Moving(NamedTuple):
     """An object that may move by itself.
 
     Attributes:
-        name: Of the object.
-        number: Of the object, in the rows of its solids.
-        speed: The greatest of any of its points [m/s].
-        stated: Which of its world's statements said where it is: a later one has a higher number.
+        name: The object's name.
+        number: The object's number, in the rows of its solids.
+        speed: The maximum speed of any of its points [m/s].
+        stated: The number of its last pose update among all updates of its world.
         pose: T_base_object, shape (4, 4).
-        radius: Of a ball about its frame's origin that holds it [m]; infinite for a half-space.
+        radius: The radius of a ball about its frame's origin that holds it [m]; infinite for a half-space.
         in_tree: Whether it is in the BVH.
     """
 
@@ -50,26 +50,26 @@ class Moving(NamedTuple):
     in_tree: bool
 
     def way_from(self, pose: Array) -> float:
-        """How far it moved any of its points from another pose, at most [m]."""
-        turned = self.pose[:3, :3] - pose[:3, :3]  # its norm is the half of sqrt(2) of that of its entries
+        """Upper bound on the distance that any of its points moved since another pose [m]."""
+        turned = self.pose[:3, :3] - pose[:3, :3]  # Frobenius norm: sqrt(2) times the spectral norm, which bounds motion
         moved = self.pose[:3, 3] - pose[:3, 3]
         return float(np.linalg.norm(moved) + (np.linalg.norm(turned) / np.sqrt(2) * self.radius if turned.any() else 0.0))
 
 
 @dataclass(eq=False, slots=True)
 class Layout:
-    """What is the same for the objects of a world while only such move as are not in the BVH.
+    """The tables of a world's objects. They stay valid while only unindexed objects move.
 
-    Later rows, nodes and names may be added to it, and nothing of it changes.
+    Later calls may append rows, nodes and names, but change none.
 
     Attributes:
-        table: What the kernels read of each solid (``kernels.layout``), shape (n, BODY_WIDTH). All balls of a cloud have one row.
-        vertices: Those of all hulls, shape (m, 3).
-        nodes: Of trees (``kernels.collision.bvh``), shape (NODE_ROWS n_nodes, 8).
+        table: The solids as the kernels read them (``kernels.layout``), shape (n, BODY_WIDTH). All balls of a cloud share a row.
+        vertices: The vertices of all hulls, shape (m, 3).
+        nodes: The nodes of trees (``kernels.collision.bvh``), shape (NODE_ROWS n_nodes, 8).
         root: The root of the BVH, or NO_NODE where no object is in one.
         only_boxes: Whether all shapes are boxes.
-        touch_sets: The sets of links that may touch objects, by the numbers in the table; the first is empty.
-        names: The object that a solid is part of, by the number in its row.
+        touch_sets: The sets of links that may touch objects, by their numbers in the table; the first is empty.
+        names: The object's name, by the object number in a solid's row.
         clouds: The clouds by name, each with the number of the first node of its points.
     """
 
@@ -85,14 +85,14 @@ class Layout:
 
 @dataclass(eq=False, slots=True)
 class Objects:
-    """The solids that the objects of a world consist of, as they were at one moment. Nothing of it changes later.
+    """The solids of a world's objects as they were at one moment. They never change.
 
     Attributes:
-        layout: Their tables, of which only the rows from ``first`` to before ``end``, and those below the root, are of these.
+        layout: Their tables. The solids are the rows from ``first`` to before ``end``, and those below the root of the BVH.
         first: The first row of the solids that are not in the BVH.
         end: The row after the last of them.
         moving: The objects that may move by themselves.
-        n_changes: How often anything changed but the poses of these.
+        n_changes: The number of changes of the world, without pose updates of these objects.
     """
 
     layout: Layout
@@ -102,7 +102,7 @@ class Objects:
     n_changes: int = 0
 
     def ball(self, name: str, number: int) -> tuple[PointCloud, int] | None:
-        """The cloud of a solid that is a ball of an object, and its place in the order of the tree; None if it is no ball."""
+        """The cloud of a solid that is a ball, and the ball's place in its tree; None for other solids."""
         if number < FIRST_BALL:
             return None
         cloud, first = self.layout.clouds[name]
@@ -115,12 +115,12 @@ class Objects:
 
     @property
     def solids(self) -> NDArray[np.float64]:
-        """All solids, each as a row of a table, shape (n, BODY_WIDTH)."""
+        """All solids as rows of a table, shape (n, BODY_WIDTH)."""
         return table_of(self.layout.table, self.layout.nodes, self.numbers)
 
     @property
     def farthest(self) -> float:
-        """How far from the base's origin the objects reach, half-spaces aside [m]; 0 if there are none."""
+        """The maximum distance of the objects from the base's origin, half-spaces aside [m]; 0 without objects."""
         table = self.solids
         bounded = table[table[:, SHAPE] != HALF_SPACE]
         return float(np.max(np.linalg.norm(bounded[:, 3:12:4], axis=1) + bounded[:, REACH], initial=0.0))
@@ -141,7 +141,7 @@ def numbers_below(nodes: Array, root: int) -> Numbers:
 
 
 def rows_of(nodes: Array, numbers: Numbers) -> Numbers:
-    """The row of the table that says the size, the object and the touch set of each solid, shape (n,)."""
+    """The row of the table with the size, the object and the touch set of each solid, shape (n,)."""
     rows, is_ball = numbers.copy(), numbers >= FIRST_BALL
     number = (numbers[is_ball] - FIRST_BALL) // (2 * WIDTH)
     rows[is_ball] = nodes.reshape(-1, NODE_ROWS, WIDTH)[number, CHILD, BALL_ROW]
@@ -149,7 +149,7 @@ def rows_of(nodes: Array, numbers: Numbers) -> Numbers:
 
 
 def table_of(table: Array, nodes: Array, numbers: Numbers) -> Array:
-    """Solids as rows of a table of their own, shape (n, BODY_WIDTH)."""
+    """Solids as rows of a new table, shape (n, BODY_WIDTH)."""
     solids, is_ball = table[rows_of(nodes, numbers)], numbers >= FIRST_BALL
     number, place = np.divmod(numbers[is_ball] - FIRST_BALL, 2 * WIDTH)
     second, lane = np.divmod(place, WIDTH)

@@ -1,4 +1,4 @@
-"""Holds the results of collision checks: the pairs at a configuration, and where an edge is free."""
+"""Holds the results of collision checks: pairs at a configuration, and the free part of an edge."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,18 +15,19 @@ from ulna.notebook.tables import OneLine, table
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Pair(OneLine):
-    """Two shapes, and how near they are.
+    """Two shapes and their signed distance.
 
     Attributes:
         name_a: The robot's shape.
         name_b: Another shape of the robot, or the object of the world.
         link_a: The link of ``name_a``, or its own name if it is an attached object.
-        link_b: The same of ``name_b``; None if that is of the world.
-        signed_distance: Their distance [m]; negative: minus the penetration depth. The depth is never too small; of a cylinder,
-            and of two meshes of many hundred vertices each, it may be an upper bound (docs/conventions.md says how close).
-        witness_a: The point of a that lies deepest in b, or nearest to it, in the base frame [m], shape (3,).
-        witness_b: The same of b: witness_b - witness_a = signed_distance * normal.
-        normal: The unit vector from a to b along which they are nearest, or overlap least, in the base frame, shape (3,).
+        link_b: The same for ``name_b``; None for an object of the world.
+        signed_distance: Their distance [m]. A negative value is minus the penetration depth. The depth is never underestimated.
+            For a cylinder, and for two meshes of many hundred vertices each, it may be an upper bound (docs/conventions.md says
+            how close).
+        witness_a: The point of a that is nearest to b, or deepest in b, in the base frame [m], shape (3,).
+        witness_b: The same for b: witness_b - witness_a = signed_distance * normal.
+        normal: The unit vector from a to b of minimum distance or overlap, in the base frame, shape (3,).
     """
 
     name_a: str
@@ -41,9 +42,10 @@ class Pair(OneLine):
 
     @cached_property
     def point(self) -> int | None:
-        """Which of a cloud's ``points`` is the middle of b, at ``witness_b + radius * normal``; None if b is of no cloud.
+        """The index in the cloud's ``points`` of the center of b; None if b is no point of a cloud.
 
-        It is found when it is first read, in a millisecond or two among 10^5 points.
+        The center is ``witness_b + radius * normal``. The index is computed at its first use, in a millisecond or two among 10^5
+        points.
         """
         if self._ball is None:
             return None
@@ -51,7 +53,7 @@ class Pair(OneLine):
         return int(compact_order(cloud.points)[place])
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without the cloud, which may be large."""
+        """The state without the cloud, which may be large."""
         return {**self.__dict__, "point": self.point, "_ball": None}
 
     def __str__(self) -> str:
@@ -61,7 +63,10 @@ class Pair(OneLine):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Report(OneLine):
-    """The pairs that overlap, deepest first, then those within ``max_distance``. ``if report:`` is whether any overlaps."""
+    """The pairs that overlap, deepest first, then those within ``max_distance``.
+
+    ``bool(report)`` is True if any pair overlaps.
+    """
 
     pairs: tuple[Pair, ...]
 
@@ -75,7 +80,7 @@ class Report(OneLine):
 
     @property
     def touching(self) -> tuple[str, ...]:
-        """The robot's shapes that overlap anything, each once, sorted."""
+        """The sorted names of the robot's shapes that overlap anything."""
         overlapping = [pair for pair in self.pairs if pair.signed_distance <= 0.0]
         names = [pair.name_a for pair in overlapping] + [pair.name_b for pair in overlapping if pair.link_b is not None]
         return tuple(sorted(dict.fromkeys(names), key=_natural))
@@ -95,12 +100,12 @@ class Report(OneLine):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EdgeReport(OneLine):
-    """Whether the robot touches anything from q_a to q_b; of one edge, a bool too: ``if robot.edge_in_collision(...)``.
+    """Whether the robot touches anything from q_a to q_b. A report of one edge is also a bool.
 
     Attributes:
         in_collision: True if it does: a bool for one edge, else shape (...,).
-        free_until: The fraction of the line, in [0, 1], that is certainly free; 1 if all of it is. Where ``in_collision``,
-            something touches here, or is as near as the resolution.
+        free_until: The fraction of the line, in [0, 1], that is certainly free; 1 if all of it is free. If ``in_collision``, the
+            robot there touches something, or is within the resolution of it.
         q: The configuration at ``free_until`` [rad or m], shape (..., n_dof).
     """
 
@@ -120,5 +125,5 @@ class EdgeReport(OneLine):
 
 
 def _natural(name: str) -> tuple:
-    """Sorts "box 7" before "box 12"."""
+    """A sort key with "box 7" before "box 12"."""
     return tuple((0, int(word), "") if word.isdigit() else (1, 0, word) for word in name.split())

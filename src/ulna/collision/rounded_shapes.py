@@ -10,7 +10,7 @@ from ulna.errors import GeometryError, install_command
 from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
 
 NO_VERTICES = np.zeros((0, 3))
-_WORTH_A_TURN = 0.9  # of the surface of a box
+_WORTH_A_TURN = 0.9  # share of the surface of the unrotated box: a rotated frame must save at least the rest
 
 
 def _advice() -> str:
@@ -25,11 +25,11 @@ def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[floa
     """The columns from SHAPE on of a row of a table of bodies.
 
     Args:
-        shape: What the body is.
-        first_vertex: Where the vertices of this shape (``shape_vertices``) begin in those of the table.
+        shape: The body's shape.
+        first_vertex: The row of the shape's first vertex (``shape_vertices``) in the table's vertices.
 
     Raises:
-        GeometryError: It is a mesh as a file gives it, which need not be convex, or a shape that is not known.
+        GeometryError: It is a mesh as a file gives it, which may be concave, or an unknown shape.
     """
     match shape:
         case Sphere(radius):
@@ -52,16 +52,19 @@ def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[floa
 
 
 def hull_columns(vertices: NDArray[np.float64], first_vertex: int) -> tuple[float, ...]:
-    """The columns from SHAPE on of a hull of points in its row's frame, shape (n, 3); REACH is that of the farthest point."""
+    """The columns from SHAPE on of a hull of points in its row's frame, shape (n, 3).
+
+    REACH is the distance of the farthest point.
+    """
     half_extents = np.abs(vertices).max(axis=0).tolist()
     reach = float(np.linalg.norm(vertices, axis=1).max())
     return HULL, *half_extents, 0.0, first_vertex, len(vertices), reach
 
 
 def tight_frame(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The frame of a small box that holds points, shape (n, 3): its centre and its axes, in their frame, shape (4, 4).
+    """The frame of a small box around points of shape (n, 3): its pose in their frame, shape (4, 4).
 
-    The axes are those of the points' covariance, unless the box along the axes of their own frame is about as small.
+    Its axes are those of the points' covariance, unless the axis-aligned box is about as small.
     """
     T = np.eye(4)
     axes = np.linalg.eigh(np.cov(points.T, bias=True))[1]

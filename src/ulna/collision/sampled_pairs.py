@@ -1,8 +1,10 @@
 """Finds pairs of links that may touch, from joints and random configurations.
 
-To save time, MoveIt's setup assistant also allows the pairs that never touched in its samples (Coleman et al., Reducing the
-barrier to entry of complex robotic software, J. Software Engineering for Robotics 5(1), 2014, section 4.1). Here such
-pairs are checked: samples without contact do not prove that there is none, and a pair costs a few nanoseconds.
+To save time, MoveIt's setup assistant also allows the pairs that never touched in its samples (Coleman et al.). Here such pairs
+are checked: samples without contact prove nothing, and a pair costs a few nanoseconds.
+
+Source: Coleman et al., Reducing the barrier to entry of complex robotic software, J. Software Engineering for Robotics 5(1),
+2014, section 4.1.
 """
 
 from collections.abc import Iterator
@@ -26,20 +28,20 @@ SAMPLES, SEED = 2000, 0
 
 
 class FoundPairs:
-    """The pairs of links of a robot that may touch, found when they are first needed.
+    """The pairs of links of a robot that may touch, found at their first use.
 
-    These are links joined by one joint, links that do not move relative to each other, and links that touch in all samples.
-    The robots that differ in what is attached to them share one of these.
+    These are links joined by one joint, links without a joint between them, and links that touch in all samples. Robots that
+    differ only in their attached objects share one instance.
     """
 
     def __init__(self, description: Description, tree: Tree) -> None:
-        """Of the links of a robot."""
+        """Take the links of a robot."""
         self._description, self._tree = description, tree
         self._counted: AllowedCollisions | None = None
         self._not_counted: AllowedCollisions | None = None
 
     def counted(self, bodies: Bodies) -> AllowedCollisions:
-        """The pairs, each with its number of contacts in SAMPLES random configurations, and the pairs that are checked."""
+        """The allowed and the checked pairs, each with its number of contacts in SAMPLES random configurations."""
         if self._counted is None:
             allowed, open_pairs = self._by_joints()
             q, touches = random_positions(self._tree, SAMPLES, SEED), np.empty(SAMPLES, np.bool_)
@@ -52,9 +54,9 @@ class FoundPairs:
         return self._counted
 
     def without_counts(self, bodies: Bodies) -> AllowedCollisions:
-        """The pairs alone. Nearly every other pair is free in one of the first samples, so this takes less time.
+        """The allowed pairs without counts, which takes less time: most other pairs are free in one of the first samples.
 
-        It takes the entry for one q, which is compiled in a second or two, whatever is called first.
+        It calls the entry for one q, which compiles in a second or two, and which other calls need anyway.
         """
         if self._counted is not None:
             return self._counted
@@ -74,7 +76,7 @@ class FoundPairs:
             yield links, itself._replace(pairs=bodies.table_of_pairs([links]))
 
     def _by_joints(self) -> tuple[list[LinkPair], list[tuple[str, str]]]:
-        """Of the links with shapes: the pairs that may touch by how they are joined, and all others."""
+        """Split the pairs of links with shapes into those allowed by their joints, and all others."""
         carriers = [link.name for link in self._description.links if link.collisions]
         joined = {frozenset((joint.parent, joint.child)) for joint in self._description.joints}
         allowed, open_pairs = [], []

@@ -5,7 +5,7 @@
       {"name": "crate", "shape": "box", "extents": [0.15, 0.09, 0.126], "xyz": [0.5, 0, 0.21], "rpy": [0, 0, 1.57]}
     ]}
 
-Metres and radians, in the base frame of the robot; ``docs/page_controls.md`` lists the shapes and their keys.
+Meters and radians, in the base frame of the robot; ``docs/viewer.md`` lists the shapes and their keys.
 """
 
 import json
@@ -38,16 +38,16 @@ SHAPES: dict[str, tuple[type, tuple[str, ...]]] = {
     "voxel_grid": (VoxelGrid, ("occupied", "cell", "corner")),
 }
 _TURNS = ("rpy", "wxyz", "rotation")  # roll, pitch, yaw; a quaternion; a matrix of three rows
-_SHORTEST = (4, 6, 9, 12, 15, 17)  # digits behind the point, tried in this order
+_SHORTEST = (4, 6, 9, 12, 15, 17)  # decimals, tried in this order
 
 
 def load_world(path: str | Path) -> World:
-    """The world of a scene file.
+    """Read the world of a scene file.
 
     Raises:
         FileError: It cannot be read.
         InputError: ``path`` is not a path.
-        DescriptionError: It is not a scene; the message names the file and the line, or the object, and the nearest known word.
+        DescriptionError: It is not a scene. The message names the file, the line or the object, and the nearest known word.
     """
     where = _as_path(path)
     try:
@@ -58,11 +58,11 @@ def load_world(path: str | Path) -> World:
 
 
 def save_world(world: World, path: str | Path) -> None:
-    """Write a world to a scene file. ``load_world`` gives back one that is equal to the last digit.
+    """Write a world to a scene file. ``load_world`` restores it to the last digit.
 
     Raises:
-        FileError: It cannot be written; a file that was there is as it was.
-        InputError: ``path`` is not a path, ``world`` is not a world, or its scene would be too long to be loaded.
+        FileError: It cannot be written. An existing file stays unchanged.
+        InputError: ``path`` is not a path, ``world`` is not a world, or its scene would be too large to load.
     """
     where = _as_path(path)
     if not isinstance(world, World):
@@ -84,7 +84,7 @@ def world_to_json(world: World) -> str:
     """The text of a scene file.
 
     Raises:
-        InputError: It would be longer than ``load_world`` takes.
+        InputError: It would be larger than ``load_world`` accepts.
 
     Example:
         >>> world = World()
@@ -104,10 +104,10 @@ def world_to_json(world: World) -> str:
 
 
 def world_from_json(text: str | bytes, source: str = "scene") -> World:
-    """The world of the text of a scene file; ``source`` names it in messages.
+    """The world of the text of a scene file; ``source`` names the file in messages.
 
     Raises:
-        DescriptionError: It is not a scene; the message names the line, or the object, and the nearest known word.
+        DescriptionError: It is not a scene. The message names the line or the object, and the nearest known word.
     """
     if len(text) > LONGEST:
         raise DescriptionError(f"more than {LONGEST // 1_000_000} MB; a scene file has at most that", source)
@@ -139,7 +139,7 @@ def _entry(
 
 
 def _turn(T: NDArray[np.float64]) -> dict[str, Any]:
-    """The rotation as the shortest roll, pitch, yaw that give it to the last bit; as a matrix where none do."""
+    """The rotation as the shortest roll, pitch, yaw that restore every bit; else as a matrix."""
     if np.array_equal(T[:3, :3], np.eye(3)):
         return {}
     for digits in _SHORTEST:

@@ -29,7 +29,7 @@ _OF_OBJECTS = "_shapes", "_poses", "_touch_links", "_speeds", "_stated"
 class World:
     """Obstacles by name. Objects may be added, moved and removed at any time, from any thread.
 
-    A change that is interrupted, as by Ctrl-C, is made in whole or not at all.
+    An interrupted change, as by Ctrl-C, is applied completely or not at all.
 
     Example:
         >>> from ulna.description.pose import pose
@@ -45,12 +45,12 @@ class World:
         self._shapes: dict[str, Obstacle] = {}
         self._poses: dict[str, NDArray[np.float64]] = {}
         self._touch_links: dict[str, frozenset[str]] = {}
-        self._tables: ObjectTables | None = None  # None: all objects are to be laid out
-        self._speeds: dict[str, float] = {}  # of those that may move by themselves
-        self._stated: dict[str, int] = {}  # which of the statements of where one of these is was that of each
-        self._n_stated = 0  # such statements
-        self._n_changes = 0  # of anything but their poses
-        self._changed: dict[str, bool] = {}  # since then, and whether more than the pose was
+        self._tables: ObjectTables | None = None  # None: all objects need a new layout
+        self._speeds: dict[str, float] = {}  # of the objects that may move by themselves
+        self._stated: dict[str, int] = {}  # the number of the last pose update of each of these
+        self._n_stated = 0  # pose updates of the world
+        self._n_changes = 0  # other changes of the world
+        self._changed: dict[str, bool] = {}  # since _objects was made; True if more than the pose changed
         self._objects: Objects | None = None
         self._kept: tuple[Objects | None, World | None] = (None, None)
 
@@ -69,7 +69,7 @@ class World:
         return len(self._shapes)
 
     def __bool__(self) -> bool:
-        """True, though it be empty: in ``world or World()`` a world that is filled later must not be replaced by another."""
+        """Always True: ``world or World()`` must not replace an empty world, which may be filled later."""
         return True
 
     def add(
@@ -85,16 +85,18 @@ class World:
 
         Args:
             name: A name that no other object has.
-            shape: A ``Box``, ``Sphere``, ``Capsule``, ``Cylinder``, ``ConvexMesh``, ``HalfSpace``, ``PointCloud``,
-                ``HeightMap`` or ``VoxelGrid``.
+            shape: A ``Box``, ``Sphere``, ``Capsule``, ``Cylinder``, ``ConvexMesh``, ``HalfSpace``, ``PointCloud``, ``HeightMap``
+                or ``VoxelGrid``.
             pose: T_base_object, shape (4, 4); the origin unless given.
-            touch_links: Links of a robot, or objects attached to it, that may touch it: their contact is no collision, and their
-                distance does not count. An example is the base on the floor. Names that a robot does not have are ignored.
-            speed: The greatest of any of its points [m/s], of an object that may move by itself: a servo reckons with all that
-                it can do (docs/servo.md), and nothing else does. Without one it is where it is said to be until ``move``.
+            touch_links: Links of a robot, or objects attached to it, that may touch this object. Their contact is no collision,
+                and their distance does not count. An example is the base on the floor. Names that a robot does not have are
+                ignored.
+            speed: The maximum speed of any point of an object that may move by itself [m/s]. Only a servo uses it: it stays clear
+                of everywhere the object can have moved to (docs/servo.md). Objects without a speed stay at their pose until
+                ``move``.
 
         Raises:
-            GeometryError: The shape is not one of these.
+            GeometryError: The shape is of another type.
             InputError: The name is taken or not text, the pose is not a rigid motion, or the speed is not a number of at least 0.
 
         Example:
@@ -130,11 +132,12 @@ class World:
         """Add several objects, all or none.
 
         Args:
-            objects: A name, a shape, and T_base_object, shape (4, 4), of each, as ``items`` has them; the pose may be left out.
-            touch_links: As of ``add``, for all of them.
+            objects: The name, the shape, and T_base_object, shape (4, 4), of each, in the order of ``items``. The pose is
+                optional.
+            touch_links: As in ``add``, for all of these objects.
 
         Raises:
-            GeometryError: A shape is not one that a world can hold.
+            GeometryError: A shape is of a type that a world cannot hold.
             InputError: A name is taken, given twice or not text, or a pose is not a rigid motion.
 
         Example:
@@ -154,7 +157,9 @@ class World:
             self._exchange((), new.__getstate__())
 
     def move(self, name: str, pose: ArrayLike) -> None:
-        """Move an object to another pose T_base_object, shape (4, 4). Of one with a speed it says where it is now.
+        """Move an object to another pose T_base_object, shape (4, 4).
+
+        For an object with a speed this is a pose update: a servo takes it as the object's pose now.
 
         Raises:
             InputError: The pose is not a rigid motion.
@@ -170,14 +175,14 @@ class World:
                 self._stated[name] = self._n_stated
 
     def move_many(self, names: Sequence[str], poses: ArrayLike) -> None:
-        """Move several objects, all or none; a query in another thread finds them all moved, or none.
+        """Move several objects, all or none. A query in another thread sees all of them moved, or none.
 
         Args:
             names: The objects.
             poses: T_base_object of each, shape (n, 4, 4).
 
         Raises:
-            InputError: There are not as many poses as names, or a pose is not a rigid motion.
+            InputError: The numbers of poses and names differ, or a pose is not a rigid motion.
             UnknownNameError: There is no such object.
 
         Example:
@@ -206,7 +211,7 @@ class World:
         """Give an object another shape; its pose is unchanged.
 
         Raises:
-            GeometryError: The shape is not one that a world can hold.
+            GeometryError: The shape is of a type that a world cannot hold.
             UnknownNameError: There is no such object.
         """
         _refuse_unsolid(name, shape)
@@ -214,19 +219,20 @@ class World:
         with self._lock:
             self._known(name)
             self._mark(name)
-            is_image = not isinstance(shape, Solid)  # of a sensor: then it says where the object is now
+            is_image = not isinstance(shape, Solid)  # a sensor's image is a pose update too
             self._shapes[name] = shape
             if is_image and name in self._speeds:
                 self._stated[name] = self._n_stated
 
     def update(self, name: str, points: PointCloud | ArrayLike) -> None:
-        """Give a cloud other points; its pose, its radius unless a cloud is given, and what may touch it are unchanged.
+        """Replace the points of a cloud. Its pose and its ``touch_links`` are unchanged.
 
-        The quickest way to bring a camera's next image into the world: only this cloud is laid out again.
+        Its radius changes only if a ``PointCloud`` is given. This is the fastest way to bring a camera's next image into the
+        world: only this cloud is laid out again.
 
         Args:
             name: The object, which is a ``PointCloud``.
-            points: A ``PointCloud``, or points as it takes them, shape (n, 3) or (H, W, 3) [m].
+            points: A ``PointCloud``, or points as its constructor takes them, shape (n, 3) or (H, W, 3) [m].
 
         Raises:
             InputError: They are not points, or the object is no cloud.
@@ -293,7 +299,7 @@ class World:
             return self._touch_links.get(name, frozenset())
 
     def speed(self, name: str) -> float | None:
-        """The greatest speed of an object that may move by itself [m/s], or None.
+        """The maximum speed of an object that may move by itself [m/s], or None.
 
         Raises:
             UnknownNameError: There is no such object.
@@ -312,8 +318,8 @@ class World:
         return other
 
     def snapshot(self) -> "World":
-        """A copy that nobody changes; the same one until an object changes."""
-        objects = self.objects()  # made once, and kept by the copy
+        """A copy that nobody changes; the same copy until an object changes."""
+        objects = self.objects()  # computed once, and shared with the copy
         known, kept = self._kept
         if kept is None or known is not objects:
             kept = self.copy()
@@ -335,28 +341,28 @@ class World:
             return tuple((name, shape, self._poses[name].copy()) for name, shape in self._shapes.items())
 
     def show(self, *, size: tuple[int, int] | None = None) -> Recording:
-        """A picture of the objects alone, drawn with no display; ``robot.show(q, world)`` has a robot among them.
+        """A picture of the objects alone, drawn without a display; ``robot.show(q, world)`` also draws a robot.
 
         Args:
             size: Width and height [pixels]; 720 and 480 unless given.
 
         Returns:
-            A ``Recording``, which a notebook shows and keeps; its ``save("world.png")`` writes it.
+            A ``Recording``, which a notebook shows and keeps; its ``save("world.png")`` writes a file.
 
         Raises:
-            InputError: The size cannot be taken.
+            InputError: The size is invalid.
             MissingExtraError: The extra ``viewer`` is not installed.
         """
         return drawer("world")(self, size=size)
 
     def objects(self) -> Objects:
-        """A snapshot of the objects as tables for the kernels; only what has changed is laid out again."""
+        """A snapshot of the objects as tables for the kernels; only changes are laid out again."""
         known = self._objects
         if known is not None:
             return known
         with self._lock:
             if self._objects is None:
-                tables, self._tables = self._tables, None  # if this is interrupted, all of it is laid out the next time
+                tables, self._tables = self._tables, None  # an interruption makes the next call lay out everything
                 changed = dict.fromkeys(self._shapes, True) if tables is None else self._changed
                 tables = tables or ObjectTables()
                 objects = tables.updated(changed, self._shapes, self._poses, self._touch_links)
@@ -367,10 +373,10 @@ class World:
             return self._objects
 
     def _mark(self, name: str, *, pose_alone: bool = False) -> None:
-        """Let an object be laid out again, and a servo see a change. This comes before the change, in case it is interrupted.
+        """Mark an object as changed, for the next layout and for a servo.
 
-        CPython takes a signal after a call, where a function begins and where a loop repeats. So a change calls nothing
-        between its first store and its last.
+        This comes before the change, in case the change is interrupted. CPython handles a signal after a call, at the begin of a
+        function and at the repeat of a loop. So a change calls no function between its first and its last store.
         """
         self._objects = None
         if not pose_alone or name not in self._changed:
@@ -380,7 +386,10 @@ class World:
         self._n_stated += 1
 
     def _exchange(self, removed: Collection[str], new: dict) -> None:
-        """Remove objects, and take over the contents of another world in the place of any of these names. The lock is held."""
+        """Remove objects, then add the contents of another world, which replace objects of the same names.
+
+        The caller holds the lock.
+        """
         names, contents = (*removed, *new["_shapes"]), self._contents()
         for name in names:
             self._mark(name)
@@ -422,13 +431,13 @@ class World:
 
 
 def exchange(world: World, removed: Collection[str], new: World) -> None:
-    """Remove objects of a world, and take over those of another in the place of any of these names, all or none."""
+    """Remove objects of a world, and add those of another, replacing objects of the same names: all or none."""
     with world._lock:  # noqa: SLF001 - a function of this module, as users call no such method
         world._exchange([name for name in removed if name in world], new.__getstate__())  # noqa: SLF001
 
 
 def refuse_no_world(world: object) -> None:
-    """Refuse what is given as a world, and is neither one nor None.
+    """Raise an error for an argument that is neither a world nor None.
 
     Raises:
         InputError: It is of another type.
@@ -439,7 +448,7 @@ def refuse_no_world(world: object) -> None:
 
 @cache
 def _placed() -> Callable[[ArrayLike], NDArray[np.float64]]:
-    """``as_one_pose`` of the argument ``pose``: in C in a wheel, in Python without one, since a compiler takes long to load."""
+    """``as_one_pose`` of the argument ``pose``: in C in a wheel, else in Python, where a compiler takes long to load."""
     in_python = partial(as_one_pose, name="pose")
     return bind(placing.copy_exact, "copy", (), 4, (4, 4), in_python) if IN_C else in_python
 
