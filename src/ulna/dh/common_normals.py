@@ -1,28 +1,30 @@
 """Computes the axes of a serial arm, their common normals, and the DH parameters between them.
 
-The lines are the z axis of the base, the axes of the n joints, and the z axis of the tip. From each to the next leads a common
-normal, along x; so the arm at zero is
+The lines are the z axis of the base, the axes of the n joints, and the z axis of the tip. A common normal, along x, leads from
+each line to the next. So the arm at zero is
 
     Z_0 X_0  Z_1 X_1 ... Z_n X_n  Z_n+1      with  Z = Tz(d) Rz(theta)  and  X = Tx(a) Rx(alpha)
 
-and both conventions are this one product, cut differently: a modified row is X_(i-1) Z_i, a standard row is Z_i X_i.
+Both conventions are this one product, cut differently: a modified row is X_(i-1) Z_i, a standard row is Z_i X_i.
 Source: Craig, Introduction to Robotics (3rd ed., 2005), sections 3.4 and 3.5.
 
-Where the product is not unique:
+Rules where the product is not unique:
 
 1. z points along the joint's positive direction, so no joint needs a sign.
-2. x and -x are both valid: x_i is the one with the smaller turn from x_(i-1) (theta in (-pi/2, pi/2]), so a may be negative.
-   The last x of a standard table is the one that needs the smaller turn to the tip's x, where the table ends.
-3. Parallel axes have a common normal everywhere: the one that makes d of the first axis zero. Coincident ones: theta zero too.
-4. If the last axis is parallel to the tip's z, a standard table ends level with the tip, a modified one at the last joint's own
-   origin. If they coincide, x_n is the tip's x.
-5. The base's z and the tip's z count as parallel to the axis beside them within 1e-3 rad: T_base_0 and T_n_tip represent any
-   tilt exactly, and a common normal far away would be of no use.
-6. Of a prismatic joint only the direction matters: its axis passes through the next frame's origin, so a and the next d are zero.
-   Where the two axes after it are within 1e-3 rad of parallel, that frame is far away or free: it passes through the next joint's
-   own origin, or in a standard table that ends there through the point that is level with the tip.
-7. Where rule 3 would begin a normal farther away than the arm is long, since that of other axes, nearly parallel, is there, it
-   begins at the joint's own origin: a tilt that is taken as none counts with that distance. Where no tilt is, rule 3 holds.
+2. x and -x are both valid. x_i is the one with the smaller rotation from x_(i-1) (theta in (-pi/2, pi/2]), so a may be negative.
+   The last x of a standard table is the one with the smaller rotation to the tip's x, where the table ends.
+3. Parallel axes have a common normal everywhere: take the one that makes d of the first axis zero. For coincident axes theta is
+   zero too.
+4. If the last axis is parallel to the tip's z, a standard table ends level with the tip; a modified one ends at the last joint's
+   own origin. If they coincide, x_n is the tip's x.
+5. The base's z and the tip's z count as parallel to their neighbor within 1e-3 rad. T_base_0 and T_n_tip represent any tilt
+   exactly, and a distant common normal would be useless.
+6. Only the direction of a prismatic joint matters. Its axis passes through the next frame's origin, so a and the next d are zero.
+   If the two axes after it are within 1e-3 rad of parallel, that frame is distant or arbitrary. Then the axis passes through the
+   next joint's own origin. In a standard table that ends there, it passes through the point level with the tip.
+7. Rule 3 may start a normal farther away than the arm is long, if other nearly parallel axes have their normal there. Then the
+   normal starts at the joint's own origin: a neglected tilt causes an error in proportion to that distance. Without a tilt, rule
+   3 holds.
 """
 
 from dataclasses import dataclass
@@ -31,14 +33,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_SLACK = 1e-9  # a turn by a quarter or a half counts as positive, also after rounding
-_ROUNDING = 1e-12  # [m]: what a tilt of rounding alone makes of a distance
+_SLACK = 1e-9  # a rotation by a quarter or a half turn counts as positive, also after rounding
+_ROUNDING = 1e-12  # [m]: displacement by a tilt that is rounding alone
 NEARLY_PARALLEL = 1e-3  # [rad]
 
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """Lines in the base's frame: ``points`` on them and ``directions``, shape (n + 2, 3); the base's first, the tip's last.
+    """Lines in the base's frame: ``points`` and ``directions``, shape (n + 2, 3), from base to tip.
 
     ``prismatic`` has an entry for each line; ``x_tip`` is the tip's x axis.
     """
@@ -49,25 +51,25 @@ class Axes:
     x_tip: Array
 
     def parallel(self, tolerance: float) -> NDArray[np.bool_]:
-        """For each line whether the next one is parallel to it, by rule 5 at the ends."""
+        """Mask of the lines that are parallel to the next one, by rule 5 at the ends."""
         within = np.full(len(self.directions) - 1, tolerance)
         within[[0, -1]] = max(tolerance, NEARLY_PARALLEL)
         return self.tilts <= within
 
     @property
     def length(self) -> float:
-        """That of the way from point to point [m]."""
+        """The length of the path from point to point [m]."""
         return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
 
     @property
     def tilts(self) -> Array:
-        """The angle [rad] between neighbours, 0 for parallel and for opposite ones (its sine, where it is not small)."""
+        """The angle [rad] between neighboring lines; 0 for parallel and for opposite ones. Large angles are given as sines."""
         return np.linalg.norm(np.cross(self.directions[:-1], self.directions[1:]), axis=1)
 
 
 @dataclass(frozen=True, eq=False)
 class Normals:
-    """X_0 ... X_n as ``a`` and ``alpha``, Z_1 ... Z_n as ``d`` and ``theta``.
+    """The normals X_0 ... X_n as ``a`` and ``alpha``, and Z_1 ... Z_n as ``d`` and ``theta``.
 
     Normal i runs along ``x[i]``, from ``starts[i]`` on line i to ``ends[i]`` on line i + 1; shape (n + 1, 3).
     """
@@ -82,11 +84,11 @@ class Normals:
 
 
 def common_normals(axes: Axes, *, ends_at_tip: bool, tolerance: float) -> Normals:
-    """The normals of a chain of axes.
+    """The common normals of a chain of axes.
 
     Args:
         axes: The lines.
-        ends_at_tip: The rule for the end (4 above, and the last of 2): True for a standard table.
+        ends_at_tip: The rule for the end (rule 4, and the end of rule 2): True for a standard table.
         tolerance: Axes within this angle [rad] are parallel; parallel ones within this distance [m] coincide.
     """
     z, parallel = axes.directions, axes.parallel(tolerance)
@@ -114,7 +116,7 @@ def common_normals(axes: Axes, *, ends_at_tip: bool, tolerance: float) -> Normal
 
 
 def _measured(z: Array, xs: Array, starts: Array, ends: Array) -> Normals:
-    """The four numbers; ``xs`` begins with the base's x, ``ends`` with its origin."""
+    """Compute the four DH numbers; ``xs`` begins with the base's x, ``ends`` with its origin."""
     x = xs[1:]
     return Normals(
         a=_along(x, ends[1:] - starts),
@@ -128,7 +130,7 @@ def _measured(z: Array, xs: Array, starts: Array, ends: Array) -> Normals:
 
 
 def _with_prismatic_axes_placed(axes: Axes, parallel: NDArray[np.bool_], *, ends_at_tip: bool) -> Array:
-    """The points, those of prismatic axes moved to the origin of the next frame, from the tip to the base."""
+    """The points, with those of prismatic axes moved to the next frame's origin, from tip to base."""
     points, z, tip = axes.points.copy(), axes.directions, len(axes.points) - 1
     for i in range(tip - 1, 0, -1):
         if not axes.prismatic[i]:
@@ -145,7 +147,7 @@ def _with_prismatic_axes_placed(axes: Axes, parallel: NDArray[np.bool_], *, ends
 
 
 def _free_start(i: int, axes: Axes, points: Array, arrived: Array, *, ends_at_tip: bool) -> Array:
-    """Where on line i the normal to a parallel line begins."""
+    """The point of line i where the normal to a parallel line begins."""
     if i == len(points) - 2:
         return _project(points[-1], points[i], axes.directions[i]) if ends_at_tip else points[i]
     if axes.prismatic[i]:
@@ -155,7 +157,7 @@ def _free_start(i: int, axes: Axes, points: Array, arrived: Array, *, ends_at_ti
 
 
 def _nearest_points(p: Array, u: Array, s: Array, v: Array) -> tuple[Array, Array]:
-    """Where two lines, through p along u and through s along v, come nearest to each other."""
+    """The nearest points of two lines, through p along u and through s along v."""
     normal, between = np.cross(u, v), s - p
     square = normal @ normal
     return p + u * (np.cross(between, v) @ normal / square), s + v * (np.cross(between, u) @ normal / square)
@@ -166,7 +168,7 @@ def _project(point: Array, p: Array, u: Array) -> Array:
 
 
 def _perpendicular(vector: Array, z: Array) -> Array:
-    """The unit vector along the part of a vector that is orthogonal to z."""
+    """The unit vector along the component of a vector orthogonal to z."""
     across = vector - (vector @ z) * z
     return across / np.linalg.norm(across)
 

@@ -1,4 +1,4 @@
-"""Computes the Denavit-Hartenberg table of any serial chain, and proves that it is the same robot."""
+"""Computes the Denavit-Hartenberg table of any serial chain, and proves that both are the same robot."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from ulna.kinematics.sample import random_positions
 from ulna.kinematics.tree import Tree, motion_along_z, row_pose
 
 Array = NDArray[np.float64]
-_ROUNDING = 1e-14  # of a number that went through the products of a chain
-_WORTH_A_NOTE = 1e-12  # rad: below it is rounding; below NEARLY_PARALLEL it may be a mistake
+_ROUNDING = 1e-14  # of a number that passed through the products of a chain
+_WORTH_A_NOTE = 1e-12  # rad: smaller tilts are rounding; those below NEARLY_PARALLEL may be a mistake
 _N_CONFIGURATIONS = 1000
 
 
@@ -59,7 +59,7 @@ def _rows(normals: Normals, convention: str) -> Array:
 
 
 def _frame_0(axes: Axes, normals: Normals, convention: str) -> Array:
-    """T_base_0: where the first row begins, on the base's z axis (modified) or on that of the first joint (standard)."""
+    """T_base_0: the frame of the first row, on the base's z axis (modified) or on the first joint's axis (standard)."""
     modified = convention == "modified" or len(axes.directions) == 2
     z, origin = (axes.directions[0], normals.starts[0]) if modified else (axes.directions[1], normals.ends[0])
     T, x = np.eye(4), normals.x[0]
@@ -76,7 +76,7 @@ def _as_they_are_and_cleaned(rows: Array, T_base_0: Array) -> Iterator[tuple[Arr
 
 
 def _decimal(values: Array) -> Array:
-    """The values; those within rounding of a number of at most twelve decimals are replaced by it."""
+    """Replace values within rounding of a number with at most twelve decimals by that number."""
     short = np.round(values, 12) + 0.0
     return np.where(np.abs(values - short) < _ROUNDING, short, values)
 
@@ -90,7 +90,7 @@ def _table(
     begun: tuple[Array, Array],
     notes: tuple[str, ...],
 ) -> DHTable:
-    """The table of these rows behind ``T_base_0``; the remaining pose of the tip at zero is ``T_n_tip``."""
+    """The table of these rows after ``T_base_0``; the remaining pose of the tip at zero is ``T_n_tip``."""
     rows, T_base_0 = begun
     nowhere = np.zeros((1, len(rows)))
     T_n_tip = _decimal(inverse(_frame_n(rows, convention, T_base_0, chain, nowhere)[0]) @ chain.T_base_tip)
@@ -118,7 +118,7 @@ def _table(
 
 
 def _frame_n(rows: Array, convention: str, T_base_0: Array, chain: DHChain, positions: Array) -> Array:
-    """T_base_n at joint positions (m, n), shape (m, 4, 4): the product that the table describes, written out."""
+    """T_base_n at joint positions (m, n), shape (m, 4, 4): the table's product of transforms, written out."""
     pose = np.broadcast_to(T_base_0, (len(positions), 4, 4))
     for row, kind, position in zip(rows, chain.table[:, KIND], positions.T, strict=True):
         before, behind = around_the_motion(row, convention)
@@ -154,7 +154,7 @@ def _notes(chain: DHChain, axes: Axes, tolerance: float) -> Iterator[str]:
 
 
 def _pair(chain: DHChain, i: int) -> str:
-    """Line i and the next one, in words; the lines of the joints are 1 to n."""
+    """Words for line i and the next one; the lines of the joints are 1 to n."""
     return f"the axes of {chain.joints[i - 1].name!r} and {chain.joints[i].name!r}"
 
 
@@ -164,7 +164,10 @@ def _above(tilt: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class DHChain:
-    """The moving joints of a chain, their rows of the tree's table, their frames at zero (z along the axis), and the tip's."""
+    """The moving joints of a chain, their rows of the tree's table, and the frames at zero.
+
+    z of a joint's frame is along its axis.
+    """
 
     joints: tuple[Joint, ...]
     table: Array
@@ -197,7 +200,10 @@ def dh_chain(description: Description, tree: Tree, link: str) -> DHChain:
 
 
 def mimics_within(chain: DHChain) -> Iterator[Mimic | None]:
-    """For each row the row that it follows: its own leader where that is in the chain, else the first with the same one."""
+    """The mimic relation of each row.
+
+    A row follows its own leader if the chain contains it, else the first row with the same leader.
+    """
     leaders: dict[float, int] = {}
     for k in sorted(range(len(chain.joints)), key=lambda k: chain.joints[k].mimic is not None):
         leaders.setdefault(chain.table[k, COLUMN], k)

@@ -1,4 +1,4 @@
-"""Makes a description from a Denavit-Hartenberg table."""
+"""Converts a Denavit-Hartenberg table to a description."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -31,8 +31,8 @@ def description_from_dh(
     """The description of the serial arm in a DH table.
 
     Returns:
-        Links ``base``, ``link1`` ... ``linkN``, the DH frames, and joints ``joint1`` ... ``jointN``. With ``T_base_0`` there is
-        a ``link0`` behind ``base``, with ``T_n_tip`` a ``tip`` behind ``linkN``.
+        Links ``base``, ``link1`` ... ``linkN``, the DH frames, and joints ``joint1`` ... ``jointN``. With ``T_base_0`` there is a
+        ``link0`` after ``base``, with ``T_n_tip`` a ``tip`` after ``linkN``.
     """
     table = _table(rows)
     types = _joint_types(joint_types, len(table))
@@ -48,7 +48,7 @@ def description_from_dh(
 
 
 def description_of_table(table: DHTable) -> Description:
-    """The description of the serial arm in a table that ``Robot.dh`` made: its joints keep their names, limits and mimics."""
+    """The description of the arm in a table from ``Robot.dh``. Its joints keep their names, limits and mimics."""
     joints = [
         _Row(name, JointType(kind), limits, mimic)
         for name, kind, limits, mimic in zip(table.joint_names, table.joint_types, table.limits, table.mimics, strict=True)
@@ -57,7 +57,7 @@ def description_of_table(table: DHTable) -> Description:
 
 
 class _Row(NamedTuple):
-    """What a row's joint is, beyond its four numbers."""
+    """The joint of a row, without the row's four numbers."""
 
     name: str
     type: JointType
@@ -87,7 +87,7 @@ def _serial_arm(
 
 
 class _Chain:
-    """Links and joints, growing; names of fixed joints keep clear of those of the rows."""
+    """A growing list of links and joints; names of fixed joints avoid those of the rows."""
 
     def __init__(self, taken: set[str]) -> None:
         self.links, self.joints, self.taken = [Link("base")], [], taken

@@ -13,8 +13,8 @@ from ulna.errors import InputError, did_you_mean
 from ulna.notebook import tables
 
 Array = NDArray[np.float64]
-# Axes within this angle [rad] are parallel: a file with six decimals is off by half of that, and the common normal of such axes
-# would lie hundreds of kilometres away.
+# Axes within this angle [rad] are parallel. A file with six decimals is off by half of that, and the common normal of such axes
+# would lie hundreds of kilometers away.
 PARALLEL = 1e-6
 CONVENTIONS = ("modified", "standard")
 _HEADERS = "", "joint", "a [m]", "d [m]", "alpha [rad]", "theta [rad]"
@@ -22,14 +22,14 @@ ROW_PRODUCTS = {"modified": "Rx(alpha) Tx(a) Tz(d) Rz(theta)", "standard": "Rz(t
 
 
 def checked_convention(convention: str) -> str:
-    """The convention; an ``InputError`` if no convention has that name."""
+    """The convention; an ``InputError`` for an unknown name."""
     if convention not in CONVENTIONS:
         raise InputError("convention", f"{convention!r} is not known{did_you_mean(str(convention), CONVENTIONS)}")
     return convention
 
 
 def around_the_motion(row: Array, convention: str) -> tuple[Array, Array]:
-    """The constant poses before and behind Rz(q) or Tz(q) in one row's transform."""
+    """The constant poses before and after Rz(q) or Tz(q) in one row's transform."""
     a, d, alpha, theta = row
     along_z, along_x = np.eye(4), np.eye(4)
     along_z[2, 3], along_x[0, 3] = d, a
@@ -41,7 +41,7 @@ def around_the_motion(row: Array, convention: str) -> tuple[Array, Array]:
 class DHTable:
     """The Denavit-Hartenberg table of a serial arm: T_base_tip = T_base_0 T_0_1(q) ... T_n-1_n(q) T_n_tip.
 
-    ``str(table)`` is a table to copy; ``ulna.Robot.from_dh(table)`` is the robot of it.
+    ``str(table)`` is a table to copy; ``ulna.Robot.from_dh(table)`` is its robot.
     """
 
     name: str
@@ -50,7 +50,7 @@ class DHTable:
     """``"modified"`` (Craig) or ``"standard"``."""
     base: str
     tip: str
-    """The links that the table begins and ends at."""
+    """The first and the last link of the table."""
     rows: Array
     """a [m], d [m], alpha [rad], theta_offset [rad], shape (n, 4): one row for each moving joint of the chain."""
     joint_names: tuple[str, ...]
@@ -58,18 +58,18 @@ class DHTable:
     """``"revolute"``, ``"continuous"`` or ``"prismatic"``, one a row. z points along the joint's positive direction: no signs."""
     limits: tuple[Limits, ...]
     mimics: tuple[Mimic | None, ...]
-    """For a row whose joint follows that of another row: which, and how."""
+    """For a row whose joint mimics that of another row: the leader, the multiplier and the offset."""
     T_base_0: Array
     """The pose of frame 0 in the base, shape (4, 4)."""
     T_n_tip: Array
     """The pose of the tip in frame n, shape (4, 4)."""
     max_position_difference: float
-    """The proof: the largest distance [m] between the table's tip and the robot's over ``n_configurations`` random ones."""
+    """The proof: the maximum distance [m] between the table's and the robot's tip, over ``n_configurations`` random ones."""
     max_rotation_difference: float
-    """The largest angle [rad] between them."""
+    """The maximum angle [rad] between them."""
     n_configurations: int
     notes: tuple[str, ...] = ()
-    """What was decided about axes that are nearly parallel."""
+    """Decisions about axes that are nearly parallel."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rows", frozen(self.rows, (-1, 4)))
@@ -109,7 +109,7 @@ def _cells(table: DHTable) -> Iterator[tuple[str, ...]]:
 
 
 def _notes(table: DHTable) -> Iterator[str]:
-    """The lines below the rows: what follows what, the first frame and the tip, and the proof."""
+    """The lines below the rows: mimics, the first frame and the tip, and the proof."""
     for k, mimic in enumerate(table.mimics, start=1):
         if mimic is not None:
             yield mimic_words(k, table.joint_names.index(mimic.joint) + 1, mimic.multiplier, mimic.offset)
@@ -125,12 +125,12 @@ def proof_words(position: float, rotation: float, n: int) -> str:
 
 
 def mimic_words(k: int, leader: int, multiplier: float, offset: float) -> str:
-    """How row k follows another, as an equation."""
+    """The mimic relation of row k, as an equation."""
     return f"q{k} = {multiplier:.9g} * q{leader} + {offset:.9g}"
 
 
 def row_words(k: int, kind: str, row: Sequence[float] | Array) -> tuple[str, str, str, str]:
-    """a, d, alpha and theta of row k, with q where it enters."""
+    """a, d, alpha and theta of row k, with q in its place."""
     a, d, alpha, theta = length_words(row[0]), length_words(row[1]), angle_words(row[2]), angle_words(row[3])
     return (a, _with_q(k, d), alpha, theta) if kind == "prismatic" else (a, d, alpha, _with_q(k, theta))
 
@@ -146,7 +146,7 @@ def length_words(value: float) -> str:
 
 
 def angle_words(value: float) -> str:
-    """An angle, as a fraction of pi where it is one to the last digits."""
+    """An angle, as a fraction of pi if it equals one to the last digits."""
     for divisor in (1, 2, 3, 4, 6, 12):
         parts = value * divisor / pi
         if round(parts) and abs(parts - round(parts)) < 1e-13:
@@ -165,7 +165,7 @@ def pose_words(T: Array) -> str:
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Columns: the names to the left, the numbers to the right."""
+    """Align the columns: names to the left, numbers to the right."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     for row in rows:
         cells = [

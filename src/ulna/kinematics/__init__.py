@@ -1,1 +1,1 @@
-"""Kinematics with NumPy arrays. Arguments are validated here, once; the kernels do not validate them again."""
+"""Computes kinematics with NumPy arrays. Arguments are validated here, once; the kernels do not validate them again."""

@@ -1,4 +1,4 @@
-"""Computes the poses of links, NumPy in and out."""
+"""Computes the poses of links, with NumPy arrays in and out."""
 
 from collections.abc import Callable
 from typing import Never
@@ -21,8 +21,8 @@ _SHAPE = (4, 4)
 class FunctionOfLink(Bound):
     """A function of q for one link, for a control loop.
 
-    It validates its arguments as the method of ``Robot`` does, in less time. It may be pickled, and called from many threads at
-    once, each with an ``out`` of its own.
+    It validates its arguments like the method of ``Robot``, in less time. It can be pickled, and called from many threads at once
+    if each has its own ``out``.
     """
 
     __slots__ = ("_batch", "_leading", "_link", "_one", "_shape", "_tree")
@@ -30,7 +30,10 @@ class FunctionOfLink(Bound):
     def __init__(
         self, tree: Tree, link: str, one: Callable[..., bool], batch: Callable[..., bool], frame: tuple[int, ...], shape: tuple
     ) -> None:
-        """Take an entry for one q and one for a batch; before q both take the chain and ``frame``. shape: of one result."""
+        """Take an entry for one q and an entry for a batch.
+
+        Before q, both take the chain and ``frame``. shape: The shape of one result.
+        """
         self._tree, self._link, self._shape = tree, link, shape
         self._one, self._batch = ready(one), batch
         chain = tree.chain(link).copy()  # writable: to pass a read-only array takes 30 ns longer
@@ -45,25 +48,25 @@ class FunctionOfLink(Bound):
 
             Args:
                 q: Joint positions [rad or m], shape (..., n_dof).
-                out: Written to and returned if given: a float64 array of the result's shape.
-                **unknown: No other argument is taken.
+                out: Array for the result, if given: a float64 array of the result's shape.
+                **unknown: No other argument is allowed.
 
             Raises:
                 InputError: q has another shape or is out of range, or ``out`` does not fit.
             """
             fits = not unknown and (out is None or (type(out) is np.ndarray and out.flags.carray))
             if fits and type(q) is np.ndarray and q.ndim == 1 and q.dtype is FLOAT64:
-                one = q if q.flags.carray else q.copy()  # read-only, such as robot.home, it would be of another type
+                one = q if q.flags.carray else q.copy()  # a read-only array, such as robot.home, would be of another type
                 result = np.empty(self._shape) if out is None else out
                 try:
                     if self._one(*self._leading, one, result):
                         return result
-                except TypeError:  # out has another type; to find that here takes 80 us, so q's type is tested before
+                except TypeError:  # ``out`` has another type. Raising takes 80 us, so q's type is tested before the call.
                     pass
             return self._validated(q, out, **unknown)
 
     def _validated(self, q: ArrayLike, out: Array | None = None, **unknown: Never) -> Array:
-        """The result for a batch, and for arguments that must be converted or refused."""
+        """The result for a batch, and for arguments that need a conversion or an error."""
         if unknown:
             refuse_unknown(type(self).__name__, unknown)
         q = as_positions(q, self._tree)
@@ -83,8 +86,8 @@ class FunctionOfLink(Bound):
 class CompiledForward(FunctionOfLink):
     """The pose of one link, shape (..., 4, 4), for a control loop: ``robot.compile_forward(link)``.
 
-    It validates its arguments as ``robot.forward_kinematics`` does, in less time. It may be pickled, and called from many threads
-    at once, each with an ``out`` of its own.
+    It validates its arguments like ``robot.forward_kinematics``, in less time. It can be pickled, and called from many threads at
+    once if each has its own ``out``.
     """
 
     __slots__ = ()
@@ -100,9 +103,9 @@ class CompiledForward(FunctionOfLink):
 
 
 class ForwardByLink(dict[str | None, CompiledForward]):
-    """Forward kinematics of one robot by link, each made when it is first needed; None is the tip.
+    """Forward kinematics of one robot by link, each compiled at its first use; None is the tip.
 
-    A dict, because a look-up in a dict is the fastest way from ``robot.forward_kinematics(q)`` to the function.
+    A dict, because a dict look-up is the fastest way from ``robot.forward_kinematics(q)`` to the function.
     """
 
     def __init__(self, tree: Tree) -> None:
@@ -110,13 +113,13 @@ class ForwardByLink(dict[str | None, CompiledForward]):
         self._tree = tree
 
     def of(self, link: str | None) -> CompiledForward:
-        """Forward kinematics of a link; if two threads make it at once, the first is kept.
+        """Forward kinematics of a link. If two threads make it at once, both get the first.
 
         Raises:
             UnknownNameError: There is no such link.
         """
         name = self._tree.link_or_tip(link)
-        self._tree.chain(name)  # refuses what is no link
+        self._tree.chain(name)  # raises an error for an unknown link
         function = self.get(name) or self.setdefault(name, CompiledForward(self._tree, name))
         return self.setdefault(link, function)
 

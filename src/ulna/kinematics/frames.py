@@ -1,4 +1,4 @@
-"""Frames in which a user states poses and twists: a link that stands still, or the pose of a frame in the base."""
+"""Resolves the frames in which a user states poses and twists: a fixed link, or a pose in the base."""
 
 from collections.abc import Mapping
 
@@ -17,7 +17,7 @@ Frame = str | ArrayLike
 
 
 def standing_links(tree: Tree) -> tuple[str, ...]:
-    """The links that no joint moves, the base among them."""
+    """The links that no joint moves, including the base."""
     return tuple(name for name in tree.link_names if tree.link_row[name] == BASE)
 
 
@@ -25,7 +25,7 @@ def frame_pose(tree: Tree, frame: Frame) -> Array:
     """The pose of a frame in the robot's base, T_base_frame, shape (4, 4).
 
     Raises:
-        InputError: It is a link that a joint moves, or no pose.
+        InputError: It is a link that a joint moves, or not a pose.
         UnknownNameError: There is no such link.
     """
     if not isinstance(frame, str):
@@ -40,12 +40,12 @@ def frame_pose(tree: Tree, frame: Frame) -> Array:
 
 
 def poses_in_base(tree: Tree, T: ArrayLike, frame: Frame | None, name: str = "T") -> ArrayLike:
-    """Poses of a frame, shape (..., 4, 4), as poses of the base; unchanged without one."""
+    """Transform poses from a frame to the base, shape (..., 4, 4); unchanged without a frame."""
     return T if frame is None else frame_pose(tree, frame) @ as_pose(T, name)
 
 
 def goal_in_base(tree: Tree, goal: Goal, frame: Frame | None) -> Goal:
-    """The poses of a goal in the base; a configuration has no frame."""
+    """Transform the poses of a goal to the base; a configuration has no frame."""
     if frame is None:
         return goal
     if isinstance(goal, Mapping):
@@ -56,11 +56,11 @@ def goal_in_base(tree: Tree, goal: Goal, frame: Frame | None) -> Goal:
 
 
 def twist_in_base(tree: Tree, twist: ArrayLike, frame: Frame | None) -> ArrayLike:
-    """Twists along the axes of a frame, shape (..., 6), along those of the base; unchanged without one."""
+    """Rotate twists from the axes of a frame to those of the base, shape (..., 6); unchanged without a frame."""
     if frame is None:
         return twist
     values = as_floats("twist", twist)
     if values.shape[-1:] != (6,):
-        return values  # refused where it is used
+        return values  # its user raises the error
     R = frame_pose(tree, frame)[:3, :3]
     return np.concatenate([values[..., :3] @ R.T, values[..., 3:] @ R.T], axis=-1)

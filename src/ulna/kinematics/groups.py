@@ -16,14 +16,15 @@ from ulna.kinematics.tree import Tree
 
 @dataclass(frozen=True)
 class JointGroup:
-    """A group of joints: its independent ones and their entries of q, both in the order of q, and the links that it moves.
+    """A group of joints: its independent joints, their entries of q, and the links that it moves.
 
-    ``link_names`` are the links listed and the child links of all joints of the group, fixed ones and mimics too, in the order
-    of the robot. As in MoveIt, a chain has the joints between its two ends, so its base link is not among the links.
+    Joints and entries are in the order of q. ``link_names`` are, in the order of the robot, the listed links and the
+    child links of all joints, fixed and mimic joints too. As in MoveIt, a chain has the joints between its two ends, so its base
+    link is not among the links.
 
-    ``tips`` are the last links of its chains, without those from which another chain leads on; in a group without chains, its
+    ``tips`` are the last links of its chains, without those that another chain continues. In a group without chains they are the
     links without a child in the group. If there are several, and exactly one end effector has the group as its ``parent_group``,
-    the tip is the parent link of that end effector.
+    the tip is that end effector's parent link.
     """
 
     name: str
@@ -39,7 +40,7 @@ class JointGroup:
 
 
 def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
-    """Every group of a robot, by name."""
+    """All groups of a robot, by name."""
     groups = {group.name: group for group in description.srdf.groups}
     carriers = {joint.child: joint for joint in description.joints}
     own = {name: own_joints(group, carriers) for name, group in groups.items()}
@@ -64,7 +65,7 @@ def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
 
 
 def group_named(name: str, groups: Mapping[str, JointGroup]) -> JointGroup:
-    """The group of that name."""
+    """The group of this name."""
     if not isinstance(name, str):
         raise InputError("group", f"{type(name).__name__}; the name of a group of the SRDF is expected")
     if name not in groups:
@@ -74,7 +75,10 @@ def group_named(name: str, groups: Mapping[str, JointGroup]) -> JointGroup:
 
 
 def state_named(name: str, states: Iterable[GroupState], group: JointGroup | None) -> GroupState:
-    """The state of that key or, with a group, of that name in it; without a group also the only state of that name."""
+    """The state with this key, or the group's state of this name.
+
+    Without a group, a name that only one state has is enough.
+    """
     by_key = {state.key: state for state in states}
     alike = [key for key, state in by_key.items() if state.name == name]
     key = name if name in by_key or group is None else f"{group.name}/{name}"
@@ -87,7 +91,7 @@ def state_named(name: str, states: Iterable[GroupState], group: JointGroup | Non
 
 
 def tip_of(group: JointGroup) -> str:
-    """The link that a pose is of where only the group is named."""
+    """The link of a pose for which only the group is named."""
     if group.tip is None:
         ends = f"the tips {', '.join(group.tips)}" if group.tips else "no links"
         raise InputError("link", f"the group {group.name!r} has {ends}; name the link that the pose is of")
@@ -107,7 +111,7 @@ def _rpy(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
 
 
 def _ends(chains: set[tuple[str, str]], carriers: dict[str, Joint]) -> set[str]:
-    """The last links of some chains, without those that lie before the end of another one."""
+    """The last links of some chains, without those that lie before the end of another chain."""
     joints = set().union(*(joints_between(base, tip, carriers) for base, tip in chains))
     return {tip for _, tip in chains} - {joint.parent for joint in carriers.values() if joint.name in joints}
 

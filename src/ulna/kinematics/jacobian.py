@@ -1,4 +1,4 @@
-"""Computes Jacobians, NumPy in and out."""
+"""Computes Jacobians, with NumPy arrays in and out."""
 
 from typing import Any
 
@@ -21,8 +21,8 @@ MIN_COS_PITCH = 1e-6
 class CompiledJacobian(FunctionOfLink):
     """The geometric Jacobian of one link, shape (..., 6, n_dof): ``robot.compile_jacobian(link, expressed_in=...)``.
 
-    It validates its arguments as ``robot.jacobian`` does, in less time. It may be pickled, and called from many threads at once,
-    each with an ``out`` of its own.
+    It validates its arguments like ``robot.jacobian``, in less time. It can be pickled, and called from many threads at once if
+    each has its own ``out``.
     """
 
     __slots__ = ("_expressed_in", "_number")
@@ -40,22 +40,22 @@ class CompiledJacobian(FunctionOfLink):
 
 
 class JacobianByLink(dict[tuple[str | None, str], CompiledJacobian]):
-    """The geometric Jacobian of one robot by link and frame, each made when it is first needed; the link None is the tip."""
+    """The geometric Jacobians of one robot by link and frame, each compiled at its first use; None is the tip."""
 
     def __init__(self, tree: Tree) -> None:
         super().__init__()
         self._tree = tree
 
     def of(self, link: str | None, expressed_in: str) -> CompiledJacobian:
-        """The Jacobian of a link in a frame; if two threads make it at once, the first is kept.
+        """The Jacobian of a link in a frame. If two threads make it at once, both get the first.
 
         Raises:
             UnknownNameError: There is no such link.
             InputError: There is no such frame.
         """
         name = self._tree.link_or_tip(link)
-        as_frame(expressed_in)  # refuses what is no frame
-        self._tree.chain(name)  # and what is no link
+        as_frame(expressed_in)  # raises an error for an unknown frame
+        self._tree.chain(name)  # and for an unknown link
         made = self.get((name, expressed_in))
         function = made or self.setdefault((name, expressed_in), CompiledJacobian(self._tree, name, expressed_in))
         return self.setdefault((link, expressed_in), function)
@@ -77,9 +77,9 @@ def geometric_jacobian(tree: Tree, q: ArrayLike, link: str, expressed_in: str, o
 def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None = None) -> Array:
     """Rates of x, y, z, roll, pitch, yaw, shape (..., 6, n_dof); see ``Robot.analytical_jacobian``.
 
-    The angular velocity in the axes of the base is w = E(pitch, yaw) (roll', pitch', yaw'), with the columns of E the axes
-    about which the angles turn: the x axis of the turned frame, its y axis before roll, and the base's z axis. So the lower
-    rows are E^-1 of the geometric ones. det E = cos(pitch). Source: Siciliano et al., Robotics (2009), section 3.6.
+    The angular velocity in the axes of the base is w = E(pitch, yaw) (roll', pitch', yaw'). The columns of E are the axes of the
+    three rotations: the x axis of the rotated frame, its y axis before roll, and the base's z axis. So the lower rows are E^-1
+    times the geometric ones. det E = cos(pitch). Source: Siciliano et al., Robotics (2009), section 3.6.
     """
     q = as_positions(q, tree)
     J = geometric_jacobian(tree, q, link, "base", out)
@@ -96,7 +96,7 @@ def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None =
 
 
 def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None) -> Any:
-    """sqrt(det(J J')), or of J' J for fewer than six entries of q that move the link: shape (...,).
+    """The manipulability sqrt(det(J J')), or sqrt(det(J' J)) if fewer than six entries of q move the link: shape (...,).
 
     Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
     """
@@ -106,7 +106,7 @@ def manipulability(tree: Tree, q: ArrayLike, link: str, out: Array | None = None
     J = geometric_jacobian(tree, q, link, "base")[..., moving]
     Jt = np.swapaxes(J, -1, -2)
     np.sqrt(np.maximum(np.linalg.det(J @ Jt if len(moving) >= 6 else Jt @ J), 0.0), out=measure)
-    if not len(moving):  # the determinant of no rows is 1
+    if not len(moving):  # the determinant of an empty matrix is 1
         measure[...] = 0.0
     return measure if q.ndim > 1 or out is not None else measure[()]
 

@@ -1,4 +1,4 @@
-"""Narrows the limits of a robot: those of a cell or of a controller, within those of its description."""
+"""Narrows the limits of a robot to those of a cell or of a controller."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ _WITH_LIMITS = JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC
 
 
 def narrowed_tree(tree: Tree, narrowed: Narrowed) -> Tree:
-    """The tree with narrower limits; all else is shared. A velocity of 0, which exporters write for none, is replaced."""
+    """The tree with narrower limits; everything else is shared.
+
+    A velocity limit of 0, which exporters write for a missing one, is replaced.
+    """
     lower, upper = np.maximum(tree.lower, narrowed.lower), np.minimum(tree.upper, narrowed.upper)
     velocity = np.where(tree.velocity_limits > 0.0, np.minimum(tree.velocity_limits, narrowed.velocity), narrowed.velocity)
     shape = tree.q_shape
@@ -32,12 +35,12 @@ def narrowed_tree(tree: Tree, narrowed: Narrowed) -> Tree:
 
 
 def narrowed_description(description: Description, tree: Tree) -> Description:
-    """The description with the limits of a narrowed tree, without the text that it came from.
+    """The description with the limits of a narrowed tree, without its source text.
 
-    A continuous joint with limits is revolute.
+    A continuous joint with limits becomes revolute.
 
     Raises:
-        InputError: A planar or a floating joint was narrowed, whose limits a description does not have.
+        InputError: A planar or a floating joint was narrowed; a description has no such limits for these.
     """
     caps = tree.narrowed
     if caps is None:

@@ -1,4 +1,4 @@
-"""Checks q and ``out=``, shapes them for the kernels, and makes q of named joints."""
+"""Validates q and ``out=``, reshapes them for the kernels, and builds q from named joints."""
 
 from collections.abc import Sequence
 from math import prod
@@ -13,7 +13,7 @@ from ulna.kernels.layout import LARGEST
 from ulna.kinematics.tree import Tree
 
 NO_Q = -1
-"""n_dof sentinel of the low-latency entries for robots without joints: no q has this length, so all take the validating path."""
+"""n_dof of a robot without joints, for the low-latency entries. No q has this length, so every q takes the validating path."""
 FLOAT64 = np.dtype(np.float64)
 
 
@@ -28,7 +28,7 @@ def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float6
 
 
 def as_configuration(q: ArrayLike, tree: Tree, name: str) -> NDArray[np.float64]:
-    """One configuration, shape (n_dof,), which may be beyond the limits."""
+    """One configuration, shape (n_dof,), which may violate the limits."""
     one = as_positions(q, tree, name)
     if one.ndim != 1:
         raise InputError(name, f"shape {one.shape}; one configuration, shape ({tree.n_dof},), is expected")
@@ -37,7 +37,7 @@ def as_configuration(q: ArrayLike, tree: Tree, name: str) -> NDArray[np.float64]
 
 
 def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
-    """Refuse a q with NaN, infinity or a number too large to compute with."""
+    """Raise an error for a q with NaN, infinity or a number too large to compute with."""
     within = np.abs(q) <= LARGEST
     if within.all():
         return
@@ -49,19 +49,19 @@ def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
 
 
 def is_within(q: NDArray[np.float64], tree: Tree) -> bool:
-    """Whether every entry of q, shape (..., n_dof), is within the limits, and not too large to compute with."""
+    """Whether every entry of q, shape (..., n_dof), is within the limits, and small enough to compute with."""
     return bool(((tree.least <= q) & (q <= tree.most)).all())
 
 
 def flat(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """The batch as one axis, shape (n, n_dof); a view."""
     if q.ndim == 1:
-        return q[None]  # in half the time of the others
+        return q[None]  # in half the time of the other cases
     return q if q.ndim == 2 else q.reshape(prod(q.shape[:-1]), q.shape[-1])
 
 
 def rows_of_both(a: NDArray, b: NDArray, name_a: str, name_b: str) -> tuple[tuple[int, ...], NDArray, NDArray]:
-    """The batch shape of two batches together, and the rows of each (``rows_of``)."""
+    """The common batch shape of two batches, and the rows of each (``rows_of``)."""
     try:
         batch = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
     except ValueError:
@@ -70,12 +70,15 @@ def rows_of_both(a: NDArray, b: NDArray, name_a: str, name_b: str) -> tuple[tupl
 
 
 def rows_of(a: NDArray, batch: tuple[int, ...]) -> NDArray[np.float64]:
-    """A copy with a row for each of a batch, C-contiguous, shape (n, ...); a ``ValueError`` if it does not go with that shape."""
+    """A C-contiguous copy with one row for each element of a batch, shape (n, ...).
+
+    Raises a ``ValueError`` if it does not broadcast to the batch shape.
+    """
     return flat(np.array(np.broadcast_to(a, (*batch, a.shape[-1])), order="C"))
 
 
 def for_kernel(q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """q with at least one entry, which a kernel of a robot without joints does not read."""
+    """q with at least one entry, which the kernels of a robot without joints ignore."""
     return q if q.shape[-1] else np.zeros((*q.shape[:-1], 1))
 
 
@@ -87,7 +90,7 @@ def _joints(tree: Tree) -> str:
 
 
 def q_of_joints(names: Sequence[str], positions: ArrayLike, others: ArrayLike | None, tree: Tree) -> NDArray[np.float64]:
-    """q, shape (n_dof,), of the named joints of a tree; see ``Robot.q_of_joints``."""
+    """q, shape (n_dof,), from named joints of a tree; see ``Robot.q_of_joints``."""
     values = as_floats("positions", positions)
     if values.shape != (len(names),):
         raise InputError(
@@ -114,7 +117,7 @@ def q_of_joints(names: Sequence[str], positions: ArrayLike, others: ArrayLike | 
 
 
 def as_out(out: NDArray[Any] | None, shape: tuple[int, ...], *inputs: NDArray[Any], dtype: type = np.float64) -> NDArray[Any]:
-    """The array to write a result to: ``out`` if it is given and fits, else a new one.
+    """The array for a result: ``out`` if it is given and fits, else a new one.
 
     Args:
         out: The caller's array, or None.
@@ -140,5 +143,5 @@ def as_out(out: NDArray[Any] | None, shape: tuple[int, ...], *inputs: NDArray[An
 
 
 def _share(a: NDArray[Any], b: NDArray[Any]) -> bool:
-    """Whether two arrays may share memory; two that own theirs do not, and that test is three times faster."""
+    """Whether two arrays may share memory. Arrays that own theirs do not, and this test is three times faster."""
     return a is b or (not (a.flags.owndata and b.flags.owndata) and np.may_share_memory(a, b))

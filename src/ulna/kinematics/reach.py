@@ -1,14 +1,14 @@
-"""Computes bounds on how far an arm can reach, to prove targets out of reach.
+"""Computes bounds on the reach of an arm, to prove that targets are out of reach.
 
-1. On each revolute axis choose a point. A joint turns about its axis, so the distance between the points of two consecutive
-   axes is the same in every configuration; a prismatic joint between them makes it the largest over its range.
-2. The path from the first point to the last along these segments is never shorter than the straight line between them, so
-   |p_last - p_first| <= their sum, and >= the longest less all others. The points are chosen to make the sum small: each in turn
-   where the path over its axis is shortest (the axis unfolded, as a ray at a mirror).
-3. The first point is fixed in the base. The last is fixed in the end's frame, so the target pose determines its position;
-   if the target is a position alone, one more segment is added from it to the end's origin.
-4. Every sum and difference has an error of a few roundings of its largest length, so a difference below ROUNDING times the sum of
-   all lengths proves nothing.
+1. Choose a point on each revolute axis. A joint rotates about its axis, so the distance between the points of two consecutive
+   axes is the same in every configuration. With a prismatic joint between them, take its maximum over the joint's range.
+2. The path from the first point to the last along these segments is never shorter than the straight line. So |p_last - p_first|
+   is at most their sum, and at least the longest minus all others. The points are chosen to make the sum small. Each in turn is
+   placed where the path across its axis is shortest (unfolded about the axis, like a ray at a mirror).
+3. The first point is fixed in the base. The last is fixed in the end's frame, so the target pose determines its position. For a
+   position-only target, one more segment leads from it to the end's origin.
+4. Every sum and difference has an error of a few roundings of its largest length. So a difference below _ROUNDING times the sum
+   of all lengths proves nothing.
 """
 
 from dataclasses import dataclass
@@ -27,10 +27,10 @@ _ENDLESS = 1e100  # m: a larger length has no finite square
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """The point ``end_point`` of the end's frame stays at least ``least`` and at most ``most`` [m] from ``base_point``.
+    """Bounds on the distance [m] of two points of an arm: ``base_point``, and ``end_point`` in the end's frame.
 
-    The origin of the end's frame stays at most ``most_of_origin`` and at least ``least_of_origin`` from it. ``lengths``: of all
-    that these were computed from, together.
+    The distance of ``end_point`` is at least ``least`` and at most ``most``; that of the end's origin is at least
+    ``least_of_origin`` and at most ``most_of_origin``. ``lengths`` is the sum of all lengths in these bounds, for rounding.
     """
 
     base_point: Array
@@ -42,7 +42,7 @@ class Reach:
     lengths: float
 
     def distance(self, targets: Array, *, position_only: bool) -> tuple[Array, float, float]:
-        """How far the point would be from ``base_point`` at each target (n, 4, 4) [m], and the least and most it can be."""
+        """The distance from ``base_point`` that each target (n, 4, 4) requires [m], and its minimum and maximum."""
         if position_only:
             points, least, most = targets[:, :3, 3], self.least_of_origin, self.most_of_origin
         else:
@@ -50,18 +50,18 @@ class Reach:
         return np.linalg.norm(points - self.base_point, axis=-1), least, most
 
     def excess(self, targets: Array, *, position_only: bool) -> Array:
-        """By how much each target (n, 4, 4) lies beyond the reach, or within its hole [m]; 0 where neither is proved."""
+        """The distance by which each target (n, 4, 4) is provably out of reach, or inside the hole [m]."""
         distance, least, most = self.distance(targets, position_only=position_only)
         beyond = np.maximum(distance - most, least - distance)
         return np.where(beyond > _ROUNDING * (self.lengths + np.linalg.norm(targets[:, :3, 3], axis=-1)), beyond, 0.0)
 
 
 def reach_of(chain: Array, lower: Array, upper: Array) -> Reach | None:
-    """The reach of a chain within the limits; None for one without a revolute joint or with a slide that never ends."""
+    """The reach of a chain within its limits; None without a revolute joint, or with an unlimited prismatic one."""
     links = _links(chain, lower, upper)
     if links is None:
         return None
-    s = np.zeros(len(links) - 1)  # the point of axis k, along it
+    s = np.zeros(len(links) - 1)  # the position of each axis' point along the axis
     for _ in range(_SWEEPS):
         for k in range(1, len(s) - 1):
             s[k] = _shortest_over_axis(links[k].near(s[k - 1]), links[k + 1].far(s[k + 1]))
@@ -80,9 +80,13 @@ def reach_of(chain: Array, lower: Array, upper: Array) -> Reach | None:
 
 @dataclass(frozen=True, eq=False)
 class _Link:
-    """From one axis (z of its frame) to the next: ``middle`` its origin, ``turn`` its axes, with slides at mid-range.
+    """The transform from one axis (z of its frame) to the next, with prismatic joints at mid-range.
 
-    corners: the origin at every extreme of the slides, (m, 3); spread: how far the slides lead from the middle, at most.
+    Attributes:
+        middle: Its translation.
+        turn: Its rotation.
+        corners: The translation at every combination of the prismatic joints' limits, (m, 3).
+        spread: The maximum distance of the corners from ``middle``.
     """
 
     middle: Array
@@ -95,17 +99,17 @@ class _Link:
         return self.turn[:, 2]
 
     def near(self, s: float) -> tuple[float, float]:
-        """The position of point s of the first axis in the frame of the second: along it, and away from it."""
+        """The cylindrical coordinates of point s of the first axis in the frame of the second: z, radius."""
         p = self.turn.T @ (np.array([0.0, 0.0, s]) - self.middle)
         return p[2], float(np.hypot(p[0], p[1]))
 
     def far(self, s: float) -> tuple[float, float]:
-        """The position of point s of the second axis in the frame of the first."""
+        """The cylindrical coordinates of point s of the second axis in the frame of the first: z, radius."""
         p = self.middle + s * self.axis
         return p[2], float(np.hypot(p[0], p[1]))
 
     def lengths(self, s_near: float, s_far: float) -> tuple[float, float]:
-        """The least and the largest distance between a point of the first axis and one of the second."""
+        """The minimum and the maximum distance between a point of the first axis and one of the second."""
         at = self.corners + s_far * self.axis - np.array([0.0, 0.0, s_near])
         largest = float(np.linalg.norm(at, axis=1).max())
         middle = float(np.linalg.norm(self.middle + s_far * self.axis - np.array([0.0, 0.0, s_near])))
@@ -113,20 +117,23 @@ class _Link:
 
 
 def _shortest_over_axis(p: tuple[float, float], q: tuple[float, float]) -> float:
-    """Where on an axis the way from p to q over it is shortest; each is given along the axis and away from it."""
+    """The point of an axis at which the path from p over the axis to q is shortest.
+
+    Both points are given by z along the axis and radius.
+    """
     away = p[1] + q[1]
     return (p[0] + q[0]) / 2 if away < 1e-12 else (p[0] * q[1] + q[0] * p[1]) / away
 
 
 def _range(segments: list[tuple[float, float]]) -> tuple[float, float]:
-    """The least and the largest distance between the ends of a way of segments, each of a length between two."""
+    """The minimum and the maximum distance between the ends of a path of segments with bounded lengths."""
     most = sum(largest for _, largest in segments)
     least = max(least - (most - largest) for least, largest in segments)
     return max(0.0, least), most
 
 
 def _links(chain: Array, lower: Array, upper: Array) -> list[_Link] | None:
-    """The way from the base to the first revolute axis, from each to the next, and from the last to the end."""
+    """The transforms from the base to the first revolute axis, from each to the next, and to the end."""
     links, pose, slides = [], np.eye(4), []
     for row in chain:
         pose = pose @ row_pose(row)

@@ -12,7 +12,7 @@ _NO_LIMIT = 1e3  # descriptions write 1e16 for no limit; positions drawn from su
 
 
 def usual_range(lower: ArrayLike, upper: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The limits; if one is infinite or very large, a turn from the other one, or pi to both sides of zero."""
+    """The limits. A missing one is one turn from the other; two missing ones are -pi and pi."""
     sides = (np.asarray(side, dtype=np.float64) for side in (lower, upper))
     lower, upper = (np.where(np.abs(side) > _NO_LIMIT, np.copysign(np.inf, side), side) for side in sides)
     low = np.where(np.isinf(lower), np.where(np.isinf(upper), -np.pi, np.subtract(upper, 2 * np.pi)), lower)
@@ -20,12 +20,12 @@ def usual_range(lower: ArrayLike, upper: ArrayLike) -> tuple[NDArray[np.float64]
 
 
 def random_positions(tree: Tree, n: int, seed: int = 0) -> NDArray[np.float64]:
-    """Joint positions within ``usual_range`` [rad or m], shape (n, n_dof): the same for the same robot and seed."""
+    """Joint positions within ``usual_range`` [rad or m], shape (n, n_dof), reproducible for a robot and a seed."""
     return np.random.default_rng(seed).uniform(*usual_range(tree.lower, tree.upper), (n, tree.n_dof))
 
 
 def uniform_positions(tree: Tree, n: int | None, seed: object) -> NDArray[np.float64]:
-    """Joint positions uniform within ``random_range`` [rad or m], shape (n, n_dof), or (n_dof,) for None."""
+    """Joint positions, uniform within ``random_range`` [rad or m], shape (n, n_dof), or (n_dof,) for None."""
     shape = (tree.n_dof,) if n is None else (as_count("n", n), tree.n_dof)
     try:
         rng = np.random.default_rng(seed)  # type: ignore[arg-type]
@@ -35,9 +35,10 @@ def uniform_positions(tree: Tree, n: int | None, seed: object) -> NDArray[np.flo
 
 
 def random_range(tree: Tree) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The limits, shape (n_dof,) each; where there is none, +-pi of an angle, and of a slide the robot's length to both sides.
+    """The ranges for random positions, shape (n_dof,) each: the limits, and defaults for missing limits.
 
-    An angle beyond 1e3 rad, or a slide beyond 1e6 m, counts as no limit; with one limit, the range is as wide from there.
+    An angle without limits gets +-pi. A prismatic joint without limits gets the robot's length to both sides. With one limit, the
+    range is as wide from there. An angle limit beyond 1e3 rad, or a position beyond 1e6 m, counts as missing.
     """
     slides = np.zeros(tree.n_dof, dtype=bool)
     slides[tree.joints[tree.joints[:, KIND] == PRISMATIC, COLUMN].astype(np.int64)] = True
@@ -48,7 +49,7 @@ def random_range(tree: Tree) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def length_of_robot(tree: Tree) -> float:
-    """The length of the longest chain of joints, with prismatic joints at 0 [m]; 1 for a robot of length 0."""
+    """The length of the longest chain, with prismatic joints at 0 [m]; 1 for a robot of length 0."""
     far = np.zeros(len(tree.joints))
     for k, row in enumerate(tree.joints):
         parent = int(row[PARENT])

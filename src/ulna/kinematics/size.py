@@ -1,4 +1,4 @@
-"""Defines the size of a chain, of which thresholds for lengths are shares."""
+"""Defines the size of a chain, to which length thresholds are relative."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,16 +7,16 @@ from ulna.kernels.layout import COLUMN, KIND, LARGEST, PRISMATIC, RATIO
 
 Array = NDArray[np.float64]
 _ROUNDING = 1e-9  # m: a shorter chain is the rounding of offsets
-_SHARE = 1e-5  # of the longest slide: so is a chain that is shorter beside it
+_SHARE = 1e-5  # of the longest stroke: a chain shorter than this share of it counts as rounding too
 
 
 def length_of(chain: Array) -> float:
-    """The lengths of all parts of a chain together [m], slides at 0."""
+    """The sum of the lengths of all parts of a chain [m], with prismatic joints at 0."""
     return float(np.linalg.norm(chain[:, [3, 7, 11]], axis=1).sum())
 
 
 def longest_slide(chain: Array, lower: Array, upper: Array) -> float:
-    """The travel of the longest slide of a chain [m]; a metre where one has no end, 0 without slides."""
+    """The longest stroke of a chain's prismatic joints [m]; 1 m for an unlimited one, 0 without any."""
     rows = chain[chain[:, KIND] == PRISMATIC]
     columns = rows[:, COLUMN].astype(np.int64)
     ends = (np.abs(lower[columns]) <= LARGEST) & (np.abs(upper[columns]) <= LARGEST)
@@ -25,12 +25,12 @@ def longest_slide(chain: Array, lower: Array, upper: Array) -> float:
 
 
 def size_of(length: float, slide: float) -> float:
-    """The size of a chain of a length, whose longest slide moves so far [m]; a metre of one that has neither."""
+    """The size of a chain [m], from its length and its longest stroke; 1 m if both are negligible."""
     return length if length > max(_ROUNDING, _SHARE * slide) else slide or 1.0
 
 
 def units_of(chain: Array, lower: Array, upper: Array) -> Array:
-    """The unit of each entry of q (n_dof,): 1 of an angle, and of a slide the size of the chain [m]."""
+    """The unit of each entry of q (n_dof,): 1 for an angle, else the size of the chain [m]."""
     units, slides = np.ones(len(lower)), chain[:, KIND] == PRISMATIC
     units[chain[slides, COLUMN].astype(np.int64)] = size_of(length_of(chain), longest_slide(chain, lower, upper))
     return units

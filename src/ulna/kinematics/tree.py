@@ -1,8 +1,8 @@
-"""Turns a description into the flat arrays that the kernels read.
+"""Converts a description to the flat arrays that the kernels read.
 
-Every joint of a table turns about, or slides along, the z axis of its own frame. A joint about another axis gets a frame of its
-own, turned so that z lies along that axis, and the link behind it is turned back. A planar joint is three joints of the table
-(x, y, theta) and a floating one six (x, y, z, then yaw, pitch, roll): so the kernels have two kinds of motion only.
+Every joint of a table rotates about, or slides along, the z axis of its own frame. A joint about another axis gets a frame
+rotated so that z lies along that axis, and the link behind it is rotated back. A planar joint becomes three joints of the table
+(x, y, theta). A floating joint becomes six (x, y, z, then yaw, pitch, roll). So the kernels have only two kinds of motion.
 """
 
 from dataclasses import dataclass, field, replace
@@ -32,7 +32,7 @@ from ulna.errors import InputError, UnknownNameError
 from ulna.kernels.layout import BASE, COLUMN, FIXED, FRAME_WIDTH, KIND, LARGEST, PARENT, PRISMATIC, RATIO, REVOLUTE, TABLE_WIDTH
 
 X, Y, Z = np.eye(3)
-# For each joint type its motions in order: kind, axis (None: the joint's own), entry of the joint's part of q.
+# The motions of each joint type, in order: kind, axis (None: the joint's own), entry of the joint's part of q.
 _MOTIONS = {
     JointType.REVOLUTE: [(REVOLUTE, None, 0)],
     JointType.CONTINUOUS: [(REVOLUTE, None, 0)],
@@ -45,10 +45,10 @@ _MOTIONS = {
 
 
 class Narrowed(NamedTuple):
-    """Limits that a caller stated beside those of a description, shape (n_dof,) each; infinite where none was stated."""
+    """Limits that a caller stated in addition to those of a description, shape (n_dof,) each; infinite if not stated."""
 
     lower: NDArray[np.float64]
-    """[rad or m]; so is ``upper``."""
+    """[rad or m], as ``upper``."""
     upper: NDArray[np.float64]
     velocity: NDArray[np.float64]
     """[rad/s or m/s]."""
@@ -62,8 +62,9 @@ class Narrowed(NamedTuple):
 class Tree:
     """A robot as arrays.
 
-    ``joints`` is the table of moving joints; each link is fixed to a row of it (``link_row``, or BASE) at ``link_offset``,
-    T_row_link. ``followers`` has what moves each mimic joint. ``narrowed`` is what the limits were narrowed by.
+    ``joints`` is the table of moving joints. Each link is fixed to a row of it (``link_row``, or BASE) at ``link_offset``,
+    T_row_link. ``followers`` has the drive of each mimic joint. ``narrowed`` has the stated limits that narrowed those of the
+    description.
     """
 
     name: str
@@ -100,12 +101,12 @@ class Tree:
 
     @cached_property
     def least(self) -> NDArray[np.float64]:
-        """The lower limits, but no lower than can be computed with, shape (n_dof,)."""
+        """The lower limits, clipped to the range that can be computed with, shape (n_dof,)."""
         return np.maximum(self.lower, -LARGEST)
 
     @cached_property
     def most(self) -> NDArray[np.float64]:
-        """The upper limits, but no higher than can be computed with, shape (n_dof,)."""
+        """The upper limits, clipped to the range that can be computed with, shape (n_dof,)."""
         return np.minimum(self.upper, LARGEST)
 
     @cached_property
@@ -115,16 +116,16 @@ class Tree:
 
     @cached_property
     def bounds(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Lower and upper limits as a key."""
+        """Lower and upper limits as a dictionary key."""
         return tuple(self.lower.tolist()), tuple(self.upper.tolist())
 
     @property
     def tip(self) -> str | None:
-        """The only link without child links that a joint moves, or None where there are several."""
+        """The only link without child links that a joint moves; None if there are several."""
         return self.leaves[0] if len(self.leaves) == 1 else None
 
     def link_or_tip(self, link: str | None) -> str:
-        """The link itself; for None the tip.
+        """The link itself; the tip for None.
 
         Raises:
             InputError: There are several tips, so one has to be named.
@@ -137,7 +138,7 @@ class Tree:
         return self.tip
 
     def chain(self, link: str) -> NDArray[np.float64]:
-        """The table of the joints from the base to a link, the link's own offset last; kept once made.
+        """The table of the joints from the base to a link, followed by the link's own offset; cached.
 
         Raises:
             UnknownNameError: There is no such link.
@@ -160,7 +161,7 @@ class Tree:
         return _frame_row(self.link_row[link], self.link_offset[link] @ T_link_frame)
 
     def __setstate__(self, state: dict) -> None:
-        """Unpickled arrays are writable; those of a robot must not be."""
+        """Restore the state. Unpickled arrays are writable, but a robot's must not be."""
         self.__dict__.update(state)
         kept = [*state.values(), *self.link_offset.values(), *self._chains.values(), *(self.narrowed or ())]
         for array in kept:
@@ -181,7 +182,7 @@ class Tree:
 
 
 def build_tree(description: Description) -> Tree:
-    """Check a description and lay it out as arrays."""
+    """Validate a description and convert it to arrays."""
     root, ordered = root_link(description), joints_from_root(description)
     columns = columns_of_q(ordered)
     drives = drives_of(ordered, columns, description.source)
@@ -230,7 +231,7 @@ def build_tree(description: Description) -> Tree:
 
 
 def lengthened(chain: NDArray[np.float64], T_end_frame: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A chain with a frame behind its end that no joint moves."""
+    """A chain with a fixed frame added at its end."""
     return frozen([*chain, _joint_row(T_end_frame, FIXED, Drive(0), len(chain) - 1)], (len(chain) + 1, TABLE_WIDTH))
 
 
@@ -240,7 +241,7 @@ def row_pose(row: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _motion_rows(joint: Joint, drive: Drive, parent: int, T_parent_joint: NDArray, first_row: int):
-    """The table rows of a joint, each with the offset that turns its frame back to the joint's own axes."""
+    """The table rows of a joint, each with the offset that rotates its frame back to the joint's own axes."""
     to_axis = np.eye(4) if joint.type == JointType.FLOATING else _turn_z_onto(joint.axis)
     for k, (kind, axis, entry) in enumerate(_MOTIONS[joint.type]):
         turn = to_axis if axis is None else to_axis @ _turn_z_onto(axis)
@@ -258,7 +259,7 @@ def _frame_row(joint_row: int, T_joint_frame: NDArray) -> NDArray[np.float64]:
 
 
 def _turn_z_onto(axis: NDArray) -> NDArray[np.float64]:
-    """A pose whose z axis lies along a unit vector, turned from z by the shortest way; the identity for z itself."""
+    """The pose of minimum rotation that takes z to a unit vector; the identity for z itself."""
     T = np.eye(4)
     x, y, z = axis
     square = x * x + y * y
@@ -281,6 +282,6 @@ def motion_along_z(kind: int, position: ArrayLike) -> NDArray[np.float64]:
 
 
 def entry_names(tree: Tree) -> tuple[str, ...]:
-    """A name for every entry of q: the joint's, with a number behind it where a joint has several."""
+    """A name for every entry of q: the joint's name, with an index if the joint has several entries."""
     parts = [(name, range(tree.n_dof)[cut]) for name, cut in zip(tree.joint_names, tree.joint_slices, strict=True)]
     return tuple(f"{name}[{k}]" if len(cut) > 1 else name for name, cut in parts for k in range(len(cut)))

@@ -1,4 +1,4 @@
-"""Adds whole turns to entries of q where no pose changes: to come near another q, or all that the limits allow."""
+"""Adds whole turns to entries of q, which change no pose: towards another q, or all within the limits."""
 
 from collections.abc import Iterator
 from itertools import product
@@ -17,7 +17,10 @@ _MAX_LISTED = 1_000_000  # configurations of one solution: 50 MB
 
 
 def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
-    """The entries of q that drive revolute joints at ratio 1 or -1 alone: a whole turn of one changes nothing."""
+    """Mask of the entries of q that drive only revolute joints at ratio 1 or -1.
+
+    A whole turn of such an entry changes no pose.
+    """
     turning = np.ones(n_dof, dtype=bool)
     for row in chain:
         if int(row[KIND]) != FIXED and (int(row[KIND]) != REVOLUTE or abs(row[RATIO]) != 1.0):
@@ -26,7 +29,7 @@ def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
 
 
 def nearest_turns(q: Array, goal: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
-    """q (..., n_dof) with each of the turning entries as near to ``goal`` as whole turns bring it between the bounds."""
+    """q (..., n_dof) with whole turns added that bring each turning entry nearest to ``goal`` within the bounds."""
     with np.errstate(invalid="ignore"):
         near = q - TURN * np.rint((q - goal) / TURN)
         near = near + TURN * np.ceil(np.maximum(lower - near, 0.0) / TURN)
@@ -35,16 +38,17 @@ def nearest_turns(q: Array, goal: Array, lower: Array, upper: Array, turning: ND
 
 
 def turned_towards(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
-    """q (..., n_dof) with whole turns of the turning entries that bring each as near to the middle of its range as it can be."""
+    """q (..., n_dof) with whole turns added that bring each turning entry nearest to the middle of its range."""
     with np.errstate(invalid="ignore"):  # of joints without limits
         middle = np.where(np.isfinite(lower) & np.isfinite(upper), (lower + upper) / 2, q)
     return np.where(turning, q - TURN * np.rint((q - middle) / TURN), q)
 
 
 def every_turn(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
-    """One configuration (n_dof,) within the limits with all whole turns that stay within them, itself first, (k, n_dof).
+    """All configurations that differ from one (n_dof,) by whole turns and stay within the limits, (k, n_dof).
 
-    Joints without limits on both sides make no turns. One that a turn brings to a limit, to rounding, is put at it.
+    The given one comes first. Joints without limits on both sides make no turns. A configuration at a limit up to rounding is put
+    exactly at the limit.
     """
     places = [list(_turns_of(*joint)) for joint in zip(q, lower, upper, turning, strict=True)]
     n = prod(map(len, places))

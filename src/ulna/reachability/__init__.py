@@ -1,1 +1,1 @@
-"""Maps of the poses that a robot reaches, computed in chunks on every core or on a Dask cluster, kept by Zarr."""
+"""Computes maps of the poses that a robot reaches, in chunks, on all cores or a Dask cluster."""

@@ -1,7 +1,7 @@
-"""Computes chunks of a map and writes them: what a thread or a worker of a cluster runs.
+"""Computes chunks of a map and writes them: the code of a thread or of a cluster's worker.
 
-A chunk depends on the map's attributes and on its own number alone, so that it has the same bits whoever computes it: twice by
-two workers does no harm.
+A chunk depends only on the map's attributes and on its own number. It has the same bits on every worker, so two workers may
+compute it without harm.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _MAX_OPEN = 4  # maps that a process keeps open
 
 
 class Outcome(NamedTuple):
-    """What a task has done: the poses in its chunks, and the seconds that it took."""
+    """The outcome of a task: the poses in its chunks, and its time in seconds."""
 
     poses: int
     seconds: float
@@ -42,7 +42,7 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class OpenMap:
-    """A map that is being computed: what it is of, its robot, its world, and its arrays."""
+    """A map under computation: its specification, its robot, its world, and its arrays."""
 
     path: Path
     specification: Specification
@@ -52,16 +52,16 @@ class OpenMap:
 
 
 def run_on_worker(path: str, chunks: tuple[int, ...]) -> Outcome:
-    """``run_task`` on a worker of a cluster: in ``ULNA_THREADS`` threads where it is set there, else in one.
+    """``run_task`` on a worker of a cluster, in ``ULNA_THREADS`` threads if the worker sets it, else in one.
 
-    A worker runs one task a thread.
+    A worker runs one task on each of its threads.
     """
     with threads(default_threads() if os.environ.get(VARIABLE, "").strip() else 1):
         return run_task(path, chunks)
 
 
 def run_task(path: str, chunks: tuple[int, ...], stop: threading.Event | None = None) -> Outcome:
-    """Compute the chunks that are not there yet, one after the other, and write each; ``stop`` ends it between two."""
+    """Compute and write the missing chunks, one after the other; ``stop`` ends the task after the current chunk."""
     start, poses = time.perf_counter(), 0
     opened = _opened(path, metadata_bytes(Path(path)))
     grid = opened.specification.grid
@@ -75,7 +75,7 @@ def run_task(path: str, chunks: tuple[int, ...], stop: threading.Event | None = 
 
 
 def compute(opened: OpenMap, chunk: int) -> dict[str, NDArray]:
-    """The variables of a chunk by their names, ``reached`` last; each of the chunk's own shape."""
+    """The variables of a chunk by name, ``reached`` last; each of the chunk's own shape."""
     specification, robot = opened.specification, opened.robot
     region = specification.grid.region(chunk)
     shape = tuple(cut.stop - cut.start for cut in region)
@@ -98,7 +98,7 @@ def compute(opened: OpenMap, chunk: int) -> dict[str, NDArray]:
 
 
 def _largest_payload(robot: Robot, link: str, known: tuple[Array, NDArray[np.int64]], n: int) -> Array:
-    """The largest payload of the known solutions of each of n poses [kg], shape (n,); 0 for a pose without a solution."""
+    """The largest payload over the known solutions of each of n poses [kg], shape (n,); 0 without a solution."""
     q, poses = known
     largest = np.zeros(n)
     np.maximum.at(largest, poses, robot.payload(q, link=link))

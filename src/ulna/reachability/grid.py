@@ -1,8 +1,9 @@
 """Holds the poses of a map: voxels times orientations, cut into chunks.
 
 The orientations are spread evenly over SO(3) by super-Fibonacci spirals: point i of n lies on a spiral of the 3-sphere, whose two
-angles grow by irrational ratios. Source: M. Alexa, "Super-Fibonacci Spirals: Fast, Low-Discrepancy Sampling of SO(3)", CVPR 2022,
-algorithm 1.
+angles grow by irrational ratios.
+
+Source: M. Alexa, "Super-Fibonacci Spirals: Fast, Low-Discrepancy Sampling of SO(3)", CVPR 2022, algorithm 1.
 """
 
 from __future__ import annotations
@@ -23,20 +24,20 @@ Region = tuple[slice, ...]
 POSES_OF_A_CHUNK = 4096
 _PHI = np.sqrt(2.0)
 _PSI = 1.533751168755204288118041  # the real root of psi^4 = psi + 4
-_AT_ONCE = 1 << 22  # products of quaternions that are held in memory
+_AT_ONCE = 1 << 22  # products of quaternions in memory at once
 _MAX_POSES = 2**40  # poses of a map
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Cubes of one size, in each of which the same orientations are tried at its centre.
+    """Cubes of one size, each with the same orientations to try at its center.
 
     Attributes:
         low: The lowest corner of the first voxel in the robot's base frame [m].
         voxel: The length of an edge [m].
-        shape: How many voxels lie along z, y and x, in this order.
-        orientations: How many orientations are tried in each.
-        chunk_poses: The most poses of a chunk.
+        shape: The number of voxels along z, y and x, in this order.
+        orientations: The number of orientations to try in each voxel.
+        chunk_poses: The maximum number of poses of a chunk.
 
     Raises:
         InputError: The voxel is not a length above 0, a count is below 1, or there would be more than 2^40 poses.
@@ -64,10 +65,12 @@ class Grid:
 
     @classmethod
     def within(cls, bounds: ArrayLike, voxel: float, orientations: int) -> Grid:
-        """The voxels that cover a box, the first at its lowest corner. ``bounds``: lowest and highest corner [m], shape (2, 3).
+        """The voxels that cover a box, the first at its lowest corner.
+
+        bounds: The lowest and the highest corner [m], shape (2, 3).
 
         Raises:
-            InputError: The bounds are not two such corners; or as for the class.
+            InputError: The bounds are not two such corners, or an argument is invalid for the class.
         """
         corners, voxel = as_floats("bounds", bounds), positive("voxel", voxel)
         if corners.shape != (2, 3) or not np.isfinite(corners).all() or not (corners[1] > corners[0]).all():
@@ -77,12 +80,12 @@ class Grid:
 
     @property
     def n_poses(self) -> int:
-        """How many poses there are."""
+        """The number of poses."""
         return math.prod(self.shape) * self.orientations
 
     @cached_property
     def axes(self) -> tuple[Array, Array, Array]:
-        """The centres of the voxels along z, y and x [m]."""
+        """The centers of the voxels along z, y and x [m]."""
         return tuple(low + (np.arange(n) + 0.5) * self.voxel for low, n in zip(self.low[::-1], self.shape, strict=True))  # type: ignore[return-value]
 
     @cached_property
@@ -99,7 +102,7 @@ class Grid:
 
     @cached_property
     def chunk_shape(self) -> tuple[int, int, int, int]:
-        """The voxels along z, y, x, and the orientations, of a chunk of at most ``chunk_poses`` poses."""
+        """The numbers of voxels along z, y, x, and of orientations, in a chunk of at most ``chunk_poses`` poses."""
         room, shape = self.chunk_poses, []
         for n in (self.orientations, *self.shape[::-1]):
             shape.append(min(n, max(1, room)))
@@ -108,12 +111,12 @@ class Grid:
 
     @cached_property
     def n_chunks_along(self) -> tuple[int, int, int, int]:
-        """How many chunks lie along z, y, x and the orientations."""
+        """The number of chunks along z, y, x and the orientations."""
         return tuple(-(-n // c) for n, c in zip((*self.shape, self.orientations), self.chunk_shape, strict=True))  # type: ignore[return-value]
 
     @property
     def n_chunks(self) -> int:
-        """How many chunks there are."""
+        """The number of chunks."""
         return math.prod(self.n_chunks_along)
 
     def place(self, chunk: int) -> tuple[int, int, int, int]:
@@ -121,12 +124,12 @@ class Grid:
         return tuple(int(k) for k in np.unravel_index(chunk, self.n_chunks_along))  # type: ignore[return-value]
 
     def region(self, chunk: int) -> Region:
-        """The slices of the arrays of a map that are a chunk."""
+        """The slices of a map's arrays that form a chunk."""
         ends = zip(self.place(chunk), self.chunk_shape, (*self.shape, self.orientations), strict=True)
         return tuple(slice(k * size, min((k + 1) * size, n)) for k, size, n in ends)  # type: ignore[return-value]
 
     def poses_of(self, chunk: int) -> int:
-        """How many poses a chunk has."""
+        """The number of poses of a chunk."""
         return math.prod(cut.stop - cut.start for cut in self.region(chunk))
 
     def targets(self, region: Region) -> Array:
@@ -141,7 +144,10 @@ class Grid:
     # ---- where a pose lies ---------------------------------------------------------------------------------------------
 
     def voxel_of(self, points: Array) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """The voxel (z, y, x) of each point (..., 3) [m], shape (..., 3), and whether it lies in one; the nearest one if not."""
+        """The voxel (z, y, x) of each point [m], shape (..., 3) each, and whether the point is inside.
+
+        A point outside gets the nearest voxel.
+        """
         index = np.floor((points - np.array(self.low)) / self.voxel)[..., ::-1]
         most = np.array(self.shape) - 1
         inside = ((index >= 0) & (index <= most)).all(axis=-1)
@@ -164,7 +170,7 @@ def super_fibonacci(n: int) -> Array:
 def nearest_orientation(T: Array, wxyz: Array) -> NDArray[np.int64]:
     """The index of the nearest of the quaternions (n, 4) to each pose or rotation (m, k, k): shape (m,).
 
-    Nearest by the angle between them, 2 arccos |a . b|: a quaternion and its negative are the same rotation.
+    The metric is the angle between them, 2 arccos |a . b|: a quaternion and its negative are the same rotation.
     """
     given = quaternion_from_matrix(T)
     step = max(1, _AT_ONCE // len(wxyz))

@@ -1,4 +1,4 @@
-"""Opens a map and reads from it: scores of poses, slices, what differs from another."""
+"""Opens a map and reads from it: scores of poses, slices, differences from another map."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ from ulna.robot import Robot
 
 Array = NDArray[np.float64]
 _FLOATS = np.float32
-_STEPS = 1600  # of the search for one target of a placement: four times those of the map
+_STEPS = 1600  # of the search for one target of a placement: four times as many as for the map
 
 
 class Summary(NamedTuple):
-    """What a map holds.
+    """Counts of a map's poses.
 
     Attributes:
-        poses: Of the whole map.
-        computed: Those that are computed.
-        reached: Those that are reached.
-        statuses: How many poses have each status, by its name.
+        poses: All poses of the map.
+        computed: Computed poses.
+        reached: Reached poses.
+        statuses: The number of poses with each status, by its name.
     """
 
     poses: int
@@ -54,14 +54,14 @@ class Summary(NamedTuple):
 
 
 class MapDifference(NamedTuple):
-    """How two maps of one grid differ.
+    """The differences of two maps with the same grid.
 
     Attributes:
         both: Poses that both reach.
-        only_first: Poses that the first alone reaches.
-        only_second: Poses that the second alone reaches.
+        only_first: Poses that only the first reaches.
+        only_second: Poses that only the second reaches.
         neither: Poses that neither reaches.
-        share: By how much the share of orientations reached is larger in the second, shape (z, y, x).
+        share: The share of reached orientations in the second minus that in the first, shape (z, y, x).
     """
 
     both: int
@@ -72,21 +72,21 @@ class MapDifference(NamedTuple):
 
 
 class ReachabilityMap:
-    """A map on disk; made by ``ulna.reachability_map``, opened by ``ReachabilityMap.open``. It may still be growing.
+    """A map on disk, from ``ulna.reachability_map`` or ``ReachabilityMap.open``. It may still be growing.
 
-    Nothing is read before it is asked for. What was read of a map that grows stays as it was: open it again.
+    Data are read at their first use, and cached. To see later chunks of a growing map, open it again.
     """
 
     path: Path
     """The folder of the Zarr group."""
     grid: Grid
-    """The voxels and how many orientations there are."""
+    """The voxels and the number of orientations."""
     robot: Robot
-    """The robot, as the map carries it."""
+    """The robot stored in the map."""
     link: str
-    """The link that was brought to the poses."""
+    """The link brought to the poses."""
     task: Task
-    """How much of a pose had to be reached."""
+    """The components of a pose that had to be reached."""
 
     def __init__(self, path: Path, specification: Specification, robot: Robot) -> None:
         self.path, self.grid, self.robot = path, specification.grid, robot
@@ -95,15 +95,15 @@ class ReachabilityMap:
 
     @classmethod
     def open(cls, path: str | Path, *, robot: Robot | None = None) -> ReachabilityMap:
-        """The map at a path.
+        """Open the map at a path.
 
         Args:
             path: The folder of the map.
-            robot: The robot that the map is of, for one with visuals; the map's own, which has none, unless given.
+            robot: The map's robot, to have its visuals; the robot stored in the map, which has none, unless given.
 
         Raises:
             FileError: There is no map, or it cannot be read.
-            DescriptionError: It is not a map, or one of another form.
+            DescriptionError: It is not a map, or a map of another format.
             InputError: The map is of another robot.
             MissingExtraError: The extra ``reach`` is not installed.
         """
@@ -123,7 +123,7 @@ class ReachabilityMap:
 
     @property
     def world(self) -> World | None:
-        """The world that the map was computed with, in the robot's base frame; None where collisions were not checked."""
+        """The world of the map, in the robot's base frame; None if collisions were not checked."""
         scene = self._specification.scene
         return None if scene is None else world_from_json(scene, "the map's scene")
 
@@ -134,12 +134,12 @@ class ReachabilityMap:
 
     @cached_property
     def data(self) -> Any:
-        """All of it as an ``xarray.Dataset``, as ``xarray.open_zarr`` opens it: read when it is computed with."""
+        """The whole map as an ``xarray.Dataset``, as from ``xarray.open_zarr``: its values are read when needed."""
         return _xarray().open_zarr(self.path, consolidated=False)
 
     @cached_property
     def summary(self) -> Summary:
-        """How many poses are computed and reached, and why the others are not."""
+        """The numbers of computed and reached poses, and the statuses of the others."""
         counts = np.zeros(256, dtype=np.int64)
         for _, reached in self._chunks():
             counts += np.bincount(reached.ravel().view(np.uint8), minlength=256)
@@ -154,9 +154,9 @@ class ReachabilityMap:
 
     @cached_property
     def share(self) -> Any:
-        """The share of the orientations that are reached in each voxel, 0 to 1; NaN where some are not computed.
+        """The share of reached orientations in each voxel, 0 to 1; NaN where some are not computed.
 
-        An ``xarray.DataArray`` with the dimensions (z, y, x) and the centres of the voxels [m].
+        An ``xarray.DataArray`` with the dimensions (z, y, x) and the centers of the voxels [m].
         """
         values = np.zeros(self.grid.shape, dtype=_FLOATS)
         for region, reached in self._chunks():
@@ -170,7 +170,7 @@ class ReachabilityMap:
     # ---- single poses --------------------------------------------------------------------------------------------------
 
     def score(self, T: ArrayLike) -> Any:
-        """The share of the orientations that are reached in the voxel of a pose, 0 to 1.
+        """The share of reached orientations in the voxel of a pose, 0 to 1.
 
         Args:
             T: T_base_tip, shape (..., 4, 4).
@@ -187,9 +187,9 @@ class ReachabilityMap:
         return float(found) if poses.ndim == 2 else found
 
     def reached(self, T: ArrayLike) -> Any:
-        """Whether the map's nearest pose is reached: the centre of the voxel, in the nearest of its orientations.
+        """Whether the map's nearest pose is reached: the center of the voxel, in the nearest of its orientations.
 
-        ``robot.inverse_kinematics`` has the exact result for a pose; this one is near it, by up to half a voxel's diagonal.
+        ``robot.inverse_kinematics`` has the exact result for a pose. The map's pose is up to half a voxel's diagonal away.
 
         Args:
             T: T_base_tip, shape (..., 4, 4).
@@ -208,10 +208,12 @@ class ReachabilityMap:
         return bool(found[0]) if poses.ndim == 2 else found.reshape(poses.shape[:-2])
 
     def solutions_at(self, point: ArrayLike) -> IKResult:
-        """Inverse kinematics for every orientation of the voxel at a point [m], shape (3,), as the map's own search found them.
+        """Inverse kinematics for every orientation of the voxel at a point [m], shape (3,).
+
+        The results are those of the map's own search.
 
         Raises:
-            InputError: The point is not within the map.
+            InputError: The point is outside the map.
         """
         place = np.asarray(point, dtype=np.float64)
         index, inside = self.grid.voxel_of(place)
@@ -234,12 +236,12 @@ class ReachabilityMap:
     # ---- all of it -----------------------------------------------------------------------------------------------------
 
     def slice(self, **where: float) -> Any:
-        """The share of the orientations reached on a plane through voxels: ``slice(z=0.4)`` has the dimensions (y, x).
+        """The share of reached orientations on a plane of voxels: ``slice(z=0.4)`` has the dimensions (y, x).
 
-        An ``xarray.DataArray``, as ``share``.
+        An ``xarray.DataArray``, like ``share``.
 
         Raises:
-            InputError: Not one of x, y and z is given [m], or the plane misses the map.
+            InputError: Not exactly one of x, y and z is given [m], or the plane misses the map.
         """
         if len(where) != 1 or not set(where) <= {"x", "y", "z"}:
             raise InputError("slice", f"{where!r}; one of x=, y= and z= is expected, in metres")
@@ -250,9 +252,9 @@ class ReachabilityMap:
         return self.share.sel({axis: value}, method="nearest")
 
     def compare(self, other: ReachabilityMap) -> MapDifference:
-        """How another map of the same grid differs: of another robot or tool, or in another world.
+        """The differences to another map with the same grid: of another robot or tool, or in another world.
 
-        Poses that either map has not computed yet are not counted.
+        Only poses that both maps have computed count.
 
         Raises:
             InputError: The grids differ.
@@ -278,24 +280,24 @@ class ReachabilityMap:
         most: int = 10,
         tries: int = 500,
     ) -> tuple[BasePlacement, ...]:
-        """Where the base may stand so that all targets are reached, the best first.
+        """Placements of the base from which all targets are reached, the best first.
 
-        The map ranks places a voxel apart: by the share of orientations reached around the worst of the targets, then around all.
-        The best ``tries`` of them are checked exactly, by inverse kinematics for every target, and those that fail are left
-        out. So what is returned is reached; a place between those that were tried may be missed.
+        The map ranks candidates on a grid of one voxel: by the share of reached orientations around the worst target, then around
+        all targets. The best ``tries`` candidates are checked exactly, by inverse kinematics for every target, and failures are
+        dropped. So every returned placement reaches all targets; a placement between the candidates may be missed.
 
         Args:
             targets: T_world_tip, shape (n, 4, 4).
-            free_dofs: Which of ``"x"``, ``"y"``, ``"z"`` and ``"yaw"`` of the base may be chosen.
+            free_dofs: The degrees of freedom of the base to choose, of ``"x"``, ``"y"``, ``"z"`` and ``"yaw"``.
             world: The obstacles in the frame of ``targets``. The objects of the map's own world move with the base.
-            T_world_base: The base where it is not free, shape (4, 4); the origin unless given.
-            bounds: The lowest and the highest corner of where the base may stand [m], shape (2, 3).
-            yaw_steps: Into how many directions a turn is divided.
-            most: How many placements to return.
-            tries: How many places to check exactly.
+            T_world_base: The base along its fixed degrees of freedom, shape (4, 4); the origin unless given.
+            bounds: The lowest and the highest corner of the positions of the base [m], shape (2, 3).
+            yaw_steps: The number of directions in a turn.
+            most: The maximum number of placements to return.
+            tries: The number of candidates to check exactly.
 
         Raises:
-            InputError: The targets are not poses, there are none, or another argument cannot be taken.
+            InputError: The targets are not poses, there are none, or another argument is invalid.
             GeometryError: A world is given, and the robot's collisions cannot be checked.
         """
 
@@ -308,7 +310,7 @@ class ReachabilityMap:
 
     @cached_property
     def verdicts(self) -> NDArray[np.bool_]:
-        """Whether each pose is reached, in memory: shape (z, y, x, orientation), a byte a pose."""
+        """Whether each pose is reached, in memory: shape (z, y, x, orientation), one byte a pose."""
         found = np.zeros((*self.grid.shape, self.grid.orientations), dtype=np.bool_)
         for region, reached in self._chunks():
             found[region] = reached == REACHED

@@ -1,7 +1,7 @@
-"""Writes a robot as JSON text from which it is made again bit for bit.
+"""Writes a robot as JSON text that restores it bit for bit.
 
-A map carries its robot, so that a worker on another machine needs neither a file of the robot nor a pickle, which could run
-code. What is seen (visuals), masses, the text it came from and its semantic description are left out: no pose depends on them.
+A map contains its robot, so a worker on another machine needs no robot file and no pickle, which could run code. Visuals, masses,
+the source text and the semantic description are left out: no pose depends on them.
 """
 
 import hashlib
@@ -31,9 +31,10 @@ _OF_FORCES = {"inertia", "damping", "friction"}
 
 
 def robot_to_json(robot: Robot, *, checked: bool, weighed: bool = False) -> str:
-    """The text of a robot: with the pairs of links that may touch if ``checked``, with inertias and gravity if ``weighed``.
+    """The text of a robot.
 
-    checked: whether its collisions are checked. weighed: whether its torques are computed.
+    checked: Whether collisions are checked, so that the pairs of links that may touch are included. weighed: Whether torques are
+    computed, so that inertias and gravity are included.
     """
     allowed = [[pair.link_a, pair.link_b] for pair in robot.allowed_collisions] if checked else None
     left_out = _LEFT_OUT if weighed else _LEFT_OUT | _OF_FORCES
@@ -45,13 +46,13 @@ def robot_to_json(robot: Robot, *, checked: bool, weighed: bool = False) -> str:
     }
     if weighed:
         data["gravity"] = robot.gravity.tolist()
-    if robot.tree.narrowed is not None:  # the text of any other robot is as it was
+    if robot.tree.narrowed is not None:  # other robots keep their earlier text
         data["narrowed"] = {name: each.tolist() for name, each in robot.tree.narrowed._asdict().items()}
     return json.dumps(data, sort_keys=True, separators=(",", ":"))
 
 
 def robot_from_json(text: str) -> Robot:
-    """The robot of such a text."""
+    """The robot of a text from ``robot_to_json``."""
     try:
         data = json_value(text)
         description = replace(_made(data["description"]), source="a reachability map")
@@ -72,7 +73,7 @@ def fingerprint(text: str) -> str:
 
 
 def _json_ready(value: Any, left_out: set[str]) -> Any:
-    """Dataclasses as dictionaries with the name of their class, arrays and tuples as lists."""
+    """Convert dataclasses to dictionaries with the name of their class, and arrays and tuples to lists."""
     if is_dataclass(value) and not isinstance(value, type):
         kept = {f.name: _json_ready(getattr(value, f.name), left_out) for f in fields(value) if f.name not in left_out}
         return {"kind": type(value).__name__, **kept}

@@ -1,11 +1,13 @@
-"""Ranks where a robot's base may stand so that it reaches given poses.
+"""Ranks placements of a robot's base by the reach of given poses.
 
-A map is of poses in the base frame, so that it serves for any place of the base: T_base_tip = T_world_base^-1 T_world_tip.
-1. Candidates are a voxel apart, over all places from which the farthest target may still be reached, in ``yaw_steps`` directions.
-2. A target's score at a candidate is the share of the ``_AROUND`` orientations nearest to its own that the map reaches in its
-   voxel; a candidate's is the least of its targets' and, where that is equal, their mean (after Vahrenkamp, Asfour and Dillmann,
-   "Robot placement based on reachability inversion", ICRA 2013, who sum over the map of the inverse).
-3. The best are checked by inverse kinematics, with the world moved into the base frame.
+A map holds poses in the base frame, so it is valid for every placement: T_base_tip = T_world_base^-1 T_world_tip.
+
+1. Candidates are one voxel apart, over all positions from which the farthest target may still be reached, in ``yaw_steps``
+   directions.
+2. A target's score at a candidate is the share of reached orientations in its voxel, among the ``_AROUND`` orientations nearest
+   to its own. A candidate's score is the minimum over its targets and, for equal minima, their mean. Vahrenkamp, Asfour and
+   Dillmann sum over the inverse map instead ("Robot placement based on reachability inversion", ICRA 2013).
+3. The best candidates are checked by inverse kinematics, with the world moved into the base frame.
 """
 
 from collections.abc import Callable
@@ -24,22 +26,22 @@ Array = NDArray[np.float64]
 Reached = NDArray[np.bool_]
 """Whether each pose of a grid is reached, shape (z, y, x, orientation)."""
 Solve = Callable[[Array, Array], tuple[Array, Array] | None]
-"""From T_base_tip (n, 4, 4) and T_base_world to q (n, n_dof) and its manipulability (n,); None where a target is not reached."""
+"""From T_base_tip (n, 4, 4) and T_base_world to q (n, n_dof) and manipulability (n,); None if a target is not reached."""
 DOFS = ("x", "y", "z", "yaw")
-_AROUND = 4  # orientations of the map around that of a target
-_MAX_KEPT = 20_000  # candidates of one yaw
+_AROUND = 4  # orientations of the map around a target's orientation
+_MAX_KEPT = 20_000  # candidates with one yaw
 
 
 @dataclass(frozen=True, eq=False)
 class BasePlacement:
-    """Where a base may stand.
+    """A placement of a base.
 
     Attributes:
         T_world_base: Its pose, shape (4, 4).
-        yaw: How far it is turned about z [rad], from ``T_world_base`` as given.
-        score: The share of the map's orientations reached around the worst of the targets, 0 to 1.
+        yaw: Its rotation about z relative to the given ``T_world_base`` [rad].
+        score: The share of the map's orientations reached around the worst target, 0 to 1.
         q: Joint positions that reach the targets [rad or m], shape (n, n_dof).
-        manipulability: There, shape (n,).
+        manipulability: The manipulability at each q, shape (n,).
     """
 
     T_world_base: Array
@@ -81,7 +83,10 @@ def base_placements(
 
 
 def _candidates(grid: Grid, reached: Reached, tips: Array, free: tuple[str, ...], at: Array, bounds: ArrayLike | None) -> Array:
-    """Places of the base, a voxel apart, from which each tip (n, 3) is no farther than the farthest reached voxel: (m, 3)."""
+    """Positions of the base, a voxel apart, shape (m, 3).
+
+    Each tip (n, 3) is at most as far from them as the farthest reached voxel is from the map's base.
+    """
     z, y, x = np.nonzero(reached.any(axis=-1))
     if not len(z):
         return np.empty((0, 3))
@@ -108,7 +113,7 @@ def _turned(T_0: Array, yaw: float) -> Array:
 
 
 def _ranked(grid: Grid, reached: Reached, T_world_tip: Array, T_turned: Array, yaw: float, points: Array) -> Array:
-    """Least and mean score, place and yaw of the best candidates with one direction of the base: shape (m, 6)."""
+    """Minimum and mean score, position and yaw of the best candidates with one direction of the base: shape (m, 6)."""
     R = T_turned[:3, :3]
     near = _around(grid, R.T @ T_world_tip[:, :3, :3])
     scores = np.empty((len(points), len(T_world_tip)))
@@ -129,7 +134,7 @@ def _around(grid: Grid, rotations: Array) -> NDArray[np.int64]:
 
 
 def around_base(own: World | None, world: World | None, T_base_world: Array) -> World | None:
-    """The objects that move with the base, and those that do not, in the base frame."""
+    """The objects that move with the base, and the fixed ones, in one world in the base frame."""
     if own is None and world is None:
         return None
     together = World() if own is None else own

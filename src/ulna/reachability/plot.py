@@ -12,7 +12,7 @@ _COLORS = "viridis"
 
 
 def draw(found: ReachabilityMap) -> NotebookFigure:
-    """Three slices through the middle of what is reached, the share by height, and why the other poses are not reached."""
+    """Draw three slices through the middle of the reached voxels, the share by height, and the statuses of other poses."""
     figure = NotebookFigure(figsize=(12, 7), layout="constrained")
     axes = figure.subplots(2, 3)
     centre = _centre(found)
@@ -27,7 +27,7 @@ def draw(found: ReachabilityMap) -> NotebookFigure:
 
 
 def _centre(found: ReachabilityMap) -> tuple[float, float, float]:
-    """Where to cut: the middle of the voxels that are reached, weighted by their share, in whole voxels [m]: x, y, z."""
+    """The position of the cuts, x, y, z [m]: the share-weighted mean of the reached voxels, rounded to voxels."""
     weights = np.nan_to_num(found.share.values)
     weights = weights if weights.sum() > 0.0 else np.ones_like(weights)
     z, y, x = (np.average(c, weights=weights.sum(axis=tuple({0, 1, 2} - {k}))) for k, c in enumerate(found.grid.axes))
@@ -36,7 +36,7 @@ def _centre(found: ReachabilityMap) -> tuple[float, float, float]:
 
 
 def _draw_slice(ax: Axes, found: ReachabilityMap, axis: str, value: float) -> None:
-    """The share in a plane, interpolated between voxels; the edges of the picture are those of the voxels."""
+    """Draw the share in a plane, interpolated between voxels; the picture ends at the voxels' edges."""
     places = found.share[axis].values
     at = float(np.interp(value, places, np.arange(len(places))))  # between two layers
     lower, upper = int(at), min(int(at) + 1, len(places) - 1)
@@ -51,7 +51,7 @@ def _draw_slice(ax: Axes, found: ReachabilityMap, axis: str, value: float) -> No
 
 def _draw_by_height(ax: Axes, found: ReachabilityMap) -> None:
     share = found.share
-    ax.plot(share.mean(dim=("y", "x"), skipna=True), share["z"])  # of what is computed
+    ax.plot(share.mean(dim=("y", "x"), skipna=True), share["z"])  # of the computed poses
     ax.set(xlabel="share of poses reached", ylabel="z [m]", title="by height")
 
 

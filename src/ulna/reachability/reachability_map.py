@@ -1,4 +1,4 @@
-"""Computes a map of the poses that a robot reaches, or what it still lacks."""
+"""Computes a map of the poses that a robot reaches, or the missing part of one."""
 
 from __future__ import annotations
 
@@ -54,43 +54,43 @@ def reachability_map(
     """Compute which poses a robot reaches, and how well: inverse kinematics in every voxel, in every orientation.
 
     The map is a Zarr group of Zarr format 3 on disk, which ``xarray.open_zarr`` opens too (docs/reachability.md lists its
-    variables). It grows chunk by chunk: whatever ends the run, ``resume=True`` continues it, with the same bits in the end.
+    variables). It grows chunk by chunk. After any interruption, ``resume=True`` continues it, with the same bits in the end.
 
     Args:
         robot: The robot. Collision shapes that are meshes need ``with_convex_hulls()`` first, if a world is given.
         path: The folder of the map, on a disk that all workers see under this path.
         voxel: The edge of a voxel [m].
-        orientations: How many orientations, spread evenly over SO(3), are tried in each voxel.
-        bounds: The lowest and the highest corner in the robot's base frame [m], shape (2, 3); all that the arm's length reaches
+        orientations: The number of orientations to try in each voxel, spread evenly over SO(3).
+        bounds: The lowest and the highest corner in the robot's base frame [m], shape (2, 3); everything within the arm's length
             unless given.
-        world: Configurations that collide with it, or in which the robot touches itself, do not count; without one, collisions
-            are not checked. An empty ``World()`` checks the robot against itself.
-        link: The link that is brought to the poses; the robot's tip unless given.
-        task: How much of a pose must be reached; see ``Robot.inverse_kinematics``.
-        keep_clearance: Keep how far the solution found is from the nearest obstacle, or from touching itself [m].
-        keep_solutions: Keep the joint positions found.
-        keep_payload: Keep the largest mass at the link's origin that the motors hold still [kg], of any solution that is known.
-        client: A ``dask.distributed.Client``: the chunks are computed by its cluster. Threads of this process unless given.
+        world: Configurations in collision with it, or with the robot itself, do not count. Without a world, collisions are not
+            checked. An empty ``World()`` checks the robot against itself.
+        link: The link to bring to the poses; the robot's tip unless given.
+        task: The components of a pose to reach; see ``Robot.inverse_kinematics``.
+        keep_clearance: Store the distance of the solution from the nearest obstacle, or from self-collision [m].
+        keep_solutions: Store the joint positions of the solution.
+        keep_payload: Store the largest mass at the link's origin that the motors hold still [kg], over all known solutions.
+        client: A ``dask.distributed.Client``, whose cluster computes the chunks. Threads of this process unless given.
         resume: Continue the map at ``path``. If there is no map yet, begin one; if it is complete, do nothing.
-        seed: Chooses the random starts of the searches.
-        position_tolerance: Largest distance that counts as reached [m].
-        rotation_tolerance: Largest angle that counts as reached [rad].
-        max_iterations: Steps from all starts of one pose together. A pose that they do not reach has the status ``budget spent``;
-            from 16 000 on the reason is found, which takes some twenty times as long.
-        progress: Called with the number of poses done so far and that of all.
-        **unknown: No other argument is taken.
+        seed: Seed of the searches' random starts.
+        position_tolerance: Maximum distance that counts as reached [m].
+        rotation_tolerance: Maximum angle that counts as reached [rad].
+        max_iterations: Steps from all starts of one pose together. A pose not reached within them has the status ``budget
+            spent``. From 16 000 on the reason is found, which takes some twenty times as long.
+        progress: Function to call with the number of poses done and the number of all poses.
+        **unknown: No other argument is allowed.
 
     Returns:
         The ``ReachabilityMap``.
 
     Raises:
-        InputError: An argument that cannot be taken, or ``resume`` with a map that is of something else; it says of what.
+        InputError: An argument is invalid, or ``resume`` finds a map of something else; the message lists the differences.
         UnknownNameError: There is no such link.
         GeometryError: Collisions are to be checked, and the robot has no collision shapes, or some that cannot be checked.
-        InertiaError: The payload is to be kept, and a link that moves and has a shape has no inertia.
+        InertiaError: The payload is to be stored, and a link that moves and has a shape has no inertia.
         FileError: There is a map already and ``resume`` is not given; the disk is full; the folder cannot be written to; another
             process is writing to the map.
-        ClusterError: The cluster is lost. What was computed is kept.
+        ClusterError: The cluster is lost. Finished chunks are kept.
         MissingExtraError: The extra ``reach`` is not installed.
 
     Example:
@@ -123,7 +123,7 @@ def reachability_map(
 
 
 def default_bounds(robot: Robot, link: str) -> NDArray[np.float64]:
-    """The cube around all positions that the arm's length lets a link reach [m], shape (2, 3)."""
+    """The cube around all positions that a link can reach by the arm's length [m], shape (2, 3)."""
     reach = reach_of(robot.tree.chain(link), robot.lower, robot.upper)
     if reach is None or not np.isfinite(reach.most_of_origin):
         raise InputError("bounds", "are needed: the length of this robot does not bound where its tip may be")
@@ -131,7 +131,7 @@ def default_bounds(robot: Robot, link: str) -> NDArray[np.float64]:
 
 
 def _specification(robot: Robot, link: str | None, grid: tuple, world: World | None, search: tuple, kept: tuple) -> Specification:
-    """What is asked for; ``grid``, ``search`` and ``kept`` are the arguments that say how, checked here."""
+    """The specification of the requested map; ``grid``, ``search`` and ``kept`` are arguments, validated here."""
     if not isinstance(robot, Robot):
         raise InputError("robot", f"{type(robot).__name__}; an ulna.Robot is expected")
     refuse_immovable(robot.tree)
@@ -145,9 +145,9 @@ def _specification(robot: Robot, link: str | None, grid: tuple, world: World | N
     poses = Grid.within(default_bounds(robot, link) if bounds is None else bounds, voxel, orientations)
     checked = world is not None or clearance
     if checked:
-        robot.signed_distance(robot.home, world)  # or say now why it cannot be
+        robot.signed_distance(robot.home, world)  # or raise the error now
     if payload:
-        robot.payload(robot.home, link=link)  # likewise
+        robot.payload(robot.home, link=link)  # or raise the error now
     text = robot.description.text
     return Specification(
         robot=robot.name,
@@ -171,7 +171,7 @@ def _specification(robot: Robot, link: str | None, grid: tuple, world: World | N
 
 
 def _all_are_known(robot: Robot, link: str, task: Task) -> bool:
-    """Whether a closed form proves of nearly every pose that its solutions, finitely many, are all there are."""
+    """Whether a closed form proves, for nearly every pose, that its finitely many solutions are all of them."""
     form = closed_form_of(robot.tree, link, task=task)
     return form is not None and form.is_exact and form.held is None
 

@@ -1,12 +1,12 @@
-"""Computes what a map still lacks, by threads of this process or by a Dask cluster.
+"""Computes the missing chunks of a map, by threads of this process or by a Dask cluster.
 
-1. The chunks that are not there wait in their order. A task gets ``_MAX_CHUNKS`` of them at most, and fewer towards the end.
-2. At most ``_UNDER_WAY`` tasks a thread are under way, so that neither the memory of the scheduler nor what is lost at its end
-   grows with the map.
-3. Threads and cluster are executors of ``concurrent.futures``. That of Dask tries a task again where its worker has died, and
-   computes an outcome again that was lost with the worker that held it.
+1. The missing chunks wait in their order. A task gets at most ``_MAX_CHUNKS`` of them, and fewer towards the end.
+2. At most ``_UNDER_WAY`` tasks a thread are under way. So neither the memory of the scheduler nor the loss at its end grows with
+   the map.
+3. Threads and cluster are executors of ``concurrent.futures``. Dask's executor repeats a task whose worker has died. It also
+   recomputes an outcome that was lost with its worker.
 
-Meanwhile no second process can write to the map: the operating system locks a file beside it, and frees it when the process
+Meanwhile no second process can write to the map. The operating system locks a file beside it, and frees the lock when the process
 ends, however it ends.
 """
 
@@ -35,25 +35,25 @@ try:
 except ImportError:  # Windows
     fcntl = None
 _MAX_CHUNKS = 16  # of a task: a quarter of a second of work for an arm with a closed form, half a second for a search
-_UNDER_WAY = 3  # tasks for each that runs
+_UNDER_WAY = 3  # tasks for each thread
 _RETRIES = 3
-_LOOK_S = 1.0  # between two looks at whether the cluster is still there
+_LOOK_S = 1.0  # between two checks that the cluster is still there
 Tell = Callable[[int, int], object]
 
 
 class Workers:
-    """An executor, and the tasks that it has begun; ``ThreadWorkers`` and ``DaskWorkers`` say how many it runs at once."""
+    """An executor, and the tasks submitted to it; ``ThreadWorkers`` and ``DaskWorkers`` define its width."""
 
     def __init__(self, pool: Executor, task: Callable[..., Outcome]) -> None:
         self._pool, self._task, self._running = pool, task, set[Future[Outcome]]()
 
     @property
     def under_way(self) -> int:
-        """How many tasks are begun and not yet fetched."""
+        """The number of tasks submitted and not yet fetched."""
         return len(self._running)
 
     def width(self) -> int:
-        """How many tasks run at once."""
+        """The number of tasks that run at once."""
         raise NotImplementedError
 
     def submit(self, path: str, chunks: tuple[int, ...]) -> None:
@@ -61,7 +61,7 @@ class Workers:
         self._running.add(self._pool.submit(self._task, path, chunks))
 
     def next_done(self) -> list[Outcome]:
-        """Wait for at least one task to end, and return what has ended."""
+        """Wait for at least one task to end; the outcomes of all ended tasks."""
         done: set[Future[Outcome]] = set()
         while not done:
             done, self._running = wait(self._running, _LOOK_S, FIRST_COMPLETED)
@@ -70,15 +70,15 @@ class Workers:
         return [future.result() for future in done]
 
     def cancel(self) -> None:
-        """Start nothing more, and wait for what is running here."""
+        """Submit nothing more, and wait for the tasks running in this process."""
         raise NotImplementedError
 
     def _look(self) -> None:
-        """See, while nothing comes, whether something still can."""
+        """Check, during a wait, that results can still arrive."""
 
 
 class ThreadWorkers(Workers):
-    """Threads of this process, one task a thread."""
+    """Threads of this process, each with one task at a time."""
 
     def __init__(self) -> None:
         self._width, self._stop = n_threads(), threading.Event()
@@ -90,13 +90,13 @@ class ThreadWorkers(Workers):
         return self._width
 
     def cancel(self) -> None:
-        """End every task after the chunk that it computes."""
+        """End every task after its current chunk."""
         self._stop.set()
         self._pool.shutdown(wait=True, cancel_futures=True)
 
 
 class DaskWorkers(Workers):
-    """The workers of a Dask cluster, by its client. A task is tried again where a worker has died or failed."""
+    """The workers of a Dask cluster, by its client. A task is repeated if its worker died or failed."""
 
     def __init__(self, client: Any) -> None:
         with needs_extra("a Dask cluster", "reach", "dask", "distributed"):
@@ -105,7 +105,7 @@ class DaskWorkers(Workers):
         self._distributed, self._client, self._warned = distributed, client, False
 
     def width(self) -> int:
-        """The number of threads of all workers, at least 1: there may be none yet."""
+        """The number of threads of all workers, at least 1: workers may still be missing."""
         with self._clearly():
             return max(1, sum(self._client.nthreads().values()))
 
@@ -115,12 +115,12 @@ class DaskWorkers(Workers):
             super().submit(path, chunks)
 
     def next_done(self) -> list[Outcome]:
-        """The outcomes of the tasks that have ended."""
+        """The outcomes of the ended tasks."""
         with self._clearly():
             return super().next_done()
 
     def cancel(self) -> None:
-        """Take back what no worker has begun; what one has begun it ends: a few chunks, of the same bits."""
+        """Cancel tasks that no worker has begun. Begun tasks end by themselves: a few chunks, with the same bits."""
         with contextlib.suppress(Exception):  # the cluster may be gone
             self._pool.shutdown(wait=False)
 
@@ -134,7 +134,7 @@ class DaskWorkers(Workers):
 
     @contextlib.contextmanager
     def _clearly(self) -> Iterator[None]:
-        """Around calls of Dask: its many ways to say that the cluster is gone become one error."""
+        """Context for calls of Dask: turns its many errors for a lost cluster into one."""
         lost = (CancelledError, asyncio.CancelledError, self._distributed.client.FutureCancelledError)
         try:
             yield
@@ -149,9 +149,9 @@ class DaskWorkers(Workers):
 
 
 def run(path: Path, grid: Grid, workers: Workers, tell: Tell | None = None) -> float:
-    """Compute all chunks that are not there; the time inside tasks [s], of all workers together.
+    """Compute all missing chunks; the time inside tasks [s], summed over all workers.
 
-    ``tell`` is called with the poses done so far, and those of the map.
+    ``tell`` is called with the number of poses done and that of the map.
     """
     todo, inside = deque(undone(path, grid)), 0.0
     done = grid.n_poses - sum(grid.poses_of(chunk) for chunk in todo)
@@ -177,14 +177,14 @@ def _tell(tell: Tell | None, done: int, total: int) -> None:
 
 @contextlib.contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Around what writes to the map at a path."""
+    """Context for writing to the map at a path."""
     beside = path.with_name(f"{path.name}.lock")
     file = _locked_file(beside, path)
     try:
         yield
     finally:
         with contextlib.suppress(OSError):
-            beside.unlink()  # while it is locked: whoever has opened it sees that it is another file
+            beside.unlink()  # while it is locked: a process that has it open sees that it is another file
         os.close(file)
 
 
@@ -202,11 +202,11 @@ def _locked_file(beside: Path, path: Path) -> int:
         with contextlib.suppress(OSError):
             if os.path.samestat(os.fstat(file), beside.stat()):
                 return file
-        os.close(file)  # it was removed meanwhile by the process that had it
+        os.close(file)  # it was removed meanwhile by the process that held it
 
 
 def _lock(file: int) -> None:
-    """Lock it, or raise an OSError at once if another process has."""
+    """Lock a file; an OSError at once if another process holds the lock."""
     if fcntl is not None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         return

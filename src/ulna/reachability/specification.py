@@ -1,4 +1,4 @@
-"""Says what a map is of: everything that its bits depend on, kept as its attributes."""
+"""Specifies a map: everything that its bits depend on, stored as its attributes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ulna.ik.task import Task
 from ulna.reachability.grid import Grid
 from ulna.reachability.model import fingerprint
 
-_SEARCH = "seed", "position_tolerance", "rotation_tolerance", "max_iterations"  # fields, and attributes of these names
-_PAYLOAD = "payload_kept"  # which older maps do not have
-FORMAT = 2  # of the attributes; another number is refused
+_SEARCH = "seed", "position_tolerance", "rotation_tolerance", "max_iterations"  # fields, and attributes of the same names
+_PAYLOAD = "payload_kept"  # missing in older maps
+FORMAT = 2  # of the attributes; another number is an error
 _KINDS = {
     str: ("robot", "robot_model", "urdf_sha256", "robot_source", "tool", "task", "scene", "ulna_version"),
     bool: ("clearance_kept", "solutions_kept", "branches_counted", _PAYLOAD),
     list: ("low", "voxels_zyx"),
-}  # numbers are checked where they are used
+}  # numbers are validated at their use
 
 
 @dataclass(frozen=True)
@@ -32,20 +32,20 @@ class Specification:
         robot: The robot's name.
         model: The robot as text (``reachability.model``).
         urdf: The SHA-256 of the description's text, for the record; empty for a robot made without one.
-        source: Where the robot was loaded from, for the record.
-        link: The link that is brought to the poses.
+        source: The source of the robot, for the record.
+        link: The link brought to the poses.
         grid: The poses.
-        task: How much of a pose must be reached.
-        scene: The text of the world's scene file; None where collisions are not checked.
-        seed: Chooses the random starts.
+        task: The components of a pose to reach.
+        scene: The text of the world's scene file; None if collisions are not checked.
+        seed: Seed of the random starts.
         position_tolerance: [m].
         rotation_tolerance: [rad].
         max_iterations: Steps from all starts of one pose together.
-        clearance: Whether the distance to the nearest obstacle is kept.
-        solutions: Whether the joint positions are kept.
-        branches: Whether the arm has a closed form, by which the solutions of each pose are counted.
+        clearance: Whether the distance to the nearest obstacle is stored.
+        solutions: Whether the joint positions are stored.
+        branches: Whether the arm has a closed form, which counts the solutions of each pose.
         version: Ulna's.
-        payload: Whether the largest payload is kept.
+        payload: Whether the largest payload is stored.
     """
 
     robot: str
@@ -79,7 +79,7 @@ class Specification:
         return {name: getattr(self, name) for name in _SEARCH}
 
     def attributes(self) -> dict[str, Any]:
-        """As attributes of a Zarr group: numbers, texts, lists."""
+        """The attributes of a Zarr group: numbers, texts, lists."""
         grid = self.grid
         return {
             "ulna_reachability_map": FORMAT,
@@ -107,7 +107,7 @@ class Specification:
 
     @classmethod
     def of_attributes(cls, attributes: Mapping[str, Any], where: str) -> Specification:
-        """That of a map's attributes; ``where`` names the map in messages."""
+        """The specification in a map's attributes; ``where`` names the map in messages."""
         if attributes.get("ulna_reachability_map") != FORMAT:
             raise DescriptionError("is not a reachability map that this version of Ulna reads", where)
         attributes = {_PAYLOAD: False, **attributes}
@@ -133,7 +133,7 @@ class Specification:
         return found
 
     def differences(self, other: Specification) -> list[str]:
-        """In words, what differs of what the bits depend on: "robot", "voxel: 0.05 and 0.1" ..."""
+        """The differences that affect the bits, in words: "robot", "voxel: 0.05 and 0.1" ..."""
         found = []
         if self.model != other.model:
             found.append(f"robot: {self.robot} and {other.robot}" if self.robot != other.robot else "robot: its description")

@@ -1,17 +1,18 @@
-"""Lays a map out as a Zarr group, finds which of its chunks are done, and reads it.
+"""Lays a map out as a Zarr group, finds its finished chunks, and reads it.
 
-    z, y, x          centres of the voxels [m]                          (z,), (y,), (x,)
+    z, y, x          centers of the voxels [m]                          (z,), (y,), (x,)
     quaternion       the orientations, w first                          (orientation, wxyz)
     reached          -1 never computed, 1 reached, others: why not      (z, y, x, orientation)  int8
-    branches         how many solutions there are; -1 where not counted (z, y, x, orientation)  int8, closed forms of six joints
+    branches         number of solutions; -1 if not counted             (z, y, x, orientation)  int8, closed forms of six joints
     manipulability   of the solution found; NaN if not reached          (z, y, x, orientation)  float32
-    clearance        of the solution found [m]; NaN where none is       (z, y, x, orientation)  float32, on request
-    payload          the largest of any solution known [kg]; NaN so too (z, y, x, orientation)  float32, on request
+    clearance        of the solution found [m]; NaN if not reached      (z, y, x, orientation)  float32, on request
+    payload          maximum over known solutions [kg]; NaN if none     (z, y, x, orientation)  float32, on request
     q                the solution found [rad or m]                      (z, y, x, orientation, joint)  float32, on request
 
-All are cut into the same chunks. Of a chunk, ``reached`` is written last, by a rename: where its file is, all of the chunk is.
+All variables are cut into the same chunks. ``reached`` is the last variable of a chunk to be written, by a rename. So if its file
+exists, the chunk is complete.
 
-Before the package zarr opens a file, it is seen to be a regular one: a pipe would have no end. What zarr then opens must have
+Before zarr opens a file, the file is checked to be a regular one: a pipe would have no end. The arrays that zarr opens must have
 this layout.
 """
 
@@ -38,7 +39,7 @@ from ulna.reachability.verdicts import NEVER, NUMBERS
 
 DIMENSIONS = ("z", "y", "x", "orientation")
 META = "zarr.json"
-_MAX_BYTES = 200_000_000  # of the group's metadata, in which the robot and the world are
+_MAX_BYTES = 200_000_000  # of the group's metadata, which includes the robot and the world
 _TEXTS = {
     "branches": (
         NEVER,
@@ -49,7 +50,7 @@ _TEXTS = {
     "clearance": (np.nan, "signed distance of the solution found from the nearest object or link; NaN where none was", "m"),
     "payload": (np.nan, "largest mass at the link's origin that the motors hold, of any solution known; NaN where none is", "kg"),
     "q": (np.nan, "joint positions of the solution found; NaN where none was", "rad or m"),
-}  # the value of what was not computed, the long name and the units
+}  # the value where nothing was computed, the long name and the units
 
 
 def zarr_package() -> Any:
@@ -60,7 +61,7 @@ def zarr_package() -> Any:
 
 
 def create(path: Path, specification: Specification, joint_names: tuple[str, ...]) -> None:
-    """Make an empty map: it appears whole or not at all."""
+    """Make an empty map; it appears complete or not at all."""
     zarr = zarr_package()
     beside = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
     try:
@@ -79,19 +80,19 @@ def create(path: Path, specification: Specification, joint_names: tuple[str, ...
 
 
 def variables(specification: Specification) -> tuple[str, ...]:
-    """The names of a map's variables, in the order in which a chunk of them is written: the verdict last."""
+    """The names of a map's variables, in the order of writing: the verdict last."""
     chosen = {"branches": specification.branches, "manipulability": True}
     chosen |= {"clearance": specification.clearance, "payload": specification.payload, "q": specification.solutions}
     return (*(name for name, kept in chosen.items() if kept), "reached")
 
 
 def read_specification(path: Path) -> Specification:
-    """What the map at a path is of."""
+    """The specification of the map at a path."""
     return Specification.of_attributes(attributes_at(path), str(path))
 
 
 def metadata_bytes(path: Path) -> bytes:
-    """The group's own metadata: other bytes are another map."""
+    """The group's own metadata; a map with other bytes is another map."""
     try:
         content = regular_file_bytes(path / META, _MAX_BYTES)
     except FileNotFoundError:
@@ -104,24 +105,24 @@ def metadata_bytes(path: Path) -> bytes:
 
 
 def is_done(path: Path, place: tuple[int, ...]) -> bool:
-    """Whether the chunk at a place is there."""
-    return os.path.exists(verdict_file(path, place))  # noqa: PTH110 -- asked for every chunk
+    """Whether the chunk at a place exists."""
+    return os.path.exists(verdict_file(path, place))  # noqa: PTH110 -- called for every chunk
 
 
 def undone(path: Path, grid: Grid) -> list[int]:
-    """The chunks that are not there, in their order."""
+    """The missing chunks, in their order."""
     return [chunk for chunk in range(grid.n_chunks) if not is_done(path, grid.place(chunk))]
 
 
 def sweep(path: Path) -> None:
-    """Remove what writers that were killed have left half written."""
+    """Remove half-written files of killed writers."""
     for part in path.rglob("*.partial"):
         part.unlink(missing_ok=True)
 
 
 def verdict_file(path: Path, place: tuple[int, ...]) -> str:
     """The file of the verdicts of the chunk at a place."""
-    return os.path.join(path, "reached", "c", *map(str, place))  # noqa: PTH118 -- asked for every chunk
+    return os.path.join(path, "reached", "c", *map(str, place))  # noqa: PTH118 -- called for every chunk
 
 
 def layout(name: str, grid: Grid, n_joints: int) -> tuple[tuple[int, ...], tuple[int, ...], str]:
@@ -187,7 +188,7 @@ def _add_variable(group: Any, name: str, grid: Grid, n_joints: int) -> None:
     )
 
 
-# ---- what is read, which may be damaged or a stranger's ------------------------------------------------------------------
+# ---- reading files that may be damaged or foreign -----------------------------------------------------------------------
 
 _MAX_OF_ARRAY = 1_000_000  # bytes of an array's metadata, and of a chunk beyond twice its values
 
@@ -229,7 +230,7 @@ def check_chunks(path: Path, grid: Grid, places: Iterable[tuple[int, ...]]) -> N
 
 
 def unreadable(file: Path, error: Exception) -> FileError:
-    """The error for a chunk that is damaged."""
+    """The error for a damaged chunk."""
     return FileError(
         str(file), f"cannot be read ({_words(error)}); remove this file, and resume=True (--resume) computes it again"
     )

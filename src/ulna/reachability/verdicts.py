@@ -1,4 +1,4 @@
-"""Decides of poses whether a robot reaches them, and numbers what is said of each."""
+"""Decides which poses a robot reaches, and numbers the statuses."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ulna.ik.solutions import Proof
 from ulna.reachability.specification import Specification
 from ulna.robot import Robot
 
-NEVER = -1  # a pose that was not computed yet
+NEVER = -1  # the pose was not computed yet
 REACHED = 1
 NUMBERS = {
     Status.SOLVED: REACHED,
@@ -33,13 +33,13 @@ Array = NDArray[np.float64]
 
 
 class Verdicts(NamedTuple):
-    """What is known of n poses.
+    """The results for n poses.
 
     Attributes:
         reached: The numbers of their statuses, shape (n,).
-        q: A solution of each that is reached, shape (n, n_dof).
-        known: All solutions that are known, each with the pose that it leads to: shapes (m, n_dof) and (m,).
-        branches: How many solutions there are, shape (n,); None where they are not counted.
+        q: A solution for each reached pose, shape (n, n_dof).
+        known: All known solutions, and the index of each one's pose: shapes (m, n_dof) and (m,).
+        branches: The number of solutions, shape (n,); None if they are not counted.
     """
 
     reached: NDArray[np.int8]
@@ -49,7 +49,7 @@ class Verdicts(NamedTuple):
 
 
 def verdicts(specification: Specification, robot: Robot, world: World | None, targets: Array) -> Verdicts:
-    """Those of targets of shape (n, 4, 4)."""
+    """The verdicts of targets, shape (n, 4, 4)."""
     if not specification.branches:
         reached, q = _searched(specification, robot, world, targets)
         poses = np.flatnonzero(reached == REACHED)
@@ -63,9 +63,9 @@ def _searched(specification: Specification, robot: Robot, world: World | None, t
 
 
 def _by_closed_form(specification: Specification, robot: Robot, world: World | None, targets: Array) -> Verdicts:
-    """Those of an arm all of whose solutions are known; of them the one nearest to ``home``.
+    """The verdicts for an arm with a closed form, which finds all solutions; q is the one nearest to ``home``.
 
-    Where a joint may have any angle, the closed form gives examples: where none of them is usable, there is a search.
+    If a joint may have any angle, the closed form returns examples. If none of these is usable, a numeric search follows.
     """
     found = robot.all_solutions(targets, link=specification.link, task=specification.task)
     usable = found.valid.copy()
