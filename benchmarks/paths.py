@@ -1,4 +1,4 @@
-"""``python -m benchmarks.paths``: ``robot.follow`` on the paths of tracking, as the table of docs/following.md.
+"""``python -m benchmarks.paths``: ``robot.follow`` on the paths of tracking, as the table of docs/performance_ik.md.
 
 The poses are those of a smooth joint path, so that a continuous path exists. What is found is judged by forward kinematics,
 limits and differences alone.

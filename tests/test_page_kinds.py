@@ -23,7 +23,6 @@ TO_DO = {
     "conventions.md",
     "descriptions.md",
     "examples.md",
-    "following.md",
     "forces.md",
     "forward_kinematics.md",
     "franka.md",
