@@ -1,18 +1,18 @@
 """Arms of every family of closed forms, with random geometry; and the arms of makers, by their DH tables."""
 
+import itertools
+
 import numpy as np
 
 import formulas
 import robots
 from ulna.description.robot_description import Description, Joint, JointType, Limits, Link
-from ulna.kernels.chain import closed_form_layout as layout
+from ulna.ik.closed_form.families import RULES
 from ulna.robot import Robot
 
-FAMILIES = (
-    layout.THREE_PARALLEL, layout.PARALLEL_23, layout.INTERSECTING_12, layout.PARALLEL_12, layout.INTERSECTING_23,
-    layout.OFFSET_HAND, layout.ANY_THREE_AXES,
-)  # fmt: skip
-QUARTIC = FAMILIES[-2:]
+FAMILIES = tuple(rule.number for rule in RULES.values() if not any(rule.slides))
+QUARTIC = tuple(family for family in FAMILIES if RULES[family].offset is not None)
+NAMES = {family: RULES[family].name for family in FAMILIES}
 HALF_TURN = Limits(-np.pi, np.pi)
 
 
@@ -23,22 +23,14 @@ def direction(rng):
 def family_axes(family, rng):
     """Six directions and points (6, 3) of a family; parallel axes are antiparallel as often."""
     h, c = np.array([direction(rng) for _ in range(6)]), rng.uniform(-0.4, 0.4, (6, 3))
-    opposite = rng.choice([-1.0, 1.0], size=6)
-    if family == layout.THREE_PARALLEL:
-        h[2], h[3], c[5] = opposite[2] * h[1], opposite[3] * h[1], c[4]
-        return h, c
-    if family == layout.OFFSET_HAND:
-        h[2], h[3] = opposite[2] * h[1], opposite[3] * h[1]
-        return h, c
-    c[4] = c[5] = c[3]
-    if family == layout.PARALLEL_23:
-        h[2] = opposite[2] * h[1]
-    elif family == layout.PARALLEL_12:
-        h[1] = opposite[1] * h[0]
-    elif family == layout.INTERSECTING_12:
-        c[1] = c[0]
-    elif family == layout.INTERSECTING_23:
-        c[2] = c[1]
+    opposite, rule = rng.choice([-1.0, 1.0], size=6), RULES[family]
+    for i, j in rule.parallel:
+        h[j] = opposite[j] * h[i]
+    if rule.has_wrist:
+        c[4] = c[5] = c[3]
+    if rule.intersecting:
+        i, j = rule.intersecting
+        c[j] = c[i]
     return h, c
 
 
@@ -65,16 +57,12 @@ def arm_of(family, rng, *, from_end=False, right_angles=False):
 
 
 def right_angled(family, rng):
-    """The same with axes along x, y and z, as makers build them."""
-    x, y, z = np.eye(3)
+    """The same with axes along z, y and x, as makers build them: each across the one before it, unless the two are parallel."""
+    parallel = {k for pair in RULES[family].parallel for k in pair}
+    h = next(
+        axes
+        for axes in itertools.product(tuple(np.eye(3)[::-1]), repeat=6)
+        if all((axes[k] is axes[k + 1]) == ({k, k + 1} <= parallel) for k in range(5))
+    )
     _, c = family_axes(family, rng)
-    h = {
-        layout.THREE_PARALLEL: (z, y, y, y, z, y),
-        layout.PARALLEL_23: (z, y, y, x, y, x),
-        layout.INTERSECTING_12: (z, y, x, y, z, y),
-        layout.PARALLEL_12: (z, z, y, z, y, z),
-        layout.INTERSECTING_23: (z, y, x, z, y, z),
-        layout.OFFSET_HAND: (z, y, y, y, z, y),
-        layout.ANY_THREE_AXES: (z, y, x, z, y, z),
-    }[family]
     return np.array(h), c

@@ -11,11 +11,10 @@ import pytest
 import formulas
 import robots
 import ulna
-from closed_form_arms import FAMILIES, QUARTIC, arm_of, arm_of_axes, direction, family_axes
+from closed_form_arms import FAMILIES, NAMES, QUARTIC, arm_of, arm_of_axes, direction, family_axes
 from ik_methods import valid_solutions
 from ulna import Robot
 from ulna.description.robot_description import Joint, JointType, Limits, Link
-from ulna.ik.closed_form.families import NAMES
 from ulna.ik.options import Options
 from ulna.ik.problem import Query, make_problem
 from ulna.ik.search.branch_search import _branches

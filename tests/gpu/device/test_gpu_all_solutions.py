@@ -14,11 +14,10 @@ from numba import cuda
 
 import robots
 import ulna
-from closed_form_arms import FAMILIES, arm_of
+from closed_form_arms import FAMILIES, NAMES, arm_of
 from ulna.gpu.queue import Queue
 from ulna.gpu.solutions import _run
 from ulna.ik.closed_form.closed_form import closed_form_of, joints_at
-from ulna.ik.closed_form.families import NAMES
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
 N = 5 if SIMULATED else 10_000

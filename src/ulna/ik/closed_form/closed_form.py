@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.closed_form.added_joints import free_turns
 from ulna.ik.closed_form.axes import N_AXES, Coupling, decoupled, turning_order
-from ulna.ik.closed_form.families import EXACT, NAMES
+from ulna.ik.closed_form.families import EXACT
 from ulna.ik.closed_form.six_joints import SixJoints, six_joints
 from ulna.ik.task import Task
 from ulna.kinematics.size import longest_slide
@@ -154,7 +154,7 @@ def _made(tree: Tree, chain: Array, order: tuple[int, ...], n_free: int, held: i
     miss = max(family.miss for family in families)
     names = entry_names(tree)
     return ClosedForm(
-        family=NAMES[families[0].number],
+        family=families[0].rule.name,
         from_end=families[0].from_end,
         held=None if held is None else names[held],
         n_joints=len(columns),

@@ -18,14 +18,14 @@ Array = NDArray[np.float64]
 Pair = tuple[int, int]
 # rad: nearer to parallel than this, axes that have to intersect are not well enough determined; and axes of a quartic.
 _SKEW, _SKEW_OF_QUARTIC = 1e-3, 3e-3
+_ALMOST = 1e-6  # largest miss of a family at which its arms are not taken for those of a quartic
 EXACT = 1e-12  # largest miss of a form whose branches are all there are
 NEAR = 1e-3  # largest miss of one whose branches are only starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
-_QUARTIC, _ALMOST = (layout.OFFSET_HAND, layout.ANY_THREE_AXES), 1e-6
 _MIN_OFFSET = 2e-3  # of the reach: a quartic whose axes are nearer to intersecting than this is ill determined
 
 
-class _Rule(NamedTuple):
-    """What makes six axes one of a family. Axes are numbered from 0, in the name from 1.
+class Rule(NamedTuple):
+    """A family: the conditions on its axes, and the columns that its angles read. Axes are numbered from 0, in the name from 1.
 
     Attributes:
         number: Of the family (``closed_form_layout``).
@@ -37,6 +37,9 @@ class _Rule(NamedTuple):
         size: What must not be nearly 0, of the directions (6, 3).
         slides: Which of the first three joints slide; the others turn.
         has_wrist: Whether the last three axes intersect in a point.
+        offset: The length by which a quartic is divided [m], of directions and points (6, 3); None where no angle needs one.
+        before: The row of NORMALS of the axis before the fifth in whose frame FIFTH is.
+        bend: The axis whose angle with the fifth is in BENDS.
     """
 
     number: int
@@ -48,6 +51,9 @@ class _Rule(NamedTuple):
     size: Callable[[Array], float] | None = None
     slides: tuple[bool, bool, bool] = (False, False, False)
     has_wrist: bool = True
+    offset: Callable[[Array, Array], float] | None = None
+    before: int = layout.OF_4
+    bend: int = 3
 
 
 def _turn_across(turn: int, first: int, second: int) -> Callable[[Array], float]:
@@ -55,49 +61,62 @@ def _turn_across(turn: int, first: int, second: int) -> Callable[[Array], float]
     return lambda h: float(np.linalg.norm(np.cross(h[turn], np.cross(h[first], h[second]))))
 
 
+def _between_last(_: Array, c: Array) -> float:
+    """The distance of the points of the last two axes."""
+    return float(np.linalg.norm(c[5] - c[4]))
+
+
+def _before_wrist(h: Array, c: Array) -> float:
+    """The least of the distances from axis 3 to axis 2 and to the center of the wrist."""
+    return float(min(np.linalg.norm(c[2] - c[1]), np.linalg.norm(np.cross(h[2], c[3] - c[2]))))
+
+
 _WRIST = "spherical wrist"
 _HAND = ((0, 1), (3, 4), (4, 5))  # pairs that must be apart where axes 2, 3 and 4 are parallel
 _RULES = (
-    _Rule(
+    Rule(
         layout.THREE_PARALLEL, "axes 2, 3 and 4 parallel, 5 and 6 intersecting", ((1, 2), (1, 3)), (4, 5), None, _HAND,
-        has_wrist=False,
+        has_wrist=False, before=layout.OF_2, bend=1,
     ),
-    _Rule(layout.PARALLEL_23, f"{_WRIST}, axes 2 and 3 parallel", ((1, 2),), apart=((0, 1),)),
-    _Rule(layout.INTERSECTING_12, f"{_WRIST}, axes 1 and 2 intersecting", intersecting=(0, 1), apart=((0, 1),)),
-    _Rule(layout.PARALLEL_12, f"{_WRIST}, axes 1 and 2 parallel", ((0, 1),), apart=((1, 2),)),
-    _Rule(layout.INTERSECTING_23, f"{_WRIST}, axes 2 and 3 intersecting", intersecting=(1, 2), apart=((1, 2),)),
-    _Rule(layout.OFFSET_HAND, "axes 2, 3 and 4 parallel", ((1, 2), (1, 3)), None, (4, 5), _HAND, has_wrist=False),
-    _Rule(layout.ANY_THREE_AXES, _WRIST, near=(1, 2), apart=((0, 1), (1, 2))),
-    _Rule(
+    Rule(layout.PARALLEL_23, f"{_WRIST}, axes 2 and 3 parallel", ((1, 2),), apart=((0, 1),)),
+    Rule(layout.INTERSECTING_12, f"{_WRIST}, axes 1 and 2 intersecting", intersecting=(0, 1), apart=((0, 1),)),
+    Rule(layout.PARALLEL_12, f"{_WRIST}, axes 1 and 2 parallel", ((0, 1),), apart=((1, 2),)),
+    Rule(layout.INTERSECTING_23, f"{_WRIST}, axes 2 and 3 intersecting", intersecting=(1, 2), apart=((1, 2),)),
+    Rule(
+        layout.OFFSET_HAND, "axes 2, 3 and 4 parallel", ((1, 2), (1, 3)), None, (4, 5), _HAND, has_wrist=False,
+        offset=_between_last, before=layout.OF_2,
+    ),
+    Rule(layout.ANY_THREE_AXES, _WRIST, near=(1, 2), apart=((0, 1), (1, 2)), offset=_before_wrist),
+    Rule(
         layout.SLIDE_PARALLEL_23, f"{_WRIST}, joint 1 sliding, axes 2 and 3 parallel", ((1, 2),),
         size=lambda h: abs(h[0] @ h[1]), slides=(True, False, False),
     ),
-    _Rule(
+    Rule(
         layout.SLIDE_INTERSECTING_23, f"{_WRIST}, joint 1 sliding, axes 2 and 3 intersecting", intersecting=(1, 2),
         slides=(True, False, False),
     ),
-    _Rule(
+    Rule(
         layout.INTERSECTING_12_SLIDE, f"{_WRIST}, axes 1 and 2 intersecting, joint 3 sliding", intersecting=(0, 1),
         slides=(False, False, True),
     ),
-    _Rule(
+    Rule(
         layout.PARALLEL_12_SLIDE, f"{_WRIST}, axes 1 and 2 parallel, joint 3 sliding", ((0, 1),),
         size=lambda h: abs(h[2] @ h[0]), slides=(False, False, True),
     ),
-    _Rule(
+    Rule(
         layout.TURN_SLIDES, f"{_WRIST}, joints 2 and 3 sliding", apart=((1, 2),), size=_turn_across(0, 1, 2),
         slides=(False, True, True),
     ),
-    _Rule(
+    Rule(
         layout.SLIDES_TURN, f"{_WRIST}, joints 1 and 2 sliding", apart=((0, 1),), size=_turn_across(2, 0, 1),
         slides=(True, True, False),
     ),
-    _Rule(
+    Rule(
         layout.THREE_SLIDES, f"{_WRIST}, joints 1, 2 and 3 sliding", size=lambda h: abs(np.linalg.det(h[:3])),
         slides=(True, True, True),
     ),
 )  # fmt: skip
-NAMES = {rule.number: rule.name for rule in _RULES}
+RULES = {rule.number: rule for rule in _RULES}
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +139,11 @@ class Family:
     points: Array
     signs: Array
 
+    @property
+    def rule(self) -> Rule:
+        """The conditions on its axes."""
+        return RULES[self.number]
+
 
 def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], unit: float) -> Family | None:
     """The family with the least miss, of several that are as good the first; None where none comes near.
@@ -132,7 +156,7 @@ def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], unit:
     ]
     if not found:
         return None
-    simple = [family for family in found if family.number not in _QUARTIC]
+    simple = [family for family in found if family.rule.offset is None]
     if simple and min(family.miss for family in simple) <= _ALMOST:  # what is nearly one of these is ill determined as a quartic
         found = simple
     least = min(family.miss for family in found)
@@ -149,15 +173,15 @@ def _families(h: Array, c: Array, slides: NDArray[np.bool_], scale: float, *, fr
         missed = _brought_into(rule, directions, points, signs)
         if missed is not None:
             miss = max(missed[0], missed[1] / scale)
-            is_offset = rule.number not in _QUARTIC or _least_offset(rule.number, directions, points) > _MIN_OFFSET * scale
+            is_offset = rule.offset is None or rule.offset(directions, points) > _MIN_OFFSET * scale
             if miss <= NEAR and is_offset:
                 yield Family(rule.number, from_end, miss, directions, points, signs)
 
 
-def _brought_into(rule: _Rule, h: Array, c: Array, signs: Array) -> tuple[float, float] | None:
+def _brought_into(rule: Rule, h: Array, c: Array, signs: Array) -> tuple[float, float] | None:
     """Move axes into a family: by how much they miss it, an angle [rad] and a length [m]; None where it is ill determined."""
     angle = max((_made_parallel(h, signs, i, j) for i, j in rule.parallel), default=0.0)
-    least = _SKEW_OF_QUARTIC if rule.number in _QUARTIC else _SKEW
+    least = _SKEW if rule.offset is None else _SKEW_OF_QUARTIC
     if any(_skewness(h, i, j) < least for i, j in rule.apart) or (rule.size is not None and rule.size(h) < _SKEW):
         return None
     length = _made_intersecting(h, c, *rule.intersecting) if rule.intersecting else 0.0
@@ -169,13 +193,6 @@ def _brought_into(rule: _Rule, h: Array, c: Array, signs: Array) -> tuple[float,
         c[3:], away = nearest_point(h[3:], c[3:])
         length = max(length, away)
     return angle, length
-
-
-def _least_offset(number: int, h: Array, c: Array) -> float:
-    """The least of the lengths by which a quartic is divided [m]."""
-    if number == layout.OFFSET_HAND:
-        return float(np.linalg.norm(c[5] - c[4]))
-    return float(min(np.linalg.norm(c[2] - c[1]), np.linalg.norm(np.cross(h[2], c[3] - c[2]))))
 
 
 def _skewness(h: Array, i: int, j: int) -> float:

@@ -30,7 +30,6 @@ _MIN_TARGETS = 512  # of a part
 _NO_BOUNDS = np.zeros(2)
 _MORE_THAN_ANY = 1e12  # m: what a whole turn of a joint that slides would add
 _NEAR_ERROR = 1e-9  # more than is allowed, so that every branch of a near form takes a step
-_PARALLEL = (layout.THREE_PARALLEL, layout.OFFSET_HAND)
 _NOTHING = 1e-28  # of a bend, which the rounding of right angles leaves
 
 
@@ -135,9 +134,8 @@ def table_of(axes: Axes, family: Family, n_free: int) -> Array:
     frames = {row: frame_along(h[j]) for row, j in ((layout.OF_2, 1), (layout.OF_4, 3), (layout.OF_6, 5))}
     for row, frame in frames.items():
         table[layout.NORMALS + row : layout.NORMALS + row + 2] = frame[:, :2].T
-    before = layout.OF_2 if family.number in _PARALLEL else layout.OF_4
-    table[layout.FIFTH : layout.FIFTH + 9] = _turns(frames[before], h[4], frames[layout.OF_6])
-    table[layout.BENDS, :2] = _bends(h[1] if family.number == layout.THREE_PARALLEL else h[3], h[4], h[5])
+    table[layout.FIFTH : layout.FIFTH + 9] = _turns(frames[family.rule.before], h[4], frames[layout.OF_6])
+    table[layout.BENDS, :2] = _bends(h[family.rule.bend], h[4], h[5])
     table[layout.BENDS, layout.FREE_WRIST] = n_free == 3 and not family.from_end
     table[layout.FORM] = family.number, family.from_end, 1.0 / reach
     order, slides = (axes.entries[::-1], axes.slides[::-1]) if family.from_end else (axes.entries, axes.slides)
