@@ -19,14 +19,12 @@ CAPTIONS = {"Getting started": "Tutorial", "Troubleshooting": "How-to"}  # the o
 TO_DO = {
     "ahead.md",
     "comparison.md",
-    "conventions.md",
     "forward_kinematics.md",
     "jacobian.md",
     "lanes.md",
     "learning.md",
     "reachability.md",
     "scale.md",
-    "why.md",
 }
 
 
