@@ -10,11 +10,11 @@ from ulna.errors import InputError
 
 _FLOAT64 = np.dtype(np.float64)
 _LARGEST = sys.float_info.max
-MAX_COUNTED = 2**31 - 1  # by a kernel
+MAX_COUNTED = 2**31 - 1  # the kernels' limit
 
 
 def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """The values as a C-contiguous, writable float64 array, itself where it is one already.
+    """Convert values to a C-contiguous, writable float64 array; such an array is returned unchanged.
 
     A read-only array is copied: Numba would compile the kernels again for its type.
     """
@@ -35,7 +35,7 @@ def as_floats(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def as_cells(name: str, values: ArrayLike, unseen: int) -> NDArray:
-    """The values as an array of any kind; what a mask leaves out is ``unseen``.
+    """Convert values to an array of any type; masked entries become ``unseen``.
 
     Raises:
         InputError: They form no array.
@@ -55,12 +55,12 @@ def as_number(
     above: bool = False,
     most: float = _LARGEST,
 ) -> float:
-    """A number from ``least`` to ``most``, or above ``least``; infinite only if that is the most."""
+    """A number from ``least`` to ``most``, or above ``least``; infinite only if ``most`` is."""
     if type(value) is float and least < value <= most:
-        return value  # the most frequent case, in a fourth of the time
+        return value  # fast path of the most frequent case: a fourth of the time
     try:
         number = float(value) if isinstance(value, (float, int, Real)) and not isinstance(value, bool) else np.nan
-    except OverflowError:  # a whole number above every float
+    except OverflowError:  # an integer above every float
         number = np.nan
     if not (least < number if above else least <= number) or not number <= most:
         raise InputError(name, f"{_shortened(value)}; {expected} is expected")
@@ -73,7 +73,7 @@ def positive(name: str, value: object, expected: str = "a number above 0") -> fl
 
 
 def as_count(name: str, value: object, least: int = 0, most: int = MAX_COUNTED) -> int:
-    """A whole number from ``least`` to ``most``."""
+    """An integer from ``least`` to ``most``."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
         raise InputError(name, f"{_shortened(value)}; a whole number from {least} to {most} is expected")
     return int(value)
@@ -87,7 +87,7 @@ def as_switch(name: str, value: object) -> bool:
 
 
 def _shortened(value: object) -> str:
-    """A value as Python writes it; the digits of a whole number that no float can hold are left out."""
+    """Format a value like ``repr``, without the digits of an integer beyond the range of floats."""
     if isinstance(value, int) and abs(value) > _LARGEST:
         return "a whole number of more than 308 digits"
     return repr(value)
@@ -98,7 +98,7 @@ def _what(array: NDArray) -> str:
 
 
 def _has_mask(values: object, levels: int = 64) -> bool:
-    """Whether they are a masked array, or a list that holds one, within the levels that an array may have."""
+    """Whether values are a masked array, or a list that contains one, within the depth of arrays."""
     if isinstance(values, list | tuple):
         return levels > 0 and any(_has_mask(value, levels - 1) for value in values if not isinstance(value, float | int))
     return isinstance(values, np.ma.MaskedArray)

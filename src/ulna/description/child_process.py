@@ -1,7 +1,8 @@
 """Starts a program in a child process and ends it in time.
 
-The program is Ulna's, its input may be a stranger's. So nothing that lies beside the input is run: Python is isolated (``-I``),
-in an empty folder of its own, and modules and libraries are searched for in absolute paths only, the interpreter's first.
+The program is Ulna's, but its input may come from a stranger. So nothing next to the input is executed. Python is isolated
+(``-I``) and runs in an empty folder of its own. It searches modules and libraries in absolute paths only, the interpreter's
+first.
 """
 
 import json
@@ -23,22 +24,22 @@ ulna = sys.modules["ulna"] = types.ModuleType("ulna")
 ulna.__path__ = [sys.argv[1]]
 from {module} import main
 main()
-"""  # the package without running its __init__, which would import NumPy
+"""  # the package without its __init__, which would import NumPy
 
 
 def program_of(module: str) -> str:
-    """The program that calls the function ``main`` of a module of this package."""
+    """A program that calls the function ``main`` of a module of this package."""
     return _START.format(module=module)
 
 
 @contextmanager
 def child_process(program: str, memory: int, seconds: float) -> Iterator[tuple[subprocess.Popen, threading.Event]]:
-    """A child process, and the event that its time is over. It has no environment variables of the user.
+    """A child process without the user's environment variables, and an event that is set when its time is over.
 
     Args:
         program: Its text. Its last argument is the limits in JSON, which it sets itself (``xacro.child.confinement``).
         memory: Bytes of address space.
-        seconds: How long it may run; then it is killed.
+        seconds: Its time limit; afterwards it is killed.
     """
     paths = [path for path in sys.path if isinstance(path, str) and os.path.isabs(path)]  # noqa: PTH117 - text in, text out
     arguments = [str(Path(__file__).parents[1]), json.dumps(paths), json.dumps({"memory": memory, "seconds": seconds})]
@@ -46,7 +47,7 @@ def child_process(program: str, memory: int, seconds: float) -> Iterator[tuple[s
     pipe = subprocess.PIPE
     late = threading.Event()
     with TemporaryDirectory(prefix="ulna-") as folder:
-        child = subprocess.Popen(command, env=_environment(), cwd=folder, stdin=pipe, stdout=pipe, stderr=pipe)  # noqa: S603 - our module
+        child = subprocess.Popen(command, env=_environment(), cwd=folder, stdin=pipe, stdout=pipe, stderr=pipe)  # noqa: S603
 
         def end() -> None:
             late.set()
@@ -64,7 +65,7 @@ def child_process(program: str, memory: int, seconds: float) -> Iterator[tuple[s
 
 
 def last_words(child: subprocess.Popen, errors: bytes) -> str:
-    """The last line that a child wrote to its standard error, safe to print on a terminal; else its exit status."""
+    """The last line of a child's standard error, safe to print on a terminal; without one its exit status."""
     lines = errors.decode(errors="replace").strip().splitlines()
     return printable(lines[-1]) if lines else f"exit status {child.returncode}"
 
@@ -75,7 +76,7 @@ def printable(text: str) -> str:
 
 
 def _environment() -> dict[str, str]:
-    """What a Python needs to start. An empty element of a path of libraries would be the current folder."""
+    """The environment that Python needs to start; an empty element of a library path would mean the current folder."""
     kept = {name: os.environ[name] for name in ("SYSTEMROOT",) if name in os.environ}
     for name in _LIBRARY_PATHS:
         elements = re.split("[:;]", os.environ.get(name, ""))

@@ -1,4 +1,4 @@
-"""Finds the columns of a table by the names that its first line gives them, with their units; without names, none are found."""
+"""Finds the columns of a table, with their units, by the names in its first line."""
 
 import codecs
 import csv
@@ -25,18 +25,18 @@ _PLAIN_UNITS: dict[str, tuple[str, float]] = {
     **dict.fromkeys(("ns", "nsec"), (TIME, 1e-9)),
     **dict.fromkeys(("", "-", "1"), (NUMBER, 1.0)),
 }
-_PER_TIME = {1: ("/s",), 2: ("/s^2", "/s2", "/s\u00b2", "/s/s")}  # of the units of rates
+_PER_TIME = {1: ("/s",), 2: ("/s^2", "/s2", "/s\u00b2", "/s/s")}  # suffixes of the units of rates
 _IN_BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<]\s*([^\[\]()<>]*?)\s*[\])>]")
 _BEHIND = re.compile(r"(.+?)(?:\s+in\s+|[\s_./-]+|(?=\u00b0))([^\W\d_]+|\u00b0)")
 _PLAIN = re.compile(r"[\w\s./:\[\]()-]*")  # names that are compared by their words
 _SEPARATORS = (";", "\t", ",", None)  # None: blanks
 _COMMENTS = ("#", "//")
-_MAX_COLUMNS, _MAX_NAME = 1000, 200  # that are compared: patterns take time
+_MAX_COLUMNS, _MAX_NAME = 1000, 200  # limits on compared names, since patterns take time
 _LONGEST_LINE = 1_000_000  # characters
 
 
 def rate_kind(kind: str, order: int) -> str:
-    """The kind of the first or the second derivative of a quantity of a kind."""
+    """The kind of the first or second derivative of a quantity."""
     return f"{kind}{_PER_TIME[order][0]}"
 
 
@@ -54,9 +54,9 @@ class Quantity(NamedTuple):
 
     Attributes:
         name: Its name here.
-        kind: Its kind, which says what units it may have.
-        words: A pattern of the other names that it has in files, in small letters, with one blank between words; "" for none.
-        unit: Its unit in m, rad or s where the name of a column has none.
+        kind: Its kind, which determines its possible units.
+        words: A pattern of its other names in files, in small letters, with one blank between words; "" for none.
+        unit: Its unit in m, rad or s if the name of a column states none.
     """
 
     name: str
@@ -74,14 +74,14 @@ TIMES = Quantity("time", TIME, r"(?:.* )?(?:time|timestamp|stamp|t|time from sta
 
 
 class Head(NamedTuple):
-    """The form of a table of text.
+    """The format of a table of text.
 
     Attributes:
-        names: The names of its columns, as they are written; None if no line has them.
-        n_columns: How many columns its first row has.
-        separator: What is between two columns; None for blanks.
-        decimal_comma: Whether a comma is the point of a number.
-        first: The number of the first line with numbers, from 0.
+        names: The names of its columns, as written; None if no line has them.
+        n_columns: The number of columns in its first row.
+        separator: The text between two columns; None for blanks.
+        decimal_comma: Whether numbers have a decimal comma.
+        first: The index of the first line with numbers.
     """
 
     names: tuple[str, ...] | None
@@ -92,11 +92,11 @@ class Head(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The columns that were found.
+    """The columns of quantities.
 
     Attributes:
-        at: For each name of a quantity the number of its column, from 0, and the factor from the unit in its name to m, rad or
-            s; None if its name has none.
+        at: By the name of a quantity: the index of its column, and the factor from its stated unit to m, rad or s; None without
+            one.
         others: The names of all other columns.
     """
 
@@ -105,12 +105,12 @@ class Found(NamedTuple):
 
 
 class Row(NamedTuple):
-    """Which columns of a table with names make a row.
+    """The columns of a named table that make a row.
 
     Attributes:
-        known: What a column may be.
-        chosen: The names of those that make a row, in their order, of those that were found.
-        ignored: Whether a column of another name is left out; else it is refused.
+        known: The quantities that a column may have.
+        chosen: Selects the quantities of a row, in order, from the columns found.
+        ignored: Whether a column of another name is ignored; otherwise it is refused.
     """
 
     known: Sequence[Quantity]
@@ -119,7 +119,7 @@ class Row(NamedTuple):
 
 
 def text_of(content: bytes) -> str:
-    """The text of a file, by its byte order mark if it has one, else UTF-8."""
+    """Decode a file by its byte order mark, without one as UTF-8."""
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return content.decode("utf-16", errors="replace")
     return content.decode("utf-8-sig", errors="replace")
@@ -132,17 +132,17 @@ def is_row(line: str) -> bool:
 
 
 def head_of(lines: Sequence[str], known: Sequence[Quantity]) -> Head | None:
-    """The form of a table; None if it has no row of numbers.
+    """The format of a table; None if it has no row of numbers.
 
-    Its names are those of the first line that is no comment, unless that has numbers. Else they are those of the last comment
-    before the numbers, if it has as many words as there are columns, and ``known`` names among them.
+    Its names come from the first line that is no comment, unless that contains numbers. Otherwise they come from the last comment
+    before the numbers, if that has one word per column with ``known`` names among them.
 
     Raises:
         ValueError: The line of names has another number of columns than the line after it.
     """
     separators = _SEPARATORS
     start = next((k for k, line in enumerate(lines) if line.strip()), 0)
-    if stated := re.fullmatch(r"sep=(.)\s*", lines[start] if lines else ""):  # of a spreadsheet
+    if stated := re.fullmatch(r"sep=(.)\s*", lines[start] if lines else ""):  # written by spreadsheets
         separators, start = (stated[1], None), start + 1
     rows = list(islice((k for k in range(start, len(lines)) if is_row(lines[k])), 2))
     if not rows:
@@ -162,16 +162,16 @@ def head_of(lines: Sequence[str], known: Sequence[Quantity]) -> Head | None:
 
 
 def _written(line: str, separators: Sequence[str | None], number: int) -> Head:
-    """The form of a line of numbers."""
+    """The format of a line of numbers."""
     separator = next(one for one in separators if one is None or one in line)
     return Head(None, len(fields_of(line, separator)), separator, separator != "," and "," in line, number)
 
 
 def fields_of(line: str, separator: str | None) -> list[str]:
-    """The fields of a line, without the quotes around them, and without an empty one at its end.
+    """The fields of a line, without quotes, and without an empty one at its end.
 
     Raises:
-        ValueError: The line, or one of them, is too long.
+        ValueError: The line, or a field, is too long.
     """
     if len(line) > _LONGEST_LINE:
         raise ValueError(f"a line has {len(line)} characters; up to {_LONGEST_LINE} are read")
@@ -187,7 +187,7 @@ def number_of(field: str, head: Head) -> float:
     """The number in a field.
 
     Raises:
-        ValueError: It is none.
+        ValueError: It is not a number.
     """
     if "_" in field:
         raise ValueError(field)
@@ -208,12 +208,12 @@ def is_number(field: str, head: Head) -> bool:
 
 
 def find_columns(names: Sequence[str], known: Sequence[Quantity]) -> Found:
-    """The columns of quantities, by their names.
+    """Find the columns of quantities by their names.
 
-    A unit is stated as in "x [mm]", "q1 (deg)" or "roll_deg".
+    A name may state a unit, as in "x [mm]", "q1 (deg)" or "roll_deg".
 
     Raises:
-        ValueError: Two columns are of one quantity, a unit is not known or of another kind, or there are more than 1000 columns.
+        ValueError: Two columns belong to one quantity, a unit is unknown or of another kind, or there are more than 1000 columns.
     """
     if len(names) > _MAX_COLUMNS:
         raise ValueError(f"{len(names)} columns have names; at most {_MAX_COLUMNS} are read")
@@ -233,10 +233,10 @@ def find_columns(names: Sequence[str], known: Sequence[Quantity]) -> Found:
 
 
 def required(found: Found, wanted: Sequence[str], names: Sequence[str]) -> tuple[list[int], list[float | None]]:
-    """The numbers of the columns that are wanted, and their factors.
+    """The indices of the required columns, and their factors.
 
     Raises:
-        ValueError: One of them is not there.
+        ValueError: A column is missing.
     """
     missing = [name for name in wanted if name not in found.at]
     if missing:
@@ -246,10 +246,10 @@ def required(found: Found, wanted: Sequence[str], names: Sequence[str]) -> tuple
 
 
 def columns_of(names: Sequence[str], row: Row) -> tuple[list[int], list[float]]:
-    """The numbers of the columns that make a row, and their units in m, rad or s.
+    """The indices of the columns that make a row, and their units in m, rad or s.
 
     Raises:
-        ValueError: One is missing, there are two of it, or there is one that is not known.
+        ValueError: A column is missing, duplicate, or unknown.
     """
     found = find_columns(names, row.known)
     chosen = row.chosen(found)
@@ -268,10 +268,10 @@ def words_of(name: str) -> str:
 
 
 def _commented(lines: Sequence[str], head: Head, known: Sequence[Quantity]) -> tuple[str, ...] | None:
-    """The names in the last comment before the numbers; None if it has none of those that are known.
+    """The names in the last comment before the numbers; None if it contains no known name.
 
     Raises:
-        ValueError: It names columns, but not as many as there are, and not in the usual order.
+        ValueError: It names columns, but their number is wrong, and not in the usual order.
     """
     comment = next((line for line in reversed(lines) if line.strip()), "").strip().lstrip("#/").strip()
     names = _split_names(comment, head)
@@ -291,7 +291,7 @@ def _commented(lines: Sequence[str], head: Head, known: Sequence[Quantity]) -> t
 
 
 def _split_names(line: str, head: Head) -> tuple[str, ...]:
-    """The names in a line, which may be separated otherwise than the numbers below it."""
+    """The names in a line, whose separator may differ from that of the numbers below."""
     ways = (fields_of(line, separator) for separator in (head.separator, *_SEPARATORS))
     first, *others = islice(ways, len(_SEPARATORS) + 1)
     names = next((names for names in (first, *others) if len(names) == head.n_columns), first)
@@ -299,11 +299,11 @@ def _split_names(line: str, head: Head) -> tuple[str, ...]:
 
 
 def _quantity(name: str, known: Sequence[Quantity]) -> tuple[Quantity | None, str | None]:
-    """The quantity of a column, and the unit in its name; None for none."""
+    """The quantity of a column, and the unit in its name; None if there is none."""
     name = name.strip()[:_MAX_NAME]
     if exact := next((one for one in known if one.name == name), None):
         return exact, None
-    if name == "%time":  # as ``rostopic echo -p`` writes it
+    if name == "%time":  # written by ``rostopic echo -p``
         return _named("time", known), "ns"
     match = _IN_BRACKETS.fullmatch(name)
     if match is not None and (quantity := _named(match[1], known)) is not None:
@@ -317,7 +317,7 @@ def _quantity(name: str, known: Sequence[Quantity]) -> tuple[Quantity | None, st
 
 
 def _named(name: str, known: Sequence[Quantity]) -> Quantity | None:
-    """The quantity of a name without a unit; None for none, or several."""
+    """The quantity of a name without a unit; None if no quantity or several match."""
     words = words_of(name)
     if not words or not _PLAIN.fullmatch(name):
         return None

@@ -1,4 +1,4 @@
-"""Poses as the controllers of robots state them: in millimetres and degrees, and with the order of angles of each maker."""
+"""Converts poses from and to the notation of robot controllers: units, and the angle convention of each maker."""
 
 from typing import NamedTuple
 
@@ -25,11 +25,11 @@ class Controller(NamedTuple):
 
     Attributes:
         name: Its maker, or its family.
-        labels: Its names of the numbers, in their order: three of the position, then those of the orientation.
-        turns: ``"rpy"``: about fixed x, y, z; ``"ZYX"``, ``"XYZ"``, ``"ZYZ"``: about axes that turn along; ``"rotvec"``: a
-            rotation vector; ``"wxyz"``: a quaternion.
-        per_metre: Units of length in a metre.
-        per_radian: Units of angle in a radian.
+        labels: Its names of the numbers, in order: three for the position, then those of the orientation.
+        turns: ``"rpy"``: about fixed x, y, z; ``"ZYX"``, ``"XYZ"``, ``"ZYZ"``: about moving axes; ``"rotvec"``: a rotation
+            vector; ``"wxyz"``: a quaternion.
+        per_metre: Units of length per meter.
+        per_radian: Units of angle per radian.
     """
 
     name: str
@@ -71,19 +71,18 @@ def controller_named(name: object, argument: str = "controller") -> Controller:
 
 
 def pose_from(numbers: ArrayLike, controller: str) -> Array:
-    """The homogeneous matrix of a pose as a robot's controller states it, in the units and the order of angles of that.
+    """The homogeneous matrix of a pose in the units and angle convention of a robot's controller.
 
     Args:
         numbers: The position and the orientation, shape (..., 6), or (..., 7) for ABB.
-        controller: Whose: ``"ABB"`` (mm, quaternion q1 q2 q3 q4), ``"Doosan"`` (mm, deg), ``"Fanuc"`` (mm, deg),
-            ``"Kawasaki"`` (mm, deg), ``"Kinova"`` (m, deg), ``"KUKA"`` (mm, deg), ``"Staubli"`` (mm, deg), ``"UR"`` (m, rad:
-            a rotation vector, as in URScript) or ``"Yaskawa"`` (mm, deg).
+        controller: The controller: ``"ABB"`` (mm, quaternion q1 q2 q3 q4); ``"Doosan"``, ``"Fanuc"``, ``"Kawasaki"``, ``"KUKA"``,
+            ``"Staubli"`` or ``"Yaskawa"`` (mm, deg); ``"Kinova"`` (m, deg); ``"UR"`` (m, rad: a rotation vector, as in URScript).
 
     Returns:
-        T, shape (..., 4, 4), in the frame in which the numbers are stated.
+        T, shape (..., 4, 4), in the frame of the numbers.
 
     Raises:
-        InputError: The name is not known, the shape is another, or an entry is not finite.
+        InputError: The name is unknown, the shape is wrong, or an entry is not finite.
 
     Example:
         >>> pose_from([280, 0, -10, 30, 90, 0], "KUKA")[:3, 3]
@@ -106,7 +105,7 @@ def pose_from(numbers: ArrayLike, controller: str) -> Array:
         case "ZYX":
             return pose(xyz, turn[..., ::-1])
     T = pose(xyz)
-    if said.turns == "XYZ":  # the inverse turns by the negative angles in the other order
+    if said.turns == "XYZ":  # the inverse turns by the negative angles in reverse order
         T[..., :3, :3] = np.swapaxes(matrix_from_rpy(-turn), -1, -2)
     else:
         first, second, third = np.moveaxis(turn, -1, 0)
@@ -117,19 +116,19 @@ def pose_from(numbers: ArrayLike, controller: str) -> Array:
 
 
 def pose_as(T: ArrayLike, controller: str) -> Array:
-    """A pose as a robot's controller states it: the inverse of ``pose_from``.
+    """Express a pose in the notation of a robot's controller: the inverse of ``pose_from``.
 
     Args:
         T: Poses, shape (..., 4, 4).
-        controller: Whose, as ``pose_from`` takes it.
+        controller: The controller, as for ``pose_from``.
 
     Returns:
-        The numbers, shape (..., 6), or (..., 7) for ABB, in the controller's units. Angles lie in [-180, 180] deg, the second one
-        of three about x, y and z in [-90, 90], of ZYZ in [0, 180]. Where only a sum of the first and the last one is defined,
-        the one about x is 0, of ZYZ the last one. A rotation vector is at most pi long.
+        The numbers, shape (..., 6), or (..., 7) for ABB, in the controller's units. Angles lie in [-180, 180] deg. The second of
+        three angles about x, y and z lies in [-90, 90], of ZYZ in [0, 180]. If only a sum of the first and the last angle is
+        defined, the angle about x is 0, of ZYZ the last one. A rotation vector is at most pi long.
 
     Raises:
-        InputError: The name is not known, or T is not a pose.
+        InputError: The name is unknown, or T is not a pose.
 
     Example:
         >>> pose_as(pose((0.4, 0.0, 0.6), (0, 0, 0)), "Fanuc")
@@ -155,7 +154,7 @@ def pose_as(T: ArrayLike, controller: str) -> Array:
 
 
 def _zyz(R: Array) -> Array:
-    """The angles of Rz Ry Rz. Where the second one is 0 or pi, the third one is 0."""
+    """The angles of Rz Ry Rz; the third one is 0 if the second one is 0 or pi."""
     across = np.hypot(R[..., 0, 2], R[..., 1, 2])
     first = np.arctan2(R[..., 1, 2], R[..., 0, 2])
     alone = np.where(R[..., 2, 2] > 0.0, np.arctan2(R[..., 1, 0], R[..., 0, 0]), np.arctan2(-R[..., 1, 0], -R[..., 0, 0]))

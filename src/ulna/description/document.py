@@ -1,4 +1,4 @@
-"""A document of a description: read from a path or a text, and expanded if it is xacro."""
+"""Reads the document of a description from a path or a text, and expands it if it is xacro."""
 
 import math
 import re
@@ -15,13 +15,13 @@ from ulna.description.xml import LONGEST, XACRO_NAMESPACE, Parsed, parse_lenient
 from ulna.errors import DescriptionWarning, FileError, InputError, reason_of
 
 NAMESPACES = (XACRO_NAMESPACE, "http://ros.org/wiki/xacro", "http://wiki.ros.org/xacro")
-"""Those of xacro."""
+"""The namespaces of xacro."""
 _NOT_MACROS = {"macro", "property", "arg", "include", "if", "unless", "insert_block", "call", "element", "attribute", "eval"}
 
 
 @dataclass(frozen=True)
 class Document:
-    """Text, its name in messages, its folder (None for text that was passed as such), folders of packages, its file's name."""
+    """A text with its name in messages, its folder (None if passed as text), package folders and file name."""
 
     text: bytes
     source: str
@@ -36,7 +36,7 @@ class Document:
 
     @cached_property
     def parsed(self) -> Parsed:
-        """Its root element with its text, mended where its XML is not well-formed."""
+        """Its root element with its text, repaired if its XML is not well-formed."""
         return parse_leniently(self.text, self.source)
 
 
@@ -46,19 +46,19 @@ def is_text(source: str) -> bool:
 
 
 def open_document(argument: str, source: str | Path, kind: str, package_dirs: tuple[Path, ...]) -> Document:
-    """The document at a path, or in a string that begins with ``<``. ``argument`` and ``kind`` name it in messages."""
+    """Open the document at a path, or in a string beginning with ``<``; ``argument`` and ``kind`` name it in messages."""
     if isinstance(source, str) and is_text(source):
         return Document(_encoded(argument, source), f"{kind} text", None, package_dirs)
     path = Path(source)
     try:
-        text = file_bytes(path, LONGEST)  # one that is too long is refused when parsed
+        text = file_bytes(path, LONGEST)  # a text that is too long is refused by the parser
         return Document(text, path.name, path.parent, package_dirs, path.name)
     except (OSError, ValueError) as error:
         raise FileError(str(path), reason_of(error)) from None
 
 
 def is_xacro(root: etree._Element) -> bool:
-    """True if a document uses xacro: elements of its namespace, or its expressions with the namespace declared."""
+    """Whether a document uses xacro: its elements, or its expressions with the namespace declared."""
     if next(xacro_elements(root), None) is not None:
         return True
     return any(uri in NAMESPACES for uri in root.nsmap.values()) and _computes(root)
@@ -76,14 +76,14 @@ def _is_expanded(root: etree._Element) -> bool:
 
 
 def _computes(root: etree._Element) -> bool:
-    """Whether an attribute has an expression or a substitution of xacro."""
+    """Whether an attribute contains an expression or a substitution of xacro."""
     return any("${" in str(v) or "$(" in str(v) for e in root.iter() for v in e.attrib.values())
 
 
 def expanded(document: Document, xacro_args: Mapping[str, object], max_seconds: float = math.inf) -> Document:
-    """The expansion of a xacro file, in so many seconds at most; any other document itself, which takes no arguments.
+    """Expand a xacro file within a time limit; any other document is returned unchanged, and takes no arguments.
 
-    A document with links that only calls macros, and is not named ``.xacro``, is the result of an expansion: it is itself too.
+    A document with links that only calls macros, and is not named ``.xacro``, is the result of an expansion, and is returned too.
     """
     root = document.root
     if not is_xacro(root) or (not document.file.endswith(".xacro") and _is_expanded(root)):
@@ -102,7 +102,7 @@ def shared_arguments(document: Document, xacro_args: Mapping[str, object]) -> di
 
 
 def warn_of_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
-    """Warn of arguments for a document that takes none: they may be those of the other one of two that are compared."""
+    """Warn of arguments for a document that takes none; in a comparison they may be for the other document."""
     if xacro_args:
         names = ", ".join(map(repr, xacro_args))
         sentence = f"{source} is not a xacro file, so it takes no arguments: {names} of xacro_args change nothing"
@@ -110,7 +110,7 @@ def warn_of_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
 
 
 def _encoded(argument: str, source: str) -> bytes:
-    """Text as UTF-8, without an encoding that it may declare, and without what comes before an XML declaration."""
+    """Encode text as UTF-8, without a declared encoding, and without text before an XML declaration."""
     text = source.lstrip("\ufeff")
     if text.lstrip().startswith("<?xml"):
         text = re.sub(r"""\s+encoding=(["'])[^"']*\1""", "", text.lstrip(), count=1)

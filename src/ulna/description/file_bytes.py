@@ -43,13 +43,13 @@ def regular_file_bytes(path: str | Path, most: int) -> bytes:
 def write_whole(path: Path, content: bytes) -> None:
     """Write a temporary file and rename it, so that the old file exists until the new one is complete.
 
-    Of a symbolic link, the target is replaced. A device or a pipe is written directly.
+    For a symbolic link, the target is replaced. A device or a pipe is written directly.
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_file():
         target.write_bytes(content)
         return
-    import uuid  # noqa: PLC0415 - what only reads does not need it
+    import uuid  # noqa: PLC0415 - reading does not need it
 
     beside = target.with_name(f".{uuid.uuid4().hex}.part")
     try:
@@ -62,7 +62,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def write_table(path: str | Path, names: Sequence[str], rows: NDArray[np.float64]) -> None:
-    """Write a line of names, then a line for each row, shape (n, k), every number with all of its digits."""
+    """Write a line of names, then a line for each row, shape (n, k), with all digits of every number."""
     quoted = [f'"{name.replace(chr(34), 2 * chr(34))}"' if re.search('[",\\s]', name) else name for name in names]
     lines = [",".join(quoted), *(",".join(map(repr, row)) for row in rows.tolist())]
     try:
@@ -76,12 +76,12 @@ def _without_waiting(path: str, flags: int) -> int:
 
 
 def _bytes_of(file: IO[bytes], most: int) -> bytes:
-    """At most ``most`` + 1 bytes, in no more memory than there are: ``read(n)`` takes n bytes first, also of a short file."""
+    """Read at most ``most`` + 1 bytes without allocating more memory than needed: ``read(n)`` allocates n bytes first."""
     known = min(most, os.fstat(file.fileno()).st_size)
     read = file.read(known + 1)
     if len(read) <= known:
         return read
-    parts, n = [read], len(read)  # a device, or a file that grows
+    parts, n = [read], len(read)  # a device, or a growing file
     while n <= most and (part := file.read(min(_AT_ONCE, most + 1 - n))):
         parts.append(part)
         n += len(part)
@@ -103,7 +103,7 @@ def _pipe_bytes(pipe: int, most: int) -> bytes:
 
 
 _MAX_VALUES, _MAX_CONTAINERS = 12_000_000, 3_000_000  # of a JSON text: numbers and texts, and lists and objects, 90 bytes each
-_MAX_LEVELS = 50  # of lists in lists: our own files have about ten; Python's recursion ends near a thousand
+_MAX_LEVELS = 50  # of nested lists: our own files have about ten; Python's recursion ends near a thousand
 
 
 def json_value(text: str | bytes, **options: Any) -> Any:

@@ -1,7 +1,7 @@
-"""Compares what a file of numbers would cost with limits, and with the file's own length, before anything is read of it.
+"""Compares the stated size of a file of numbers with limits, and with the file's length, before reading it.
 
-A header of a few bytes can state an array of any size. Each function raises ValueError if a file states more than it has, or is
-more than what is read.
+A header of a few bytes can state an array of any size. Each function raises ValueError if a file states more than it contains, or
+exceeds the limits.
 """
 
 import ast
@@ -14,11 +14,11 @@ import numpy as np
 from ulna.errors import count_of
 
 MAX_NUMBERS = 30_000_000  # of one file: 240 MB as an array
-_MAX_LINES = 5_000_000  # of a text, each of which is an object for a while
+_MAX_LINES = 5_000_000  # of a text; each line is an object for a while
 _MAX_HEAD = 1 << 16  # bytes of a header
 _MAX_FIELDS = 256  # of a point or a vertex
 _MAX_ELEMENTS = 20  # kinds of a .ply: vertices, faces, edges ...
-_MAX_ROWS = 3_000_000  # of a .ply as text, of which trimesh makes an array each
+_MAX_ROWS = 3_000_000  # of a .ply as text; trimesh makes an array of each row
 _MAX_FACES = 4_000_000  # of a .ply
 _SEPARATORS = (b"\n", b"\r", b" ", b",", b";", b"\t", b"\x0b", b"\x0c", b"\x1c", b"\x1d", b"\x1e")
 _PLY_TYPES = {
@@ -31,7 +31,7 @@ _PLY_BYTES = {name: size for size, names in _PLY_TYPES.items() for name in names
 
 
 def check_npy(content: bytes) -> None:
-    """Check the header of a .npy. Source: NumPy, numpy.lib.format, versions 1 to 3."""
+    """Check the header of a .npy file. Source: NumPy, numpy.lib.format, versions 1 to 3."""
     begin = 10 if content[6:7] == b"\x01" else 12
     if content[:6] != b"\x93NUMPY" or content[6:7] not in (b"\x01", b"\x02", b"\x03"):
         raise ValueError("it is not a .npy file of versions 1 to 3")
@@ -57,7 +57,7 @@ def check_npy(content: bytes) -> None:
 
 
 def check_text(content: bytes, max_numbers: int = MAX_NUMBERS) -> None:
-    """Check a text of numbers, by what separates them."""
+    """Check a text of numbers, by counting its separators."""
     n_lines = content.count(b"\n") + content.count(b"\r")
     if n_lines > _MAX_LINES:
         raise ValueError(f"it has {n_lines} lines; up to {_MAX_LINES} are read")
@@ -67,7 +67,7 @@ def check_text(content: bytes, max_numbers: int = MAX_NUMBERS) -> None:
 
 
 def check_pcd(content: bytes) -> None:
-    """Check the header of a .pcd, and how much follows it."""
+    """Check the header of a .pcd file, and the length of the data after it."""
     found = re.search(rb"^DATA +(\w+)\r?\n", content[:_MAX_HEAD], re.MULTILINE)
     if found is None:
         raise ValueError(f"it has no line DATA within its first {_MAX_HEAD} bytes")
@@ -79,9 +79,9 @@ def check_pcd(content: bytes) -> None:
     sizes = [_whole(word, "SIZE") for word in head.get(b"SIZE", [])]
     n, rest = _whole(next(iter(head.get(b"POINTS", ())), b""), "POINTS"), len(content) - found.end()
     if found[1] not in (b"ascii", b"binary"):
-        return  # it is not read
+        return  # this format is not read
     each = sum(size * count for size, count in zip(sizes, counts, strict=False)) if found[1] == b"binary" else 2 * sum(counts) - 1
-    if n * max(1, each) > max(rest + 1, _MAX_HEAD):  # of one that is little shorter the reader says how many points it has
+    if n * max(1, each) > max(rest + 1, _MAX_HEAD):  # the reader reports a file that is slightly too short
         raise ValueError(f"its header states {n} points of at least {each} bytes each, of which {rest} bytes are there")
     if n * 3 > MAX_NUMBERS:
         raise ValueError(f"it has {n} points; up to {MAX_NUMBERS // 3} are read")
@@ -90,7 +90,7 @@ def check_pcd(content: bytes) -> None:
 
 
 def check_ply(content: bytes) -> None:
-    """Check the header of a .ply, and how much follows it. Source: Turk, The PLY polygon file format, 1994."""
+    """Check the header and the length of a .ply file. Source: Turk, The PLY polygon file format, 1994."""
     head, found, _ = content[:_MAX_HEAD].partition(b"end_header")
     if not found:
         raise ValueError(f"it has no end_header within its first {_MAX_HEAD} bytes")
@@ -99,7 +99,7 @@ def check_ply(content: bytes) -> None:
         if words[:1] == [b"element"]:
             elements.append([_whole(words[-1], "element"), 0])
         elif words[:1] == [b"property"] and elements and len(words) > 2:
-            kind = words[2] if words[1] == b"list" else words[1]  # a list has at least its length
+            kind = words[2] if words[1] == b"list" else words[1]  # a list contains at least its length
             elements[-1][1] += 2 if is_text else _PLY_BYTES.get(kind.decode("latin-1"), 1)
     if len(elements) > _MAX_ELEMENTS or head.count(b"\nproperty") > _MAX_FIELDS:
         raise ValueError(f"its header has more than {_MAX_ELEMENTS} elements, or more than {_MAX_FIELDS} properties")
@@ -120,11 +120,11 @@ def _whole(word: bytes, key: str) -> int:
 
 
 CHECKS = {".npy": check_npy, ".ply": check_ply, ".pcd": check_pcd}
-"""By the ending of a file; any other is a text."""
+"""By the extension of a file; any other is a text."""
 
 
 def check_numbers(ending: str, content: bytes, max_numbers: int = MAX_NUMBERS) -> None:
-    """Check a file of numbers by the format that its ending says, such as ``.csv``."""
+    """Check a file of numbers in the format of its extension, such as ``.csv``."""
     if ending in CHECKS:
         CHECKS[ending](content)
     else:

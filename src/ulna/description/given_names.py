@@ -1,17 +1,18 @@
-"""Checks names that a user gives: of links, joints, tools, objects."""
+"""Checks names that a user gives to links, joints, tools and objects."""
 
 import re
 from collections.abc import Iterable
 
 from ulna.errors import InputError, cited
 
-_REORDERING = re.compile("[\u202a-\u202e\u2066-\u2069]")  # controls of UAX 9, by which a text can look like another
+_REORDERING = re.compile("[\u202a-\u202e\u2066-\u2069]")  # controls of UAX 9, with which a text can look like another
 
 
 def name_fault(name: object) -> str:
-    """What is wrong with a name; empty if it is valid.
+    """The fault of a name; empty if it is valid.
 
-    A lone surrogate cannot be written to a file or sent to a page. By controls that reorder letters, a name looks like another.
+    A lone surrogate cannot be written to a file or sent to a page. Controls that reorder letters can make a name look like
+    another.
 
     Example:
         >>> name_fault("hand"), name_fault(5)

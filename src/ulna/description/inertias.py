@@ -1,4 +1,4 @@
-"""Finds the inertias of shapes and of payloads, and what no body has."""
+"""Computes the inertias of shapes and payloads, and detects impossible tensors."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ulna.errors import InputError, needs_extra
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-3
-"""By how much of the largest moment a published tensor may miss the triangle inequality: it has three digits."""
+"""Tolerance of the triangle inequality, relative to the largest moment: published tensors have three digits."""
 _ZERO = 1e-9  # relative to the largest entry of a tensor
 
 
 def tensor_fault(tensor: Array) -> str:
-    """Why no body has this symmetric tensor about its center of mass; empty if one has.
+    """The reason why no body has this symmetric tensor about its center of mass; empty if one exists.
 
     The moments about its principal axes are at least 0, and none is larger than the sum of the others.
     """
@@ -34,7 +34,7 @@ def tensor_fault(tensor: Array) -> str:
 
 @dataclass(frozen=True)
 class Payload:
-    """The mass of an object as a caller gives it; each is None where it is not given.
+    """The mass of an object as the caller gives it; omitted values are None.
 
     Attributes:
         mass: The mass [kg].
@@ -49,11 +49,12 @@ class Payload:
     density: float | None = None
 
     def of(self, shape: object = None) -> Inertia | None:
-        """The inertia in the frame of the object, whose mass is spread evenly over its shape; a point mass where it has none.
+        """The inertia in the frame of the object, of uniform density; a point mass without a shape.
 
         Raises:
-            InputError: A number cannot be that of a body, or what is given does not go together.
-            MissingExtraError: It is a convex mesh, and what computes its volume is not installed (the extra ``hulls``).
+            InputError: A number is impossible for a body, or the values do not go together.
+            MissingExtraError: It is a convex mesh, and the package that computes its volume is not installed (the extra
+                ``hulls``).
         """
         given = {"com": self.com, "inertia": self.inertia}
         if self.density is not None:
@@ -74,7 +75,7 @@ class Payload:
 
 
 class _Even(NamedTuple):
-    """A body of 1 kg whose mass is spread evenly: its volume [m^3], its center [m], and its tensor about the center."""
+    """A body of 1 kg and uniform density: its volume [m^3], its center [m], and its tensor about the center."""
 
     volume: float = 0.0
     center: Array = np.zeros(3)
@@ -111,10 +112,11 @@ def _spread(shape: object) -> _Even:
 
 
 def _spread_mesh(points: Array) -> _Even:
-    """A convex mesh of 1 kg, exact; one without volume is a point at the mean of its vertices.
+    """A convex mesh of 1 kg, exact; without volume it is a point at its vertices' mean.
 
-    Its hull is cut into tetrahedra, each a triangle of the hull and a point inside. Source: integrals over a tetrahedron, as in
-    Tonon, "Explicit Exact Formulas for the 3-D Tetrahedron Inertia Tensor in Terms of its Vertex Coordinates", 2005.
+    The hull is divided into tetrahedra, each with a triangle of the hull and a point inside. Source: integrals over a
+    tetrahedron, as in Tonon, "Explicit Exact Formulas for the 3-D Tetrahedron Inertia Tensor in Terms of its Vertex Coordinates",
+    2005.
     """
     with needs_extra("the mass of a convex mesh, unless com= and inertia= are given,", "hulls", "scipy"):
         from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415 - of an extra  # pyright: ignore[reportMissingImports]

@@ -1,7 +1,7 @@
-"""Reads points of joints in time: messages of ROS and plans of MoveIt, as YAML that its tools print, or as JSON.
+"""Reads timed joint points, messages of ROS and plans of MoveIt, from YAML or JSON.
 
-A message is a ``trajectory_msgs/JointTrajectory``, or anything that has one within it, as a ``moveit_msgs/RobotTrajectory``, a
-``DisplayTrajectory`` or the goal of a controller. Its names of ROS 1 and ROS 2 are both read.
+A message is a ``trajectory_msgs/JointTrajectory``, or anything that contains one, such as a ``moveit_msgs/RobotTrajectory``, a
+``DisplayTrajectory`` or the goal of a controller. The names of ROS 1 and ROS 2 are both read.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from ulna.errors import DescriptionError, FileError, cited, count_of, reason_of
 Array = NDArray[np.float64]
 ENDINGS = {".yaml", ".yml", ".json"}
 _LONGEST = {".json": 100_000_000, ".yaml": 4_000_000, ".yml": 4_000_000}  # bytes
-_MAX_NODES = 30_000  # of a YAML text, each of which takes 50 us
-_DEEPEST = 8  # of what a message is within
+_MAX_NODES = 30_000  # of a YAML text; each node takes 50 us
+_DEEPEST = 8  # maximum depth of a message within others
 _OTHER_JOINTS = "multi_dof_joint_trajectory"  # its points are poses
-_LARGEST = 1e9  # of a number
+_LARGEST = 1e9  # largest number
 _SECONDS, _NANOSECONDS = ("sec", "secs"), ("nanosec", "nsec", "nsecs")
 
 
 class JointPoints(NamedTuple):
-    """Points of joints in time.
+    """Timed joint points.
 
     Attributes:
         names: The names of the k joints.
         times: [s], shape (n,), n >= 1.
         q: Positions [rad or m], shape (n, k).
-        qd: Velocities [rad/s or m/s], shape (n, k); NaN in points that state none.
-        qdd: Accelerations [rad/s^2 or m/s^2], shape (n, k); NaN in points that state none.
+        qd: Velocities [rad/s or m/s], shape (n, k); NaN in points without velocities.
+        qdd: Accelerations [rad/s^2 or m/s^2], shape (n, k); NaN in points without accelerations.
     """
 
     names: tuple[str, ...]
@@ -48,11 +48,11 @@ class JointPoints(NamedTuple):
 
 
 def read_joint_points(path: Path) -> JointPoints:
-    """The points of a file of YAML or JSON.
+    """Read the points of a YAML or JSON file.
 
     Raises:
         FileError: The file cannot be read, or is too long.
-        DescriptionError: It has no such message, several, or one that is not complete.
+        DescriptionError: It has no such message, several, or an incomplete one.
     """
     ending, source = path.suffix.lower(), str(path)
     try:
@@ -79,7 +79,7 @@ def read_joint_points(path: Path) -> JointPoints:
 
 
 def _document(content: bytes, ending: str) -> Any:
-    """The value of a text; of YAML, that of its only document, which may end in a line of ---, as tools of ROS print."""
+    """The value of a text; YAML must be one document, which may end with --- as ROS tools print."""
     if ending == ".json":
         return json_value(content)
     text = content.decode("utf-8-sig", errors="replace")
@@ -133,7 +133,7 @@ def _points(message: Mapping[str, Any], source: str) -> JointPoints:
 
 
 def _numbers(values: Any, k: int, where: str, source: str) -> Array | None:
-    """The numbers of a list of k; None of none, or of an empty one."""
+    """The numbers of a list of k; None for a missing or empty list."""
     if values is None or (isinstance(values, list) and not values):
         return None
     if not isinstance(values, list):
@@ -154,7 +154,7 @@ def _number(value: Any, where: str, source: str) -> float:
 
 
 def _time(value: Any, where: str, source: str) -> float:
-    """The seconds of a duration: a mapping as either ROS has it, or a number."""
+    """The seconds of a duration: a mapping of ROS 1 or ROS 2, or a number."""
     if not isinstance(value, Mapping):
         return _number(value, where, source)
     whole, parts = (next((value[key] for key in keys if key in value), None) for keys in (_SECONDS, _NANOSECONDS))
@@ -164,5 +164,5 @@ def _time(value: Any, where: str, source: str) -> float:
 
 
 def is_message(path: Path) -> bool:
-    """Whether a file's ending says that it is YAML or JSON."""
+    """Whether the extension of a file is that of YAML or JSON."""
     return path.suffix.lower() in ENDINGS

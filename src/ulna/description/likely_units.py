@@ -1,7 +1,7 @@
-"""Warns of lengths and angles from outside that are more likely in another unit than metres and radians.
+"""Warns of lengths and angles that are more likely in another unit than meters and radians.
 
-A size alone is never refused: there are arms of millimetres, and of a hundred metres. What is refused cannot be so: a camera
-that sees nothing within ``FAR``.
+A size alone is never refused: there are arms of millimeters, and arms of a hundred meters. Only impossible values are refused: a
+camera that sees nothing within ``FAR``.
 """
 
 import math
@@ -17,13 +17,13 @@ from ulna.description.structure import joints_from_root, root_link
 from ulna.errors import InputError, UnitWarning, count_of
 
 Array = NDArray[np.floating]
-FAR = 100.0  # [m]: no arm reaches as far, and no depth camera sees as far; a millimetre table of any arm has more
-_LONGEST = 10_000.0  # [m]: no arm has as many millimetres
-_DIGIT, _ROUNDING = 1e-4, 1e-8  # of a drawing in millimetres
-_NEAR = 0.005  # [m]: nearer than any camera focuses
+FAR = 100.0  # [m]: beyond the reach of any arm and any depth camera; tables in millimeters exceed it
+_LONGEST = 10_000.0  # [m]: in millimeters, longer than any arm
+_DIGIT, _ROUNDING = 1e-4, 1e-8  # digits of a drawing in millimeters
+_NEAR = 0.005  # [m]: closer than any camera focuses
 _LARGEST_CELL = 5.0  # [m]
 _LARGEST_PADDING, _LARGEST_BALL = 1.0, 1.0  # [m]
-_MILLIMETRES_A_SECOND = 100.0, 5000.0  # of an object beside an arm; more is stated where it may be anywhere at once
+_MILLIMETRES_A_SECOND = 100.0, 5000.0  # speeds that suggest mm/s; larger ones mean "anywhere at once"
 _STEEP, _HIGH = 10.0, 10.0  # heights over the width of their map, and [m]
 _TWO_TURNS = 4 * math.pi
 _IN_MILLIMETRES = "are these millimetres? Lengths are metres"
@@ -31,7 +31,7 @@ _IN_DEGREES = "are these degrees? Angles are radians"
 
 
 def warn_of_unit(name: str, message: str) -> None:
-    """Give a ``UnitWarning`` of an argument, at the line outside of Ulna that calls it."""
+    """Give a ``UnitWarning`` about an argument, at the line outside Ulna that makes the call."""
     frame, level = sys._getframe(1), 2  # noqa: SLF001 - warnings takes a level, and no module, before Python 3.12
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "ulna":
         frame, level = frame.f_back, level + 1
@@ -39,7 +39,7 @@ def warn_of_unit(name: str, message: str) -> None:
 
 
 def check_depths(z: Array) -> None:
-    """Look at the depths of an image [m], 0 where nothing was measured.
+    """Check the depths of an image [m], 0 where nothing was measured.
 
     Raises:
         InputError: The nearest is farther than any depth camera sees.
@@ -65,7 +65,7 @@ def check_depths(z: Array) -> None:
 
 
 def check_points(name: str, points: Array) -> None:
-    """Look at the points of a cloud [m], shape (n, 3)."""
+    """Check the points of a cloud [m], shape (n, 3)."""
     if not len(points) or max(-points.min(), points.max()) <= FAR:
         return
     distance = float(np.median(np.linalg.norm(points, axis=1)))
@@ -74,26 +74,26 @@ def check_points(name: str, points: Array) -> None:
 
 
 def check_place(name: str, T: Array) -> None:
-    """Look at a pose (4, 4) that something of the arm's cell has."""
+    """Check a pose (4, 4) of something in the arm's cell."""
     distance = math.hypot(T.item(3), T.item(7), T.item(11))
     if distance > FAR:
         warn_of_unit(name, f"{distance:.4g} m from the origin: {_IN_MILLIMETRES}")
 
 
 def check_voxel(edge: float, points: Array) -> None:
-    """Look at the edge of the voxels [m] of which each keeps one point of a cloud, shape (n, 3)."""
+    """Check the edge of the voxels [m] that each keep one point of a cloud, shape (n, 3)."""
     if edge >= _LARGEST_CELL and edge > np.ptp(points, axis=0).max():
         warn_of_unit("voxel", f"{edge:g} m, more than the whole cloud: {_IN_MILLIMETRES}")
 
 
 def check_cell(edge: float) -> None:
-    """Look at the edge of the cells of a grid [m]."""
+    """Check the edge of the cells of a grid [m]."""
     if edge >= _LARGEST_CELL:
         warn_of_unit("cell", f"{edge:g} m: {_IN_MILLIMETRES}")
 
 
 def check_heights(heights: Array, bottom: float, cell: float) -> None:
-    """Look at the columns of a height map: from ``bottom`` up [m], cells of an edge [m]."""
+    """Check the columns of a height map: from ``bottom`` up [m], cells of an edge [m]."""
     width, highest = cell * max(heights.shape), float(heights.max())
     height = highest - bottom
     if (height > _HIGH and height > _STEEP * width) or (float(heights.min()) > FAR and width < FAR):
@@ -101,26 +101,26 @@ def check_heights(heights: Array, bottom: float, cell: float) -> None:
 
 
 def check_ball(radius: float) -> None:
-    """Look at the radius of the points of a cloud [m]."""
+    """Check the radius of the points of a cloud [m]."""
     if radius > _LARGEST_BALL:
         warn_of_unit("radius", f"each point is a ball of {radius:g} m: {_IN_MILLIMETRES}")
 
 
 def check_speed(speed: float) -> None:
-    """Look at the speed of an object that may move by itself [m/s]."""
+    """Check the speed of an object that may move by itself [m/s]."""
     least, most = _MILLIMETRES_A_SECOND
     if least < speed < most:
         warn_of_unit("speed", f"{speed:g} m/s: are these millimetres a second? Speeds are metres a second")
 
 
 def check_padding(padding: float) -> None:
-    """Look at how far from a robot points count as its own [m]."""
+    """Check the distance from a robot within which points count as its own [m]."""
     if padding > _LARGEST_PADDING:
         warn_of_unit("padding", f"what is within {padding:g} m of the robot is left out: {_IN_MILLIMETRES}")
 
 
 def check_object(name: str, shape: object, T: Array) -> None:
-    """Look at the extents of an object of a world, and at its place: a floor is wide, but thin, and may lie to one side."""
+    """Check the extents and place of an object; a floor is wide but thin, and may lie aside."""
     extents = _extents(shape)
     if max(extents) >= FAR:
         if min(extents) >= FAR / 10:
@@ -131,7 +131,7 @@ def check_object(name: str, shape: object, T: Array) -> None:
 
 
 def _extents(shape: object) -> tuple[float, float, float]:
-    """The lengths of a solid [m]; none of clouds and grids, which are checked when they are made, nor of a half-space."""
+    """The lengths of a solid [m]; none of clouds and grids, which are checked at construction, nor of a half-space."""
     match shape:
         case Box():
             x, y, z = shape.extents
@@ -149,19 +149,19 @@ def _extents(shape: object) -> tuple[float, float, float]:
 
 
 def warn_of_rpy(largest: float) -> None:
-    """Ask about roll, pitch and yaw of a pose, of which one is of more than three turns [rad]."""
+    """Warn of a pose whose largest angle of roll, pitch and yaw exceeds three turns [rad]."""
     warn_of_unit("rpy", f"up to {largest:g} rad: {_IN_DEGREES}")
 
 
 def check_dh_rows(rows: Array) -> None:
-    """Look at the angles of a Denavit-Hartenberg table, rows of a, d, alpha, theta_offset."""
+    """Check the angles of a Denavit-Hartenberg table, rows of a, d, alpha, theta_offset."""
     largest = float(np.abs(rows[:, 2:]).max(initial=0.0))
     if largest > 2 * math.pi + 1e-3:
         warn_of_unit("rows", f"alpha and theta_offset are up to {largest:g} rad: {_IN_DEGREES}")
 
 
 def check_shapes(name: str, description: Description) -> None:
-    """Look at the extents of the collision shapes of a robot."""
+    """Check the extents of a robot's collision shapes."""
     bodies = ((link.name, body.name, _extents(body.shape)) for link in description.links for body in link.collisions)
     far = next((each for each in bodies if max(each[2]) >= FAR and min(each[2]) >= FAR / 10), None)
     if far is not None:
@@ -170,9 +170,9 @@ def check_shapes(name: str, description: Description) -> None:
 
 
 def check_description(name: str, description: Description) -> None:
-    """Look at the shapes of a robot, at the length of its longest chain, slides drawn out, and at the limits of its joints.
+    """Check a robot's shapes, the length of its longest chain with slides extended, and its joint limits.
 
-    Lengths of which one has more digits than a drawing in millimetres are computed: an arm in another unit, say.
+    If a length has more digits than a drawing in millimeters, the lengths were computed, for example for an arm in another unit.
     """
     check_shapes(name, description)
     joints, far = joints_from_root(description), {root_link(description): 0.0}
@@ -191,12 +191,12 @@ def check_description(name: str, description: Description) -> None:
 
 
 def degrees_in_words(angles: ArrayLike) -> str:
-    """The end of a sentence that refuses angles [rad]: a question, where one is of more than two turns."""
+    """The end of a sentence that refuses angles [rad]: a question, if an angle exceeds two turns."""
     return f": {_IN_DEGREES}" if np.abs(angles).max(initial=0.0) > _TWO_TURNS else ""
 
 
 def millimetres_in_words(distance: float, reach: float) -> str:
-    """A question behind a distance that is many times the reach [m]; empty otherwise."""
+    """A question after a distance that is many times the reach [m]; empty otherwise."""
     return " (millimetres?)" if distance > FAR and distance > 20 * reach else ""
 
 

@@ -38,7 +38,7 @@ def load_description(
 ) -> tuple[Description, Home]:
     """The description, and for a bundled robot its home configuration.
 
-    Without ``srdf`` the one that lies beside the URDF is taken (``srdf_beside``); False takes none.
+    Without ``srdf`` an SRDF next to the URDF is used (``srdf_beside``); False uses none.
     """
     document, bundled = _document(source, xacro_args, package_dirs)
     read = _other_format(document)
@@ -48,7 +48,7 @@ def load_description(
         warnings.warn(unread[0] + more, DescriptionWarning, stacklevel=3)
     if srdf is None and bundled is not None:
         srdf = bundled.semantics()
-    if srdf is None and document.folder is not None:  # nothing lies beside a text, or a bundled robot
+    if srdf is None and document.folder is not None:  # texts and bundled robots have no neighboring files
         description = replace(description, srdf=srdf_beside(document, document.folder, description, xacro_args))
     elif srdf is not None and srdf is not False:
         description = replace(description, srdf=_given_srdf(srdf, document, description, xacro_args))
@@ -56,21 +56,21 @@ def load_description(
 
 
 def _other_format(document: Document) -> Callable[[Document], Description] | None:
-    """The reader of a document that is no URDF, by its root element; None for a URDF."""
+    """The reader of a document that is not URDF, by its root element; None for URDF."""
     return {"mujoco": read_mjcf, "sdf": read_sdf}.get(etree.QName(document.root).localname)
 
 
 def left_out_sentences(description: Description) -> list[str]:
-    """A sentence with file and line for each part of a document that was left out."""
+    """A sentence with file and line for each omitted part of a document."""
     warned = [part for part in description.left_out if part.is_warned]
     places = [description.source if part.line is None else f"{description.source}:{part.line}" for part in warned]
     return [f"{place}: {part.where}: {part.message}" for place, part in zip(places, warned, strict=True)]
 
 
 def _given_srdf(srdf: object, document: Document, description: Description, xacro_args: Mapping[str, object]) -> Srdf:
-    """The SRDF at a path or in a text. If it has names that the robot lacks, there is one warning for all of them.
+    """The SRDF at a path or in a text; names that the robot lacks cause one warning.
 
-    Of a xacro file, the arguments that it defines have the values of the URDF's.
+    A xacro file gets the URDF's values for the arguments that it defines.
     """
     path_or_text = _checked_source("srdf", srdf, "a path or SRDF text")
     opened = open_document("srdf", path_or_text, "SRDF", document.package_dirs)
@@ -85,7 +85,7 @@ def _given_srdf(srdf: object, document: Document, description: Description, xacr
 def urdf_text(
     source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path], mesh_paths: str = "given"
 ) -> str:
-    """The URDF text of a source, even if it cannot be loaded; of a xacro file, its expansion."""
+    """The URDF text of a source, even if it cannot be loaded; a xacro file is expanded."""
     document, _ = _document(source, xacro_args, package_dirs)
     read = _other_format(document)
     text = decoded(document) if read is None else write_urdf(read(document))
@@ -95,7 +95,7 @@ def urdf_text(
 def _document(
     source: str | Path, xacro_args: Mapping[str, object], package_dirs: Iterable[str | Path]
 ) -> tuple[Document, Bundled | ArmTable | None]:
-    """The document of a source, expanded; for a bundled robot, which it is."""
+    """The expanded document of a source, and its bundled robot, if it is one."""
     source = _checked_source("source", source, "a name, a path or URDF text")
     if not isinstance(xacro_args, Mapping):
         raise InputError("xacro_args", f"{xacro_args!r}; a dict of names and values is expected")
@@ -114,7 +114,7 @@ def _document(
 
 
 def _may_be_a_name(source: str) -> bool:
-    """Whether it does not look like a path, and there is no file of that name."""
+    """Whether a text does not look like a path, and no file of that name exists."""
     path = Path(source)
     try:
         return path.name == source and path.suffix not in _SUFFIXES and len(source) < _LONGEST_NAME and not path.exists()

@@ -1,4 +1,4 @@
-"""Reads MJCF, the models of MuJoCo: MuJoCo itself compiles the model, and its tables become links, joints and shapes.
+"""Reads MJCF, the models of MuJoCo: converts the tables of MuJoCo's compiler to links, joints and shapes.
 
 It compiles in a child process, with limits of time and memory (``mjcf_child``).
 """
@@ -27,17 +27,17 @@ _COEFFICIENTS = 5  # of the polynomial of an equality of two joints
 def read_mjcf(document: Document) -> Description:
     """The description in an MJCF document.
 
-    A body is a link; the world is the root, ``world``. Each further joint of a body, and a body whose joint is not at its
-    origin, has a link without shapes before it. Shapes that touch nothing are visuals. A mesh is its convex hull, as in
-    MuJoCo's own collision checking.
+    A body is a link; the world is the root, ``world``. An extra link without shapes precedes each further joint of a body, and a
+    body whose joint is not at its origin. Shapes without contacts are visuals. A mesh is its convex hull, as in MuJoCo's own
+    collision checking.
 
     Raises:
-        DescriptionError: MuJoCo refuses it, or it has what is no tree of joints: a ball joint, a tendon that limits or pulls, an
-            equality that closes a loop; each by its name.
+        DescriptionError: MuJoCo refuses it, or its joints do not form a tree: a ball joint, a tendon that limits or pulls, an
+            equality that closes a loop. The error names it.
         MissingExtraError: MuJoCo is not installed.
     """
     with needs_extra("reading MJCF", "mujoco", "mujoco"):
-        mujoco = import_module("mujoco")  # whose types differ between its versions
+        mujoco = import_module("mujoco")  # its types differ between versions
     content = _compiled(document)
     model = mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": content})
     return _Reader(document, model, mujoco).description()
@@ -80,7 +80,7 @@ class _Reader:
         return DescriptionError(message, self.document.source)
 
     def name(self, kind: str, number: int) -> str:
-        """The name of a body, a joint ..., or one made of its number."""
+        """The name of an object, such as a body or a joint, or a name made of its number."""
         if kind == "body" and number == 0:
             return "world"
         enum = getattr(self.mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
@@ -107,7 +107,7 @@ class _Reader:
         )
 
     def refuse_tendons(self) -> None:
-        """Refuse tendons that hold joints; one that only passes on what an actuator does moves no link by itself."""
+        """Refuse tendons that constrain joints; a tendon that only transmits an actuator moves no link by itself."""
         model = self.model
         for k in range(model.ntendon):
             is_spatial = any(
@@ -118,7 +118,7 @@ class _Reader:
                 raise self.fail(f"tendon {self.name('tendon', k)!r} holds joints together, which is no tree of joints")
 
     def equalities(self) -> dict[int, tuple[int, float, float]]:
-        """By joint that follows another: the other, the ratio, and the position of the first where the other is at 0."""
+        """For each joint that follows another: the other, the ratio, and its position when the other is at 0."""
         model, kinds, followers = self.model, self.mujoco.mjtEq, {}
         for k in range(model.neq):
             if not model.eq_active0[k]:
@@ -148,7 +148,7 @@ class _Reader:
             is_last = k == len(joints) - 1 and (np.array_equal(at, np.eye(4)) or kind == self.mujoco.mjtJoint.mjJNT_SLIDE)
             child = name if is_last else f"{name}_at_{self.name('joint', number)}"
             if kind == self.mujoco.mjtJoint.mjJNT_SLIDE:
-                at = np.eye(4)  # a slide has no place
+                at = np.eye(4)  # a prismatic joint has no place
             if kind == self.mujoco.mjtJoint.mjJNT_FREE:
                 place, at, child = np.eye(4), np.eye(4), name
             self.joints.append(self.joint(number, parent, child, place @ at))
@@ -161,7 +161,7 @@ class _Reader:
         self.links.append(Link(name, *self.bodies(body), inertia=self.inertia(body)))
 
     def joint(self, number: int, parent: str, child: str, origin: Array) -> Joint:
-        """One joint. Its position is MuJoCo's: at the position of the reference configuration it has turned by nothing."""
+        """One joint with MuJoCo's positions: at the position of the reference configuration its rotation is 0."""
         model, kinds, name = self.model, self.mujoco.mjtJoint, self.name("joint", number)
         kind, z = model.jnt_type[number], np.array([0.0, 0.0, 1.0])
         if kind == kinds.mjJNT_FREE:
@@ -184,7 +184,7 @@ class _Reader:
         return Joint(name, known, parent, child, origin @ back, axis, limits, mimic, damping=damping, friction=friction)
 
     def inertia(self, body: int) -> Inertia | None:
-        """The inertia of a body, in its axes; None where it has no mass, as a frame has."""
+        """The inertia of a body, in its axes; None without mass, as for a frame."""
         model, mass = self.model, float(self.model.body_mass[body])
         place = pose(model.body_ipos[body], wxyz=model.body_iquat[body])
         return Inertia(mass, np.zeros(3), np.diag(model.body_inertia[body])).moved(place) if mass else None

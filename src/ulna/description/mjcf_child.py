@@ -1,4 +1,4 @@
-"""The child process in which MuJoCo compiles a model: a stranger's few bytes can ask its compiler for any memory and time."""
+"""Compiles a model by MuJoCo in a child process, since a stranger's small file can exhaust memory and time."""
 
 import json
 import os
@@ -13,7 +13,7 @@ MAX_MODEL = 1 << 28  # bytes of a compiled model
 
 
 def main() -> None:
-    """Compile the model of a request; write a line of JSON, and after it the compiled model."""
+    """Compile the model of a request; write a line of JSON, and then the compiled model."""
     reply = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # MuJoCo prints its warnings
     mujoco, numpy = import_module("mujoco"), import_module("numpy")

@@ -1,4 +1,4 @@
-"""Reads rows of numbers from a file: a text, or .npy as NumPy saves them. Names in the first line of a text say what is what."""
+"""Reads rows of numbers from a text or a .npy file; the first line may name the columns."""
 
 from collections.abc import Sequence
 from io import BytesIO
@@ -13,17 +13,17 @@ from ulna.description.file_costs import check_numbers
 from ulna.errors import FileError, InputError, count_of, reason_of
 
 _LONGEST = 100_000_000  # bytes
-_MAX_NUMBERS = 10_000_000  # of a text, which take 40 bytes each until they are an array
+_MAX_NUMBERS = 10_000_000  # of a text; each takes 40 bytes until it is in an array
 
 
 def read_numbers(option: str, path: Path, row: Row) -> NDArray[np.float64]:
-    """The numbers of a file in m, rad and s, shape (n, k), or that of a .npy.
+    """The numbers of a file in m, rad and s, shape (n, k), or the shape in a .npy file.
 
-    option: names the file in errors; row: the columns of a row, by their names if there are any.
+    option: names the file in errors; row: the columns of a row, for a file with names.
 
     Raises:
         FileError: The file cannot be read.
-        InputError: It is too long, not one of numbers, or its names are not those of a row.
+        InputError: It is too long, contains no numbers, or its names do not make a row.
     """
     try:
         content = file_bytes(path, _LONGEST)
@@ -70,7 +70,7 @@ def _columns(option: str, path: Path, names: Sequence[str], row: Row) -> tuple[l
 
 
 def _table(option: str, path: Path, content: bytes, row: Row) -> NDArray[np.float64]:
-    """Lines of numbers separated by commas, semicolons or blanks; the first line may have names."""
+    """Read lines of numbers separated by commas, semicolons or blanks; the first line may have names."""
     lines = text_of(content).splitlines()
     try:
         head = head_of(lines, row.known)
@@ -100,6 +100,6 @@ def _table(option: str, path: Path, content: bytes, row: Row) -> NDArray[np.floa
 
 
 def _in_si(table: NDArray[np.float64], row: Row) -> NDArray[np.float64]:
-    """A table without names, each column in its usual unit, in m, rad or s."""
+    """Convert a table without names from each column's usual unit to m, rad or s."""
     units = np.array([one.unit for one in row.known])
     return table if (units == 1.0).all() or table.shape[-1:] != units.shape else table * units

@@ -15,11 +15,11 @@ from ulna.errors import InputError
 _NAME = re.compile(r"<name>([^<]*+)</name>")
 _LONGEST = 1_000_000  # bytes of a package.xml that are read
 _LEVELS_ABOVE = 6  # folders
-_MAX_NAMES = 10_000  # of one folder that are compared
+_MAX_NAMES = 10_000  # compared names of one folder
 
 
 def as_package_dirs(package_dirs: Iterable[str | Path]) -> tuple[Path, ...]:
-    """The folders given by a user as absolute paths, since the name of ``.`` or ``..`` is needed to find a package.
+    """The user's folders as absolute paths, since a package search needs the name of ``.`` or ``..``.
 
     Example:
         >>> as_package_dirs(["."]) == (Path.cwd(),)
@@ -40,8 +40,8 @@ def _absolute(folder: object) -> Path:
 def package_folders(name: str, description_folder: Path | None, package_dirs: Iterable[str | Path] = ()) -> Iterator[Path]:
     """The folders that may be the package ``name``, in order of preference.
 
-    ``package_dirs``, ROS's two path variables, the folders above the description, the data packages installed beside this Python.
-    A folder is the package if it or its ``package.xml`` has that name.
+    The order is ``package_dirs``, ROS's two path variables, the folders above the description, and the data packages next to this
+    Python. A folder is the package if it or its ``package.xml`` has that name.
     """
     for folder in map(Path, package_dirs):
         if _is_package(folder, name):
@@ -59,7 +59,7 @@ def package_folders(name: str, description_folder: Path | None, package_dirs: It
 
 
 def folders_above(folder: Path) -> list[Path]:
-    """A folder and those above it in which the package of a description may begin."""
+    """A folder and its ancestors, up to the possible root of a description's package."""
     return [folder.resolve(), *folder.resolve().parents][:_LEVELS_ABOVE]
 
 
@@ -78,7 +78,7 @@ def _shares_of_python() -> Iterator[Path]:
 
 
 def _absolute_ones(folders: Iterable[str]) -> Iterator[Path]:
-    """The absolute paths of some: a relative one would lead into whatever folder the process is in."""
+    """The absolute paths among folders: a relative one would depend on the working directory."""
     return (Path(folder) for folder in folders if isinstance(folder, str) and os.path.isabs(folder))  # noqa: PTH117 - text
 
 
@@ -100,10 +100,10 @@ NETWORK = ("http:", "https:", "ftp:")
 
 
 def own_tree(folder: Path | None) -> Path | None:
-    """The folder that a description shares with its meshes, which it may read; None if it is that of the description alone.
+    """The folder that a description shares with its meshes, and may read; None if the description is alone.
 
-    It is its package, or the repository around it, or the nearest of the three folders above with one for meshes in it. It is
-    never a home folder or one above, in which a ``meshes`` would be somebody else's.
+    It is its package, or the repository around it, or the nearest of the three folders above with a folder for meshes. It is
+    never a home folder or one above, whose ``meshes`` would belong to someone else.
     """
     if folder is None:
         return None
@@ -129,9 +129,9 @@ def places(uri: str, description_folder: Path | None, package_dirs: Iterable[str
     """The possible paths of an address in order of preference, each with the folder of its package, or None.
 
     The address is ``package://``, ``model://`` or ``$(find ...)``, or ``file:`` or a plain path, the last two relative to the
-    description. It may be percent-encoded, but a plain path is first tried as written; backslashes may separate. An address that
-    leaves its package by ``..`` has no file. After the places that it means, the folders of the description's own tree are
-    tried: a package may have another name there than in the address, or a path begin at its package.
+    description. It may be percent-encoded, but a plain path is first tried as written. Backslashes may separate. An address that
+    leaves its package by ``..`` has no file. Last, the folders of the description's own tree are tried: a package may have
+    another name there, or a path may begin at its package.
     """
     package_dirs = list(package_dirs)
     found: dict[Path, Path | None] = {}

@@ -11,7 +11,7 @@ from ulna.errors import InputError
 from ulna.kernels.layout import EXACT_DEFECT, LARGEST, LARGEST_DEFECT
 
 _ROUNDING = 2 * EXACT_DEFECT
-_THREE_TURNS = 6 * np.pi  # [rad]: more are likely degrees
+_THREE_TURNS = 6 * np.pi  # [rad]: larger angles are likely degrees
 
 
 def pose(
@@ -26,15 +26,15 @@ def pose(
     Args:
         xyz: Position [m], shape (..., 3).
         rpy: Roll, pitch, yaw [rad], shape (..., 3); the rotation is Rz(yaw) Ry(pitch) Rx(roll), as in URDF.
-        wxyz: A quaternion instead, shape (..., 4), w first; normalised here.
-        rotvec: A rotation vector instead [rad], shape (..., 3): along the axis, as long as the angle, as Universal Robots state
-            it. ``pose_from`` takes poses of other controllers.
+        wxyz: A quaternion instead, shape (..., 4), w first; normalized here.
+        rotvec: A rotation vector instead [rad], shape (..., 3): along the axis, with the angle as its length, as in Universal
+            Robots. ``pose_from`` takes poses of other controllers.
 
     Returns:
         T, shape (..., 4, 4).
 
     Raises:
-        InputError: A shape is another, an entry is not finite, a quaternion has length zero, or two of ``rpy``, ``wxyz`` and
+        InputError: A shape is wrong, an entry is not finite, a quaternion has length zero, or two of ``rpy``, ``wxyz`` and
             ``rotvec`` are given.
 
     Example:
@@ -78,9 +78,9 @@ def matrix_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
 def rpy_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
     """Roll, pitch, yaw [rad], shape (..., 3), of rotation matrices (..., 3, 3) or poses (..., 4, 4).
 
-    Roll and yaw lie in (-pi, pi], pitch in [-pi/2, pi/2]. Where cos(pitch) vanishes only a combination of roll and yaw is
-    defined; then roll is 0. Where it is small roll is known less well, and yaw is that which goes with it: the second column of
-    R Rx(-roll) = Rz(yaw) Ry(pitch) is (-sin(yaw), cos(yaw), 0).
+    Roll and yaw lie in (-pi, pi], pitch in [-pi/2, pi/2]. If cos(pitch) vanishes, only a combination of roll and yaw is defined;
+    then roll is 0. If it is small, roll is less accurate, and yaw is computed for that roll: the second column of R Rx(-roll) =
+    Rz(yaw) Ry(pitch) is (-sin(yaw), cos(yaw), 0).
     """
     rows = np.asarray(R, dtype=np.float64)
     cos_pitch = np.hypot(rows[..., 0, 0], rows[..., 1, 0])
@@ -93,7 +93,7 @@ def rpy_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 
 
 def matrix_from_quaternion(wxyz: ArrayLike) -> NDArray[np.float64]:
-    """The rotation matrix, shape (..., 3, 3), of quaternions (..., 4), w first, normalised here."""
+    """The rotation matrix, shape (..., 3, 3), of quaternions (..., 4), w first, normalized here."""
     wxyz = _finite("wxyz", wxyz, 4)
     largest = np.abs(wxyz).max(axis=-1, keepdims=True)
     if np.any(largest < 1e-12):
@@ -116,7 +116,7 @@ def matrix_from_rotation_vector(rotvec: ArrayLike) -> NDArray[np.float64]:
 
 
 def rotation_vector_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
-    """The rotation vector [rad], shape (..., 3), at most pi long, of rotation matrices (..., 3, 3) or poses (..., 4, 4)."""
+    """The rotation vector [rad], shape (..., 3), at most pi long; R: shape (..., 3, 3) or (..., 4, 4)."""
     wxyz = quaternion_from_matrix(R)
     half = np.linalg.norm(wxyz[..., 1:], axis=-1, keepdims=True)  # the sine of half the angle
     angle = 2 * np.arctan2(half, wxyz[..., :1])
@@ -124,9 +124,9 @@ def rotation_vector_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
 
 
 def quaternion_from_matrix(R: ArrayLike) -> NDArray[np.float64]:
-    """The unit quaternion (..., 4), w first and not negative, of rotation matrices (..., 3, 3) or poses (..., 4, 4).
+    """The unit quaternion (..., 4), w first and not negative, of matrices (..., 3, 3) or poses (..., 4, 4).
 
-    Shepperd's method: of the four columns of 4 q q', the one with the largest diagonal entry.
+    Shepperd's method: the column of 4 q q' with the largest diagonal entry, out of four.
     """
     rows = np.asarray(R, dtype=np.float64)
     (a, b, c), (d, e, f), (g, h, i) = (tuple(rows[..., r, k] for k in range(3)) for r in range(3))
@@ -169,7 +169,7 @@ def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
 
 
 def as_one_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
-    """One pose to keep, shape (4, 4): a copy, made orthonormal to the last digits.
+    """One pose to store, shape (4, 4): a copy, orthonormal to the last digits.
 
     A rounded matrix is accepted to 1e-6, but computations with it, such as separating axes, need an exact rotation.
     """
@@ -182,7 +182,7 @@ def as_one_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
 
 
 def _is_exact(T: NDArray[np.float64]) -> bool:
-    """Whether one pose, shape (4, 4), is a rigid motion to rounding, in plain numbers: a tenth of the time of ``as_pose``."""
+    """Whether a pose, shape (4, 4), is rigid up to rounding; plain numbers take a tenth of ``as_pose``'s time."""
     (a, b, c, x), (d, e, f, y), (g, h, i, z), last = T.tolist()
     return (
         -LARGEST <= x <= LARGEST
@@ -200,7 +200,7 @@ def _is_exact(T: NDArray[np.float64]) -> bool:
 
 
 def orthonormal(T: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A copy of poses (..., 4, 4), a rotation replaced by the nearby one of its quaternion unless it is exact to rounding."""
+    """A copy of poses (..., 4, 4), with inexact rotations replaced by those of their quaternions."""
     copy = T.copy()
     R = copy[..., :3, :3]
     rounded = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1)) > _ROUNDING

@@ -14,7 +14,7 @@ from ulna.description.file_bytes import regular_file_bytes
 from ulna.description.packages import folders_above, installed_folders, package_folders
 
 _WILDCARD = re.compile(r"[*?[]")
-_MAX_NAMES = 100_000  # of files and folders that one pattern is compared with; links to "." can make more without end
+_MAX_NAMES = 100_000  # files and folders compared with one pattern; links to "." can produce endless names
 
 
 class OutsideError(Exception):
@@ -24,8 +24,8 @@ class OutsideError(Exception):
 class Readable:
     """The folders that a description may read.
 
-    For a symbolic link, its target counts. The links of an installed package are the exception: ``colcon build
-    --symlink-install`` and some installers of Python packages make every file a link.
+    A symbolic link counts as its target. The links of an installed package are the exception: ``colcon build --symlink-install``
+    and some installers of Python packages make every file a link.
     """
 
     def __init__(self, folder: Path | None, package_dirs: Iterable[str]) -> None:
@@ -54,7 +54,7 @@ class Readable:
         return ".." not in Path(path).parts and any(_within(given, root) for root in self._linked_roots)
 
     def find(self, name: str) -> str:
-        """The folder of a package. One that is not in ``package_dirs`` or ROS's paths, but above, must have a ``package.xml``."""
+        """The folder of a package; outside ``package_dirs`` and ROS's paths it must have a ``package.xml``."""
         if not name or name.startswith(".") or "/" in name or "\\" in name:
             raise OutsideError(f"$(find {name}): {name!r} is not the name of a package")
         folders = [path for path in package_folders(name, self.folder, self.package_dirs) if path.is_dir()]
@@ -70,7 +70,10 @@ class Readable:
         raise OutsideError(f"$(find {name}): {reasons[0]}")
 
     def admit_package(self, folder: Path, *, given: bool) -> str:
-        """Allow reading a package. Returns why not, if so: a package that was not ``given`` may be any folder of that name."""
+        """Allow reading a package; returns the reason for a refusal, if any.
+
+        A package that was not ``given`` may be any folder of that name.
+        """
         if self.admits(folder):
             return ""
         if not given and os.path.realpath(folder) != str(Path(os.path.realpath(folder.parent)) / folder.name):
@@ -86,7 +89,7 @@ class Readable:
         return regular_file_bytes(path, most)
 
     def matching(self, pattern: str) -> list[str]:
-        """The files that match a pattern such as ``parts/*.xacro`` and may be read."""
+        """The readable files that match a pattern such as ``parts/*.xacro``."""
         parts = Path(pattern).parts
         first = next((k for k, part in enumerate(parts) if _WILDCARD.search(part)), len(parts))
         if ".." in parts[first:]:
@@ -112,7 +115,7 @@ class Readable:
 
 
 def _names_in(folders: Iterable[str], part: str) -> Iterator[tuple[str, str]]:
-    """Each of the folders with each of its names that may match a part of a pattern."""
+    """Each folder with each of its names that may match a part of a pattern."""
     for folder in folders:
         if not _WILDCARD.search(part):
             yield folder, part

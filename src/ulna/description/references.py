@@ -1,4 +1,4 @@
-"""Checks an SRDF against its robot, drops references to unknown names with a warning, and finds the joints of its groups."""
+"""Checks the references of an SRDF against its robot, warns of unknown names, and finds the joints of groups."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -10,13 +10,13 @@ from ulna.errors import DescriptionError, did_you_mean
 
 _N_VALUES = {**N_POSITIONS, JointType.FLOATING: 7}  # in a state a floating joint has a quaternion
 _MAX_PAIRS = 1_000_000  # of links that are checked against no other
-_MAX_SUGGESTIONS = 20  # to look for near names takes time
-_SHORTEST = 1e-12  # quaternion that is a rotation
-_TOLERANCE = 1e-6  # to which a state may repeat what a mimic follows from
+_MAX_SUGGESTIONS = 20  # searching similar names takes time
+_SHORTEST = 1e-12  # minimum length of a valid quaternion
+_TOLERANCE = 1e-6  # tolerance of a state that repeats the position of a mimic joint
 
 
 def matched(srdf: Srdf, description: Description) -> Srdf:
-    """A semantic description without references to names that the robot does not have; ``warnings`` lists those."""
+    """A semantic description without references to names that the robot lacks; ``warnings`` lists those."""
     check = _Check(srdf, description)
     return replace(
         srdf,
@@ -35,7 +35,7 @@ def matched(srdf: Srdf, description: Description) -> Srdf:
 
 
 class _Check:
-    """Looks names up in a robot, and keeps the warnings."""
+    """Looks names up in a robot, and collects the warnings."""
 
     def __init__(self, srdf: Srdf, description: Description) -> None:
         self.srdf, self.warnings = srdf, []
@@ -47,7 +47,7 @@ class _Check:
         }
 
     def has(self, kind: str, name: str, who: str, line: int | None) -> bool:
-        """Whether there is such a link, joint or group; if not, a warning is added."""
+        """Whether a link, joint or group exists; if not, a warning is added."""
         known = self.known[kind]
         if name not in known:
             suggestion = did_you_mean(name, known, most=3) if len(self.warnings) < _MAX_SUGGESTIONS else ""
@@ -55,7 +55,7 @@ class _Check:
         return name in known
 
     def has_all(self, kind: str, names: Iterable[str], who: str, line: int | None) -> bool:
-        """Whether there are all of several names, with a warning for each that there is not."""
+        """Whether all of several names exist; adds a warning for each missing one."""
         return sum(not self.has(kind, name, who, line) for name in names) == 0
 
     def warn(self, sentence: str, line: int | None) -> None:
@@ -77,7 +77,7 @@ class _Check:
         return self.has_all("group", groups, who, effector.line) and on_a_link
 
     def state(self, state: GroupState) -> GroupState:
-        """The state without the values of joints that have none: those of other robots, fixed ones, mimics and virtual ones."""
+        """The state without values of joints that take none: unknown, fixed, mimic and virtual ones."""
         who = f"group state {state.key!r}"
         if state.group is not None:
             self.has("group", state.group, who, state.line)
@@ -87,7 +87,7 @@ class _Check:
         return replace(state, values=kept)
 
     def value(self, name: str, values: dict[str, tuple[float, ...]], who: str, line: int | None) -> bool:
-        """Whether a joint can be given its values; an error if they are too many, too few, or no rotation."""
+        """Whether a joint takes its values; raises an error if their number is wrong, or they are no rotation."""
         joint, given = self.joints[name], values[name]
         if joint.type == JointType.FIXED:
             self.warn(f"{who}: joint {name!r} is fixed and takes no value", line)
@@ -105,7 +105,7 @@ class _Check:
         return False
 
     def disabled_collisions(self) -> Iterator[DisabledCollision]:
-        """The pairs listed, and those of links that are checked against no other unless their collisions are enabled."""
+        """The listed pairs, and the pairs of links that are checked against no other, unless enabled."""
         for pair in self.srdf.disabled_collisions:
             if self.has_all("link", (pair.link_a, pair.link_b), "disabled collision", pair.line):
                 yield pair
@@ -125,13 +125,13 @@ def _words(values: tuple[float, ...], most: int = 8) -> str:
 
 
 def with_chains_listed(srdf: Srdf, description: Description) -> Srdf:
-    """The groups with the joints of their chains listed one by one, so that the rest of a cut chain is known."""
+    """The groups with the joints of their chains listed one by one, which preserves the rest of a cut chain."""
     carriers = {joint.child: joint for joint in description.joints}
     return replace(srdf, groups=tuple(replace(group, joints=tuple(own_joints(group, carriers))) for group in srdf.groups))
 
 
 def own_joints(group: Group, carriers: dict[str, Joint]) -> set[str]:
-    """The joints listed, those that carry the links listed, and those between the ends of the chains."""
+    """The listed joints, those that carry the listed links, and those between the ends of the chains."""
     joints = set(group.joints) | {carriers[link].name for link in group.links if link in carriers}
     return joints.union(*(joints_between(base, tip, carriers) for base, tip in group.chains))
 

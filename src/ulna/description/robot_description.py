@@ -51,7 +51,7 @@ def frozen(values, shape: tuple[int, ...]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of one joint; infinite where the description gives none.
+    """Limits of one joint; infinite if the description gives none.
 
     Positions [rad or m], velocity [rad/s or m/s], effort [Nm or N], acceleration and deceleration [rad/s^2 or m/s^2], and jerk
     [rad/s^3 or m/s^3].
@@ -68,7 +68,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Safety:
-    """The ``safety_controller`` of a joint: soft limits [rad or m], infinite where none is given, and the gains."""
+    """The ``safety_controller`` of a joint: soft limits [rad or m], infinite if not given, and the gains."""
 
     k_velocity: float
     k_position: float = 0.0
@@ -120,8 +120,8 @@ class Joint:
 class Body:
     """A shape on a link: ``pose`` is T_link_shape; ``color`` is red, green, blue, alpha in 0..1.
 
-    ``excess`` is how far a shape in place of a mesh stands out beyond it [m]: sampled for convex pieces, a bound for balls that
-    cover it; None for any other shape.
+    ``excess`` is the largest distance by which a replacement shape exceeds its mesh [m]. It is sampled for convex pieces, a bound
+    for covering balls, and None for any other shape.
 
     Raises:
         InputError: The pose is not a rigid motion.
@@ -142,7 +142,7 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Inertia:
-    """The mass of a rigid part [kg], its center of mass, shape (3,) [m], and its inertia tensor, shape (3, 3) [kg m^2].
+    """The mass [kg], center of mass, shape (3,) [m], and inertia tensor, shape (3, 3) [kg m^2], of a part.
 
     The center is in the frame of the link. The tensor is about the center of mass, in the axes of the link.
 
@@ -167,7 +167,7 @@ class Inertia:
 
     @classmethod
     def stated(cls, mass: float, moments: Iterable[float], T: NDArray[np.float64]) -> Inertia:
-        """The inertia that a document states: moments xx, xy, xz, yy, yz, zz in the frame whose pose is ``T``, shape (4, 4).
+        """The inertia from moments xx, xy, xz, yy, yz, zz in the frame with pose ``T``, shape (4, 4).
 
         Raises:
             DescriptionError: A number is too large to compute with.
@@ -189,7 +189,7 @@ class Inertia:
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid part with its visual shapes, its collision shapes and its inertia, which is None where a description gives none."""
+    """A rigid part with its visual shapes, its collision shapes and its inertia, which is None if not described."""
 
     name: str
     visuals: tuple[Body, ...] = ()
@@ -209,14 +209,14 @@ def _remake(kind: type, contents: tuple):
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A faulty part of a document that was left out, since no pose depends on it; or read as other programs read it.
+    """A faulty part of a document, omitted since no pose depends on it, or read as other programs do.
 
     Attributes:
         where: The joint, the link or the document.
-        message: What is left out, and why.
+        message: The omitted part, and the reason.
         line: Its line.
         is_warned: Whether ``load`` warns of it, and not only ``inspect``.
-        is_note: Whether it is what other programs read, of which ``inspect`` does not warn either.
+        is_note: Whether it is meant for other programs, so that ``inspect`` does not warn of it either.
     """
 
     where: str
@@ -230,9 +230,9 @@ class LeftOut:
 class Description:
     """A robot: its links and joints in the order of the file. ``source`` names the file or text, for messages.
 
-    ``folder`` is where that file lies and ``package_dirs`` where its packages do, to find its meshes.
-    ``srdf`` is its semantic description, whose names are all the robot's; empty where none was given.
-    ``left_out`` has the faulty parts that were left out.
+    ``folder`` is the folder of that file and ``package_dirs`` the folders of its packages, in which its meshes are searched.
+    ``srdf`` is its semantic description, with names of this robot only; empty if none was given. ``left_out`` lists the faulty
+    parts that were omitted.
     """
 
     name: str

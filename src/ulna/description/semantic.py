@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Group:
-    """Joints and links under one name: those listed, those of ``chains`` (base link, tip link) and those of other groups."""
+    """Joints and links under one name: listed ones, those of ``chains`` (base link, tip link) and of other groups."""
 
     name: str
     links: tuple[str, ...] = ()
@@ -28,7 +28,7 @@ class EndEffector:
 
 @dataclass(frozen=True)
 class GroupState:
-    """A posture of some joints, by name: of a prismatic one [m], of a revolute one [rad].
+    """A posture of some joints, by name: prismatic ones [m], revolute ones [rad].
 
     A planar joint has x, y, theta; a floating one x, y, z and a quaternion x, y, z, w, as in the file.
     """
@@ -40,13 +40,13 @@ class GroupState:
 
     @property
     def key(self) -> str:
-        """``group/name``; the name alone where the file names no group."""
+        """``group/name``; the name alone if the file names no group."""
         return self.name if self.group is None else f"{self.group}/{self.name}"
 
 
 @dataclass(frozen=True)
 class DisabledCollision:
-    """Two links that are not checked against each other, and why: ``Adjacent``, ``Never``, ``User`` ..., or ``""``."""
+    """Two links that are not checked against each other, and the reason: ``Adjacent``, ``Never``, ``User`` ..., or ``""``."""
 
     link_a: str
     link_b: str
@@ -56,7 +56,7 @@ class DisabledCollision:
 
 @dataclass(frozen=True)
 class VirtualJoint:
-    """How the robot's ``child_link`` may move in a frame of the world; Ulna's base is fixed, so it has no entry of q."""
+    """The motion of ``child_link`` in a world frame; Ulna's base is fixed, so q has no entry for it."""
 
     name: str
     type: str
@@ -69,11 +69,11 @@ class VirtualJoint:
 class Srdf:
     """A semantic description.
 
-    ``warnings`` are sentences with file and line, one for each reference to a link, joint or group that is not there: files that
-    are in use have many. Such a reference is ignored. ``unchecked_links`` are checked against no other but where
-    ``enabled_collisions`` says so (``disable_default_collisions`` and ``enable_collisions``); a robot's own ``srdf`` has those
-    pairs among its ``disabled_collisions``. ``found_at`` is its path where ``ulna.load`` found it beside the URDF, empty where it
-    was given. ``passed_over`` has a sentence for each file or package that was found there and is not used, with the reason.
+    ``warnings`` are sentences with file and line, one for each reference to a missing link, joint or group, which is ignored:
+    files in use have many. ``unchecked_links`` are checked against no other link, except for the pairs of ``enabled_collisions``
+    (``disable_default_collisions`` and ``enable_collisions``). A robot's own ``srdf`` contains those pairs among its
+    ``disabled_collisions``. ``found_at`` is its path if ``ulna.load`` found it next to the URDF, empty if it was given.
+    ``passed_over`` has a sentence for each file or package found there but not used, with the reason.
     """
 
     name: str = ""

@@ -1,4 +1,4 @@
-"""Defines the shapes of links and of a world's objects, in metres."""
+"""Defines the shapes of links and of a world's objects, in meters."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ulna.kernels.layout import LARGEST
 class ConvexMesh:
     """The convex hull of points: a polytope, or a flat polygon if all points lie in a plane.
 
-    A query takes time for every point; ``from_points`` keeps only those that the hull needs.
+    A query takes time for every point; ``from_points`` keeps only the hull's vertices.
 
     Args:
         vertices: Points [m] in the frame of the shape, shape (n, 3), n at least 1. Points inside the hull are allowed.
 
     Raises:
-        InputError: They are not points, none, not finite, or farther out than a million metres.
+        InputError: They are not points, empty, not finite, or farther away than a million meters.
 
     Example:
         >>> ConvexMesh([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)])
@@ -44,7 +44,7 @@ class ConvexMesh:
 
         Raises:
             InputError: They are not points, or all lie in one plane: use ``ConvexMesh(points)`` for such points.
-            MissingExtraError: SciPy, which brings Qhull, is not installed (``ConvexMesh(points)`` does without).
+            MissingExtraError: SciPy, which contains Qhull, is not installed (``ConvexMesh(points)`` does not need it).
         """
         mesh = cls(points)
         with needs_extra("the convex hull of points", "hulls", "scipy"):
@@ -65,7 +65,7 @@ class ConvexMesh:
 
 @dataclass(frozen=True)
 class Box:
-    """A box centred at its frame's origin. ``extents`` are full edge lengths [m] along x, y, z.
+    """A box centered at its frame's origin. ``extents`` are full edge lengths [m] along x, y, z.
 
     Raises:
         InputError: The extents are not three finite lengths of at least 0.
@@ -107,7 +107,7 @@ class _Round:
 
 
 class Cylinder(_Round):
-    """A cylinder along z, centred at its frame's origin. ``radius`` and ``length`` [m].
+    """A cylinder along z, centered at its frame's origin. ``radius`` and ``length`` [m].
 
     Raises:
         InputError: The radius or the length is not a finite length of at least 0.
@@ -124,7 +124,7 @@ class Capsule(_Round):
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles from a file. ``uri`` is the address as the description gives it; ``scale`` is a factor along x, y, z."""
+    """Triangles from a file. ``uri``: the address in the description; ``scale``: factors along x, y, z."""
 
     uri: str
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -132,20 +132,20 @@ class Mesh:
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """All that lies below the plane z = 0 of its frame, without end: a floor, or a wall if its frame is turned."""
+    """The infinite region below z = 0 of its frame: a floor, or a wall if its frame is turned."""
 
 
 @dataclass(frozen=True)
 class UnknownShape:
-    """A collision shape that is not known: poses can be computed, collisions cannot. ``kind`` is its name in the description."""
+    """An unsupported collision shape, which excludes collision checks but not poses; ``kind`` is its name in the description."""
 
     kind: str
 
 
 Shape = Box | Sphere | Cylinder | Capsule | Mesh | ConvexMesh | UnknownShape
-"""What a link can have. A description gives meshes as files; ``robot.with_convex_hulls()`` takes their hulls."""
+"""The shapes of links. A description gives meshes as files; ``robot.with_convex_hulls()`` uses their hulls."""
 Solid = Box | Sphere | Cylinder | Capsule | ConvexMesh | HalfSpace
-"""What a collision query can take."""
+"""The shapes of collision queries."""
 
 
 def as_points(name: str, values: ArrayLike) -> NDArray[np.float64]:
@@ -157,7 +157,7 @@ def as_points(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def within_reach(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Finite numbers of at most a million metres."""
+    """Finite numbers of at most a million meters."""
     numbers = as_floats(name, values)
     if not (np.abs(numbers) <= LARGEST).all():
         raise InputError(name, f"finite numbers of at most {LARGEST:g} m are expected")
@@ -165,7 +165,7 @@ def within_reach(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def lengths(name: str, values: object, count: int) -> tuple[float, ...]:
-    """So many finite lengths of at least 0 [m]."""
+    """``count`` finite lengths of at least 0 [m]."""
     given = as_floats(name, values)  # type: ignore[arg-type]
     if given.shape != (count,) or not ((given >= 0) & (given <= LARGEST)).all():
         expected = f"{count} finite length{'s' * (count > 1)} of at least 0 and at most {LARGEST:g} m"

@@ -32,7 +32,7 @@ _MAX_GROUPS = 2000  # groups, chains and states: resolving them takes their numb
 
 
 def read_srdf(document: Document) -> Srdf:
-    """The semantic description in an SRDF document, as written: no name in it is looked up."""
+    """The semantic description in an SRDF document, as written: names are not looked up."""
     return _Reader(document.source).srdf(without_namespace(document.root))
 
 
@@ -62,7 +62,7 @@ class _Reader(Reader):
         )
 
     def unread(self, root: etree._Element) -> Iterable[str]:
-        """A sentence about each element that is not known, such as a misspelt one, which may change what is checked."""
+        """A sentence about each unknown element, such as a misspelt one, which may change the checked pairs."""
         for parent in (root, *root.iterfind("group"), *root.iterfind("group_state")):
             read = _READ[str(parent.tag)]
             for child in parent.iterchildren(etree.Element):
@@ -71,7 +71,7 @@ class _Reader(Reader):
                     yield str(self.fail(child, f"<{child.tag}> in <{parent.tag}> is not known, and left out{near}"))
 
     def unlike(self, items: list, root: etree._Element, tag: str) -> tuple:
-        """The items, of which no two may have one name."""
+        """The items; raises an error if two have the same name."""
         seen: dict[str, int | None] = {}
         for item, element in zip(items, root.iterfind(tag), strict=True):
             key = getattr(item, "key", item.name)

@@ -1,4 +1,4 @@
-"""Finds the SRDF of a robot beside its URDF, as in example-robot-data and in MoveIt's config packages."""
+"""Finds the SRDF of a robot near its URDF, as in example-robot-data and in MoveIt's config packages."""
 
 import logging
 import os
@@ -22,26 +22,26 @@ from ulna.description.xml import parse
 from ulna.errors import DescriptionError, DescriptionWarning, InputError, count_of, listed
 
 _ENDINGS = (".srdf", ".srdf.xacro")
-_MAX_FILES = 20  # that are looked at
-_MAX_NAMES = 10_000  # of one folder that are compared with the endings
+_MAX_FILES = 20  # limit of files that are read
+_MAX_NAMES = 10_000  # compared names of one folder
 _MAX_BYTES = 8_000_000  # of one file; MoveIt's largest have some hundred thousand
-_MAX_SECONDS_EACH, _MAX_SECONDS = 5.0, 10.0  # of the expansion of one xacro file, and after which no further file is looked at
+_MAX_SECONDS_EACH, _MAX_SECONDS = 5.0, 10.0  # for the expansion of one xacro file, and in total
 _PACKAGE_NAME = re.compile(r"\w[\w.-]*")
 _log = logging.getLogger(__name__)
 
 
 def srdf_beside(document: Document, folder: Path, description: Description, xacro_args: Mapping[str, object]) -> Srdf:
-    """The SRDF beside a URDF in a folder, its references checked. Empty if no file fits, or several do and none is preferred.
+    """The checked SRDF near a URDF; empty if no file fits, or several fit without a preferred one.
 
-    1. Files are looked for in the URDF's folder; in ``srdf`` beside that folder, if that is in the URDF's package; and in
-       ``config`` of a package ``NAME_moveit_config``, whose ``package.xml`` has that name and depends on the URDF's package.
-       NAME is that of the robot, of the URDF, or of its package without ``_description``. A link leads only into the URDF's
-       folder, its package, or such a package.
+    1. The search covers the URDF's folder, the folder ``srdf`` next to it if that is in the URDF's package, and ``config`` of a
+       package ``NAME_moveit_config``. The ``package.xml`` of the latter must have that name and depend on the URDF's package.
+       NAME is the name of the robot, of the URDF, or of its package without ``_description``. A link may lead only into the
+       URDF's folder, its package, or such a package.
     2. A file fits if its ``<robot name=...>`` is the robot's, and the robot has all links that it names.
-    3. Of those that fit, the one that is called like the URDF is taken, else the one that is called like the robot, else the
-       only one. If there are others only, none is taken.
+    3. The fitting file with the URDF's name is preferred, then the one with the robot's name, then the only one. Several others
+       are not used.
 
-    What is taken is logged. What is not, although its place or its name says that it may be meant, is a ``DescriptionWarning``.
+    A file in use is logged. An unused file whose folder or name suggests that it was meant is a ``DescriptionWarning``.
     """
     found = _Candidates(document, folder, (_stem(document.file), description.name))
     fits: dict[str, Srdf] = {}
@@ -74,7 +74,7 @@ def srdf_beside(document: Document, folder: Path, description: Description, xacr
 
 
 def _taken(srdf: Srdf, found: "_Candidates", document: Document) -> Srdf:
-    """The SRDF, after saying what was taken and what was not."""
+    """The SRDF, after a message about the files used and not used."""
     if srdf.found_at:
         pairs = count_of(len(srdf.disabled_collisions), "pair")
         _log.info("%s lies beside %s and is used; %s of links may touch by it", srdf.found_at, document.file, pairs)
@@ -84,7 +84,7 @@ def _taken(srdf: Srdf, found: "_Candidates", document: Document) -> Srdf:
 
 
 def _stem(file: str) -> str:
-    """The name of a file without its endings: ``arm`` of ``arm.urdf.xacro`` and ``arm.srdf``."""
+    """The name of a file without its extensions: ``arm`` of ``arm.urdf.xacro`` and ``arm.srdf``."""
     return re.sub(r"(\.(urdf|srdf|xacro))+$", "", file)
 
 
@@ -94,9 +94,9 @@ class _Candidates:
 
     Attributes:
         document: The URDF.
-        folder: Where it is.
-        likely: The names that its SRDF may have, the preferred one first.
-        passed_over: Sentences about what is not used.
+        folder: Its folder.
+        likely: The possible names of its SRDF, the preferred one first.
+        passed_over: Sentences about unused files.
         complete: Whether all files were listed.
     """
 
@@ -111,7 +111,7 @@ class _Candidates:
             self.passed_over.append(sentence)
 
     def files(self) -> list[tuple[int, Path]]:
-        """Each file once, with the index of its name in ``likely``, by which they are sorted; a plain one before a xacro file."""
+        """Each file once with its rank, the index of its name in ``likely``; plain files precede xacro files."""
         readable, seen, found = Readable(self.folder, ()), set(), []
         for place in self._places(readable):
             for file in self._listed(place):
@@ -132,7 +132,7 @@ class _Candidates:
         return found[:_MAX_FILES]
 
     def _places(self, readable: Readable) -> Iterator[Path]:
-        """The folders in which an SRDF may lie."""
+        """The folders that may contain the SRDF."""
         above = self.folder.resolve()
         yield self.folder
         package = next((path for path in folders_above(self.folder) if (path / "package.xml").is_file()), None)
@@ -153,7 +153,7 @@ class _Candidates:
                     yield config / "config"
 
     def _refusal(self, config: Path, config_name: str, package: str) -> str:
-        """Why a folder is not the configuration of the URDF's package; empty if it is."""
+        """The reason why a folder is not the configuration of the URDF's package; empty if it is."""
         name, depends = _manifest(config)
         if name != config_name:
             return f"has no package.xml that names it {config_name}"
@@ -162,11 +162,11 @@ class _Candidates:
         return "" if package in depends else f"does not depend on {package}, the package of {self.document.file}"
 
     def _listed(self, place: Path) -> list[Path]:
-        """The files in a folder whose names end as those of an SRDF do, sorted by name, plain ones first."""
+        """The files in a folder with an SRDF's extension, sorted by name, plain ones first."""
         try:
             with os.scandir(place) as entries:
                 names = [entry.name for entry in islice(entries, _MAX_NAMES + 1)]
-        except OSError:  # there is none, or it cannot be listed
+        except OSError:  # the folder is missing, or cannot be listed
             return []
         if len(names) > _MAX_NAMES:
             self.complete = False
@@ -176,7 +176,7 @@ class _Candidates:
 
 
 def _manifest(package: Path) -> tuple[str, set[str]]:
-    """The name in the ``package.xml`` of a folder, and the packages on which it depends; nothing where it cannot be read."""
+    """The name and the dependencies in a folder's ``package.xml``; empty if it cannot be read."""
     try:
         root = parse(regular_file_bytes(package / "package.xml", _MAX_BYTES), "package.xml")
     except (OSError, ValueError):
@@ -187,13 +187,13 @@ def _manifest(package: Path) -> tuple[str, set[str]]:
 
 
 def _read(path: Path, package_dirs: tuple[Path, ...], description: Description, xacro_args: Mapping[str, object]) -> Srdf:
-    """The SRDF in a file; the arguments that a xacro file defines have the values of the URDF's."""
+    """The SRDF in a file; a xacro file gets the URDF's values for the arguments that it defines."""
     content = regular_file_bytes(path, _MAX_BYTES)
     if len(content) > _MAX_BYTES:
         raise DescriptionError(f"has more than {_MAX_BYTES // 1_000_000} MB; srdf= reads it (--srdf)", path.name)
     document = Document(content, path.name, path.parent, package_dirs, path.name)
     name = document.root.get("name", "")
-    if "$" not in name:  # else it is known once it is expanded
+    if "$" not in name:  # otherwise the name is known only after the expansion
         _refuse_other(name, path, description)
     srdf = read_srdf(expanded(document, shared_arguments(document, xacro_args), max_seconds=_MAX_SECONDS_EACH))
     _refuse_other(srdf.name, path, description)

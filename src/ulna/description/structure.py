@@ -20,7 +20,7 @@ _MAX_MEANT = 1e300  # a larger limit means none: Gazebo writes 1.79769e308, with
 
 @dataclass(frozen=True)
 class Drive:
-    """What moves a joint: position = ratio * q[column] + offset; ``column`` is None if it does not move."""
+    """A joint's relation to q: position = ratio * q[column] + offset; ``column`` is None for a fixed joint."""
 
     column: int | None
     ratio: float = 1.0
@@ -66,7 +66,7 @@ def joints_from_root(description: Description) -> tuple[Joint, ...]:
 
 
 def joints_below(description: Description, link: str) -> tuple[Joint, ...]:
-    """The joints below a link, each after the joint of its parent link; otherwise in the order of the file, depth first."""
+    """The joints below a link, each after its parent link's joint; otherwise in file order, depth first."""
     children: dict[str, list[Joint]] = defaultdict(list)
     for joint in description.joints:
         children[joint.parent].append(joint)
@@ -88,9 +88,10 @@ def joints_to_root(link: str, carriers: dict[str, Joint]) -> set[str]:
 
 
 def leaf_links(description: Description) -> tuple[str, ...]:
-    """The links without child links that a joint moves, in the order of the file; all of them where none is moved.
+    """The moved links without children, in the order of the file; all childless links if none moves.
 
-    The arms of ROS-Industrial have a link ``base`` beside ``base_link``, for the frame of their controller: no tip of an arm.
+    The arms of ROS-Industrial have a link ``base`` next to ``base_link``, for the frame of their controller: it is no tip of an
+    arm.
     """
     ordered, parents = joints_from_root(description), {joint.parent for joint in description.joints}
     moved = {joint.child for joint in moving_joints(description, ordered)}
@@ -102,7 +103,7 @@ def leaf_links(description: Description) -> tuple[str, ...]:
 
 
 def columns_of_q(joints: tuple[Joint, ...]) -> dict[str, slice]:
-    """For each independent joint, by name in the order given, the entries of q that it owns."""
+    """The entries of q of each independent joint, by name in the given order."""
     columns, start = {}, 0
     for joint in joints:
         width = N_POSITIONS[joint.type]
@@ -113,7 +114,7 @@ def columns_of_q(joints: tuple[Joint, ...]) -> dict[str, slice]:
 
 
 def drives_of(joints: tuple[Joint, ...], columns: dict[str, slice], source: str) -> dict[str, Drive]:
-    """What moves each joint, mimics followed to the independent joint or to the fixed one at their end."""
+    """The drive of each joint; mimics are followed to the independent or fixed joint at their end."""
     by_name, drives = {joint.name: joint for joint in joints}, {}
     for start in joints:
         followers: dict[str, Joint] = {}
@@ -135,7 +136,7 @@ def drives_of(joints: tuple[Joint, ...], columns: dict[str, slice], source: str)
 
 
 def _leader(joint: Joint, joints: dict[str, Joint], followers: dict[str, Joint], source: str) -> Joint:
-    """The joint that a joint mimics, if it can be followed."""
+    """The joint that a joint mimics; raises an error if it cannot be followed."""
     followed = "" if joint.mimic is None else joint.mimic.joint
     leader = joints.get(followed)
     if N_POSITIONS[joint.type] > 1:
@@ -161,19 +162,19 @@ def moving_joints(description: Description, joints: Iterable[Joint]) -> tuple[Jo
 
 
 def velocity_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:
-    """The largest speed of each entry of q: infinite where none is given."""
+    """The velocity limit of each entry of q; infinite if not given."""
     return np.array([joint.limits.velocity for joint in joints if joint.mimic is None for _ in range(N_POSITIONS[joint.type])])
 
 
 def effort_limits_of_q(joints: tuple[Joint, ...]) -> np.ndarray:
-    """The largest torque or force of each entry of q: infinite where none is given."""
+    """The torque or force limit of each entry of q; infinite if not given."""
     return np.array([joint.limits.effort for joint in joints if joint.mimic is None for _ in range(N_POSITIONS[joint.type])])
 
 
 def acceleration_limits_of_q(joints: tuple[Joint, ...], drives: dict[str, Drive]) -> np.ndarray:
-    """The largest acceleration of each entry of q, and the largest jerk, shape (2, n_dof): infinite where none is given.
+    """The limits of acceleration and jerk of each entry of q, shape (2, n_dof); infinite if not given.
 
-    An acceleration is at most the deceleration too. A joint that mimics another limits it, as far as it is faster or slower.
+    The deceleration limit bounds the acceleration too. A mimic joint limits its leader by its own limits divided by their ratio.
     """
     n_dof = sum(N_POSITIONS[joint.type] for joint in joints if joint.mimic is None)
     most = np.full((2, n_dof), np.inf)
@@ -191,9 +192,9 @@ def bounds_of_q(
 ) -> tuple[np.ndarray, set[str]]:
     """Lower and upper bounds of q, shape (2, n_dof), and the names of the joints whose bounds are ignored.
 
-    The bounds are infinite for continuous, planar and floating joints. ``bounds_of`` gives those of a joint: ``hard_bounds`` or
-    ``soft_bounds``. The bounds of a joint that mimics another narrow the other's. Where they would leave it no room at all they
-    are ignored: such a description contradicts itself (the gripper of ``pr2.urdf`` does), and its authors meant it to move.
+    The bounds are infinite for continuous, planar and floating joints. ``bounds_of`` returns the bounds of a joint:
+    ``hard_bounds`` or ``soft_bounds``. The bounds of a mimic joint narrow those of its leader, unless they leave no range at all.
+    Such a description contradicts itself (the gripper of ``pr2.urdf`` does), but its authors meant it to move.
     """
     bounds: list[tuple[float, float]] = []
     ignored: set[str] = set()
@@ -203,7 +204,7 @@ def bounds_of_q(
     for joint in joints:
         drive = drives[joint.name]
         if joint.mimic is not None and joint.type in _BOUNDED and drive.column is not None and drive.ratio != 0:
-            low, high = sorted((bound - drive.offset) / drive.ratio for bound in bounds_of(joint))  # of its leader
+            low, high = sorted((bound - drive.offset) / drive.ratio for bound in bounds_of(joint))  # bounds of its leader
             narrowed = max(low, bounds[drive.column][0]), min(high, bounds[drive.column][1])
             if narrowed[0] < narrowed[1]:
                 bounds[drive.column] = narrowed
@@ -213,13 +214,13 @@ def bounds_of_q(
 
 
 def hard_bounds(joint: Joint) -> tuple[float, float]:
-    """The limits of a joint; infinite where a file writes the largest number there is for none."""
+    """The limits of a joint; infinite if the file writes the largest number for none."""
     lower, upper = joint.limits.lower, joint.limits.upper
     return -np.inf if lower < -_MAX_MEANT else lower, np.inf if upper > _MAX_MEANT else upper
 
 
 def soft_bounds(joint: Joint) -> tuple[float, float]:
-    """The soft limits of a joint's safety controller, never wider than its limits; these alone where it has none.
+    """The soft limits of a joint's safety controller, within its hard limits; without one the hard limits.
 
     Soft limits that lie wholly outside the limits would leave no range: they are ignored too.
     """

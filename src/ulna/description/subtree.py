@@ -13,7 +13,7 @@ from ulna.errors import DescriptionError, InputError, UnknownNameError
 
 
 def cut_out(description: Description, base: str | None, tip: str | None) -> Description:
-    """The robot from ``base`` on (the root unless given); with a ``tip`` only the chain from one to the other."""
+    """The robot from ``base`` on (by default the root); with a ``tip`` only the chain between them."""
     root = root_link(description)
     names = [link.name for link in description.links]
     for name in (base, tip):

@@ -1,4 +1,4 @@
-"""Finds what a URDF document says and Ulna does not read, and whether that may change a pose, a shape or a limit."""
+"""Finds unread parts of a URDF document, and whether they may change a pose, a shape or a limit."""
 
 import difflib
 import re
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from lxml import etree
 
-# For each element the children and the attributes that are read, or looked at by ``inspect``.
+# For each element the children and the attributes that are read, or checked by ``inspect``.
 CHILDREN = {
     "robot": ("link", "joint", "material", "frame", "fixed_frame"),
     "fixed_frame": ("parent", "origin"),
@@ -46,7 +46,7 @@ ATTRIBUTES = {
     "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
     "color": ("rgba",),
 }
-# What other programs read, and what changes neither a pose nor a shape, a limit or a collision.
+# Parts for other programs, and parts that change neither a pose nor a shape, a limit or a collision.
 _OTHERS = {
     "robot": {"gazebo", "mujoco", "ros2_control", "sensor", "transmission", "verbose"},
     "link": {"contact", "contact_coefficients", "gravity", "kinematic", "self_filter", "sensor", "surface", "verbose"},
@@ -59,9 +59,9 @@ _OTHER_ATTRIBUTES = {
     "joint": {"dont_collapse"},
     "limit": {"command_effort", "current", "gear_velocity"},
 }
-RATES, RATES_SINCE = ("acceleration", "deceleration", "jerk"), (1, 2)  # of a <limit>, and since which version of URDF
-_LOOKS = {"dynamics", "inertial", "material", "visual"}  # nothing in them changes a pose, a shape, a limit or a collision
-_NAMED = {"geometry", "link", "robot", "collision", *_LOOKS}  # other attributes of them are names and notes
+RATES, RATES_SINCE = ("acceleration", "deceleration", "jerk"), (1, 2)  # of a <limit>, and the first version of URDF that has them
+_LOOKS = {"dynamics", "inertial", "material", "visual"}  # their content changes no pose, shape, limit or collision
+_NAMED = {"geometry", "link", "robot", "collision", *_LOOKS}  # their other attributes are names and notes
 _LIKENESS = 0.8  # "efort" is meant to be "effort"; "gear_velocity" is something else
 _LOOP = "it closes a loop of joints, which is not kept: its links move as if it were not there"
 _SHAPES = "its shapes are not checked for collisions; <collision> is read"
@@ -81,10 +81,10 @@ class Unread(NamedTuple):
     """A part of a document that is not read.
 
     Attributes:
-        element: The element, or the one whose attribute or text it is.
-        what: What it is, such as "<dynamics> in <joint>".
-        message: A sentence about it; empty where it is known to be for other programs.
-        matters: Whether a pose, a shape, a limit or a collision may be otherwise with it.
+        element: The element, or the one that has the attribute or text.
+        what: Its name, such as "<dynamics> in <joint>".
+        message: A sentence about it; empty if it is for other programs.
+        matters: Whether it may change a pose, a shape, a limit or a collision.
     """
 
     element: etree._Element
@@ -94,13 +94,13 @@ class Unread(NamedTuple):
 
 
 def version_of(root: etree._Element) -> tuple[int, int] | None:
-    """The version of URDF that a document states, (1, 0) where it states none; None where it is not two numbers, as in "1.0"."""
+    """The stated version of a URDF document, by default (1, 0); None if it is not two numbers like "1.0"."""
     stated = re.fullmatch(r"([0-9]{1,4})\.([0-9]{1,4})", root.get("version", "1.0"))
     return None if stated is None else (int(stated[1]), int(stated[2]))
 
 
 def unused_rate(limit: etree._Element, key: str) -> bool:
-    """Whether a limit of URDF 1.2 in a document of an older version is no finite number above 0, so that it limits nothing."""
+    """Whether a limit of URDF 1.2 in an older document has no effect: no finite number above 0."""
     try:
         value = float(limit.get(key, "nan"))
     except ValueError:
@@ -131,18 +131,18 @@ def unread_parts(root: etree._Element) -> Iterator[Unread]:
         known = [child for child in element.iterchildren(etree.Element) if child.tag in read]
         waiting.extend((child, of_looks) for child in reversed(known))
         for child in element.iterchildren(etree.Element):
-            if child.tag not in read and (known or tag != "geometry"):  # of an unknown shape the reader says it
+            if child.tag not in read and (known or tag != "geometry"):  # the reader reports an unknown shape
                 yield _element(child, tag, of_looks=of_looks)
 
 
 def sentences(root: etree._Element, source: str) -> list[str]:
-    """A sentence with file and line for each part that matters and is not read."""
+    """A sentence with file and line for each unread part that matters."""
     parts = (part for part in unread_parts(root) if part.matters)
     return [f"{source}:{part.element.sourceline}: {of_robot(part.element)}: {part.message}" for part in parts]
 
 
 def of_robot(element: etree._Element) -> str:
-    """The joint, link or document that an element belongs to, in words."""
+    """The joint, link or document that contains an element, in words."""
     for one in (element, *element.iterancestors()):
         if one.tag in ("joint", "link"):
             return f"{one.tag} {one.get('name', '')!r}"
@@ -190,7 +190,7 @@ def _unused_rates(limit: etree._Element) -> Iterator[Unread]:
 
 
 def _unused_range(joint: etree._Element) -> Iterator[Unread]:
-    """The range of a continuous joint, which has none by its type; one of a turn or more, or of nothing, limits nothing."""
+    """The range of a continuous joint, which its type ignores; it matters if it is narrower than a turn."""
     limit = joint.find("limit")
     if joint.get("type") != "continuous" or limit is None or not {"lower", "upper"} & set(limit.attrib):
         return

@@ -33,7 +33,7 @@ _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 _NEWEST: tuple[int, int] = (
     1,
     2,
-)  # the versions of URDF that are known; 1.1 has quaternions and capsules, 1.2 accelerations and jerks
+)  # the supported versions of URDF; 1.1 has quaternions and capsules, 1.2 accelerations and jerks
 
 
 def read_urdf(document: Document) -> Description:
@@ -56,7 +56,7 @@ def decoded(document: Document) -> str:
 
 
 def inertia_of(link: etree._Element, source: str = "") -> Inertia | None:
-    """The inertia of a ``<link>``; None where it has none.
+    """The inertia of a ``<link>``; None without one.
 
     Raises:
         DescriptionError: It is faulty.
@@ -76,7 +76,7 @@ class _Reader(Reader):
         self.left_out: list[LeftOut] = []
 
     def leave_out(self, element: etree._Element, message: str, *, is_warned: bool = True) -> None:
-        """Note a faulty part on which no pose depends."""
+        """Record a faulty part on which no pose depends."""
         self.left_out.append(LeftOut(of_robot(element), message, element.sourceline, is_warned))
 
     def robot(self, root: etree._Element, text: str, document: Document) -> Description:
@@ -151,7 +151,7 @@ class _Reader(Reader):
         )
 
     def inertia(self, link: etree._Element) -> Inertia | None:
-        """The inertia of a link. A faulty one is left out."""
+        """The inertia of a link; a faulty one is omitted."""
         try:
             return self.given_inertia(link)
         except DescriptionError as error:
@@ -160,7 +160,7 @@ class _Reader(Reader):
             return None
 
     def given_inertia(self, link: etree._Element) -> Inertia | None:
-        """The inertia of a link, in its axes: the tensor of the document may be in others, by rpy."""
+        """The inertia of a link, in its axes; the document may state it in other axes, by rpy."""
         inertial = self.only(link, "inertial")
         if inertial is None:
             return None
@@ -169,7 +169,7 @@ class _Reader(Reader):
         return Inertia.stated(mass, moments, self.origin(inertial))
 
     def bodies(self, link: etree._Element, tag: str, link_name: str) -> Iterator[Body]:
-        """The shapes of a link. A faulty visual is left out; a collision shape that is not known stays, as such."""
+        """The shapes of a link; faulty visuals are omitted, unknown collision shapes stay as ``UnknownShape``."""
         elements = link.findall(tag)
         for k, element in enumerate(elements):
             name = element.get("name") or (f"{link_name}_{tag}" + (f"_{k + 1}" if len(elements) > 1 else ""))
@@ -201,7 +201,7 @@ class _Reader(Reader):
         return UnknownShape(kind)
 
     def is_foreign(self, shape: etree._Element) -> bool:
-        """Whether a shape is measured as in other formats: a capsule by its end points, a mesh by one or four factors."""
+        """Whether a shape has the measures of other formats: a capsule end points, a mesh one or four factors."""
         if shape.tag == "mesh":
             return bool(shape.get("filename")) and "scale" in shape.attrib and len(self.numbers(shape, "scale")) != 3
         needed = [key for key in ATTRIBUTES[str(shape.tag)] if key != "scale"]
@@ -220,14 +220,14 @@ class _Reader(Reader):
         return Mesh(self.attribute(element, "filename"), scale)
 
     def color_of(self, body: etree._Element) -> tuple[float, float, float, float] | None:
-        """The colour of a body: that of its first material."""
+        """The color of a body: that of its first material."""
         materials = body.findall("material")
         if len(materials) > 1:
             self.leave_out(materials[1], f"<{body.tag}> has {len(materials)} <material>: the first is used")
         return self.color(materials[0]) if materials else None
 
     def color(self, material: etree._Element) -> tuple[float, float, float, float] | None:
-        """The colour of a material; None with a note if it has none that can be read."""
+        """The color of a material; None with a note if it has no readable one."""
         elements = material.findall("color")
         if not elements:
             return self.materials.get(material.get("name", ""))
@@ -266,7 +266,7 @@ class _Reader(Reader):
         return JointType(value)
 
     def axis(self, element: etree._Element, name: str, kind: JointType) -> NDArray[np.float64]:
-        """The axis of a joint as a unit vector. One that has none by its type has x or z, whatever the document says."""
+        """The axis of a joint as a unit vector; types without an axis get x or z in any case."""
         if kind in (JointType.FIXED, JointType.FLOATING):
             return np.array([1.0, 0.0, 0.0] if kind == JointType.FIXED else [0.0, 0.0, 1.0])
         child = self.only(element, "axis")
@@ -301,7 +301,7 @@ class _Reader(Reader):
         return Limits(lower, upper, velocity, effort, acceleration, deceleration, jerk)
 
     def most(self, limit: etree._Element, key: str) -> float:
-        """A limit on effort or velocity: none with a note where it is no number of at least 0, by which files say "not known"."""
+        """A limit on effort or velocity; infinite with a note if it is negative or no number, which means "unknown"."""
         try:
             return self.number(limit, key, math.inf, 0.0)
         except DescriptionError:
@@ -311,7 +311,7 @@ class _Reader(Reader):
             return math.inf
 
     def rate(self, limit: etree._Element, key: str) -> float:
-        """A limit of URDF 1.2; in an older version it is read too, but for a value that is not above 0, which limits nothing."""
+        """A limit of URDF 1.2; in an older document a value of at most 0 limits nothing."""
         if self.version < RATES_SINCE and unused_rate(limit, key):
             return math.inf
         return self.number(limit, key, math.inf, 0.0)
@@ -326,7 +326,7 @@ class _Reader(Reader):
         return Safety(self.number(child, "k_velocity"), self.number(child, "k_position", 0.0), lower, upper)
 
     def loss(self, element: etree._Element, key: str, kind: JointType) -> float:
-        """The damping or the friction of a joint, on which no pose depends; 0 with a note where it is faulty."""
+        """The damping or friction of a joint, on which no pose depends; 0 with a note if faulty."""
         try:
             child = None if kind == JointType.FIXED else self.only(element, "dynamics")
             return 0.0 if child is None else self.number(child, key, 0.0, 0.0)
@@ -348,7 +348,7 @@ class _Reader(Reader):
         return np.eye(4) if child is None else self.placed(child, element)
 
     def placed(self, child: etree._Element, element: etree._Element) -> NDArray[np.float64]:
-        """The pose that the attributes of a child give an element."""
+        """The pose of an element from the attributes of a child."""
         zero = (0.0, 0.0, 0.0)
         xyz, rpy = (self.vector(child, key, 3) if key in child.attrib else zero for key in ("xyz", "rpy"))
         wxyz = self.quaternion(child, element) if "quat_xyzw" in child.attrib else None
@@ -357,7 +357,7 @@ class _Reader(Reader):
         return pose(xyz, rpy) if wxyz is None else pose(xyz, wxyz=wxyz)
 
     def quaternion(self, origin: etree._Element, element: etree._Element) -> tuple[float, ...]:
-        """The quaternion w, x, y, z of an origin of URDF 1.1, which has it as x, y, z, w."""
+        """The quaternion w, x, y, z of an origin of URDF 1.1, which states it as x, y, z, w."""
         where = f"{element.tag} {element.get('name', '')!r}"
         if "rpy" in origin.attrib:
             raise self.fail(origin, f"{where}: its origin has both rpy and quat_xyzw; one of them is expected")

@@ -17,7 +17,7 @@ from ulna.errors import DescriptionError, InputError
 def write_urdf(description: Description) -> str:
     """The URDF document of a description: kinematics, limits, shapes, inertias, damping and friction.
 
-    It lacks what a description lacks: what other programs read, such as ``<transmission>``.
+    It omits parts for other programs, such as ``<transmission>``, which a description does not contain.
     """
     robot = etree.Element("robot", {"name": description.name, **_version(description)})
     for link in description.links:
@@ -31,9 +31,9 @@ def write_urdf(description: Description) -> str:
 
 
 def expressible_in_urdf(description: Description) -> Description:
-    """The part of a description that URDF can express: without other shapes; slides without limits are continuous joints.
+    """The part of a description that URDF can express: no other shapes; unlimited prismatic joints become continuous.
 
-    It is for findings only, since such a slide is no slide any more.
+    It is for findings only, since such a joint no longer slides.
     """
     kept = (Box, Sphere, Cylinder, Capsule, Mesh)
     links = (
@@ -55,7 +55,7 @@ def _is_endless(joint: Joint) -> bool:
 
 
 def _version(description: Description) -> dict[str, str]:
-    """The version of URDF that has all of a description, which an older reader would leave out or refuse; none for 1.0."""
+    """The lowest version of URDF that expresses a description; none for 1.0."""
     limits = [joint.limits for joint in description.joints]
     if any(math.isfinite(min(each.acceleration, each.deceleration, each.jerk)) for each in limits):
         return {"version": "1.2"}
@@ -64,7 +64,7 @@ def _version(description: Description) -> dict[str, str]:
 
 
 def _inertial(inertia: Inertia) -> etree._Element:
-    """An inertia in the axes of its link, so that a reader need not turn its tensor."""
+    """An inertia in the axes of its link, so that a reader need not rotate its tensor."""
     element = etree.Element("inertial")
     etree.SubElement(element, "origin", xyz=_words(inertia.center), rpy=_words([0.0, 0.0, 0.0]))
     etree.SubElement(element, "mass", value=_words([inertia.mass]))
@@ -131,7 +131,7 @@ def _finite(numbers: dict[str, float]) -> dict[str, str]:
 
 
 def _type(joint: Joint) -> JointType:
-    """The joint's type in URDF, which has no revolute joint without limits: such a one is continuous."""
+    """The joint's type in URDF, which has no revolute joint without limits: it becomes continuous."""
     infinite = [math.isinf(limit) for limit in (joint.limits.lower, joint.limits.upper)]
     if joint.type == JointType.REVOLUTE and all(infinite) and joint.mimic is None:
         return JointType.CONTINUOUS

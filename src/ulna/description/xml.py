@@ -9,8 +9,8 @@ from lxml import etree
 from ulna.errors import DescriptionError, cited
 
 LONGEST = 64_000_000  # bytes; the largest of the robots in docs/robots.md has a hundredth of this
-MAX_ELEMENTS = 300_000  # some 75 000 links: seconds, and a few hundred megabytes
-_BEFORE = rb"(?>\s+|<!--(?>.*?-->))*+"  # what may stand before the root, but not before a declaration
+MAX_ELEMENTS = 300_000  # about 75 000 links: seconds, and a few hundred megabytes
+_BEFORE = rb"(?>\s+|<!--(?>.*?-->))*+"  # allowed before the root, but not before a declaration
 _DECLARATION = re.compile(rb"\A(?:\xef\xbb\xbf)?(" + _BEFORE + rb")<\?xml\b([^>]{0,200})>", re.DOTALL)
 _ROOT = re.compile(_BEFORE + rb"(?:<\?(?>.*?\?>)" + _BEFORE + rb")?(?:<![^\[>]*>" + _BEFORE + rb")?<[\w.:-]+", re.DOTALL)
 _PREFIX = re.compile(r"Namespace prefix (\S+) ")
@@ -24,7 +24,7 @@ class Parsed(NamedTuple):
     Attributes:
         root: Its root element.
         text: Its text, well-formed.
-        mended: How it was not well-formed; empty if it was.
+        mended: Its fault if it was not well-formed; empty otherwise.
     """
 
     root: etree._Element
@@ -38,10 +38,10 @@ def parse(text: bytes, source: str) -> etree._Element:
 
 
 def parse_leniently(text: bytes, source: str) -> Parsed:
-    """The root of a document, also of one with a faulty XML declaration or undeclared prefixes, as the parsers of others read.
+    """The root of a document, even with a faulty XML declaration or undeclared prefixes, as other parsers read.
 
-    What is mended changes no element and no line: urdfdom, MuJoCo and PyBullet ignore a version, blanks before a declaration,
-    missing quotes in it, and namespaces.
+    A repair changes no element and no line: urdfdom, MuJoCo and PyBullet ignore a version, blanks before a declaration, missing
+    quotes in it, and namespaces.
     """
     if len(text) > LONGEST:
         raise DescriptionError(f"is {len(text) / 1e6:.0f} MB long; up to {LONGEST / 1e6:.0f} MB are read", source)
@@ -57,7 +57,7 @@ def parse_leniently(text: bytes, source: str) -> Parsed:
             faults.append(message)
             if mend is None:
                 raise DescriptionError(f"not XML: {message}", source, line) from None
-            mended = mend(mended, list(parser.error_log))  # that of the error has errors of other documents too
+            mended = mend(mended, list(parser.error_log))  # the error's own log includes errors of other documents
         else:
             _check_size(root, source)
             return Parsed(root, mended, "" if mended is text else faults[0])
@@ -76,7 +76,7 @@ def _message_of(error: Exception) -> str:
 
 
 def _with_declaration(text: bytes, _log: list) -> bytes:
-    """The text with a correct XML declaration at its start in place of a faulty one, or of one that stands later."""
+    """The text with a correct XML declaration at its start, replacing a faulty or misplaced one."""
     declared = _DECLARATION.match(text)
     if declared is None:
         return text
@@ -87,7 +87,7 @@ def _with_declaration(text: bytes, _log: list) -> bytes:
 
 
 def _with_prefixes(text: bytes, log: list) -> bytes:
-    """The text with its undeclared prefixes declared in the root, if these are its only faults in the log of its parser."""
+    """The text with its undeclared prefixes declared in the root, if the parser's log shows no other faults."""
     found = [_PREFIX.match(one.message) for one in log if one.type_name == "NS_ERR_UNDEFINED_NAMESPACE"]
     prefixes = dict.fromkeys(one[1] for one in found if one is not None)
     root = _ROOT.match(text.removeprefix(b"\xef\xbb\xbf"))
@@ -100,7 +100,7 @@ def _with_prefixes(text: bytes, log: list) -> bytes:
 
 
 def _check_size(root: etree._Element, source: str) -> None:
-    """Refuse too many elements, and entities that the text hides in another encoding."""
+    """Refuse too many elements, and entities that another encoding hides in the text."""
     count = sum(1 for _ in root.iter())
     if count > MAX_ELEMENTS:
         raise DescriptionError(f"has {count} elements; up to {MAX_ELEMENTS} are read", source)
@@ -129,14 +129,14 @@ class Reader:
         return DescriptionError(message, self.source, element.sourceline)
 
     def child(self, element: etree._Element, tag: str) -> etree._Element:
-        """The child of that tag."""
+        """The required child with a tag."""
         child = self.only(element, tag)
         if child is None:
             raise self.fail(element, f"<{element.tag}>{self._name_of(element)} has no <{tag}>")
         return child
 
     def only(self, element: etree._Element, tag: str) -> etree._Element | None:
-        """The child of that tag, or None."""
+        """The child with a tag, or None."""
         children = element.findall(tag)
         if len(children) > 1:
             message = f"<{element.tag}>{self._name_of(element)} has {len(children)} <{tag}>; one is expected"
@@ -147,7 +147,7 @@ class Reader:
         return "".join(f" {value!r}" for value in [element.get("name")] if value)
 
     def attribute(self, element: etree._Element, key: str) -> str:
-        """An attribute that must be there."""
+        """A required attribute."""
         value = element.get(key)
         if not value:
             raise self.fail(element, f"<{element.tag}> has no attribute {key!r}")
@@ -173,7 +173,7 @@ class Reader:
         return self.parsed(element, self.attribute(element, key), f" {key}=")
 
     def finite(self, element: etree._Element, text: str, count: int, low: float, where: str = " ") -> tuple[float, ...]:
-        """A text that is ``count`` finite numbers of at least ``low``; ``where`` in an element it is."""
+        """A text that is ``count`` finite numbers of at least ``low``; ``where`` locates it in an element."""
         values = self.parsed(element, text, where)
         if len(values) != count or not all(math.isfinite(v) and v >= low for v in values):
             expected = f"{count} finite number{'s' * (count > 1)}" + (f" of at least {low:g}" if low > -math.inf else "")

@@ -1,4 +1,4 @@
-"""Reads YAML from an untrusted source: what a text may cost is compared before anything is made of it."""
+"""Reads YAML from an untrusted source, with limits checked before values are constructed."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from typing import Any
 from ulna.errors import cited
 
 _MAX_NODES = 20_000  # mappings, lists and scalars, each counted as often as an alias repeats it
-_MAX_LEVELS = 50  # within one another
-_MAX_DIGITS = 40  # of a number: more than any of them needs
+_MAX_LEVELS = 50  # of nesting
+_MAX_DIGITS = 40  # of a number: more than any needs
 _PREFIX = "tag:yaml.org,2002:"
 _KNOWN = {_PREFIX + kind for kind in ("map", "seq", "str", "int", "float", "bool", "null", "merge")}
 _NUMBERS = {_PREFIX + "int", _PREFIX + "float"}
 
 
 def yaml_value(text: str | bytes, tags: Mapping[str, Callable[[str], Any]], max_nodes: int = _MAX_NODES) -> Any:
-    """The value of a YAML text of one document: dictionaries, lists, texts, numbers, booleans and None.
+    """The value of a YAML text with one document: dictionaries, lists, texts, numbers, booleans and None.
 
     Args:
         text: The text.
-        tags: Further tags, and what makes a value of the text behind them.
-        max_nodes: How many values it may have, each counted as often as an alias repeats it.
+        tags: Further tags, with a function that makes a value of the text behind them.
+        max_nodes: The maximum number of values, each counted as often as an alias repeats it.
 
     Raises:
         ValueError: It is not YAML, has other tags, dates, numbers in base 60, or too many nodes, levels or digits.
     """
-    import yaml  # noqa: PLC0415 - few need it
+    import yaml  # noqa: PLC0415 - few callers need it
 
     class Loader(yaml.SafeLoader):
-        """PyYAML's safe loader, which compares each node as soon as it is read."""
+        """PyYAML's safe loader, which checks each node as soon as it is read."""
 
         depth = n_nodes = 0
 
@@ -53,12 +53,12 @@ def yaml_value(text: str | bytes, tags: Mapping[str, Callable[[str], Any]], max_
         Loader.add_constructor(tag, lambda loader, node, made=made: made(loader.construct_scalar(node)))  # pyright: ignore[reportArgumentType]
     try:
         return yaml.load(text, Loader)  # noqa: S506 - it is derived from the safe one
-    except Exception as error:  # noqa: BLE001 - PyYAML raises AttributeError, KeyError, TypeError and others of odd tags
+    except Exception as error:  # noqa: BLE001 - PyYAML raises AttributeError, KeyError, TypeError and others for odd tags
         raise ValueError(" ".join(str(error).split())[:300] or type(error).__name__) from None
 
 
 def _check(node: Any, tags: Mapping[str, Any]) -> None:
-    """Refuse a tag that is not known, and a number that takes long to compute or is in base 60."""
+    """Refuse an unknown tag, and a number that takes long to compute or is in base 60."""
     if node.tag not in tags and node.tag not in _KNOWN:
         raise ValueError(f"the tag {cited(node.tag.removeprefix(_PREFIX))} of {cited(node.value)} is not known")
     if node.tag not in _NUMBERS or not isinstance(node.value, str):

@@ -1,7 +1,6 @@
-"""Keeps a scene on a GPU, tests it for overlap there and searches it for the nearest pair.
+"""Tests a scene for overlap on a GPU, and searches it for the nearest pair.
 
-All objects are tested one by one, ball against ball first: threads of a warp that each go their own way through a BVH would wait
-for each other.
+Every object is tested, bounding spheres first. In a BVH the threads of a warp would diverge and wait for each other.
 """
 
 from functools import cache
@@ -32,9 +31,9 @@ from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import constant_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin
 
-_MAX_SCRATCH, _MAX_DISTANCES = 0.25, 1 << 15  # of the free memory; threads that measure distances
+_MAX_SCRATCH, _MAX_DISTANCES = 0.25, 1 << 15  # fraction of the free memory; threads that measure distances
 _BYTES = 8
-# All shapes are boxes; every pair has a closed form of its distance, as balls, capsules and boxes have; any shapes.
+# All shapes are boxes; every pair has a closed form of its distance (balls, capsules and boxes); any shapes.
 BOXES, CLOSED, ANY = 0, 1, 2
 _is_searched: Any = getattr(is_searched, "py_func", is_searched)
 
@@ -43,10 +42,10 @@ class DeviceScene(NamedTuple):
     """A scene on the device.
 
     Attributes:
-        tables: What the drivers take: the scene alone. A table that it lacks is one without rows.
-        sizes: The numbers of its joint positions, joints and bodies, and the kind of its shapes: BOXES, CLOSED or ANY.
-        number: Over which its tables are: float32 for boxes alone.
-        on_host: The same scene, where it was made.
+        tables: The arguments of the drivers: the scene alone. A missing table has no rows.
+        sizes: The numbers of joint positions, joints and bodies, and the kind of its shapes: BOXES, CLOSED or ANY.
+        number: The number type of its tables: float32 for boxes alone.
+        on_host: The original scene on the host.
     """
 
     tables: device.Tables
@@ -56,7 +55,7 @@ class DeviceScene(NamedTuple):
 
 
 class DeviceScenes:
-    """The scenes of a robot and a world on the device. Those of the last world are kept."""
+    """The scenes of a robot and a world on the device; caches the scenes of the last world."""
 
     def __init__(self, checker: Checker) -> None:
         self._checker, self._last = checker, {}
@@ -70,7 +69,7 @@ class DeviceScenes:
 
 
 def _on_device(scene: Scene, n_dof: int, number: Any) -> DeviceScene:
-    """The scene, as one whose objects are all tested one by one."""
+    """Copy a scene to the device, without its BVH."""
     only_boxes, numbers = scene.vertices is None, np.r_[scene.first : scene.end, numbers_below(scene.nodes, scene.root)]
     number = number if only_boxes else np.float64
     solids = table_of(scene.objects, scene.nodes, numbers)
@@ -81,20 +80,20 @@ def _on_device(scene: Scene, n_dof: int, number: Any) -> DeviceScene:
 
 
 def _any_is_searched(scene: Scene, solids: NDArray[Any]) -> bool:
-    """Whether the distance of any pair has no closed form."""
+    """Whether any pair's distance has no closed form."""
     own, others = (np.unique(table[:, SHAPE]).astype(int).tolist() for table in (scene.bodies, solids))
     return any(_is_searched(min(a, b), max(a, b)) for a in own for b in (*own, *others))
 
 
 def _over(number: Any, part: NDArray[Any] | None) -> NDArray[Any]:
-    """A table over a number; one of whole numbers or of bools as it is. A launch takes no None: it is a table without rows."""
+    """Convert a float64 table to a number type; None, which a launch refuses, becomes an empty table."""
     if part is None:
         return np.empty((0, 3), number)
     return part.astype(number) if part.dtype == np.float64 else part
 
 
 def distance_scratch(scene: DeviceScene, n: int) -> tuple[list[Any], int]:
-    """Scratch of threads that measure n distances, and of how many: as many as there is memory for. Closed forms need none."""
+    """Scratch for n distances, and the number of threads that memory allows. Closed forms need no scratch."""
     if scene.sizes[-1] != ANY:
         return [], device.LAUNCH.at_most
     room, block = _MAX_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))), threads_for(scene.sizes[0], 1)
@@ -113,14 +112,14 @@ def as_it_is(scene):
 
 @kernel
 def of_boxes(scene):
-    """The scene of a launch without vertices and points: a launch takes no None."""
+    """The scene of a launch without vertices and points, since a launch accepts no None."""
     joints, bodies, _, pairs, objects, _, nodes, root, first, end, may_touch = scene
     return Scene(joints, bodies, None, pairs, objects, None, nodes, root, first, end, may_touch)
 
 
 @cache
 def overlaps_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
-    """The driver for robots of these sizes: whether each q touches anything, bools of shape (n, 1), by (scene,)."""
+    """The driver for robots of these sizes: whether each q is in collision, bools of shape (n, 1), by (scene,)."""
     of_joints, as_scene = 12 * n_joints, of_boxes if kind == BOXES else as_it_is
 
     @kernel
@@ -137,8 +136,8 @@ def overlaps_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
 def place_centres(scene, q, joint_rows, centre_rows):
     """Write the poses of the joints, and the origins of the bodies, three rows each.
 
-    A thread's rows are in local memory, which all threads together fill beyond the caches. Most pairs are apart by their balls,
-    for which the origin is enough; the pose of a body is computed again where it is not.
+    A thread's rows are in local memory, which all threads together would fill beyond the caches. Bounding spheres separate most
+    pairs, and need the origin only; for the others the body's pose is computed again.
     """
     tree_poses(scene.joints, q, joint_rows)
     for k in range(scene.bodies.shape[0]):
@@ -172,10 +171,10 @@ def any_overlaps(scene, joint_rows, centre_rows, like):
 
 @cache
 def distances_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
-    """The driver for robots of these sizes: the least signed distance of each q, shape (n, 1).
+    """The driver for robots of these sizes: the minimum signed distance of each q, shape (n, 1).
 
-    Its tables are (scene,); for ANY shapes (scene, points, faces, edges): the scratch of EPA, an array for each thread. So as
-    many threads do all as these arrays have rows.
+    Its tables are (scene,); for ANY shapes (scene, points, faces, edges) with the scratch of EPA, one array per thread. So the
+    number of threads is at most the number of these arrays.
     """
     of_joints, as_scene = 12 * n_joints, of_boxes if kind == BOXES else as_it_is
     nearest = _nearest if kind == ANY else _nearest_closed

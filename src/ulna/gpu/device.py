@@ -1,7 +1,7 @@
 """Compiles drivers for a GPU and runs them over batches, by numba-cuda.
 
-The extra ``cuda12`` or ``cuda13``, a GPU and its driver are needed only where something is run. With
-``NUMBA_ENABLE_CUDASIM=1`` and ``NUMBA_DISABLE_JIT=1`` threads are simulated in plain Python, for tests.
+The extra ``cuda12`` or ``cuda13``, a GPU and its driver are needed only to run something. With ``NUMBA_ENABLE_CUDASIM=1`` and
+``NUMBA_DISABLE_JIT=1`` threads are simulated in plain Python, for tests.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -15,13 +15,13 @@ from ulna.errors import DeviceError, InputError, MissingExtraError
 from ulna.gpu.device_array import c_strides, cuda, empty, in_c_order, is_on_device, refuse_numpy_without_compiler, with_dlpack
 
 THREADS = 128  # of a block
-PIECE = 1 << 17  # problems that are copied and computed together where arrays are on the host
+PIECE = 1 << 17  # problems that are copied and computed together if arrays are on the host
 Rows = Any
 """An array whose first axis is the batch: NumPy's, or one on the device (``device_array``)."""
 
 
 def require_device() -> None:
-    """Refuse to go on without a GPU."""
+    """Raise an error if there is no GPU."""
     if cuda is None:
         raise MissingExtraError("a GPU with a driver of CUDA 13 (cuda12 for one of CUDA 12)", "cuda13")
     refuse_numpy_without_compiler()
@@ -32,13 +32,13 @@ def require_device() -> None:
 def on_device(array: Any) -> Any:
     """A copy of an array on the device, with the strides of its shape.
 
-    ``np.ascontiguousarray`` keeps an axis of length 1 whose stride is 0 (``x[None]``), which Numba takes for no C order.
+    ``np.ascontiguousarray`` keeps a stride of 0 for an axis of length 1 (``x[None]``), which Numba does not accept as C order.
     """
     return with_dlpack(cuda.to_device(np.array(array, order="C")))
 
 
 def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.float64) -> Any:
-    """Numba's array on the device as rows of a shape, not copied: shape (n, *shape). Any leading axes count as one."""
+    """View Numba's array on the device as rows, shape (n, *shape), without a copy; leading axes are merged."""
     tail = own.shape[len(own.shape) - len(shape) :] if len(own.shape) >= len(shape) else ()
     if own.dtype != dtype or tail != shape:
         expected = f"{np.dtype(dtype)} of shape (..., {_listed(shape)}) is expected"
@@ -51,7 +51,7 @@ def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.
 
 
 class Tables:
-    """Arrays on the device and numbers that are launched together again and again, as a tuple whose type is found once."""
+    """Arrays on the device and numbers for repeated launches, as a tuple whose type is determined once."""
 
     def __init__(self, parts: Iterable[Any]) -> None:
         self._parts = tuple(parts)
@@ -66,7 +66,7 @@ class Tables:
         return len(self._parts)
 
     @cached_property
-    def _numba_type_(self) -> Any:  # which Numba asks for
+    def _numba_type_(self) -> Any:  # Numba reads it
         from numba.core import types  # noqa: PLC0415
         from numba.cuda.typing.typeof import Purpose, typeof  # noqa: PLC0415 # pyright: ignore[reportMissingImports]
 
@@ -77,9 +77,9 @@ class Launch(NamedTuple):
     """The launch of a driver.
 
     Attributes:
-        each: How many threads a row has.
-        at_most: So many threads do all: each has scratch of its own among the tables.
-        stream: On which, where the batch is on the device; 0: the default stream.
+        each: The number of threads per row.
+        at_most: The maximum number of threads; each has its own scratch among the tables.
+        stream: The stream for a batch on the device; 0: the default stream.
     """
 
     each: int = 1
@@ -92,7 +92,7 @@ LAUNCH = Launch()
 
 @cache
 def compiled(driver: Callable) -> Any:
-    """A driver as what runs on the device, compiled for it when it is first run."""
+    """A driver for the device; compiled at its first run."""
     return cuda.jit(driver)
 
 
@@ -100,12 +100,12 @@ def run(driver: Any, tables: Iterable[Any], batch: Rows, results: Sequence[Any],
     """Run a driver of ``staged.over_rows``: ``driver(tables, batch, results[0], (*marks, *results[1:]))``.
 
     Args:
-        driver: The plain function; it is compiled when it first runs.
-        tables: What all problems share, on the device, and numbers.
-        batch: Shape (n, m). Where it is NumPy's, it is copied piece by piece, while other pieces are computed.
-        results: Arrays with a row for each problem, where the batch is.
-        marks: A flag, an int32 on the device, shape (1,), which problems set.
-        launch: How.
+        driver: The plain function; it is compiled at its first run.
+        tables: Data that all problems share, on the device, and numbers.
+        batch: Shape (n, m). NumPy's array is copied in pieces, while other pieces are computed.
+        results: Arrays with a row for each problem, on the side of the batch.
+        marks: A flag that problems set, an int32 on the device, shape (1,).
+        launch: Threads and stream.
     """
     if not len(batch):
         return
@@ -129,15 +129,15 @@ def run(driver: Any, tables: Iterable[Any], batch: Rows, results: Sequence[Any],
 
 
 class _Place:
-    """A stream, and room on the device for a piece of a batch and of its results: used again for every other piece.
+    """A stream, and device memory for a piece of a batch and its results, reused for every other piece.
 
-    Where there are several pieces, a copy goes through memory that the device reads by itself (pinned): else it would wait for
-    the work before it. The caller's own arrays are not pinned: that takes as long as a copy, and read-only ones cannot be.
+    With several pieces, a copy goes through pinned memory, which the device reads itself; otherwise it would wait for earlier
+    work. The caller's own arrays are not pinned: that takes as long as a copy, and read-only ones cannot be.
     """
 
     def __init__(self, arrays: Sequence[NDArray[Any]]) -> None:
         self._arrays, self._part, n = arrays, slice(0, 0), len(arrays[0])
-        self._each = [len(array) // n for array in arrays]  # rows of a problem
+        self._each = [len(array) // n for array in arrays]  # rows per problem
         self.stream, rows = cuda.stream(), min(n, PIECE)
         shapes = [((k * rows, *array.shape[1:]), array.dtype) for k, array in zip(self._each, arrays, strict=True)]
         self._there = [cuda.device_array(*shape) for shape in shapes]
@@ -149,7 +149,7 @@ class _Place:
         return each * (self._part.stop - self._part.start), slice(each * self._part.start, each * self._part.stop)
 
     def fill(self, part: slice) -> list[Any]:
-        """Begin to copy a part of the batch to the device; the places there of it and of its results."""
+        """Start to copy a part of the batch to the device; returns the device arrays for batch and results."""
         self._part, n, source = part, part.stop - part.start, self._arrays[0][part]
         if self._staged is not None:
             np.copyto(self._staged[0][:n], source)
@@ -159,7 +159,7 @@ class _Place:
         return there
 
     def fetch(self) -> None:
-        """Begin to copy the results back."""
+        """Start to copy the results back."""
         for k in range(1, len(self._arrays)):
             n, part = self._part_of(k)
             target = self._arrays[k][part] if self._staged is None else self._staged[k][:n]
@@ -175,17 +175,17 @@ class _Place:
 
 
 def blocks(n: int) -> int:
-    """How many blocks n threads need."""
+    """The number of blocks for n threads."""
     return -(-n // THREADS)
 
 
 def results_for(batch: Rows, shape: tuple[int, ...], dtype: Any = np.float64, stream: Any = 0) -> Any:
-    """An uninitialised array of a shape where a batch is: on the device, or NumPy's."""
+    """An uninitialized array of a shape on the side of a batch: on the device, or NumPy's."""
     return empty(shape, dtype, stream) if is_on_device(batch) else np.empty(shape, dtype)
 
 
 def on_host(array: Any, stream: Any = 0) -> NDArray[Any]:
-    """A copy of an array on the device, after what is on the stream; NumPy's as it is."""
+    """Copy an array from the device, after the work on the stream; NumPy's is returned unchanged."""
     if not is_on_device(array):
         return array
     out = array.copy_to_host(stream=stream)
@@ -195,7 +195,7 @@ def on_host(array: Any, stream: Any = 0) -> NDArray[Any]:
 
 
 def free_memory() -> float:
-    """The device's free memory, in bytes; infinite where it is simulated."""
+    """The device's free memory, in bytes; infinite in the simulator."""
     return cuda.current_context().get_memory_info()[0]
 
 

@@ -1,8 +1,8 @@
-"""Takes arrays on a GPU from any library, and gives them to any.
+"""Exchanges arrays on a GPU with any library.
 
 Two protocols do that without a copy: ``__cuda_array_interface__`` (CuPy, PyTorch, Numba) and DLPack (these and JAX). numba-cuda
-has the first; the second is that of cuda.core, on which numba-cuda depends. Both are imported where they are used: a robot
-without a GPU needs neither.
+implements the first. The second comes from cuda.core, on which numba-cuda depends. Both are imported late: a robot without a GPU
+needs neither.
 """
 
 import importlib
@@ -18,7 +18,7 @@ import numpy as np
 from ulna.errors import DeviceError, InputError
 
 try:
-    import numba.cuda  # of numba_cuda; the one that comes with Numba itself is older
+    import numba.cuda  # of numba_cuda; the module that comes with Numba itself is older
     import numba_cuda  # noqa: F401 # pyright: ignore[reportMissingImports]
 
     cuda: Any = numba.cuda
@@ -26,7 +26,7 @@ except ModuleNotFoundError as error:
     if (error.name or "").partition(".")[0] not in {"numba_cuda", "numba"}:
         raise
     cuda = None
-_HOST, _CUDA, _CUDA_HOST, _CUDA_MANAGED = 1, 2, 3, 13  # kinds of devices of DLPack (dlpack.h)
+_HOST, _CUDA, _CUDA_HOST, _CUDA_MANAGED = 1, 2, 3, 13  # kinds of devices in DLPack (dlpack.h)
 _LEGACY, _PER_THREAD, _NO_ORDER = 1, 2, -1  # streams, as DLPack numbers them
 
 
@@ -38,10 +38,10 @@ def is_on_device(array: object) -> bool:
 
 
 def as_own(name: str, array: Any, stream: Any = 0) -> Any:
-    """An array on the device as Numba's, not copied; one on the host as it is.
+    """An array on the device as Numba's, without a copy; an array on the host is returned unchanged.
 
-    On the device it has ``__cuda_array_interface__`` or ``__dlpack__``. Work on it, on a stream, comes after what its library has
-    begun; nothing waits on the host.
+    On the device it has ``__cuda_array_interface__`` or ``__dlpack__``. Work on it, on a stream, follows the work that its
+    library has started; the host does not wait.
     """
     if getattr(array, "__cuda_ndarray__", False):
         _order(array.stream, stream)
@@ -62,7 +62,7 @@ def as_own(name: str, array: Any, stream: Any = 0) -> Any:
 
 
 def _order(before: Any, after: Any) -> None:
-    """Let a stream wait for what another one has been given so far; arrays that name no stream are the caller's to order."""
+    """Let a stream wait for another one's pending work; for arrays without a stream the caller is responsible."""
     if cuda.config.ENABLE_CUDASIM or not before or number_of(before) == number_of(after):
         return
     done = cuda.event(timing=False)
@@ -71,13 +71,13 @@ def _order(before: Any, after: Any) -> None:
 
 
 def _kind(array: object) -> int:
-    """The kind of device an array is on, by DLPack; the host where it does not say."""
+    """The kind of device of an array, by DLPack; the host if it does not say."""
     place = getattr(array, "__dlpack_device__", None)
     return _HOST if place is None or isinstance(array, np.ndarray) else int(place()[0])
 
 
 def description(view: Any) -> dict[str, Any]:
-    """What ``__cuda_array_interface__`` would be of a view of cuda.core."""
+    """The ``__cuda_array_interface__`` of a view of cuda.core."""
     dtype = np.dtype(view.dtype)
     strides = view.strides and tuple(stride * dtype.itemsize for stride in view.strides)
     return {
@@ -86,7 +86,7 @@ def description(view: Any) -> dict[str, Any]:
 
 
 def with_dlpack(array: Any) -> Any:
-    """An array of Numba on the device in C order that has ``__dlpack__`` too; the simulator's as it is."""
+    """Give Numba's device array in C order ``__dlpack__`` too; the simulator's array is returned unchanged."""
     if cuda.config.ENABLE_CUDASIM:
         return array
     strides = c_strides(array)
@@ -94,10 +94,10 @@ def with_dlpack(array: Any) -> Any:
 
 
 def empty(shape: tuple[int, ...], dtype: Any, stream: Any = 0) -> Any:
-    """An uninitialised array on the device, whose memory is taken and given back in the order of a stream, without a wait.
+    """An uninitialized array on the device, allocated and freed in the order of a stream, without waiting.
 
-    The memory is that of the driver's pool, which CuPy and PyTorch may share. It may be used again for work on the same stream as
-    soon as the array is dropped: work on another stream that reads it must have been waited for, or keep the array.
+    The memory comes from the driver's pool, which CuPy and PyTorch may share. It may be reused for work on the same stream as
+    soon as the array is dropped. So work on another stream must have finished, or hold a reference to the array.
     """
     size = prod(shape) * np.dtype(dtype).itemsize
     if cuda.config.ENABLE_CUDASIM or not size:
@@ -109,7 +109,7 @@ def empty(shape: tuple[int, ...], dtype: Any, stream: Any = 0) -> Any:
 
 
 def as_shaped(array: Any, shape: tuple[int, ...]) -> Any:
-    """An array in C order with another shape of as many numbers, not copied; Numba's own way takes several times as long."""
+    """Reshape an array in C order without a copy; Numba's own ``reshape`` takes several times as long."""
     if not hasattr(array, "gpu_data") or not array.size:
         return array.reshape(shape)
     return _as_shaped(array.gpu_data, shape, array.dtype, array.stream)
@@ -133,22 +133,22 @@ def _core_stream(number: int) -> Any:
 
 
 def number_of(stream: Any) -> int:
-    """The number of a stream that launches are given; 0 is Numba's default stream."""
+    """The handle of a stream as launches take it; 0 is Numba's default stream."""
     return (int(stream) if stream else 0) or (_PER_THREAD if cuda.config.CUDA_PER_THREAD_DEFAULT_STREAM else _LEGACY)
 
 
 @cache
 def _pool(number: int) -> Any:
-    """The driver's pool of a device's memory, which keeps what is given back."""
+    """The driver's memory pool of a device, which keeps freed memory."""
     from cuda.core import DeviceMemoryResource  # noqa: PLC0415 # pyright: ignore[reportMissingImports]
 
     return DeviceMemoryResource(number)
 
 
 def in_c_order(array: Any) -> Any:
-    """A contiguous array of Numba on the device with the strides of its shape, not copied.
+    """Give a contiguous device array of Numba the strides of its shape, without a copy.
 
-    An axis of length 1 may have any stride, and Numba compiles an array with another one for strides that vary.
+    An axis of length 1 may have any stride, but Numba compiles an array with an unusual one for variable strides.
     """
     if array.strides == c_strides(array):
         return array
@@ -162,7 +162,7 @@ def c_strides(array: Any) -> tuple[int, ...]:
 
 
 def refuse_numpy_without_compiler() -> None:
-    """Refuse a NumPy that numba-cuda cannot be imported with: up to 0.30.4 it asks for a name that NumPy 2.5 has no more.
+    """Refuse a NumPy with which numba-cuda cannot be imported: up to 0.30.4 it needs a name that NumPy 2.5 lacks.
 
     Raises:
         DeviceError: numba-cuda cannot be imported with this NumPy.
@@ -182,10 +182,10 @@ def _class_with_dlpack() -> Any:
     from numba.cuda.cudadrv.devicearray import DeviceNDArray  # noqa: PLC0415
 
     class DeviceArray(DeviceNDArray):
-        """Numba's array on the device, which other libraries take by ``__cuda_array_interface__`` or by DLPack."""
+        """Numba's device array, which other libraries accept by ``__cuda_array_interface__`` or by DLPack."""
 
         def __dlpack__(self, *, stream: int | None = None, **asked: Any) -> Any:
-            """A capsule of DLPack, made by cuda.core. The caller's stream waits for the work so far, unless it is -1."""
+            """A capsule of DLPack, made by cuda.core. The caller's stream waits for pending work, unless it is -1."""
             if stream != _NO_ORDER:
                 _order(self.stream or cuda.default_stream(), cuda.external_stream(stream or _LEGACY))
             return self._view().__dlpack__(**asked)

@@ -1,7 +1,7 @@
-"""Certifies straight edges on a GPU, an edge a thread, by the bounds of the CPU (``collision.entries.continuous``).
+"""Certifies straight edges on a GPU, one edge per thread, by the bounds of the CPU (``collision.entries.continuous``).
 
-A thread looks at one interval of its edge at a time, from the beginning on: what is clear is left behind, what is not is halved.
-So what is free of an edge is known as soon as whether all of it is.
+A thread examines one interval of its edge at a time, from the start on. A clear interval is done, any other is halved. So the
+free part of an edge is known as soon as its verdict.
 """
 
 from functools import cache
@@ -19,7 +19,7 @@ from ulna.kernels.collision.interval import self_outcome, world_outcome
 from ulna.kernels.collision.scene import Carried, Intervals
 from ulna.kernels.spatial.elementary import all_in_range
 
-_THREADS, _DEPTH = 1 << 16, 128  # that look at edges; halvings of an interval: more than there are numbers between 0 and 1
+_THREADS, _DEPTH = 1 << 16, 128  # threads; levels of halved intervals, more than float64 can distinguish between 0 and 1
 
 
 class EdgeTables(NamedTuple):
@@ -43,16 +43,16 @@ def edge_tables(scene: DeviceScene) -> EdgeTables:
 
 
 def near_for(scene: DeviceScene, n: int) -> Any:
-    """Room for the objects near a ball, a row for each thread that looks at n edges."""
+    """Memory for the objects near a ball, one row per thread, for n edges."""
     return device.empty((max(1, min(n, _THREADS)), max(1, len(scene.on_host.objects))), np.int64)
 
 
 @cache
 def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, n_balls: int) -> Any:
-    """The driver for robots of these sizes, and so many balls: for rows of q_a the last free configuration, rows of n_dof.
+    """The driver for robots of these sizes with ``n_balls`` balls: the last free configuration of each edge, rows of n_dof.
 
-    tables: (scene, ``EdgeTables`` as a tuple, near, resolution, q_b). marks: the flag, whether something touches, and the
-    fraction that is free.
+    The rows are q_a. tables: (scene, ``EdgeTables`` as a tuple, near, resolution, q_b). marks: the flag, whether the edge is in
+    collision, and its free fraction.
     """
     of_joints, of_twists, of_balls, of_centres, columns = 12 * n_joints, 6 * n_joints, 7 * n_balls, 3 * n_bodies, n_joints + 1
     as_scene = of_boxes if kind == BOXES else as_it_is
@@ -90,9 +90,9 @@ def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, n_balls: int) 
 
 @kernel
 def free_part(scene, carried, of_world, edge, resolution, ends, stack):
-    """Whether something touches on an edge, or is nearer than the resolution, and the fraction before it that is certainly free.
+    """Whether an edge is in collision, or closer than the resolution, and the certified free fraction before that.
 
-    edge: q_a, q_b, and room for a configuration.
+    edge: q_a, q_b, and memory for a configuration.
     """
     fastest, low, high, top, hits = fastest_ball(scene.joints, carried), 0.0, 1.0, 0, False
     while low < high:
@@ -110,7 +110,7 @@ def free_part(scene, carried, of_world, edge, resolution, ends, stack):
                 high = ends[top]
         elif (high - low) * fastest <= resolution:
             hits, high = True, low
-        elif touches:  # what follows it is of no interest
+        elif touches:  # the rest is irrelevant
             hits, high, top = True, t, 0
         else:
             ends[top], high = high, t

@@ -1,4 +1,4 @@
-"""The methods of a robot on a GPU that compute forces."""
+"""Defines the methods of a robot on a GPU that compute forces."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Given = dict[str, Any]
 class GpuForces:
     """The dynamics of a robot on a GPU: the methods of ``Robot`` of the same names, without wrenches.
 
-    They compute in float64, from float32 too. On the device all arguments of a call have one shape.
+    They compute in float64, for float32 input too. On the device all arguments of a call must have one shape.
     """
 
     robot: OnHost
@@ -36,7 +36,7 @@ class GpuForces:
         """The torques that a motion needs [Nm or N], shape (..., n_dof); see ``Robot.inverse_dynamics``.
 
         Raises:
-            InputError: An argument has another shape, is out of range or is not finite; or they are not at one place.
+            InputError: An argument has another shape, is out of range or is not finite; or they are not on the same side.
             InertiaError: A link that moves and has a shape has no inertia.
         """
         return self._over_motion(inverse_of, {"q": q, "qd": qd, "qdd": qdd}, gravity, (self.robot.tree.q_shape,), out)[0]
@@ -90,20 +90,20 @@ class GpuForces:
     def _over_motion(
         self, driver_of: Callable[..., Any], given: Given, gravity: ArrayLike | None, shapes: Sequence[tuple[int, ...]], out: Any
     ) -> list[Any]:
-        """The results of a driver for motions, shapes (..., *shape), where these are.
+        """The results of a driver for motions, shapes (..., *shape), on the side of the input.
 
         Args:
             driver_of: Makes the driver.
-            given: q and what goes with it, by name.
+            given: q and the other arguments, by name.
             gravity: As of ``inverse_dynamics``.
-            shapes: Of each result, for one motion.
-            out: Where to write the first of them, if the caller gives it.
+            shapes: The shape of each result, for one motion.
+            out: The caller's array for the first result, if given.
         """
         queue, tables = self._queue, self._mechanism(gravity)
         batch, rows = self._motion_rows(given)
         first, *others = rows.values()
         stays = device.is_on_device(first)
-        # Arrays on the device stay three. Those on the host are copied there as one.
+        # Arrays on the device stay three; arrays on the host are copied as one.
         tables, joined = ((*tables, tuple(others)), first) if stays else (tables, np.concatenate([first, *others], axis=1))
         results = [self._results(out, first, (*batch, *shape), np.dtype(np.float64)) for shape in shapes]
         flat_results = [as_shaped(each, (len(first), int(np.prod(shape)))) for each, shape in zip(results, shapes, strict=True)]
@@ -120,7 +120,7 @@ class GpuForces:
         return results
 
     def _motion_rows(self, given: Given) -> tuple[tuple[int, ...], Given]:
-        """The shape of the batch of all arguments together, and the rows of each, where they are."""
+        """The common batch shape of all arguments, and the rows of each, on their side."""
         own = {name: as_own(name, each, self._queue.stream) for name, each in given.items()}
         places = {device.is_on_device(each) for each in own.values()}
         if places == {False}:
@@ -132,7 +132,7 @@ class GpuForces:
         return next(iter(shapes))[:-1], {name: self._wide_rows(name, each, shape) for name, each in own.items()}
 
     def _mechanism(self, gravity: ArrayLike | None) -> tuple[Any, ...]:
-        """The joints and the inertias of what they carry, on the device, and the acceleration of free fall."""
+        """The joints and the inertias of their bodies, on the device, and the acceleration of free fall."""
         dynamics = self.robot._dynamics  # noqa: SLF001 - a part of it
         joints, bodies = self._kept(("mechanism",), lambda: map(device.on_device, dynamics.mechanism))
         return joints, bodies, *dynamics.free_fall(gravity).tolist()

@@ -1,4 +1,4 @@
-"""Puts work on a stream, and says what was out of range: after each call, or after a block of calls that do not wait."""
+"""Puts work on a stream; raises errors of invalid arguments after each call, or after a block of calls."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,17 +11,17 @@ from ulna.errors import InputError
 from ulna.gpu import device
 from ulna.gpu.device_array import cuda
 
-_FLAGS = 64  # calls between two looks at what was out of range
+_FLAGS = 64  # calls between two checks of the flags
 Refuse = Callable[[], None]
-"""Raises the error that says what of a call's arguments could not be taken."""
+"""Raises the error of a call's invalid arguments."""
 
 
 class Queue:
     """The stream of a robot's calls, and the flags that their problems set.
 
     Attributes:
-        stream: What launches are given; 0: the default stream.
-        is_deferring: Whether calls do not wait for the device.
+        stream: The stream of launches; 0: the default stream.
+        is_deferring: Whether calls return without waiting for the device.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class Queue:
         self._all, self._each = None, []
 
     def marks(self) -> device.Tables:
-        """A flag that is not set, an int32 on the device, shape (1,): the marks of a launch."""
+        """A cleared flag, an int32 on the device, shape (1,): the marks of a launch."""
         if len(self._unseen) == _FLAGS:
             self.look()
         if self._all is None:
@@ -39,20 +39,20 @@ class Queue:
 
     @cached_property
     def spare(self) -> device.Tables:
-        """The marks of a launch at which nobody looks."""
+        """The marks of a launch that nobody reads."""
         return device.Tables((device.on_device(np.zeros(1, dtype=np.int32)),))
 
     def launched(self, refuse: Refuse, *, is_done: bool = False) -> None:
-        """Note that a call has been launched with the last flag; look at it now unless calls are deferred.
+        """Record a launch with the last flag; read the flag now unless calls are deferred.
 
-        is_done: Whether it has ended already, so that looking at it waits for nothing.
+        is_done: Whether it has ended already, so that reading the flag does not wait.
         """
         self._unseen.append(refuse)
         if is_done or not self.is_deferring:
             self.look()
 
     def look(self) -> None:
-        """Wait for what was launched, and raise the error of the first call that had one."""
+        """Wait for the launched work, and raise the error of the first call that has one."""
         unseen, self._unseen = self._unseen, []
         if not unseen:
             return
@@ -64,7 +64,7 @@ class Queue:
 
     @contextmanager
     def checked(self, stream: Any) -> Iterator[None]:
-        """Within it calls do not wait; at its end what was out of range is raised. See ``GpuRobot.checked``."""
+        """Within the block, calls do not wait; its end raises errors of invalid arguments. See ``GpuRobot.checked``."""
         if self.is_deferring:
             raise InputError("checked", "calls are deferred already; one block ends before another begins")
         before, self.stream, self.is_deferring = self.stream, self.stream if stream is None else as_stream(stream), True
@@ -72,13 +72,13 @@ class Queue:
             yield
             self.look()
         finally:
-            if self._unseen:  # an error ended the block: flags that nobody has looked at are not those of the next calls
+            if self._unseen:  # an error ended the block: the next calls need fresh flags
                 self._all = None
             self.stream, self.is_deferring, self._unseen = before, False, []
 
 
 def as_stream(stream: Any) -> Any:
-    """A stream of Numba, PyTorch, CuPy, cuda.core, or the number of one, as launches take it."""
+    """A stream of Numba, PyTorch, CuPy, cuda.core, or a stream's number, as launches take it."""
     if hasattr(stream, "auto_synchronize"):
         return stream
     protocol: Any = getattr(stream, "__cuda_stream__", None)

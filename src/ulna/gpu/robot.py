@@ -38,24 +38,24 @@ Array = NDArray[np.float64]
 
 
 class GpuRobot(GpuForces):
-    """A robot whose batches are computed on a GPU, by the kernels that the CPU runs: made by ``robot.on_gpu()``.
+    """A robot whose batches are computed on a GPU by the kernels of the CPU; ``robot.on_gpu()`` makes it.
 
-    Each method takes NumPy arrays and returns NumPy arrays. Or it takes arrays on the device (of CuPy, PyTorch, JAX or Numba:
-    what has ``__cuda_array_interface__`` or DLPack's ``__dlpack__``), float64 and C-contiguous, and returns Numba's arrays on
-    the device, which have both, so that the others take them without a copy. A chain of calls need not leave the device. ``out``
-    is where to write results, for the methods that have it: an array of their shape and kind, where q is.
+    Each method takes NumPy arrays and returns NumPy arrays. It also takes arrays on the device from CuPy, PyTorch, JAX or Numba,
+    with ``__cuda_array_interface__`` or DLPack's ``__dlpack__``. They must be float64 and C-contiguous. Then it returns Numba's
+    arrays on the device, which support both protocols, so the other libraries accept them without a copy. A chain of calls need
+    not leave the device. ``out``, if a method has it, receives the results: an array of their shape and type, on the side of q.
 
     Results differ from those of the CPU by rounding.
 
-    With ``float32`` the poses, Jacobians and collisions of boxes are computed in float32, for cards with few units for float64:
-    arrays on the device are float32 too (``docs/gpu_explained.md`` has the accuracy). All else is computed in float64,
-    from either, and returns float64.
+    With ``float32`` the poses, Jacobians and collisions of boxes are computed in float32, for cards with few float64 units.
+    Arrays on the device are float32 too (``docs/gpu.md`` states the accuracy). All other methods compute in float64, from either
+    type, and return float64.
     """
 
     robot: OnHost
     """The robot on the CPU."""
     float32: bool
-    """Whether it computes in float32 where it can."""
+    """Whether it computes in float32, for methods that support it."""
 
     def __init__(self, robot: OnHost, *, float32: bool = False) -> None:
         refuse_immovable(robot.tree)
@@ -91,7 +91,7 @@ class GpuRobot(GpuForces):
         """The geometric Jacobian, shape (..., 6, n_dof), linear rows first; see ``Robot.jacobian``.
 
         Raises:
-            InputError: q has another shape or an entry out of range, ``expressed_in`` is not a frame, or the robot has several
+            InputError: q has another shape or an entry out of range; ``expressed_in`` is not a frame; or the robot has several
                 tips and no link is named.
             UnknownNameError: There is no such link.
         """
@@ -109,7 +109,7 @@ class GpuRobot(GpuForces):
         return self._any_touch(q, world, self_collision, self._number, out)
 
     def signed_distance(self, q: Any, world: World | None = None, *, self_collision: bool = True, out: Any = None) -> Any:
-        """The least signed distance [m], shape (...,); see ``Robot.signed_distance``.
+        """The minimum signed distance [m], shape (...,); see ``Robot.signed_distance``.
 
         Raises:
             InputError: As ``in_collision``.
@@ -131,13 +131,13 @@ class GpuRobot(GpuForces):
         self_collision: bool = True,
         resolution: float = RESOLUTION,
     ) -> EdgeReport:
-        """Whether anything touches on straight lines from q_a to q_b, shape (..., n_dof) each; see ``Robot.edge_in_collision``.
+        """Check straight lines from q_a to q_b, shape (..., n_dof) each, for collisions; see ``Robot.edge_in_collision``.
 
         Returns:
-            An ``EdgeReport``. Its arrays are on the device where q_a and q_b are; of one edge it has Python's own numbers.
+            An ``EdgeReport``. Its arrays are on the device if q_a and q_b are; a single edge has Python's own numbers.
 
         Raises:
-            InputError: As ``Robot.edge_in_collision``; or q_a and q_b are not at one place.
+            InputError: As ``Robot.edge_in_collision``; or q_a and q_b are not on the same side.
             GeometryError: As ``in_collision``.
         """
         queue, tree = self._queue, self.robot.tree
@@ -191,25 +191,25 @@ class GpuRobot(GpuForces):
     ) -> DeviceResult:
         """Joint positions that bring a link to poses; see ``Robot.inverse_kinematics``.
 
-        Targets are searched from the seed and from as many random starts as on the CPU. Which are solved is known at the end of
-        the call; why the others failed is found by the CPU, when it is first asked for. The search is in float64.
+        Targets are searched from the seed and from as many random starts as on the CPU, in float64. The call returns which
+        targets are solved. Reasons for the others are computed by the CPU, at the first access.
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
-            q_seed: Where to start [rad or m], shape (n_dof,), or (..., n_dof), a NumPy array; ``home`` unless given.
-            link: The link's name; the tip unless given.
+            q_seed: The start [rad or m], shape (n_dof,), or (..., n_dof), a NumPy array; by default ``home``.
+            link: The link's name; by default the tip.
             world: Configurations that collide with it, or with the robot itself, are rejected, and the search continues.
             seed: Chooses the random starts.
-            task: How much of a pose must be reached.
-            position_tolerance: Largest distance that counts as reached [m].
-            rotation_tolerance: Largest angle that counts as reached [rad].
-            max_iterations: The most steps for a target, 20 a start; as many as on the CPU unless given.
+            task: The components of a pose that must be reached.
+            position_tolerance: Maximum distance that counts as reached [m].
+            rotation_tolerance: Maximum angle that counts as reached [rad].
+            max_iterations: Maximum number of steps for a target, 20 per start; by default as many as on the CPU.
 
         Returns:
-            An ``IKResult``. Its ``q`` is on the device where T is; all else is NumPy's, and copied when it is first asked for.
+            An ``IKResult``. Its ``q`` is on the device if T is; everything else is NumPy's, and copied at the first access.
 
         Raises:
-            InputError: T is not an array of poses, or another argument cannot be taken.
+            InputError: T is not an array of poses, or another argument is invalid.
             UnknownNameError: There is no such link.
             GeometryError: A world is given, and the robot has no collision shapes, or some that cannot be checked.
         """
@@ -233,11 +233,11 @@ class GpuRobot(GpuForces):
         return DeviceResult(q.reshape(*batch, query.tree.n_dof), info, batch, options.tolerances, unsolved)
 
     def _searched(self, query: Query, asked: Request, batch: tuple[int, ...]) -> tuple[Any, Any, Unsolved | Explanation]:
-        """q (n, n_dof) and info (n,) on the device, and what is asked about the unsolved."""
+        """q (n, n_dof) and info (n,) on the device, and the request about unsolved targets."""
         queue, on_host = self._queue, self.robot._inverse_kinematics  # noqa: SLF001 - a part of it
         targets: Any = asked.T
         touches, unsolved = None if asked.world is None else self._touching(asked.world), Unsolved(on_host, asked, query)
-        if query.unit != 1.0:  # arms of an unusual size are searched in a unit of their own, by the CPU
+        if query.unit != 1.0:  # the CPU searches arms of an unusual size in their own unit of length
             known = unsolved.by_cpu(np.arange(len(targets)), bool(batch))
             return device.on_device(known.q.reshape(len(known.info), -1)), device.on_device(known.info), known.explanation
         key = query.link, query.options
@@ -261,17 +261,18 @@ class GpuRobot(GpuForces):
         n_samples: int = 16,
         whole_turns: bool = False,
     ) -> IKSolutions | DeviceSolutions:
-        """All joint positions that bring a link to poses, and what is proved of them; see ``Robot.all_solutions``.
+        """All joint positions that bring a link to poses, and the proof of their completeness; see ``Robot.all_solutions``.
 
-        The closed form is computed on the GPU, a branch a thread. What has none is searched by the CPU. For an arm of six joints
-        and T on the device nothing is searched: where the proof is ``searched``, they are the branches of the closed form alone.
+        The GPU computes the closed form, one branch per thread. The CPU searches for arms without a closed form. For an arm of
+        six joints and T on the device there is no search: if the proof is ``searched``, the solutions are the branches of the
+        closed form alone.
 
         Returns:
-            An ``IKSolutions``; where T is on the device, a ``DeviceSolutions``, whose q, valid and real are there too.
+            An ``IKSolutions``; for T on the device a ``DeviceSolutions``, whose q, valid and real are there too.
 
         Raises:
-            InputError: T is not an array of poses, the robot has several tips and no link is named, ``redundancy`` is not a joint
-                of an arm of seven, or another argument cannot be taken.
+            InputError: T is not an array of poses; the robot has several tips and no link is named; ``redundancy`` is not a
+                joint of an arm of seven; or another argument is invalid.
             UnknownNameError: There is no such link or joint.
         """
         query = self._query(link, Options(task=as_task(task)))
@@ -279,17 +280,17 @@ class GpuRobot(GpuForces):
         return all_solutions(query, as_own("T", T, self._queue.stream), self._wide_rows, asked, self._queue)
 
     def checked(self, stream: Any = None) -> AbstractContextManager[None]:
-        """A block in which no call waits for the device; what could not be taken is raised at its end.
+        """A block in which no call waits for the device; its end raises errors of invalid arguments.
 
         Calls put their work on a stream, one after the other, and return arrays on the device that it will write. Outside such a
-        block a call looks at once whether an entry of its q was out of range, so it waits for its own end. A call with NumPy's
-        arrays waits in either case, and so does ``inverse_kinematics`` with a world.
+        block a call checks at once for entries of q out of range, so it waits for its own end. A call with NumPy's
+        arrays always waits, and so does ``inverse_kinematics`` with a world.
 
         Args:
-            stream: That of the calls: Numba's, PyTorch's, CuPy's, or its number; Numba's default stream unless given.
+            stream: The stream of the calls: Numba's, PyTorch's, CuPy's, or its number; by default Numba's default stream.
 
         Raises:
-            InputError: At the end: the error of the first call whose argument could not be taken.
+            InputError: At the end: the error of the first call with an invalid argument.
 
         With PyTorch::
 
@@ -313,10 +314,10 @@ class GpuRobot(GpuForces):
         at_most: int = device.LAUNCH.at_most,
         out: Any = None,
     ) -> Any:
-        """The results of a driver for q, shape (..., *shape), where q is.
+        """The results of a driver for q, shape (..., *shape), on the side of q.
 
-        number: Over which the driver is to compute; ``dtype``: of its results, that number unless given; ``at_most``: of
-        ``device.Launch``; ``out``: where to write the results, if the caller gives it.
+        number: the number type of the driver; ``dtype``: the type of its results, by default the same; ``at_most``: see
+        ``device.Launch``; ``out``: the caller's array for the results, if given.
         """
         queue, number = self._queue, number or self._number
         q = as_own("q", q, queue.stream)
@@ -330,7 +331,7 @@ class GpuRobot(GpuForces):
         return results if batch or shape else flat_results[0, 0]
 
     def _results(self, out: Any, rows: Any, shape: tuple[int, ...], kind: np.dtype) -> Any:
-        """Where results go: the caller's array, if it is one of the shape and kind where the rows are, or a new one."""
+        """The caller's array for results, checked for shape, type and side, or a new one."""
         if out is None:
             return device.results_for(rows, shape, kind, self._queue.stream)
         own = as_own("out", out, self._queue.stream)
@@ -348,16 +349,16 @@ class GpuRobot(GpuForces):
         return self._over_q(overlaps_of(*scene.sizes), scene.tables, q, (), number=scene.number, dtype=np.bool_, out=out)
 
     def _rows(self, q: Any, number: Any) -> Any:
-        """Configurations (n, n_dof) where q is, as float32 or float64."""
+        """Configurations (n, n_dof) on the side of q, as float32 or float64."""
         if not device.is_on_device(q):
-            with np.errstate(over="ignore"):  # then it is infinite, and refused
+            with np.errstate(over="ignore"):  # it becomes infinite, and is refused
                 return np.ascontiguousarray(flat(as_positions(q, self.robot.tree)), dtype=number)
         if number is np.float32:
             return device.as_device_rows("q", q, self.robot.tree.q_shape, number)
         return self._wide_rows("q", q, self.robot.tree.q_shape)
 
     def _wide_rows(self, name: str, own: Any, shape: tuple[int, ...]) -> Any:
-        """Rows of a shape on the device as float64: converted there if they are float32, which ``float32`` alone may be."""
+        """Rows of a shape on the device as float64; a robot with ``float32`` converts float32 rows there."""
         if not self.float32 or own.dtype != np.float32:
             return device.as_device_rows(name, own, shape)
         return as_float64(device.as_device_rows(name, own, shape, np.float32), self._queue.stream)
@@ -394,7 +395,7 @@ class GpuRobot(GpuForces):
         return flat(seeds)
 
     def _touching(self, world: World) -> Any:
-        """A function that tells whether configurations (k, n_dof) on the device touch a world: bools of shape (k, 1) there."""
+        """A collision test for configurations (k, n_dof) on the device with a world: bools of shape (k, 1) there."""
         scene, queue = self._scenes.of(world, True, np.float64), self._queue
 
         def touching(q: Any) -> Any:

@@ -8,7 +8,7 @@ from ulna.gpu.device import cuda
 
 
 def as_float64(rows: Any, stream: Any = 0) -> Any:
-    """Rows of float32 (n, ...) on the device as float64, there."""
+    """Convert rows of float32 (n, ...) on the device to float64, there."""
     flat = rows.reshape(len(rows), prod(rows.shape[1:]))
     wide = device.empty(tuple(flat.shape), float, stream)
     if len(rows):
@@ -17,7 +17,7 @@ def as_float64(rows: Any, stream: Any = 0) -> Any:
 
 
 def converted(rows, out):
-    """Write rows, shape (n, m), to out, of the same shape and of numbers of another size."""
+    """Write rows, shape (n, m), to out, of the same shape and another number type."""
     i = cuda.grid(1)
     if i < rows.shape[0]:
         for k in range(rows.shape[1]):

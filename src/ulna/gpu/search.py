@@ -1,10 +1,11 @@
-"""Solves inverse kinematics for many targets on a GPU, from as many starts as the CPU, and says later why the rest failed.
+"""Solves inverse kinematics for many targets on a GPU, from as many starts as the CPU; explains failures later.
 
 1. Each thread searches for a target by Levenberg-Marquardt, from the seed and from a few random starts, until one is solved. With
-   a world, a solution that collides does not count: its target is searched again, from its next starts.
-2. Targets that are still left are searched from more and more starts at once, a start a thread, until the budget is spent. What
-   is taken is the solution of the first start that has one.
-3. What collides in every solution is known then. Why another target was not reached is found by the CPU, when somebody asks.
+   a world, a colliding solution does not count: its target is searched again, from its next starts.
+2. Remaining targets are searched from more and more starts at once, one start per thread, until the budget is spent. The first
+   start with a solution wins.
+3. Targets whose solutions all collide are known then. Reasons for the other failures are computed by the CPU, at the first
+   access.
 """
 
 from __future__ import annotations
@@ -41,21 +42,21 @@ from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-_FEW = 16  # starts that are tried one after the other, by one thread
-_ROUNDS = 4  # in which targets whose solutions collide are searched on like that
-_AT_ONCE = 16, 64, 192, 448  # then starts are tried at once, up to each of these numbers
+_FEW = 16  # starts that one thread tries in sequence
+_ROUNDS = 4  # repetitions of that for targets whose solutions collide
+_AT_ONCE = 16, 64, 192, 448  # afterwards starts are tried in parallel, up to each of these numbers
 _SEARCHES = 1 << 16  # threads that search
-_JOBS = 1 << 20  # starts whose results are kept at a time
+_JOBS = 1 << 20  # starts whose results are stored at a time
 _COLLIDES = CODES[Status.IN_COLLISION]
 
 
 class OnHost(Protocol):
-    """What is used here of a robot on the CPU: ``robot`` is above this folder, and makes a ``GpuRobot`` of itself."""
+    """The members of a robot on the CPU that this folder uses; ``robot``, a layer above, passes itself to ``GpuRobot``."""
 
     tree: Tree
     """Its tree in flat arrays."""
     home: Array
-    """The configuration to start from [rad or m], shape (n_dof,)."""
+    """The default start [rad or m], shape (n_dof,)."""
     _checker: Checker
     _dynamics: Dynamics
     _inverse_kinematics: InverseKinematics
@@ -81,15 +82,15 @@ def tables_of(query: Query) -> Tables:
 
 
 class _Jobs(NamedTuple):
-    """Which targets are searched for, from which starts.
+    """The targets and starts of a search.
 
     Attributes:
-        order: Their numbers, shape (m,); empty: all of them.
-        following: From which start on each target is searched for, shape (n,); empty: all from ``first`` on.
-        first: The number of the first start.
-        end: The number after that of the last one.
-        runs: Among how many threads the starts of a target are shared out.
-        n: How many jobs there are: m times runs.
+        order: Indices of the targets, shape (m,); empty: all of them.
+        following: The first start of each target, shape (n,); empty: ``first`` for all.
+        first: The index of the first start.
+        end: The index after the last start.
+        runs: The number of threads that share the starts of a target.
+        n: The number of jobs: m times runs.
     """
 
     order: Any
@@ -102,13 +103,13 @@ class _Jobs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DeviceSearch:
-    """A search of several targets.
+    """A search for several targets.
 
     Attributes:
         query: The link and the options.
-        tables: On the device.
-        queue: Of the launches.
-        collides: Whether configurations (k, n_dof) on the device collide, bools of shape (k, 1) there; None: nothing counts.
+        tables: Its tables on the device.
+        queue: The queue of the launches.
+        collides: Whether configurations (k, n_dof) on the device collide, bools of shape (k, 1) there; None without a world.
     """
 
     query: Query
@@ -117,7 +118,7 @@ class DeviceSearch:
     collides: Callable[[Any], Any] | None
 
     def of(self, targets: Any, flag: Any) -> tuple[Any, Any]:
-        """q (n, n_dof) and info (n,) for targets (n, 4, 4), all on the device. The flag is set if one is no pose."""
+        """q (n, n_dof) and info (n,) for targets (n, 4, 4) on the device; flags targets that are no pose."""
         n, n_starts, stream = len(targets), self.tables.samples.shape[0], self.queue.stream
         targets, none = self._of_task(targets), device.empty((0,), np.int64, stream)
         q, info = self._empty(n)
@@ -140,7 +141,7 @@ class DeviceSearch:
         return q, info
 
     def _search(self, jobs: _Jobs, targets: Any, results: tuple[Any, Any, Any], flag: Any) -> Any:
-        """Search for some targets, and keep better results; the numbers of those that are left, on the device."""
+        """Search for some targets, and store better results; returns the indices of unsolved targets, on the device."""
         n, stream = jobs.n // jobs.runs, self.queue.stream
         if not n:
             return device.empty((0,), np.int64, stream)
@@ -160,7 +161,7 @@ class DeviceSearch:
         return device.empty((n, self.query.tree.n_dof), np.float64, stream), device.empty((n,), SearchResult.structure, stream)
 
     def _of_task(self, targets: Any) -> Any:
-        """Targets of the task's frame, from those of the link."""
+        """Transform the link's targets to the task's frame."""
         if self.query.task_axes is None or not len(targets):
             return targets
         stream, spare = self.queue.stream, self.queue.spare
@@ -170,7 +171,7 @@ class DeviceSearch:
 
 
 def _joined(parts: list[Any], none: Any, stream: Any) -> Any:
-    """Arrays on the device, one after the other."""
+    """Concatenate arrays on the device."""
     if len(parts) < 2:
         return parts[0] if parts else none
     out = device.empty((sum(map(len, parts)),), np.int64, stream)
@@ -183,12 +184,12 @@ def _joined(parts: list[Any], none: Any, stream: Any) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Unsolved:
-    """The request to the CPU about targets that were not solved.
+    """The request to the CPU about unsolved targets.
 
     Attributes:
         on_host: The CPU's inverse kinematics.
-        request: What it is asked; its targets and seeds are all of them, on the host or on the device.
-        query: The same, prepared.
+        request: Its arguments; targets and seeds are all of them, on the host or on the device.
+        query: The prepared request.
     """
 
     on_host: InverseKinematics
@@ -204,17 +205,17 @@ class Unsolved:
         return self.on_host.inverse_kinematics(self.request._replace(T=targets if is_batch else targets[0], q_seed=seeds))
 
     def explained(self, info: Results, is_batch: bool) -> tuple[Results, Explanation]:
-        """The information with the statuses of the CPU, and what is behind them, but for the pairs that collide."""
+        """The results with the statuses of the CPU, and their explanation, except for the pairs that collide."""
         rest = np.flatnonzero(~np.isin(info["status"], (SOLVED, _COLLIDES)))
         if not len(rest):
             return info, replace(NOTHING_TO_EXPLAIN, task_axes=self.query.task_axes)
         found, info = self.by_cpu(rest, is_batch), info.copy()
         status = found.info["status"]
-        info["status"][rest] = np.where(status == SOLVED, NOT_FOUND, status)  # what q holds is no solution
+        info["status"][rest] = np.where(status == SOLVED, NOT_FOUND, status)  # q holds no solution
         return info, found.explanation.renumbered(rest)
 
     def collisions(self, info: Results, q: Array) -> dict[int, tuple[tuple[str, str], ...]]:
-        """The pairs that collide at the configurations (n, n_dof) of targets whose solutions all do."""
+        """The colliding pairs at the configurations (n, n_dof) of targets whose solutions all collide."""
         if self.request.world is None:
             return {}
         pairs = CollisionFilter(self.query.checker, self.request.world).pairs
@@ -222,10 +223,10 @@ class Unsolved:
 
 
 class DeviceResult(IKResult):
-    """An ``IKResult`` of the GPU. What is on the device is copied to the host when it is first asked for.
+    """An ``IKResult`` of the GPU, whose data are copied to the host at the first access.
 
-    Why a target was not reached is found by the CPU, when a status, a reason or what is behind it is first asked for, unless all
-    of its solutions collide. ``success`` and ``q`` never wait for that.
+    The CPU computes statuses and reasons of unsolved targets at the first access, unless all of their solutions collide.
+    ``success`` and ``q`` never wait for that.
     """
 
     def __init__(
@@ -237,7 +238,7 @@ class DeviceResult(IKResult):
 
     @cached_property
     def info(self) -> Results:  # pyright: ignore[reportIncompatibleVariableOverride] - it is as read-only
-        """The result for each target; its status is SOLVED, that all solutions collide, or NOT_FOUND."""
+        """The result for each target; its status is SOLVED, IN_COLLISION if all solutions collide, or NOT_FOUND."""
         return device.on_host(self.__dict__["_there"])
 
     @cached_property
@@ -247,7 +248,7 @@ class DeviceResult(IKResult):
 
     @cached_property
     def explanation(self) -> Explanation:  # pyright: ignore[reportIncompatibleVariableOverride] - it is as read-only
-        """The explanation of the targets that were not reached."""
+        """The explanation of the unsolved targets."""
         (info, explanation), unsolved = self._explained, self.__dict__["_unsolved"]
         if isinstance(unsolved, Explanation):
             return explanation
@@ -256,7 +257,7 @@ class DeviceResult(IKResult):
 
     @property
     def status(self) -> Status | NDArray[np.str_]:
-        """How the search ended; see ``IKResult``."""
+        """The status of the search; see ``IKResult``."""
         return IKResult(self.q, self._explained[0], self._batch, self.tolerances).status
 
     @property
@@ -274,20 +275,20 @@ def refuse_targets(T: Any, batch: tuple[int, ...]) -> None:
     refuse_no_pose(device.on_host(T).reshape(*batch, 4, 4))
 
 
-# ---- what runs on the device -----------------------------------------------------------------------------------
+# ---- device code ---------------------------------------------------------------------------------------------------
 
 
 @cache
 def searches_of(n_dof: int):
-    """The driver for robots of so many joints.
+    """The driver for robots with n_dof joints.
 
-    A thread takes a job, searches from one of its starts after the other until it is solved, and takes the next job. All threads
-    of a warp take a step at the same time, whatever targets they have. The result of a job does not depend on its thread.
+    A thread takes a job, searches from its starts in turn until the target is solved, and takes the next job. All threads of a
+    warp take a step at the same time, whatever their targets. The result of a job does not depend on its thread.
     """
     twice, of_jacobian = 2 * n_dof, 6 * n_dof
 
     def searches(chain, seeds, box, samples, posture, settings, jobs, targets, q_out, info, marks):
-        """The first are ``Tables``; jobs: ``_Jobs``; results are a row a job; marks: the flag, and the number of the next job."""
+        """Run jobs. First arguments: ``Tables``; results: one row per job; marks: the flag, and the index of the next job."""
         order, following, first, end, runs, n = jobs
         flag, counts = marks
         q_rows, last_rows = cuda.local.array((1, n_dof), np.float64), cuda.local.array((1, n_dof), np.float64)
@@ -330,7 +331,7 @@ def searches_of(n_dof: int):
 
 @kernel
 def starts_of(order, following, first, end, runs, job, n):
-    """The target of a job, the first of its starts, and the one after the last."""
+    """The target of a job, its first start, and the index after its last one."""
     if job >= n:
         return 0, 0, 0
     i, span = order[job // runs] if order.shape[0] > 0 else job // runs, (end - first) // runs
@@ -339,10 +340,11 @@ def starts_of(order, following, first, end, runs, job, n):
 
 
 def choose(jobs, q_of, info_of, hits, q, info, following, left, counts):
-    """Keep what is better of the jobs of a target, a target a thread, and append the target to those that are left unless solved.
+    """Choose the best result among a target's jobs, one target per thread; append unsolved targets to ``left``.
 
-    q_of, info_of, hits: of each job, and whether its q collides; q, info: of each target; following: from which start on it is
-    searched on. Kept is the solution of the first job that has one; else the first that collides; else what comes nearest.
+    q_of, info_of, hits: results of each job, and whether its q collides; q, info: results of each target; following: the first
+    start of its next search. The first job with a collision-free solution wins; otherwise the first that collides; otherwise the
+    nearest.
     """
     t = cuda.grid(1)
     order, _, _, end, runs, n = jobs
@@ -362,7 +364,7 @@ def choose(jobs, q_of, info_of, hits, q, info, following, left, counts):
                 chosen = job
         before = NOT_FOUND if is_first else info[i].status
         following[i] = info_of[chosen].start + 1 if collides else end
-        is_in_place = is_first and runs == 1  # there is one job of each target, and its results are the target's
+        is_in_place = is_first and runs == 1  # one job per target, whose results are the target's
         if not is_in_place and (
             is_clear
             or is_first
@@ -379,13 +381,13 @@ def choose(jobs, q_of, info_of, hits, q, info, following, left, counts):
 
 @cache
 def turned_of() -> Any:
-    """The driver of products of matrices (n, 4, 4) and the one of the tables, rows of 16."""
+    """The driver of products of matrices (n, 4, 4) with the matrix in the tables, rows of 16."""
     return over_rows(_times, None, MATRIX)
 
 
 @kernel
 def _times(tables, matrix, _place, _own, out, _marks):
-    """Write the product of a matrix and that of the tables, row after row."""
+    """Write the product of a matrix with the matrix in the tables, row after row."""
     by = tables[0]
     for r in range(4):
         for c in range(4):

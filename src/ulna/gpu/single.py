@@ -1,12 +1,12 @@
-"""Makes of a kernel over float64 the same kernel over float32.
+"""Converts a kernel over float64 to float32.
 
 A kernel is a formula over a number, but its constants are float64, and in Numba a float32 times a float64 is a float64. So
-``in_single`` copies a function with the constants of its code and of its module as float32, and so every function of Ulna that it
-calls. Where float64 is asked for by name (the scratch of a driver), the copy gets float32. What is left to exchange:
+``in_single`` copies a function, and every function of Ulna that it calls, with all constants as float32. An explicit float64 (the
+scratch of a driver) becomes float32 too. It also replaces:
 
-- the primitives of ``lanes``, for one plain number;
+- the primitives of ``lanes``, by forms for one plain number;
 - sine and cosine, whose reduction depends on the digits of a float64;
-- the thresholds that stand for the rounding of a float64 (``THRESHOLDS``).
+- the thresholds that depend on the rounding of a float64 (``THRESHOLDS``).
 """
 
 import math
@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-# By module and name: what the rounding of a float32, 2^29 times that of a float64, makes of a threshold.
+# By module and name: the threshold for the rounding of a float32, which is 2^29 times that of a float64.
 THRESHOLDS = {
     ("ulna.kernels.layout", "CONTACT"): 1e-6,
     ("ulna.kernels.distance.box_sat", "_PARALLEL"): 1e-7,
@@ -46,7 +46,7 @@ def in_single(function: Callable) -> Any:
 
 
 def _as_compiled(twin: Callable, function: Any) -> Any:
-    from ulna.engine import compiler  # noqa: PLC0415 - imports Numba, which a wheel is installed without
+    from ulna.engine import compiler  # noqa: PLC0415 - imports Numba, which an ahead-compiled wheel does not need
 
     options = getattr(function, "targetoptions", None)
     if options is None or compiler.is_disabled():
@@ -59,7 +59,7 @@ def _code(code: CodeType) -> CodeType:
 
 
 def _number(value: Any) -> Any:
-    """A float64, or a tuple of such, as float32; others as they are."""
+    """Convert a float64, or a tuple of them, to float32; other values are unchanged."""
     if isinstance(value, float):
         with np.errstate(over="ignore"):
             return np.float32(value)
@@ -67,7 +67,7 @@ def _number(value: Any) -> Any:
 
 
 def _value(function: Any, name: str, value: Any) -> Any:
-    """What a name of a function's module is in its copy."""
+    """The value of a name in the copy of a function."""
     if value is np.float64:
         return np.float32
     if isinstance(value, float):

@@ -1,11 +1,11 @@
-"""Finds all solutions of targets on a GPU, a branch a thread, and holds those that stay there.
+"""Finds all solutions of targets on a GPU, one branch per thread, and holds solutions that stay there.
 
-Where an arm has an exact closed form of its six joints, arrays on the device stay there. For other arms the CPU prepares the
-targets (seven joints: one at each place of the held joint) and turns the branches within the limits, so arrays are copied; what
-has no closed form, or one that is nearly right, is searched by the CPU. So the results are those of the CPU.
+With an exact closed form for six joints, arrays on the device stay there. For other arms the CPU prepares the targets (seven
+joints: one for each position of the held joint) and shifts the branches into the limits, so arrays are copied. Arms without a
+closed form, or with an approximate one, are searched by the CPU. So the results equal those of the CPU.
 
-The eight branches of a target are in threads beside each other, as they are in the eight lanes of a vector on the CPU where there
-is one target. A thread that computed all of them would have more numbers at a time than registers (3 kB spilled; so, none).
+The eight branches of a target are in adjacent threads, like the eight lanes of a vector on the CPU for one target. A single
+thread for all of them would need more registers than there are (3 kB spilled; now none).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _N_SIGNS, _FREE, _OF_JACOBIAN = 3, 2 * N_AXES, 6 * N_AXES
 
 
 class DeviceSolutions(IKSolutions):
-    """``IKSolutions`` whose q, valid and real are on the device; ``proof`` is found on the host when it is first asked for."""
+    """``IKSolutions`` with q, valid and real on the device; ``proof`` is computed on the host at the first access."""
 
     q: Any
     valid: Any
@@ -56,7 +56,7 @@ class DeviceSolutions(IKSolutions):
 
     @cached_property
     def proof(self) -> Proof | NDArray[Any]:  # pyright: ignore[reportIncompatibleVariableOverride] - it is as read-only
-        """What is proved, shape (...): for one target a ``Proof``."""
+        """The proof for each target, shape (...); for one target a ``Proof``."""
         return self._proofs()
 
     def copy_to_host(self) -> IKSolutions:
@@ -71,7 +71,7 @@ class DeviceSolutions(IKSolutions):
 
     @property
     def reason(self) -> Reason:
-        """For one target: why no solution is valid; else no reason."""
+        """For one target: the reason why no solution is valid, if so."""
         return self.copy_to_host().reason
 
     def __str__(self) -> str:
@@ -79,7 +79,7 @@ class DeviceSolutions(IKSolutions):
 
 
 class Asked(NamedTuple):
-    """What is asked for, as ``Robot.all_solutions`` takes it."""
+    """The arguments of ``Robot.all_solutions``."""
 
     redundancy: str | None
     n_samples: int
@@ -87,7 +87,7 @@ class Asked(NamedTuple):
 
 
 def all_solutions(query: Query, T: Any, rows: Any, asked: Asked, queue: Queue) -> IKSolutions:
-    """See ``Robot.all_solutions``; T is NumPy's, or Numba's on the device, and so are the results.
+    """Find all solutions; see ``Robot.all_solutions``. The results are NumPy's, or Numba's on the device, like T.
 
     rows: Makes rows of an array on the device, as ``device.as_device_rows``.
     """
@@ -106,7 +106,7 @@ def all_solutions(query: Query, T: Any, rows: Any, asked: Asked, queue: Queue) -
 
 
 def _of_all_joints(query: Query) -> ClosedForm | None:
-    """The exact form of an arm whose six joints are all of q, for whole poses of the link; None for others."""
+    """The exact form of an arm with six joints and no others, for full poses; None for other arms."""
     form = closed_form_of(query.tree, query.link, task=query.options.task)
     if form is None or not form.is_exact or query.task_axes is not None:
         return None
@@ -137,7 +137,7 @@ def _branches(queue: Queue, six: SixJoints, targets: Array, seeds: Array, plan: 
 
 
 def _run(queue: Queue, six: SixJoints, targets: Any, seeds: Array, plan: Array, columns: NDArray[np.int64]) -> tuple[Any, ...]:
-    """q (n, 8, 6), what is known of each branch, real and valid, (n, 8), where the targets are."""
+    """q (n, 8, 6), the bits of each branch, real and valid, (n, 8), on the side of the targets."""
     n, stream = len(targets), queue.stream
     kinds = ((N_AXES,), np.float64), ((), np.int8), ((), np.bool_), ((), np.bool_)
     results = tuple(device.results_for(targets, (N_BRANCHES * n, *shape), dtype, stream) for shape, dtype in kinds)
@@ -153,17 +153,17 @@ def _refuse(targets: Array) -> None:
 
 @cache
 def branches_of() -> Any:
-    """The driver of all branches: rows of q, and what is known of each, in threads beside each other.
+    """The driver of all branches: rows of q, and the bits of each, in adjacent threads.
 
-    tables: (table, chain, plan, columns, seeds), those of ``ik.entries.closed_form.all_branches``; columns: which entry of q each
-    joint is. marks: the flag, what is known, whether a branch reaches the target, and whether it is within the bounds too.
+    tables: (table, chain, plan, columns, seeds), as for ``ik.entries.closed_form.all_branches``; columns: the entry of q of each
+    joint. marks: the flag, the bits, whether a branch reaches the target, and whether it is also within the bounds.
     """
     return staged.over_rows(_branch, None, N_AXES, each=N_BRANCHES)
 
 
 @kernel
 def _branch(tables, matrix, place, _own, q_out, marks):
-    """Write one branch of a target, with what is known of it; whether the target is no rigid motion."""
+    """Write one branch of a target and its bits; returns whether the target is no rigid motion."""
     table, chain, plan, columns, seeds = tables
     _, known_out, real, valid = marks
     thread = place[0]

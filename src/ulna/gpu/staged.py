@@ -1,8 +1,8 @@
-"""Makes drivers whose rows go in and out through shared memory.
+"""Makes drivers that copy rows in and out through shared memory.
 
-Threads beside each other have problems beside each other. If each read its own row, number by number, a warp would touch a line
-of memory for each thread and each number. So the threads of a block copy its rows together, one number beside the other, to
-memory that they share. Each computes from its row to a row of results there, and all write these together.
+Adjacent threads have adjacent problems. If each thread read its own row, number by number, a warp would touch one line of memory
+per thread and number. So the threads of a block copy its rows together into shared memory, in consecutive order. Each computes
+from its row to a row of results there, and all write these together.
 """
 
 from collections.abc import Callable
@@ -14,13 +14,13 @@ import numpy as np
 from ulna.engine.decorators import kernel
 from ulna.gpu.device import THREADS, cuda
 
-_ROOM = 48 << 10  # bytes of shared memory that a block has without asking for more
+_ROOM = 48 << 10  # bytes of shared memory that a block has by default
 MATRIX = 16  # numbers of a pose
 _BYTES = 8  # of the largest number
 
 
 def threads_for(taken: int, given: int, each: int = 1) -> int:
-    """The number of threads of a block, for so many numbers in and out: no more than their rows have room for."""
+    """The number of threads of a block whose input and output rows fit into shared memory."""
     threads = THREADS
     while threads > each and _BYTES * threads * (_padded(taken) / each + _padded(given)) > _ROOM:
         threads //= 2
@@ -41,18 +41,18 @@ def over_rows(
 ) -> Any:
     """The driver ``driver(tables, rows, out, marks)`` of a formula over one row.
 
-    It sets ``marks[0][0]`` where a formula returns true: its row cannot be taken. ``driver.threads`` are those of a block.
+    It sets ``marks[0][0]`` if a formula returns true: its row is invalid. ``driver.threads`` is the number of threads of a block.
 
     Args:
-        formula: A kernel ``formula(tables, row, place, scratch, given, marks)``. ``place``: the number of the problem, the piece
-            of its results that is asked for, and the number of its thread.
+        formula: A kernel ``formula(tables, row, place, scratch, given, marks)``. ``place``: the index of the problem, the index
+            of the piece of its results, and the index of its thread.
         taken: Numbers of a row, which are copied from rows, shape (n, taken); None: 4x4 matrices, shape (n, 4, 4).
         given: Numbers of a piece of the results, which are copied to out, shape (each n, pieces * given).
-        beside: How many arrays like rows follow in ``tables[-1]``, a tuple: a row of the formula has theirs after its own.
-        pieces: How often the formula is called for a row: results that have no room at once are given one after the other.
-        each: How many threads have the same row: the problems of a row are beside each other.
-        scratch: Numbers of a thread's own, kept from piece to piece.
-        dtype: Of the results.
+        beside: The number of arrays like rows in ``tables[-1]``, a tuple; their rows follow the formula's own row.
+        pieces: Calls of the formula per row: results too large for shared memory are written in pieces.
+        each: The number of threads with the same row: the problems of a row are adjacent.
+        scratch: The size of a thread's own scratch, kept from piece to piece.
+        dtype: The type of the results.
     """
     width = taken or MATRIX
     threads, more = threads_for(width * (beside + 1), given, each), copy_beside_in if beside else copy_nothing_in
@@ -86,9 +86,9 @@ def over_rows(
 
 @kernel
 def copy_in(rows, first, n, thread, room):
-    """Copy n rows, from a first one on, to shared memory.
+    """Copy n rows, from index ``first`` on, to shared memory.
 
-    thread: the number of this one, how many there are, and how many numbers a row has.
+    thread: the index of this thread, the number of threads, and the length of a row.
     """
     row, column = thread[0] // thread[2], thread[0] % thread[2]
     while row < n:
@@ -98,26 +98,26 @@ def copy_in(rows, first, n, thread, room):
 
 @kernel
 def copy_beside_in(tables, first, n, thread, room):
-    """The same of the arrays that go beside the rows."""
+    """Copy the rows of the arrays in ``tables[-1]`` next to the rows in shared memory."""
     for k in range(len(tables[-1])):
         copy_in(tables[-1][k], first, n, thread, room[:, (k + 1) * thread[2] :])
 
 
 @kernel
 def copy_nothing_in(_tables, _first, _n, _thread, _room):
-    """Nothing goes beside the rows."""
+    """Copy nothing: there are no further arrays."""
 
 
 @kernel
 def copy_matrices_in(rows, first, n, thread, room):
-    """The same of 4x4 matrices."""
+    """Copy n 4x4 matrices, from index ``first`` on, to shared memory."""
     for j in range(thread[0], MATRIX * n, thread[1]):
         room[j // MATRIX, j // 4 % 4, j % 4] = rows[first + j // MATRIX, j // 4 % 4, j % 4]
 
 
 @kernel
 def copy_out(results, part, k, thread, out):
-    """Copy piece k of rows in shared memory to the rows of a part: the first, and how many."""
+    """Copy piece k of rows in shared memory to the rows of a part: its first row, and their number."""
     row, column = thread[0] // thread[2], thread[0] % thread[2]
     while row < part[1]:
         out[part[0] + row, k * thread[2] + column] = results[row, column]
@@ -126,7 +126,7 @@ def copy_out(results, part, k, thread, out):
 
 @kernel
 def following(row, column, thread):
-    """The row and column as many numbers on as there are threads."""
+    """The row and column that many numbers ahead as there are threads."""
     row, column = row + thread[1] // thread[2], column + thread[1] % thread[2]
     if column >= thread[2]:
         return row + 1, column - thread[2]
@@ -134,5 +134,5 @@ def following(row, column, thread):
 
 
 def _padded(width: int) -> int:
-    """An odd number of columns, so that threads beside each other use other banks of the memory."""
+    """An odd number of columns, so that adjacent threads use different memory banks."""
     return width | 1

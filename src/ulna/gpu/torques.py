@@ -1,7 +1,7 @@
-"""Runs dynamics on a GPU, a motion a thread, by the kernels of the CPU (``ulna.kernels.dynamics``).
+"""Runs dynamics on a GPU, one motion per thread, by the kernels of the CPU (``ulna.kernels.dynamics``).
 
-The tables of each driver are the joints, the bodies and three numbers, which are the acceleration of free fall. A row is q; or q,
-its rates and its accelerations (or torques) one after the other.
+The tables of each driver are the joints, the bodies, and three numbers for the acceleration of free fall. A row is q; or q, its
+rates and its accelerations (or torques) in sequence.
 """
 
 from functools import cache
@@ -41,7 +41,7 @@ def masses_of(n_dof: int, n_joints: int) -> Any:
 def inverse_of(n_dof: int, n_joints: int, beside: int) -> Any:
     """The driver of inverse dynamics: torques, rows of n_dof.
 
-    beside: 2 where q, the rates and the accelerations are three arrays; 0 where they are one.
+    beside: 2 if q, the rates and the accelerations are three arrays; 0 if they are one.
     """
     return _over_motions(_inverse, n_dof, n_dof, (_OF_FORCES + 2) * n_joints + MOTION_WIDTH, beside)
 
@@ -55,7 +55,7 @@ def forward_of(n_dof: int, n_joints: int, beside: int) -> Any:
 
 @cache
 def derivatives_of(n_dof: int, n_joints: int, beside: int) -> Any:
-    """The driver of the derivatives of torques: those by q, rows of n_dof^2, and those by the rates to ``marks[1]``."""
+    """The driver of the derivatives of torques: by q, rows of n_dof^2, and by the rates to ``marks[1]``."""
     return _over_motions(_derivatives, n_dof, n_dof * n_dof, (_OF_BODIES + _OF_RATES + 2) * n_joints, beside)
 
 
@@ -65,13 +65,13 @@ def _over_motions(formula: Any, n_dof: int, given: int, scratch: int, beside: in
 
 @kernel
 def _inverse(tables, row, _place, scratch, out, _marks):
-    """Write the torques of a motion; whether it cannot be taken."""
+    """Write the torques of a motion; returns whether it is invalid."""
     return not _driven(tables, _state_of(tables[0], row, scratch), row, scratch[2 * tables[0].shape[0] :], out)
 
 
 @kernel
 def _gravity(tables, q, _place, scratch, out, _marks):
-    """Write the torques that hold q; whether an entry of it is out of range."""
+    """Write the torques that hold q; returns whether an entry of q is out of range."""
     n, own = tables[0].shape[0], scratch[2 * tables[0].shape[0] :]
     rows = FallRows(own[: 12 * n], own[12 * n : 15 * n + 3], own[15 * n + 3 : 18 * n + 3], own[18 * n + 3 :])
     joint_turns(tables[0], q, scratch[: 2 * n])
@@ -81,7 +81,7 @@ def _gravity(tables, q, _place, scratch, out, _marks):
 
 @kernel
 def _masses(tables, q, _place, scratch, out, _marks):
-    """Write M; whether an entry of q is out of range."""
+    """Write M; returns whether an entry of q is out of range."""
     n = tables[0].shape[0]
     joint_turns(tables[0], q, scratch[: 2 * n])
     mass_matrix(Mechanism(tables[0], tables[1]), scratch[: 2 * n], q.shape[0], _body_rows(n, scratch[2 * n :]), out)
@@ -90,7 +90,7 @@ def _masses(tables, q, _place, scratch, out, _marks):
 
 @kernel
 def _forward(tables, row, _place, scratch, out, _marks):
-    """Write the accelerations that torques cause; whether the row cannot be taken, or its mass matrix is singular.
+    """Write the accelerations that torques cause; returns whether the row is invalid, or its mass matrix singular.
 
     M a = tau - tau_0, with the torques tau_0 of the same motion without accelerations.
     """
@@ -109,7 +109,7 @@ def _forward(tables, row, _place, scratch, out, _marks):
 
 @kernel
 def _derivatives(tables, row, place, scratch, out, marks):
-    """Write the derivatives of the torques by q, and by the rates to the second of the marks; whether the row cannot be taken."""
+    """Write the derivatives of the torques by q, and by the rates to ``marks[1]``; returns whether the row is invalid."""
     joints, n, n_dof = tables[0], tables[0].shape[0], row.shape[0] // 3
     state, own, rest = _state_of(joints, row, scratch), scratch[2 * n :], scratch[(2 + _OF_BODIES) * n :]
     rates = RateRows(
@@ -123,7 +123,7 @@ def _derivatives(tables, row, place, scratch, out, marks):
 
 @kernel
 def _driven(tables, state, row, own, out):
-    """Write the torques of a motion; whether it can be taken."""
+    """Write the torques of a motion; returns whether it is valid."""
     n = tables[0].shape[0]
     motions = MOTION_WIDTH * (n + 1)
     rows = ForceRows(own[:motions], own[motions : motions + 12 * n], own[motions + 12 * n : motions + 18 * n])
@@ -133,7 +133,7 @@ def _driven(tables, state, row, own, out):
 
 @kernel
 def _state_of(joints, row, turn_rows):
-    """The state of a row of q, its rates and accelerations; the turns of joints are written to the first rows of the scratch."""
+    """The state of a row of q, rates and accelerations; writes the joints' turns to the scratch."""
     n_dof = row.shape[0] // 3
     joint_turns(joints, row[:n_dof], turn_rows)
     return State(turn_rows[: 2 * joints.shape[0]], row[n_dof : 2 * n_dof], row[2 * n_dof :])

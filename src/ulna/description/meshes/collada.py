@@ -22,7 +22,7 @@ _MATERIALS = ("library_materials", "library_effects", "library_images")
 
 
 def rewritten_collada(data: bytes, *, materials: bool = True) -> Rewritten:
-    """Its geometries and a flat scene in metres.
+    """Its geometries and a flat scene in meters.
 
     Args:
         data: The file.
@@ -71,7 +71,7 @@ def _metres(root: etree._Element) -> Array:
 
 
 def _prepared(geometry: etree._Element) -> int:
-    """The number of triangles of a geometry; its sources are rewritten without strides."""
+    """The number of triangles of a geometry; rewrites its sources without strides."""
     mesh = geometry.find("{*}mesh")
     if mesh is None:
         raise ValueError(f"its geometry {geometry.get('id')!r} is not a mesh of polygons")
@@ -88,7 +88,7 @@ def _prepared(geometry: etree._Element) -> int:
 
 
 def _n_triangles(primitive: etree._Element, kind: str) -> int:
-    """The triangles of one group, each polygon split into a fan."""
+    """The number of triangles of one group, with each polygon split into a fan."""
     if primitive.find("{*}ph") is not None:
         raise ValueError("it has polygons with holes, which are not read")
     if kind == "polylist":
@@ -108,7 +108,7 @@ def _words(element: etree._Element | None) -> list[str]:
 
 
 def _make_dense(source: etree._Element) -> None:
-    """Write an array as its accessor reads it: from an offset, in strides, without parameters that have no name."""
+    """Write an array as its accessor reads it: from an offset, in strides, without unnamed parameters."""
     array, accessor = source.find("{*}float_array"), source.find("{*}technique_common/{*}accessor")
     if array is None or accessor is None:
         return  # an array of names, or a source that pycollada refuses

@@ -1,4 +1,4 @@
-"""Walks the nodes of a Collada scene, each instance of a geometry with its pose.
+"""Walks the nodes of a Collada scene, and yields each instance of a geometry with its pose.
 
 A node may be instanced many times, and so may the nodes within it: with forty levels, a file of 3 KB has 10^12 triangles. So the
 instances are counted first, in one pass over the nodes.
@@ -16,7 +16,7 @@ from ulna.errors import count_of
 
 Array = NDArray[np.float64]
 _MAX_INSTANCES = 10_000
-_DEEPEST = 64  # nodes within one another
+_DEEPEST = 64  # nested nodes
 _NUMBERS = {"matrix": 16, "translate": 3, "scale": 3, "rotate": 4, "lookat": 9, "skew": 7}
 
 
@@ -36,7 +36,7 @@ class Scene:
             raise ValueError("its scene shows no geometry")
 
     def urls(self) -> list[str]:
-        """The ids of the geometries that the scene shows, each once."""
+        """The ids of the geometries in the scene, each once."""
         found: dict[str, None] = {}
         seen: set[etree._Element] = set()
         rest = list(self._top)
@@ -52,7 +52,7 @@ class Scene:
         return list(found)
 
     def count_triangles(self, counts: Mapping[str, int]) -> int:
-        """The triangles of all instances, from those of each geometry."""
+        """The triangles of all instances, from the count of each geometry."""
         return self._count(counts, "triangles", MAX_TRIANGLES)
 
     def placed(self) -> Iterator[tuple[Array, etree._Element]]:

@@ -1,8 +1,8 @@
-"""Balls that cover a mesh and what it encloses, few of them, and none far beyond it.
+"""Covers a mesh and its interior with few balls that exceed it little.
 
-Sources: Ma, Bae and Choi, 3D medial axis point approximation using nearest neighbors and the normal field, The Visual Computer
-2012 (balls that touch a surface from within); Chvatal, A greedy heuristic for the set-covering problem, 1979; Aurenhammer, Power
-diagrams, SIAM J. Computing 1987.
+Sources: Ma, Bae and Choi, 3D medial axis point approximation using nearest neighbors and the normal field, 2012 (balls that touch
+a surface from within). Chvatal, A greedy heuristic for the set-covering problem, 1979. Aurenhammer, Power diagrams, SIAM J.
+Computing 1987.
 """
 
 import numpy as np
@@ -13,36 +13,37 @@ from scipy.spatial import ConvexHull, KDTree
 from ulna.description.meshes.filled_solid import Array, Faces, FilledSolid
 from ulna.description.meshes.pieces import halved
 
-_EDGE = 0.6  # of the permitted excess: the longest edge of an element
-_NEAR = 0.2  # of the permitted excess: a surface so near an inner ball has no inner balls of its own
+_EDGE = 0.6  # of the allowed excess: the longest edge of an element
+_NEAR = 0.2  # of the allowed excess: a surface closer to an inner ball has no inner balls of its own
 _MAX_ELEMENTS = 500_000
 _AT_ONCE = 1 << 22  # triangles and balls, in one array
 _ROUNDING = 1e-9  # of the mesh's size
 
 
 def cover(vertices: Array, faces: Faces, within: float) -> Array:
-    """Balls that together contain a mesh and what it encloses (``FilledSolid``).
+    """Balls that together contain a mesh and its interior (``FilledSolid``).
 
-    1. The surface is cut into small triangles. Candidates are the balls that touch it from within, each larger by ``within``: a
-       ball within the solid is part of such a ball, so no others are needed but where the surface has no inside.
-    2. The candidate that contains most triangles not yet contained is chosen, until none is left; then those that the others make
-       superfluous are left out. A triangle is in a ball if its corners are.
-    3. A part of the inside that is in no ball is bounded by spheres alone. The point of it where min(|x - c|^2 - r^2) is largest
-       is a vertex of the balls' power diagram. So as long as a vertex lies inside and in no ball, a ball is added about it.
+    1. The surface is divided into small triangles. Candidates are the balls that touch it from within, each enlarged by
+       ``within``. Every ball within the solid is part of such a ball, so no others are needed, except where the surface has no
+       interior.
+    2. The candidate that contains the most uncovered triangles is chosen, until none is left. Then superfluous balls are removed.
+       A triangle is in a ball if its corners are.
+    3. Spheres alone bound an uncovered part of the interior. Its point with the largest min(|x - c|^2 - r^2) is a vertex of the
+       balls' power diagram. So as long as a vertex lies inside and in no ball, a ball is added about it.
 
     Args:
-        vertices: Of the mesh, shape (n, 3).
+        vertices: The vertices of the mesh, shape (n, 3).
         faces: Its triangles, shape (m, 3).
-        within: The largest distance of a point of a ball from the solid, above 0, in the unit of the mesh. No radius is larger
-            than the depth of the centre (``FilledSolid.depth``) plus this.
+        within: The largest distance of a point of a ball from the solid, above 0, in the unit of the mesh. No radius exceeds the
+            depth of the center (``FilledSolid.depth``) plus this.
 
     Returns:
-        The centre and the radius of each, shape (k, 4).
+        The center and the radius of each, shape (k, 4).
     """
     solid = FilledSolid(vertices, faces)
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     slack = _ROUNDING * size
-    least = within - 2 * slack  # what is proved for smaller balls holds for balls larger by the slack, whatever is rounded
+    least = within - 2 * slack  # proofs for smaller balls hold for balls larger by the slack, despite rounding
     elements = [_elements(triangles, _EDGE * within) for triangles in solid.surfaces]
     inner = np.concatenate([_inner_balls(one, size, within) for one in elements])
     radii = [max(0.0, solid.depth(ball[:3]) + least) for ball in inner]
@@ -58,7 +59,7 @@ def cover(vertices: Array, faces: Faces, within: float) -> Array:
 
 
 def _elements(triangles: Array, longest: float) -> Array:
-    """The triangles, cut until no edge is longer, shape (n, 3, 3)."""
+    """The triangles, divided until no edge is longer than ``longest``, shape (n, 3, 3)."""
     done = []
     while len(triangles):
         edges = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)
@@ -71,9 +72,9 @@ def _elements(triangles: Array, longest: float) -> Array:
 
 
 def _inner_balls(elements: Array, size: float, within: float) -> Array:
-    """Balls that touch elements from within and contain the middle of no other, shape (n, 4).
+    """Balls that touch elements from within and contain the center of no other, shape (n, 4).
 
-    First for a few elements, then for more and more of those that are not near a ball that was found.
+    They are computed for a few elements first, then for more and more elements far from the existing balls.
     """
     middles = elements.mean(axis=1)
     normals = np.cross(elements[:, 1] - elements[:, 0], elements[:, 2] - elements[:, 0])
@@ -91,7 +92,7 @@ def _inner_balls(elements: Array, size: float, within: float) -> Array:
 
 
 def _shrunk(tree: KDTree, middles: Array, inwards: Array, some: NDArray[np.int64], size: float) -> Array:
-    """For some middles the ball that touches each from within and contains none, shrunk from a large one until it does."""
+    """For some elements, the largest ball that touches each from within and contains none, by iterative shrinking."""
     radii, open_ = np.full(len(some), size), np.arange(len(some))
     for _ in range(30):
         at, towards = middles[some[open_]], inwards[some[open_]]
@@ -107,7 +108,7 @@ def _shrunk(tree: KDTree, middles: Array, inwards: Array, some: NDArray[np.int64
 
 
 def _chosen(elements: Array, candidates: Array, within: float) -> Array:
-    """Candidates that together contain all elements, chosen one after another, each that contains most of what is left."""
+    """Greedy set cover: candidates that together contain all elements, each chosen for the most uncovered ones."""
     points, corners = np.unique(elements.reshape(-1, 3), axis=0, return_inverse=True)
     corners = corners.reshape(-1, 3)
     contents = _contents(candidates, points, corners)
@@ -118,7 +119,7 @@ def _chosen(elements: Array, candidates: Array, within: float) -> Array:
         k = int(gains.argmax())
         if gains[k] > 0:
             ball, inside = candidates[k], contents.indices[contents.indptr[k] : contents.indptr[k + 1]]
-        else:  # the surface has no inside here
+        else:  # the surface has no interior here
             ball = np.array([*elements[left.argmax()].mean(axis=0), within])
             inside = np.flatnonzero((np.linalg.norm(points - ball[:3], axis=1) <= ball[3])[corners].all(axis=1))
         gains -= np.bincount(holders[:, inside[left[inside]]].indices, minlength=len(gains))
@@ -129,7 +130,7 @@ def _chosen(elements: Array, candidates: Array, within: float) -> Array:
 
 
 def _contents(balls: Array, points: Array, corners: Faces) -> csr_array:
-    """Which triangles, three points each, each ball contains: 1 where it does, shape (n balls, n triangles)."""
+    """The triangles, three points each, in each ball: 1 if contained, shape (n balls, n triangles)."""
     rows, columns = [], []
     step = max(1, _AT_ONCE // len(corners))
     squares = (points**2).sum(axis=1)
@@ -156,11 +157,11 @@ def _needed(balls: Array, insides: list[NDArray[np.int64]], n: int) -> Array:
 
 
 def _uncovered(balls: Array, solid: FilledSolid, slack: float) -> Array:
-    """The vertices of the balls' power diagram that lie in the solid but in no ball, those farthest from the balls first."""
+    """The uncovered vertices of the balls' power diagram that lie in the solid, farthest from the balls first."""
     low, high = (balls[:, :3] - balls[:, 3:]).min(axis=0), (balls[:, :3] + balls[:, 3:]).max(axis=0)
     middle, size = (low + high) / 2, float((high - low).max())
     centres, radii = (balls[:, :3] - middle) / size, balls[:, 3] / size
-    corners = 8.0 * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])  # far balls of no radius
+    corners = 8.0 * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])  # distant balls of radius 0
     sites = np.concatenate([centres, corners])
     lifted = np.column_stack([sites, (sites**2).sum(axis=1) - np.concatenate([radii, np.zeros(8)]) ** 2])
     planes = ConvexHull(lifted).equations

@@ -45,7 +45,7 @@ def _shapes(path: Path, scale: Scale) -> tuple[Part, ...]:
 
 
 def pieces_of_file(path: Path, announce: Callable[[str], object] = lambda _: None) -> Pieces:
-    """The pieces of a mesh file in its own units, cached on disk by its content; ``announce`` is called before it is cut."""
+    """The pieces of a mesh file in its own units, cached on disk by content; ``announce`` precedes a decomposition."""
     reader = mesh_reader()
     if find_spec("coacd") is None:
         raise MissingExtraError("the decomposition of meshes", "decompose")

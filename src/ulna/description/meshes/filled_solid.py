@@ -12,13 +12,13 @@ Faces = NDArray[np.int64]
 
 
 class FilledSolid:
-    """The triangles of a mesh, and what its surfaces enclose.
+    """The triangles of a mesh, and the volume that its surfaces enclose.
 
-    1. A surface is the triangles that vertices connect, wound alike (``wound_alike``). Its open edges are those that are passed
-       more often in one direction than in the other. Each group of open edges is closed by triangles from each edge to the centre
-       of the group.
-    2. A closed surface has a whole winding number at every point off it, the same along any path that does not cross it. What it
-       encloses are the points whose number is not zero, cavities included where they are surfaces of their own.
+    1. A surface is a set of triangles connected by vertices, with consistent winding (``wound_alike``). Its open edges are
+       traversed more often in one direction than in the other. Each group of open edges is closed by triangles from each edge to
+       the center of the group.
+    2. A closed surface has an integer winding number at every point off it, constant along any path that does not cross it. It
+       encloses the points whose number is not zero, and cavities if they are surfaces of their own.
 
     Attributes:
         surfaces: The triangles of each closed surface, shape (m, 3, 3) each.
@@ -30,10 +30,10 @@ class FilledSolid:
         self._bounds = [_bounding_balls(triangles) for triangles in self.surfaces]
 
     def depth(self, point: Array) -> float:
-        """The distance of a point inside the solid from its surface, or less: the ball of this radius about it is in the solid.
+        """A lower bound on the distance of an interior point from the surface; negative distance from the solid outside.
 
-        Where no surface encloses the point: minus its distance from the solid. A ball that a surface does not cross has one
-        winding number in all of it. So where a surface encloses its centre, it encloses the ball up to the nearest triangle.
+        The ball of this radius about the point is in the solid. A ball that a surface does not cross has one winding number
+        throughout. So if a surface encloses its center, it encloses the ball up to the nearest triangle.
         """
         distances = [_distance(point, *parts) for parts in zip(self.surfaces, self._bounds, strict=True)]
         enclosing = [
@@ -43,10 +43,11 @@ class FilledSolid:
 
 
 def wound_alike(faces: Faces) -> Faces:
-    """The faces, shape (n, 3), with those turned round that are wound against their neighbours; most of each part stay.
+    """The faces, shape (n, 3), with consistent winding: faces wound against the majority of their part are reversed.
 
-    Two triangles that alone share an edge pass it in opposite directions if they are wound alike. A graph of two nodes a face, as
-    it is and turned round, joins what is alike. A part in which both nodes of a face are joined has one side only, and stays.
+    Two triangles that alone share an edge traverse it in opposite directions if they are wound alike. A graph with two nodes per
+    face, as it is and reversed, connects consistent choices. A part that connects both nodes of a face is one-sided, and stays
+    unchanged.
     """
     n = len(faces)
     a, b = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
@@ -67,7 +68,7 @@ def wound_alike(faces: Faces) -> Faces:
 
 
 def _connected(n: int, ends: Faces, others: Faces) -> Faces:
-    """The number of the group of each of n vertices that edges connect; an edge leads from an end to the other."""
+    """The index of the connected component of each of n vertices; edges lead from ``ends`` to ``others``."""
     ends, others = ends.ravel(), others.ravel()
     return connected_components(coo_array((np.ones(len(ends)), (ends, others)), shape=(n, n)), directed=False)[1]
 
@@ -75,7 +76,7 @@ def _connected(n: int, ends: Faces, others: Faces) -> Faces:
 def _closed(vertices: Array, faces: Faces) -> Array:
     """The triangles of a surface and those that close it, shape (m, 3, 3).
 
-    As many open edges lead to a vertex as from it, so the triangles from a group of open edges to one point leave no edge open.
+    As many open edges lead to a vertex as from it. So triangles from a group of open edges to one point leave no edge open.
     """
     a, b = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     edges, index = np.unique(np.stack([np.minimum(a, b), np.maximum(a, b)], axis=1), axis=0, return_inverse=True)
@@ -96,7 +97,7 @@ def _bounding_balls(triangles: Array) -> tuple[Array, Array]:
 
 
 def _distance(point: Array, triangles: Array, bounds: tuple[Array, Array]) -> float:
-    """The distance of a point from the nearest of triangles. Those whose bounding ball is farther than another are not tried."""
+    """The distance of a point from the nearest triangle; triangles with too distant bounding balls are skipped."""
     to_middles = np.linalg.norm(bounds[0] - point, axis=1)
     near = triangles[to_middles - bounds[1] <= (to_middles + bounds[1]).min()] - point
     along = np.roll(near, -1, axis=1) - near

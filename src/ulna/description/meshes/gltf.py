@@ -1,4 +1,4 @@
-"""Checks a glTF or GLB file before arrays are made of it: what its JSON states is compared with what there is.
+"""Checks a glTF or GLB file before allocating arrays: compares the sizes in its JSON with its data.
 
 Source: Khronos, glTF 2.0 specification, chapters 3.5 to 3.7 and 4.
 """
@@ -10,16 +10,16 @@ from ulna.description.meshes.mesh_files import MAX_TRIANGLES
 from ulna.errors import cited, count_of
 
 _MAX_JSON = 20_000_000  # bytes
-_MAX_BUFFERS = 100_000_000  # bytes of all
+_MAX_BUFFERS = 100_000_000  # bytes of all buffers
 _MAX_ITEMS = {"nodes": 10_000, "meshes": 10_000, "accessors": 50_000, "bufferViews": 50_000, "buffers": 16, "images": 64}
-_MAX_DEPTH = 64  # nodes within one another
+_MAX_DEPTH = 64  # nested nodes
 _BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # by componentType
 _NUMBERS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}  # by type
-_TWICE = 2  # two accessors may read the same bytes, as of a mesh with two morphs; more are refused
+_TWICE = 2  # two accessors may read the same bytes, as in a mesh with two morphs; more are refused
 
 
 def check_gltf(kind: str, data: bytes) -> None:
-    """Raise ValueError if a file states more than it has, or is more than what is read.
+    """Raise ValueError if a file states more than it contains, or exceeds the limits.
 
     Args:
         kind: ``.glb`` or ``.gltf``.
@@ -46,7 +46,7 @@ def _json_chunk(data: bytes) -> bytes:
 
 
 def _check_arrays(tree: dict[str, Any]) -> None:
-    """Views lie within their buffers, accessors within their views, and they read nothing many times."""
+    """Check that views lie within buffers and accessors within views, and that no bytes are read many times."""
     buffers = [_whole(one, "byteLength") for one in _items(tree, "buffers")]
     if sum(buffers) > _MAX_BUFFERS:
         raise ValueError(f"its buffers have {sum(buffers)} bytes; up to {_MAX_BUFFERS} are read")
@@ -71,7 +71,7 @@ def _check_arrays(tree: dict[str, Any]) -> None:
 
 
 def _check_meshes(tree: dict[str, Any]) -> list[int]:
-    """The triangles of each mesh, at most; the points that its primitives copy are limited."""
+    """An upper bound on the triangles of each mesh; limits the points that its primitives copy."""
     accessors, n_points, triangles = _items(tree, "accessors"), 0, []
     for mesh in _items(tree, "meshes"):
         n = 0
@@ -90,7 +90,7 @@ def _check_meshes(tree: dict[str, Any]) -> list[int]:
 
 
 def _check_nodes(tree: dict[str, Any], triangles: list[int]) -> None:
-    """The nodes form trees, as the specification says: each is in one other at most, and none in itself."""
+    """Check that nodes form trees, as the specification requires: each has at most one parent, without cycles."""
     nodes, parents, shown = _items(tree, "nodes"), {}, 0
     for k, node in enumerate(nodes):
         for child in _items(node, "children"):

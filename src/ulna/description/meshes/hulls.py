@@ -21,8 +21,8 @@ class Part(NamedTuple):
     """A shape in place of a mesh.
 
     Attributes:
-        shape: What it is.
-        excess: How far it stands out beyond the mesh [m]; None where that is not known.
+        shape: The shape.
+        excess: Its largest distance beyond the mesh [m]; None if unknown.
         centre: The origin of its frame in the frame of the mesh [m].
     """
 
@@ -43,7 +43,7 @@ def with_hulls(description: Description) -> Description:
 
 
 def with_shapes(description: Description, shapes_of: ShapesOf) -> Description:
-    """The description with other shapes in place of each collision mesh: from its file and scale, in the frame of the mesh."""
+    """The description with other shapes in place of each collision mesh, made from its file and scale."""
     files = MeshFiles(description)
     return replace(description, links=tuple(_with_shapes(link, files, shapes_of) for link in description.links))
 
@@ -54,7 +54,7 @@ def n_collision_meshes(description: Description) -> int:
 
 
 def in_place_of_meshes(description: Description) -> str:
-    """A sentence that says what is checked in place of meshes; empty if there are none."""
+    """A sentence that names the shapes checked in place of meshes; empty if there are none."""
     covers = [body for link in description.links for body in link.collisions if isinstance(body.shape, Sphere)]
     if excesses := [body.excess for body in covers if body.excess is not None]:
         balls = count_of(len(excesses), "ball that covers", "balls that cover")
@@ -88,7 +88,7 @@ def _with_shapes(link: Link, files: MeshFiles, shapes_of: ShapesOf) -> Link:
 
 
 def hull_of(path: Path, scale: Scale) -> ConvexMesh:
-    """The hull of a mesh file, cached by the file's content. A flat mesh, which has no volume, keeps all its points."""
+    """The hull of a mesh file, cached by the file's content. A flat mesh, without volume, keeps all its points."""
     reader, data = mesh_reader(), checked_bytes(path)
     key = hashlib.sha256(data).digest(), path.suffix.lower(), scale
     with _lock:
@@ -107,7 +107,7 @@ def hull_of(path: Path, scale: Scale) -> ConvexMesh:
 
 
 def checked_bytes(path: Path) -> bytes:
-    """The bytes of a mesh file; of a format that is drawn but not checked for collision, an error."""
+    """The bytes of a mesh file; raises an error for a format that is drawn but not checked for collisions."""
     if path.suffix.lower() not in CHECKED:
         kinds = ", ".join(CHECKED)
         raise FileError(str(path), f"is of kind {path.suffix.lower()!r}, which is not read for collision checking, only {kinds}")

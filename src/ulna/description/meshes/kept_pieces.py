@@ -1,4 +1,4 @@
-"""Caches the convex pieces of meshes, and the balls that cover them, on disk, in the user's own cache folder."""
+"""Caches the convex pieces of meshes, and the balls that cover them, on disk, in the user's cache folder."""
 
 import contextlib
 import hashlib
@@ -37,7 +37,7 @@ def to_bytes(pieces: Pieces) -> bytes:
 
 
 def from_bytes(data: bytes) -> Pieces:
-    """The pieces of such a file."""
+    """Parse the bytes of ``to_bytes``."""
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
             points, counts, excess = arrays["points"].astype(np.float64), arrays["counts"], float(arrays["excess"])
@@ -49,14 +49,14 @@ def from_bytes(data: bytes) -> Pieces:
 
 
 def balls_to_bytes(balls: NDArray[np.float64]) -> bytes:
-    """Centres and radii, shape (n, 4), as the bytes of a NumPy file."""
+    """Centers and radii, shape (n, 4), as the bytes of a NumPy file."""
     file = io.BytesIO()
     np.save(file, balls)
     return file.getvalue()
 
 
 def balls_from_bytes(data: bytes) -> NDArray[np.float64]:
-    """The balls of such a file."""
+    """Parse the bytes of ``balls_to_bytes``."""
     try:
         balls = np.load(io.BytesIO(data), allow_pickle=False).astype(np.float64)
     except (OSError, EOFError, TypeError, AttributeError) as error:
@@ -67,7 +67,7 @@ def balls_from_bytes(data: bytes) -> NDArray[np.float64]:
 
 
 def file_name(made_by: list[Any], data: bytes, ending: str) -> str:
-    """The name of the file for what is computed of a mesh file with some content, by whatever else the result depends on."""
+    """The file name of a result computed from a mesh file's content and from ``made_by``, everything else it depends on."""
     return hashlib.sha256(json.dumps(made_by).encode() + b"\0" + data).hexdigest() + ending
 
 
@@ -86,6 +86,6 @@ def write(file: str, data: bytes) -> None:
 
 
 def _folder() -> PrivateFolder:
-    """The cache folder; an OSError where others could write there, a RuntimeError for a user without a home folder."""
+    """The cache folder; raises OSError if others could write there, RuntimeError for a user without a home folder."""
     with private_folder(cache_base()) as base:
         return base.folder("pieces")

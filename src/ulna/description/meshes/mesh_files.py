@@ -1,4 +1,4 @@
-"""Finds the files of meshes, within the folders that a description may read, and defines what is read of them.
+"""Finds mesh files within the folders that a description may read, and defines their formats.
 
 A description may come from a stranger, so not every file that it names is opened (``readable``).
 """
@@ -16,7 +16,7 @@ from ulna.description.readable import Readable
 from ulna.errors import FileError, InputError, case_twin, did_you_mean, twin_in_words
 
 CHECKED = (".stl", ".obj", ".dae")
-"""The formats that are read completely: only these are used for collision checking."""
+"""The formats that are read completely; only these are used for collision checking."""
 MAX_TRIANGLES = 4_000_000  # of all instances; a binary STL of MAX_BYTES has half of this
 
 
@@ -37,7 +37,7 @@ MESHES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 
 
 class Located(Protocol):
-    """A description, or anything else with the folders of its files."""
+    """A description, or another object with the folders of its files."""
 
     @property
     def folder(self) -> Path | None: ...  # noqa: D102
@@ -47,10 +47,10 @@ class Located(Protocol):
 
 
 class MeshFiles:
-    """Finds meshes in the description's own tree (``own_tree``), ``package_dirs``, and packages found; and nowhere else.
+    """Finds meshes only in the description's own tree (``own_tree``), ``package_dirs``, and packages found.
 
     A stranger's description could name any mesh of this machine, as ``file:///home/me/secret.stl`` or by ``..``, and the page
-    would show it. What the description's tree has, and what the caller names, may be read.
+    would show it. So only the description's tree and the caller's folders are read.
     """
 
     def __init__(self, description: Located) -> None:
@@ -60,22 +60,22 @@ class MeshFiles:
             self.readable.admit(tree)
 
     def find(self, uri: str) -> Path:
-        """The file behind ``package://``, ``file://`` or a path that is relative to the description."""
+        """The file behind ``package://``, ``file://`` or a path relative to the description."""
         if Path(uri).suffix.lower() not in MESHES:
             raise FileError(uri, f"is not read as a mesh; {', '.join(MESHES)} are")
         return self.located(uri)
 
     def located(self, uri: str) -> Path:
-        """The file behind an address, of whatever kind: a model that is included, too."""
+        """The file behind an address of any kind, included models too."""
         try:
             return self._readable(uri)
         except (OSError, ValueError) as error:
             if isinstance(error, FileError):
                 raise
-            raise FileError(uri, str(error)) from None  # a name that no file system takes
+            raise FileError(uri, str(error)) from None  # an invalid file name
 
     def beside(self, mesh: Path, name: str) -> Path:
-        """A file that a mesh refers to, such as a texture: in the mesh's folder, or where the description may read."""
+        """A file that a mesh refers to, such as a texture: in the mesh's folder, or in readable folders."""
         path = mesh.parent / unquote(name)
         if not (self.readable.admits(str(path)) or path.resolve().is_relative_to(mesh.parent.resolve())):
             raise FileError(name, f"lies outside {mesh.parent}, the folder of {mesh.name}, which refers to it")
@@ -101,7 +101,7 @@ class MeshFiles:
         raise FileError(uri, reasons[0] if reasons else self._refusal(uri, packages, admitted))
 
     def _refusal(self, uri: str, packages: dict[Path, Path | None], admitted: list[Path]) -> str:
-        """Why nothing was found, and the argument that finds it."""
+        """The reason why nothing was found, and the argument that finds it."""
         outside = [path for path in packages if path not in admitted]
         if outside and (there := next((path for path in outside if path.is_file()), None)):
             return f"{_OUTSIDE}; {self._advice(there)}"
@@ -117,7 +117,7 @@ class MeshFiles:
         return f"{tried}. package_dirs=[...] names the folder in which the package {package!r} lies" if missing else tried
 
     def _advice(self, path: Path) -> str:
-        """The argument of ``load`` that lets a file be read: the folder that it shares with the description, or its own."""
+        """Advise an argument of ``load`` that admits a file: its common folder with the description, or its own folder."""
         real, home = path.resolve(), Path(os.path.expanduser("~")).resolve()  # noqa: PTH111 - it may not be known
         shared = real.parent
         if self.folder is not None:
@@ -132,7 +132,7 @@ _NAMING_FILES = ("mesh", "texture")
 
 
 def with_mesh_paths(kind: str, text: str, folder: Path | None, package_dirs: Iterable[str | Path]) -> str:
-    """The text with mesh and texture paths as they are (``"given"``), or as absolute ``file://`` addresses (``"file"``)."""
+    """The text with mesh and texture paths unchanged (``"given"``), or as absolute ``file://`` addresses (``"file"``)."""
     if kind not in _KINDS:
         raise InputError("mesh_paths", f"{kind!r} is not known{did_you_mean(str(kind), _KINDS)}")
     if kind == "given":

@@ -1,4 +1,4 @@
-"""Checks a Wavefront OBJ file and writes it with one statement a line, triangles only, indices from 1."""
+"""Checks a Wavefront OBJ file and writes it with one statement per line, triangles only, indices from 1."""
 
 import re
 from io import StringIO
@@ -9,17 +9,17 @@ from ulna.description.meshes.mesh_files import MAX_TRIANGLES, Rewritten
 
 _SURFACES = ("surf", "bzp", "bsp", "cdc", "cdp")
 _MAX_MATERIALS = 1000  # trimesh takes time by their number squared
-_MAX_WORDS = MAX_TRIANGLES + 4  # of a line: one more corner than a face of so many triangles has
+_MAX_WORDS = MAX_TRIANGLES + 4  # of a line: one more corner than a face with the maximum number of triangles
 
 
 def rewritten_obj(data: bytes, *, materials: bool) -> Rewritten:
-    """Its vertices, texture coordinates, normals and faces, sorted by their materials if these are wanted.
+    """Its vertices, texture coordinates, normals and faces, sorted by material on request.
 
     Source: Wavefront, Advanced Visualizer, appendix B1.
 
-    Lines end in LF, CR LF or CR, may be indented, and go on after a backslash. A negative index counts back from where it is
-    used. A vertex of four numbers is homogeneous, one of six has a colour, as Assimp reads them. A face of more than three
-    vertices is a fan. Lines and points have no faces and are left out, as are groups.
+    Lines end in LF, CR LF or CR, may be indented, and continue after a backslash. A negative index counts back from its place in
+    the file. As in Assimp, a vertex of four numbers is homogeneous, one of six has a color. A face of more than three vertices is
+    a fan. Lines and points have no faces and are omitted, as are groups.
     """
     lists: dict[str, list[str]] = {"v": [], "vt": [], "vn": []}
     faces = {"": StringIO()}  # by the line that names their material
@@ -84,7 +84,7 @@ def _vertex(words: list[str], number: int) -> list[float]:
 
 
 def _material(words: list[str], faces: dict[str, StringIO], number: int) -> str:
-    """The line that names a material, which then has a place among the faces."""
+    """The line that names a material, which is registered among the faces."""
     line = " ".join(words) + "\n"
     faces.setdefault(line, StringIO())
     if len(faces) > _MAX_MATERIALS + 1:
@@ -93,7 +93,7 @@ def _material(words: list[str], faces: dict[str, StringIO], number: int) -> str:
 
 
 def _corner(word: str, lists: dict[str, list[str]], number: int) -> str:
-    """One corner of a face, ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn``, its indices counted from 1."""
+    """One corner of a face, ``v``, ``v/vt``, ``v//vn`` or ``v/vt/vn``, with indices counted from 1."""
     parts = word.split("/")
     try:
         indices = [int(part) if part else None for part in parts]

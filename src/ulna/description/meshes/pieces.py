@@ -1,8 +1,8 @@
-"""Decomposes a mesh into convex pieces, as the program of a child process, and measures what their hulls add.
+"""Decomposes a mesh into convex pieces in a child process, and measures the excess of their hulls.
 
-CoACD works on a closed surface that is remeshed, so its pieces are near the mesh but do not contain it. Here each triangle of
-the mesh is assigned to one piece, and a piece becomes the hull of its triangles: together they contain the surface. Arrays are
-passed through pipes, as NumPy's files. The process confines itself before it reads the mesh.
+CoACD works on a remeshed closed surface, so its pieces are near the mesh but do not contain it. Here each triangle of the mesh is
+assigned to one piece, and a piece becomes the hull of its triangles: together they contain the surface. Arrays are passed through
+pipes, as NumPy's files. The process confines itself before it reads the mesh.
 """
 
 import io
@@ -48,7 +48,7 @@ def _decomposed(coacd, vertices: NDArray[np.float64], faces: NDArray[np.int64], 
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
-_FINEST = 0.01  # of the mesh's diagonal: smaller triangles are not cut
+_FINEST = 0.01  # of the mesh's diagonal: smaller triangles are not divided
 _OUTSIDE = 1e-3  # of the diagonal: a triangle that protrudes from a piece by less counts as inside
 _MAX_TRIANGLES = 500_000
 _SURFACE_SAMPLES, _PIECE_SAMPLES = 50_000, 10_000
@@ -56,13 +56,13 @@ _AT_ONCE = 1 << 22  # pairs of points and triangles, or of points and planes, in
 
 
 def pieces_of(vertices: Array, faces: Faces, hulls: list[Array]) -> list[Array]:
-    """The corners of the hulls of groups of triangles, a group for each hull given, none empty.
+    """The corners of the hulls of groups of triangles, a group for each given hull, none empty.
 
     1. A triangle is assigned to the hull from which it protrudes least: by the largest distance of its corners from the planes.
-    2. A triangle that protrudes from every hull is cut at the middle of its longest edge, until it is inside one or small.
+    2. A triangle that protrudes from every hull is divided at the middle of its longest edge, until it is inside one or small.
 
     Args:
-        vertices: Of the mesh, shape (n, 3).
+        vertices: The vertices of the mesh, shape (n, 3).
         faces: Its triangles, shape (m, 3).
         hulls: The points of approximate convex pieces, shape (k, 3) each.
 
@@ -87,14 +87,14 @@ def pieces_of(vertices: Array, faces: Faces, hulls: list[Array]) -> list[Array]:
 
 
 def _distances_outside(triangles: Array, planes: Array) -> Array:
-    """How far each triangle leaves a hull: the largest distance of its corners from the hull's planes, shape (m,)."""
+    """The distance of each triangle beyond a hull: the maximum over its corners and the hull's planes, shape (m,)."""
     step = max(1, _AT_ONCE // (3 * len(planes)))
     parts = (triangles[k : k + step] @ planes[:, :3].T + planes[:, 3] for k in range(0, len(triangles), step))
     return np.concatenate([part.max(axis=(1, 2)) for part in parts])
 
 
 def halved(triangles: Array, longest: NDArray[np.int64]) -> Array:
-    """Two for each triangle, cut at the middle of the edge that begins at corner ``longest``."""
+    """Divide each triangle in two, at the middle of the edge that begins at corner ``longest``."""
     rows = np.arange(len(triangles))
     a, b, c = (triangles[rows, (longest + k) % 3] for k in range(3))
     middle = (a + b) / 2
@@ -110,14 +110,14 @@ def _corners(points: Array) -> Array:
 
 
 def sampled_excess(vertices: Array, faces: Faces, pieces: list[Array]) -> float:
-    """The excess of pieces over a mesh: the largest distance of a sampled point of theirs from the solid that it encloses.
+    """The excess of pieces over a mesh: the largest distance of their sampled points from the enclosed solid.
 
-    Samples are 10,000 points on the pieces and within them, spread by area, so the true value is larger, if little. A point is
-    within the mesh where the winding number is above a half (Jacobson et al., Robust Inside-Outside Segmentation, 2013), whose
-    distance is 0; the distance of another is that from the nearest of eight triangles about the nearest points of the surface.
+    Samples are 10,000 points on the pieces and within them, spread by area, so the true value is slightly larger. A point is
+    within the mesh if the winding number exceeds a half (Jacobson et al., Robust Inside-Outside Segmentation, 2013); its distance
+    is 0. The distance of another point is measured to the eight triangles around the nearest points of the surface.
 
     Args:
-        vertices: Of the mesh, shape (n, 3).
+        vertices: The vertices of the mesh, shape (n, 3).
         faces: Its triangles, shape (m, 3).
         pieces: The corners of convex pieces, shape (k, 3) each.
 
@@ -171,7 +171,7 @@ def _samples_of_pieces(pieces: list[Array], random: np.random.Generator) -> Arra
 
 
 def winding_numbers(triangles: Array, points: Array) -> Array:
-    """The winding number of a surface at each point: the sum of solid angles (Van Oosterom and Strackee 1983) over 4 pi."""
+    """The winding number of a surface at each point: the solid angles (Van Oosterom and Strackee 1983) over 4 pi."""
     a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
     lengths = [np.linalg.norm(one, axis=2) for one in (a, b, c)]
     determinant = np.einsum("ijk,ijk->ij", a, np.cross(b, c))

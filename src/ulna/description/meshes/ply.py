@@ -12,13 +12,13 @@ from ulna.errors import count_of
 
 
 def counts(content: bytes) -> dict[str, int]:
-    """How many of each element the header of a .ply states."""
+    """The stated count of each element in the header of a .ply file."""
     head = content.partition(b"end_header")[0].decode(errors="replace")
     return {kind: int(count) for kind, count in re.findall(r"^element (\w+) (\d+)", head, re.MULTILINE)}
 
 
 def _properties(content: bytes) -> list[str]:
-    """The names of the properties of a vertex that the header of a .ply states."""
+    """The names of a vertex's properties in the header of a .ply file."""
     head = content.partition(b"end_header")[0].decode(errors="replace")
     parts = re.split(r"^element +", head, flags=re.MULTILINE)
     vertex = next((part for part in parts if part.startswith("vertex")), "")
@@ -26,7 +26,7 @@ def _properties(content: bytes) -> list[str]:
 
 
 def vertices(content: bytes) -> NDArray[np.float64]:
-    """The vertices of a .ply, shape (n, 3), whether triangles use them or not."""
+    """The vertices of a .ply file, shape (n, 3), used by triangles or not."""
     check_ply(content)
     if len(re.findall(rb"^element +vertex ", content.partition(b"end_header")[0], re.MULTILINE)) > 1:
         raise ValueError("it has more than one element vertex; one is read")

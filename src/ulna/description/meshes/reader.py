@@ -1,4 +1,4 @@
-"""Reads a mesh file with trimesh, the same for what is checked and what is drawn.
+"""Reads a mesh file with trimesh, for collision checking and for drawing alike.
 
 A file of a format with many notations is first rewritten in one notation (``stl``, ``obj``, ``collada``). Afterwards the
 triangles are counted. So a file is read completely, or refused.
@@ -43,10 +43,10 @@ def mesh_bytes(path: Path) -> bytes:
 
 
 def read_scene(path: Path, data: bytes, beside: Resolver | None = None) -> trimesh.Scene:
-    """The triangles of a mesh file, Collada's in metres; each instance a geometry of its own.
+    """The triangles of a mesh file, Collada's in meters; each instance is a geometry of its own.
 
     Args:
-        path: The file; its ending gives the format, and errors name it.
+        path: The file; its extension gives the format, and errors name it.
         data: Its bytes.
         beside: Reads the files that it refers to: materials, textures, buffers. Without it they are skipped.
     """
@@ -67,7 +67,7 @@ def used_points(scene: trimesh.Scene) -> NDArray[np.float64]:
 
 
 def merged(scene: trimesh.Scene) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """All triangles: vertices, shape (n, 3), no two of them equal, and triangles, shape (m, 3)."""
+    """All triangles: distinct vertices, shape (n, 3), and triangles, shape (m, 3)."""
     points, triangles = [], []
     for vertices, faces in _parts(scene):
         triangles.append(faces + sum(map(len, points)))
@@ -134,7 +134,7 @@ def _check(scene: trimesh.Scene, rewritten: Rewritten | None) -> None:
 
 
 def _check_textures(scene: trimesh.Scene) -> None:
-    """Compare the sizes of images, of which only the headers are read so far: a small file may be a large picture."""
+    """Limit the sizes of images, read from their headers alone: a small file may contain a large picture."""
     materials = [getattr(mesh.visual, "material", None) for mesh in scene.geometry.values() if isinstance(mesh, trimesh.Trimesh)]
     images = {id(image): image for one in materials for name in _TEXTURES if (image := getattr(one, name, None)) is not None}
     n_pixels = sum(int(np.prod(image.size)) for image in images.values())
@@ -143,7 +143,7 @@ def _check_textures(scene: trimesh.Scene) -> None:
 
 
 class Beside(Resolver):
-    """Reads the files that a mesh refers to, such as textures: beside it, or in the folders that its description may read."""
+    """Reads the files that a mesh refers to, such as textures, from its folder or the description's readable folders."""
 
     def __init__(self, files: MeshFiles, mesh: Path) -> None:
         self._files, self._mesh = files, mesh

@@ -15,7 +15,7 @@ from ulna.description.shapes import Sphere
 from ulna.errors import GeometryError
 
 _VERSION = 2  # of the algorithm: a new number invalidates the cache
-_WIDER = 1.5  # by which ``within`` grows until a budget suffices
+_WIDER = 1.5  # factor by which ``within`` grows until a budget suffices
 
 
 def with_balls(description: Description, within: float, most: int | None) -> Description:
@@ -38,7 +38,7 @@ def _parts(path: Path, scale: Scale, within: float, most: int | None) -> tuple[P
 
 
 def balls_of_file(path: Path, scale: Scale, within: float) -> NDArray[np.float64]:
-    """The balls that cover a scaled mesh file: centres and radii [m], shape (n, 4); cached on disk by the file's content."""
+    """The balls that cover a scaled mesh file: centers and radii [m], shape (n, 4); cached on disk by content."""
     reader, data = mesh_reader(), checked_bytes(path)
     made_by = [_VERSION, importlib.metadata.version("scipy"), path.suffix.lower(), scale, within]
     file = kept_pieces.file_name(made_by, data, ".npy")

@@ -7,7 +7,7 @@ import numpy as np
 from ulna.description.meshes.mesh_files import Rewritten
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_HEADER = 84  # bytes: 80 of any text, 4 that count the triangles
+_HEADER = 84  # bytes: 80 of any text, 4 for the number of triangles
 _FACET = b"facet normal x x x outer loop vertex x x x vertex x x x vertex x x x endloop endfacet".split()
 _NUMBERS = np.array([word == b"x" for word in _FACET])
 
@@ -15,8 +15,8 @@ _NUMBERS = np.array([word == b"x" for word in _FACET])
 def rewritten_stl(data: bytes) -> Rewritten:
     """Binary STL unchanged; text converted to binary STL.
 
-    It is binary where the length is that of the triangles it counts, as Assimp and trimesh decide too. A text must consist of
-    whole facets of three vertices each: one that was cut off is refused.
+    It is binary if its length suits the number of triangles, as Assimp and trimesh decide too. A text must consist of whole
+    facets of three vertices each: a truncated text is refused.
     """
     count = int.from_bytes(data[80:_HEADER], "little")
     if len(data) >= _HEADER and len(data) == _HEADER + _TRIANGLE.itemsize * count:
@@ -29,7 +29,7 @@ def rewritten_stl(data: bytes) -> Rewritten:
 
 
 def _finite(triangles: np.ndarray, data: bytes) -> Rewritten:
-    """Binary STL, unless a point is not finite: some readers leave the point out."""
+    """Binary STL; raises an error if a point is not finite, since some readers omit the point."""
     if not np.isfinite(triangles["corners"]).all():
         raise ValueError("it has points that are not finite")
     return Rewritten(data, len(triangles))

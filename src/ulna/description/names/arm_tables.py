@@ -1,9 +1,9 @@
 """Reads the tables of arms: kinematics, limits and inertias from public descriptions, and collision shapes of our own.
 
-A file of the folder ``arms`` has the arms of one maker. Of an arm it has its joints, one a row, and the shapes that contain its
-links. A capsule is a link, the two centres of its ends [m] and its radius [m]; a cylinder the same and ``"flat"``.
-A box is a link and two opposite corners [m]. An inertia is a link, its mass [kg], its center of mass [m], the six numbers of its
-tensor [kg m^2] in the order of URDF, and where the tensor is in other axes than the link's, their roll, pitch and yaw [deg].
+A file of the folder ``arms`` contains the arms of one maker. Each arm has its joints, one per row, and the shapes that contain
+its links. A capsule is a link, the two centers of its ends [m] and its radius [m]; a cylinder is the same and ``"flat"``. A box
+is a link and two opposite corners [m]. An inertia is a link, its mass [kg], its center of mass [m], and its tensor [kg m^2],
+six numbers in URDF's order. If the tensor's axes are not the link's, their roll, pitch and yaw follow [deg].
 """
 
 import json
@@ -26,7 +26,7 @@ _ZERO: Point = [0.0, 0.0, 0.0]
 
 
 class JointRow(NamedTuple):
-    """A joint: ``xyz`` [m] and ``rpy`` [deg] are its place in the parent; a limit is None where the source states none.
+    """A joint: ``xyz`` [m] and ``rpy`` [deg] give its pose in the parent; a limit is None without a source.
 
     Positions, velocity and acceleration are in the table's unit of angle and in seconds, the effort in Nm.
     """
@@ -37,7 +37,7 @@ class JointRow(NamedTuple):
     child: str
     xyz: Point
     rpy: Point
-    axis: Point = [1.0, 0.0, 0.0]  # noqa: RUF012 - what URDF takes where nothing is said
+    axis: Point = [1.0, 0.0, 0.0]  # noqa: RUF012 - URDF's default
     range: Point | None = None
     velocity: float | None = None
     effort: float | None = None
@@ -50,23 +50,23 @@ class ArmTable:
 
     Attributes:
         name: Its name for ``ulna.load``.
-        maker: Who builds it.
+        maker: Its manufacturer.
         model: The maker's name for it.
         also: Other names for ``ulna.load``.
-        payload: What it may carry [kg], as its maker says.
-        reach: How far it reaches [m], as its maker says.
-        source: The public description that the figures are from: repository and commit.
-        licence: The licence of the source.
+        payload: The maker's rated payload [kg].
+        reach: The maker's stated reach [m].
+        source: The public description that the figures come from: repository and commit.
+        licence: The license of the source.
         files: The files of the source.
-        limits_from: Where the limits of a motion are from, and what the source leaves open.
-        shapes_from: What the shapes were made from.
-        degrees: Whether positions, velocities and accelerations are in degrees, and not in radians.
-        start: The configuration to start from [deg].
+        limits_from: The origin of the motion limits, and what the source leaves open.
+        shapes_from: The origin of the shapes.
+        degrees: Whether positions, velocities and accelerations are in degrees, not in radians.
+        start: The home configuration [deg].
         rows: The joints, from the base to the tip.
         shapes: Capsules, cylinders and boxes, as above.
-        allowed: Pairs of links that the shapes let touch, though the arm does not.
-        inertias: The inertias, as above; none where the source has none, or none that can be those of the arm.
-        inertias_from: Where the inertias are from if not from the source, and what was done to them.
+        allowed: Pairs of links whose shapes may touch, although the arm's links do not.
+        inertias: The inertias, as above; none if the source has none, or only implausible ones.
+        inertias_from: The origin of the inertias if not the source, and their changes.
     """
 
     name: str
@@ -95,12 +95,12 @@ class ArmTable:
 
     @property
     def home(self) -> tuple[float, ...]:
-        """The configuration to start from [rad]."""
+        """The home configuration [rad]."""
         return tuple(np.deg2rad(self.start).tolist())
 
     @property
     def moving(self) -> Iterator[JointRow]:
-        """The joints that move, in their order."""
+        """The moving joints, in order."""
         return (row for row in self.rows if row.type != JointType.FIXED)
 
     def radians(self, angle: float | None) -> float:
@@ -150,7 +150,7 @@ def _bodies(link: str, shapes: list[list[Any]]) -> Iterator[Body]:
 
 
 def _turn_to(z: np.ndarray) -> np.ndarray:
-    """A rotation whose third column is a unit vector."""
+    """A rotation whose third column is a given unit vector."""
     x = np.cross(np.eye(3)[np.abs(z).argmin()], z)
     x /= np.linalg.norm(x)
     return np.column_stack([x, np.cross(z, x), z])

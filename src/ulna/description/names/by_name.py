@@ -13,7 +13,7 @@ from ulna.errors import FileError, near_names, twin_in_words
 
 @dataclass(frozen=True)
 class Bundled:
-    """A bundled description: its files beside this module, and the configuration to start from [rad or m]."""
+    """A bundled description: its files in this folder, and its home configuration [rad or m]."""
 
     file: str
     home: tuple[float, ...]
@@ -54,18 +54,18 @@ def find_by_name(name: str) -> Named:
 
 @dataclass(frozen=True)
 class KnownRobot:
-    """A robot that ``ulna.load`` takes by name.
+    """A robot that ``ulna.load`` accepts by name.
 
     Attributes:
         name: Its name.
         also: Its other names.
-        package: What gives it: ``"bundled"``, ``"example-robot-data"`` or ``"robot_descriptions"``.
-        path: Its file; None for one that is bundled, or that robot_descriptions has not downloaded yet.
+        package: Its source: ``"bundled"``, ``"example-robot-data"`` or ``"robot_descriptions"``.
+        path: Its file; None if it is bundled, or not downloaded by robot_descriptions yet.
         installed: Whether it can be loaded now.
-        maker: Who builds it; None where it is not known here.
+        maker: Its manufacturer; None if unknown.
         model: Its maker's name for it.
-        payload: What it may carry [kg].
-        reach: How far it reaches [m].
+        payload: The maker's rated payload [kg].
+        reach: The maker's stated reach [m].
     """
 
     name: str
@@ -82,7 +82,7 @@ class KnownRobot:
 def known_robots() -> list[KnownRobot]:
     """Every robot that can be loaded by name: bundled ones by maker, then by package and name.
 
-    Of a name that several packages have, the first's.
+    If several packages share a name, the first one counts.
     """
     found = [_bundled(name, [], "Franka Robotics", *_FRANKA[name]) for name in _FILES]
     found += [_bundled(arm.name, arm.also, arm.maker, arm.model, arm.payload, arm.reach) for arm in arm_tables().values()]
@@ -103,7 +103,7 @@ def _bundled(name: str, also: list[str], maker: str, model: str, payload: float,
 
 
 def rated_payload(name: str) -> float | None:
-    """What the maker of a bundled arm says that it may carry [kg]; None for another robot."""
+    """The maker's rated payload of a bundled arm [kg]; None for another robot."""
     known = {arm.name: arm.payload for arm in arm_tables().values()} | {name: of[1] for name, of in _FRANKA.items()}
     return known.get(name)
 
@@ -114,7 +114,7 @@ def packages_to_install() -> list[str]:
 
 
 def _files_by_package() -> dict[str, dict[str, Path]]:
-    """The files by name of each package, as pip calls it: the first comes first where both have a name."""
+    """The files by name of each package, by its pip name; the first package takes precedence."""
     return {"example-robot-data": example_robots(), "robot_descriptions": cached_descriptions.names()}
 
 
@@ -148,7 +148,7 @@ def _near(name: str, known: dict[str, str]) -> str:
 
 
 def _plain(name: str) -> str:
-    """A name as people write it: without case, dashes and spaces. ``UR10-e`` is ``ur10e``."""
+    """A name without case, dashes and spaces: ``UR10-e`` becomes ``ur10e``."""
     return re.sub(r"[\W_]", "", name.casefold())
 
 

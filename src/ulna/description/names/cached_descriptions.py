@@ -1,8 +1,8 @@
 """Finds the robots of the package robot_descriptions that are in its cache.
 
 The package is github.com/robot-descriptions/robot_descriptions.py. Its modules download when they are imported. So each is run
-with a replacement for the one function that downloads: it returns the folder in the cache, or raises an error that says how to
-fill the cache.
+with a replacement for the one function that downloads. The replacement returns the folder in the cache, or raises an error that
+says how to fill the cache.
 """
 
 import builtins
@@ -20,7 +20,7 @@ from ulna.errors import FileError
 
 @dataclass(frozen=True)
 class Named:
-    """The file of a robot that goes by a name, with the arguments and the folders of packages that its package gives it."""
+    """The file of a named robot, with the arguments and package folders from its package."""
 
     path: Path
     xacro_args: Mapping[str, object] = field(default_factory=dict)
@@ -60,7 +60,7 @@ def find(name: str, module: Path) -> Named:
 
 
 def _run(module: Path, clone_to_cache: Any) -> dict[str, Any]:
-    """The names that a module defines, run in place of being imported."""
+    """The names that a module defines, executed instead of imported."""
 
     def imported(name: str, given=None, local=None, fromlist=(), level: int = 0):
         if (name, level) == ("_cache", 1):

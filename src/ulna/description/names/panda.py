@@ -1,15 +1,15 @@
-"""Holds the Panda's DH table from the assignment, its home configuration, and what brings its meshes."""
+"""Holds the Panda's DH table from the assignment, its home configuration, and the command that installs its meshes."""
 
 from math import pi
 
-# Its code asks for a simulator and for Python below 3.13, its meshes for neither.
+# The package's code requires a simulator and a Python below 3.13, its meshes neither.
 INSTALL_MESHES = "pip install --no-deps --ignore-requires-python dm-robotics-panda==0.4.8"
 
 HOME = (0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4)  # [rad]
-# The hand is not moved by this description; it is drawn with its fingers half open.
+# This description does not move the hand; it is drawn with its fingers half open.
 FINGER_JOINTS, FINGER_POSITION = ("panda_finger_joint1", "panda_finger_joint2"), 0.02  # [m]
-# Modified (Craig) rows: a [m], d [m], alpha [rad], theta_offset [rad]; joints 1 to 7, the flange, the end-effector.
-# Source: Franka Control Interface documentation, "Denavit-Hartenberg parameters"; the last row is the assignment's.
+# Modified (Craig) rows: a [m], d [m], alpha [rad], theta_offset [rad]; joints 1 to 7, the flange, the end-effector. Source:
+# Franka Control Interface documentation, "Denavit-Hartenberg parameters"; the last row is the assignment's.
 DH_ROWS = (
     (0.0, 0.333, 0.0, 0.0),
     (0.0, 0.0, -pi / 2, 0.0),

@@ -19,19 +19,19 @@ Z = (0.0, 0.0, 1.0)
 
 @dataclass
 class Collected:
-    """A robot while it is collected; its links and joints are calls, which read them where all frames are known.
+    """A robot during collection; its links and joints are functions, called once all frames are known.
 
     Attributes:
         files: The models that it includes.
         frames: Its frames.
-        links: What reads each link.
-        joints: What reads each joint, by its name: the joint, and where it needs one, a link without shapes and what fixes it.
+        links: A function per link that reads it.
+        joints: A function per joint, by name, that returns the joint, and if needed a link without shapes and its fixed joint.
         moving: The names of the joints that are not fixed.
-        left_out: What is not read.
-        unread: How often there is what other programs read.
-        is_static: Whether nothing of it moves.
-        opened: What was read of each include.
-        names: Those that joints and frames have.
+        left_out: The parts that are not read.
+        unread: The count of each part that is for other programs.
+        is_static: Whether nothing in it moves.
+        opened: The content of each include.
+        names: The names of its joints and frames.
     """
 
     files: ModelFiles
@@ -67,7 +67,7 @@ class Collected:
         return [*([Link(WORLD)] if is_on_world else []), *links], joints
 
     def add_frames(self, links: list[Link], joints: list[Joint]) -> None:
-        """Add the frames as links without shapes, each on what it is attached to."""
+        """Add the frames as links without shapes, each fixed to the frame or link that it is attached to."""
         frames = self.frames
         for key, frame in frames.frames.items():
             if frame.kind == "frame" and not key.startswith(OUTSIDE):
@@ -78,12 +78,12 @@ class Collected:
                 links.append(Link(key, line=frame.place.line))
 
     def fixed(self, parent: str, child: str, line: int | None, origin: Array | None = None) -> Joint:
-        """A fixed joint that the document does not have."""
+        """A fixed joint that the document does not contain."""
         origin = self.frames.between(parent, child) if origin is None else origin
         return Joint(self.unused(f"{child}_fixed"), JointType.FIXED, parent, child, origin, np.array(Z), line=line)
 
     def unused(self, name: str) -> str:
-        """A name that nothing has, and that is given with this."""
+        """Reserve an unused name, based on ``name``."""
         while name in self.names:
             name += "_"
         self.names.add(name)

@@ -1,4 +1,4 @@
-"""Reads the elements of one SDF document: numbers as texts, poses, links with their shapes."""
+"""Reads the elements of one SDF document: numbers in texts, poses, links with their shapes."""
 
 import math
 import re
@@ -27,7 +27,7 @@ _LONGEST_NAME, _MAX_UNKNOWN = 1000, 1000
 
 
 class Elements(Reader):
-    """Reads the elements of one document: that of the robot, or one that it includes."""
+    """Reads the elements of one document: the robot's, or an included one."""
 
     def __init__(self, source: str, root: etree._Element, robot: Collected, included: Included | None = None) -> None:
         super().__init__(source)
@@ -44,7 +44,7 @@ class Elements(Reader):
                 robot.unread[part.what] += 1
 
     def known_version(self) -> tuple[int, int]:
-        """The version of a document, which must be one that is read."""
+        """The version of a document; raises an error for an unsupported one."""
         stated = re.fullmatch(r"([0-9]{1,4})\.([0-9]{1,4})", self.root.get("version", ""))
         if self.root.tag != "sdf" or stated is None:
             root = f"<{self.root.tag} version={cited(self.root.get('version'))}>"
@@ -57,14 +57,14 @@ class Elements(Reader):
         return version
 
     def since(self, version: tuple[int, int], element: etree._Element, what: str) -> None:
-        """Refuse what a document's version does not have, and other programs ignore."""
+        """Refuse a feature that is newer than the document's version, and that other programs ignore."""
         if self.version < version:
             advice = f'write <sdf version="{_words(version)}"> if it is meant'
             message = f"{what} is of SDF {_words(version)}, and this document is of {_words(self.version)}: {advice}"
             raise self.place(element).fail(message)
 
     def place(self, element: etree._Element) -> Place:
-        """The joint, link, frame or model that an element belongs to, or the document."""
+        """The joint, link, frame or model that contains an element, or the document."""
         for one in (element, *element.iterancestors()):
             if one.tag in _NAMED:
                 name = (one.findtext("uri") or "").strip() if one.tag == "include" else one.get("name", "")
@@ -72,7 +72,7 @@ class Elements(Reader):
         return Place(self.source, element.sourceline, "document")
 
     def leave_out(self, element: etree._Element, message: str, *, is_warned: bool = True) -> None:
-        """Note a part that is not read. Of an included file, its words have the line."""
+        """Record a part that is not read; for an included file, its words contain the line."""
         where, line = self.place(element).words, element.sourceline
         if self.included is None:
             self.robot.left_out.append(LeftOut(where, message, line, is_warned))
@@ -80,7 +80,7 @@ class Elements(Reader):
             self.robot.left_out.append(LeftOut(f"{self.source}:{line}: {where}", message, is_warned=is_warned))
 
     def name(self, element: etree._Element, given: str | None = None) -> str:
-        """The name of an element, or the one that an include gives it; not one of SDF's own."""
+        """The name of an element, or the one that an include gives it; raises an error for SDF's reserved names."""
         name = given or self.attribute(element, "name")
         if name == WORLD or (name.startswith("__") and name.endswith("__")) or len(name) > _LONGEST_NAME:
             message = f"is kept by SDF for itself, or longer than {_LONGEST_NAME} letters; give it another"
@@ -93,24 +93,24 @@ class Elements(Reader):
         return "" if child is None else (child.text or "").strip()
 
     def needed(self, element: etree._Element, tag: str) -> str:
-        """The text of a child that must be there."""
+        """The text of a required child."""
         if not (words := self.words(element, tag)):
             raise self.place(element).fail(f"has no <{tag}>")
         return words
 
     def floats(self, element: etree._Element, count: int, low: float = -math.inf) -> tuple[float, ...]:
-        """The text of an element as so many finite numbers of at least ``low``."""
+        """The text of an element as ``count`` finite numbers of at least ``low``."""
         return self.finite(element, element.text or "", count, low)
 
     def truth(self, element: etree._Element, words: str, what: str) -> bool:
-        """The truth value that a text writes; False if it is empty."""
+        """The boolean value of a text; False if it is empty."""
         value = _BOOLEANS.get((words or "false").lower())
         if value is None:
             raise self.place(element).fail(f"{what} is {cited(words)}; true or false is expected")
         return value
 
     def is_true(self, element: etree._Element, tag: str) -> bool:
-        """The truth value of a child."""
+        """The boolean value of a child."""
         return self.truth(element, self.words(element, tag), f"<{tag}>")
 
     def pose_of(self, element: etree._Element) -> tuple[str, Array]:
@@ -153,9 +153,9 @@ class Elements(Reader):
         return Link(key, visuals, collisions, element.sourceline, self.inertia(element))
 
     def inertia(self, link: etree._Element) -> Inertia | None:
-        """The inertia of a link, in the axes of the link; None if it has none, or a faulty one, of which a note says why.
+        """The inertia of a link, in its axes; None without one, or for a faulty one, with a note.
 
-        A mass that is missing is 1 kg, a moment 1 kg m^2, as SDFormat says.
+        A missing mass is 1 kg, a missing moment 1 kg m^2, as SDFormat defines.
         """
         try:
             inertial = self.only(link, "inertial")
@@ -175,12 +175,12 @@ class Elements(Reader):
             return None
 
     def given(self, element: etree._Element | None, tag: str, default: float, low: float = -math.inf) -> float:
-        """The number in a child of an element; the default where one of them is missing."""
+        """The number in a child of an element; the default if either is missing."""
         child = None if element is None else self.only(element, tag)
         return default if child is None else self.floats(child, 1, low)[0]
 
     def bodies(self, link: etree._Element, tag: str, key: str, scope: str) -> Iterator[Body]:
-        """The shapes of a link. A faulty visual is left out; a collision shape that is not known stays, as such."""
+        """The shapes of a link; faulty visuals are omitted, unknown collision shapes stay as ``UnknownShape``."""
         frames = self.robot.frames
         for element in link.iterfind(tag):
             try:
@@ -224,13 +224,13 @@ class Elements(Reader):
         return None if one.tag == "empty" else UnknownShape(kind)
 
     def mesh(self, element: etree._Element) -> Mesh:
-        """A mesh, its address as seen from the document."""
+        """A mesh, with its address as seen from the document."""
         uri, scale = self.needed(element, "uri"), self.only(element, "scale")
         x, y, z = (1.0, 1.0, 1.0) if scale is None else self.floats(scale, 3)
         return Mesh(uri if self.included is None else self.included.address(uri), (x, y, z))
 
     def color(self, body: etree._Element) -> tuple[float, float, float, float] | None:
-        """The diffuse colour of a body; of a faulty one none, with a note."""
+        """The diffuse color of a body; None with a note if it is faulty."""
         diffuse = body.find("material/diffuse")
         if diffuse is None:
             return None

@@ -1,4 +1,4 @@
-"""Opens the models that an SDF document includes, within the folders that a description may read and with limits of cost."""
+"""Opens the models that an SDF document includes, within its readable folders and with limits of cost."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,7 @@ class Included:
     """A file that another includes.
 
     Attributes:
-        path: Where it is.
+        path: Its path.
         root: Its root element.
         base: The address of its folder as seen from the document.
         above: The file that includes it; None for the document.
@@ -51,11 +51,11 @@ class ModelFiles:
         self.n_includes, self.n_elements, self.n_bytes = 0, 0, 0
 
     def included(self, uri: str, above: Included | None, place: Place) -> Included:
-        """The file of an include.
+        """Read the file of an include.
 
         Raises:
-            DescriptionError: It includes itself, is no XML, or there are too many or too long ones.
-            FileError: It is not there, or may not be read.
+            DescriptionError: It includes itself, is not XML, or the includes are too many or too long.
+            FileError: It is missing, or may not be read.
         """
         self.n_includes += 1
         if self.n_includes > MAX_INCLUDES:
@@ -78,7 +78,7 @@ class ModelFiles:
         return Included(path, root, base, above)
 
     def located(self, address: str) -> Path:
-        """The file of an address. A model is looked for by its name, and nothing else beside the document is taken for it."""
+        """The file of an address; a model must be found by its name, not by another file near the document."""
         path, files = self.files.located(address), self.files
         scheme, _, rest = address.partition("://")
         if scheme in ("model", "package") and places(address, files.folder, files.package_dirs).get(path) is None:
@@ -100,7 +100,7 @@ class ModelFiles:
         return self.roots[path]
 
     def of_folder(self, address: str) -> Path:
-        """The SDF file of a model's folder: the one of the newest version that its ``model.config`` names, or ``model.sdf``."""
+        """The SDF file of a model's folder: the newest version in its ``model.config``, or ``model.sdf``."""
         try:
             config = self.root(self.located(f"{address}/model.config"))
         except FileError as error:

@@ -1,4 +1,4 @@
-"""Resolves the frames of an SDF model: what each pose is relative to, and which link each frame is attached to."""
+"""Resolves the frames of an SDF model: the base of each pose, and the link of each frame."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -31,16 +31,16 @@ class Place(NamedTuple):
 
 @dataclass
 class Frame:
-    """A frame as it is written.
+    """A frame as written.
 
     Attributes:
         kind: Its element: ``"link"``, ``"joint"``, ``"frame"`` or ``"model"``.
         place: Its element.
-        scope: Where its names are looked up: ``""`` for the robot, ``"a::"`` for its model a. Those of a model's own links
-            are looked up in the model.
+        scope: The scope of the names in it: ``""`` for the robot, ``"a::"`` for its model a. Names in a model's own links are
+            looked up in the model.
         base: The frame that the pose is relative to.
         pose: T_base_frame.
-        attached_to: The frame that it moves with; of a link itself.
+        attached_to: The frame that it moves with; for a link itself.
     """
 
     kind: str
@@ -53,7 +53,7 @@ class Frame:
 
 @dataclass
 class Frames:
-    """The frames of a model and of the models in it, by their names from outside, such as ``"arm::hand"``."""
+    """The frames of a model and of its nested models, by their names from outside, such as ``"arm::hand"``."""
 
     frames: dict[str, Frame] = field(default_factory=dict)
     poses: dict[str, Array] = field(default_factory=lambda: {WORLD: np.eye(4)})
@@ -68,7 +68,7 @@ class Frames:
             self.bodies[key] = key
 
     def find(self, scope: str, name: str, place: Place) -> str:
-        """The frame that a name in a scope means."""
+        """The frame that a name in a scope refers to."""
         if scope == OUTSIDE and name == WORLD:
             return WORLD
         for key in (scope + name, f"{scope}{name}::{MODEL}"):
@@ -78,7 +78,7 @@ class Frames:
         raise place.fail(f"frame {name!r} is not defined{did_you_mean(name, known)}")
 
     def pose_of(self, key: str) -> Array:
-        """T_world_frame, where all joints are at zero."""
+        """T_world_frame, with all joints at zero."""
         for each, base in self._chain(key, self.poses, "base"):
             T = self.poses[base] @ self.frames[each].pose
             if np.abs(T[:3, 3]).max() > LARGEST:
@@ -87,7 +87,7 @@ class Frames:
         return self.poses[key]
 
     def between(self, one: str, other: str) -> Array:
-        """T_one_other, where all joints are at zero."""
+        """T_one_other, with all joints at zero."""
         return inverse(self.pose_of(one)) @ self.pose_of(other)
 
     def body_of(self, key: str) -> str:
@@ -97,14 +97,14 @@ class Frames:
         return self.bodies[key]
 
     def put(self, model: str, name: str) -> None:
-        """Let the pose of a model be that of one of its frames, its placement frame."""
+        """Apply the pose of a model to one of its frames, its placement frame."""
         frame, placed = self.frames[model], np.eye(4)
         for each, _ in self._chain(self.find(model.removesuffix(MODEL), name, frame.place), {model: placed}, "base"):
             placed = placed @ self.frames[each].pose
         frame.pose = frame.pose @ inverse(placed)
 
     def _chain(self, key: str, known: dict, reference: str) -> list[tuple[str, str]]:
-        """The frames from one that is known to ``key``, each with its base or what it is attached to, the known one left out."""
+        """The frames from a known one to ``key``, each with its reference; the known frame is excluded."""
         chain: dict[str, str] = {}
         while key not in known:
             frame, start = self.frames[key], key

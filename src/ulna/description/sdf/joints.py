@@ -1,4 +1,4 @@
-"""Reads the joints of an SDF document: axes, limits, and what follows another joint."""
+"""Reads the joints of an SDF document: axes, limits, and mimic relations."""
 
 import math
 
@@ -12,17 +12,17 @@ from ulna.description.sdf.elements import FRAMES_SINCE, JOINT_AXES_SINCE, MIMIC_
 from ulna.description.sdf.frames import MODEL, WORLD, Array
 from ulna.errors import DescriptionError, cited, did_you_mean
 
-_UNLIMITED = 1e16  # SDFormat: a joint whose limit is at least as large is unlimited
-_ROUNDING = 1e-13  # m: an axis this near to the origin of its link goes through it
+_UNLIMITED = 1e16  # SDFormat: a limit of at least this size means no limit
+_ROUNDING = 1e-13  # m: an axis closer to the origin of its link passes through it
 _TYPES = ("revolute", "continuous", "prismatic", "fixed")
 _OTHERS = ("screw", "universal", "revolute2", "gearbox", "ball")
 
 
 class Joints(Elements):
-    """Reads the elements of one document, and its joints where all frames are known."""
+    """Reads the elements of one document, and its joints once all frames are known."""
 
     def joint(self, element: etree._Element, scope: str, key: str) -> tuple[list[Joint], list[Link]]:
-        """A joint; where its axis misses its child's origin, with a link without shapes and a fixed joint between."""
+        """Read a joint; if its axis misses its child's origin, add a link without shapes and a fixed joint between."""
         robot, frames, place = self.robot, self.robot.frames, self.place(element)
         name, kind, line = scope + self.name(element), self.joint_type(element), element.sourceline
         above = self.needed(element, "parent")
@@ -53,7 +53,7 @@ class Joints(Elements):
         return [joint, robot.fixed(between, child, line, inverse(T))], [Link(between, line=line)]
 
     def joint_type(self, element: etree._Element) -> JointType:
-        """The type of a joint that at most one number moves."""
+        """The type of a joint with at most one degree of freedom."""
         value, place = self.attribute(element, "type"), self.place(element)
         if value in _OTHERS:
             raise place.fail(f"is a {value} joint, which is not read; {', '.join(_TYPES)} are")
@@ -81,7 +81,7 @@ class Joints(Elements):
         return frames.between(key, frames.find(scope, frame, place))[:3, :3] @ axis / length if frame else axis / length
 
     def limits(self, axis: etree._Element, kind: JointType) -> Limits:
-        """The limits of a joint; infinite where they are missing, or an effort or a velocity is negative."""
+        """The limits of a joint; infinite if they are missing, or for a negative effort or velocity."""
         limit = self.only(axis, "limit")
         if limit is None:
             return Limits()
@@ -97,7 +97,7 @@ class Joints(Elements):
         return Limits(lower, upper, velocity, effort)
 
     def losses(self, axis: etree._Element) -> tuple[float, float]:
-        """The damping and the friction of a joint, on which no pose depends; 0 with a note where they are faulty."""
+        """The damping and friction of a joint, on which no pose depends; 0 with a note if faulty."""
         try:
             dynamics = self.only(axis, "dynamics")
             return self.given(dynamics, "damping", 0.0, 0.0), self.given(dynamics, "friction", 0.0, 0.0)
@@ -106,7 +106,7 @@ class Joints(Elements):
             return 0.0, 0.0
 
     def bound(self, limit: etree._Element, tag: str, default: float) -> float:
-        """A limit; infinite where it is so large that SDF means none."""
+        """A limit; infinite if it is so large that SDF means none."""
         child = self.only(limit, tag)
         if child is None:
             return default
@@ -116,7 +116,7 @@ class Joints(Elements):
         return math.copysign(math.inf, values[0]) if abs(values[0]) >= _UNLIMITED else values[0]
 
     def mimic(self, axis: etree._Element, scope: str) -> Mimic | None:
-        """The joint that a joint follows: position = multiplier * (position of that joint - reference) + offset."""
+        """The leader of a mimic joint: position = multiplier * (position of the leader - reference) + offset."""
         child = self.only(axis, "mimic")
         if child is None:
             return None

@@ -16,21 +16,21 @@ from ulna.description.sdf.joints import Joints
 from ulna.description.xml import without_namespace
 from ulna.errors import DescriptionError, FileError, listed
 
-_MAX_LEVELS, _LONGEST_SCOPE = 32, 1000  # of models in models, and letters of their names together
+_MAX_LEVELS, _LONGEST_SCOPE = 32, 1000  # nested models, and letters of their names together
 _PARTS = ("link", "joint", "frame", "model", "include")
 _ALONE = "save the robot's model in a file of its own"
 
 
 def read_sdf(document: Document) -> Description:
-    """The description in an SDF document: its model, or the one model of its world that is not static.
+    """The description in an SDF document: its model, or the only model of its world that is not static.
 
-    A frame is a link without shapes. What is in a model ``a`` of the model is called ``a::name``. The world is the root where
-    a joint is attached to it, the model is static, or the root link is not at the world's origin. A joint whose axis misses
-    its child's origin has a link without shapes before it.
+    A frame is a link without shapes. Parts of a nested model ``a`` are called ``a::name``. The world is the root in three cases:
+    a joint is attached to it, the model is static, or the root link is not at the world's origin. A link without shapes precedes
+    a joint whose axis misses its child's origin.
 
     Raises:
-        DescriptionError: It is of a version that is not read, has several models, or a joint that no single number moves.
-        FileError: A model that it includes is not there, or may not be read.
+        DescriptionError: Its version is not supported, it has several models, or a joint with several degrees of freedom.
+        FileError: An included model is missing, or may not be read.
     """
     is_text = document.folder is None and document.source == "URDF text"
     source = "SDF text" if is_text else document.source
@@ -53,7 +53,7 @@ def read_sdf(document: Document) -> Description:
 
 
 class _Given(NamedTuple):
-    """The values of an ``<include>`` that replace those of its model; None where it has none."""
+    """The values of an ``<include>`` that override those of its model; None if not given."""
 
     name: str | None = None
     pose: tuple[str, Array] | None = None
@@ -62,7 +62,7 @@ class _Given(NamedTuple):
 
 
 class _Found(NamedTuple):
-    """A model of a world: its element, what collects it, and whether it is static."""
+    """A model of a world: its element, the function that collects it, and whether it is static."""
 
     element: etree._Element
     collect: Callable[[], str]
@@ -70,10 +70,10 @@ class _Found(NamedTuple):
 
 
 class _Models(Joints):
-    """Collects the models of one document, or of one that it includes."""
+    """Collects the models of one document, or of an included one."""
 
     def robot_model(self) -> str:
-        """Collect the model that is the robot. Returns its name."""
+        """Collect the model that is the robot; returns its name."""
         holders = [child for child in self.root if child.tag in ("model", "world")]
         if len(holders) != 1:
             names = listed([self.place(child).words for child in holders]) or "none"
@@ -81,7 +81,7 @@ class _Models(Joints):
         return self.model(holders[0], "", _Given()) if holders[0].tag == "model" else self.world_model(holders[0])
 
     def world_model(self, world: etree._Element) -> str:
-        """Collect the model of a world that is not static, or its only one; the others are left out."""
+        """Collect the model of a world that is not static, or its only one; the others are omitted."""
         if (tie := world.find("joint")) is not None:
             raise self.place(tie).fail(f"is a joint of the world, which ties models; {_ALONE}")
         found, fault = self.models_of(world)
@@ -102,7 +102,7 @@ class _Models(Joints):
         return chosen.collect()
 
     def models_of(self, world: etree._Element) -> tuple[list[_Found], FileError | DescriptionError | None]:
-        """The models of a world, and the error of the last include that is left out."""
+        """The models of a world, and the error of the last omitted include."""
         found: list[_Found] = []
         fault = None
         for element in (child for child in world if child.tag in ("model", "include")):
@@ -122,7 +122,7 @@ class _Models(Joints):
         return self.is_true(model, "static") if given.is_static is None else given.is_static
 
     def model(self, model: etree._Element, scope: str, given: _Given, outer: str = OUTSIDE) -> str:
-        """Collect a model in the scope ``outer``. Its frames are called ``scope`` and their name. Returns its name."""
+        """Collect a model in the scope ``outer``; returns its name. Its frames are named ``scope`` plus their name."""
         name, place, robot = self.name(model, given.name), self.place(model), self.robot
         if scope.count("::") > _MAX_LEVELS or len(scope) > _LONGEST_SCOPE:
             raise place.fail(f"is in more than {_MAX_LEVELS} models in one another, or their names are too long")
@@ -162,7 +162,7 @@ class _Models(Joints):
                 self.link_or_joint(element, scope)
 
     def link_or_joint(self, element: etree._Element, scope: str) -> None:
-        """Collect a link or a joint, which is read where all frames are known."""
+        """Collect a link or a joint, which is read once all frames are known."""
         robot, name, (base, T) = self.robot, self.name(element), self.pose_of(element)
         key, place = scope + name, self.place(element)
         if element.tag == "link":
@@ -193,7 +193,7 @@ class _Models(Joints):
         return reader.name(model, given.name)
 
     def opened(self, element: etree._Element) -> tuple["_Models", etree._Element, _Given]:
-        """The model of a ``<model>`` or an ``<include>``, what reads it, and what the include says of it."""
+        """The model of a ``<model>`` or an ``<include>``, its reader, and the include's overrides."""
         if element.tag == "model":
             return self, element, _Given()
         if element not in self.robot.opened:

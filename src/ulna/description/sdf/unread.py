@@ -1,4 +1,4 @@
-"""Finds what an SDF document says and Ulna does not read, and whether that may change a pose, a shape or a limit."""
+"""Finds unread parts of an SDF document, and whether they may change a pose, a shape or a limit."""
 
 from collections.abc import Iterator
 
@@ -40,7 +40,7 @@ _ATTRIBUTES = {
     "mimic": {"joint", "axis"},
     **{tag: set() for tag in ("axis", "limit", "lower", "upper", "effort", "velocity", "parent", "child", "uri", "static")},
 }
-# What changes neither a pose nor a shape, a limit or a tree of joints.
+# Parts that change neither a pose nor a shape, a limit or a tree of joints.
 _OTHERS = {
     "sdf": {"actor", "light", "plugin"},
     "model": {"allow_auto_disable", "enable_wind", "gripper", "plugin", "self_collide"},
@@ -67,24 +67,24 @@ _OTHERS = {
     "collision": {"auto_inertia_params", "density", "laser_retro", "max_contacts", "surface"},
 }
 _MAX_HINTS = 20
-_WORLD = {"population", "actor"}  # of a world, which add what moves; all else of it is scenery
+_WORLD = {"population", "actor"}  # of a world: these add moving things; the rest is scenery
 
 
 class _Hints:
-    """Suggests near names, for the first names that are not known: to look for near ones takes time."""
+    """Suggests similar names for the first unknown names; the number is limited, since the search takes time."""
 
     def __init__(self) -> None:
         self.given: dict[str, str] = {}
 
     def of(self, name: str, known: set[str]) -> str:
-        """The hint for a name; empty where there are many."""
+        """The hint for a name; empty after too many names."""
         if name not in self.given and len(self.given) < _MAX_HINTS:
             self.given[name] = did_you_mean(name, sorted(known))
         return self.given.get(name, "")
 
 
 def unread_parts(root: etree._Element) -> Iterator[Unread]:
-    """The elements and attributes that are not read; of those that may matter with a message."""
+    """The elements and attributes that are not read; those that may matter have a message."""
     waiting, hints = [root], _Hints()
     while waiting:
         element = waiting.pop()

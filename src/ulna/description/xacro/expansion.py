@@ -1,4 +1,4 @@
-"""Expands xacro to URDF text, in a child process that may only compute (``xacro.child``). The parent process passes it files.
+"""Expands xacro to URDF in a child process that may only compute (``xacro.child``), and serves its files.
 
 A document that only defines a macro, as the course's ``franka_robot.urdf`` does, is expanded by calling it.
 """
@@ -32,9 +32,9 @@ class _DiedError(Exception):
 
 
 def expand_xacro(document: Document, xacro_args: Mapping[str, object], max_seconds: float = math.inf) -> bytes:
-    """The URDF that a xacro document expands to.
+    """Expand a xacro document to URDF.
 
-    Of a document that only defines a macro, the parameters without a default come from ``xacro_args``. Files are read in the
+    For a document that only defines a macro, the parameters without a default come from ``xacro_args``. Files are read in the
     document's folder, in its package and in its ``package_dirs``. It ends within ``TIME_LIMIT_S``, and within ``max_seconds``.
     """
     root, source = document.root, document.source
@@ -64,12 +64,12 @@ def expand_xacro(document: Document, xacro_args: Mapping[str, object], max_secon
 
 
 def _warn(sentence: str) -> None:
-    """Warn of an argument that a document does not define: launch files of makers pass some, which xacro ignores."""
+    """Warn of an argument that a document does not define; launch files of makers pass some, which xacro ignores."""
     warnings.warn(sentence, DescriptionWarning, stacklevel=7)
 
 
 def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str, seconds: float) -> dict[str, Any]:
-    """The reply of the child to a request: ``urdf`` as bytes, and as ``asked`` the names of arguments that it looked up."""
+    """The reply of the child to a request: ``urdf`` as bytes, and ``asked``, the names of looked-up arguments."""
     with child_process(_START, MEMORY_LIMIT_BYTES, seconds) as (child, late):
         left_out: dict[str, str] = {}
         try:
@@ -88,7 +88,7 @@ def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str,
 
 
 def _served(child: subprocess.Popen, request: dict[str, Any], readable: Readable) -> dict[str, Any]:
-    """The child's last message, after the request and all files that it needs."""
+    """Serve the child's request and all files that it needs; returns its last message."""
     _send(child, request)
     while True:
         message = _received(child)
@@ -164,11 +164,11 @@ def _limits(memory: int, seconds: float, left_out: dict[str, str]) -> str:
 
 _WORD = r"""(?:'[^']*+'|"[^"]*+"|[^\s'"]++)++"""
 _DEFAULT = re.compile(rf"\s*([^\s:=]++)\s*+:?=\s*+(?:\^\|?)?(?:\$\{{[^}}]*+\}}|\$\([^)]*+\)|{_WORD}|)(?:\s++|$)(.*)", re.DOTALL)
-"""``name:=default``, as the package xacro reads it; but without backtracking, which can take exponential time."""
+"""``name:=default``, as the package xacro reads it, but without backtracking, which can take exponential time."""
 
 
 def _only_defines(root: etree._Element) -> bool:
-    """True if there is no link, joint or macro call at the top level, only definitions."""
+    """Whether the top level has no link, joint or macro call, only definitions."""
     definitions = {"macro", "property", "arg", "include"}
     children = [etree.QName(e) for e in root if isinstance(e.tag, str)]
     ours = [name for name in children if name.namespace in NAMESPACES]
@@ -177,7 +177,7 @@ def _only_defines(root: etree._Element) -> bool:
 
 
 def _call_the_macro(root: etree._Element, source: str, arguments: dict[str, str]) -> None:
-    """Append a call of the document's one macro, and take its parameters out of the arguments."""
+    """Append a call of the document's one macro, and remove its parameters from the arguments."""
     macros = [e for e in root if isinstance(e.tag, str) and etree.QName(e).localname == "macro"]
     names = [e.get("name", "") for e in macros]
     if len(macros) != 1:
@@ -198,7 +198,7 @@ def _call_the_macro(root: etree._Element, source: str, arguments: dict[str, str]
 
 
 def _parameters(text: str) -> dict[str, bool]:
-    """The parameters of a macro, and for each whether it has a default; blocks (``*name``) are left out."""
+    """The parameters of a macro, and whether each has a default; blocks (``*name``) are omitted."""
     has_default = {}
     while text.strip():
         default = _DEFAULT.match(text)

@@ -1,4 +1,4 @@
-"""What stands behind ``file://``."""
+"""Converts ``file://`` addresses to paths."""
 
 import os
 import re
@@ -10,7 +10,7 @@ _DRIVE = re.compile(r"/[A-Za-z]:(?=/|\\|$)")
 def path_of_address(rest: str, *, windows: bool = os.name == "nt") -> str:
     """The path of an address ``file://`` + ``rest``, whose characters may be percent-encoded.
 
-    Before a drive of Windows stands the slash of the address, which is no part of the path.
+    The slash before a Windows drive is not part of the path.
 
     Example:
         >>> path_of_address("/C:/my%20arm.stl", windows=True), path_of_address("/C:/my%20arm.stl", windows=False)

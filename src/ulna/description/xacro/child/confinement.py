@@ -25,7 +25,7 @@ LIMITS = ("RLIMIT_AS", "RLIMIT_CPU", "RLIMIT_CORE", "RLIMIT_FSIZE", "RLIMIT_NPRO
 
 
 def confine(memory: int, seconds: float) -> dict[str, str]:
-    """Give up, for good, what this system can take away; return the rest by name, with the reason."""
+    """Give up, for good, what this system can take away; return the failures by name, with the reason."""
     left_out = {**set_limits(memory, seconds), "seccomp": give_up_calls()}
     return {name: why for name, why in left_out.items() if why}
 
@@ -33,13 +33,13 @@ def confine(memory: int, seconds: float) -> dict[str, str]:
 def set_limits(memory: int, seconds: float, known=resource, *, opens_files: bool = False) -> dict[str, str]:
     """Set the limits, and return those that could not be set, with the reason.
 
-    No file, socket or pipe can be opened under ``RLIMIT_NOFILE`` = 0; those that are open stay so. Where a limit is lower
-    already (``ulimit -v``), it stays as low.
+    Under ``RLIMIT_NOFILE`` = 0 no file, socket or pipe can be opened; open ones stay so. A limit that is lower already (``ulimit
+    -v``) is not raised.
 
     Args:
         memory: Bytes of address space.
-        seconds: Of the processor's time.
-        known: The module ``resource``, or what a test gives in its place.
+        seconds: Processor time.
+        known: The module ``resource``, or a test's replacement.
         opens_files: Whether the process still opens files and starts threads.
     """
     if known is None:
@@ -52,7 +52,7 @@ def set_limits(memory: int, seconds: float, known=resource, *, opens_files: bool
 
 
 def _set(known, name: str, wanted: int) -> str:
-    """Why a limit could not be set; nothing if it was."""
+    """Set a limit; returns the reason if it failed, otherwise ""."""
     try:
         kind = getattr(known, name)
         most = known.getrlimit(kind)[1]
@@ -72,7 +72,7 @@ _CALLS = {
     "x86_64": (0xC000003E, 317),  # AUDIT_ARCH_X86_64, the number of seccomp itself
     "aarch64": (0xC00000B7, 277),
 }
-ALLOWED = {  # name: (on x86_64, on aarch64). Pipes that are open, memory, time, the end
+ALLOWED = {  # name: (on x86_64, on aarch64). Open pipes, memory, time, exit
     "read": (0, 63), "write": (1, 64), "close": (3, 57), "fstat": (5, 80), "lseek": (8, 62),
     "mmap": (9, 222), "mprotect": (10, 226), "munmap": (11, 215), "brk": (12, 214), "mremap": (25, 216), "madvise": (28, 233),
     "rt_sigaction": (13, 134), "rt_sigprocmask": (14, 135), "rt_sigreturn": (15, 139), "sigaltstack": (131, 132),
@@ -96,12 +96,12 @@ class _Program(ctypes.Structure):
 
 
 def has_seccomp() -> bool:
-    """Whether this is Linux on a machine whose numbers are known here."""
+    """Whether this is Linux on a machine with known system call numbers."""
     return sys.platform.startswith("linux") and platform.machine() in _CALLS
 
 
 def give_up_calls() -> str:
-    """Give up all system calls but those ``ALLOWED``, in all threads; return why that failed, nothing if it did not."""
+    """Give up all system calls except those ``ALLOWED``, in all threads; returns the reason if it failed, otherwise ""."""
     if not has_seccomp():
         return "this system has no seccomp, or its numbers are not known here"
     kernel = ctypes.CDLL(None, use_errno=True)
@@ -114,7 +114,7 @@ def give_up_calls() -> str:
 
 
 def _filter(machine: str) -> _Program:
-    """Another machine's calls (32 bit) kill; a call of the list is allowed; all others are refused with EPERM."""
+    """A filter that kills calls of another machine (32 bit), allows listed calls, and refuses all others with EPERM."""
     audit, column = _CALLS[machine][0], list(_CALLS).index(machine)
     steps = [_Step(_LOAD_WORD, 0, 0, _MACHINE_AT), _Step(_JUMP_IF_EQUAL, 1, 0, audit), _Step(_RETURN, 0, 0, _KILL)]
     steps.append(_Step(_LOAD_WORD, 0, 0, _NUMBER_AT))

@@ -1,9 +1,9 @@
 """Computes the expressions of a xacro document from their syntax tree.
 
-It supports literals, names, arithmetic, comparisons, ``and``, ``or``, ``not``, ``a if b else c``, subscripts, lists and their
-comprehensions, tuples, dicts, and calls of functions that are offered and of methods of texts, dicts, lists and tuples. An
-attribute is an entry of a YAML dictionary or of a namespace, never an attribute of a Python object. Everything else is refused
-before anything is computed.
+It supports literals, names, arithmetic, comparisons, ``and``, ``or``, ``not``, ``a if b else c``, subscripts, lists, list
+comprehensions, tuples and dicts. It calls offered functions, and methods of texts, dicts, lists and tuples. An attribute is an
+entry of a YAML dictionary or of a namespace, never an attribute of a Python object. Everything else is refused before anything is
+computed.
 """
 
 import ast
@@ -18,7 +18,7 @@ import xacro
 from ulna.description.xacro.child.parent import RefusedError
 
 Lookup = Callable[[str], Any]
-"""From a name to its value; a ``KeyError`` if it has none."""
+"""Maps a name to its value; raises ``KeyError`` for an unknown name."""
 _WORDS = {ast.GeneratorExp: "a generator", ast.Lambda: "a lambda", ast.JoinedStr: "an f-string"}
 _LITERALS = (str, int, float, complex, type(None))  # bool is an int
 _OPERATORS: dict[type, Callable] = {
@@ -55,7 +55,7 @@ def evaluate(text: str, lookup: Lookup) -> Any:
     """The value of an expression.
 
     Raises:
-        RefusedError: It has a part that is not known here, or calls what is not offered.
+        RefusedError: It has an unsupported part, or calls a function that is not offered.
         SyntaxError, NameError, Exception: As Python raises them.
     """
     return _value(_checked(text.strip()), lookup)
@@ -103,7 +103,7 @@ def _list_of(node: ast.ListComp, lookup: Lookup) -> list:
 
 
 def _lookups(generators: list[ast.comprehension], lookup: Lookup) -> Iterator[Lookup]:
-    """For each item that passes the conditions, the lookup that finds its names too."""
+    """For each item that passes the conditions, the lookup that includes its names."""
     if not generators:
         yield lookup
         return
@@ -141,7 +141,7 @@ def _attribute(node: ast.Attribute, lookup: Lookup) -> Any:
 
 
 def _entry_by_name(container: Any, name: str) -> Any:
-    """``config.joint`` for ``config["joint"]``, as xacro has it for what YAML gives and for namespaces."""
+    """Evaluate ``config.joint`` as ``config["joint"]``, as xacro does for YAML values and namespaces."""
     if type(container) is xacro.NameSpace:
         try:
             return container[name]
@@ -163,7 +163,7 @@ def _call(node: ast.Call, lookup: Lookup) -> Any:
 
 
 def _callee(node: ast.expr, lookup: Lookup) -> Callable:
-    """The function of a name or of a namespace, or the method of a text, a dict, a list or a tuple."""
+    """The function of a name or a namespace, or the method of a text, dict, list or tuple."""
     function = None
     if isinstance(node, ast.Name):
         function = _name(node, lookup)
@@ -200,7 +200,7 @@ _KNOWN = {*_RULES, *_OPERATORS, ast.And, ast.Or, ast.Load, ast.Store, ast.compre
 
 @lru_cache(maxsize=4096)
 def _checked(text: str) -> ast.expr:
-    """The syntax tree of an expression that consists of known parts only."""
+    """The syntax tree of an expression that consists of supported parts only."""
     tree = ast.parse(text, "<expression>", "eval").body
     for node in ast.walk(tree):
         if type(node) not in _KNOWN:
@@ -212,7 +212,7 @@ def _checked(text: str) -> ast.expr:
 
 
 def _check_names(node: ast.AST) -> None:
-    """No name of Python's own. Python has turned look-alikes (NFKC) into plain letters by now."""
+    """Refuse Python's own names. Python has already normalized look-alikes (NFKC) to plain letters."""
     if isinstance(node, ast.Name) and node.id.startswith("__"):
         raise RefusedError(f"uses the invalid name {node.id}")
     if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
@@ -226,7 +226,7 @@ def _check_names(node: ast.AST) -> None:
 
 
 def _check_target(node: ast.comprehension) -> None:
-    """What runs through a list is a name, or names that take the parts of each item."""
+    """Check that the target of a comprehension is a name, or names for the parts of each item."""
     names = node.target.elts if isinstance(node.target, ast.Tuple) else [node.target]
     if node.is_async or not all(isinstance(name, ast.Name) for name in names):
         raise RefusedError("a comprehension runs through something that is not a name")
@@ -254,7 +254,7 @@ _METHODS: dict[type, tuple[type, set[str]]] = {
     xacro.YamlListWrapper: (list, _OF_LISTS),
     tuple: (tuple, _OF_LISTS),
 }
-_offered: dict[int, Any] = {}  # by identity; the values are kept, so that no other takes their identity
+_offered: dict[int, Any] = {}  # by identity; storing the values prevents that others get their identity
 
 
 def offered(value: Any) -> bool:
@@ -269,13 +269,13 @@ def offer(function: Callable) -> Callable:
 
 
 def method_of(value: Any, name: str) -> Callable | None:
-    """A method of a text, a dict, a list or a tuple; None for any other. It is that of Python's own type."""
+    """A method of a text, dict, list or tuple, taken from Python's own type; None for any other value."""
     plain, names = _METHODS.get(type(value), (object, set()))
     return partial(getattr(plain, name), value) if name in names else None
 
 
 def offer_those_of_xacro(symbols: dict[str, Any]) -> None:
-    """Offer the known ones of xacro's names, and take all other functions out."""
+    """Offer the supported functions among xacro's names, and remove all other functions."""
     mathematical = {name for name in vars(math) if not name.startswith("_")}
     _keep(symbols, _PLAIN | _OF_XACRO | mathematical)
     for namespace, known in (("python", _PLAIN), ("math", mathematical), ("xacro", _OF_XACRO)):

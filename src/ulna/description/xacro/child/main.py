@@ -1,6 +1,7 @@
 """Reads a request, confines its process, expands the document.
 
-Of the package xacro it replaces how expressions are evaluated (``expressions``), and how files are read (by the parent process).
+It replaces two parts of the package xacro: the evaluation of expressions (``expressions``), and the reading of files (by the
+parent process).
 """
 
 import io
@@ -25,7 +26,7 @@ from ulna.description.xacro.child.expressions import evaluate, offer, offer_thos
 from ulna.description.xacro.child.parent import MAX_SENTENCE, Parent, RefusedError
 
 _LONG_WORD = re.compile(r"(\S{190})\S{10,}")
-_MAX_NAMES, _MAX_NAME = 1000, 200  # of arguments that the parent is told of, and their length
+_MAX_NAMES, _MAX_NAME = 1000, 200  # of argument names sent to the parent, and their length
 
 
 def main() -> None:
@@ -77,7 +78,7 @@ def _sentence(error: BaseException) -> str:
 
 
 def _load_what_is_imported_late() -> None:
-    """Import what the expansion needs, before files can no longer be opened."""
+    """Import the modules of the expansion, before files can no longer be opened."""
     warnings.simplefilter("ignore")  # to show one, Python opens files
     yaml.safe_load("a: [1, 2.0, 2001-01-01, !!binary aa==]")
     xml.dom.minidom.parseString("<a/>").toprettyxml()  # noqa: S318 - our own
@@ -95,7 +96,7 @@ _USED = {  # of the package xacro: what is replaced, then what is called or read
 
 
 class Arguments(dict):
-    """The arguments given, and the names that a document looks up."""
+    """The given arguments, and the names that a document looks up."""
 
     def __init__(self, given: dict[str, str]) -> None:
         super().__init__(given)
@@ -111,7 +112,7 @@ class Arguments(dict):
 
 
 def _teach_xacro(parent: Parent, arguments: Arguments, file: str | None, folder: str) -> None:
-    """Replace the functions by which xacro evaluates expressions and reads files, relative ones in ``folder``."""
+    """Replace the functions with which xacro evaluates expressions and reads files; relative paths start in ``folder``."""
     missing = [f"{module.__name__}.{name}" for module, names in _USED.items() for name in names if not hasattr(module, name)]
     if missing:
         raise RefusedError(f"this version of the package xacro is not known here (no {missing[0]}); 2.1.1 is")
@@ -131,7 +132,7 @@ def _teach_xacro(parent: Parent, arguments: Arguments, file: str | None, folder:
 
 
 def _without_python(module: ModuleType, parent: Parent) -> None:
-    """Replace ``open`` in a module, which then asks the parent; and ``eval``, ``exec`` and ``compile``, which then raise."""
+    """Replace ``open`` in a module by requests to the parent, and ``eval``, ``exec`` and ``compile`` by errors."""
 
     def refused(*_: object, **__: object) -> None:
         raise RefusedError("this version of the package xacro evaluates Python by itself; 2.1.1 does not here")
@@ -140,7 +141,7 @@ def _without_python(module: ModuleType, parent: Parent) -> None:
 
 
 def _located(spec: str, parent: Parent, beside) -> str:
-    """The path of an address: ``package://``, ``file://``, or beside the document that names it."""
+    """The path of an address: ``package://``, ``file://``, or relative to the document that names it."""
     scheme, _, rest = str(spec).partition("://")
     if scheme == "package":
         name, _, inside = unquote(rest).partition("/")
@@ -149,7 +150,7 @@ def _located(spec: str, parent: Parent, beside) -> str:
 
 
 def _teach_substitution(parent: Parent, arguments: Arguments) -> None:
-    """``$(find)`` by the parent, ``$(env)`` by the arguments, and ``$(eval)`` as any expression."""
+    """Replace ``$(find)`` by the parent's reply, ``$(env)`` by the arguments, and ``$(eval)`` by ``evaluate``."""
 
     def variable(name: str) -> str:
         if name in arguments:

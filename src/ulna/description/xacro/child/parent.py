@@ -5,12 +5,12 @@ import json
 import os
 from typing import Any, BinaryIO
 
-MAX_LINE = 1_000_000  # bytes of a message of the child; the URDF follows its message as so many bytes
+MAX_LINE = 1_000_000  # bytes of a message of the child; the URDF follows its message
 MAX_SENTENCE = 1000  # characters of an error
 
 
 class RefusedError(Exception):
-    """A document asked for what it may not have."""
+    """A document asked for something that is not allowed."""
 
 
 class Parent:
@@ -36,7 +36,7 @@ class Parent:
         self._sink.flush()
 
     def send_urdf(self, urdf: bytes, asked: list[str]) -> None:
-        """Send the last message: the length of the URDF, the names of arguments that were looked up, and the URDF itself."""
+        """Send the last message: the URDF's length, the names of looked-up arguments, and the URDF."""
         self.send({"urdf": len(urdf), "asked": asked})
         self._sink.write(urdf)
         self._sink.flush()
