@@ -1,6 +1,6 @@
 """Closed forms: missed branches over random and nearly singular targets, and times beside other libraries in one run.
 
-``python -m benchmarks.closed_forms`` prints three tables for docs/performance_ik.md. A branch counts as missed if the configuration
+``python -m benchmarks.closed_forms`` prints the tables for docs/performance_ik.md. A branch counts as missed if the configuration
 that made a target is not among the solutions, whole turns aside; near a singularity if none of the solutions has its first joint
 and the joint that makes it singular. A sample of the targets is counted by the search from many starts too, which knows no
 closed form, and by EAIK where it is installed. Errors are the largest entries of T(q) - T, by forward kinematics.
