@@ -1,4 +1,4 @@
-"""Plans many motions in several threads."""
+"""Plans many problems in several threads."""
 
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ def plan_many(
     *,
     progress: Callable[[int, int], None] | bool | None,
 ) -> tuple[Plan, ...]:
-    """A plan for each problem, in their order; see ``Robot.plan_many``."""
+    """Plan each problem, and return the plans in order; see ``Robot.plan_many``."""
     many = [world] if world is None or isinstance(world, World) else list(world)
     starts, each = _starts(q_starts)
     counts = ({len(starts)} if each else set()) | ({len(many)} if len(many) != 1 else set())
@@ -73,7 +73,7 @@ def _planned(
 
 @contextmanager
 def _bar() -> Iterator[Callable[[int, int], None]]:
-    """What is called with the plans done and those of all: a bar of rich on a terminal, nothing elsewhere."""
+    """A progress function of the numbers of finished and all plans, which draws a bar on a terminal."""
     from rich.progress import Progress, TextColumn  # noqa: PLC0415 - it takes long to import
 
     with progress_bar(*Progress.get_default_columns(), TextColumn("{task.fields[rate]}")) as bar:
@@ -87,7 +87,7 @@ def _bar() -> Iterator[Callable[[int, int], None]]:
 
 
 def _starts(q_starts: ArrayLike | str | Sequence[str]) -> tuple[list[Any], bool]:
-    """The starts, and whether there is one for each problem; else there is one for all."""
+    """The starts, and whether there is one for each problem instead of one for all."""
     if isinstance(q_starts, str):
         return [q_starts], False
     if (names := _names(q_starts)) is not None:
@@ -99,14 +99,14 @@ def _starts(q_starts: ArrayLike | str | Sequence[str]) -> tuple[list[Any], bool]
 
 
 def _names(rows: Any) -> list[Any] | None:
-    """The names, if that is what a sequence holds."""
+    """The names in a sequence of names; None for other data."""
     rows = rows.tolist() if isinstance(rows, np.ndarray) and rows.dtype.kind == "U" and rows.ndim == 1 else rows
     is_names = isinstance(rows, Sequence) and len(rows) > 0 and all(isinstance(row, str) for row in rows)
     return list(rows) if is_names else None
 
 
 def _rows(goals: ArrayLike | Mapping[str, ArrayLike] | Sequence[str]) -> list[Any]:
-    """The goals, one a problem."""
+    """The goals, one per problem."""
     if isinstance(goals, Mapping):
         of_links = {link: as_floats("goals", poses) for link, poses in goals.items()}
         shapes = {poses.shape for poses in of_links.values()}

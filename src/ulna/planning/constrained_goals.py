@@ -1,10 +1,10 @@
-"""Finds goals that keep a motion's constraints: those of a pose whose free turns are used to keep them, and more of them.
+"""Finds goal configurations that satisfy a motion's constraints.
 
-What a goal leaves free of a link's orientation, and a constraint of the same link does not, is chosen by the shortest turn. What
-the joints leave free, as those of a redundant arm do, is searched: more configurations of the same poses are tried.
+If a goal leaves a link's rotation free and a constraint of the same link does not, the shortest rotation onto the constraint is
+chosen. The redundancy of the arm is sampled: more configurations of the same poses are tried.
 
-A link that is kept at a pose seen from the goal's link, as one hand of two that hold one object, has a pose at the goal too: the
-inverse kinematics of each is a problem of its own, and what is free together is a goal (``goals``).
+A constraint may tie another link to the goal's link, as two hands that hold one object. Then that link gets a goal pose too.
+Inverse kinematics is solved for each link separately, and combined as in ``goals``.
 """
 
 from __future__ import annotations
@@ -25,22 +25,23 @@ from ulna.planning.plan import Plan, PlanStatus, no_plan
 from ulna.planning.targets import Targets, own_columns
 
 Array = NDArray[np.float64]
-_MORE = 16  # times as many configurations of a pose
-_MAX_POSES = 16  # of a goal that leaves something free, with each of which another link has a pose
+_MORE = 16  # factor of the number of configurations per pose in the second round
+_MAX_POSES = 16  # sampled poses of a goal with free components, for each of which another link gets a pose
 _FREE = float("inf")
-_OPPOSITE = 1e-12  # of 1 + cos: directions between which the shortest turn may be about any axis
+_OPPOSITE = 1e-12  # for a smaller 1 + cos, two directions count as opposite
 
 
 def poses_beside(targets: Targets, keeps: tuple[Keep, ...], tree: Tree) -> dict[str, Array]:
-    """By link: its pose T_goal_link, shape (4, 4), seen from the one link of a goal, of all that are kept at one; mostly none.
+    """The pose T_goal_link, shape (4, 4), of each link that constraints tie to the goal's link, by link.
 
-    Each has joints of its own, and so has the goal's link beside them. It may be fixed to a link that a constraint names.
+    The result is empty unless each of these links, and the goal's link, has joints that move only it. The goal's link may also
+    be fixed to a link that a constraint names.
     """
     if not isinstance(targets, dict) or len(targets) > 1 or all(keep.relative_to is None for keep in keeps):
         return {}
     link = next(iter(targets))
-    seen, found = {tree.link_row[link]: inverse(tree.link_offset[link])}, {}  # frames of joints, seen from the goal's link
-    for keep in keeps * len(keeps):  # of three hands the third may be kept relative to the second
+    seen, found = {tree.link_row[link]: inverse(tree.link_offset[link])}, {}  # poses of joints relative to the goal's link
+    for keep in keeps * len(keeps):  # repeated: a third hand may be tied to the second
         if keep.relative_to is None or keep.towards:
             continue
         for a, b, T_a_b in (
@@ -54,9 +55,9 @@ def poses_beside(targets: Targets, keeps: tuple[Keep, ...], tree: Tree) -> dict[
 
 
 def find_goals(request: Request, targets: Targets, free: NDArray[np.bool_]) -> Goals | Plan:
-    """The free goals, or more, that keep the constraints of a request; or why there are none.
+    """Find the free goals that satisfy the constraints of a request, or return a failed plan with the reason.
 
-    free: which of the configurations given are free, shape (n,).
+    free: mask of the given configurations that are free, shape (n,).
     """
     first = _goals_with(request, targets, free)
     if isinstance(first, Plan) or request.narrow is None:
@@ -70,7 +71,7 @@ def find_goals(request: Request, targets: Targets, free: NDArray[np.bool_]) -> G
 
 
 def _goals_with(request: Request, targets: Targets, free: NDArray[np.bool_]) -> Goals | Plan:
-    """The free goals with a pose for each link beside the goal's. What the task leaves free is as some solutions have it."""
+    """The free goals, with a pose for each tied link; free components of the task are sampled."""
     beside = request.beside
     if not beside or not isinstance(targets, dict):
         return free_goals(request, targets, free)
@@ -78,7 +79,7 @@ def _goals_with(request: Request, targets: Targets, free: NDArray[np.bool_]) -> 
     of = np.arange(len(poses))
     if any(as_task(request.task).slack):
         reached = [poses_reached(request, {**beside, link: T}, link, _MAX_POSES) for T in poses]
-        if any(map(len, reached)):  # else the task's own inverse kinematics says why
+        if any(map(len, reached)):  # otherwise inverse kinematics of the task gives the reason
             of, poses = np.repeat(of, [len(T) for T in reached]), np.concatenate(reached)
             request = request._replace(task="pose")
     goals = free_goals(request, {link: poses, **{name: poses @ T for name, T in beside.items()}}, free)
@@ -86,7 +87,7 @@ def _goals_with(request: Request, targets: Targets, free: NDArray[np.bool_]) -> 
 
 
 def _of_more(request: Request, targets: dict[str, Array], free: NDArray[np.bool_]) -> Iterator[Goals]:
-    """The goals that keep the constraints, with free turns chosen so, and of more configurations."""
+    """Yield goals that satisfy the constraints: first with rotations aligned to them, then from more configurations."""
     link, T = next(iter(targets.items()))
     ways = [(targets, request)]
     if T.ndim == 3:
@@ -103,15 +104,15 @@ def _of_more(request: Request, targets: dict[str, Array], free: NDArray[np.bool_
 
 
 def _kept(goals: Goals, request: Request) -> Goals | None:
-    """Those of the goals that keep the constraints; None if there are none."""
+    """The goals that satisfy the constraints; None if there are none."""
     kept = are_kept(request.narrow, request.tree, goals.q, goals.q)
     return Goals(goals.q[kept], goals.of[kept]) if kept.any() else None
 
 
 def turned_onto(keep: Keep, T: Array, task: Task) -> tuple[Array, Task] | None:
-    """A pose that fulfils a task at T, shape (4, 4), with an orientation that a constraint keeps, if there is one; and its task.
+    """A pose that satisfies a task at T, shape (4, 4), and a constraint's orientation; and its task.
 
-    None if the task leaves no turn free, or the constraint keeps none.
+    None if the task leaves no rotation free, or the constraint does not restrict the rotation.
     """
     turns_free = np.isinf(task.slack[3:]).tolist()
     if keep.task.slack[3] == _FREE or not any(turns_free):
@@ -129,7 +130,7 @@ def turned_onto(keep: Keep, T: Array, task: Task) -> tuple[Array, Task] | None:
 
 
 def shortest_turn(a: Array, b: Array) -> Array:
-    """The rotation by the least angle that brings a direction to another, shape (3, 3); Rodrigues' formula without the angle."""
+    """The rotation matrix of the smallest angle that turns one unit vector to another; Rodrigues' formula without the angle."""
     v, c = np.cross(a, b).astype(np.float64), float(a @ b)
     if 1.0 + c < _OPPOSITE:
         n = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])

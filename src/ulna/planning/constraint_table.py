@@ -1,4 +1,4 @@
-"""Makes the table of a motion's constraints, and measures how much of their tolerances configurations and edges use."""
+"""Builds the table of a motion's constraints, and bounds the share of their tolerances that edges use."""
 
 from __future__ import annotations
 
@@ -24,28 +24,28 @@ from ulna.planning.entries import keeping
 from ulna.planning.keep import AIM, Keep
 
 Array = NDArray[np.float64]
-_BENT = 2.5  # [rad^2/m or rad]: the square of an edge that leaves a curve by a tolerance, by that; longer ones seldom keep it
-_PRECISION = 1e-3  # of a tolerance
-_PARALLEL = 1e-9  # a cosine: what is nearer to a plane is in it
-_NARROWER = 0.998  # times a tolerance: that of a search, so that parts of what it found are certified again wherever they are cut
+_BENT = 2.5  # [rad^2/m or rad]: squared edge length per unit of tolerance; longer chords usually violate the constraint
+_PRECISION = 1e-3  # precision of a share of a tolerance
+_PARALLEL = 1e-9  # a smaller cosine counts as 0
+_NARROWER = 0.998  # factor of a search's tolerances, so that any part of its path can be certified again
 
 
 def frozen(keeps: Constraints) -> Constraints:
-    """Constraints whose arrays are read-only, as an entry takes them; unpickled ones are not."""
+    """Make the arrays of constraints read-only, as entries require; unpickled arrays are writable."""
     keeps.frames.setflags(write=False)
     keeps.allowed.setflags(write=False)
     return keeps
 
 
 class Violation(NamedTuple):
-    """What of a constraint is not kept.
+    """The violation of a constraint in one component.
 
     Attributes:
         link: The link.
-        quantity: "x", "y" or "z", of its displacement in the axes of the constraint [m]; or "angle" [rad].
-        value: How much.
-        tolerance: What is allowed.
-        relative_to: The link from which it is seen; None for the base.
+        quantity: "x", "y" or "z" for the displacement in the axes of the constraint [m], or "angle" [rad].
+        value: The deviation.
+        tolerance: The tolerance of the deviation.
+        relative_to: The reference link; None for the base.
     """
 
     link: str
@@ -63,12 +63,12 @@ class Violation(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class KeepReport:
-    """Whether edges keep constraints; of one edge, a bool too: ``if robot.edge_keeps(...)``.
+    """Whether edges satisfy constraints. ``bool(report)`` is allowed for one edge: ``if robot.edge_keeps(...)``.
 
     Attributes:
-        kept: Whether all of the edge certainly keeps them: a bool for one edge, else shape (...,).
-        violation: The greatest share of its tolerance that any constraint uses on the edge, at most so much, and by no more
-            than 0.001 less (of itself above 1): a float for one edge, else shape (...,).
+        kept: Whether the whole edge certainly satisfies them: a bool for one edge, else shape (...,).
+        violation: An upper bound of the largest share of its tolerance that any constraint uses on the edge: a float for one
+            edge, else shape (...,). The bound is at most 0.001 too large; above 1 at most by 0.1 %.
     """
 
     kept: Any
@@ -83,13 +83,13 @@ class KeepReport:
 def as_keeps(
     keep: Keep | Iterable[Keep], tree: Tree, q_start: Array, link: str | None = None, group: JointGroup | None = None
 ) -> tuple[Keep, ...]:
-    """Constraints of a motion that begins at q_start, shape (n_dof,), each with its link, pose and axis.
+    """Check the constraints of a motion from q_start, shape (n_dof,), and give each its link, pose and axis.
 
-    link: that of a constraint which names none; for None the tip of the group, or else the robot's.
+    link: the default link of a constraint; for None the tip of the group, or the robot's tip.
 
     Raises:
-        InputError: One is no ``Keep``, no joint moves its link, or that relative to another one; two of a link contradict each
-            other; or there are several tips, so one has to be named.
+        InputError: An element is not a ``Keep``, or no joint moves its link, or moves it relative to the reference link. Two
+            constraints of a link contradict each other. Or there are several tips and no link is named.
         UnknownNameError: There is no such link.
     """
     if not isinstance(keep, (Keep, Iterable)) or isinstance(keep, (str, bytes, dict)):
@@ -114,13 +114,13 @@ def as_keeps(
 
 
 def _seen(tree: Tree, q: Array, link: str, relative_to: str | None) -> Array:
-    """T_base_link, shape (4, 4), or T_other_link."""
+    """The pose of a link relative to the base or to another link, shape (4, 4)."""
     T = forward_kinematics(tree, q, link)
     return T if relative_to is None else inverse(forward_kinematics(tree, q, relative_to)) @ T
 
 
 def _joints_of_both(tree: Tree, link: str, relative_to: str | None) -> tuple[int, list[int]]:
-    """The last joint that carries both links, or BASE, and the joints that carry one of them; None is the base."""
+    """The last joint that carries both links, or BASE, and the joints that carry only one of them."""
     rows: list[set[int]] = []
     for name in (link, tree.root if relative_to is None else relative_to):
         if name not in tree.link_row:
@@ -134,7 +134,7 @@ def _joints_of_both(tree: Tree, link: str, relative_to: str | None) -> tuple[int
 
 
 def _refuse_contradiction(a: Keep, b: Keep) -> None:
-    """Refuse two constraints of one link that no pose keeps: a plane is between their boxes, or their angles are too far off."""
+    """Raise an error if boxes or angles of two constraints of one link do not overlap."""
     (R_a, r_a), (R_b, r_b) = ((keep.pose[:3, :3] @ keep.task.frame[:3, :3], np.array(keep.task.slack)) for keep in (a, b))
     between, cosines = b.pose[:3, 3] - a.pose[:3, 3], np.abs(R_a.T @ R_b)
     cosines[cosines < _PARALLEL] = 0.0
@@ -166,7 +166,7 @@ def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Constraints | None:
 
 
 def _write_allowed(keep: Keep, lever: float, allowed: Constraint) -> None:
-    """Write what a constraint allows. lever: how far the origin of its frame is from the joint's [m]."""
+    """Write the tolerances of a constraint. lever: the distance of its frame's origin from the joint's [m]."""
     slack, turn, allowed.lever = np.array(keep.task.slack), keep.task.slack[3], lever
     allowed.away[:], allowed.slack[:], allowed.is_pointing = slack[:3], AIM * slack, keep.task.kind == POINTING
     if turn < np.inf:
@@ -176,7 +176,7 @@ def _write_allowed(keep: Keep, lever: float, allowed: Constraint) -> None:
 
 
 def narrower(keeps: Constraints | None) -> Constraints | None:
-    """Constraints whose tolerances are slightly smaller."""
+    """A copy of the constraints with slightly smaller tolerances."""
     if keeps is None:
         return None
     allowed = keeps.allowed.copy()
@@ -186,30 +186,30 @@ def narrower(keeps: Constraints | None) -> Constraints | None:
 
 
 def step_of(keeps: Constraints | None) -> float:
-    """How long a step along constraints may be, of eight parts; infinite without any."""
+    """The length of a search's step along constraints, eight chords; infinite without constraints."""
     return np.inf if keeps is None else float(8 * np.sqrt(_BENT * tightest(keeps)))
 
 
 def tightest(keeps: Constraints) -> float:
-    """The least tolerance of constraints [m or rad]."""
+    """The smallest tolerance of the constraints [m or rad]."""
     chords = np.where(keeps.allowed["axes"] != NO_AXIS, keeps.allowed["chord"], np.inf)
     return float(min(chords.min(), keeps.allowed["away"].min()))
 
 
 def are_kept(table: Constraints | None, tree: Tree, a: Array, b: Array) -> NDArray[np.bool_]:
-    """Which edges from a to b, shape (n, n_dof) each, certainly keep all constraints."""
+    """Mask of the edges from a to b, shape (n, n_dof) each, that certainly satisfy all constraints."""
     if table is None:
         return np.ones(len(a), dtype=bool)
     return _shares(table, tree, a.copy(), b.copy(), 1.0, keeping.APART, 1.0) <= 1.0
 
 
 def worst_violation(table: Constraints | None, tree: Tree, path: Array) -> float:
-    """A bound of the share of a tolerance that is used on a path, shape (n, n_dof); 0 without constraints."""
+    """An upper bound of the share of a tolerance that a path, shape (n, n_dof), uses; 0 without constraints."""
     return 0.0 if table is None else float(shares_of(table, tree, path).max())
 
 
 def shares_of(table: Constraints, tree: Tree, path: Array) -> Array:
-    """A bound of the share of a tolerance that is used on each edge of a path, shape (n, n_dof); of a point alone on that."""
+    """An upper bound of the share of a tolerance that each edge of a path, shape (n, n_dof), uses."""
     a, b = (path[:-1], path[1:]) if len(path) > 1 else (path, path)
     return _shares(table, tree, a.copy(), b.copy(), 0.0, _PRECISION, np.inf)
 
@@ -232,7 +232,7 @@ def edge_keeps(tree: Tree, q_a: ArrayLike, q_b: ArrayLike, keep: Keep | Iterable
 
 
 def violations(keeps: tuple[Keep, ...], tree: Tree, q: Array) -> Reason:
-    """What of the constraints is not kept at q, shape (n_dof,), in words; the data is a tuple of ``Violation``."""
+    """The violations of constraints at q, shape (n_dof,), in words; the data is a tuple of ``Violation``."""
     found = [one for keep in keeps for one in _violations_of(keep, tree, q)]
     return Reason("; ".join(map(str, found)), tuple(found))
 
@@ -257,7 +257,7 @@ def _violations_of(keep: Keep, tree: Tree, q: Array) -> list[Violation]:
 
 
 def _shares(table: Constraints, tree: Tree, a: Array, b: Array, level: float, apart: float, most: float) -> Array:
-    """A bound of the share of a tolerance that is used on each edge, shape (n,); see ``planning.entries.keeping``."""
+    """An upper bound of the share of a tolerance that each edge uses, shape (n,); see ``planning.entries.keeping``."""
     shares = np.zeros(len(a))
     keeping.shares_of_edges(tree.joints, frozen(table), for_kernel(a), for_kernel(b), keeping.Bound(level, apart, most), shares)
     return shares

@@ -1,8 +1,8 @@
-"""Divides the edges of a path along tight constraints, so that a motion that leaves the path a little keeps them too.
+"""Subdivides the edges of a path along tight constraints, so that a jerk-limited motion near the path satisfies them too.
 
-A search makes its edges as long as a tolerance allows, so that between its ends an edge uses nearly all of it. A motion with a
-limit of jerk leaves the path, and would have to stop at each point. Half an edge uses a quarter of that, since a curve leaves a
-chord by the square of its length.
+The edges of a search are as long as a tolerance allows: between its ends, an edge uses nearly all of the tolerance. A motion with
+a jerk limit leaves the path slightly, so it would have to stop at each point. Half an edge uses a quarter of the tolerance, since
+the distance of a curve from its chord is quadratic in the length.
 """
 
 import numpy as np
@@ -16,15 +16,15 @@ from ulna.planning.entries import keeping
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
-TIGHT = 1.5e-3  # [m or rad]: edges along tighter constraints are divided; for 1 mrad of an orientation it is sqrt(2) mrad
-_USED = 0.25  # of a tolerance, by an edge
-_EXACT = 0.01  # of a tolerance: how near to the middle of it points are projected
+TIGHT = 1.5e-3  # [m or rad]: edges along tighter constraints are subdivided; an orientation's 1 mrad counts as sqrt(2) mrad
+_USED = 0.25  # largest share of a tolerance that an edge may use
+_EXACT = 0.01  # share of a tolerance within which points are projected
 _MAX_POINTS = 20_000
 _MAX_HALVINGS = 8
 
 
 def finer(path: Array, keeps: Constraints, tree: Tree, space: Space) -> Array:
-    """A path, shape (n, n_dof), with the same ends, whose points are on the constraints, and whose edges use little of them."""
+    """Subdivide a path, shape (n, n_dof): inner points are projected onto the constraints, and edges use little tolerance."""
     allowed = keeps.allowed.copy()
     for name in ("away", "chord", "slack"):
         allowed[name] *= _EXACT

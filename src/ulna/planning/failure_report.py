@@ -1,4 +1,4 @@
-"""Says what stopped a search that found no path: which limit ended it, and what its last refused edges touch."""
+"""Reports why a search found no path: the limit that ended it, and the contacts of its last refused edges."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -16,18 +16,18 @@ from ulna.planning.search import Effort
 from ulna.planning.space import along
 
 Array = NDArray[np.float64]
-_APART = 1 / 32  # [rad]: of the samples of a refused edge, at which what touches is looked for
-_MAX_NAMED = 3  # pairs in a sentence
+_APART = 1 / 32  # [rad]: spacing of the samples of a refused edge that are checked for contacts
+_MAX_NAMED = 3  # pairs named in a message
 
 
 class Stop(NamedTuple):
-    """What stopped some edges.
+    """A pair whose contact blocked edges.
 
     Attributes:
         link: A link of the robot, or an attached object.
-        other: Another one, or an object of the world.
-        of_robot: Whether both are the robot's.
-        edges: How many edges these two stopped.
+        other: Another link or attached object, or an object of the world.
+        of_robot: Whether both belong to the robot.
+        edges: The number of edges that the pair blocked.
     """
 
     link: str
@@ -38,15 +38,16 @@ class Stop(NamedTuple):
 
 @dataclass(frozen=True)
 class SpentBudget:
-    """How a search without a path ended, and what stopped its last refused edges.
+    """The report of a search that ended without a path.
 
     Attributes:
-        limit: Which option ended it: ``"max_checks"`` or ``"time_limit"``.
-        effort: How far it came.
-        edges: How many refused edges were looked at: the last ones, at most 32.
-        stops: What stopped them, the most frequent first. An edge that two pairs stop at one place counts for both.
-        uncertified: How many of them could not be certified, but are free at samples: ``certify=False`` would have passed them.
-        not_kept: How many of them do not keep the constraints.
+        limit: The option that ended it: ``"max_checks"`` or ``"time_limit"``.
+        effort: The effort of the search.
+        edges: The number of refused edges that were examined: the last ones, at most 32.
+        stops: The pairs that blocked them, most frequent first. An edge that two pairs block at one sample counts for both.
+        uncertified: The number of these edges that could not be certified but are free at samples; ``certify=False`` accepts
+            them.
+        not_kept: The number of these edges that violate the constraints.
     """
 
     limit: str
@@ -58,9 +59,9 @@ class SpentBudget:
 
 
 def budget_spent(request: Request, motion: Motion, edges: Array, effort: Effort, limit: str, *, certify: bool) -> Reason:
-    """Why a search ended without a path; ``limit`` is that option with its value, as in ``"time_limit=10"``.
+    """The reason for a search without a path. limit: the option that ended it, with its value, as in ``"time_limit=10"``.
 
-    edges: the last that were not free, shape (n, 2, n_dof).
+    edges: the last refused edges, shape (n, 2, n_dof).
     """
     at_samples = motion.edges(certify=False)
     passed = np.array([certify and at_samples.checked(edge) is not None for edge in edges], dtype=bool)
@@ -76,7 +77,7 @@ def budget_spent(request: Request, motion: Motion, edges: Array, effort: Effort,
 
 
 def _of_refused(found: SpentBudget) -> str:
-    """What is said of the refused edges."""
+    """The sentences about the refused edges."""
     pairs = ", ".join(f"{stop.link} and {stop.other} ({stop.edges})" for stop in found.stops[:_MAX_NAMED])
     sentence = f". What stopped the last {count_of(found.edges, 'refused edge')}: {pairs}" if pairs else ""
     if found.not_kept:
@@ -92,7 +93,7 @@ def _of_refused(found: SpentBudget) -> str:
 
 
 def _stops(request: Request, edges: Array) -> tuple[Stop, ...]:
-    """What touches at the first sample of each edge, shape (n, 2, n_dof), at which something does."""
+    """The pairs that touch at the first colliding sample of each edge, shape (n, 2, n_dof), with counts."""
     counts: Counter[tuple[str, str, bool]] = Counter()
     for a, b in edges:
         q = along(a, b, _APART)

@@ -1,4 +1,4 @@
-"""Deforms a path so that its motion takes less time: points are moved, put in or left out at random."""
+"""Deforms a path at random to shorten its motion time: points are moved, inserted or removed."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_FIRST_STEP, _MIN_STEP, _MAX_STEP = 0.3, 0.02, 0.6  # [rad]: of a step of a point, at first, at least and at most
-_LESS, _MORE = 0.97, 1.5  # times the reach, after a deformation that does not help and after one that does
+_FIRST_STEP, _MIN_STEP, _MAX_STEP = 0.3, 0.02, 0.6  # [rad]: standard deviation of a point's step: initial, minimum, maximum
+_LESS, _MORE = 0.97, 1.5  # factor of the step after a failure, after a success
 _OWN_STREAM = 0x717569636B
 
 
@@ -17,19 +17,19 @@ def quicker_path(
     path: Array, steps: Array, first: int, bounds: tuple[Array, Array], tries: int, seed: int,
     duration_of: Callable[[Array], float], is_free: Callable[[Array], bool],
 ) -> Array:  # fmt: skip
-    """The quickest of the paths that were tried, from the same start to the same goal; the path itself if none is quicker.
+    """The path with the shortest motion time among the candidates and the path itself.
 
-    A random walk downhill (Matyas 1965) in the points of the path, whose steps grow after a success and shrink after a failure.
+    The method is random search (Matyas 1965) over the points of the path. Steps grow after a success and shrink after a failure.
 
     Args:
-        path: Shape (n, n_dof), n >= 2.
-        steps: How much of each entry of q counts as a radian, 0 for one that stays, shape (n_dof,).
-        first: The points before this one and the last stay.
-        bounds: Of q, lower and upper, shape (n_dof,) each.
-        tries: How many paths are tried.
-        seed: Of the random numbers.
-        duration_of: How long a motion along a path takes [s].
-        is_free: Whether the edges of a path from point ``first`` - 1 on are free.
+        path: The path, shape (n, n_dof), n >= 2.
+        steps: The change of each entry of q that counts as one radian, 0 for fixed entries, shape (n_dof,).
+        first: The index of the first point that may change; the last point stays.
+        bounds: The lower and upper limits of q, shape (n_dof,) each.
+        tries: The number of candidates.
+        seed: Seed of the random numbers.
+        duration_of: A function that returns the time of a motion along a path [s].
+        is_free: A function that checks whether the edges of a path from point ``first`` - 1 on are free.
     """
     rng, best, reach = np.random.default_rng([_OWN_STREAM, seed]), duration_of(path), _FIRST_STEP
     for _ in range(tries):
@@ -44,7 +44,7 @@ def quicker_path(
 
 
 def _deformed(path: Array, steps: Array, first: int, reach: float, rng: np.random.Generator) -> Array:
-    """The path with one point moved in half of its entries, left out, or put in."""
+    """A copy of the path with one point moved in half of its entries, removed, or inserted."""
     n, choice = len(path), rng.random()
     step = reach * rng.normal(size=path.shape[1]) * steps
     if n > first + 1 and choice < 0.8:

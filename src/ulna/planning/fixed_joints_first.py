@@ -1,18 +1,18 @@
-"""Holds the joints that have the same position at a start and a goal, as long as a path is found with them held.
+"""Plans trials that hold joints with the same position at the start and the goal, before trials that move them.
 
-Fingers that hold a part, the wheels of a base, a lift, a head, the other arm: what need not move stays. So searches with joints
-held come first, each of a bounded number of edges, with fewer and fewer of them held:
+Joints that need not move should stay: fingers that hold a part, the wheels of a base, a lift, a head, the other arm. Trials with
+a bounded number of edges hold these sets of joints, in order:
 
-1. All joints whose position is the same at both ends.
-2. All but those that turn, farther along the chain of a joint that moves: the rest of an arm that goes round something.
-3. All but these and those that turn, before it in the chain.
-4. All but the joints of that chain and those that carry it: a lift, a torso, the slide of an arm.
+1. All joints with the same position at both ends.
+2. All of these except the revolute joints farther along the chain of a moving joint: the rest of an arm that avoids something.
+3. All of these except the revolute joints of the whole chain.
+4. All of these except the joints of the chain and the joints that carry it: a lift, a torso, the slide of an arm.
 5. None.
 
-Each search has its near goals alone before it has all. The straight way to a far one may be free, as with another elbow, where
-the way to a near one goes round an obstacle.
+Each trial is first limited to its near goals. Otherwise a free straight edge to a far goal, such as another elbow, would win
+against a path around an obstacle to a near goal.
 
-A chain ends where the robot branches: into joints, or a joint and a link without child links, as a hand and its one jaw.
+A chain ends where the robot branches into several joints, or into a joint and a leaf link, such as a hand with one jaw.
 """
 
 from collections.abc import Iterable
@@ -27,20 +27,20 @@ from ulna.planning.space import endless_entries
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-_CHECKS = 3  # edges of a search, to the power of how many joints may move
+_CHECKS = 3  # a trial checks at most this number to the power of the number of free entries
 _MAX_POWER = 7
-_LONGER = 4  # times as many where the whole arm may move: only joints beside it are held then
-_NOT_FAR, _CHECKS_NEAR = 2.0, 300  # times as far as the nearest goal; edges of a search for such goals alone
-_MAX_GROUPS = 4  # of goals that agree with the start in the same entries
+_LONGER = 4  # factor of the edges of a trial in which the whole arm may move
+_NOT_FAR, _CHECKS_NEAR = 2.0, 300  # near goals: distance relative to the nearest goal; edges of their trial
+_MAX_GROUPS = 4  # maximum number of groups of goals that agree with the start in the same entries
 
 
 class Trial(NamedTuple):
-    """A search with joints held, which comes before the one without.
+    """A search with joints held.
 
     Attributes:
-        fixed: Which entries of q keep their positions, shape (n_dof,).
-        goals: Which of the goals it may end in: those that agree with the start in these entries, shape (n,).
-        checks: How many edges it checks at most.
+        fixed: Mask of the entries of q that keep their positions, shape (n_dof,).
+        goals: The indices of its goals, which agree with the start in these entries, shape (n,).
+        checks: The maximum number of edges that it checks.
     """
 
     fixed: Mask
@@ -49,13 +49,13 @@ class Trial(NamedTuple):
 
 
 def trials_of(tree: Tree, same: Mask, fixed: Mask) -> list[Trial]:
-    """The searches with joints held, in order; none where no joint that may move has the same position at both ends.
+    """The trials with joints held, in order; none if no free joint has the same position at both ends.
 
-    same: which entries of each goal are those of the start, shape (n, n_dof), the nearest goal first; fixed: those that keep
-    their positions anyway, shape (n_dof,).
+    same: mask of each goal's entries that equal the start's, shape (n, n_dof), nearest goal first. fixed: mask of the entries
+    that are fixed in every trial, shape (n_dof,).
     """
     still = same & ~fixed
-    still[(still | fixed).all(axis=1)] = False  # a goal that is the start
+    still[(still | fixed).all(axis=1)] = False  # goals equal to the start
     if not still.any():
         return []
     masks, group = np.unique(still, axis=0, return_inverse=True)
@@ -71,9 +71,9 @@ def trials_of(tree: Tree, same: Mask, fixed: Mask) -> list[Trial]:
 
 
 def near_first(trials: Iterable[Trial], lengths: Array) -> list[Trial]:
-    """The trials, each after one for the near of its goals, if these are not all.
+    """Put before each trial a trial with its near goals only, if not all its goals are near.
 
-    lengths: how far the goals are from the start, shape (n,).
+    lengths: the distances of the goals from the start, shape (n,).
     """
     found = []
     for trial in trials:
@@ -86,9 +86,9 @@ def near_first(trials: Iterable[Trial], lengths: Array) -> list[Trial]:
 
 
 def arm_beyond(tree: Tree, moved: Mask) -> Mask:
-    """Which entries of q turn joints farther along the chain of a joint that moves, shape (n_dof,).
+    """Mask of the entries of q of revolute joints farther along the chain of a moving joint, shape (n_dof,).
 
-    moved: which entries of q move joints, shape (n_dof,).
+    moved: mask of the entries of q that move, shape (n_dof,).
     """
     parents, columns, n_children = _rows(tree)
     beyond, found = np.zeros(len(parents), dtype=bool), np.zeros(tree.n_dof, dtype=bool)
@@ -100,7 +100,7 @@ def arm_beyond(tree: Tree, moved: Mask) -> Mask:
 
 
 def arm_of(tree: Tree, moved: Mask) -> Mask:
-    """Which entries of q turn joints of the chain of a joint that moves, shape (n_dof,)."""
+    """Mask of the entries of q of revolute joints in the chain of a moving joint, shape (n_dof,)."""
     parents, columns, n_children = _rows(tree)
     before, found = moved[columns], arm_beyond(tree, moved)
     for row in range(len(parents) - 1, -1, -1):
@@ -111,9 +111,10 @@ def arm_of(tree: Tree, moved: Mask) -> Mask:
 
 
 def _held_in_turn(tree: Tree, still: Mask, fixed: Mask, *, alone: bool) -> list[tuple[Mask, int]]:
-    """The entries of q held in each search and its checks, most held first, for goals that agree with the start in ``still``.
+    """The mask of held entries of q and the maximum number of checks of each trial, most held first.
 
-    Without searches in which there is only the straight way; and, if these are all the goals, without that of ``fixed`` itself.
+    still: mask of the entries in which the goals equal the start. Trials with only one free entry are left out, since they have
+    only the straight edge. If ``alone``, the trial with only ``fixed`` held is left out too, since it comes last.
     """
     moved, endless = ~(still | fixed), endless_entries(tree)
     arms = np.zeros_like(moved), arm_beyond(tree, moved), arm_of(tree, moved)
@@ -131,7 +132,7 @@ def _held_in_turn(tree: Tree, still: Mask, fixed: Mask, *, alone: bool) -> list[
 
 
 def _chain_of(tree: Tree, moved: Mask) -> Mask:
-    """Which entries of q move joints of the chains in which joints move, or joints that carry these, shape (n_dof,)."""
+    """Mask of the entries of q that move the chains of moving joints or carry these, shape (n_dof,)."""
     parents, columns, n_children = _rows(tree)
     of_chain, found = moved[columns], np.zeros(tree.n_dof, dtype=bool)
     for row, parent in enumerate(parents.tolist()):
@@ -145,17 +146,14 @@ def _chain_of(tree: Tree, moved: Mask) -> Mask:
 
 
 def _rows(tree: Tree) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Of each row of the table of joints: the row that carries it, the entry of q that moves it, and how much it carries itself.
-
-    That counts rows, and links without child links.
-    """
+    """The parent row, the entry of q and the number of children (rows, leaf links) of each joint row."""
     parents, columns = (tree.joints[:, column].astype(np.int64) for column in (PARENT, COLUMN))
     carriers = [row for row in (*parents.tolist(), *(tree.link_row[link] for link in tree.leaves)) if row != BASE]
     return parents, columns, np.bincount(np.array(carriers, dtype=np.int64), minlength=len(parents))
 
 
 def _turns_alone(tree: Tree) -> Mask:
-    """Which entries of q turn joints and are all of their position: neither slides, nor those of a base that moves in a plane."""
+    """Mask of the entries of q of revolute joints: neither slides nor parts of planar or floating joints, shape (n_dof,)."""
     found = np.zeros(tree.n_dof, dtype=bool)
     for part in tree.joint_slices:
         found[part] = part.stop - part.start == 1
@@ -166,5 +164,5 @@ def _turns_alone(tree: Tree) -> Mask:
 
 
 def _checks_for(fixed: Mask) -> int:
-    """Edges that a search may check with these entries of q held: the more joints may move, the larger the space is."""
+    """The maximum number of edges of a trial; it grows with the number of free entries of q."""
     return _CHECKS ** min(int(np.count_nonzero(~fixed)), _MAX_POWER)

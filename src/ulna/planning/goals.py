@@ -1,7 +1,7 @@
-"""Finds the configurations that a plan may end in.
+"""Finds the goal configurations of a plan.
 
-Where several links are brought to a pose each, the inverse kinematics of each link is a problem of its own, and every choice of
-one solution for each link is a solution for all. Which of these choices are free is decided for the whole robot at once.
+For a goal with several links, inverse kinematics is solved for each link separately. Every combination of one solution per link
+is a candidate. The whole robot is then checked for collisions in each candidate.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ from ulna.planning.space import same_entries
 from ulna.planning.targets import Targets, joint_of, own_columns
 
 Array = NDArray[np.float64]
-SPREAD = 16  # configurations for a pose of a redundant arm, or places of the joint that its closed form holds
-_SEEDS = 16  # from which a pose is searched with joints held
-_FIRST_CHOICES, _MAX_CHOICES = 1024, 65536  # of one solution for each link, that are tested
-_MAX_GOALS = 32  # nearest to the start, of choices
-_MAX_PAIRS = 4  # that a sentence names
+SPREAD = 16  # configurations per pose of a redundant arm, or positions of the joint that its closed form holds
+_SEEDS = 16  # seeds of a numeric search for a pose with held joints
+_FIRST_CHOICES, _MAX_CHOICES = 1024, 65536  # combinations of one solution per link: first round, second round
+_MAX_GOALS = 32  # combinations that become goals, nearest to the start
+_MAX_PAIRS = 4  # colliding pairs named in a message
 
 
 class Goals(NamedTuple):
-    """Free configurations that a plan may end in, at least one.
+    """Free goal configurations, at least one.
 
     Attributes:
-        q: Shape (n, n_dof).
-        of: Which of the goals given each belongs to, shape (n,).
+        q: The configurations, shape (n, n_dof).
+        of: The index of the given goal that each configuration solves, shape (n,).
     """
 
     q: Array
@@ -55,22 +55,23 @@ class Goals(NamedTuple):
 
 
 class Request(NamedTuple):
-    """What a plan is asked for, checked.
+    """A checked planning problem without its goal.
 
     Attributes:
-        checker: Tests configurations.
-        inverse_kinematics: Finds those of a pose.
-        world: The objects, if any.
-        margin: How near an object may be [m].
-        start: The configuration to start from, shape (n_dof,).
-        held: The joints that keep their positions.
+        checker: Checks configurations for collisions.
+        inverse_kinematics: Solves for the configurations of a pose.
+        world: The obstacles, if any.
+        margin: The minimum distance from obstacles [m].
+        start: The start configuration, shape (n_dof,).
+        held: The names of the joints that keep their positions.
         task: The components of a pose that count.
-        seed: Chooses the starts of the search for a pose.
+        seed: Seed of the search for a pose.
         fixed: The entries of q that keep their positions, shape (n_dof,).
-        keeps: The constraints; ``narrow``: the same for the kernels, slightly narrower, or None without any.
-        beside: By link: its pose seen from the goal's link, of all that are kept at one (``kept_goals.poses_beside``).
-        dynamics: Of the robot.
-        spread: How many configurations of a pose are looked for.
+        keeps: The constraints.
+        narrow: The constraints for the kernels, with slightly smaller tolerances; None without constraints.
+        beside: By link: the pose relative to the goal's link of each link that a constraint ties to it; see ``poses_beside``.
+        dynamics: The dynamics of the robot.
+        spread: The number of configurations to compute for a pose.
     """
 
     checker: Checker
@@ -90,23 +91,23 @@ class Request(NamedTuple):
 
     @property
     def tree(self) -> Tree:
-        """The robot."""
+        """The robot's kinematic tree."""
         return self.checker.tree
 
     def is_free(self, q: Array) -> NDArray[np.bool_]:
-        """Which configurations, shape (n, n_dof), touch nothing, and keep the margin from the world."""
+        """Mask of the configurations, shape (n, n_dof), that touch nothing and keep the margin from the world."""
         free = np.logical_not(self.checker.in_collision(q, self.world, self_collision=True))
         if self.margin > 0.0 and self.world is not None and self.world.names:
             free &= self.checker.signed_distance(q, self.world, self_collision=False) > self.margin
         return free
 
     def touching(self, q: Array) -> tuple[Pair, ...]:
-        """The pairs that touch at q, or of which an object of the world is nearer than the margin."""
+        """The pairs that touch at q, and the pairs with an obstacle nearer than the margin."""
         near = self.checker.check_collision(q, self.world, self_collision=True, max_distance=self.margin)
         return tuple(pair for pair in near.pairs if pair.link_b is None or pair.signed_distance <= 0.0)
 
     def collision(self, q: Array) -> Reason:
-        """These pairs in words, with what may be done about them; the data is their ``Report``."""
+        """The pairs of ``touching`` in words, with a remedy; the data is their ``Report``."""
         pairs, world = self.touching(q), self.world
         own = all(pair.link_b is not None for pair in pairs)
         hint = "; if these shapes touch wherever the robot is, allow the pairs (docs/self_collision.md)" if own else ""
@@ -129,12 +130,12 @@ def _in_words(pair: Pair, margin: float) -> str:
 
 
 def free_goals(request: Request, targets: Targets, free: NDArray[np.bool_]) -> Goals | Plan:
-    """The free configurations of a goal; or, if no configuration is free, a plan whose reason says why.
+    """The free configurations of a goal, or a failed plan with the reason if there are none.
 
-    free: which of the configurations given are, shape (n,).
+    free: mask of the given configurations that are free, shape (n,).
 
     Raises:
-        InputError: A configuration moves a joint that keeps its position.
+        InputError: A goal configuration moves a joint that keeps its position.
     """
     if isinstance(targets, np.ndarray):
         return _of_configurations(request, targets, free)
@@ -158,7 +159,7 @@ def _of_configurations(request: Request, q: Array, free: NDArray[np.bool_]) -> G
 
 
 def _of_poses(request: Request, link: str, poses: Array) -> Goals | Plan:
-    """The free configurations in which a link is at one of some poses (n, 4, 4)."""
+    """The free configurations in which a link is at one of several poses, shape (n, 4, 4)."""
     rows, of, fixed = [], [], request.fixed
     for i, T in enumerate(poses):
         found = _solutions_of(request, link, T, fixed)
@@ -178,7 +179,7 @@ def _of_poses(request: Request, link: str, poses: Array) -> Goals | Plan:
 
 
 def _of_links(request: Request, poses: Mapping[str, Array]) -> Goals | Plan:
-    """The free configurations in which each link is at its pose (4, 4), nearest to the start first."""
+    """The free configurations in which each link is at its pose, shape (4, 4), nearest to the start first."""
     tree, fixed = request.tree, request.fixed
     alone, own, each = _of_one_link(request), own_columns(poses, tree), {}
     for link, T in poses.items():
@@ -190,7 +191,7 @@ def _of_links(request: Request, poses: Mapping[str, Array]) -> Goals | Plan:
             found = result.q[None]
         each[link] = _nearest_first(found, request.start, own[link])
     q = request.start[None]
-    for most in (_FIRST_CHOICES, _MAX_CHOICES):  # the nearest of each link, and more only where none of these is free
+    for most in (_FIRST_CHOICES, _MAX_CHOICES):  # the nearest solutions of each link first; more if none of these is free
         q = _choices(each, own, request.start, max(1, int(most ** (1 / len(poses)) + 1e-9)))
         free = q[request.is_free(q)]
         if len(free):
@@ -200,12 +201,12 @@ def _of_links(request: Request, poses: Mapping[str, Array]) -> Goals | Plan:
 
 
 def _why_not(result: IKResult) -> str:
-    """Why no configuration was found for a pose, after the words that the goal is unreachable."""
+    """The reason of failed inverse kinematics, without the leading status."""
     return str(result).removeprefix(f"{Status.UNREACHABLE}: ")
 
 
 def _of_several(request: Request, targets: Mapping[str, Array]) -> Goals | Plan:
-    """The free configurations in which each link is at its pose of one of several, shape (n, 4, 4) each."""
+    """The free configurations for alternative goals: each row has one pose per link, shape (n, 4, 4) each."""
     found = [_of_links(request, dict(zip(targets, poses, strict=True))) for poses in zip(*targets.values(), strict=True)]
     goals = {i: each.q for i, each in enumerate(found) if isinstance(each, Goals)}
     if not goals:
@@ -214,20 +215,20 @@ def _of_several(request: Request, targets: Mapping[str, Array]) -> Goals | Plan:
 
 
 def poses_reached(request: Request, poses: Mapping[str, Array], link: str, most: int) -> Array:
-    """The poses of one of several links, shape (n, 4, 4), in the solutions for its task that are nearest to the start."""
+    """The poses of one of several links, shape (n, 4, 4), in the task's solutions nearest to the start."""
     own = own_columns(poses, request.tree)[link]
     found = _solutions_of(_of_one_link(request), link, poses[link], request.fixed | ~own)
     return forward_kinematics(request.tree, _nearest_first(found, request.start, own)[:most], link)
 
 
 def _of_one_link(request: Request) -> Request:
-    """The request for one of several links, which holds the joints of all fixed entries of q, and touches nothing."""
+    """The request for one of several links, without a world and with all fixed joints held."""
     slices = zip(request.tree.joint_names, request.tree.joint_slices, strict=True)
     return request._replace(world=None, held=tuple(name for name, part in slices if request.fixed[part].any()))
 
 
 def _choices(each: Mapping[str, Array], own: Mapping[str, NDArray[np.bool_]], start: Array, n_each: int) -> Array:
-    """Every choice of one of the first solutions of each link, shape (n, n_dof); all else is as at the start."""
+    """All combinations of the first ``n_each`` solutions of each link, shape (n, n_dof); other entries are the start's."""
     choices = list(product(*(found[:n_each] for found in each.values())))
     q = np.tile(start, (len(choices), 1))
     for row, choice in zip(q, choices, strict=True):
@@ -241,7 +242,7 @@ def _nearest_first(q: Array, start: Array, columns: NDArray[np.bool_]) -> Array:
 
 
 def _solutions_of(request: Request, link: str, T: Array, fixed: NDArray[np.bool_]) -> Array:
-    """All configurations found for a pose of a link, shape (n, n_dof); ``fixed`` entries may be anything."""
+    """All configurations found for a pose of a link, shape (n, n_dof); ``fixed`` entries are arbitrary."""
     if fixed[request.tree.moving_columns(link)].any():
         n = request.tree.n_dof
         seeds = np.vstack([request.start, random_positions(request.tree, _SEEDS - 1, request.seed)])
@@ -255,7 +256,7 @@ def _solutions_of(request: Request, link: str, T: Array, fixed: NDArray[np.bool_
 
 
 def _solve(request: Request, link: str, T: Array, seeds: Array) -> IKResult:
-    """A search for each of several poses, or for one, from seeds in which the joints are held as the request says."""
+    """Solve inverse kinematics for one pose or several, from seeds, with the joints of ``request.held`` held."""
     options = Options(seed=request.seed, task=request.task)
     asked = IKRequest(T, seeds, held=request.held, world=request.world, link=link, options=options)
     return request.inverse_kinematics.inverse_kinematics(asked)

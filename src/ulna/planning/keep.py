@@ -1,4 +1,4 @@
-"""Says what a motion keeps at all times: a link near a pose, a line, a plane, an orientation or another link, or in a box."""
+"""Defines constraints of a motion: a link stays near a pose, line, plane or orientation, or in a box."""
 
 from __future__ import annotations
 
@@ -14,35 +14,36 @@ from ulna.ik.task import Task, as_task
 from ulna.kernels.ik.search_layout import POINTING
 
 Array = NDArray[np.float64]
-AWAY, TURN = 1e-4, float(np.radians(0.1))  # [m], [rad]: the tolerances where a task has none
+AWAY, TURN = 1e-4, float(np.radians(0.1))  # [m], [rad]: default tolerances for a task without slack
 _MIN_TOLERANCE = 1e-6  # [m or rad]
-AIM = 0.5  # of a tolerance: where a projection, or a search for a pose, leads to
+AIM = 0.5  # share of a tolerance that a projection or inverse kinematics aims to stay within
 _FREE = float("inf")
 _UP = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Keep:
-    """A constraint of a motion: a link stays where a task allows it to be, seen from a pose, at all times.
+    """A constraint of a motion: a link stays near a pose at all times, within the tolerances of a task.
 
-    The tolerance is the task's slack: the displacement from the pose stays within it along each axis, and the angle of the
-    rotation, or of ``task.axis`` if the turn about that is free, is at most the slack of the rotation, one number. What keeps a
-    constraint fulfils its task. There is no motion through a set without an interior, so a slack of 0 becomes 0.1 mm or 0.1
-    degrees.
+    The tolerances are the task's slack. The displacement from the pose along each axis is at most the slack of that axis. The
+    angle of the rotation is at most the slack of the rotation, which is one number. If the rotation about ``task.axis`` is free,
+    the angle between the axes counts. A motion that satisfies the constraint satisfies its task. Straight lines in joint space
+    cannot satisfy an equality, so a slack of 0 becomes 0.1 mm or 0.1 degrees.
 
     Attributes:
-        task: What of the pose is kept, and by how much it may be off, at least 1e-6 [m or rad] each.
-        T: The pose T_base_link, shape (4, 4); that at the start of the motion for None. With ``relative_to`` T_other_link.
-        link: The link; the one that is planned for, else the tip, for None.
-        along: A direction in the base, or in ``relative_to``, shape (3,). If given, the axis is what of the link points there at
-            the start, instead of ``task.axis``.
-        relative_to: Another link, from which the link is seen; the base for None.
-        towards: Whether the axis is kept towards the origin of T, from the link's own origin, instead of along that of T.
+        task: The constrained components of the pose, and their tolerances, at least 1e-6 [m or rad] each.
+        T: The reference pose T_base_link, shape (4, 4), or T_other_link with ``relative_to``. None: the pose at the start of the
+            motion.
+        link: The constrained link. None: the link that is planned for, or the tip.
+        along: A direction in the base, or in ``relative_to``, shape (3,). If given, the constrained axis is the link's direction
+            that points along it at the start, instead of ``task.axis``.
+        relative_to: A reference link. None: the base.
+        towards: Whether the axis points from the link's origin towards the origin of T, instead of along T's axis.
 
     Raises:
-        InputError: ``task`` is not a task; the slacks of its rotation differ, or are pi or more; a slack is too small; T is not a
-            pose; ``along`` is not a direction, or is given with a task that has no axis; ``towards`` is, or without T;
-            ``relative_to`` is the link itself.
+        InputError: ``task`` is not a task, or a slack is too small. The slacks of its rotation differ, or are pi or more. T is
+            not a pose. ``along`` is not a direction, or the task has no axis. ``towards`` is given for a task without an axis, or
+            without T. ``relative_to`` is the link itself.
 
     Example:
         >>> import ulna
@@ -86,16 +87,16 @@ class Keep:
     def upright(
         cls, within: float = 0.09, *, axis: ArrayLike | None = None, along: ArrayLike = _UP, link: str | None = None
     ) -> Keep:
-        """What points up at the start stays within an angle of up; any position, and any turn about it.
+        """Keep the link's direction that points up at the start within an angle of up; position and yaw are free.
 
         Args:
             within: The angle [rad].
-            axis: The direction of the link that is kept, in its axes, shape (3,), instead of what points up at the start.
-            along: The direction in the base that it is kept near, shape (3,), instead of up.
+            axis: The direction of the link to constrain, in its axes, shape (3,); unless given, its up direction at the start.
+            along: The direction in the base to keep it near, shape (3,), instead of up.
             link: The link.
 
         Raises:
-            InputError: An argument cannot be taken.
+            InputError: An argument is invalid.
         """
         turn = _angle("within", within)
         slack = (_FREE, _FREE, _FREE, turn, turn, _FREE)
@@ -106,28 +107,28 @@ class Keep:
 
     @classmethod
     def orientation(cls, within: float = TURN, *, T: ArrayLike | None = None, link: str | None = None) -> Keep:
-        """The link keeps its orientation, that of T or of the start, within an angle [rad]; any position.
+        """Keep the link's orientation within an angle [rad] of T or of the start; the position is free.
 
         Raises:
-            InputError: An argument cannot be taken.
+            InputError: An argument is invalid.
         """
         turn = _angle("within", within)
         return cls(Task((_FREE, _FREE, _FREE, turn, turn, turn)), T, link)  # type: ignore[arg-type]
 
     @classmethod
     def on_line(cls, a: ArrayLike, b: ArrayLike, *, within: float = 1e-3, link: str | None = None) -> Keep:
-        """The link's origin stays near the line through two points, and may be anywhere along it.
+        """Keep the link's origin near the infinite line through two points.
 
-        It stays in a square bar about the line, whose corners are ``within`` away.
+        It stays in a square bar around the line, whose corners are ``within`` away.
 
         Args:
             a: A point in the base [m], shape (3,).
-            b: Another one, shape (3,).
-            within: The greatest distance from the line [m].
+            b: Another point, shape (3,).
+            within: The largest distance from the line [m].
             link: The link.
 
         Raises:
-            InputError: An argument cannot be taken, or the points are nearer than 1e-9 m.
+            InputError: An argument is invalid, or the points are nearer than 1e-9 m.
         """
         a, b = _point("a", a), _point("b", b)
         if not np.linalg.norm(b - a) > 1e-9:
@@ -139,24 +140,24 @@ class Keep:
 
     @classmethod
     def in_plane(cls, T: ArrayLike, *, within: float = AWAY, link: str | None = None) -> Keep:
-        """The link's origin stays within a distance [m] of the plane z = 0 of a pose T_base_plane, shape (4, 4).
+        """Keep the link's origin within a distance [m] of the plane z = 0 of a pose T_base_plane.
 
         Raises:
-            InputError: An argument cannot be taken.
+            InputError: An argument is invalid.
         """
         return cls(Task((_FREE, _FREE, _tolerance("within", within), _FREE, _FREE, _FREE)), as_one_pose(T), link)
 
     @classmethod
     def inside(cls, extents: ArrayLike, T: ArrayLike, *, link: str | None = None) -> Keep:
-        """The link's origin stays in a box of the workspace.
+        """Keep the link's origin in a box of the workspace.
 
         Args:
-            extents: Its full edge lengths [m], shape (3,); infinite ones leave that direction free.
-            T: The pose T_base_box of its centre, shape (4, 4).
+            extents: The box's full edge lengths [m], shape (3,); an infinite length leaves that direction free.
+            T: The pose T_base_box of the box's center, shape (4, 4).
             link: The link.
 
         Raises:
-            InputError: An argument cannot be taken.
+            InputError: An argument is invalid.
         """
         extents = as_floats("extents", extents)
         if extents.shape != (3,) or not (extents >= 2 * _MIN_TOLERANCE).all() or not extents.min() < _FREE:
@@ -173,17 +174,19 @@ class Keep:
         link: str | None = None,
         relative_to: str | None = None,
     ) -> Keep:
-        """An axis through the link's origin points at a point, within an angle: a camera sees a part. Any distance, any turn.
+        """Keep an axis through the link's origin pointing at a point within an angle, as a camera at a part.
+
+        The distance to the point and the rotation about the axis are free.
 
         Args:
-            point: It [m], shape (3,), in the base, or in the frame of ``relative_to``.
+            point: The point [m], shape (3,), in the base, or in the frame of ``relative_to``.
             axis: The direction of the link, in its axes, shape (3,).
             within: The angle [rad].
             link: The link.
             relative_to: A link that the point moves with.
 
         Raises:
-            InputError: An argument cannot be taken.
+            InputError: An argument is invalid.
         """
         turn = _angle("within", within)
         T, task = np.eye(4), Task((_FREE, _FREE, _FREE, turn, turn, _FREE), _direction("axis", axis))
@@ -192,16 +195,16 @@ class Keep:
 
     @classmethod
     def together(cls, link: str, other: str, *, T: ArrayLike | None = None, within: tuple[float, float] = (AWAY, 1e-3)) -> Keep:
-        """Two links keep their relative pose: two hands that hold one object.
+        """Keep the relative pose of two links, such as two hands that hold one object.
 
         Args:
             link: One link.
-            other: The other one.
-            T: The pose T_link_other, shape (4, 4), of the other as the one sees it; that at the start for None.
-            within: By how much it may be off: along each axis of T [m], and the angle [rad].
+            other: The other link.
+            T: The pose T_link_other, shape (4, 4); the relative pose at the start for None.
+            within: The tolerances: along each axis of T [m], and of the angle [rad].
 
         Raises:
-            InputError: An argument cannot be taken.
+            InputError: An argument is invalid.
         """
         both = as_floats("within", within)
         if both.shape != (2,):
@@ -210,17 +213,17 @@ class Keep:
         return cls(Task((away,) * 3 + (turn,) * 3), T, other, relative_to=link)  # type: ignore[arg-type]
 
     def at_start(self, T: Array, link: str) -> Keep:
-        """The constraint on a motion that begins with the link at T, shape (4, 4), as seen from ``relative_to``."""
+        """The constraint on a motion that begins with the link at the pose T, shape (4, 4), relative to ``relative_to``."""
         task = self.task if self.along is None else Task(self.task.slack, tuple((T[:3, :3].T @ self.along).tolist()))
         return replace(self, task=task, T=T if self.T is None else self.T, link=link, along=None)
 
     def target(self, link: str | None) -> tuple[Array, str | None, Task]:
-        """What inverse kinematics searches for: a pose, shape (4, 4), the link, and a task in the middle of the tolerances.
+        """The target for inverse kinematics: a pose, shape (4, 4), the link, and a task with half the tolerances.
 
-        link: that of a constraint which names none.
+        link: the default link.
 
         Raises:
-            InputError: It has no pose, or is no task of one link seen from the base; or it is about another link.
+            InputError: The constraint has no pose, is relative to another link, or is for another link than ``link``.
         """
         if self.T is None:
             raise InputError("T", "a constraint without a pose is about the start of a motion; give it a pose, or an axis")
@@ -233,14 +236,14 @@ class Keep:
 
     @property
     def pose(self) -> Array:
-        """T of a constraint that has one (``at_start``)."""
+        """The pose T of a constraint that has one; see ``at_start``."""
         if self.T is None:
             raise AssertionError("the pose at the start is not known")
         return self.T
 
     @property
     def keeps_axis(self) -> bool:
-        """Whether the turn about an axis is free, and no other."""
+        """Whether only the rotation about an axis is free."""
         return self.task.kind == POINTING
 
     def __setstate__(self, state: dict) -> None:

@@ -1,4 +1,4 @@
-"""Holds a motion from a configuration to a goal, or why there is none."""
+"""Defines the result of planning: a path from a configuration to a goal, or the reason why there is none."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ from ulna.planning.targets import beyond_limits, joint_of
 from ulna.planning.trajectory import Trajectory, resting
 
 Array = NDArray[np.float64]
-_SAMPLES = 256  # at which the clearance is measured
-_WORTH = 1e-4  # of the length: a path is to be shorter by more
-_MAX_NAMED = 3  # joints in a sentence
-_FIRST_CHECKS = 256  # of a search for a shorter path, until one has failed
+_SAMPLES = 256  # configurations at which the clearance is measured
+_WORTH = 1e-4  # minimum relative improvement of the length
+_MAX_NAMED = 3  # joints named in a message
+_FIRST_CHECKS = 256  # edges of a search for a shorter path; doubled after each failure
 
 
 class PlanStatus(StrEnum):
-    """How a search for a plan ended."""
+    """The outcome of planning."""
 
     SOLVED = "solved"
     START_IN_COLLISION = "start in collision"
@@ -56,16 +56,16 @@ class PlanStatus(StrEnum):
 
 
 class Searched(NamedTuple):
-    """What was searched for, so that the search can go on.
+    """The problem that a search solved, with which ``Plan.improve`` continues.
 
     Attributes:
-        motion: What may be moved, the robot and the world.
-        start: Where the certified part of the path begins, shape (n_dof,).
-        goals: Shape (n, n_dof).
-        of: Which of the given goals each of them is, shape (n,).
+        motion: The robot, the world and the space of the joints that may move.
+        start: The start of the certified part of the path, shape (n_dof,).
+        goals: The goal configurations, shape (n, n_dof).
+        of: The index of the given goal that each configuration solves, shape (n,).
         certify: Whether edges are certified.
-        seed: That of the plan.
-        n_searches: How many searches there were.
+        seed: The seed of the plan.
+        n_searches: The number of searches so far.
     """
 
     motion: Motion
@@ -79,34 +79,34 @@ class Searched(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan(OneLine):
-    """A motion from a start to a goal: straight lines between configurations. ``if plan:`` asks whether there is one.
+    """The result of ``Robot.plan``: a path of straight edges in joint space. ``bool(plan)`` is True if a path was found.
 
     ======================= =============================================================================================
     ``solved``              ``path`` leads from the start to a goal.
     ``start in collision``  The start touches something; ``reason.data`` is the ``Report``.
-    ``start beyond limits`` The start is not within the joint limits; those of joints that are held count too.
+    ``start beyond limits`` The start violates the joint limits; the limits of held joints count too.
     ``goal in collision``   Every goal touches something; ``reason.data`` is the ``Report`` of the first.
     ``goal unreachable``    No configuration was found for the pose; ``reason.data`` is the ``IKResult``.
-    ``start outside``       The start does not keep a constraint; ``reason.data`` is a tuple of ``Violation``: which, by how much.
-    ``goal outside``        No goal that is free keeps the constraints; ``reason.data`` is that of the first.
-    ``budget spent``        ``max_checks`` edges were checked, or ``time_limit`` is over; ``reason.data`` is a ``SpentBudget``:
-                            which, and what stopped edges last. That says nothing about whether there is a way.
+    ``start outside``       The start violates a constraint; ``reason.data`` is a tuple of ``Violation``.
+    ``goal outside``        Every free goal violates a constraint; ``reason.data`` has the violations of the first.
+    ``budget spent``        ``max_checks`` edges were checked, or ``time_limit`` is over. ``reason.data`` is a ``SpentBudget``:
+                            the limit, and what blocked the last edges. A path may exist nevertheless.
     ======================= =============================================================================================
 
     Attributes:
-        status: How the search ended.
-        path: The configurations [rad or m], shape (n, n_dof), the first the start and the last a goal, but for whole turns of
-            joints without limits; n = 0 if there is none.
-        certified: Whether every edge of the path is certified, as by ``Robot.edge_in_collision``: free at all of its
-            configurations; all but the first if ``escaped``. Else they were checked at samples. The constraints are certainly
-            kept either way.
-        reason: Why there is no path; no reason if there is one.
-        effort: What it took.
-        escaped: Whether the start touched something, or was beyond the joint limits, and was left for all that: the first edge
-            leads out of it. Out of a contact it is not certified; at samples it touches only what the start touches. Back within
-            limits it touches nothing, but keeps neither the clearance nor the constraints.
-        escape: How deep the start touched something then [m]; else 0.
-        goal: Which goal is reached, of those given; -1 if none.
+        status: The outcome of planning.
+        path: The configurations [rad or m], shape (n, n_dof), from the start to a goal. The goal may differ by whole turns of
+            joints without limits. n = 0 without a path.
+        certified: Whether every edge of the path is certified to be free at all its configurations, as by
+            ``Robot.edge_in_collision``; if ``escaped``, all edges but the first. Otherwise edges were checked at samples.
+            Constraints are certified either way.
+        reason: Why there is no path; empty if there is one.
+        effort: The effort of the search.
+        escaped: Whether the start touched something, or was beyond the joint limits, and the first edge leads out of it. An edge
+            out of a contact is not certified; at samples it touches only what the start touches. An edge back within the joint
+            limits touches nothing, but may violate the clearance and the constraints.
+        escape: The penetration depth of an escaped start [m]; else 0.
+        goal: The index of the given goal that is reached; -1 without a path.
     """
 
     status: PlanStatus
@@ -127,24 +127,24 @@ class Plan(OneLine):
 
     @property
     def success(self) -> bool:
-        """Whether there is a path."""
+        """Whether a path was found."""
         return bool(self)
 
     @property
     def checks(self) -> int:
-        """How many edges were checked, by search and shortening."""
+        """The number of edges checked by search and shortening."""
         return self.effort.checks
 
     @property
     def length(self) -> float:
-        """The length of the path [rad]: Euclidean, with slides weighed as docs/planning_search.md says; 0 without a path."""
+        """The Euclidean length of the path [rad], with slides weighted (docs/planning_search.md); 0 without a path."""
         return float(self._lengths[-1]) if len(self.path) else 0.0
 
     @cached_property
     def clearance(self) -> float:
-        """The least distance from an object of the world [m] at 256 evenly spaced configurations; infinite without a world.
+        """The least distance from an object of the world [m], at 256 evenly spaced configurations; infinite without a world.
 
-        It is measured when first asked for. What is certified lies between these configurations too.
+        It is computed at first use. A certified path is free between these configurations too.
         """
         if self._motion is None:
             return np.inf
@@ -152,20 +152,20 @@ class Plan(OneLine):
 
     @cached_property
     def worst_violation(self) -> float:
-        """The greatest share of its tolerance that a constraint of the plan uses, at all times: a certified bound, below 1.
+        """The largest share of its tolerance that a constraint uses at any time: a certified bound, below 1.
 
-        It is by no more than 0.001 too large; 0 without constraints. That of an angle is a share of the sine of half of it.
+        The bound is at most 0.001 too large; 0 without constraints. For an angle it is a share of the sine of the half angle.
         """
         return 0.0 if self._motion is None else worst_violation(self._motion.keeps, self._motion.checker.tree, self.path)
 
     @cached_property
     def moved(self) -> tuple[str, ...]:
-        """The joints that move although their position is the same at both ends: with all of them held no path was found."""
+        """The joints that move although both ends have the same position: no path was found with all of them held."""
         return () if self._motion is None else _names_of(self._returning, self._motion.checker.tree)
 
     @cached_property
     def moved_beside(self) -> tuple[str, ...]:
-        """The joints of ``moved`` beside the arm that moves, such as a lift, fingers or another arm."""
+        """The joints of ``moved`` outside the moving arm, such as a lift, fingers or another arm."""
         if self._motion is None:
             return ()
         tree, returning = self._motion.checker.tree, self._returning
@@ -174,14 +174,14 @@ class Plan(OneLine):
 
     @property
     def _returning(self) -> NDArray[np.bool_]:
-        """Which entries of q change along the path, and are the same at both ends, shape (n_dof,)."""
+        """Mask of the entries of q that change along the path but are the same at both ends, shape (n_dof,)."""
         if self._motion is None or not self:
             return np.zeros(self.path.shape[1], dtype=bool)
         return same_entries(self._motion.checker.tree, *self.path[[0, -1]]) & (self.path != self.path[0]).any(axis=0)
 
     @cached_property
     def _lengths(self) -> Array:
-        """The length of the path up to each of its configurations."""
+        """The length of the path up to each configuration, shape (n,)."""
         differences = np.diff(self.path, axis=0)
         steps = np.linalg.norm(differences, axis=1) if self._motion is None else self._motion.space.lengths(differences)
         return np.concatenate([[0.0], np.cumsum(steps)])
@@ -226,42 +226,42 @@ class Plan(OneLine):
         end_velocity: ArrayLike | None = None,
         time_limit: float | None = None,
     ) -> Trajectory:
-        """The path with times: the fastest motion along it within limits, by TOPP-RA (Pham and Pham 2018).
+        """Compute the time-optimal trajectory along the path within limits, by TOPP-RA (Pham and Pham 2018).
 
         Args:
-            acceleration: The greatest acceleration of each joint [rad/s^2 or m/s^2], a number or n_dof numbers; needed unless
-                ``limits`` or the robot states one.
-            velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers; the robot's limits unless given.
-            blend: How much of each of its two edges, in the plan's metric [rad], a rounded corner takes at most; half of an edge
-                is the most. A rounding is a parabola, and is certified as the edges are; one that is not free is made smaller.
-                Where none is free, and everywhere for 0, the motion stops at the corner.
-            jerk: The greatest jerk [rad/s^3 or m/s^3], a number or n_dof numbers; unless given that of ``limits`` or of the
-                robot, if one states it. With it the motion is the mean of one without it over a short time, which leaves the path
-                at its corners by a distance that is certified too. An arm whose controller refuses jumps of the acceleration, as
-                a Franka's does, needs it.
-            limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` as MoveIt has it, or its mapping: the limits
-                not given as numbers (docs/trajectories.md names the arms and the sources). The file's positions are kept.
-            hand: The greatest speed and acceleration of the hand, or of several links, at all times.
-            torque: The greatest torque of each joint [Nm or N], a number or n_dof numbers; for True the limits of effort of the
-                description. Gravity and what is attached count. Torques are judged at samples of the motion at most 2 ms apart,
-                with 0.5 % of each limit to spare.
-            start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,), where the acceleration is 0; at rest unless
-                given. Where it is not along the first edge, the motion goes straight on as far as it needs, and from there to the
-                second point of the path; all of that is certified.
-            end_velocity: The same at the end.
-            time_limit: The longest time to compute it [s]; no limit unless given. A tight constraint and a limit of jerk take
-                seconds. What was begun is ended before it is looked at.
+            acceleration: Maximum acceleration of each joint [rad/s^2 or m/s^2], a number or n_dof numbers; required unless
+                ``limits`` or the robot has it.
+            velocity: Maximum velocity [rad/s or m/s], a number or n_dof numbers; the robot's limits unless given.
+            blend: The largest part of its two edges that a rounded corner replaces, in the plan's metric [rad]; at most half of
+                each edge. The rounding is a parabola and is certified like an edge; if it is not free, it is made smaller. If no
+                rounding is free, and at every corner for ``blend=0``, the motion stops at the corner.
+            jerk: Maximum jerk [rad/s^3 or m/s^3], a number or n_dof numbers; unless given from ``limits`` or the robot, if they
+                have it. The trajectory is then smoothed by a moving average over a short time. It leaves the path at corners
+                slightly, which is certified too. Controllers that refuse jumps of the acceleration, such as a Franka's, need it.
+            limits: The name of an arm, as "franka", a file ``joint_limits.yaml`` in MoveIt's format, or its mapping: limits that
+                are not given as numbers (docs/trajectories.md lists the arms and the sources). The file's position limits apply
+                too.
+            hand: Maximum speed and acceleration of the hand, or of several links, at all times.
+            torque: Maximum torque of each joint [Nm or N], a number or n_dof numbers; True for the effort limits of the
+                description. Gravity and attached objects count. Torques are checked at samples of the motion at most 2 ms apart,
+                with a margin of 0.5 % of each limit.
+            start_velocity: The velocity at the start [rad/s or m/s], shape (n_dof,); the acceleration there is 0. At rest unless
+                given. If it is not along the first edge, the motion continues straight as far as needed. Then it goes to the
+                second point of the path; all of it is certified.
+            end_velocity: The velocity at the end, likewise.
+            time_limit: The maximum computation time [s]; no limit unless given. Tight constraints with a jerk limit take
+                seconds. It is checked between steps.
 
         Returns:
             A ``Trajectory``: times, q, qd, qdd, and ``at(t)``.
 
         Raises:
-            InputError: There is no path, or one beyond the positions of ``limits``; no acceleration is given, or a limit is not
-                above 0; or a velocity at an end is beyond its limit, a joint could not stop before the end of its range, or no
-                way into the path is within the limits and certified free; or ``time_limit`` is over.
+            InputError: There is no path, or it exceeds the positions of ``limits``; no acceleration is given, or a limit is not
+                above 0. Or a velocity at an end exceeds its limit, or a joint could not stop within its range. Or no connection
+                to the path is within the limits and certified to be free; or ``time_limit`` is over.
             UnknownNameError: There is no such set of limits.
             FileError: The file of limits cannot be read.
-            DescriptionError: The file is none of limits.
+            DescriptionError: The file has no valid limits.
         """
         if not self or self._motion is None:
             raise InputError("plan", f"there is no path: {self.status}")
@@ -286,24 +286,24 @@ class Plan(OneLine):
         return Trajectory(certified, names, timed, self._motion, kept, ends, positions, caps)
 
     def improve(self, max_checks: int = 10_000, *, time_limit: float | None = None) -> Plan:
-        """A plan with a shorter path, if one is found: searches for paths shorter than the best, by AORRTC.
+        """Search for a shorter path with AORRTC, and return a plan with the shortest one found.
 
-        AORRTC: Wilson, Thomason, Kingston and Gammell (RA-L 2025). Each search has new trees and other samples; what it finds is
-        shortened, and its length bounds the next search. With constraints each is a search as of the plan, along them, where a
-        shorter path may pass.
+        AORRTC: Wilson, Thomason, Kingston and Gammell (RA-L 2025). Each search has new trees and new samples. Its path is
+        shortened, and the length bounds the next search. With constraints, each search is an RRT-Connect along the constraints,
+        limited to the region of shorter paths.
 
-        The length goes towards the least one as ``max_checks`` grows. The same calls give the same bits.
+        The length converges to the minimum as ``max_checks`` grows. The same calls give the same bits.
 
         Args:
-            max_checks: How many edges are checked at most, besides those of the plan. Shortening a path that was found may go on.
-            time_limit: The longest time of the searches [s]; no limit unless given. Where it ends them, the result depends on the
+            max_checks: The maximum number of further edges that the searches check; shortening a path may exceed it.
+            time_limit: The maximum time of the searches [s]; no limit unless given. If it ends them, the result depends on the
                 machine.
 
         Returns:
-            A ``Plan`` with its checks added; with the same path if none was found that is shorter.
+            A ``Plan`` with the checks added; with the same path if no shorter one was found.
 
         Raises:
-            InputError: There is no path, or an argument cannot be taken.
+            InputError: There is no path, or an argument is invalid.
 
         Example:
             >>> import ulna
@@ -319,14 +319,14 @@ class Plan(OneLine):
         if self._searched is None or not self:
             raise InputError("plan", f"there is no path: {self.status}")
         motion, start, goals, of, certify, seed, n_searches = self._searched
-        outside = self.path[:1] if self.escaped else self.path[:0]  # the edge that leads out of a contact stays
+        outside = self.path[:1] if self.escaped else self.path[:0]  # the escape edge stays
         path, goal, certified, effort = self.path[len(outside) :], self.goal, self.certified, self.effort
         space, edges = motion.space, motion.edges(certify=certify)
         straight = space.lengths(space.shortest_way(goals - start)).min()
         most, budget = effort.checks + max_checks, _FIRST_CHECKS
-        algorithm = AORRTC if motion.keeps is None else RRT_CONNECT  # the edges of AORRTC lead along no constraint
+        algorithm = AORRTC if motion.keeps is None else RRT_CONNECT  # the edges of AORRTC cannot follow constraints
         if motion.keeps is not None:
-            budget = max(budget, effort.checks)  # along constraints there are many edges to a path
+            budget = max(budget, effort.checks)  # a path along constraints has many edges
         while effort.checks < most:
             length = space.lengths(np.diff(path, axis=0)).sum()
             bound = length * (1.0 - _WORTH)
@@ -337,7 +337,7 @@ class Plan(OneLine):
             found, n_searches = search.finish(min(budget, most - effort.checks), limit, shorten=True), n_searches + 1
             effort = effort.plus(search.effort)
             if found is None:
-                budget *= 2  # not all at once: a small tree costs less, and other samples may do better
+                budget *= 2  # start small: small trees are cheap, and other samples may succeed
             elif found.confirmed and space.lengths(np.diff(found.path, axis=0)).sum() < length:
                 path, goal, certified = found.path, int(of[search.goal]), certify
         searched = self._searched._replace(n_searches=n_searches)
@@ -356,28 +356,28 @@ class Plan(OneLine):
         hand: HandLimits | Iterable[HandLimits] | None = None,
         torque: ArrayLike | None = None,
     ) -> Plan:
-        """A plan whose motion within these limits takes less time, if one is found: points of the path are moved at random.
+        """Search for a path with a shorter motion time within these limits, by random changes of the path's points.
 
-        Shortening and ``improve`` look at the length. A motion's time depends on which joints move, and how sharply it turns.
-        Each path that is tried has certified edges (or samples, as this plan's), and its whole motion is made, with certified
-        corners. The same calls give the same bits.
+        Shortening and ``improve`` minimize the length. The time of a motion depends on which joints move, and on how sharply the
+        path turns. The edges of each candidate are certified (or checked at samples, as in this plan). Its whole trajectory is
+        computed, with certified corners. The same calls give the same bits.
 
         Args:
-            tries: How many paths are tried; each takes about as long as ``trajectory``.
-            acceleration: As of ``trajectory``, and so are the others.
-            velocity: The greatest velocity.
-            blend: How much of its edges a rounded corner takes at most.
-            jerk: The greatest jerk.
+            tries: The number of candidates; each takes about as long as ``trajectory``.
+            acceleration: Maximum acceleration; this and the following arguments are those of ``trajectory``.
+            velocity: Maximum velocity.
+            blend: The largest part of its edges that a rounded corner replaces.
+            jerk: Maximum jerk.
             limits: The name of an arm, or a file ``joint_limits.yaml``.
-            hand: The greatest speed and acceleration of the hand, or of several links.
-            torque: The greatest torque of each joint.
+            hand: Maximum speed and acceleration of the hand, or of several links.
+            torque: Maximum torque of each joint.
 
         Returns:
-            A ``Plan``, to call ``trajectory`` of with the same limits; this one's path if none was quicker.
+            A ``Plan``; call its ``trajectory`` with the same limits. It has the same path if no candidate was faster.
 
         Raises:
-            InputError: As of ``trajectory``; or ``tries`` is not a whole number of at least 1.
-            UnknownNameError, FileError, DescriptionError: As of ``trajectory``.
+            InputError: See ``trajectory``; or ``tries`` is not a whole number of at least 1.
+            UnknownNameError, FileError, DescriptionError: See ``trajectory``.
         """
         tries = as_count("tries", tries, 1, MAX_CHECKS)
         if self._searched is None or not self:
@@ -393,7 +393,7 @@ class Plan(OneLine):
             )
             return timed.duration
 
-        duration_of(self.path)  # refuses what cannot be taken, of a path of one point too
+        duration_of(self.path)  # raises errors for invalid arguments, also for a path of one point
         if len(self.path) <= first:
             return self
         bounds = np.minimum(tree.lower, self.path.min(axis=0)), np.maximum(tree.upper, self.path.max(axis=0))
@@ -409,7 +409,7 @@ class Plan(OneLine):
 
     @property
     def _of_moved(self) -> str:
-        """The sentence about joints beside the moving arm that move too."""
+        """The end of a message that names moved joints outside the moving arm."""
         names, more = self.moved_beside, len(self.moved_beside) - _MAX_NAMED
         some = ", ".join(names[:_MAX_NAMED]) + (f" and {more} more" if more > 0 else "")
         return f"; no path was found without moving {some} too" if names else ""
@@ -431,7 +431,7 @@ class Plan(OneLine):
 
     @property
     def _of_start(self) -> str:
-        """The reason for the first edge of an escape, in words."""
+        """The text that says why the first edge is an escape."""
         beyond = {} if self._motion is None else beyond_limits(self.path[0], self._motion.checker.tree)
         words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond.items())
         return f"the start is beyond the limits: {words}" if beyond else f"the start touches by {self.escape * 1e3:.2g} mm"
@@ -447,16 +447,16 @@ class Plan(OneLine):
 
 
 def _with_start(positions: PositionLimits, start: Array, tree: Tree) -> PositionLimits:
-    """Limits of position, as wide as a start that is beyond the robot's: the motion begins there, and goes back."""
+    """Position limits widened to include a start beyond the robot's limits, from which the motion returns."""
     lower = np.where(start < tree.lower, np.minimum(positions.lower, start), positions.lower)
     return PositionLimits(lower, np.where(start > tree.upper, np.maximum(positions.upper, start), positions.upper))
 
 
 def _names_of(columns: NDArray[np.bool_], tree: Tree) -> tuple[str, ...]:
-    """The joints to which entries of q belong."""
+    """The names of the joints to which entries of q belong."""
     return tuple(dict.fromkeys(joint_of(k, tree) for k in np.flatnonzero(columns).tolist()))
 
 
 def no_plan(tree: Tree, status: PlanStatus, reason: Reason, effort: Effort | None = None) -> Plan:
-    """A plan without a path, and why there is none."""
+    """A plan without a path, with the reason."""
     return Plan(status, np.empty((0, tree.n_dof)), certified=False, reason=reason, effort=effort or Effort())

@@ -1,4 +1,4 @@
-"""Plans a motion from a configuration to a goal."""
+"""Plans a path from a configuration to a goal."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ from ulna.planning.space import along, make_space, same_entries, slides_without_
 from ulna.planning.targets import Targets, as_targets, beyond_limits, fixed_for
 
 Array = NDArray[np.float64]
-_DEEPEST = 0.01  # [m]: a start that is deeper in something is not left
+_DEEPEST = 0.01  # [m]: maximum penetration of a start for an escape
 _ESCAPE_STEPS = 30
-_ROUNDING = 1e-12  # [rad or m]: of what a motion computes
-_BEYOND = 1e-3  # [m]: how far out each step aims
-_LARGEST_STEP = 0.05  # rad or m
-_ESCAPE_APART = 1e-3  # [rad or m]: of the samples of the way out
+_ROUNDING = 1e-12  # [rad or m]: a smaller excess over a limit is rounding
+_BEYOND = 1e-3  # [m]: clearance that each step of an escape aims at
+_LARGEST_STEP = 0.05  # [rad or m]
+_ESCAPE_APART = 1e-3  # [rad or m]: spacing of the samples on the escape edge
 
 
 class PlanOptions(NamedTuple):
-    """The options of ``Robot.plan`` that say how a path is searched for; documented there.
+    """The options of the search of ``Robot.plan``, which documents them, with their defaults.
 
-    Their defaults are those of every plan. They are what the caller gave, whatever that is, until they are ``checked``.
+    The values are unvalidated until ``checked()``.
     """
 
     certify: bool = True
@@ -63,7 +63,11 @@ class PlanOptions(NamedTuple):
     progress: Callable[[int, int], object] | None = None
 
     def checked(self) -> PlanOptions:
-        """These options as Python's own numbers."""
+        """A validated copy, with Python numbers.
+
+        Raises:
+            InputError: A value is invalid.
+        """
         if self.progress is not None and not callable(self.progress):
             raise InputError("progress", f"{self.progress!r}; a function of two numbers is expected")
         return PlanOptions(
@@ -80,7 +84,7 @@ class PlanOptions(NamedTuple):
 
 @dataclass(frozen=True)
 class PlanRequest:
-    """The arguments of ``Robot.plan``, documented there, checked. ``states`` are the named states of the SRDF."""
+    """The arguments of ``Robot.plan``, which documents them. ``states`` are the named states of the SRDF."""
 
     q_start: ArrayLike
     goal: ArrayLike | Mapping[str, ArrayLike]
@@ -96,7 +100,7 @@ class PlanRequest:
 
 
 def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: PlanRequest) -> Plan:
-    """A motion from a start to a goal; see ``Robot.plan``."""
+    """Plan a path from a start to a goal; see ``Robot.plan``."""
     options, tree = asked.options, checker.tree
     request, targets, within = _checked(checker, inverse_kinematics, asked)
     start, fixed, keeps, narrow = request.start, request.fixed, request.keeps, request.narrow
@@ -111,7 +115,7 @@ def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: 
         return _no_start(request, within=within)
     depth, first = 0.0, start
     every = np.concatenate([start[None], targets]) if isinstance(targets, np.ndarray) else start[None]
-    free = request.is_free(every)  # of all by one call
+    free = request.is_free(every)  # one call for all configurations
     if not free[0]:
         left = _way_out_of(request, targets, fixed) if options.escape else None
         if left is None:
@@ -128,7 +132,7 @@ def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: 
 
 
 def _checked(checker: Checker, inverse_kinematics: InverseKinematics, asked: PlanRequest) -> tuple[Request, Targets, bool]:
-    """The checked request; the goal; and whether the start is within the limits.
+    """Check the arguments: the request, the goal, and whether the start is within the limits.
 
     Raises:
         InputError, UnknownNameError: See ``Robot.plan``.
@@ -141,7 +145,7 @@ def _checked(checker: Checker, inverse_kinematics: InverseKinematics, asked: Pla
     targets = as_targets(asked.goal, link, tree, start, group, asked.states)
     names += _outside(group, tree)
     refuse_no_world(asked.world)
-    world = None if asked.world is None else asked.world.snapshot()  # what is planned in does not change under the plan
+    world = None if asked.world is None else asked.world.snapshot()  # later changes of the world do not affect the plan
     keeps = as_keeps(asked.keep, tree, start, link, group)
     if keeps and options.escape:
         raise InputError("escape", "the way out of a contact keeps no constraint; it does not go with keep=")
@@ -167,7 +171,7 @@ def _checked(checker: Checker, inverse_kinematics: InverseKinematics, asked: Pla
 
 
 def _no_start(request: Request, *, within: bool) -> Plan:
-    """Why there is no motion from a start that is beyond the limits, or else does not keep the constraints."""
+    """The failed plan for a start beyond the limits, or for a start that violates the constraints."""
     tree, start = request.tree, request.start
     if not within:
         return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(request))
@@ -175,7 +179,7 @@ def _no_start(request: Request, *, within: bool) -> Plan:
 
 
 def _search(request: Request, goals: Goals, keeps: Constraints | None, options: PlanOptions) -> Plan:
-    """The first path found, by searches that hold fewer and fewer of the joints whose position is the same at both ends."""
+    """Search with joints held that have the same position at both ends, in each trial fewer; return the first path."""
     tree, start, fixed, (q, of) = request.tree, request.start, request.fixed, goals
     motion = _motion(request, q, fixed, keeps)
     lengths = motion.space.lengths(motion.space.shortest_way(q - start))
@@ -208,7 +212,7 @@ def _search(request: Request, goals: Goals, keeps: Constraints | None, options: 
 
 
 def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Constraints | None) -> Motion:
-    """The joints that may move on the way to goals, shape (n, n_dof)."""
+    """The motion (robot, world, space of the free joints) for a search to goals, shape (n, n_dof)."""
     tree, world = request.tree, request.world
     far = world.objects().farthest if world is not None and slides_without_end(tree) else 0.0
     space = make_space(tree, np.concatenate([request.start[None], q]), fixed, far)
@@ -216,7 +220,7 @@ def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Constra
 
 
 def _share_of(trial: Trial, n_trials: int, effort: Effort, options: PlanOptions, *, is_last: bool) -> tuple[int, TimeLimit]:
-    """The budget of a search in edges and in time; the last search has at least half of all."""
+    """The budget of a trial in edges and in time; the last trial gets at least half of both."""
     seconds = options.time_limit
     if is_last:
         most = max(1, options.max_checks - effort.checks)
@@ -226,15 +230,18 @@ def _share_of(trial: Trial, n_trials: int, effort: Effort, options: PlanOptions,
 
 
 def _progress_after(effort: Effort, options: PlanOptions) -> Callable[[int, int], object] | None:
-    """The caller's function of progress, with the edges that were checked before a search."""
+    """The caller's progress function, with the edges of earlier searches added."""
     progress = options.progress
     return None if progress is None else lambda checks, _: progress(effort.checks + checks, options.max_checks)
 
 
 def _stilled(searched: Searched, found: Found, same: NDArray[np.bool_], *, shorten: bool) -> tuple[Searched, Found, int]:
-    """A path with those joints held, beside the moving arm, without whose motion it is free: all of them, or one by one.
+    """Hold joints outside the moving arm, all or one by one, if the path stays free without their motion.
 
-    same: which entries of q are the start's at the goal that is reached, shape (n_dof,). The last result counts checked edges.
+    same: mask of the entries of q with the same value at the start and at the reached goal, shape (n_dof,).
+
+    Returns:
+        The search and the path, with more joints held, and the number of checked edges.
     """
     motion, n_checks = searched.motion, 0
     changed = (found.path != found.path[0]).any(axis=0)
@@ -259,7 +266,7 @@ def _stilled(searched: Searched, found: Found, same: NDArray[np.bool_], *, short
 
 
 def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
-    """The joints that are not in the group."""
+    """The names of the joints outside the group."""
     if group is None:
         return ()
     if not group.joint_names:
@@ -268,7 +275,7 @@ def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
 
 
 def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
-    """The start, and whether it is within the limits, to which it is brought where it is beyond them by rounding."""
+    """The checked start, and whether it is within the limits; an excess within rounding is clipped."""
     start = as_positions(q_start, checker.tree, "q_start")
     if start.ndim != 1:
         raise InputError("q_start", f"shape {start.shape}; one configuration, shape ({checker.tree.n_dof},), is expected")
@@ -282,7 +289,7 @@ def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
 
 
 def _beyond(request: Request, more: str = "") -> Reason:
-    """Which joints are beyond their limits at the start, and the way back."""
+    """The reason that names the joints beyond their limits at the start, with a remedy."""
     tree, start = request.tree, request.start
     beyond = beyond_limits(start, tree)
     words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond.items())
@@ -293,7 +300,7 @@ def _beyond(request: Request, more: str = "") -> Reason:
 
 
 def _within_limits(request: Request) -> Array | Plan:
-    """The configuration within the limits that is nearest to the start, or why the way there is not free."""
+    """The nearest configuration within the limits, or a failed plan if the edge to it is not free."""
     tree, start = request.tree, request.start
     inside = np.clip(start, tree.least, tree.most)
     if (request.fixed & (inside != start)).any():
@@ -305,7 +312,10 @@ def _within_limits(request: Request) -> Array | Plan:
 
 
 def _way_out_of(request: Request, targets: Targets, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:
-    """``_escape_from``, first with the joints beside the moving arm held whose position is the same at start and goals."""
+    """Find an escape with ``_escape_from``: first with joints held that need not move, then with all free joints.
+
+    Joints need not move if they are outside the moving arm and have the same position at the start and the goals.
+    """
     if isinstance(targets, np.ndarray):
         same = same_entries(request.tree, request.start, targets).all(axis=0)
         held = fixed | (same & ~arm_of(request.tree, ~(same | fixed)))
@@ -316,10 +326,11 @@ def _way_out_of(request: Request, targets: Targets, fixed: NDArray[np.bool_]) ->
 
 
 def _escape_from(request: Request, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:
-    """A free configuration near the start, and how deep the start is [m]; None if it is too deep, or none is found.
+    """Find a free configuration near the start, and the start's penetration depth [m].
 
-    Steps along the gradient of the signed distance, of the entries of q that are not ``fixed``, each out of the deepest pair. On
-    the straight way there, at samples, nothing touches but what touches at the start.
+    It returns None if the start is too deep, or no configuration is found. Each step follows the gradient of the deepest pair's
+    signed distance in the entries of q that are not ``fixed``. On the straight edge to the result, at samples, only pairs touch
+    that touch at the start.
     """
     depth, tree = max(_missing(request, request.start)), request.tree
     if not depth <= _DEEPEST:
@@ -338,7 +349,7 @@ def _escape_from(request: Request, fixed: NDArray[np.bool_]) -> tuple[Array, flo
 
 
 def _missing(request: Request, q: Array) -> tuple[float, float]:
-    """How much the robot is too near to itself, and to the world, of which it is to keep the margin [m]."""
+    """The violations of clearance [m]: between the robot's links, and of the margin from the world."""
     checker, world = request.checker, request.world
     itself = -float(checker.signed_distance(q, None, self_collision=True))
     if world is None or not world.names:
@@ -347,7 +358,7 @@ def _missing(request: Request, q: Array) -> tuple[float, float]:
 
 
 def _way_out(request: Request, q: Array) -> Array:
-    """The gradient in q of the distance of the pair that is too near by most."""
+    """The gradient with respect to q of the distance of the pair with the largest violation."""
     itself, world = _missing(request, q)
     if world > itself:
         return request.checker.distance_gradient(q, request.world, self_collision=False)
@@ -355,7 +366,7 @@ def _way_out(request: Request, q: Array) -> Array:
 
 
 def _touches_nothing_else(request: Request, q: Array) -> bool:
-    """Whether all that touches on the way from the start to q touches at the start too, looked at every ``_ESCAPE_APART``."""
+    """Whether only pairs that touch at the start touch on the edge to q, at samples ``_ESCAPE_APART`` apart."""
     touching = {(pair.name_a, pair.name_b) for pair in request.touching(request.start)}
     way = along(request.start, q, _ESCAPE_APART)
     near = (request.touching(there) for there in way[~request.is_free(way)])

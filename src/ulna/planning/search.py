@@ -1,4 +1,4 @@
-"""Runs the search for a path and its shortening, in slices of checked edges."""
+"""Runs the search for a path and the path's shortening, in slices of checked edges."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -35,19 +35,19 @@ Array = NDArray[np.float64]
 _FIRST_CAPACITY = 512  # nodes
 _BLOCK = 1024  # samples
 _NONE = 2**62
-_WAYPOINTS = 384  # with the spare ones: more are made room for when they are needed
-_OWN_STREAM = 0x706C616E  # a caller who draws configurations with the same seed must not draw the same numbers
+_WAYPOINTS = 384  # first capacity of a path, including spare points
+_OWN_STREAM = 0x706C616E  # separates these random numbers from a caller's with the same seed
 
 
 @dataclass(frozen=True)
 class Effort:
-    """What a search took.
+    """The effort of a search.
 
     Attributes:
-        checks: How many edges were checked.
-        iterations: How many samples a node stepped towards; the others were outside its domain.
-        start_nodes: How many configurations were reached from the start.
-        goal_nodes: How many the goals were reached from.
+        checks: The number of checked edges.
+        iterations: The number of samples that a tree was extended towards; other samples were outside the node's domain.
+        start_nodes: The number of configurations in the tree of the start.
+        goal_nodes: The number of configurations in the tree of the goals.
     """
 
     checks: int = 0
@@ -56,17 +56,17 @@ class Effort:
     goal_nodes: int = 0
 
     def plus(self, other: "Effort") -> "Effort":
-        """The sum of two searches; the nodes are those of the larger trees."""
+        """The sum of two efforts; the numbers of nodes are the maxima."""
         nodes = max(self.start_nodes, other.start_nodes), max(self.goal_nodes, other.goal_nodes)
         return Effort(self.checks + other.checks, self.iterations + other.iterations, *nodes)
 
 
 class Found(NamedTuple):
-    """A path that was found.
+    """A path found by a search.
 
     Attributes:
         path: Its waypoints, shape (n, n_dof).
-        confirmed: Whether each of its edges was found free as it is.
+        confirmed: Whether each final edge was checked and is free.
     """
 
     path: Array
@@ -75,17 +75,17 @@ class Found(NamedTuple):
 
 @dataclass(eq=False)
 class Search:
-    """The two trees of a search, which go on growing with each call.
+    """A bidirectional tree search, which continues with each call of ``finish``.
 
     Attributes:
-        edges: Decides whether an edge is free.
-        start: Shape (n_dof,).
-        goals: Shape (n, n_dof), at least one.
-        stream: Chooses the samples: the seed, and the number of the search.
-        algorithm: The number of the algorithm; one with costs needs edges that are ``below`` a bound.
-        by_samples: Whether the straight ways from the start to the goals are left out: they were tried.
-        progress: Called after each slice with the number of edges checked so far, and of all that may be.
-        trees: The trees.
+        edges: Checks whether an edge is free.
+        start: The start, shape (n_dof,).
+        goals: The goals, shape (n, n_dof), at least one.
+        stream: The stream of random samples: the seed, and the number of the search.
+        algorithm: The number of the algorithm; an algorithm with costs needs edges that are ``below`` a bound.
+        by_samples: Skip the straight edges from the start to the goals, which were tried already.
+        progress: Called after each slice with the number of checked edges and the maximum number.
+        trees: The trees of the start and of the goals.
     """
 
     edges: EdgeChecker
@@ -120,14 +120,14 @@ class Search:
 
     @property
     def state(self) -> SearchState:
-        """State of the search."""
+        """The state of the search."""
         return self._states[0]
 
     def finish(self, max_checks: int, limit: TimeLimit, *, shorten: bool) -> Found | None:
-        """Search on, up to so many checked edges in all or until the time is over; None if there is no path.
+        """Continue the search until ``max_checks`` edges in total or the time limit; None if no path is found.
 
-        A path is confirmed edge by edge: shortened, or as it is where that fails. Of the samples that are skipped, 64 count as
-        one edge.
+        The path is shortened, and its edges are confirmed one by one. If that fails, the path is confirmed without shortening.
+        Skipped samples count as 1/64 of an edge.
         """
         found = self._found(max_checks, limit, SHORTEN if shorten else CONFIRM)
         if found is None or found.confirmed or not shorten:
@@ -139,7 +139,7 @@ class Search:
         slices = Slices(max_checks, limit, pace)
         search, shortening, n_dof = self.state, self._shortenings[0], len(self.start)
         search.max_checks = max_checks
-        if search.joined:  # the path is made ready again
+        if search.joined:  # process the path from its beginning
             shortening.points = shortening.at = shortening.target = shortening.failures = shortening.halvings = 0
             slices.go_over(-int(shortening.checks))
         shortening.stage = first_pass
@@ -162,18 +162,18 @@ class Search:
 
     @property
     def effort(self) -> Effort:
-        """What it took so far, the shortening too."""
+        """The effort so far, including shortening."""
         search = self.state
         return Effort(int(search.checks + self._shortenings[0].checks), int(search.iterations), *search.nodes.tolist())
 
     @property
     def goal(self) -> int:
-        """Which goal was reached, -1 without a path."""
+        """The index of the reached goal; -1 without a path."""
         return int(self.state.goal)
 
     @property
     def refused(self) -> Array:
-        """The last edges that were not free, at most ``MAX_REFUSED``, shape (n, 2, n_dof)."""
+        """The last edges that were refused, at most ``MAX_REFUSED``, shape (n, 2, n_dof)."""
         return self.trees.refused[: self.state.refused]
 
     def _samples(self) -> Array:
@@ -195,7 +195,7 @@ class Search:
 
 @lru_cache(maxsize=64)
 def _first_state(n_goals: int) -> Records[SearchState]:
-    """The state of a search that has not begun, shape (1,)."""
+    """The initial state of a search, shape (1,)."""
     states = SearchState.records()
     search = states[0]
     search.nodes[:], search.active, search.goal_roots, search.goal = (1, n_goals), 1, n_goals, -1
@@ -203,7 +203,7 @@ def _first_state(n_goals: int) -> Records[SearchState]:
 
 
 def _write_roots(roots: Array, rows: Array) -> None:
-    """Write the roots of a tree, shape (n, n_dof), to its rows; the other lanes of their blocks are infinite."""
+    """Write the roots of a tree, shape (n, n_dof), to its rows; unused lanes of their blocks are infinite."""
     blocks = rows.reshape(-1, roots.shape[1], WIDTH)
     for block in range(-(-len(roots) // WIDTH)):
         some = roots[block * WIDTH : (block + 1) * WIDTH]
@@ -212,5 +212,5 @@ def _write_roots(roots: Array, rows: Array) -> None:
 
 @lru_cache(maxsize=64)
 def samples(n: int, stream: tuple[int, ...], block: int) -> Array:
-    """The samples of a block, in [0, 1), shape (1024, n): equal in every search with that stream."""
+    """The samples of a block, in [0, 1), shape (1024, n), determined by the stream and the block's number."""
     return np.random.default_rng([_OWN_STREAM, *stream, block]).random((_BLOCK, n))

@@ -1,4 +1,4 @@
-"""Divides a search into slices, between which it may end: by Ctrl-C, a time limit, another search."""
+"""Divides a search into slices, so that Ctrl-C, a time limit or a failure in another thread can end it."""
 
 import threading
 import time
@@ -11,17 +11,17 @@ from ulna.planning.search_records import SearchState, ShorteningState
 
 MAX_CHECKS = 2**62 - 1
 _FIRST_SLICE, _LONGEST_SLICE = 64, 0.02  # checked edges; seconds
-_MAX_GROWTH = 16.0  # from one slice to the next
+_MAX_GROWTH = 16.0  # maximum ratio of a slice to the previous one
 _here = threading.local()
 
 
 class StoppedError(UlnaError):
-    """A search that was ended because another one failed, or by Ctrl-C in another thread."""
+    """A search was ended because another search failed, or by Ctrl-C in another thread."""
 
 
 @contextmanager
 def stopping(event: threading.Event) -> Iterator[None]:
-    """Within the block, searches of this thread end when an event is set, by a ``StoppedError``."""
+    """A context in which searches of this thread end with a ``StoppedError`` once an event is set."""
     _here.stopped = event
     try:
         yield
@@ -30,25 +30,25 @@ def stopping(event: threading.Event) -> Iterator[None]:
 
 
 class Pace:
-    """How many checked edges a slice has: as many as take about a hundredth of a second, once it is known how long they take.
+    """The number of checked edges per slice, adapted to take about 10 ms.
 
     Attributes:
-        checks: That number.
+        checks: The number for the next slice.
     """
 
     def __init__(self) -> None:
         self.checks = _FIRST_SLICE
 
     def adapt(self, seconds: float, checks: int) -> None:
-        """Take note of how long so many checked edges took."""
+        """Adapt the number to the measured time of the last slice's checked edges."""
         wanted = 0.5 * _LONGEST_SLICE * max(1, checks) / max(seconds, 1e-9)
         self.checks = max(1, int(min(max(wanted, self.checks / 2), _MAX_GROWTH * self.checks)))
 
 
 class Slices:
-    """Divides a run into slices of checked edges, so that Ctrl-C and a time limit act soon.
+    """The slices of a run, between which Ctrl-C and a time limit take effect.
 
-    What is computed does not depend on the slices.
+    The result does not depend on the division into slices.
     """
 
     def __init__(self, max_checks: int, limit: TimeLimit, pace: Pace) -> None:
@@ -56,7 +56,11 @@ class Slices:
         self._last = time.perf_counter()
 
     def another(self, state: SearchState | ShorteningState) -> bool:
-        """Whether there is another slice; if so, ``state.until`` is set."""
+        """Begin the next slice by setting ``state.until``; False if the budget or the time is over.
+
+        Raises:
+            StoppedError: The event of ``stopping`` is set.
+        """
         now, stopped = time.perf_counter(), getattr(_here, "stopped", None)
         if stopped is not None and stopped.is_set():
             raise StoppedError
@@ -72,6 +76,6 @@ class Slices:
         return True
 
     def go_over(self, checks: int) -> None:
-        """From a search, which ended after so many checked edges, to the shortening of its path, which ends by itself."""
+        """Switch to shortening, which needs no budget. checks: the number of edges that the search checked."""
         self._before -= checks
         self._most, self._limit = 2**62, TimeLimit(None)

@@ -1,4 +1,4 @@
-"""Describes the configurations that a plan may use: limits, metric, joints that turn for ever."""
+"""Describes the configuration space of a plan: limits, metric, and joints without limits."""
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -15,16 +15,16 @@ from ulna.kinematics.tree import Tree
 from ulna.kinematics.turns import TURN, turning_columns
 
 Array = NDArray[np.float64]
-_ROUNDING = 1e-12  # [rad or m]: positions that differ by no more are the same
+_ROUNDING = 1e-12  # [rad or m]: positions that differ by at most this are equal
 
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """The configurations of a plan.
+    """The configuration space of a plan.
 
     Attributes:
-        table: What the kernels read of each entry of q, shape (n_dof,).
-        moving: Which entries of q the plan may change, shape (n_dof,).
+        table: The kernels' record for each entry of q (limits, period, weight), shape (n_dof,).
+        moving: Mask of the entries of q that the plan may change, shape (n_dof,).
     """
 
     table: Records[Entry]
@@ -32,30 +32,30 @@ class Space:
 
     @cached_property
     def n_moving(self) -> int:
-        """How many entries of q the plan may change."""
+        """The number of entries of q that the plan may change."""
         return int(np.count_nonzero(self.moving))
 
     @property
     def radians(self) -> Array:
-        """The weight of each entry of q in radians, 0 for one that the plan may not change, shape (n_dof,)."""
+        """The change of each entry of q that counts as one radian, shape (n_dof,); 0 for entries that are fixed."""
         return np.where(self.moving, 1.0 / self.table["weight"], 0.0)
 
     @cached_property
     def diameter(self) -> float:
-        """The greatest distance of two configurations."""
+        """The largest distance between two configurations."""
         extent = np.where(self.table["period"] > 0, 0.5 * self.table["period"], self.table["high"] - self.table["low"])
         return float(np.linalg.norm(extent * self.table["weight"]))
 
     def shortest_way(self, q: Array) -> Array:
-        """Differences of configurations, shape (..., n_dof), less whole turns of the joints that may turn for ever."""
+        """Differences of configurations, shape (..., n_dof), without whole turns of joints without limits."""
         period = self.table["period"]
         return np.where(period > 0, q - period * np.rint(q / np.where(period > 0, period, 1.0)), q)
 
     def within(self, bound: float, start: Array, goals: Array) -> "Space":
-        """The space with limits that hold all paths from a start to one of the goals that are shorter than a bound.
+        """The part of the space that contains all paths shorter than a bound from a start to a goal.
 
-        Such a path lies in an ellipsoid with these two as its foci (Gammell, Srinivasa and Barfoot, Informed RRT*, IROS 2014);
-        the limits are those of its box. The joints that turn for ever keep theirs.
+        Each path lies in an ellipsoid with foci at the start and the goal (Gammell, Srinivasa and Barfoot, Informed RRT*, IROS
+        2014). The limits become the ellipsoids' bounding box; joints without limits do not change.
         """
         way = self.shortest_way(goals - start) * self.table["weight"]
         extent = 0.5 * np.sqrt(np.maximum(bound**2 - (way**2).sum(axis=1, keepdims=True) + way**2, 0.0))
@@ -66,24 +66,25 @@ class Space:
         return Space(table, self.moving)
 
     def holding(self, columns: NDArray[np.int64], q: Array) -> "Space":
-        """The space with more entries of q held, at those of a configuration."""
+        """The space with more entries of q held, at the values of a configuration."""
         table, moving = self.table.copy(), self.moving.copy()
         table["low"][columns] = table["high"][columns] = q[columns]
         moving[columns] = False
         return Space(table, moving)
 
     def lengths(self, differences: Array) -> Array:
-        """The lengths of differences of configurations, shape (...,)."""
+        """The weighted lengths of differences of configurations, shape (...,)."""
         return np.linalg.norm(differences * self.table["weight"], axis=-1)
 
 
 def make_space(tree: Tree, corners: Array, fixed: NDArray[np.bool_], far: float = 0.0) -> Space:
-    """The space of a robot; samples are taken from the limits, and as far as start and goals, shape (n, n_dof), lie.
+    """The space of a robot for a search between a start and goals, ``corners``, shape (n, n_dof).
 
-    Of a slide without a limit they are taken from beside them, as far as the robot is long and the objects reach, ``far`` [m].
+    Its range is the joint limits, extended to the corners if they lie outside. For a slide without a limit, the range extends
+    beyond the corners by the robot's length plus the objects' distance ``far`` [m].
 
-    An angle has weight 1. A slide has the weight with which it moves the robot as far as an angle does, in a mean over the joints
-    that turn: a radian of one moves the farthest frame that it carries by at most their distance along the chain.
+    An angle has weight 1. A slide is weighted so that it moves the robot as far as an average angle. A rotation by one radian
+    moves the farthest frame that the joint carries by at most the frame's distance along the chain.
     """
     whole = _whole_space(tree)
     if not fixed.any() and ((whole.least <= corners) & (corners <= whole.most)).all():
@@ -100,24 +101,31 @@ def make_space(tree: Tree, corners: Array, fixed: NDArray[np.bool_], far: float 
 
 
 def same_entries(tree: Tree, start: Array, q: Array) -> NDArray[np.bool_]:
-    """Which entries of q, shape (..., n_dof), are those of a start, but for rounding and whole turns of endless joints."""
+    """Mask of the entries of q, shape (..., n_dof), equal to the start's up to rounding and whole turns."""
     return np.abs(_whole_space(tree).space.shortest_way(q - start)) <= _ROUNDING
 
 
 def endless_entries(tree: Tree) -> NDArray[np.bool_]:
-    """Which entries of q may turn for ever, shape (n_dof,)."""
+    """Mask of the entries of q that are angles without limits, shape (n_dof,)."""
     return _whole_space(tree).space.table["period"] > 0
 
 
 def slides_without_end(tree: Tree) -> bool:
-    """Whether a slide has no limit to one side or both, so that ``make_space`` asks how far objects are."""
+    """Whether a slide lacks a limit on one side or both, so that ``make_space`` needs the objects' distance."""
     return _whole_space(tree).endless
 
 
 class _WholeSpace(NamedTuple):
-    """The space of a robot without a start and goals, its slides without a limit, and its length [m].
+    """The space of a robot before it is extended to a start and goals.
 
-    And where a start and goals leave it as it is: from ``least`` to ``most``; nowhere if there is a slide without a limit.
+    Attributes:
+        space: The space, with the joint limits as its range.
+        below: Mask of the slides without a lower limit, shape (n_dof,).
+        above: Mask of the slides without an upper limit, shape (n_dof,).
+        length: The robot's length [m].
+        endless: Whether a slide lacks a limit.
+        least: A start and goals from ``least`` to ``most`` need no wider space; an empty range if a slide lacks a limit.
+        most: See ``least``.
     """
 
     space: Space
@@ -131,7 +139,7 @@ class _WholeSpace(NamedTuple):
 
 @lru_cache(maxsize=16)
 def _whole_space(tree: Tree) -> _WholeSpace:
-    """Kept, since it is looked up in Python, joint by joint."""
+    """Compute the whole space of a robot; cached, since it loops over joints in Python."""
     table, endless = Entry.records(tree.n_dof), np.isinf(tree.lower) & np.isinf(tree.upper)
     slides, length = _slides(tree), length_of_robot(tree)
     table["low"], table["high"] = random_range(tree)
@@ -146,15 +154,16 @@ def _whole_space(tree: Tree) -> _WholeSpace:
 
 
 def along(a: Array, b: Array, apart: float) -> Array:
-    """Configurations on the straight line from a to b, b among them and not a, at most ``apart`` apart in each entry of q."""
+    """Samples of the line from a (excluded) to b (included), at most ``apart`` apart in each entry of q."""
     n = max(1, int(np.ceil(np.abs(b - a).max() / apart)))
     return a + np.linspace(0.0, 1.0, n + 1)[1:, None] * (b - a)
 
 
 def _mean_lever(tree: Tree, turns: NDArray[np.bool_]) -> float:
-    """The mean over turning joints of the distance to the farthest frame that each carries, along the chain [m].
+    """The mean lever [m] of the revolute joints: the distance along the chain to the farthest frame that each carries.
 
-    Each counts by its own distance: many short fingers do not outweigh an arm. 0 without any. turns: which entries are angles.
+    Each lever is weighted by itself, so that many short fingers do not outweigh an arm. It is 0 without angles. turns: mask of
+    the entries that are angles.
     """
     far, levers = np.zeros(len(tree.joints)), np.zeros(tree.n_dof)
     for link, T in tree.link_offset.items():
@@ -170,7 +179,7 @@ def _mean_lever(tree: Tree, turns: NDArray[np.bool_]) -> float:
 
 
 def _slides(tree: Tree) -> NDArray[np.bool_]:
-    """Which entries of q drive slides alone."""
+    """Mask of the entries of q that drive only slides, shape (n_dof,)."""
     slides, turns = np.zeros(tree.n_dof, dtype=bool), np.zeros(tree.n_dof, dtype=bool)
     for kind, column in zip(tree.joints[:, KIND], tree.joints[:, COLUMN].astype(np.int64), strict=True):
         if kind != FIXED:

@@ -1,7 +1,7 @@
-"""A motion through points in time, joined by polynomials, as a controller of ROS joins the points of a message.
+"""Interpolates points in time by polynomials, as a ROS controller interpolates the points of a message.
 
-Source: ros2_control, joint_trajectory_controller, ``Trajectory::interpolate_between_points``: between two points that state
-accelerations it is of degree five, between two that state velocities of degree three, and else a line.
+Source: ros2_control, joint_trajectory_controller, ``Trajectory::interpolate_between_points``. The degree is five between points
+with accelerations, three between points with velocities, and one otherwise.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from ulna.planning.timing import Moment
 Array = NDArray[np.float64]
 _DEGREE = 5
 _CHOICES = {5: (1, 5, 10, 10, 5, 1), 4: (1, 4, 6, 4, 1), 3: (1, 3, 3, 1), 2: (1, 2, 1)}
-_BESIDE = 1e-4  # [rad or m]: of a chord
-_SMOOTH = 1e-6  # of the greatest acceleration: a smaller jump of it is rounding of a file
-_MAX_CHORDS = 2000  # of one piece
-_SHORT, _NEAR = 1e-6, 1e-5  # [s], and [rad or m]: points that are so near to the one before count as one with it
+_BESIDE = 1e-4  # [rad or m]: largest distance of the curve from a chord
+_SMOOTH = 1e-6  # jumps below this share of the largest value are rounding of a file
+_MAX_CHORDS = 2000  # chords per piece
+_SHORT, _NEAR = 1e-6, 1e-5  # [s], [rad or m]: points nearer to the previous point are dropped
 
 
 @dataclass(frozen=True, eq=False)
 class Splined:
-    """Polynomials of degree five in time.
+    """A motion of n polynomials of degree five in time.
 
     Attributes:
-        times: When each begins, and when the last one ends [s], shape (n + 1,), from 0 on.
-        control: Their Bernstein coefficients [rad or m], shape (6, n, n_dof).
-        limits_jerk: Whether velocities and accelerations go on without jumps, at both ends too.
+        times: The start of each polynomial and the end of the last [s], shape (n + 1,), beginning with 0.
+        control: The Bernstein coefficients [rad or m], shape (6, n, n_dof).
+        limits_jerk: Whether velocities and accelerations are continuous, also at both ends.
     """
 
     times: Array
@@ -45,7 +45,7 @@ class Splined:
 
     @cached_property
     def _derivatives(self) -> tuple[Array, ...]:
-        """The Bernstein coefficients of q, qd, qdd and the jerk."""
+        """The Bernstein coefficients of q, qd, qdd and the jerk, in this order."""
         found, steps = [self.control], np.diff(self.times)[:, None]
         for degree in (5, 4, 3):
             found.append(degree / steps * np.diff(found[-1], axis=0))
@@ -53,13 +53,13 @@ class Splined:
 
     @property
     def rests(self) -> Array:
-        """When it is at rest [s]: at the start, at each point with a velocity of 0, at the end."""
+        """The times at rest [s]: the start, each point with velocity 0, and the end."""
         rates = self._derivatives[1]
         still = (rates[-1, :-1] == 0.0).all(axis=1) & (rates[0, 1:] == 0.0).all(axis=1)
         return self.times[np.concatenate([[True], still, [True]])]
 
     def slowed(self, factor: float) -> Splined:
-        """The motion passed slower: at time t where this one is at ``factor`` t."""
+        """A slower motion: at time t it is where this one is at ``factor`` t."""
         return Splined(self.times / factor, self.control, self.limits_jerk)
 
     def at(self, t: Array) -> Moment:
@@ -69,7 +69,7 @@ class Splined:
         return Moment(*(_value(control, i, share) for control in self._derivatives))
 
     def farthest(self, since: float) -> Farthest:
-        """Where it is farthest from a time on."""
+        """The extreme positions from a time on."""
         now = min(since, self.duration)
         i = int(np.clip(np.searchsorted(self.times, now, side="right") - 1, 0, len(self.times) - 2))
         share, control = (now - self.times[i]) / (self.times[i + 1] - self.times[i]), self.control[:, i:].copy()
@@ -77,9 +77,10 @@ class Splined:
         return farthest_of_curves(control, np.concatenate([[now], self.times[i + 1 :]]))
 
     def edges_since(self, t: float) -> tuple[Array, Array]:
-        """The motion from a time on as straight edges, shape (n, n_dof), n >= 2; and how far it lies beside each, (n - 1, n_dof).
+        """The motion from a time on as straight edges, shape (n, n_dof), and its distances, (n - 1, n_dof).
 
-        Between two times h apart it lies within a h^2 / 8 of the chord, a being the greatest acceleration.
+        There are at least two points. Between two times h apart the motion lies within a h^2 / 8 of the chord, where a is the
+        largest acceleration.
         """
         steps, bends = np.diff(self.times), np.abs(self._derivatives[2]).max(axis=0)
         counts = np.ceil(steps * np.sqrt(bends.max(axis=1) / (8.0 * _BESIDE)))
@@ -95,14 +96,14 @@ class Splined:
 
 
 def _value(control: Array, i: NDArray[np.int64], share: Array) -> Array:
-    """Polynomials i at shares of their time, shape (..., n_dof)."""
+    """Evaluate the polynomials i at shares of their time, shape (..., n_dof)."""
     degree, share = len(control) - 1, share[..., None]
     weights = (choices * share**k * (1.0 - share) ** (degree - k) for k, choices in enumerate(_CHOICES[degree]))
     return sum((weight * control[k, i] for k, weight in enumerate(weights)), np.zeros((*i.shape, control.shape[2])))
 
 
 def _behind(control: Array, share: float) -> Array:
-    """The Bernstein coefficients of what is behind a share of a polynomial, shape (6, n_dof) (de Casteljau)."""
+    """The Bernstein coefficients of a polynomial's part after a share of its time, shape (6, n_dof) (de Casteljau)."""
     rows = [control]
     for _ in range(_DEGREE):
         rows.append((1.0 - share) * rows[-1][:-1] + share * rows[-1][1:])
@@ -110,13 +111,13 @@ def _behind(control: Array, share: float) -> Array:
 
 
 def splined(times: Array, q: Array, qd: Array, qdd: Array) -> Splined:
-    """The motion through points.
+    """Interpolate points.
 
     Args:
-        times: [s], shape (n,), n >= 2, increasing.
+        times: Times [s], shape (n,), n >= 2, increasing.
         q: Positions [rad or m], shape (n, n_dof).
-        qd: Velocities [rad/s or m/s]; NaN in points without any.
-        qdd: Accelerations [rad/s^2 or m/s^2]; NaN in points without any.
+        qd: Velocities [rad/s or m/s], shape (n, n_dof); NaN for points without velocities.
+        qdd: Accelerations [rad/s^2 or m/s^2], shape (n, n_dof); NaN for points without accelerations.
     """
     kept = _apart(times, q)
     times, q, qd, qdd = times[kept] - times[0], q[kept], qd[kept], qdd[kept]
@@ -135,13 +136,13 @@ def splined(times: Array, q: Array, qd: Array, qdd: Array) -> Splined:
 
 
 def _goes_on(first: Array, last: Array, at_ends: Array) -> bool:
-    """Whether rates at the starts and ends of pieces, shape (n, n_dof), have no jumps between these and those at both ends."""
+    """Whether rates at the starts and ends of pieces, shape (n, n_dof), and at the motion's ends are continuous."""
     jumps = np.concatenate([at_ends[:1], last]) - np.concatenate([first, at_ends[1:]])
     return bool(np.abs(jumps).max() <= _SMOOTH * max(np.abs(first).max(), np.abs(last).max()))
 
 
 def _apart(times: Array, q: Array) -> list[int]:
-    """The points without those that follow so soon and so near that their velocities would be rounding; both ends stay."""
+    """The indices of points, without points too near in time and space for meaningful velocities; both ends stay."""
     kept, end = [0], len(times) - 1
     for k in range(1, end + 1):
         if times[k] - times[kept[-1]] >= _SHORT or np.abs(q[k] - q[kept[-1]]).max() >= _NEAR:

@@ -1,7 +1,7 @@
-"""Checks what a plan is to end in: configurations, poses of a link, or a pose for each of several links.
+"""Checks the goal of a plan: configurations, poses of a link, or a pose for each of several links.
 
-Several links, such as both hands of a robot: each has joints of its own, which move it and no other of these links. Joints that
-move several of them, such as those of a torso, are held.
+For several links, such as both hands of a robot, each link needs joints that move it and none of the others. Joints that move
+several of the links, such as a torso's joints, are held.
 """
 
 from collections.abc import Mapping
@@ -20,8 +20,8 @@ from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
 Targets = Array | dict[str, Array]
-"""Configurations, shape (n, n_dof), any of which will do; or by link: poses, shape (n, 4, 4) each, any of which will do, those of
-one row together; or a pose of each, shape (4, 4), all of which are needed."""
+"""A checked goal, in one of three forms. Alternative configurations, shape (n, n_dof). Alternative poses by link, shape (n, 4,
+4); the links reach the poses of one row together. One pose by link, shape (4, 4); all links reach theirs together."""
 
 
 def as_targets(
@@ -32,10 +32,11 @@ def as_targets(
     group: JointGroup | None,
     states: tuple[GroupState, ...],
 ) -> Targets:
-    """What a goal means for a plan from a start, shape (n_dof,), of all joints or of a group.
+    """Check and convert the goal of a plan from a start, shape (n_dof,), for all joints or a group.
 
     Raises:
-        InputError: It is none; or a link is named besides those of the goal; or no joint of the group moves a link.
+        InputError: The goal is invalid; or a link is named in addition to the goal's links; or no joint of the group moves a
+            link.
         UnknownNameError: There is no such link or state.
     """
     if isinstance(goal, Mapping):
@@ -58,14 +59,14 @@ def as_targets(
 
 
 def fixed_for(targets: Targets, tree: Tree) -> NDArray[np.bool_]:
-    """The entries of q that a goal leaves as they are, shape (n_dof,): of poses those that move no link, or several."""
+    """Mask of the entries of q that stay fixed, shape (n_dof,): they move no link of the goal, or several."""
     if isinstance(targets, np.ndarray):
         return np.zeros(tree.n_dof, dtype=bool)
     return ~np.logical_or.reduce(list(own_columns(targets, tree).values()))
 
 
 def own_columns(links: Mapping[str, object], tree: Tree) -> dict[str, NDArray[np.bool_]]:
-    """By link: the entries of q that move it and none of the others, shape (n_dof,) each."""
+    """The mask of each link's own entries of q, which move no other of the links, shape (n_dof,) each."""
     moves = np.zeros((len(links), tree.n_dof), dtype=bool)
     for row, link in zip(moves, links, strict=True):
         row[tree.moving_columns(link)] = True
@@ -73,7 +74,7 @@ def own_columns(links: Mapping[str, object], tree: Tree) -> dict[str, NDArray[np
 
 
 def _as_links_goal(goal: Mapping[str, ArrayLike], tree: Tree) -> dict[str, Array]:
-    """A pose for each of several links, shape (4, 4) each.
+    """Check a goal with a pose for each of several links, shape (4, 4) each.
 
     Raises:
         InputError: No link is named, a pose is not a rigid motion, or a link has no joints of its own.
@@ -96,20 +97,20 @@ def _as_links_goal(goal: Mapping[str, ArrayLike], tree: Tree) -> dict[str, Array
 
 
 def _is_pose(goal: Array, n_dof: int) -> bool:
-    """Whether a goal, as an array, is a pose or several: for an arm of four joints, by the last row of the matrix."""
+    """Whether an array is one pose or several; for four joints the last row of the matrix decides."""
     if goal.ndim == 3:
         return goal.shape[1:] == (4, 4)
     return goal.shape == (4, 4) and (n_dof != 4 or bool((goal[3] == (0.0, 0.0, 0.0, 1.0)).all()))
 
 
 def _as_goal(goal: ArrayLike, tree: Tree, start: Array, group: JointGroup | None) -> Array:
-    """A goal as an array of configurations, shape (n, n_dof), or of poses, shape (n, 4, 4).
+    """Convert a goal to an array of configurations, shape (n, n_dof), or of poses, shape (n, 4, 4).
 
-    A configuration may have the joints of the group alone; then the others are as in ``start``. An entry that is as in ``start``
-    is not compared with the limits: where it is beyond them, the start is.
+    A configuration may have the joints of the group alone; the other entries are the start's. Entries equal to the start's are
+    not compared with the limits, since the start itself is checked.
 
     Raises:
-        InputError: It is neither; or a configuration lies outside the limits; or a pose is not a rigid motion.
+        InputError: The goal is neither; or a configuration lies outside the limits; or a pose is not a rigid motion.
     """
     given = as_floats("goal", goal)
     n_own = tree.n_dof if group is None else len(group.columns)
@@ -147,12 +148,12 @@ def _expected(tree: Tree, group: JointGroup | None) -> str:
 
 
 def beyond_limits(q: Array, tree: Tree) -> dict[str, float]:
-    """The joints that are beyond their limits at q, shape (n_dof,), and by how much [rad or m]."""
+    """The joints beyond their limits at q, shape (n_dof,), and their excess [rad or m]."""
     excess = np.maximum(tree.lower - q, q - tree.upper)
     return {joint_of(k, tree): float(excess[k]) for k in np.flatnonzero(excess > 0).tolist()}
 
 
 def joint_of(column: int, tree: Tree) -> str:
-    """The joint to which an entry of q belongs."""
+    """The name of the joint to which an entry of q belongs."""
     slices = zip(tree.joint_names, tree.joint_slices, strict=True)
     return next(name for name, part in slices if part.start <= column < part.stop)

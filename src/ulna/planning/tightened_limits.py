@@ -1,4 +1,4 @@
-"""Narrower limits of a robot, from what a caller gives: numbers, joints by name, a file ``joint_limits.yaml``."""
+"""Narrows the limits of a robot, by numbers, by names of joints, or by a file ``joint_limits.yaml``."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from ulna.planning.motion_limits import GivenLimits, limits_of
 
 Array = NDArray[np.float64]
 Given = ArrayLike | Mapping[str, ArrayLike]
-_DIGITS = 1e-4  # of a limit, or [rad or m]: a limit that is so little wider was written with fewer digits
+_DIGITS = 1e-4  # relative, or [rad or m]: a limit wider by less was rounded to fewer digits
 _POSITIONS = "lower", "upper"
 
 
 def narrower(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given | None]) -> Narrowed:
-    """The limits of a tree, narrowed by a file and by what is given.
+    """The limits of a tree, narrowed by a file and by given values.
 
-    given: ``lower``, ``upper``, ``velocity``, ``acceleration`` and ``jerk``, as of ``Robot.with_limits``.
+    given: ``lower``, ``upper``, ``velocity``, ``acceleration`` and ``jerk``, as for ``Robot.with_limits``.
 
     Raises:
-        InputError: A limit is wider than the robot's or is none, or a joint would have no range.
+        InputError: A limit is wider than the robot's or invalid, or a joint would have no range.
         UnknownNameError: There is no such joint.
-        FileError, DescriptionError: As for ``limits_of``.
+        FileError, DescriptionError: See ``limits_of``.
     """
     n, names = tree.n_dof, entry_names(tree)
     kept = tree.narrowed or Narrowed(np.full(n, -np.inf), *(np.full(n, np.inf) for _ in range(4)))
@@ -54,7 +54,7 @@ def narrower(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given |
 
 
 def _of_file(limits: GivenLimits, tree: Tree, names: tuple[str, ...]) -> dict[str, Array]:
-    """Read the limits that a file or its mapping states, NaN where it states none."""
+    """Read the limits of a file or its mapping; NaN for limits that it does not have."""
     if isinstance(limits, str) and Path(limits).suffix not in {".yaml", ".yml"}:
         raise InputError("limits", f"{limits!r}; a file joint_limits.yaml, or the mapping of one, is expected")
     arm = limits_of(limits, names, tree.followers, ())
@@ -72,7 +72,7 @@ def _of_file(limits: GivenLimits, tree: Tree, names: tuple[str, ...]) -> dict[st
 
 
 def _stated(tree: Tree, names: tuple[str, ...], given: Mapping[str, Given | None]) -> dict[str, Array]:
-    """The given limits of each quantity, NaN where none is given."""
+    """The given limits of each quantity, shape (n_dof,); NaN where none is given."""
     stated: dict[str, Array] = {}
 
     def note(quantity: str, columns: slice | int, values: Array) -> None:
@@ -100,7 +100,7 @@ def _stated(tree: Tree, names: tuple[str, ...], given: Mapping[str, Given | None
 
 
 def _of_leader(quantity: str, follower: Drive, value: float) -> tuple[str, int, Array]:
-    """The limit of a leader that a limit of its follower is."""
+    """Convert the limit of a mimic joint to a limit of its leader: quantity, entry of q and value."""
     if follower.column is None:
         raise AssertionError("only followers that an entry of q moves are kept")
     if quantity not in _POSITIONS:
@@ -111,7 +111,7 @@ def _of_leader(quantity: str, follower: Drive, value: float) -> tuple[str, int, 
 
 
 def _as_values(argument: str, given: ArrayLike, quantity: str, n: int) -> Array:
-    """A limit of n entries of q: a number or n of them."""
+    """Check the limit of n entries of q, one number or n numbers, and return n numbers."""
     values = as_floats(argument, given)
     if values.shape not in {(), (n,)} or np.isnan(values).any():
         raise InputError(argument, f"{given!r}; a number{f', or {n} of them,' if n > 1 else ''} is expected")
@@ -121,10 +121,10 @@ def _as_values(argument: str, given: ArrayLike, quantity: str, n: int) -> Array:
 
 
 def _narrowed(argument: str, quantity: str, stated: Array, own: Array, names: tuple[str, ...]) -> Array:
-    """The limits of a quantity, narrowed by those that are stated; a rate of 0, as exporters write a velocity, is no limit."""
+    """Narrow the limits of a quantity. The robot's limit 0 of a rate, as some exporters write, is no limit."""
     towards = -1.0 if quantity == "lower" else 1.0
     most = towards * np.where((own == 0.0) & (quantity not in _POSITIONS), np.inf, own)
-    with np.errstate(invalid="ignore"):  # of limits that are infinite in both
+    with np.errstate(invalid="ignore"):  # the difference of two infinite limits
         wider = np.where(np.isnan(stated) | (stated == own), 0.0, towards * stated - most)
     over = np.flatnonzero(wider > _DIGITS * np.maximum(1.0, np.abs(own)))
     if len(over):

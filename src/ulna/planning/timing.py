@@ -1,4 +1,4 @@
-"""Finds the times of a path, and evaluates it at a time."""
+"""Computes time parameterizations of paths, and evaluates the resulting motions."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from ulna.planning.path_limits import NO_LIMIT, PathBounds, PathLimit, along
 from ulna.planning.positions import Farthest, farthest_of
 
 Array = NDArray[np.float64]
-INTERVALS = 200  # of a whole path; each piece has at least MIN_INTERVALS
-MIN_INTERVALS = 8
-_MAX_INTERVALS = 4000  # with more pieces than an eighth of these, each has fewer of its own
-N_PHASES = 7  # of constant jerk, of a line from rest to rest
-_ROUNDED = 1 + 1e-8  # of (ds/dt)^2 at the ends, which is measured
-_WITHIN = 1 - 1e-9  # of the limits, so that rounding does not pass them
-QUANTITIES = "position", "velocity", "acceleration", "jerk"  # of a Moment, in its order
+INTERVALS = 200  # target number of intervals of a whole path
+MIN_INTERVALS = 8  # per piece
+_MAX_INTERVALS = 4000  # beyond this number, pieces have fewer than MIN_INTERVALS
+N_PHASES = 7  # phases of constant jerk of a line from rest to rest
+_ROUNDED = 1 + 1e-8  # relative tolerance of (ds/dt)^2 at the ends
+_WITHIN = 1 - 1e-9  # factor of the limits, so that rounding does not exceed them
+QUANTITIES = "position", "velocity", "acceleration", "jerk"  # the fields of a Moment, in order
 
 
 class Moment(NamedTuple):
-    """A moment of a trajectory: positions, velocities, accelerations and jerks, shape (..., n_dof) each."""
+    """The state of a motion at a time: positions, velocities, accelerations and jerks, shape (..., n_dof) each."""
 
     q: Array
     qd: Array
@@ -34,21 +34,21 @@ class Moment(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """The greatest velocity, acceleration and jerk of each joint, shape (n_dof,) each; no limit of jerk for None."""
+    """The maximum velocity, acceleration and jerk of each joint, shape (n_dof,) each; None for no jerk limit."""
 
     velocity: Array
     acceleration: Array
     jerk: Array | None = None
 
     def wider(self, other: Limits) -> Limits:
-        """The limits that a motion keeps of which one part keeps these, and another the others."""
+        """The wider of two limits, which hold for two joined motions."""
         jerk = None if self.jerk is None or other.jerk is None else np.maximum(self.jerk, other.jerk)
         velocity, acceleration = map(np.maximum, self[:2], other[:2])
         return Limits(velocity, acceleration, jerk)
 
 
 class Speeds(NamedTuple):
-    """How fast a path is passed at its start and at its end, ds/dt [1/s]."""
+    """The path speeds at the start and at the end, ds/dt [1/s]."""
 
     start: float
     end: float
@@ -58,24 +58,24 @@ AT_REST = Speeds(0.0, 0.0)
 
 
 class Profile(NamedTuple):
-    """How fast a path is passed: in interval i, t after times[i], with speeds + accelerations t + jerks t^2 / 2."""
+    """The path speed ds/dt: speeds + accelerations t + jerks t^2 / 2 in interval i, with t from times[i]."""
 
     times: Array
-    """When the grid points are passed [s], shape (n + 1,)."""
+    """The times of the grid points [s], shape (n + 1,)."""
     speeds: Array
     accelerations: Array
     jerks: Array
 
 
 class TimedPath(NamedTuple):
-    """A path and how fast it is passed."""
+    """A path with its time parameterization."""
 
     grid: Grid
     profile: Profile
 
     @property
     def times(self) -> Array:
-        """When the grid points are passed [s], shape (n + 1,)."""
+        """The times of the grid points [s], shape (n + 1,)."""
         return self.profile.times
 
     @property
@@ -85,12 +85,12 @@ class TimedPath(NamedTuple):
 
     @property
     def rests(self) -> Array:
-        """When the motion is at rest [s]: at the start, at each stop, at the end."""
+        """The times at rest [s]: the start, each stop, and the end."""
         return self.profile.times[self.grid.borders]
 
     @property
     def limits_jerk(self) -> bool:
-        """Whether the acceleration goes on without jumps."""
+        """Whether the acceleration is continuous."""
         return bool(self.profile.jerks.any())
 
     def at(self, t: Array) -> Moment:
@@ -106,18 +106,19 @@ class TimedPath(NamedTuple):
         return Moment(q, slope * speed, slope * rate + bend * speed**2, slope * jerk[..., None] + 3 * bend * speed * rate)
 
     def slowed(self, factor: float) -> TimedPath:
-        """The path passed slower: at time t where this one is at ``factor`` t."""
+        """A slower motion: at time t it is where this one is at ``factor`` t."""
         times, speeds, accelerations, jerks = self.profile
         return TimedPath(self.grid, Profile(times / factor, speeds * factor, accelerations * factor**2, jerks * factor**3))
 
     def interval_at(self, t: Array) -> NDArray[np.int64]:
-        """The interval in which each time lies, shape (...)."""
+        """The index of the interval that contains each time, shape (...)."""
         return np.clip(np.searchsorted(self.profile.times, t, side="right") - 1, 0, len(self.grid.steps) - 1)
 
     def edges_since(self, t: float) -> tuple[Array, Array]:
-        """The path from a time on as straight edges, shape (n, n_dof), n >= 2; and how far it lies beside each, (n - 1, n_dof).
+        """The path from a time on as straight edges, shape (n, n_dof), and its distances, (n - 1, n_dof).
 
-        A line is one edge. In an interval of a parabola, h long, q differs from the chord by at most |bend| h^2 / 8.
+        There are at least two points. A line is one edge. In an interval of a parabola of length h, q differs from the chord by
+        at most |bend| h^2 / 8.
         """
         times = np.concatenate([[t], self.times[self.times > t]])
         times = times if len(times) > 1 else np.repeat(times, 2)
@@ -129,7 +130,7 @@ class TimedPath(NamedTuple):
         return self.at(times).q[ends], spreads[ends[:-1]]
 
     def farthest(self, since: float) -> Farthest:
-        """Where it is farthest from a time on. An entry of a parabola turns at most once, where its slope is 0."""
+        """The extreme positions from a time on: at grid points, and where the slope of a parabola's entry is 0."""
         (starts, slopes, bends, steps, *_), (_, speeds, rates, _) = self
         times = np.concatenate([[since], self.times[self.times > since]])
         found = farthest_of(self.at(times).q, times)
@@ -147,9 +148,9 @@ class TimedPath(NamedTuple):
 
 
 def grid_of(pieces: Grid) -> Grid:
-    """Lines and parabolas divided into shorter intervals."""
+    """Divide lines and parabolas into shorter intervals."""
     n, lengths = len(pieces.steps), pieces.steps
-    few = np.where(pieces.bends.any(axis=1), pieces.chords, 1)  # those of a parabola are the chords along which it was certified
+    few = np.where(pieces.bends.any(axis=1), pieces.chords, 1)  # at least the chords with which a parabola was certified
     least = np.maximum(few, min(MIN_INTERVALS, _MAX_INTERVALS // n))
     counts = np.maximum(least, np.ceil(INTERVALS * lengths / lengths.sum()))
     counts = counts.astype(np.int64)
@@ -163,9 +164,9 @@ def grid_of(pieces: Grid) -> Grid:
 def fastest(
     grid: Grid, velocity: Array, acceleration: Array, speeds: Speeds = AT_REST, slow: int = 0, caps: tuple[PathLimit, ...] = ()
 ) -> TimedPath | None:
-    """The fastest motion, by TOPP-RA, which is no faster than at its start in the first ``slow`` intervals.
+    """The time-optimal motion along a path, by TOPP-RA; in the first ``slow`` intervals it must not exceed its start speed.
 
-    None if the speeds at the ends cannot be had within the limits; from rest to rest there always is one.
+    None if the speeds at the ends are not possible within the limits; from rest to rest a motion always exists.
     """
     bounds = along(caps, grid) if caps else None
     ceilings = _ceilings(grid, velocity, speeds, bounds)
@@ -178,9 +179,9 @@ def fastest(
 def fastest_and_coasting(
     grid: Grid, velocity: Array, acceleration: Array, coast: float, speeds: Speeds = AT_REST, caps: tuple[PathLimit, ...] = ()
 ) -> tuple[TimedPath, ...]:
-    """The fastest motion, and the fastest whose speed is constant for about ``coast`` [s] where that of the first has a peak.
+    """The time-optimal motion, and one that coasts: each peak of its speed is flat for about ``coast`` [s].
 
-    None, if the speeds at the ends cannot be had within the limits.
+    An empty tuple if the speeds at the ends are not possible within the limits.
     """
     bounds = along(caps, grid) if caps else None
     ceilings = _ceilings(grid, velocity, speeds, bounds)
@@ -193,12 +194,12 @@ def fastest_and_coasting(
 
 
 def _keeps(speeds: Speeds, x: Array) -> bool:
-    """Whether the motion has the speeds at the ends; x: (ds/dt)^2 at the grid points."""
+    """Whether a motion has the given speeds at its ends. x: (ds/dt)^2 at the grid points."""
     return bool(x[0] == speeds.start**2 and x[-1] * _ROUNDED >= speeds.end**2)
 
 
 def _ceilings(grid: Grid, velocity: Array, speeds: Speeds, bounds: PathBounds | None) -> Array:
-    """Greatest (ds/dt)^2 at the grid points by the limits of velocity and of caps, shape (n + 1,), with stops and ends."""
+    """The maximum (ds/dt)^2 at the grid points by limits of velocity and caps, shape (n + 1,); 0 at stops."""
     steepest = np.maximum(np.abs(grid.slopes), np.abs(_ends(grid)))
     with np.errstate(divide="ignore", over="ignore"):
         of_intervals = np.minimum((velocity * _WITHIN / steepest).min(axis=1), 1e150) ** 2
@@ -215,14 +216,14 @@ def _ceilings(grid: Grid, velocity: Array, speeds: Speeds, bounds: PathBounds | 
 
 
 def _ends(grid: Grid) -> Array:
-    """The slopes at the ends of the intervals, shape (n, n_dof)."""
+    """The slopes q' at the ends of the intervals, shape (n, n_dof)."""
     return grid.slopes + grid.steps[:, None] * grid.bends
 
 
 def _timed(
     grid: Grid, acceleration: Array, ceilings: Array, speeds: Speeds, bounds: PathBounds | None
 ) -> tuple[TimedPath, Array]:
-    """The fastest motion below the ceilings of (ds/dt)^2, and what that is at the grid points, shape (n + 1,)."""
+    """The time-optimal motion below ceilings of (ds/dt)^2, and (ds/dt)^2 at the grid points, shape (n + 1,)."""
     n = len(grid.steps)
     most = np.tile(acceleration * _WITHIN, (n, 1))
     intervals = PathIntervals(grid.slopes, _ends(grid), grid.bends, -most, most, grid.steps)
@@ -236,7 +237,7 @@ def _timed(
 
 
 def along_lines(lines: Grid, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:
-    """The fastest motion along lines, from rest to rest on each, in seven phases a line."""
+    """The fastest motion along lines, from rest to rest, in seven phases of constant jerk per line."""
     rows = []
     for start, slope, length in zip(lines.starts, lines.slopes, lines.steps, strict=True):
         with np.errstate(divide="ignore"):
@@ -253,10 +254,10 @@ def along_lines(lines: Grid, velocity: Array, acceleration: Array, jerk: Array) 
 
 
 def double_s(length: float, velocity: float, acceleration: float, jerk: float) -> tuple[Array, Array]:
-    """The durations [s] of the seven phases of the fastest motion from rest to rest over a length, and the jerk in each.
+    """The durations [s] and jerks of the seven phases of the fastest motion from rest to rest over a length.
 
-    Source: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), section 3.4: the velocity has
-    the form of two S.
+    Source: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), section 3.4 (double S velocity
+    profile).
     """
     peak, top = velocity, acceleration
     if peak * jerk < top * top:  # the velocity is reached before the acceleration

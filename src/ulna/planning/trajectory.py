@@ -1,4 +1,4 @@
-"""Holds a motion in time: what it is at a time, what a controller is sent, whether it is free."""
+"""Defines a trajectory: its evaluation, samples for a controller, checks, files and plots."""
 
 from __future__ import annotations
 
@@ -40,31 +40,31 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _MAX_SAMPLES = 10_000_000
-_UNITS = "rad or m", "1/s", "1/s²", "1/s³"  # of a plot
-_IN_TABLE = 1000  # times at which velocities are compared for a table
-_IN_PICTURE = 1.5  # of the greatest value of a plot: limits beyond it are not drawn
-_NEAR = 1e-6  # [rad or m]: of a plan's start to the motion that it replaces
+_UNITS = "rad or m", "1/s", "1/s²", "1/s³"  # units of a plot
+_IN_TABLE = 1000  # samples from which a notebook's table takes the largest velocities
+_IN_PICTURE = 1.5  # limits beyond this multiple of the largest value are not drawn
+_NEAR = 1e-6  # [rad or m]: largest distance between joined motions
 
 
 class ReadsMotions(Protocol):
-    """A robot, which reads its motions from files."""
+    """The interface of a robot that reads its motions from files."""
 
     def motion_from_file(self, path: str | Path, *, others: ArrayLike | None = None) -> Trajectory:
-        """As ``Robot.motion_from_file``."""
+        """Read a motion; see ``Robot.motion_from_file``."""
         ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(OneLine):
-    """A motion in time, within limits, from rest to rest unless velocities at its ends were given.
+    """A motion in time within limits, from rest to rest unless velocities at its ends were given.
 
-    Without limits of jerk the path is a line or a parabola between two grid points, and the acceleration along it is constant.
-    With them the motion is the mean of such a one over a short time, or passes lines with constant jerks. ``at`` evaluates that:
-    nothing is interpolated.
+    Without jerk limits, the path between two grid points is a line or a parabola, passed with constant path acceleration. With
+    jerk limits, the trajectory is a moving average of such a motion, or follows lines with piecewise constant jerk. ``at``
+    evaluates it exactly, without interpolation.
 
     Attributes:
-        certified: Whether all of the motion is certified to be free, with its rounded corners.
-        joint_names: Those of the entries of q.
+        certified: Whether the whole motion is certified to be free, including its rounded corners.
+        joint_names: The names of the entries of q.
     """
 
     certified: bool
@@ -78,24 +78,25 @@ class Trajectory(OneLine):
 
     @staticmethod
     def from_file(path: str | Path, robot: ReadsMotions, *, others: ArrayLike | None = None) -> Trajectory:
-        """A motion from elsewhere, to check, to send, or to time anew: ``robot.trajectory(motion, ...)``.
+        """Read a motion from a file, to check it, send it, or compute new times: ``robot.trajectory(motion, ...)``.
 
         It reads a ``trajectory_msgs/JointTrajectory``, or a message that contains one, such as a plan of MoveIt, in YAML or JSON.
-        It also reads tables with times (.csv, .npy), such as ``to_csv`` writes. Between two points that state accelerations q is
-        of degree five in time, between two that state velocities of degree three, and else a line: as ros2_control does it.
-        The motion begins at its first point. It is not certified.
+        It also reads tables with times (.csv, .npy), such as ``to_csv`` writes. Points are interpolated as in ros2_control: by
+        polynomials of degree five between points with accelerations, of degree three between points with velocities, else by
+        lines. The motion begins at its first point. It is not certified.
 
         Args:
             path: The file: ``.yaml``, ``.yml`` and ``.json`` are messages, any other is a table.
-            robot: The robot. Joints go by their names, in any order; those that it does not have are not used.
-            others: Where joints are that the file does not name: q [rad or m], shape (n_dof,). Unless given, it names all.
+            robot: The robot. Joints are matched by name, in any order; unknown joints are ignored.
+            others: The configuration that gives joints the file does not name [rad or m], shape (n_dof,). Unless given, the file
+                must name all joints.
 
         Returns:
-            A ``Trajectory`` with the limits that the robot states.
+            A ``Trajectory`` with the limits of the robot.
 
         Raises:
             FileError: The file cannot be read, or is too long.
-            DescriptionError: It has no such message, or one that is not complete.
+            DescriptionError: The file has no such message, or an incomplete one.
             InputError: A table has other columns, or times that do not increase.
 
         Example:
@@ -116,22 +117,22 @@ class Trajectory(OneLine):
 
     @cached_property
     def times(self) -> Array:
-        """When each grid point is passed, or the jerk changes [s], shape (n,)."""
+        """The times of the grid points, or of the changes of jerk [s], shape (n,)."""
         return _read_only(self._timed.times if self.duration else np.zeros(1))
 
     @property
     def q(self) -> Array:
-        """Positions there [rad or m], shape (n, n_dof)."""
+        """Positions at ``times`` [rad or m], shape (n, n_dof)."""
         return self._at_times.q
 
     @property
     def qd(self) -> Array:
-        """Velocities there [rad/s or m/s], shape (n, n_dof)."""
+        """Velocities at ``times`` [rad/s or m/s], shape (n, n_dof)."""
         return self._at_times.qd
 
     @property
     def qdd(self) -> Array:
-        """Accelerations behind each of them [rad/s^2 or m/s^2], shape (n, n_dof); at the last one before it."""
+        """Accelerations just after each of ``times`` [rad/s^2 or m/s^2], shape (n, n_dof); just before the last one."""
         return self._at_times.qdd
 
     @cached_property
@@ -145,41 +146,41 @@ class Trajectory(OneLine):
 
     @property
     def stops(self) -> int:
-        """At how many corners the motion stops."""
+        """The number of corners at which the motion stops."""
         return len(self.rests) - 2
 
     @property
     def rests(self) -> Array:
-        """When it is at rest [s], shape (stops + 2,): at each stop. The first and the last are its start and its end."""
+        """The times at rest [s], shape (stops + 2,): the start, each stop, and the end."""
         return self._timed.rests
 
     @property
     def end_velocities(self) -> Array:
-        """Those at the start and at the end [rad/s or m/s], shape (2, n_dof): exactly 0 where it is at rest."""
+        """The velocities at the start and at the end [rad/s or m/s], shape (2, n_dof): exactly 0 at rest."""
         return np.zeros((2, self.q.shape[1])) if self._ends is None else np.array(self._ends)
 
     @property
     def limits_jerk(self) -> bool:
-        """Whether the acceleration goes on without jumps, as of a motion made with ``jerk=``."""
+        """Whether the acceleration is continuous, as in a motion made with ``jerk=``."""
         return self._timed.limits_jerk
 
     @property
     def limits(self) -> dict[str, tuple[Array, Array]]:
-        """The lower and upper limits that are known of "position", "velocity", "acceleration", "jerk", shape (n_dof,) each."""
+        """The known lower and upper limits of "position", "velocity", "acceleration" and "jerk", shape (n_dof,) each."""
         known = {} if self._positions is None else {"position": (self._positions.lower, self._positions.upper)}
         most = zip(QUANTITIES[1:], self._limits or (), strict=False)
         return known | {name: (-each, each) for name, each in most if each is not None}
 
     @property
     def hand_limits(self) -> tuple[HandLimits, ...]:
-        """The limits of hands with which it was made, each with the name of its link."""
+        """The limits of hands that the motion was made with, each with the name of its link."""
         return tuple(cap.limits for cap in self._caps if isinstance(cap, Hand))
 
     def at(self, t: ArrayLike) -> Moment:
         """Positions, velocities and accelerations at times.
 
         Args:
-            t: Times [s], shape (...); before 0 and after ``duration`` it rests, or goes straight on where it moves at that end.
+            t: Times [s], shape (...). Before 0 and after ``duration`` the arm rests, or continues straight with its end velocity.
 
         Returns:
             A ``Moment`` (q, qd, qdd), shape (..., n_dof) each.
@@ -201,21 +202,22 @@ class Trajectory(OneLine):
     def is_free(
         self, world: World | None, *, since: float = 0.0, clearance: float = 0.0, keep: Keep | Iterable[Keep] = ()
     ) -> bool:
-        """Whether the motion is certified free among other objects, from a time on: the lines and parabolas that it follows.
+        """Whether the motion, from a time on, is certified to be free in another world.
 
-        False does not say that it touches something: near an object it may only not be certified.
+        The lines and parabolas of the motion are checked. False need not mean a contact: a motion near an object may be free but
+        not certified.
 
         Args:
-            world: The objects; none for None.
-            since: The time from which on it is looked at [s]; at least the last configuration is.
-            clearance: No object is to be nearer than this [m].
-            keep: Constraints that it is to keep too. One without a pose keeps that of the start of the whole motion. Those of the
-                plan are not asked again unless they are given: they do not depend on the world.
+            world: The obstacles; none for None.
+            since: The start of the checked part [s]; the last configuration is always checked.
+            clearance: The minimum distance from objects [m].
+            keep: Constraints to check too. A constraint without a pose refers to the start of the whole motion. The constraints
+                of the plan are not checked unless given, since they do not depend on the world.
 
         Raises:
-            InputError: ``since`` or ``clearance`` is not a finite number of at least 0, the world is not one, or a constraint
-                cannot be taken.
-            UnknownNameError: A constraint's link is not there.
+            InputError: ``since`` or ``clearance`` is not a finite number of at least 0, the world is not a ``World``, or a
+                constraint is invalid.
+            UnknownNameError: A constraint names an unknown link.
             GeometryError: The world has shapes that cannot be checked.
         """
         since = as_number("since", since, 0.0, "a time [s] of at least 0")
@@ -229,11 +231,11 @@ class Trajectory(OneLine):
         return self._motion._replace(world=world, margin=clearance, keeps=keeps).is_free(points, spreads)
 
     def sampled(self, period: float = 0.001) -> Samples:
-        """What a controller is sent: positions, velocities and accelerations once a period.
+        """Samples for a controller: positions, velocities and accelerations once per period.
 
-        Times are whole periods from 0 on. The last is the first that is not before ``duration``: there q is exactly
-        ``self.q[-1]``, and velocity and acceleration are exactly 0. So the arm arrives less than a period after ``duration``. A
-        motion that moves at its end goes straight on until then.
+        Times are whole periods from 0. The last sample is the first one not before ``duration``. Its q is exactly
+        ``self.q[-1]``, and its velocity and acceleration are exactly 0. So the arm arrives less than a period after ``duration``.
+        A motion with a velocity at its end continues straight until the last sample.
 
         Args:
             period: The time between two samples [s].
@@ -261,35 +263,34 @@ class Trajectory(OneLine):
         torque: ArrayLike | None = None,
         period: float = 0.001,
     ) -> MotionCheck:
-        """Whether a controller accepts the motion: its positions, and velocity, acceleration and jerk by differences of samples.
+        """Check whether a controller accepts the motion: positions, and finite differences of its samples.
 
-        libfranka judges so: a velocity is the difference of two positions by the period, an acceleration that of two velocities,
-        a jerk that of two accelerations. Before the first sample and after the last the arm rests, or goes straight on where the
-        motion moves at that end. The velocities that an FR3
-        allows depend on its position, and so do those of ``limits="fr3"`` here.
+        As in libfranka, velocities are differences of positions divided by the period, accelerations are differences of
+        velocities, and jerks are differences of accelerations. Before the first sample and after the last, the arm rests or
+        continues straight with its end velocity. The velocity limits of an FR3, and of ``limits="fr3"``, depend on the position.
 
         Args:
             limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` or its mapping: ``docs/trajectories.md``. A
-                velocity that it does not state is the description's, and so are positions. If nothing is given: the limits with
-                which the motion was made.
-            velocity: The greatest velocity [rad/s or m/s], a number or n_dof numbers, instead of that of ``limits``.
-            acceleration: The greatest acceleration [rad/s^2 or m/s^2].
-            jerk: The greatest jerk [rad/s^3 or m/s^3].
-            hand: The greatest speed and acceleration of the hand, or of several links; those with which the motion was made
-                unless given. They are judged at all times, between the samples too.
-            torque: The greatest torque of each joint [Nm or N], a number or n_dof numbers; for True the limits of effort of the
-                description. Those with which the motion was made unless given, and none for False.
+                velocity or a position that it does not have is the description's. If no limits are given, the limits that the
+                motion was made with.
+            velocity: Maximum velocity [rad/s or m/s], a number or n_dof numbers, in place of the one of ``limits``.
+            acceleration: Maximum acceleration [rad/s^2 or m/s^2].
+            jerk: Maximum jerk [rad/s^3 or m/s^3].
+            hand: Maximum speed and acceleration of the hand, or of several links; the ones that the motion was made with unless
+                given. They are checked at all times, also between samples.
+            torque: Maximum torque of each joint [Nm or N], a number or n_dof numbers; True for the effort limits of the
+                description, False for no limit. Unless given, the ones that the motion was made with.
             period: The time between two samples [s].
 
         Returns:
-            A ``MotionCheck``, true if the motion keeps the limits; printed it is a sentence. Positions are those at all times:
-            the farthest of each joint is found exactly, between the samples too.
+            A ``MotionCheck``, true if the motion is within the limits; ``print`` shows it as a sentence. Positions are checked at
+            all times: the extreme position of each joint is exact, also between samples.
 
         Raises:
-            InputError: A limit or ``period`` cannot be taken, or no limit is known.
+            InputError: A limit or ``period`` is invalid, or no limit is known.
             UnknownNameError: There is no such set of limits.
             FileError: The file cannot be read.
-            DescriptionError: The file is none of limits.
+            DescriptionError: The file has no valid limits.
         """
         samples, n, positions = self.sampled(period), self.q.shape[1], self._positions
         arm = ArmLimits(np.full(n, np.inf), None, None, "")
@@ -311,14 +312,14 @@ class Trajectory(OneLine):
         return judged if beyond is None else judged.beyond_position(beyond, self.joint_names)
 
     def hand_peak(self, link: str | None = None, quantity: str = "speed") -> HandPeak:
-        """The greatest speed of a link's origin in the motion, and when; or the greatest of another quantity.
+        """The peak speed of a link's origin in the motion and its time; or the peak of another quantity.
 
         Args:
             link: The link; the robot's tip unless given.
             quantity: "speed" or "acceleration" of its origin, or "angular_speed".
 
         Returns:
-            A ``HandPeak``; printed it is a sentence. Its ``bound`` holds at all times.
+            A ``HandPeak``; ``print`` shows it as a sentence. Its ``bound`` holds at all times.
 
         Raises:
             InputError: There is no such quantity, or there are several tips and no link is named.
@@ -342,13 +343,12 @@ class Trajectory(OneLine):
         return self._motion.checker.tree
 
     def slowed(self, factor: float) -> Trajectory:
-        """The motion along the same configurations, slower: at time t it is where this one is at ``factor`` times t.
+        """A slower motion along the same configurations: at time t it is where this one is at ``factor`` times t.
 
-        Velocities are ``factor`` times those of this motion, accelerations factor^2 times, jerks factor^3 times. It is certified
-        where this one is.
+        Velocities are scaled by ``factor``, accelerations by factor^2, jerks by factor^3. It is certified if this motion is.
 
         Args:
-            factor: Above 0, at most 1: 0.5 takes twice as long.
+            factor: A number from 1e-6 to 1: 0.5 takes twice as long.
 
         Raises:
             InputError: ``factor`` is not such a number.
@@ -360,24 +360,26 @@ class Trajectory(OneLine):
         return Trajectory(self.certified, names, timed, self._motion, self._limits, ends, self._positions, self._caps)
 
     def replace(self, plan: Plan, *, at: float) -> Trajectory:
-        """The motion that leaves this one while it runs, and goes on along another plan.
+        """Switch to another plan while this motion is running.
 
-        Until ``at`` it is this motion. Then it goes on smoothly: velocities are continuous, and with a limit of jerk
-        accelerations too. It keeps the limits of this motion at all times. From ``at`` on all of it is certified to be free in
-        the plan's world. It cannot turn on the spot: it goes straight on for the distance that it needs, and from there to the
-        second point of the plan's path. Where that is not free it brakes along its own path, which is free, to a stop, and goes
-        into the plan's path from there, or back to where that begins.
+        The result equals this motion until ``at``. Then velocities stay continuous, and with a jerk limit accelerations too. It
+        stays within the limits of this motion at all times. From ``at`` on, all of it is certified to be free in the plan's
+        world.
+
+        The motion continues straight for the distance that it needs, and then goes to the second point of the plan's path. If
+        that is not free, it brakes along this motion's path, which is free. From the stop it goes to the plan's path, or back to
+        the path's start.
 
         Args:
             plan: A plan whose path begins where this motion is at ``at``: ``robot.plan(motion.at(t).q, goal, world)``.
-            at: When to leave this motion [s], from 0 to ``duration``.
+            at: The time of the switch [s], from 0 to ``duration``.
 
         Returns:
             A ``Trajectory`` with the same times up to ``at``.
 
         Raises:
-            InputError: The plan has no path or begins elsewhere; ``at`` is not within the motion; or no way into the plan is
-                certified free.
+            InputError: The plan has no path or begins elsewhere; ``at`` is not within the motion; or no transition to the plan is
+                certified to be free.
         """
         at = as_number("at", at, 0.0, "a time [s] within the motion")
         if at > self.duration:
@@ -411,16 +413,16 @@ class Trajectory(OneLine):
         return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions, caps)
 
     def then(self, other: Trajectory) -> Trajectory:
-        """The motion, a stop, and another motion, which begins where the first one ends.
+        """Join this motion and another motion that begins where this one ends, with a stop between them.
 
-        It is certified where both are. Of two different limits it states the wider ones. Limits of hands and of torques are kept
-        where both motions have the same.
+        The result is certified if both motions are. Of two different limits it has the wider ones. It has limits of hands and of
+        torques only if both motions have the same.
 
         Args:
             other: A motion of the same joints, as ``robot.plan(motion.q[-1], goal, world).trajectory(...)``.
 
         Raises:
-            InputError: ``other`` has other joints or begins elsewhere, or a motion is not at rest where they are joined.
+            InputError: ``other`` has other joints or begins elsewhere, or a motion is not at rest at the junction.
 
         Example:
             >>> import ulna
@@ -446,7 +448,7 @@ class Trajectory(OneLine):
         return Trajectory(certified, self.joint_names, timed, self._motion, limits, ends, positions, caps)
 
     def torques(self, t: ArrayLike) -> Array:
-        """The torques that the motion needs at times: with gravity, and with what the robot holds.
+        """The torques that the motion needs at times, with gravity and attached objects.
 
         Args:
             t: Times [s], shape (...).
@@ -455,15 +457,15 @@ class Trajectory(OneLine):
             Torques [Nm or N], shape (..., n_dof).
 
         Raises:
-            InputError: t is not an array of finite numbers, or the robot of the motion is not known.
-            InertiaError: A link that moves and has a shape has no inertia.
+            InputError: t is not an array of finite numbers, or the robot of the motion is unknown.
+            InertiaError: A moving link has a shape but no inertia.
         """
         if self._motion is None or self._motion.dynamics is None:
             raise InputError("motion", "it is of a robot that is not known")
         return self._motion.dynamics.inverse(self.at(t)[:3], None, None, None)
 
     def _caps_of(self, hand: HandLimits | Iterable[HandLimits] | None, torque: ArrayLike | None) -> tuple[PathLimit, ...]:
-        """The limits beside those of joints that are given, or else those with which the motion was made."""
+        """The given limits of hands and torques, or the ones that the motion was made with."""
         if hand is None and torque is None:
             return self._caps
         dynamics = None if self._motion is None else self._motion.dynamics
@@ -472,7 +474,7 @@ class Trajectory(OneLine):
         return (*given, *(cap for cap in self._caps if isinstance(cap, kind)))
 
     def _count_of_periods(self, period: float) -> int:
-        """The number of periods that the motion takes, the last one begun."""
+        """The number of periods of the motion, rounded up."""
         with np.errstate(over="ignore"):
             n = np.ceil(np.float64(self.duration) / positive("period", period, "a time [s] above 0") * (1 - 1e-12))
         if n > _MAX_SAMPLES:
@@ -484,7 +486,7 @@ class Trajectory(OneLine):
 
         Args:
             path: The file's name.
-            period: The time between two lines [s], the last moment besides; the grid points unless given.
+            period: The time between two lines [s]; the end is added. Unless given, one line for each of ``times``.
 
         Raises:
             InputError: ``period`` is not above 0, or there would be more than 10^7 lines.
@@ -499,11 +501,11 @@ class Trajectory(OneLine):
         write_table(path, ["time", *names], np.column_stack([t, *moment]))
 
     def to_json(self, path: str | Path, *, period: float = 0.01) -> None:
-        """Write what ``to_ros`` returns as JSON, without ROS: ``robot.motion_from_file`` reads it, and so do tools of ROS.
+        """Write the message of ``to_ros`` as JSON, without ROS; ``robot.motion_from_file`` and ROS tools read it.
 
         Args:
             path: The file's name; it should end in ``.json``.
-            period: The greatest time between two points [s], which are spaced evenly from rest to rest.
+            period: The maximum time between two points [s]; points are spaced evenly from rest to rest.
 
         Raises:
             InputError: ``period`` is not above 0, or there would be more than 10^7 points.
@@ -526,32 +528,30 @@ class Trajectory(OneLine):
             raise FileError(str(path), reason_of(error, missing="no such folder")) from None
 
     def to_ros(self, joint_names: Sequence[str] | None = None, *, period: float = 0.01) -> Any:
-        """The message ``trajectory_msgs/JointTrajectory`` of the ROS that this Python finds, 1 or 2.
+        """Make a ``trajectory_msgs/JointTrajectory`` message of the installed ROS, 1 or 2.
 
-        Its stamp is zero, which means: begin at once. The first point is the start, at time 0; at both ends the velocity is 0,
-        unless the motion moves there.
-        Each stop on the way is a point too, with velocity and acceleration 0: a controller interpolates between points, and
-        would round the corner at which the motion stops.
+        Its stamp is zero, so the controller starts at once. The first point is the start, at time 0. Velocities at both ends are
+        0 unless the motion moves there. Each stop on the path is also a point, with velocity and acceleration 0. Otherwise a
+        controller would round the corner, since it interpolates between points.
 
         Args:
-            joint_names: The joints of the message in their order, such as those of one controller; all unless given.
-            period: The greatest time between two points [s], which are spaced evenly from rest to rest.
+            joint_names: The joints of the message in order, such as the joints of one controller; all unless given.
+            period: The maximum time between two points [s]; points are spaced evenly from rest to rest.
 
         Raises:
-            InputError: ``period`` is not above 0; no joint is named, or one twice.
+            InputError: ``period`` is not above 0; no joint is named, or a joint is named twice.
             UnknownNameError: There is no such joint.
-            MissingROSError: This Python finds no ``trajectory_msgs``.
+            MissingROSError: ``trajectory_msgs`` cannot be imported.
         """
         names = self.joint_names if joint_names is None else joint_names
         return joint_trajectory(self.at, self.rests, self.end_velocities, self.joint_names, names, period)
 
     def plot(self):
-        """A Matplotlib figure of positions, velocities and accelerations over time.
+        """Plot positions, velocities and accelerations over time, as a Matplotlib figure.
 
-        Jerks, torques and the speeds of hands are shown too, if they are limited.
-
-        The limits that are known and near enough to be in the picture are dashed lines, in the colour of the joint. A notebook
-        shows the figure in the last line of a cell; ``figure.savefig("motion.png")`` writes it. No window opens.
+        Jerks, torques and the speeds of hands are plotted too, if they are limited. Known limits near the curves are dashed lines
+        in the color of the joint. A notebook shows the figure in the last line of a cell; ``figure.savefig("motion.png")`` writes
+        it. No window opens.
 
         Raises:
             MissingExtraError: Matplotlib is not installed.
@@ -593,19 +593,19 @@ class Trajectory(OneLine):
         boxes: bool = False,
         size: tuple[int, int] | None = None,
     ) -> Recording:
-        """A short film of the motion, drawn with no display: a notebook shows it, again and again, and keeps it in its file.
+        """Draw an animation of the motion without a display; a notebook loops it and stores it in its file.
 
         Args:
-            world: The obstacles, red where they are touched; those of the plan unless given.
-            seconds: How long the film is [s]; as long as the motion takes, but at most 10, unless given.
-            boxes: Show the boxes that collisions of the robot are checked with.
+            world: The obstacles, red where they are touched; the obstacles of the plan unless given.
+            seconds: The length of the animation [s]; the duration of the motion, at most 10, unless given.
+            boxes: Show the robot's collision boxes.
             size: Width and height [pixels]; 480 and 320 unless given.
 
         Returns:
-            A ``Recording``; its ``save("motion.mp4")`` writes a video, ``save("motion.gif")`` the film as it is.
+            A ``Recording``; its ``save("motion.mp4")`` writes a video, ``save("motion.gif")`` an animated GIF.
 
         Raises:
-            InputError: The world, the seconds or the size cannot be taken.
+            InputError: The world, the seconds or the size is invalid.
             MissingExtraError: The extra ``viewer`` is not installed.
         """
         if self._motion is None:
@@ -648,7 +648,7 @@ def _read_only(array: Array) -> Array:
 def resting(
     q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: Motion, limits: Limits, positions: PositionLimits
 ) -> Trajectory:
-    """The trajectory of a plan that does not move."""
+    """The trajectory of a plan without motion."""
     none, zero = np.zeros((1, len(q))), np.zeros(1)
     grid = Grid(q[None].copy(), none, none, zero, np.array([0, 0]), CHORDS)
     timed = TimedPath(grid, Profile(np.zeros(2), zero, zero, zero))

@@ -1,11 +1,11 @@
-"""Goes over from a motion that runs to another path.
+"""Switches from a running motion to another path.
 
-A motion within limits of jerk is a mean over a time w of one within limits of acceleration, its base. Up to a time t it depends
-on its base up to t + w alone. So the base is cut there, and goes on along a new path with the velocity that it has: the
-acceleration of a base may jump, and its mean is as smooth after t as before.
+A jerk-limited motion is the moving average, over a time w, of a base motion with limited acceleration. Up to a time t it depends
+on its base only up to t + w. So the base is cut at t + w, and continues along a new path with its current velocity. The
+acceleration of a base may jump; the moving average stays smooth.
 
-It goes straight on, for the distance that it needs, and turns from there into the new path. Where that is not free it brakes to a
-stop along its own path, and goes from there into the new one, by way of its start if need be.
+The motion first continues straight for the distance that it needs, and then turns to the new path. If that is not free, it brakes
+to a stop along its own path. From the stop it goes to the new path, if necessary via the path's start.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from ulna.planning.spline_trajectory import Splined
 from ulna.planning.timing import N_PHASES, Limits, Moment, Profile, Speeds, TimedPath, fastest, grid_of
 
 Array = NDArray[np.float64]
-_BLEND = 0.1  # [rad]: of a corner of the plan, as that of a trajectory
-_STANDS = 1e-9  # [1/s]: a speed below it is none
-_AT_STOP = 1e-9  # [s]: nearer to a stop, a motion is at it
-_SHARES = 1.0, 0.7, 0.5, 0.35, 0.2  # of the acceleration
-_ALONG_ITS_OWN = 1.02, 2.0, 4.0  # of the distance in which a motion straight on would stop
-_ON_LIMIT = 1 + 5e-10  # of the acceleration: a motion that is at its limit is within it by rounding
-_PARTS = 64  # of each phase: a mean over part of a long interval is the small difference of large areas
-_ROUNDED = 1 + 1e-6  # of the window, which is as much longer than the limits of jerk need
+_BLEND = 0.1  # [rad]: blend of a corner of the plan, as in ``Plan.trajectory``
+_STANDS = 1e-9  # [1/s]: a smaller speed counts as rest
+_AT_STOP = 1e-9  # [s]: a time nearer to a stop counts as the stop
+_SHARES = 1.0, 0.7, 0.5, 0.35, 0.2  # shares of the acceleration that are tried
+_ALONG_ITS_OWN = 1.02, 2.0, 4.0  # braking distances along the own path, as multiples of the straight one
+_ON_LIMIT = 1 + 5e-10  # factor of the acceleration: a motion at its limit stays within it despite rounding
+_PARTS = 64  # intervals per phase: averages over parts of long intervals would lose digits by cancellation
+_ROUNDED = 1 + 1e-6  # tolerance of the window's length relative to the jerk limits
 
 
 @dataclass(frozen=True, eq=False)
 class Continued:
-    """A motion up to one of its stops, and from there on another one."""
+    """A motion up to its end at rest, followed by another motion."""
 
     first: Timed
     then: Timed
@@ -57,12 +57,12 @@ class Continued:
 
     @property
     def times(self) -> Array:
-        """When its jerk changes [s]."""
+        """The times at which the jerk changes [s]."""
         return np.concatenate([self.first.times[:-1], self.first.duration + self.then.times])
 
     @property
     def rests(self) -> Array:
-        """When it is at rest [s]."""
+        """The times at rest [s]."""
         return np.concatenate([self.first.rests[:-1], self.first.duration + self.then.rests])
 
     def at(self, t: Array) -> Moment:
@@ -72,18 +72,18 @@ class Continued:
         return Moment(*(np.where((t < until)[..., None], *both) for both in zip(early, late, strict=True)))
 
     def slowed(self, factor: float) -> Continued:
-        """The motion passed slower: at time t where this one is at ``factor`` t."""
+        """A slower motion: at time t it is where this one is at ``factor`` t."""
         return Continued(self.first.slowed(factor), self.then.slowed(factor))
 
     def farthest(self, since: float) -> Farthest:
-        """Where it is farthest from a time on."""
+        """The extreme positions from a time on."""
         until = self.first.duration
         later = self.then.farthest(max(since - until, 0.0))
         later = later._replace(times=later.times + until)
         return later if since >= until else self.first.farthest(since).joined(later)
 
     def edges_since(self, t: float) -> tuple[Array, Array]:
-        """The motion from a time on as straight edges, and how far it lies beside each."""
+        """The motion from a time on as straight edges, and its largest distance from each."""
         if t >= self.first.duration:
             return self.then.edges_since(t - self.first.duration)
         (early, late), (beside, others) = zip(self.first.edges_since(t), self.then.edges_since(0.0), strict=True)
@@ -94,15 +94,15 @@ Timed = TimedPath | JerkLimited | Continued | Splined
 
 
 def is_from_file(timed: Timed) -> bool:
-    """Whether a motion, or a part of it, is one of polynomials, as those of files are."""
+    """Whether a motion, or a part of it, is a spline read from a file."""
     return is_from_file(timed.first) or is_from_file(timed.then) if isinstance(timed, Continued) else isinstance(timed, Splined)
 
 
 def replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed:
-    """The motion up to a time, and then along a path, shape (n, n_dof), which begins where the motion is then.
+    """The motion up to a time, and from there along a path, shape (n, n_dof), that begins at its position.
 
     Raises:
-        InputError: No way into the path is free.
+        InputError: No transition to the path is free.
     """
     found = _replaced(timed, path if len(path) > 1 else np.repeat(path, 2, axis=0), at, limits, is_free)
     if found is None:
@@ -115,7 +115,7 @@ def replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFr
 
 
 def _replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed | None:
-    """``replaced``; None if no way into the path is free."""
+    """``replaced``; None if no transition to the path is free."""
     begin = timed.at(np.array(0.0))
     if at <= _AT_STOP and np.linalg.norm(begin.qd) <= _STANDS:
         return _from_rest(begin.q, path, limits, is_free)
@@ -139,7 +139,7 @@ def _replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsF
 
 
 def _from_rest_to_rest(motion: TimedPath, first: int, last: int) -> TimedPath:
-    """The part of a motion between two of its rests."""
+    """The part of a motion between two of its stops."""
     i, k = motion.grid.borders[[first, last]].tolist()
     starts, slopes, bends, steps = (each[i:k] for each in motion.grid[:4])
     times, *rates = motion.profile
@@ -148,7 +148,7 @@ def _from_rest_to_rest(motion: TimedPath, first: int, last: int) -> TimedPath:
 
 
 def _from_rest(q: Array, path: Array, limits: Limits, is_free: IsFree) -> TimedPath | JerkLimited | None:
-    """The motion from rest at q into a path, or by way of its start."""
+    """A motion from rest at q to a path's second point, or via its start; None if neither is free."""
     for points in (without_equal(np.stack([q, *path[1:]])), without_equal(np.stack([q, *path]))):
         if len(points) > 1:
             lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
@@ -159,7 +159,7 @@ def _from_rest(q: Array, path: Array, limits: Limits, is_free: IsFree) -> TimedP
 
 
 def _turned_on_line(line: TimedPath, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed | None:
-    """The motion that leaves a line in seven phases, or goes on to its end, where it stops in any case, and from there."""
+    """A transition from a line with seven phases, before its end or from the stop at its end."""
     turned = _turned(line, path, at, limits, is_free)
     if turned is not None or not is_motion_free(is_free, line, at):
         return turned
@@ -170,10 +170,10 @@ def _turned_on_line(line: TimedPath, path: Array, at: float, limits: Limits, is_
 def _turned(
     timed: TimedPath | JerkLimited, path: Array, at: float, limits: Limits, is_free: IsFree
 ) -> TimedPath | JerkLimited | None:
-    """The motion that leaves one while it moves, or passes its corners."""
+    """A transition from a moving motion: straight on, or after braking along its own path; None if none is free."""
     base, window = _base_of(timed)
     stops: list[tuple[TimedPath, list[Grid]]] | None = None
-    rest = is_free._replace(caps=())  # ``_going_on`` has looked at the hands
+    rest = is_free._replace(caps=())  # ``_going_on`` checks the limits of hands
     for share in _SHARES:
         for way in _straight_on(base, at + window, path, window, share * limits.acceleration, is_free):
             motion = _going_on(base, window, at, way, share, limits, is_free)
@@ -190,24 +190,24 @@ def _turned(
 
 
 class _Way(NamedTuple):
-    """How a base may go on."""
+    """A continuation of a base motion."""
 
     grid: Grid
     speed: float
-    """At its start, ds/dt."""
+    """The speed at its start, ds/dt."""
     slow: int = 0
-    """How many intervals of it are passed no faster than that."""
+    """The number of first intervals in which the speed must not exceed ``speed``."""
 
 
 def _straight_on(
     base: TimedPath, time: float, path: Array, window: float, acceleration: Array, is_free: IsFree
 ) -> Iterator[_Way]:
-    """The ways from a base at a time straight on and into a path."""
+    """Yield continuations of a base from a time: straight on, and then to a path."""
     begin = base.at(np.array(time))
     speed = float(np.linalg.norm(begin.qd))
     for more in STRAIGHT_ON if speed > _STANDS else ():
         along = begin.qd / speed
-        # the acceleration does not change twice within the window
+        # the window's length is added, so that the acceleration does not change twice within it
         ahead = more * _stopping_distance(begin, acceleration, is_free.caps) + speed * window
         points = [begin.q, begin.q + ahead * along, *path[1:]]
         for grid in _along(points, max(_BLEND, ahead), is_free):
@@ -217,14 +217,14 @@ def _straight_on(
 
 
 def _stopping_distance(begin: Moment, acceleration: Array, caps: tuple[PathLimit, ...]) -> float:
-    """The distance in which a motion straight on stops within limits of acceleration, and about those of hands."""
+    """The straight braking distance within limits of acceleration, and approximately within limits of hands."""
     speed = float(np.linalg.norm(begin.qd))
     own = stopping_distance(begin.qd / speed, speed, acceleration)
     return max(own, *(cap.stopping_distance(begin.q, begin.qd) for cap in caps)) if caps else own
 
 
 def _along(points: list[Array], blend: float, is_free: IsFree) -> list[Grid]:
-    """The path along points whose corners are rounded where that is free; none if they are equal."""
+    """The path along points, with corners rounded where that is free; an empty list if the points are equal."""
     path = without_equal(np.stack(points))
     if len(path) == 1:
         return []
@@ -235,7 +235,10 @@ def _along(points: list[Array], blend: float, is_free: IsFree) -> list[Grid]:
 def _stops(
     base: TimedPath, window: float, at: float, path: Array, limits: Limits, is_free: IsFree
 ) -> Iterator[tuple[TimedPath, list[Grid]]]:
-    """The bases that brake along their own path and rest, and the ways from there into a path: the last goes back."""
+    """Yield bases that brake to a stop along their own path, each with the continuations from there to a path.
+
+    The last continuations go back along the own path.
+    """
     begin = base.at(np.array(at + window))
     speed = float(np.linalg.norm(begin.qd))
     if speed <= _STANDS:
@@ -259,23 +262,23 @@ def _stops(
 
 
 def _left_of(motion: TimedPath, time: float) -> tuple[Grid, float]:
-    """What is left of the path from a time to where the motion rests next, and how fast it is passed then, ds/dt."""
+    """The rest of the path from a time to the next stop, and the speed at that time, ds/dt."""
     (starts, slopes, bends, steps, borders, chords), i = motion.grid, int(motion.interval_at(np.array(time)))
     profile, after = motion.profile, time - motion.times[i]
     s = (0.5 * profile.accelerations[i] * after + profile.speeds[i]) * after
-    k = next(iter(borders[borders > i].tolist()), len(steps))  # where it moves at its end, up to there
+    k = next(iter(borders[borders > i].tolist()), len(steps))  # up to the end if the motion does not stop there
     rows = [each[i:k].copy() for each in (starts, slopes, bends, steps)]
     rows[0][0] += s * (slopes[i] + 0.5 * s * bends[i])
     rows[1][0] += s * bends[i]
     rows[3][0] -= s
-    moving = rows[3] > 0.0  # nor a rest, nor what rounding leaves of an interval
+    moving = rows[3] > 0.0  # excludes rests and rounding of a cut interval
     starts, slopes, bends, steps = (each[moving] for each in rows)
     path = Grid(starts, slopes, bends, steps, np.array([0, len(steps)]), chords)
     return path, float(profile.speeds[i] + profile.accelerations[i] * after)
 
 
 def _up_to(path: Grid, length: float) -> Grid:
-    """The path up to a length, if it is that long."""
+    """The path cut at a length; the whole path if it is shorter."""
     ends = np.cumsum(path.steps)
     n = min(int(np.searchsorted(ends, length)) + 1, len(ends))
     starts, slopes, bends, steps = (each[:n].copy() for each in path[:4])
@@ -284,7 +287,7 @@ def _up_to(path: Grid, length: float) -> Grid:
 
 
 def _backwards(path: Grid) -> Grid:
-    """The path from its end to its start."""
+    """The reversed path."""
     starts, slopes, bends, steps, borders, chords = path
     s = steps[:, None]
     ends = starts + s * (slopes + 0.5 * s * bends), -(slopes + s * bends)
@@ -293,16 +296,17 @@ def _backwards(path: Grid) -> Grid:
 
 
 def _joined_grids(first: Grid, then: Grid) -> Grid:
-    """One path and then another, with a stop between them."""
+    """Join two paths, with a stop between them."""
     starts, slopes, bends, steps = (np.concatenate([early, late]) for early, late in zip(first[:4], then[:4], strict=True))
     borders = np.concatenate([first.borders[:-1], then.borders + len(first.steps)])
     return Grid(starts, slopes, bends, steps, borders, max(first.chords, then.chords))
 
 
 def _base_of(timed: TimedPath | JerkLimited) -> tuple[TimedPath, float]:
-    """The base of a motion, and the time w over which the motion is its mean; 0 for the motion itself.
+    """The base of a motion, and the window of the moving average.
 
-    A motion along a line in seven phases is the mean of one in three, over the time in which its acceleration grows.
+    Without a jerk limit they are the motion itself and 0. A motion along a line in seven phases is the moving average of one in
+    three phases, over the time of constant jerk.
     """
     if isinstance(timed, JerkLimited):
         return timed.base, timed.window
@@ -327,9 +331,9 @@ def _base_of(timed: TimedPath | JerkLimited) -> tuple[TimedPath, float]:
 def _going_on(
     base: TimedPath, window: float, at: float, way: _Way, share: float, limits: Limits, is_free: IsFree
 ) -> TimedPath | JerkLimited | None:
-    """The base up to at + window and then along a way, and its mean; None if it cannot be within the limits, of hands too."""
+    """The moving average of the base up to at + window and a continuation; None if it exceeds limits."""
     caps = is_free.caps
-    narrower = caps if limits.jerk is None else tuple(cap.gentler(share) for cap in caps)  # as joints are, for the window
+    narrower = caps if limits.jerk is None else tuple(cap.gentler(share) for cap in caps)  # like joints, for the window
     for _ in range(MAX_TIMES if caps else 1):
         motion = _with_mean(base, window, at, way, limits._replace(acceleration=share * limits.acceleration), narrower)
         peaks = () if motion is None else peaks_of(motion, caps, at)
@@ -354,14 +358,14 @@ def _with_mean(
 
 
 def _with_later_pauses(motion: TimedPath, pause: float) -> TimedPath:
-    """The motion with a rest of so long [s] at each stop and at its end, but none at its start."""
+    """The motion with a pause [s] at each stop and at its end, but none at its start."""
     (starts, slopes, bends, steps, borders, chords), profile = with_pauses(motion, pause)
     path = Grid(starts[1:], slopes[1:], bends[1:], steps[1:], np.concatenate([[0], borders[1:] - 1]), chords)
     return TimedPath(path, Profile(profile.times[1:] - pause, *(rows[1:] for rows in profile[1:])))
 
 
 def _joined(first: TimedPath, until: float, then: TimedPath) -> TimedPath:
-    """The first motion up to a time, and then the other, which begins where that is."""
+    """The first motion up to a time, followed by another motion that begins there."""
     i = int(first.interval_at(np.array(until)))
     after = until - first.times[i]
     step = (0.5 * first.profile.accelerations[i] * after + first.profile.speeds[i]) * after
