@@ -1,4 +1,4 @@
-"""Holds what a tick of a servo commands, and says what limits it."""
+"""Defines the command of a servo's tick: the state to reach, its status, and the limit that holds it."""
 
 from enum import StrEnum
 from typing import NamedTuple
@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 
 
 class CommandStatus(StrEnum):
-    """What a tick of a servo was."""
+    """Status of a tick: whether the arm follows its goal, and if not, the kind of limit."""
 
     FOLLOWING = "following"
     LIMITED_BY_POSITION = "limited by position"
@@ -28,17 +28,18 @@ class CommandStatus(StrEnum):
 
 
 class Limiting(NamedTuple):
-    """What limits a command.
+    """Joint, pair of shapes or object that limits a command.
 
     Attributes:
-        joint: The entry of q that is at a limit, or farthest off its command, by its joint's name; None if none is.
-        pair: The names of the two shapes, or of a shape and an object, that are near; None if none are.
-        distance: Of that pair, where the certified stop ended before this tick, or in collision where the arm was [m]; None
-            without one.
-        share: How much of the way from the certified stop's velocity to the velocity found was certified, 0 to 1.
-        too_fast: An object that moved faster than its stated speed before this tick; None if none did.
-        bounded: Whether so many solids are near a shape that only some were measured, and the others bounded: as where a cloud
-            holds points of the arm itself. What was certified is certified all the same; the arm may move less than it could.
+        joint: Name of the joint that is at a limit, or farthest off its command; None if no joint limits the arm.
+        pair: Names of two shapes, or of a shape and an object, that are near each other; None without such a pair.
+        distance: Distance of this pair [m]; None without a pair. It is measured in the configuration in which the arm would
+            have come to rest before this tick. In collision it is measured where the arm was.
+        share: Share of the velocity change that was certified, 0 to 1. The change is that from the braking trajectory's
+            velocity to the one that the quadratic program found.
+        too_fast: Name of an object that moved faster than its stated speed before this tick; None without one.
+        bounded: Whether only some of the solids near a shape were measured, and the others bounded. This happens where a cloud
+            contains points of the arm itself. Certificates stay valid, but the arm may move less than it could.
     """
 
     joint: str | None
@@ -50,16 +51,16 @@ class Limiting(NamedTuple):
 
 
 class Command(NamedTuple):
-    """What a tick of a servo commands: the state at the end of the tick, to be reached with constant acceleration.
+    """Command of a servo's tick: the state at the end of the tick.
 
-    Of a servo with a limit of jerk it is to be reached with constant jerk.
+    The arm reaches it with constant acceleration, or with constant jerk if the servo limits the jerk.
 
     Attributes:
         q: Joint positions [rad or m], shape (n_dof,).
         qd: Joint velocities [rad/s or m/s], shape (n_dof,).
-        qdd: Joint accelerations in the tick [rad/s^2 or m/s^2], shape (n_dof,); with a limit of jerk those at its end.
-        status: What the tick was.
-        limiting: What limits it.
+        qdd: Joint accelerations during the tick [rad/s^2 or m/s^2], shape (n_dof,). With a limit of jerk: at its end.
+        status: Status of the tick.
+        limiting: Joint, pair or object that limits the arm.
     """
 
     q: Array
@@ -80,4 +81,4 @@ class Command(NamedTuple):
 
 
 STATUS_OF = tuple(CommandStatus)
-"""By the numbers of ``servo_records``, in their order."""
+"""Statuses in the order of their numbers in ``servo_records``."""

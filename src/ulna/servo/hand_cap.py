@@ -1,7 +1,7 @@
-"""Keeps hands within their speeds in a tick of a servo, and in the full stop after it, at all times.
+"""Checks that hands keep their speed limits in a tick of a servo and along its braking trajectory.
 
-A tick and its stop are pieces of time in which each acceleration is linear. The stop that is certified keeps the speeds already.
-So a tick is taken only if it and its own stop keep them; else the certified stop goes on, which keeps them too.
+The limits hold at all times. A tick and its braking trajectory consist of pieces with constant jerk. A tick is accepted only if
+all its pieces keep the limits. Otherwise the arm follows its certified braking trajectory, which keeps them already.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from ulna.planning.hand import Hand, HandLimits, as_hands
 from ulna.servo.servo_state import ServoState
 
 Array = NDArray[np.float64]
-_WITHIN = 0.995  # of a limit, of the velocity that a tick aims at: the rest is for the bound between samples
-_PRECISION = 0.003  # of a limit, of that bound
-_MAX_SAMPLES = 40  # of a piece
+_AIM = 0.995  # share of a limit that a tick aims at; the rest is a margin for the bound between samples
+_PRECISION = 0.003  # precision of the bound between samples, as a share of the limit
+_MAX_SAMPLES = 40  # per piece
 _QUANTITIES = "speed", "angular_speed"
 
 
 class Pieces(NamedTuple):
-    """Pieces of time with constant jerk: the state at the start of each, shape (k, n_dof), and its duration [s], shape (k, 1)."""
+    """Pieces of time with constant jerk: states at their starts, shape (k, n_dof), and durations [s], shape (k, 1)."""
 
     q: Array
     qd: Array
@@ -37,11 +37,11 @@ class Pieces(NamedTuple):
 
 
 def as_capped(hand: HandLimits | Iterable[HandLimits] | None, tree: Tree) -> tuple[Hand, ...]:
-    """The hands whose speeds a servo keeps.
+    """Convert the limits of hands that a servo is given.
 
     Raises:
-        InputError: One limits an acceleration, or cannot be taken (``planning.hand.as_hands``).
-        UnknownNameError: There is no such link.
+        InputError: The limits of a hand include an acceleration, or are invalid (``planning.hand.as_hands``).
+        UnknownNameError: The robot has no such link.
     """
     hands = as_hands(hand, tree)
     if any(one.limits.acceleration is not None for one in hands):
@@ -50,28 +50,29 @@ def as_capped(hand: HandLimits | Iterable[HandLimits] | None, tree: Tree) -> tup
 
 
 def are_slow(hands: Iterable[Hand], pieces: Pieces) -> bool:
-    """Whether hands certainly keep their speeds in some pieces."""
+    """Whether all hands certainly keep their speed limits in some pieces."""
     return all(_is_slow(hand, pieces) for hand in hands)
 
 
 def share_of(hands: Iterable[Hand], q: Array, stop: Array, found: Array) -> float:
-    """The greatest share of the way from one velocity to another with which hands, at q, are within their speeds; 0 for none."""
+    """Largest share of the velocity change from ``stop`` to ``found`` with which hands at q keep their limits."""
     share = 1.0
     for hand in hands:
         for quantity, *moved in zip(
             _QUANTITIES, hand.moved(q[None], stop[None]), hand.moved(q[None], (found - stop)[None]), strict=True
         ):
             (first,), (way,) = moved
-            a, b, c = way @ way, first @ way, first @ first - (_WITHIN * hand.limit(quantity)) ** 2
+            a, b, c = way @ way, first @ way, first @ first - (_AIM * hand.limit(quantity)) ** 2
             if a + 2.0 * b + c > 0.0:
                 share = min(share, max((-b + np.sqrt(max(b * b - a * c, 0.0))) / max(a, 1e-300), 0.0) if c < 0.0 else 0.0)
     return share
 
 
 def pieces_of(before: Records[JointState] | None, after: ServoState, settings: Records[ServoSettings]) -> Pieces:
-    """A tick and the stop after it: two pieces, or with a limit of jerk the tick, the bend, the constant deceleration, the end.
+    """Split a tick and the braking trajectory after it into pieces of constant jerk.
 
-    The formulas: ``kernels.servo.braking`` and ``kernels.servo.ramped_stop``.
+    Without a limit of jerk they are two: the tick and the stop. With one they are four: the tick, the bend, the constant
+    deceleration and the ramp down. The formulas are those of ``kernels.servo.braking`` and ``kernels.servo.ramped_stop``.
     """
     joints, counters, h, m = after.joints, after.counters[0], settings[0].period, settings[0].ramp
     begun: list[tuple[Array, ...]] = []
@@ -97,9 +98,9 @@ def pieces_of(before: Records[JointState] | None, after: ServoState, settings: R
 
 
 def _is_slow(hand: Hand, pieces: Pieces) -> bool:
-    """Whether a hand certainly keeps its speeds in some pieces: between two samples its velocity is near their chord."""
+    """Whether a hand certainly keeps its speed limits: by samples, with a bound on the error of their chords."""
     q, qd, qdd, jerk, steps = pieces
-    bend, end = qd + 0.5 * steps * qdd, qd + steps * (qdd + 0.5 * steps * jerk)  # with qd Bernstein's coefficients
+    bend, end = qd + 0.5 * steps * qdd, qd + steps * (qdd + 0.5 * steps * jerk)  # with qd, the Bernstein coefficients
     fastest = np.maximum(np.maximum(np.abs(qd), np.abs(bend)), np.abs(end))
     extents = (np.abs(q) + steps * fastest).max(axis=0)
     rates = hand.rates(extents, fastest, np.maximum(np.abs(qdd), np.abs(qdd + steps * jerk)), np.abs(jerk))

@@ -1,7 +1,7 @@
-"""Keeps torques, and how fast they change, within the limits of motors in a tick of a servo, and in the full stop after it.
+"""Checks torques and their rates against the limits of motors, in a tick of a servo and its stop.
 
-A tick and its stop are pieces of time with constant jerks (``hand_cap.Pieces``). Torques are judged at samples of these, with a
-share of each limit to spare. So are the rates of torque: the difference of two samples by the time between them.
+A tick and its braking trajectory consist of pieces with constant jerk (``hand_cap.Pieces``). Torques are checked at samples, with
+a margin of each limit. The rate of a torque is the difference of two samples, divided by the time between them.
 """
 
 from __future__ import annotations
@@ -19,28 +19,28 @@ from ulna.planning.motors import MARGIN, Motors
 from ulna.servo.hand_cap import Pieces
 
 Array = NDArray[np.float64]
-_APART = 0.01  # [s]: two samples of a stop
-_RATE_MARGIN = 0.02  # of a limit of the rate: what it may be beyond its mean between two samples
-_MIN_SHARE = 1e-3  # of accelerations: a servo without any would not brake
-_MIN_SAMPLES, _MAX_SAMPLES = 3, 40  # of a piece, with its ends
-_PLACES = 200  # random configurations, at which the mass matrix is looked at
-_OF_RATE = 0.75  # of a limit of the rate, for jerks: the rest is for what motion adds
-_INSTANT = 1e-4  # [s]: in which the rate of torque is looked at that a motion has of itself
+_SAMPLE_TIME = 0.01  # [s], between two samples of a stop
+_RATE_MARGIN = 0.02  # share of a rate limit: a rate may exceed its mean between two samples
+_MIN_SHARE = 1e-3  # of accelerations: without any acceleration a servo could not brake
+_MIN_SAMPLES, _MAX_SAMPLES = 3, 40  # per piece, including its ends
+_N_CONFIGURATIONS = 200  # random ones, for the largest inertias
+_JERK_SHARE = 0.75  # share of a rate limit for jerks; the rest is for the rate that the motion itself causes
+_INSTANT = 1e-4  # [s]: time step of the difference for the rate of torque that the motion itself causes
 
 
 class Reach(NamedTuple):
-    """The torques that the motors may have at the end of a tick, from ``low`` to ``high`` [Nm or N], shape (n_dof,) each."""
+    """Range of torques that the motors can reach at the end of a tick [Nm or N], shape (n_dof,) each."""
 
     low: Array
     high: Array
 
     def load(self, torque: Array) -> Array:
-        """Torques as shares of the way from the middle to an end; 0 where nothing limits them."""
+        """Distance of torques from the middle of the range, 1 at its ends; 0 where nothing limits them."""
         with np.errstate(invalid="ignore"):
             return np.nan_to_num(np.abs(torque - 0.5 * (self.low + self.high)) / (0.5 * (self.high - self.low)), nan=0.0)
 
     def share(self, first: Array, last: Array) -> float:
-        """The greatest share of the way from some torques to others that the motors reach."""
+        """Largest share of a change of torques, from ``first`` to ``last``, that the motors can reach."""
         with np.errstate(divide="ignore", invalid="ignore"):
             rising, falling = (self.high - first) / (last - first), (first - self.low) / (first - last)
             shares = np.where(last > first, rising, np.where(last < first, falling, 1.0))
@@ -48,7 +48,7 @@ class Reach(NamedTuple):
 
 
 def reach_of(motors: Motors, now: Records[JointState] | None, period: float) -> Reach:
-    """What the motors may reach in a tick: of that which they may have, what is near enough to their torques now."""
+    """Compute the torques that motors can reach in a tick: within their limits, and near enough to their torques now."""
     most = (1.0 - MARGIN) * motors.most
     if now is None or not motors.limits_rates:
         return Reach(-most, most)
@@ -57,9 +57,9 @@ def reach_of(motors: Motors, now: Records[JointState] | None, period: float) -> 
 
 
 def are_driven(motors: Motors, pieces: Pieces) -> bool:
-    """Whether the torques of some pieces, and their rates, are within the limits."""
+    """Whether the torques of some pieces and their rates are within the limits."""
     q, qd, qdd, jerk, steps = pieces
-    count = int(np.clip(np.ceil(steps.max() / _APART), _MIN_SAMPLES, _MAX_SAMPLES))
+    count = int(np.clip(np.ceil(steps.max() / _SAMPLE_TIME), _MIN_SAMPLES, _MAX_SAMPLES))
     t = np.linspace(0.0, 1.0, count)[:, None, None] * steps
     at = q + t * (qd + t * (qdd / 2.0 + t * jerk / 6.0)), qd + t * (qdd + t * jerk / 2.0), qdd + t * jerk
     torques = motors.torques(*at)
@@ -71,10 +71,9 @@ def are_driven(motors: Motors, pieces: Pieces) -> bool:
 
 
 def share_of_accelerations(motors: Motors, now: Records[JointState], accelerations: Array, jerks: Array) -> tuple[float, int]:
-    """The share of some accelerations and jerks with which the motors keep their limits, and which motor sets it.
+    """Share of some accelerations and jerks that the motors can drive, and the entry of q whose motor limits it.
 
-    By |M| a and |M| j, with the mass matrix M, whatever the signs are. So an arm that turns from speeding up to its stop finds
-    torques for both.
+    The bounds are |M| a and |M| j with the mass matrix M, so they hold for all signs: an arm that accelerates can also brake.
     """
     q, qd, still = now["q"], now["qd"], np.zeros_like(now["q"])
     masses, carried = np.abs(motors.dynamics.mass_matrix(q, None)), np.abs(motors.torques(q, qd, still))
@@ -91,12 +90,12 @@ def share_of_accelerations(motors: Motors, now: Records[JointState], acceleratio
 
 
 def driven_jerks(motors: Motors, tree: Tree, jerks: Array) -> Array:
-    """The jerks that each motor can drive alone, with the largest inertia at its joint, where these are below those given.
+    """Lower some jerks to those that each motor can drive alone, with the largest inertia at its joint.
 
-    The more a joint's jerk is limited, the longer its accelerations take to begin. What joints do together, and what motion adds,
-    is left to each tick.
+    A lower jerk makes accelerations take longer to build up. So torques that several joints or the motion cause are left to the
+    check of each tick.
     """
-    masses = motors.dynamics.mass_matrix(uniform_positions(tree, _PLACES, 0), None)
+    masses = motors.dynamics.mass_matrix(uniform_positions(tree, _N_CONFIGURATIONS, 0), None)
     most = np.diagonal(masses, axis1=-2, axis2=-1).max(axis=0)
     with np.errstate(divide="ignore"):
-        return np.minimum(jerks, _OF_RATE * motors.most_rate / most)
+        return np.minimum(jerks, _JERK_SHARE * motors.most_rate / most)

@@ -1,4 +1,4 @@
-"""Steers an arm tick by tick: each command, and a full stop after it, is certified free (``servo.entries.tick``)."""
+"""Steers an arm tick by tick: each command is certified together with a full stop after it (``servo.entries.tick``)."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from time import perf_counter
@@ -57,19 +57,19 @@ from ulna.servo.motor_cap import are_driven, driven_jerks, reach_of, share_of_ac
 from ulna.servo.servo_state import ROUNDING, ServoState
 
 Array = NDArray[np.float64]
-WITHIN = 1 - 1e-6  # of the limits of velocity and acceleration, so that differences of commands keep them too
-_LONGEST_RAMP = 0.1  # [s]: no acceleration is used that the limit of jerk lets begin in no less, so that a full stop is not long
-_ROOM = 0.25  # of the way of one tick of acceleration: beside a motion, certified too, so that there is a way out of every rest
-_SLOWEST, _FASTEST = 1e-3, 1e5  # [1/s]: of more ticks a second the differences of commands are rounding
+WITHIN = 1 - 1e-6  # share of the limits of velocity and acceleration, so that differences of commands keep them too
+_MAX_RAMP = 0.1  # [s], to reach an acceleration within the limit of jerk: bounds the duration of a full stop
+ESCAPE_MARGIN = 0.25  # share of one tick's travel at full acceleration: certified beside motions, so the arm can leave a stop
+_MIN_RATE, _MAX_RATE = 1e-3, 1e5  # [Hz]: at higher rates the differences of commands are rounding errors
 _DAMPING = 0.01
 _STILL, _NO_HANDS = np.zeros(6), HandGoal.records(0)
-_PULL = 1.0  # [1/s]: towards a posture
-_WEIGHTS = 1e-3, 1e3  # the least and the greatest of a hand
+_PULL = 1.0  # [1/s]: rate of the pull towards the posture
+_MIN_WEIGHT, _MAX_WEIGHT = 1e-3, 1e3  # of a hand
 Goal = ArrayLike | Mapping[str, ArrayLike | None]
 
 
 class Request(NamedTuple):
-    """The options of a servo as they are given; see ``Robot.servo``."""
+    """Options of a servo, unvalidated; see ``Robot.servo``."""
 
     rate: float
     link: str | Sequence[str] | None
@@ -89,30 +89,30 @@ class Request(NamedTuple):
 
 
 class _Drivable(NamedTuple):
-    """The limits of joints that the motors allow in one tick, kept since a tick asks for them several times."""
+    """Limits of joints that the motors allow in one tick; cached, since a tick needs them several times."""
 
     of: ServoState
-    """The state before it."""
+    """State before the tick."""
     limits: Records[JointLimits]
     share: float
-    """The share of the accelerations."""
+    """Share of the accelerations that the motors allow."""
     motor: int
-    """The entry of q whose motor sets it."""
+    """Entry of q whose motor limits the share."""
 
 
 class Servo:
     """Steers an arm tick by tick; made by ``Robot.servo``. One thread at a time may use it.
 
-    The state is the last command. ``start`` sets it; each ``step`` moves it by one tick. One that is interrupted, as by Ctrl-C,
-    is done in whole or not at all.
+    The state is the last command. ``start`` sets it, and each ``step`` moves it by one tick. An interrupt such as Ctrl-C never
+    leaves a step half done.
     """
 
     def __init__(self, tree: Tree, checker: Checker, world: World | None, request: Request) -> None:
         """See ``Robot.servo``."""
         refuse_immovable(tree)
         n, group, velocity, self._capped = tree.n_dof, request.group, request.velocity, as_capped(request.hand, tree)
-        if not _SLOWEST <= positive("rate", request.rate) <= _FASTEST:
-            raise InputError("rate", f"{request.rate!r}; {_SLOWEST:g} to {_FASTEST:g} ticks a second are expected")
+        if not _MIN_RATE <= positive("rate", request.rate) <= _MAX_RATE:
+            raise InputError("rate", f"{request.rate!r}; {_MIN_RATE:g} to {_MAX_RATE:g} ticks a second are expected")
         clearance = as_number("clearance", request.clearance, 0.0, "a distance [m] of at least 0")
         aside = as_floats("tracking_error", request.tracking_error)
         if aside.shape not in {(), (n,)} or not ((aside >= 0) & (aside < np.inf)).all():
@@ -128,13 +128,13 @@ class Servo:
             advice = "velocity= gives one, where exporters wrote 0 for not known"
             raise InputError("robot", f"its description allows {slow} a velocity of 0, so a servo would never move; {advice}")
         speeds = as_limits("velocity", tree.velocity_limits if velocity is None else velocity, n, may_be_infinite=True)
-        own = np.where(tree.velocity_limits == 0.0, np.inf, tree.velocity_limits)  # 0 of a file is beside a given one no limit
+        own = np.where(tree.velocity_limits == 0.0, np.inf, tree.velocity_limits)  # a 0 in the file means unknown
         accelerations, jerks = _accelerations_of(tree, request.acceleration, request.jerk, still)
         tick = 1.0 / float(request.rate)
         self._motors, self._driven = as_motors(request.torque, tree, request.dynamics, request.torque_rate), None
         if self._motors is not None and self._motors.limits_rates:
             jerks = driven_jerks(self._motors, tree, accelerations / tick if jerks is None else jerks)
-        accelerations, ramp, least = _ramps(accelerations, jerks, tick)
+        accelerations, ramp, least = _ramp_of(accelerations, jerks, tick)
         self._tree, self._checker, self._world = tree, checker, world
         link = tip_of(group) if request.link is None and group is not None else request.link
         self._links: tuple[str, ...] = (
@@ -145,53 +145,53 @@ class Servo:
         limits["lower"], limits["upper"] = tree.least, tree.most
         limits["speed"] = np.where(still, 0.0, np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * own)))
         limits["acceleration"], limits["tracking_error"] = accelerations, aside
-        limits["jerk"], limits["room"] = 0.0 if jerks is None else jerks, np.where(still, 0.0, _ROOM * least)
+        limits["jerk"], limits["room"] = 0.0 if jerks is None else jerks, np.where(still, 0.0, ESCAPE_MARGIN * least)
         one = settings[0]
         one.period, one.clearance, one.damping, one.ramp, one.lag = tick, clearance, _DAMPING**2, ramp, tick * (1 + ramp)
         if request.posture is not None:
             limits["posture"], one.pull = as_configuration(request.posture, tree, "posture"), _PULL
         self._limits, self._settings = limits, settings
         self._refuse_changes()
-        # The goal and the report of a tick are read at once, and are no state.
+        # Goal and report of the current tick. They are not part of the state.
         self._goal_q, self._goal_qd, self._report = np.zeros(n), np.zeros(n), TickReport.records()
         self._names, self._now, self._worst = entry_names(tree), ServoState.unstarted(n), 0.0
 
     @property
     def q(self) -> Array:
-        """The joint positions of the last command [rad or m], shape (n_dof,)."""
+        """Joint positions of the last command [rad or m], shape (n_dof,)."""
         return self._now.joints["q"].copy()
 
     @property
     def qd(self) -> Array:
-        """The joint velocities of the last command [rad/s or m/s], shape (n_dof,)."""
+        """Joint velocities of the last command [rad/s or m/s], shape (n_dof,)."""
         return self._now.joints["qd"].copy()
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Those of the entries of q."""
+        """Name of the joint of each entry of q."""
         return tuple(self._names)
 
     @property
     def rate(self) -> float:
-        """Ticks a second [Hz]."""
+        """Ticks per second [Hz]."""
         return float(1.0 / self._settings[0].period)
 
     @property
     def limits(self) -> Limits:
-        """The greatest velocity, acceleration and jerk of each joint."""
+        """Limits of velocity, acceleration and jerk of each joint, as this servo uses them."""
         of = self._limits
         return Limits(of["speed"].copy(), of["acceleration"].copy(), of["jerk"].copy() if of["jerk"].any() else None)
 
     @property
     def certified_stop(self) -> tuple[Array, Array]:
-        """Where the arm rests if it stops from now on [rad or m], and no less than any speed on that way, shape (n_dof,) each."""
+        """Positions where the arm would come to rest [rad or m], and bounds of its speeds until then; each of shape (n_dof,)."""
         joints, settings = self._now.joints, self._settings[0]
         left = joints["qd"] + joints["qdd"] * settings.ramp * settings.period
         return joints["rest_q"].copy(), np.maximum(np.abs(joints["qd"]), np.abs(left))
 
     @property
     def stop_positions(self) -> Array:
-        """The commands of the stop from now on [rad or m], shape (n, n_dof): those of ``step()`` until the arm rests."""
+        """Positions of the braking trajectory from now on [rad or m], shape (n, n_dof): those of ``step()`` until rest."""
         joints, counters = copied(self._now.joints), copied(self._now.counters)
         positions = np.empty((max(counters[0].ticks - counters[0].done, 0), self._tree.n_dof))
         entries.write_stop_positions(joints, counters, self._settings, positions)
@@ -199,17 +199,17 @@ class Servo:
 
     @property
     def tracking_error(self) -> Array:
-        """How far each joint may be from its command [rad or m], shape (n_dof,)."""
+        """Largest certified deviation of each joint from its command [rad or m], shape (n_dof,)."""
         return self._limits["tracking_error"].copy()
 
     @property
     def ticks(self) -> int:
-        """How many ticks there were since the last ``start``."""
+        """Number of ticks since the last ``start``."""
         return self._now.ticks or 0
 
     @property
     def worst(self) -> float:
-        """How long the longest of them took to compute [s]; 0 before the first."""
+        """Longest computing time of a tick since ``start`` [s]; 0 before the first."""
         return self._worst
 
     def start(self, q: ArrayLike, qd: ArrayLike | None = None, *, lead_out: bool = False) -> Command:
@@ -218,16 +218,16 @@ class Servo:
         Args:
             q: Joint positions [rad or m], shape (n_dof,).
             qd: Joint velocities [rad/s or m/s], shape (n_dof,); at rest unless given.
-            lead_out: Whether to start also where the arm is not certainly free: then steps lead out of it, as where an object is
+            lead_out: Start even if the arm is not certainly free. The next steps then lead it out, as if an object had been
                 put into the arm.
 
         Returns:
             The state as a command.
 
         Raises:
-            InputError: The arm is beyond its limits, cannot stop within them, or is not certainly free until it rests, and is not
-                to be led out.
-            GeometryError: The robot has no collision shapes, or some that cannot be checked.
+            InputError: The arm is beyond its limits or cannot stop within them. Or it is not certainly free until it rests, and
+                ``lead_out`` is False.
+            GeometryError: The robot has no collision shapes, or shapes that cannot be checked.
         """
         lead_out, self._goal_q[:] = as_switch("lead_out", lead_out), as_configuration(q, self._tree, "q")
         self._goal_qd[:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
@@ -268,26 +268,27 @@ class Servo:
         frame: Frame | None = None,
         measured: ArrayLike | None = None,
     ) -> Command:
-        """The next command. At most one goal is given; without one the arm comes to rest by its certified stop.
+        """Compute the next command. Pass at most one goal; without a goal the arm follows its braking trajectory to rest.
 
-        So it does if it was measured farther off the last command than ``tracking_error``, with the status ``off the command``:
-        where it is nothing is certified. It goes on once it is measured near enough, or by ``start`` from where it is.
+        The arm also comes to rest if it was measured farther off its last command than ``tracking_error``, because nothing is
+        certified there. The status is then ``off the command``. The arm moves again once it is measured near enough, or after
+        ``start`` with the measured position.
 
         Args:
-            q: Where to go [rad or m], shape (n_dof,).
+            q: Joint positions to go to [rad or m], shape (n_dof,).
             velocity: Joint velocities [rad/s or m/s], shape (n_dof,).
-            twist: v [m/s] and w [rad/s] of the link, shape (6,); or by link, ``{"left_hand": twist}``.
-            pose: Where the link is to go, T_base_link, shape (4, 4); or by link. Of several hands some may be given poses, and
-                others twists. One that is not named stays where it is, as a twist of 0 does; one for which there is None is free.
-            expressed_in: The frame of the twists; see ``Robot.jacobian``.
-            frame: The frame of poses, and the axes of twists, instead of the base's: a link that stands still, such as ``"base"``
-                of a UR, or the frame's pose T_base_frame, shape (4, 4). It goes with ``expressed_in="base"``.
-            measured: Where the arm is now [rad or m], shape (n_dof,); not looked at unless given.
+            twist: v [m/s] and w [rad/s] of the link, shape (6,); or a dictionary by link, ``{"left_hand": twist}``.
+            pose: Goal pose of the link, T_base_link, shape (4, 4); or a dictionary by link. Some hands may have poses and others
+                twists. A hand that is not named gets a zero twist; a hand with None moves freely.
+            expressed_in: Frame of the twists; see ``Robot.jacobian``.
+            frame: Frame of poses, and axes of twists, instead of the base: a link that stands still, such as ``"base"`` of a UR,
+                or the frame's pose T_base_frame, shape (4, 4). It requires ``expressed_in="base"``.
+            measured: Measured positions of the arm [rad or m], shape (n_dof,); no check unless given.
 
         Raises:
-            InputError: Nothing was started, there are several goals, or one has another shape or an entry out of range. The state
-                is as it was: ``step()`` brings the arm to rest.
-            UnknownNameError: A goal names a link that is not one of the servo's.
+            InputError: The servo was not started, there are several goals, or a goal has a wrong shape or an entry out of range.
+                The state is unchanged: ``step()`` brings the arm to rest.
+            UnknownNameError: A goal names a link that the servo does not steer.
         """
         if self._now.ticks is None:
             raise InputError("step", "start(q) comes first")
@@ -317,7 +318,7 @@ class Servo:
         return command
 
     def _capped_tick(self, found: ServoState) -> ServoState:
-        """The state after a tick in which hands and motors keep their limits, which is reported where they limit it."""
+        """Compute a tick in which hands and motors keep their limits, and report the limit that holds it."""
         after = self._within_caps(found)
         if self._motors is not None and self._report[0].status == LIMITED_BY_ACCELERATION:
             driven = self._drivable(self._motors)
@@ -326,13 +327,13 @@ class Servo:
         return after
 
     def _within_caps(self, found: ServoState) -> ServoState:
-        """The state that was found, one that is slower, or that of the certified stop."""
+        """Return the state that was found, a slower one, or the next state of the braking trajectory."""
         now, settings, q = self._now.joints, self._settings, found.joints["q"]
         if found.counters[0].done > 0:
             return found
         ticks, lead = found.ticks or 0, settings[0].ramp * settings[0].period
         left = found.joints["qd"] + found.joints["qdd"] * lead
-        as_found = _moving(found)
+        as_found = _motion_of(found)
         slow = share_of(self._capped, q, np.zeros_like(left), left) == 1.0
         pieces = pieces_of(now, found, settings)
         driven = self._motors is None or are_driven(self._motors, pieces)
@@ -344,7 +345,7 @@ class Servo:
         most_loaded = None
         if self._motors is not None and not driven:
             reach = reach_of(self._motors, now, settings[0].period)
-            of_stopping, of_found = (self._motors.torques(q, *moving) for moving in (_moving(stopping), as_found))
+            of_stopping, of_found = (self._motors.torques(q, *moving) for moving in (_motion_of(stopping), as_found))
             share, most_loaded = min(share, reach.share(of_stopping, of_found)), int(reach.load(of_found).argmax())
         for smaller in (share, 0.5 * share) if share > 0.0 else ():
             self._goal_qd[:] = stop + smaller * (left - stop)
@@ -365,16 +366,16 @@ class Servo:
         return are_slow(self._capped, pieces) and (self._motors is None or are_driven(self._motors, pieces))
 
     def saved(self) -> ServoState:
-        """The state, for ``restore``."""
+        """Return the state, for ``restore``."""
         return self._now
 
     def restore(self, saved: ServoState) -> None:
-        """Take back the steps since a state was ``saved``: ``step()`` brakes from there.
+        """Go back to a state that ``saved`` returned; ``step()`` continues from there.
 
-        Where the world has changed since then, the stop is certified anew.
+        If the world has changed since then, the next step certifies the braking trajectory again.
 
         Raises:
-            InputError: It is not what ``saved`` of such a servo returned.
+            InputError: The argument is not a state that ``saved`` of such a servo returned.
         """
         now = self._now
         if not isinstance(saved, ServoState) or len(saved.joints) != len(now.joints):
@@ -386,14 +387,14 @@ class Servo:
         self._now = saved
 
     def _entry_off(self, measured: ArrayLike) -> int:
-        """The entry of q that was measured farthest off the last command, beyond what is certified; -1 if none was."""
+        """Find the entry of q that was measured farthest off the last command, beyond the tracking error; -1 for none."""
         where = as_configuration(measured, self._tree, "measured")
         apart = np.abs(where - self._now.joints["q"]) - self._limits["tracking_error"]
         farthest = int(apart.argmax())
         return farthest if apart[farthest] > ROUNDING else -1
 
     def __getstate__(self) -> dict[str, Any]:
-        """The state without the tables of robot and world, which ``__setstate__`` makes again: unpickled arrays are writable."""
+        """Return the state without the tables of robot and world, which ``__setstate__`` makes again as read-only arrays."""
         of = self._checker
         parts = of.description, of.tree, of.attached, of.given, of.found
         own = {"_goal_q": self._goal_q.copy(), "_goal_qd": self._goal_qd.copy(), "_report": copied(self._report)}
@@ -404,17 +405,17 @@ class Servo:
         self._refuse_changes()
 
     def _refuse_changes(self) -> None:
-        """Make the tables read-only that a tick only reads: it is compiled for such."""
+        """Make the constant tables read-only: a tick is compiled for read-only ones."""
         for table in (self._chains, self._limits, self._settings):
             table.setflags(write=False)
 
     def warm_up(self) -> None:
-        """Compile what a tick needs, or load it, so that no tick does: for a world of the kinds of shapes that it has now."""
+        """Compile or load all code that a tick needs, for the kinds of shapes in the world now."""
         after = self._run(REST, _NO_HANDS, 0)
         entries.write_stop_positions(after.joints, after.counters, self._settings, np.empty((0, self._tree.n_dof)))
 
     def _to_hands(self, twist: Goal | None, pose: Goal | None, axes: int, frame: Array | None) -> Records[HandGoal]:
-        """Goals of the hands, without those that are free. frame: T_base_frame, if they are stated in one."""
+        """Convert the goals of hands, without free hands. frame: T_base_frame, or None for the base."""
         twists, poses = self._by_link(twist, "twist"), self._by_link(pose, "pose")
         hands, is_given = copied(self._hands), []
         hands["frame"] = axes
@@ -432,7 +433,7 @@ class Servo:
         return hands if all(is_given) else hands[is_given]
 
     def _by_link(self, goal: Goal | None, name: str) -> Mapping[str, ArrayLike | None]:
-        """The goals of hands by link. One without a name is that of the only hand."""
+        """Return the goals of hands by link. A goal without a name belongs to the only hand."""
         if goal is None:
             return {}
         if isinstance(goal, Mapping):
@@ -445,11 +446,11 @@ class Servo:
         return dict.fromkeys(self._links, goal)
 
     def _name_of(self, name: str, link: str) -> str:
-        """How an error names the goal of a hand."""
+        """Name of a hand's goal in an error."""
         return name if len(self._links) == 1 else f"{name}[{link!r}]"
 
     def _run(self, mode: int, hands: Records[HandGoal], ticks: int) -> ServoState:
-        """The state after a tick in the world as it is now. It is the servo's once it is put in, by one assignment."""
+        """Compute the state after a tick in the current world. The caller makes it the servo's state, by one assignment."""
         scene, objects = self._checker.scene_and_objects(self._world)
         after = self._now.before_tick(objects, ticks)
         if mode == START:
@@ -463,7 +464,7 @@ class Servo:
         return after
 
     def _drivable(self, motors: Motors) -> _Drivable:
-        """The limits with accelerations that the motors can have at once, each either way, where the arm is."""
+        """Compute limits with accelerations, of any sign, that the motors can drive together in the current configuration."""
         if self._driven is None or self._driven.of is not self._now:
             limits, joints = self._limits.copy(), self._now.joints
             share, motor = share_of_accelerations(motors, joints, limits["acceleration"], limits["jerk"])
@@ -489,22 +490,23 @@ class Servo:
         return of.names[int(of.table[row, OBJECT])]
 
 
-def _moving(state: ServoState) -> tuple[Array, Array]:
-    """The velocity and the acceleration of a state."""
+def _motion_of(state: ServoState) -> tuple[Array, Array]:
+    """Velocity and acceleration of a state."""
     return state.joints["qd"], state.joints["qdd"]
 
 
 def _chains_and_hands(tree: Tree, links: Sequence[str], weights: ArrayLike | None) -> tuple[Array, Records[HandGoal]]:
-    """The chains of all hands, one after the other, and each hand's goal as far as it never changes."""
+    """Concatenate the chains of all hands, and fill in the constant fields of each hand's goal."""
     if not links or len(set(links)) < len(links):
         raise InputError("link", f"{links!r}; one link is expected, or several different ones")
     chains = [tree.chain(link) for link in links]
     hands = HandGoal.records(len(links))
     hands["end"] = np.cumsum([len(chain) for chain in chains])
     hands["first"][1:] = hands["end"][:-1]
-    given, (least, most) = as_floats("weights", 1.0 if weights is None else weights), _WEIGHTS
-    if given.shape not in {(), (len(links),)} or not ((given >= least) & (given <= most)).all():
-        raise InputError("weights", f"{weights!r}; a number from {least:g} to {most:g} for each of the links is expected")
+    given = as_floats("weights", 1.0 if weights is None else weights)
+    if given.shape not in {(), (len(links),)} or not ((given >= _MIN_WEIGHT) & (given <= _MAX_WEIGHT)).all():
+        expected = f"a number from {_MIN_WEIGHT:g} to {_MAX_WEIGHT:g} for each of the links is expected"
+        raise InputError("weights", f"{weights!r}; {expected}")
     hands["weight"] = given
     return np.concatenate(chains), hands
 
@@ -512,9 +514,9 @@ def _chains_and_hands(tree: Tree, links: Sequence[str], weights: ArrayLike | Non
 def _accelerations_of(
     tree: Tree, acceleration: ArrayLike | None, jerk: ArrayLike | None, still: NDArray[np.bool_]
 ) -> tuple[Array, Array | None]:
-    """The greatest accelerations and jerks, shape (n_dof,): those given, where they are below the description's.
+    """Combine the given limits of acceleration and jerk with those of the description, shape (n_dof,).
 
-    Joints that are ``still`` need none.
+    Joints that are ``still`` need no limits.
     """
     own, n = described_limits(tree), tree.n_dof
     most = np.where(still, own.acceleration[~still].max(), own.acceleration)
@@ -529,17 +531,17 @@ def _accelerations_of(
     return WITHIN * given, None if jerks is None else WITHIN * as_limits("jerk", jerks, n)
 
 
-def _ramps(accelerations: Array, jerks: Array | None, tick: float) -> tuple[Array, int, Array]:
-    """The accelerations that are used, the ticks that they take to begin, and how far the arm moves that begins to and stops.
+def _ramp_of(accelerations: Array, jerks: Array | None, tick: float) -> tuple[Array, int, Array]:
+    """Lower the accelerations to those reached within ``_MAX_RAMP``; compute the ticks of a ramp and the travel of one tick.
 
-    With limits of jerk the last is an eighth of that: shares of it are tried that are smaller by as much.
+    The travel includes the stop. With limits of jerk it is divided by 8, since the smallest share of a motion is 1/8.
     """
     if jerks is None:
         return accelerations, 0, accelerations * tick * tick
-    accelerations = np.minimum(accelerations, jerks * max(_LONGEST_RAMP, tick))
+    accelerations = np.minimum(accelerations, jerks * max(_MAX_RAMP, tick))
     ramp = max(1, int(np.ceil((accelerations / jerks).max() / tick - ROUNDING)))
     bend = 2 * ramp * tick
-    way = tick * tick / 6 + tick * bend / 2 + bend * bend / 3  # by the acceleration at the end of a tick
+    way = tick * tick / 6 + tick * bend / 2 + bend * bend / 3  # per acceleration at the end of a tick
     return accelerations, ramp, 0.125 * way * np.minimum(jerks * tick, accelerations)
 
 

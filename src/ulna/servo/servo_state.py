@@ -1,4 +1,4 @@
-"""Holds what a servo knows after a tick, and takes over a world that has changed."""
+"""Holds the state of a servo after a tick, and adapts it to a world that has changed."""
 
 from typing import NamedTuple, Self
 
@@ -10,21 +10,21 @@ from ulna.engine.records import Records, copied
 from ulna.kernels.servo.servo_records import JointState, MovingObject, StopCounters
 
 Array = NDArray[np.float64]
-ROUNDING = 1e-12  # [m, rad]: no object moved too fast by less, of which ``MOVED`` allows many; nor is the arm off its command
+ROUNDING = 1e-12  # [m, rad]: rounding of this size never counts as a fast object, or as an arm off its command
 
 
 class ServoState(NamedTuple):
-    """The state of a servo after a tick. A tick writes to arrays of its own, so nothing of it changes later.
+    """State of a servo after a tick. It never changes: each tick writes to arrays of its own.
 
     Attributes:
-        joints: The last command and its stop, shape (n_dof,).
-        counters: What is counted besides, shape (1,).
-        moving: The objects that may move by themselves, shape (n,).
-        wider: By how much each object has to be farther away [m]; every tick writes it anew.
-        objects: Those of the world in which the stop was certified; None before the first tick.
-        stated: The objects of ``moving``, as they were stated last.
-        too_fast: An object that moved faster than its stated speed before this tick.
-        ticks: Since the last start; None before the first.
+        joints: Last command and its braking trajectory, shape (n_dof,).
+        counters: Counters of the servo, shape (1,).
+        moving: Objects that may move by themselves, shape (n,).
+        wider: Distance beyond the clearance that each object needs [m]; every tick overwrites it.
+        objects: Objects of the world in which the braking trajectory was certified; None before the first tick.
+        stated: The objects of ``moving`` with their last reported poses.
+        too_fast: Name of an object that moved faster than its stated speed before this tick; None without one.
+        ticks: Number of ticks since the last start; None before the first start.
     """
 
     joints: Records[JointState]
@@ -38,11 +38,11 @@ class ServoState(NamedTuple):
 
     @classmethod
     def unstarted(cls, n_dof: int) -> Self:
-        """The state before the first start."""
+        """Make the state before the first start."""
         return cls(JointState.records(n_dof), StopCounters.records(), MovingObject.records(0), np.zeros(2), None, (), None, None)
 
     def before_tick(self, objects: Objects, ticks: int) -> "ServoState":
-        """A copy for a tick to write to, in the world as it is now; ``ticks`` is its number."""
+        """Copy the state for a tick to write to, with the current objects of the world. ticks: The number of the tick."""
         joints, counters = copied(self.joints), copied(self.counters)
         if objects is self.objects:
             moving = copied(self.moving) if self.stated else self.moving
@@ -55,7 +55,7 @@ class ServoState(NamedTuple):
         return ServoState(joints, counters, moving, wider, objects, objects.moving, too_fast, ticks)
 
     def _moved(self, objects: Objects) -> tuple[Records[MovingObject], str | None]:
-        """``moving`` of another world, and which of its objects moved faster than was stated, if any."""
+        """Make ``moving`` for a changed world, and find an object that moved faster than its stated speed; None without one."""
         before = {one.name: (one, row.age) for one, row in zip(self.stated, self.moving, strict=True)}
         moving, too_fast = MovingObject.records(len(objects.moving)), None
         for one, row in zip(objects.moving, moving, strict=True):
