@@ -1,4 +1,4 @@
-"""Finds all solutions of targets, by closed form or by search, and says what is proved."""
+"""Finds all solutions of targets, by closed form or by search, and states what is proved."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -30,17 +30,17 @@ from ulna.kinematics.turns import every_turn, turning_columns
 Array = NDArray[np.float64]
 _One = tuple[Array, NDArray[np.bool_], NDArray[np.bool_], int]
 _ONE, _MATRIX, _TRUTHS = (N_BRANCHES, N_AXES), (4, 4), (2, N_BRANCHES)
-# rad, or of a slide a share of the arm's size: what a search finds nearer than this to a branch of the closed form is that branch
+# rad, or a share of the arm's size for a prismatic joint: a search result nearer than this to a branch is that branch
 _SAME = 1e-3
 
 
 class AllSolutions:
-    """All solutions of one link and task; made once, for any number of targets.
+    """All solutions for one link and task; made once, for any number of targets.
 
     Args:
         query: The link and the options.
-        redundancy: The joint of seven that is held, or ``"elbow"``.
-        workers: What computes the branches in the place of threads, if given.
+        redundancy: The joint to hold, for arms of seven joints, or ``"elbow"``.
+        workers: Computes the branches in place of threads, if given.
     """
 
     __slots__ = ("_elbow", "_family", "_form", "_of_one", "_query", "_run", "_six", "_tables", "_workers")
@@ -74,7 +74,7 @@ class AllSolutions:
             return alone
         refuse_clearance_of_nothing(rank, world)
         targets = as_floats("T", T)
-        if self._six is None or targets.shape[-2:] != _MATRIX:  # the kernel of six joints says what is no pose
+        if self._six is None or targets.shape[-2:] != _MATRIX:  # the kernel of six joints finds targets that are no poses
             targets = as_pose(targets)
         batch, targets = targets.shape[:-2], np.ascontiguousarray(targets).reshape(-1, 4, 4)
         query, tree = self._query, self._query.tree
@@ -97,7 +97,7 @@ class AllSolutions:
         return IKSolutions.of_many(q, valid, real, found.proof.reshape(batch), self._family, colliding.reshape(batch))
 
     def of_one(self, T: ArrayLike) -> IKSolutions | None:
-        """All solutions for one target, by one call of the kernels; None if that cannot be or proves nothing."""
+        """All solutions for one target, by one call of the kernels; None if this is impossible or proves nothing."""
         found = None if self._of_one is None else self._of_one(T)
         if found is None:
             return None
@@ -105,11 +105,11 @@ class AllSolutions:
         return IKSolutions.of_one(q, valid, real, PROOFS[proved], self._family)
 
     def _one_by_entry(self) -> Callable[[ArrayLike], _One | None]:
-        """The way of one target, in C if the extension is there."""
+        """The function for one target, in C if the extension is there."""
         return bind(self._run, "branches", self._tables, N_AXES, (N_BRANCHES, UNPROVED), self._in_python)
 
     def _in_python(self, T: ArrayLike) -> _One | None:
-        """q, valid, real and the place of the proof; None if this is not one target, is no pose, or nothing is proved."""
+        """q, valid, real and the index of the proof; None for anything but one pose, or if nothing is proved."""
         target = as_floats("T", T)
         if target.shape != _MATRIX:
             return None
@@ -121,7 +121,7 @@ class AllSolutions:
 
 
 def _held_with_form(query: Query) -> str:
-    """Which joints may be held for a closed form, in words."""
+    """The joints that may be held for a closed form, in words."""
     tree = query.tree
     order = turning_order(tree.chain(query.link))
     names = [name for k, name in enumerate(entry_names(tree)) if k in order and closed_form_of(tree, query.link, name)]
@@ -140,9 +140,9 @@ def _elbow(query: Query) -> Elbow:
 def _ranked(
     query: Query, targets: Array, seed: Array, found: Branches, world: World | None
 ) -> tuple[Branches, NDArray[np.int64]]:
-    """The solutions of which those that collide are not valid, and how many these are; with a rank in its order.
+    """Mark colliding solutions as not valid, count them, and sort by the rank if there is one.
 
-    Those that are not valid come last.
+    Solutions that are not valid come last.
     """
     collisions = collisions_of(query, world)
     cost, (order, place) = cost_of(make_problem(query, targets, seed), collisions), np.nonzero(found.valid)
@@ -159,7 +159,7 @@ def _ranked(
 
 
 def _of_elbow(query: Query, elbow: Elbow, targets: Array, seed: Array, n_samples: int) -> Branches:
-    """The branches at angles of the elbow."""
+    """The branches at sampled elbow angles."""
     angles, real = elbow.branches(targets, n_samples)
     q = np.broadcast_to(seed, (*real.shape, query.tree.n_dof)).copy()
     q[..., list(elbow.columns)] = angles
@@ -182,7 +182,7 @@ def _found(query: Query, form: ClosedForm | None, targets: Array, seed: Array, n
 
 
 def _with_search(query: Query, targets: Array, seed: Array, n_samples: int, found: Branches, which: ArrayLike) -> Branches:
-    """Branches, with what a search finds besides for some of the targets, shape (n,)."""
+    """Add solutions from a search to the branches of some of the targets; which: A mask, shape (n,)."""
     n, m, n_dof = found.q.shape
     new = {int(i): _new(query, targets[i], seed, n_samples, found.q[i, found.valid[i]]) for i in np.flatnonzero(which)}
     width = m + max(map(len, new.values()), default=0)
@@ -196,14 +196,14 @@ def _with_search(query: Query, targets: Array, seed: Array, n_samples: int, foun
 
 
 def _new(query: Query, T: Array, seed: Array, n_samples: int, known: Array) -> Array:
-    """What a search finds for a target (4, 4) besides what is known, shape (n, n_dof)."""
+    """Solutions from a search for a target (4, 4) that are not among the known ones, shape (n, n_dof)."""
     more = searched_solutions(query, T, seed, n_samples)
     is_new = [not (np.abs((known - q) / query.units).max(axis=-1) < _SAME).any() for q in more]
     return more[np.array(is_new, dtype=bool)]
 
 
 def _searched(query: Query, targets: Array, seed: Array, n_samples: int, known: Branches | None) -> Branches:
-    """What a search finds for each target, after what a closed form that is nearly right led to."""
+    """Solutions from a search for each target, after those from a nearly exact closed form."""
     rows = []
     for i, T in enumerate(targets):
         first = np.empty((0, query.tree.n_dof)) if known is None else known.q[i, known.valid[i]]
@@ -213,7 +213,7 @@ def _searched(query: Query, targets: Array, seed: Array, n_samples: int, known: 
 
 
 def _padded(rows: list[Array], n_dof: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Rows of different lengths as one array, NaN where there is nothing, and where there is something."""
+    """Pack rows of different lengths into one array, padded with NaN, and a mask of the entries in use."""
     m = max((len(row) for row in rows), default=0)
     q, real = np.full((len(rows), m, n_dof), np.nan), np.zeros((len(rows), m), dtype=bool)
     for i, row in enumerate(rows):
@@ -222,7 +222,7 @@ def _padded(rows: list[Array], n_dof: int) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def _with_turns(tree: Tree, link: str, found: Branches) -> Branches:
-    """Every solution with every whole turn within the limits; those beyond the limits are left out."""
+    """Every solution with every whole turn within the limits; solutions beyond the limits are left out."""
     turning = turning_columns(tree.chain(link), tree.n_dof)
     turned = [[every_turn(q, tree.lower, tree.upper, turning) for q in found.q[i, found.valid[i]]] for i in range(len(found.q))]
     q, real = _padded([np.vstack([np.empty((0, tree.n_dof)), *rows]) for rows in turned], tree.n_dof)

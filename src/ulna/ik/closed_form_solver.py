@@ -1,7 +1,7 @@
-"""Solves by the closed form, where the arm has one: the branch nearest to the seed, or that of the best rank.
+"""Solves by the closed form, if there is one: the branch nearest to the seed, or best in rank.
 
-Targets without a branch within the limits are either proved to have none, or left to the search; the nearest configuration and
-the reason are those of the search.
+A target without a branch within the limits is either proved to have none, or left to the search. Its nearest configuration and
+the reason come from the search.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ _MIN_TARGETS = 512  # of a part
 class ClosedFormSolver:
     """The solver for arms of at most six joints with a closed form; see ``ik.inverse_kinematics.Solver``.
 
-    A query with a posture or with held joints is solved by the numeric search.
+    A query with a posture or with held joints goes to the numeric search.
     """
 
     def __init__(self, query: Query, form: ClosedForm) -> None:
@@ -49,14 +49,14 @@ class ClosedFormSolver:
 
     @staticmethod
     def form_of(query: Query) -> ClosedForm | None:
-        """The form, exact or near, if any way to the target will do and the arm has one for the task."""
+        """The closed form for this task, exact or approximate; None if there is none, or if ``max_step`` bounds the path."""
         if query.options.max_step is not None or len(turning_order(query.tree.chain(query.link))) > N_AXES:
             return None
         form = closed_form_of(query.tree, query.link, task=query.options.task)
         return None if form is None or form.n_at_rest else form
 
     def solve(self, request: Request) -> IKResult:
-        """The nearest branch, or that of the best rank that is clear of the world."""
+        """The nearest branch, or the best-ranked branch that is clear of the world."""
         T, q_seed = request.T, request.q_seed
         if request.posture is not None or request.held:
             return self._search.search(request)
@@ -91,13 +91,13 @@ class ClosedFormSolver:
         in_parts(run, len(targets), _MIN_TARGETS)
         q = np.broadcast_to(problem.seeds, (len(targets), self._n)).copy()
         q[:, self._six.columns] = angles[:, : len(self._six.columns)]
-        if self._form.n_free:  # the errors of the link itself, of which the joints that were added are no part
+        if self._form.n_free:  # the errors of the link itself, without the added joints
             solved = np.flatnonzero(info["status"] == layout.SOLVED)
             info[solved] = run_from_each(problem, solved, q[solved], 0)[1]
         return self._with_unsolved(problem, q, info, info["status"] == layout.SOLVED, None)
 
     def _nearest_of_all(self, problem: Problem) -> IKResult:
-        """The nearest of the branches within the limits, where the limits are not those of the angles that the kernels find."""
+        """The nearest branch within the limits, for arms whose limits do not apply to the kernels' angles (couplings)."""
         as_pose(problem.targets.reshape(*problem.batch, 4, 4))
         branches = all_branches(self._form, self._query.tree, problem.targets, problem.seeds)
         seeds = np.broadcast_to(problem.seeds, (len(problem.targets), self._n))
@@ -125,17 +125,17 @@ class ClosedFormSolver:
     def _with_unsolved(
         self, problem: Problem, q: Array, info: Results, solved: Truths, collisions: CollisionFilter | None
     ) -> IKResult:
-        """The result for q (n, n_dof) and info (n,), of which some are solved."""
+        """Complete the result for q (n, n_dof) and info (n,), some of them solved."""
         if (info["status"] == layout.NOT_A_POSE).any():
             refuse_no_pose(problem.targets.reshape(*problem.batch, 4, 4))
         search, rest = PoseSearch(problem, None, q, info, ~solved, np.zeros(len(q), dtype=bool)), np.flatnonzero(~solved)
         if len(rest):
             proved, excess = self._proved(problem.some(rest))
-            proved &= not self._trace  # a trace is one of the search
+            proved &= not self._trace  # a trace comes from the search
             for order, more in ((rest[proved], nearest_poses), (rest[~proved], lambda some: searched(some, collisions))):
                 if len(order):
                     search.put(order, more(problem.some(order)))
-            open_ = rest[proved & (info["status"][rest] != layout.SOLVED)]  # some are within the tolerances for all that
+            open_ = rest[proved & (info["status"][rest] != layout.SOLVED)]  # some are nevertheless within the tolerances
             beyond_limits = {int(rest[i]): x for i, x in excess.items() if rest[i] in open_}
             info["status"][open_] = CODES[Status.UNREACHABLE]
             info["status"][list(beyond_limits)] = CODES[Status.JOINT_LIMITS]
@@ -144,7 +144,7 @@ class ClosedFormSolver:
         return result_of(search, collisions, trace, f"the closed form has no solution, whatever the limits ({self._form.family})")
 
     def _proved(self, problem: Problem) -> tuple[Truths, dict[int, Array]]:
-        """Which targets are proved to have no solution within the limits; for those that have some beyond, the least excess."""
+        """Mask of the targets proved to have no solution within the limits, and their smallest excess over these."""
         tree, form = self._query.tree, self._form
         branches = all_branches(form, tree, problem.targets, problem.seeds)
         is_proof = np.isin(branches.proof, [PROOFS.index(proof) for proof in (Proof.COMPLETE, Proof.COINCIDING)])
@@ -158,7 +158,7 @@ class ClosedFormSolver:
 
 
 def _best(branches: Branches, cost: Cost, problem: Problem) -> tuple[Array, NDArray[np.bool_]]:
-    """The branch of the least cost of each target, shape (n, n_dof), and whether there is one that is acceptable."""
+    """The branch of minimum cost of each target, shape (n, n_dof), and whether there is an acceptable one."""
     order, which = np.nonzero(branches.valid)
     costs, acceptable = np.full(branches.valid.shape, np.inf), np.zeros(branches.valid.shape, dtype=bool)
     of_valid = cost(order, branches.q[order, which])
@@ -170,5 +170,5 @@ def _best(branches: Branches, cost: Cost, problem: Problem) -> tuple[Array, NDAr
 
 
 def _no_steps(info: Results) -> Array:
-    """The trace (1, 4) of one target that took no step: its errors."""
+    """The trace (1, 4) of one target without steps: its errors."""
     return np.array([[info["position_error"][0], info["rotation_error"][0], 0.0, 0.0]])

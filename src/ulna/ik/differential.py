@@ -22,7 +22,7 @@ _MAX_DAMPING = 1e150
 
 
 class _Work(threading.local):
-    """A thread's own numbers to work on, so that a call allocates none."""
+    """A thread's own scratch numbers, so that a call allocates none."""
 
     numbers = np.empty(0)
 

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 class PathStatus(StrEnum):
-    """How a search for a joint path ended."""
+    """The outcome of a search for a joint path."""
 
     FOLLOWED = "followed"
     UNREACHABLE = "unreachable"
@@ -27,17 +27,17 @@ class PathStatus(StrEnum):
 
 @dataclass(frozen=True)
 class Ending:
-    """Where no joint path leads on to a pose: the data of its ``Reason``.
+    """The data of a ``Reason`` why no joint path continues to a pose.
 
     Attributes:
         status: The reason in a word.
-        alive: How many configurations are known in which a path to the pose before ends.
-        smallest_step: The smallest joint step from these to a solution of the pose within the limits and clear of the world
-            [rad or m], with the whole turns that the limits allow; infinite if none is known.
-        manipulability: At the end of the path, where a pose before the first is meant by the start.
-        least_singular_value: Of the Jacobian there, the smallest, as a share of the largest.
-        limit_excess: How far beyond its limit each joint would go [rad or m], shape (n_dof,); 0 unless limits are the reason.
-        collisions: The pairs that touch, with how deep [m]: (name_a, name_b, depth).
+        alive: The number of known configurations in which a path to the previous pose ends.
+        smallest_step: The smallest joint step from these to a valid solution of the pose [rad or m], with the whole turns that
+            the limits allow; infinite if none is known.
+        manipulability: At the end of the path; for the first pose, at the start.
+        least_singular_value: The smallest singular value of the Jacobian there, as a share of the largest.
+        limit_excess: The excess of each joint over its limit [rad or m], shape (n_dof,); 0 unless limits are the reason.
+        collisions: The pairs in contact, with their depths [m]: (name_a, name_b, depth).
     """
 
     status: PathStatus
@@ -51,30 +51,30 @@ class Ending:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FollowedPath(OneLine):
-    """The joint path through poses (n, 4, 4), or as far as there is one. ``if path:`` is whether every pose is reached.
+    """The joint path through poses (n, 4, 4), or its beginning. ``bool(path)`` is True if every pose is reached.
 
     ======================== =========================================================================================
     ``followed``             Every pose is reached, and no joint takes a longer step than ``max_step``, from ``q_start`` on.
     ``unreachable``          The pose has no solution.
-    ``joint limits``         A path leads on, beyond the limits; ``reason.data.limit_excess`` holds by how much. Or the pose
-                             has solutions, all beyond the limits. Or ``q_start`` is beyond them, and the first pose is not
-                             near the configuration within them.
-    ``in collision``         A path leads on, in collision; ``reason.data.collisions`` names the pairs.
+    ``joint limits``         A path continues only beyond the limits; ``reason.data.limit_excess`` holds the excess. Or the
+                             pose has solutions, all beyond the limits. Or ``q_start`` is beyond the limits, and the first
+                             pose is not near the nearest configuration within them.
+    ``in collision``         A path continues only in collision; ``reason.data.collisions`` names the pairs.
     ``singular``             The arm is nearly singular, and only the part of the step along its weakest direction makes it
                              too long.
-    ``no continuous branch`` None of these: solutions of the pose are all more than a step away, or in turns that were not
-                             searched; ``reason`` says so.
+    ``no continuous branch`` None of these: all solutions of the pose are more than a step away, or in turns that were not
+                             searched; ``reason`` gives details.
     ``budget spent``         ``time_limit`` was over before a path to the pose was found.
     ======================== =========================================================================================
 
     Attributes:
-        q: Joint positions [rad or m], shape (n, n_dof), always within the limits; NaN from the pose that is not reached.
-        q_start: Where the arm is before the first pose, within the limits, shape (n_dof,); None if it was not given.
-        max_step: The largest step that was allowed [rad or m].
-        ends_at: The number of the first pose to which no path leads; None if all are reached.
-        reason: Why none does, with an ``Ending`` as its data; no reason if all are reached.
-        proof: ``complete``: every solution of every pose was compared, by the closed form: no path with steps up to
-            ``max_step`` has a lower cost, and if none is found, none exists. ``searched``: it is the best that was found.
+        q: Joint positions [rad or m], shape (n, n_dof), always within the limits; NaN from the first unreached pose on.
+        q_start: The configuration before the first pose, within the limits, shape (n_dof,); None if it was not given.
+        max_step: The largest allowed step [rad or m].
+        ends_at: The index of the first pose without a path; None if all are reached.
+        reason: The reason why the path ends, with an ``Ending`` as its data; no reason if all poses are reached.
+        proof: ``complete``: the closed form compared every solution of every pose. No path with steps up to ``max_step`` has a
+            lower cost; if none is found, none exists. ``searched``: it is the best path found.
     """
 
     q: Array
@@ -100,14 +100,15 @@ class FollowedPath(OneLine):
 
     @property
     def status(self) -> PathStatus:
-        """How the search ended; see above."""
+        """The outcome of the search; see above."""
         return self.reason.data.status if self.reason else PathStatus.FOLLOWED
 
     @property
     def steps(self) -> Array:
-        """The largest step of any joint to each pose [rad or m]; NaN where there is none.
+        """The largest step of any joint to each pose [rad or m]; NaN without a path.
 
-        From ``q_start`` to the first, and so on, shape (n,); if it was not given, from the first to the second, shape (n - 1,).
+        With ``q_start``, the first step leads from it to the first pose, shape (n,). Without it, from the first pose to the
+        second, shape (n - 1,).
         """
         every = self.q if self.q_start is None else np.vstack([self.q_start, self.q])
         return np.abs(np.diff(every, axis=0)).max(axis=1, initial=0.0) if self.q.shape[1] else np.zeros(len(every) - 1)

@@ -1,4 +1,4 @@
-"""Chooses the solvers of inverse kinematics by their interface, and keeps what is prepared for the next call."""
+"""Chooses the solver of inverse kinematics, and caches prepared solvers."""
 
 from collections.abc import Callable
 from functools import lru_cache, partial
@@ -26,14 +26,14 @@ Array = NDArray[np.float64]
 
 
 class Solver(Protocol):
-    """One way to solve a query. It is made once for it, then solves any number of targets, from many threads at once."""
+    """A solver of a query, made once for any number of targets, in many threads at once."""
 
     def solve(self, request: Request) -> IKResult:
         """The result for the targets of a request."""
         ...
 
     def with_defaults(self, T: ArrayLike, q_seed: ArrayLike | None) -> IKResult:
-        """The same of a query with default options, for targets alone."""
+        """The result for targets alone, of a query with default options."""
         ...
 
 
@@ -43,11 +43,11 @@ def solver_of(query: Query) -> Solver:
     return NumericSolver(query) if form is None else ClosedFormSolver(query, form)
 
 
-_MAX_KEPT = 64  # queries of a robot
+_MAX_KEPT = 64  # queries of a robot in the cache
 
 
 class InverseKinematics:
-    """The inverse kinematics of one robot. Its methods are named as those of ``Robot``; see there."""
+    """The inverse kinematics of one robot. Its methods have the names of those of ``Robot``, which document them."""
 
     __slots__ = ("_all_of", "_all_usual", "_query", "_solver", "_usual")
 
@@ -56,7 +56,7 @@ class InverseKinematics:
         self._solver = lru_cache(_MAX_KEPT, typed=True)(partial(_solver_for, self._query))
         self._all_of = lru_cache(_MAX_KEPT, typed=True)(partial(_all_of, self._query))
 
-        self._usual: dict[str | None, Solver] = {}  # by link: those with default options, which a dict finds in less time
+        self._usual: dict[str | None, Solver] = {}  # by link: solvers with default options, which a dict finds in less time
         self._all_usual: dict[str | None, AllSolutions] = {}
 
     def with_defaults(self, T: Array, q_seed: ArrayLike | None, link: str | None) -> IKResult:
@@ -91,7 +91,7 @@ class InverseKinematics:
     def all_solutions(
         self, request: Request, *, n_samples: int, redundancy: str | None = None, whole_turns: bool = False
     ) -> IKSolutions:
-        """All solutions for poses, with what is proved of them; see ``Robot.all_solutions``."""
+        """All solutions for poses, with their proofs; see ``Robot.all_solutions``."""
         n_samples = as_count("n_samples", n_samples, 1)
         try:
             every = self._all_of(request.link, redundancy, *request.options)

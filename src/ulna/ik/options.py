@@ -1,4 +1,4 @@
-"""Holds what a caller asks of inverse kinematics: a request, and in it the options, which are checked here."""
+"""Holds the request of a caller of inverse kinematics, and its options, which are validated here."""
 
 from typing import Any, NamedTuple
 
@@ -14,18 +14,18 @@ POSE = Task.pose()
 _AT_LEAST_0 = 0.0, "a number of at least 0"
 RANKS = ("nearest", "manipulability", "clearance", "mid_range")
 TOLERANCE = 1e-5  # of an error [m or rad]
-N_SAMPLES = 16  # places of the joint that is held
+N_SAMPLES = 16  # positions of a held joint
 DEFAULT_BUDGET = 16_000  # steps of all starts together: 800 starts
 
 
 class Options(NamedTuple):
-    """The arguments of ``Robot.inverse_kinematics`` that are neither targets, configurations nor a world; documented there.
+    """The arguments of ``Robot.inverse_kinematics`` except targets, configurations and world; documented there.
 
-    Their defaults are those of every search. They are what the caller gave, whatever that is, until they are ``checked``.
+    Their defaults are those of every search. They are unvalidated until ``checked()``.
     """
 
     seed: int = 0
-    task: Any = POSE  # a Task; or its name, unless checked
+    task: Any = POSE  # a Task, or its name until checked
     rank: str | None = None
     position_tolerance: float = TOLERANCE
     rotation_tolerance: float = TOLERANCE
@@ -35,7 +35,7 @@ class Options(NamedTuple):
     trace: bool = False
 
     def checked(self) -> "Options":
-        """These options, the task as a ``Task`` and the others as Python's own numbers."""
+        """These options, validated: the task as a ``Task``, numbers as Python's own types."""
         if self.rank is not None and (not isinstance(self.rank, str) or self.rank not in RANKS):
             raise InputError("rank", f"{self.rank!r} is not a rank{did_you_mean(str(self.rank), RANKS)}")
         return self._replace(
@@ -56,7 +56,7 @@ class Options(NamedTuple):
 
     @property
     def tolerances(self) -> tuple[float, float]:
-        """Largest errors that count as reached [m, rad]."""
+        """Maximum errors that count as reached [m, rad]."""
         return self.position_tolerance, self.rotation_tolerance
 
 

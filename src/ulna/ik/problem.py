@@ -1,6 +1,6 @@
-"""Prepares what a search is given, once for a link and options (``Query``), then for the targets of one call (``Problem``).
+"""Prepares a search: once for a link and options (``Query``), then for the targets of one call (``Problem``).
 
-``Options`` is what the caller chose, and ``Task`` one of them: which part of a pose must be reached.
+``Options`` are the caller's choices. ``Task`` is one of them: the components of a pose to reach.
 """
 
 from collections.abc import Iterable
@@ -25,22 +25,22 @@ from ulna.kinematics.size import length_of, units_of
 from ulna.kinematics.tree import Tree, lengthened
 
 Array = NDArray[np.float64]
-STEPS, SEEDED_STEPS = 20, 60  # from one start before the next; from the caller's own
-_TIMES = 2.0  # times the length of an arm is the greatest distance of two points that it reaches
+STEPS, SEEDED_STEPS = 20, 60  # steps from one start before the next; from the caller's own
+_TIMES = 2.0  # factor: no two points of an arm are farther apart than this times its length
 _MIN_STEP = 1e-6  # m
-_USUAL = 32.0  # m, and 1 / 32 m: an arm between them is measured in metres
+_USUAL = 32.0  # m, and 1 / 32 m: an arm of a size between them is measured in meters
 
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """One link of a robot, and the options of a search: whatever does not depend on the target.
+    """One link of a robot, and the options of a search: everything that does not depend on the target.
 
     Attributes:
         tree: The robot.
-        home: Where a search without a seed starts [rad or m], shape (n_dof,).
+        home: The start of a search without a seed [rad or m], shape (n_dof,).
         checker: The robot's collision checker, used if a world is given.
-        link: The link that is brought to the target.
-        options: What the caller chose, checked.
+        link: The link to bring to the target.
+        options: The caller's options, validated.
     """
 
     tree: Tree
@@ -56,7 +56,7 @@ class Query:
 
     @cached_property
     def task_axes(self) -> Array | None:
-        """The axes of the task in the link, shape (3, 3); None where they are the link's own."""
+        """The axes of the task in the link, shape (3, 3); None if they are the link's own."""
         return self.options.task.turn
 
     @cached_property
@@ -66,7 +66,7 @@ class Query:
 
     @cached_property
     def chain(self) -> Array:
-        """The chain to the frame of the task: the link, turned by ``task_axes``."""
+        """The chain to the task's frame: the link's frame, rotated by ``task_axes``."""
         chain = self.tree.chain(self.link)
         if self.task_axes is None:
             return chain
@@ -74,7 +74,7 @@ class Query:
 
     @cached_property
     def limits(self) -> Array:
-        """Lower and upper limits, and the usual range, from which starts are taken: shape (1, 4, n_dof)."""
+        """Lower and upper limits, and the usual range for random starts: shape (1, 4, n_dof)."""
         return np.array([[*self.tree.bounds, *usual_range(*self.tree.bounds)]])
 
     @cached_property
@@ -89,7 +89,7 @@ class Query:
 
     @property
     def _far_square(self) -> float:
-        """The square of the distance [m^2] that only slides can bridge; 0 where none is as long as that."""
+        """The square of the distance [m^2] that only prismatic joints can bridge; 0 if no stroke is as long."""
         tree, far = self.tree, max(_TIMES * arm_length(self.tree, self.link), _MIN_STEP)
         slides = [row for row in tree.chain(self.link) if int(row[KIND]) == PRISMATIC]
         lower, upper = np.clip(tree.lower, -LARGEST, LARGEST), np.clip(tree.upper, -LARGEST, LARGEST)
@@ -99,39 +99,39 @@ class Query:
     @cached_property
     def unit(self) -> float:
         """The unit of length of the search [m]: 1 for arms of the usual size."""
-        length = arm_length(self.tree, self.link)  # a power of two, so that nothing is rounded on the way and back
+        length = arm_length(self.tree, self.link)  # a power of two, so that conversions to and from it are exact
         return 1.0 if length == 0.0 or 1 / _USUAL <= length <= _USUAL else float(2.0 ** np.rint(np.log2(length)))
 
     @cached_property
     def units(self) -> Array:
-        """The unit of each entry of q, shape (n_dof,): 1 of an angle, and of a slide the size of the arm [m]."""
+        """The unit of each entry of q, shape (n_dof,): 1 for an angle, else the size of the arm [m]."""
         return units_of(self.tree.chain(self.link), self.tree.lower, self.tree.upper)
 
     @cached_property
     def reach(self) -> Reach | None:
-        """How far the link can reach; None where that has no bound."""
+        """The reach of the link; None if it is unbounded."""
         return reach_of(self.tree.chain(self.link), self.tree.lower, self.tree.upper)
 
 
 def refuse_immovable(tree: Tree) -> None:
-    """Refuse a robot without joints."""
+    """Raise an error for a robot without joints."""
     if not tree.n_dof:
         raise InputError("T", "the robot has no moving joints, so nothing can be solved for")
 
 
 def arm_length(tree: Tree, link: str) -> float:
-    """The lengths of all parts of the chain to a link together [m], slides at 0."""
+    """The sum of the lengths of all parts of the chain to a link [m], with prismatic joints at 0."""
     return length_of(tree.chain(link))
 
 
 def narrowed(limits: Array, seeds: Array, held: NDArray[np.bool_], max_step: float) -> Array:
-    """The bounds of a search, shape (1 or n_seeds, 4, n_dof): the limits, less what is held or too far from the seed.
+    """The limits, narrowed by held joints and the maximum step: shape (1 or n_seeds, 4, n_dof).
 
     Args:
         limits: Lower and upper limits and the usual range, shape (1, 4, n_dof).
         seeds: [rad or m], shape (n_seeds, n_dof).
-        held: Which entries of q stay at the seed, shape (n_dof,).
-        max_step: The most that a column may differ from the seed [rad or m].
+        held: Mask of the entries of q that stay at the seed, shape (n_dof,).
+        max_step: The maximum difference of an entry from the seed [rad or m].
     """
     if not held.any() and np.isinf(max_step):
         return limits
@@ -151,17 +151,18 @@ class Problem:
     """A query with the targets of one call.
 
     Attributes:
-        query: What does not depend on the targets.
+        query: The link and the options.
         chain: The chain to the task's frame.
         targets: Poses of the task's frame, shape (n, 4, 4).
-        batch: The shape of the batch that they were given in.
+        batch: The batch shape of the given targets.
         seeds: Shape (n or 1, n_dof), within the limits.
         seeded: Whether the caller gave them.
-        bounds: Where q may be and where starts are taken from, shape (n or 1, 4, n_dof).
+        bounds: Bounds of q, and the range of random starts, shape (n or 1, 4, n_dof).
         is_narrowed: Whether the bounds are narrower than the limits.
-        posture: Shape (n_dof,); read if the settings say so.
-        settings: Those of the kernels, one record.
-        nearest_to: Of solutions that differ by whole turns the nearest to these is taken, shape (n or 1, n_dof); None: any.
+        posture: Shape (n_dof,); read if the settings enable it.
+        settings: The settings of the kernels, one record.
+        nearest_to: Among solutions that differ by whole turns, the one nearest to these is chosen, shape (n or 1, n_dof); None:
+            any.
     """
 
     query: Query
@@ -177,14 +178,14 @@ class Problem:
     nearest_to: Array | None
 
     def some(self, order: NDArray[np.int64]) -> "Problem":
-        """The problem of some of the targets (m,), which may be named more than once."""
+        """The problem of some of the targets, by index (m,); indices may repeat."""
         seeds, bounds = (rows[order] if len(rows) > 1 else rows for rows in (self.seeds, self.bounds))
         goal = None if self.nearest_to is None else rows_for(self.nearest_to, order)
         return replace(self, targets=self.targets[order], seeds=seeds, bounds=bounds, nearest_to=goal, batch=(len(order),))
 
 
 def excess_of(q: Array, lower: Array, upper: Array) -> Array:
-    """How far entries of q (..., n_dof) are beyond limits [rad or m]; 0 within them."""
+    """The excess of entries of q (..., n_dof) over their limits [rad or m]; 0 within them."""
     return np.maximum(np.maximum(lower - q, q - upper), 0.0)
 
 
@@ -221,12 +222,12 @@ def make_problem(
 
 
 def rows_for(rows: Array, order: NDArray[np.int64]) -> Array:
-    """The rows of some targets (m,), where one row may serve all."""
+    """The rows of some targets (m,); a single row serves all."""
     return rows[np.minimum(order, len(rows) - 1)]
 
 
 def refuse_no_pose(T: ArrayLike) -> None:
-    """Raise the ``InputError`` that says which target is no rigid motion; for targets that the kernels found to be none."""
+    """Raise the ``InputError`` for the target that is no rigid motion, after the kernels found one."""
     as_pose(as_floats("T", T))
     raise InputError("T", "is further than 1e-6 from a rigid motion, so it is not a pose")  # by the last bit only
 
@@ -239,14 +240,14 @@ def _targets(T: ArrayLike) -> Array:
 
 
 def of_task(query: Query, targets: Array) -> Array:
-    """Targets of the task's frame, from those of the link."""
+    """Convert targets of the link to targets of the task's frame."""
     if query.task_axes is None:
         return targets
     return targets @ query.T_link_task
 
 
 def as_names(given: Iterable[str], argument: str = "held", of: str = "joints") -> tuple[str, ...]:
-    """The names that an argument gives, one or several: joints that are held, unless it is said of what."""
+    """The names in an argument, one or several: by default joints to hold."""
     try:
         return (given,) if isinstance(given, str) else tuple(given)
     except TypeError:
@@ -254,7 +255,7 @@ def as_names(given: Iterable[str], argument: str = "held", of: str = "joints") -
 
 
 def columns_of_joints(tree: Tree, names: Iterable[str]) -> NDArray[np.bool_]:
-    """Which entries of q belong to these joints, shape (n_dof,)."""
+    """Mask of the entries of q that belong to these joints, shape (n_dof,)."""
     columns = np.zeros(tree.n_dof, dtype=bool)
     for name in names:
         if name not in tree.joint_names:
@@ -270,7 +271,7 @@ def _seeds(tree: Tree, q_seed: ArrayLike) -> Array:
 
 
 def _targets_and_seeds(targets: Array, seeds: Array) -> tuple[Array, Array]:
-    """Targets (..., 4, 4) and their seeds (n or 1, n_dof): one seed for all targets, one for each, or several for one target."""
+    """Broadcast targets (..., 4, 4) and seeds (n or 1, n_dof): one seed, one each, or several for one target."""
     if seeds.ndim == 1:
         return targets, seeds.reshape(1, -1)
     try:
@@ -284,7 +285,7 @@ def _targets_and_seeds(targets: Array, seeds: Array) -> tuple[Array, Array]:
 
 
 def mid_range(tree: Tree) -> Array:
-    """The middle of every joint's range; 0, or the nearest to it, where there is none."""
+    """The middle of every joint's range; without a range 0, or the limit nearest to it."""
     bounded = np.isfinite(tree.lower) & np.isfinite(tree.upper)
     with np.errstate(invalid="ignore"):
         middle = np.where(bounded, (tree.lower + tree.upper) / 2, 0.0)

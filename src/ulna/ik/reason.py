@@ -1,4 +1,4 @@
-"""Says why something was not found: a sentence with its data for the caller, and what that is made from."""
+"""Explains why something was not found: a sentence and its data for the caller, and their raw material."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -12,13 +12,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Reason:
-    """Why there is no solution, no plan or no path. It is false, and its sentence empty, where there is one.
+    """The reason why there is no solution, plan or path. It is false, and empty, if there is one.
 
     Attributes:
-        sentence: Why, in words, with numbers and units; also ``str(reason)``.
-        data: What the sentence is made from. Of ``inverse_kinematics``: a dict by names, such as how far each joint would have to
-            go beyond its limit. Of ``plan``: a ``Report`` of the pairs that touch, the ``IKResult`` of the goal, or a
-            ``SpentBudget``. Of ``follow``: an ``Ending``.
+        sentence: The reason in words, with numbers and units; also ``str(reason)``.
+        data: The data behind the sentence. For ``inverse_kinematics``: a dict, for example with the excess of each joint over its
+            limit. For ``plan``: a ``Report`` of the pairs in contact, the ``IKResult`` of the goal, or a ``SpentBudget``. For
+            ``follow``: an ``Ending``.
 
     Example:
         >>> import ulna
@@ -45,13 +45,13 @@ class Explanation:
     """The numbers and names behind the statuses of a result.
 
     Attributes:
-        reach_excess: By how much an unreachable target lies beyond the reach [m], by its number in the batch.
-        limit_excess: How far joints would have to go beyond their bounds [rad or m], shape (n_dof,), by the target's number.
-        collisions: The pairs of names that collide, by the target's number.
-        reach: For one target: what the certificate compares, in words.
+        reach_excess: The distance of an unreachable target from the reach [m], by its index in the batch.
+        limit_excess: The excess of the joints over their bounds [rad or m], shape (n_dof,), by the target's index.
+        collisions: The names of the colliding pairs, by the target's index.
+        reach: For one target: the comparison in the certificate, in words.
         entry_names: A name for every entry of q.
-        task_axes: The axes of the task in the link, shape (3, 3); None where they are the link's own.
-        trace: For one target: a row a step (``IKResult.trace``); None unless it was recorded.
+        task_axes: The axes of the task in the link, shape (3, 3); None if they are the link's own.
+        trace: For one target: one row a step (``IKResult.trace``); None unless it was recorded.
     """
 
     reach_excess: Mapping[int, float] = field(default_factory=dict)
@@ -63,7 +63,7 @@ class Explanation:
     trace: Array | None = None
 
     def renumbered(self, order: NDArray[np.int64]) -> "Explanation":
-        """With number i of a target replaced by order[i]."""
+        """A copy with target index i replaced by order[i]."""
         kept = {
             name: {int(order[i]): value for i, value in getattr(self, name).items()}
             for name in ("reach_excess", "limit_excess", "collisions")

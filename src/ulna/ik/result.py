@@ -1,4 +1,4 @@
-"""Holds the configurations that a search found, their errors, and why a target was not reached."""
+"""Holds the configurations that a search found, their errors, and the reason for an unreached target."""
 
 from collections.abc import Mapping
 from enum import StrEnum
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 class Status(StrEnum):
-    """How a search ended."""
+    """The outcome of a search."""
 
     SOLVED = "solved"
     UNREACHABLE = "unreachable"
@@ -30,7 +30,7 @@ class Status(StrEnum):
     NOT_FOUND = "not found"
 
 
-# The kernels' codes, then those that only an explanation gives.
+# The kernels' codes, then those that only an explanation sets.
 CODES = {
     Status.SOLVED: layout.SOLVED,
     Status.NOT_FOUND: layout.NOT_FOUND,
@@ -52,25 +52,25 @@ _WORDS = {
     Status.BUDGET_SPENT: "the budget ran out",
     Status.NOT_FOUND: "no start led to the target",
 }
-_ROUNDING = 1e-9  # mm or degrees: a sentence calls less 0
+_ROUNDING = 1e-9  # mm or degrees: a sentence rounds smaller values to 0
 _OF_CODE = {code: status for status, code in CODES.items()}
 
 
 class IKResult:
-    """Configurations for targets of shape (..., 4, 4). Of one target, ``if result:`` is whether it was reached.
+    """Configurations for targets of shape (..., 4, 4). For one target, ``bool(result)`` is True if it was reached.
 
-    For a batch every attribute is an array of its shape (...,), and ``q`` has one axis more; for one target plain values. Not
-    finding a configuration is a result too: then ``success`` is False and ``q`` the best one found, within the limits: the one
-    with the least |displacement|^2 [m^2] + |rotation|^2 [rad^2] of what the task requires (of arms of less than
-    1/32 m or more than 32 m in a unit of their own).
+    For a batch every attribute is an array of its shape (...,), and ``q`` has one more axis. For one target they are plain
+    values. If no solution is found, ``success`` is False and ``q`` is the best configuration found, within the limits. The best
+    one minimizes |displacement|^2 [m^2] + |rotation|^2 [rad^2] over the components that the task requires. Arms of less than 1/32
+    m or more than 32 m use a unit of their own.
 
     ========================= ========================================================================================
     ``solved``                The errors that the task counts are within the tolerances.
-    ``unreachable``           A certificate: the target lies outside the arm's reach, by at least ``reach_excess``; where that
+    ``unreachable``           A certificate: the target lies outside the arm's reach, by at least ``reach_excess``. If that
                               is 0, the closed form proves that there is no solution, whatever the limits.
-    ``joint limits``          Solutions found, all beyond the limits; ``limit_excess`` holds which joints, by how much.
-    ``beyond max_step``       Solutions found, all beyond ``max_step``; ``limit_excess`` holds by how much.
-    ``held joints``           Solutions found, all with joints moved that are held; ``limit_excess`` holds by how much.
+    ``joint limits``          Solutions found, all beyond the limits; ``limit_excess`` holds the excess of each joint.
+    ``beyond max_step``       Solutions found, all beyond ``max_step``; ``limit_excess`` holds the excess.
+    ``held joints``           Solutions found, all with held joints moved; ``limit_excess`` holds the motion.
     ``in collision``          Every configuration found collides; ``collisions`` names the pairs.
     ``singular``              Limits aside, no joint reduces the error to first order: |J' e| < 0.001 |J| |e|.
     ``budget spent``          ``max_iterations`` or ``time_limit`` ran out before the default number of starts was tried.
@@ -83,11 +83,11 @@ class IKResult:
     q: Array
     """Joint positions [rad or m], shape (..., n_dof), always within the limits."""
     tolerances: tuple[float, float]
-    """The largest errors that count as reached [m, rad]."""
+    """The maximum errors that count as reached [m, rad]."""
     info: Results
-    """What the kernels know of each target (``kernels.ik.search_records``), shape (n,)."""
+    """The kernels' record of each target (``kernels.ik.search_records``), shape (n,)."""
     explanation: Explanation
-    """What is known about the targets that were not reached."""
+    """The details of the targets that were not reached."""
 
     def __init__(
         self,
@@ -118,7 +118,7 @@ class IKResult:
 
     @property
     def status(self) -> Status | NDArray[np.str_]:
-        """How the search ended; see above."""
+        """The outcome of the search; see above."""
         if not self._batch:
             return _OF_CODE[self.info["status"][0]]
         words = np.empty(len(self.info), dtype="<U16")
@@ -128,12 +128,12 @@ class IKResult:
 
     @property
     def position_error(self) -> float | Array:
-        """Distance of the link's origin from the target's [m], by forward kinematics of ``q``, whatever the task."""
+        """Distance of the link's origin from the target's [m], by forward kinematics of ``q``, for any task."""
         return self._field("position_error")
 
     @property
     def rotation_error(self) -> float | Array:
-        """Angle of the rotation that is left [rad], whatever the task: also what the task leaves free."""
+        """Angle of the remaining rotation [rad], for any task: it includes rotations that the task leaves free."""
         return self._field("rotation_error")
 
     @property
@@ -149,7 +149,7 @@ class IKResult:
 
     @property
     def iterations(self) -> int | NDArray[np.int64]:
-        """Steps taken from the start that led to ``q``; for results found beyond the limits, since they were moved within."""
+        """Steps from the start that led to ``q``. For results found beyond the limits, steps since they were moved within."""
         steps = self.info["iterations"]
         return steps.reshape(self._batch).copy() if self._batch else int(steps[0])
 
@@ -161,12 +161,12 @@ class IKResult:
 
     @property
     def reach_excess(self) -> float | Array:
-        """By how much the target, its orientation kept, lies beyond the arm's reach [m]; 0 where that is not proved."""
+        """The distance of the target, with its orientation, from the arm's reach [m]; 0 if not proved."""
         return self._by_target(self.explanation.reach_excess, ())
 
     @property
     def limit_excess(self) -> Array:
-        """How far beyond its limit, or ``max_step``, each joint would have to go [rad or m], (..., n_dof); 0 unless known."""
+        """The excess of each joint over its limit, or over ``max_step`` [rad or m], (..., n_dof); 0 if unknown."""
         return self._by_target(self.explanation.limit_excess, self.q.shape[-1:])
 
     @property
@@ -182,9 +182,9 @@ class IKResult:
 
     @property
     def trace(self) -> Array:
-        """With ``trace=True``, a row a step: position error [m], rotation error [rad], largest joint step [rad or m], damping.
+        """With ``trace=True``, one row a step: position error [m], rotation error [rad], largest joint step [rad or m], damping.
 
-        If the target is not solved, it ends where the best start ended.
+        For an unsolved target it ends at the end of the best start.
 
         Raises:
             AttributeError: No trace was recorded.
@@ -195,7 +195,7 @@ class IKResult:
 
     @property
     def reason(self) -> Reason:
-        """For one target: why it was not reached; else no reason."""
+        """For one target: the reason why it was not reached; else no reason."""
         return NO_REASON if self._batch or self.success else _reason(self)
 
     def __bool__(self) -> bool:

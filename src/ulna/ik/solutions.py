@@ -1,4 +1,4 @@
-"""Holds all solutions of targets, and what is proved of them."""
+"""Holds all solutions of targets, and their proofs."""
 
 from dataclasses import dataclass, fields
 from enum import StrEnum
@@ -17,7 +17,7 @@ _put = object.__setattr__
 
 
 class Proof(StrEnum):
-    """What is known of the solutions of a target."""
+    """The certainty about the solutions of a target."""
 
     COMPLETE = "complete"
     COINCIDING = "complete but for coinciding branches"
@@ -33,25 +33,25 @@ _WORDS = np.array(PROOFS)
 class IKSolutions(OneLine):
     """The solutions of targets of shape (..., 4, 4); m is the same for all of them.
 
-    Of one target, ``if found:`` is whether any is valid.
+    For one target, ``bool(found)`` is True if any solution is valid.
 
     ========================================= ==========================================================================
     ``complete``                              The closed form gives every solution; a target without one is out of reach.
-    ``complete but for coinciding branches``  The same, and two of them are nearly one: their angle is known less well.
-    ``continuum``                             A joint may have any angle as far as rounding can tell, or the arm has a joint more
-                                              than it needs: they are examples.
-    ``searched``                              They were found by a search, to its tolerances and within the limits, or by the
-                                              closed form where rounding leaves in doubt whether it has all: some may be missing.
+    ``complete but for coinciding branches``  The same, but two branches nearly coincide: their angle is less accurate.
+    ``continuum``                             A joint may have any angle up to rounding, or the arm has a redundant joint: the
+                                              solutions are examples.
+    ``searched``                              They come from a search, to its tolerances and within the limits, or from the
+                                              closed form if rounding leaves its completeness open: some may be missing.
     ========================================= ==========================================================================
 
     Attributes:
         q: Joint positions [rad or m], shape (..., m, n_dof); NaN where there is no solution.
-        valid: Whether they are solutions within the joint limits and, if a world was given, touch nothing, shape (..., m).
+        valid: Whether they are solutions within the joint limits and, if a world was given, free of collision, shape (..., m).
         real: Whether they are solutions, shape (..., m).
-        proof: What is proved, shape (...): for one target a ``Proof``.
-        family: Of the closed form, with the joint that is held and the end from which the axes are counted; empty for an arm
+        proof: The proof, shape (...): for one target a ``Proof``.
+        family: The family of the closed form, with the held joint and the end from which the axes are counted; empty for an arm
             without a closed form.
-        colliding: How many are within the joint limits, but touch something, shape (...); 0 without a world.
+        colliding: The number of solutions within the joint limits that collide, shape (...); 0 without a world.
     """
 
     q: Array
@@ -68,7 +68,7 @@ class IKSolutions(OneLine):
 
     @classmethod
     def of_one(cls, q: Array, valid: Truths, real: Truths, proof: Proof, family: str) -> "IKSolutions":
-        """Those of one target, made in less time, of arrays that are read-only."""
+        """The solutions of one target, made in less time, from read-only arrays."""
         found = object.__new__(cls)
         _put(found, "__dict__", {"q": q, "valid": valid, "real": real, "proof": proof, "family": family})
         return found
@@ -77,7 +77,7 @@ class IKSolutions(OneLine):
     def of_many(
         cls, q: Array, valid: Truths, real: Truths, proved: NDArray[np.int64], family: str, colliding: NDArray[np.int64]
     ) -> "IKSolutions":
-        """Those of a batch: ``proved`` are the places in ``Proof``, of which ``proof`` is made when it is first read."""
+        """The solutions of a batch. ``proved`` are indices into ``Proof``; ``proof`` is made from them at its first use."""
         for each in (q, valid, real, colliding):
             each.setflags(write=False)
         found = object.__new__(cls)
@@ -98,7 +98,7 @@ class IKSolutions(OneLine):
 
     @property
     def reason(self) -> Reason:
-        """For one target: why no solution is valid; else no reason. Its data: how many are real, and how many collide."""
+        """For one target: the reason why no solution is valid, with the numbers of real and colliding ones."""
         if self.valid.ndim > 1 or self.success:
             return NO_REASON
         real = int(self.real.sum())
@@ -113,7 +113,7 @@ class IKSolutions(OneLine):
         return Reason("the closed form proves that there is no solution" if proved else "no solution was found", data)
 
     def __getattr__(self, name: str) -> NDArray[Any]:
-        """The proof of a batch: its words take as long to write as a tenth of the solutions."""
+        """The proof of a batch: to write its words takes a tenth of the time of the solutions."""
         if name != "proof" or "_proved" not in self.__dict__:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
         proof = _WORDS[self.__dict__["_proved"]]
@@ -121,11 +121,11 @@ class IKSolutions(OneLine):
         return self.__dict__.setdefault("proof", proof)
 
     def __getstate__(self) -> dict[str, Any]:
-        """The fields, all of them made."""
+        """The fields, computed ones included."""
         return {each.name: getattr(self, each.name) for each in fields(self)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Copies are read-only as well: arrays are copied, and read from a file, without that."""
+        """Restore the fields as read-only arrays: copied or unpickled arrays are writable."""
         self.__dict__.update(state)
         self.__post_init__()
 

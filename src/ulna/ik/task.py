@@ -1,4 +1,4 @@
-"""Defines what of a pose a search must reach: all, position, direction, or within tolerances."""
+"""Defines the components of a pose that a search must reach: all, position, direction, or within tolerances."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,14 +16,15 @@ _ABOUT_Z = False, False, True
 
 @dataclass(frozen=True)
 class Task:
-    """How much of a target pose must be reached.
+    """The components of a target pose that must be reached, and their tolerances.
 
-    The error that is left of a pose has six components: the displacement x, y, z [m] and the rotation vector about x, y, z
-    [rad], in the target's axes. A component that is off by no more than its slack costs nothing; infinity frees it.
+    The error of a pose has six components: the displacement x, y, z [m] and the rotation vector about x, y, z [rad], in the
+    target's axes. A component within its slack costs nothing; an infinite slack frees the component.
 
     Attributes:
-        slack: Six numbers of at least 0, in the target's axes turned so that z lies along ``axis``. The rotation may be free
-            about none, about z alone (then the link's ``axis`` is brought onto the target's by the shortest turn), or about all.
+        slack: Six numbers of at least 0, in the target's axes rotated so that z is along ``axis``. The rotation may be free about
+            no axis, about z alone, or about all. If free about z, the link's ``axis`` is brought onto the target's by the
+            smallest rotation.
         axis: A direction in the link's own axes, shape (3,).
 
     Raises:
@@ -66,7 +67,9 @@ class Task:
 
     @classmethod
     def pointing(cls, axis: ArrayLike = (0.0, 0.0, 1.0)) -> "Task":
-        """The position, and the direction of one axis of the link; the turn about it is free (drilling, pouring, five joints).
+        """The position, and the direction of one axis of the link, for drilling, pouring, or arms of five joints.
+
+        The rotation about this axis is free.
 
         Args:
             axis: In the frame of the link, shape (3,); of any length above 0.
@@ -78,14 +81,14 @@ class Task:
 
     @property
     def kind(self) -> int:
-        """How the kernels name it."""
+        """The kernels' number for this task."""
         if not any(self.slack):
             return WHOLE_POSE
         return POINTING if _free_turns(self.slack) == _ABOUT_Z else WITH_SLACK
 
     @cached_property
     def turn(self) -> NDArray[np.float64] | None:
-        """The rotation (3, 3) that brings z onto ``axis``; None where they are the same."""
+        """The rotation (3, 3) that brings z onto ``axis``; None if they are the same."""
         if self.axis == (0.0, 0.0, 1.0):
             return None
         a, b, c = self.axis
@@ -98,7 +101,7 @@ class Task:
 
     @cached_property
     def frame(self) -> NDArray[np.float64]:
-        """The pose (4, 4) of the task's frame in the link: that of the link, turned."""
+        """The pose (4, 4) of the task's frame in the link: the link's frame, rotated."""
         T = np.eye(4)
         if self.turn is not None:
             T[:3, :3] = self.turn
@@ -115,7 +118,7 @@ _NAMED = {"pose": Task.pose(), "position": Task.position(), "pointing": Task.poi
 
 
 def as_task(task: "Task | str") -> Task:
-    """A task, given itself or by its name."""
+    """The task: a ``Task`` itself, or the task of a name."""
     if isinstance(task, Task):
         return task
     named = _NAMED.get(task) if isinstance(task, str) else None

@@ -1,4 +1,4 @@
-"""The longest time of a search, which counts from when it computes: the kernels may be compiled first."""
+"""Limits the time of a search, counted after its first slice, which may compile the kernels."""
 
 import math
 import time
@@ -10,12 +10,12 @@ from ulna.errors import InputError
 
 
 class TimeLimit:
-    """The longest time of one search, or of several together [s]; None for no limit.
+    """The time limit of one search, or of several together [s]; None for no limit.
 
-    It is counted from the end of the first slice, in which the kernels may be compiled.
+    The time counts from the end of the first slice, which may compile the kernels.
 
     Attributes:
-        seconds: That time; infinite for no limit.
+        seconds: The limit; infinite for no limit.
     """
 
     def __init__(self, seconds: float | None) -> None:
@@ -23,7 +23,7 @@ class TimeLimit:
         self._end = np.inf
 
     def begin(self, now: float) -> None:
-        """Count from now on, unless it has begun."""
+        """Start the clock, unless it is running."""
         self._end = min(self._end, now + self.seconds)
 
     def is_over(self) -> bool:
@@ -31,7 +31,7 @@ class TimeLimit:
         return time.perf_counter() >= self._end
 
     def refuse_longer(self, advice: str) -> None:
-        """Refuse to go on if the time is over.
+        """Raise an error if the time is over.
 
         Raises:
             InputError: It is over.
@@ -41,6 +41,6 @@ class TimeLimit:
 
 
 def as_time_limit(time_limit: object) -> float | None:
-    """The longest time of a search [s]; None or infinity for no limit."""
+    """The time limit of a search [s]; None or infinity for no limit."""
     expected = "a time [s] above 0, or None for no limit,"
     return None if time_limit is None else as_number("time_limit", time_limit, 0.0, expected, above=True, most=math.inf)

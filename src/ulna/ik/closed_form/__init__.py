@@ -1,1 +1,1 @@
-"""Inverse kinematics in closed form: which arms have one, all branches of a target, and what is proved of them."""
+"""Computes inverse kinematics in closed form: the family of an arm, all branches of a target, and their proofs."""

@@ -1,18 +1,19 @@
-"""Adds joints to an arm of fewer than six, so that it is one of six.
+"""Adds joints to an arm of fewer than six, to make it an arm of six.
 
-An added joint is *free* where the task leaves its turn open: three about the link's origin for a position, one about the axis of
-a pointing. Otherwise it is *at rest*: a solution of the six joints is a solution of the arm if the added joint is at 0. They
-are behind the arm's own joints, where they complete a family:
+An added joint is *free* if the task leaves its rotation open: three about the link's origin for a position, one about the axis of
+a pointing task. Otherwise it is *at rest*: a solution of the six joints is a solution of the arm if the added joint is at 0. The
+added joints follow the arm's own joints, where they complete a family:
 
-1. One at rest intersects the last axis where that intersects the one before it (a wrist), or at the link's height on it.
+1. One at rest intersects the last axis at its intersection with the axis before it (a wrist), or at the link's height on it.
 2. Two at rest intersect the last axis: these three are a wrist. Three are a wrist at the link's origin, or anywhere on the link.
-   The wrist is not on an axis before it that turns, for then that axis would not move it: far from it instead.
-3. A wrist is singular where its first and last axes are parallel: their angles with the one between are made to differ, so that
-   they never are. Where the three lie in a plane its two branches are one: at rest two added ones do not.
-4. Five joints of which the last three are a wrist have one at rest before them. Its axis intersects the first, or is far from it
-   where that is parallel to the second.
-5. The axes of a planar arm are parallel. It has one at rest before them, across them, so far away that its two branches never are
-   one; then it is of the family of three parallel axes.
+   The wrist is not on a revolute axis before it, since that axis would not move it; it is placed far away from it instead.
+3. A wrist is singular where its first and last axes are parallel. The angles between these two and the middle axis are made to
+   differ, so that they are never parallel. If the three lie in a plane, the wrist's two branches coincide. Two added joints at
+   rest never lie so.
+4. For five joints whose last three are a wrist, one joint at rest comes before them. Its axis intersects the first axis, or is
+   far from it if the first is parallel to the second.
+5. The axes of a planar arm are parallel. One joint at rest comes before them, perpendicular and so far away that its two branches
+   never coincide. The arm then belongs to the family of three parallel axes.
 """
 
 from collections.abc import Sequence
@@ -33,13 +34,13 @@ Line = tuple[Array, Array]  # a point and a direction
 _POSITION = Task.position().slack
 _PARALLEL = 1e-12  # rad
 _NEAR = 0.03  # of the unit
-_MIN_JOINTS = {0: 3, 1: 5, 3: 3}  # joints that an arm needs, by how many are free
-_PLANAR = {0: (2, 3), 3: (2,)}  # those of a planar arm
-_FAR = 3.0  # units from the arm to an axis before it: more than it reaches
+_MIN_JOINTS = {0: 3, 1: 5, 3: 3}  # joints that an arm needs, by the number of free ones
+_PLANAR = {0: (2, 3), 3: (2,)}  # the numbers of joints of a planar arm
+_FAR = 3.0  # units from the arm to an axis before it: more than the arm's reach
 
 
 def free_turns(task: Task) -> int | None:
-    """How many turns at the end a task leaves free; None for a task without a closed form."""
+    """The number of rotations at the end that a task leaves free; None for a task without a closed form."""
     if task.kind == WHOLE_POSE:
         return 0
     if task.kind == POINTING:
@@ -48,7 +49,7 @@ def free_turns(task: Task) -> int | None:
 
 
 def of_six(axes: Axes, n_free: int) -> list[Axes]:
-    """Arms of six joints that an arm is with joints added, the first the likeliest to have a closed form."""
+    """Arms of six joints equivalent to an arm with added joints, the likeliest to have a closed form first."""
     if len(axes.directions) in _PLANAR.get(n_free, ()) and _is_planar(axes):
         return [_planar(axes, n_free)]
     return [arm for own in _orders(axes) for arm in _completed(own, n_free)]
@@ -70,7 +71,7 @@ def _completed(axes: Axes, n_free: int) -> list[Axes]:
 
 
 def _with_one_or_two(axes: Axes) -> list[Axes]:
-    """An arm of four or five joints with one or two at rest."""
+    """An arm of four or five joints with one or two joints at rest added."""
     origin, last = axes.end[:3, 3], axes.directions[-1]
     at = axes.points[-1] + last * ((origin - axes.points[-1]) @ last)
     if len(axes.directions) + 2 == N_AXES:
@@ -84,7 +85,10 @@ def _with_one_or_two(axes: Axes) -> list[Axes]:
 
 
 def _before(axes: Axes) -> Line:
-    """An axis before the first, across it: it intersects it, or passes it where that is parallel to the second."""
+    """An axis before the first and perpendicular to it.
+
+    It intersects the first axis, or passes it at a distance if the first is parallel to the second.
+    """
     h = axes.directions[0]
     across = normal_to(h)
     is_parallel = np.linalg.norm(np.cross(h, axes.directions[1])) < _PARALLEL
@@ -93,14 +97,14 @@ def _before(axes: Axes) -> Line:
 
 
 def _is_planar(axes: Axes) -> bool:
-    """Whether all joints turn about axes that are parallel, and each away from the one before it."""
+    """Whether all joints rotate about parallel axes, each at a distance from the axis before it."""
     h = axes.directions
     across = np.linalg.norm(np.cross(h[:-1], h[1:]), axis=1).max() < _PARALLEL
     return across and not axes.slides.any() and not any(_is_on(axes, j, point) for j, point in enumerate(axes.points[1:]))
 
 
 def _planar(axes: Axes, n_free: int) -> Axes:
-    """A planar arm of two or three joints with one before it, and a wrist of those that are missing at the link's origin."""
+    """A planar arm of two or three joints with one joint before it, and a wrist at the link's origin."""
     origin, h, first = axes.end[:3, 3], axes.directions[-1], _before(axes)
     across = normal_to(h)
     third: Array = np.cross(across, h).astype(np.float64)
@@ -112,12 +116,12 @@ def _planar(axes: Axes, n_free: int) -> Axes:
 
 
 def _is_on(axes: Axes, j: int, point: Array) -> bool:
-    """Whether a point is on the axis of a joint that turns, or nearer to it than a share of the arm's length."""
+    """Whether a point is on a joint's revolute axis, up to a share of the arm's length."""
     return not axes.slides[j] and float(np.linalg.norm(np.cross(axes.directions[j], point - axes.points[j]))) < _NEAR * axes.unit
 
 
 def _orders(axes: Axes) -> list[Axes]:
-    """The joints in their order; and, where slides follow turns about parallel axes, the slides before these: it is the same."""
+    """Equivalent orders of the joints: the given one, and one with prismatic joints moved before parallel revolute ones."""
     h, order = axes.directions, list(range(len(axes.directions)))
     for _ in order:
         for k in range(1, len(order)):
@@ -131,7 +135,7 @@ def _orders(axes: Axes) -> list[Axes]:
 
 
 def _nearest_to_before(axes: Axes) -> Array:
-    """The point of the last axis that is nearest to the one before it."""
+    """The point of the last axis that is nearest to the axis before it."""
     h, k, way = axes.directions[-1], axes.directions[-2], axes.points[-2] - axes.points[-1]
     across = h @ k
     square = 1.0 - across * across
@@ -139,14 +143,14 @@ def _nearest_to_before(axes: Axes) -> Array:
 
 
 def _leaning(h: Array, other: Array) -> Array:
-    """A direction whose angle with h is far from that of another, and from that of its opposite."""
+    """A direction whose angle with h is far from the angle of another one with h, and from its supplement."""
     angle = float(np.arctan2(np.linalg.norm(np.cross(h, other)), abs(h @ other)))
     lean = angle / 2.0 if angle > np.pi / 4 else angle / 2.0 + np.pi / 4
     return np.cos(lean) * h + np.sin(lean) * normal_to(h)
 
 
 def _with(axes: Axes, behind: list[Line], before: Sequence[Line] = ()) -> Axes:
-    """Axes with joints about further lines behind them, or before them, and the chain of all."""
+    """Add joints about further lines after the axes, or before them, and make the chain of all joints."""
     n, first, added = len(axes.directions), len(before), [*before, *behind]
 
     def with_added(rows: NDArray[Any], new: NDArray[Any]) -> NDArray[Any]:

@@ -1,4 +1,4 @@
-"""Finds the axes of the joints that a closed form moves, in the zero configuration."""
+"""Finds the axes of a closed form's joints, in the zero configuration."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -16,29 +16,29 @@ _SAME_AXIS = 1e-12  # sine of an angle, or share of the reach
 
 
 class Coupling(NamedTuple):
-    """A joint that turns by its own entry of q and by a whole multiple of another entry, as Fanuc's J3 turns with J2."""
+    """A joint driven by its own entry of q plus a multiple of another, like Fanuc's J3 with J2."""
 
     column: int
     """The entry of the joint."""
     leader: int
     """The other entry."""
     ratio: int
-    """The multiple."""
+    """The multiple, an integer."""
 
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """Joints in a row: n of an arm, or six, of which some may be added ones.
+    """The axes of a serial chain: n of an arm, or six, some of them possibly added.
 
     Attributes:
-        directions: Unit vectors, shape (n, 3), in the base's axes: q counts turns about them, or metres along them.
-        points: A point on each, shape (n, 3) [m].
-        slides: Whether a joint slides, shape (n,).
-        entries: Which of the entries each moves, shape (n,), numbered from the base on.
+        directions: Unit vectors, shape (n, 3), in the base's axes: q counts rotations about them, or meters along them.
+        points: A point on each axis, shape (n, 3) [m].
+        slides: Mask of the prismatic joints, shape (n,).
+        entries: The entry that each joint reads, shape (n,), numbered from the base on.
         end: The pose of the end, shape (4, 4).
-        chain: The table of the joints alone, with entries numbered so.
-        reach: The length of all parts together [m].
-        slide: How far the longest slide may move [m].
+        chain: The table of these joints alone, with entries numbered in the same way.
+        reach: The sum of all lengths [m].
+        slide: The longest stroke of the prismatic joints [m].
     """
 
     directions: Array
@@ -52,12 +52,15 @@ class Axes:
 
     @property
     def unit(self) -> float:
-        """The length of which shares are taken [m]: the reach, or the longest slide where that is nothing but rounding."""
+        """The length to which length tolerances are relative [m]: the reach, or the longest stroke if the reach is negligible."""
         return size_of(self.reach, self.slide)
 
 
 def decoupled(chain: Array) -> tuple[Array, tuple[Coupling, ...]]:
-    """The chain without followers that turn about the axis of the joint next to them, and what they add to that joint."""
+    """Split a chain into one without couplings, and the couplings.
+
+    A coupling is a follower joint that rotates about the axis of its neighbor.
+    """
     moving = [i for i, row in enumerate(chain) if int(row[KIND]) != FIXED and row[RATIO] != 0.0]
     columns = [int(chain[i][COLUMN]) for i in moving]
     changed, couplings, reach = chain.copy(), [], length_of(chain[1:])
@@ -74,7 +77,7 @@ def decoupled(chain: Array) -> tuple[Array, tuple[Coupling, ...]]:
 
 
 def _coupling(chain: Array, i: int, j: int, reach: float) -> Coupling | None:
-    """The coupling of the joint in row j to the entry of a follower in row i, if both turn about one axis."""
+    """The coupling of joint row j to the entry of follower row i, if both rotate about one axis."""
     follower, joint = chain[i], chain[j]
     if int(follower[KIND]) != REVOLUTE or int(joint[KIND]) != REVOLUTE or follower[COLUMN] == joint[COLUMN]:
         return None
@@ -82,7 +85,7 @@ def _coupling(chain: Array, i: int, j: int, reach: float) -> Coupling | None:
     pose = motion_along_z(REVOLUTE, chain[first][OFFSET])
     for row in chain[first + 1 : last]:
         pose = pose @ row_pose(row) @ (np.eye(4) if int(row[KIND]) == FIXED else motion_along_z(int(row[KIND]), row[OFFSET]))
-    aside = (pose @ row_pose(chain[last]))[:3, 2:]  # the other axis and a point on it, as the first joint sees them
+    aside = (pose @ row_pose(chain[last]))[:3, 2:]  # the other axis and a point on it, in the frame of the first joint
     same = (np.linalg.norm(aside[:2], axis=0) <= _SAME_AXIS * np.array([1.0, reach])).all()
     ratio = np.sign(aside[2, 0]) * follower[RATIO] / joint[RATIO]
     if not same or abs(joint[RATIO]) != 1.0 or ratio != np.rint(ratio):
@@ -91,9 +94,9 @@ def _coupling(chain: Array, i: int, j: int, reach: float) -> Coupling | None:
 
 
 def axes_of(chain: Array, columns: tuple[int, ...], q: Array, slide: float) -> Axes | None:
-    """The axes of the joints that some entries of q move, all others held at q (n_dof,); ``slide`` as of ``Axes``.
+    """The axes of the joints that some entries of q move, with all others held at q (n_dof,).
 
-    None if one of them moves no joint, several joints, or one at a ratio other than 1 and -1.
+    slide: As in ``Axes``. None if one of the entries moves no joint, several joints, or one at a ratio other than 1 and -1.
     """
     pose, before, directions, points, rows, order = np.eye(4), np.eye(4), [], [], [], []
     for row in chain:
@@ -120,26 +123,29 @@ def axes_of(chain: Array, columns: tuple[int, ...], q: Array, slide: float) -> A
 
 
 def normal_to(h: Array) -> Array:
-    """A unit vector across h."""
+    """A unit vector perpendicular to h."""
     n: Array = np.cross(h, np.eye(3)[np.argmin(np.abs(h))]).astype(np.float64)
     return n / float(np.linalg.norm(n))
 
 
 def frame_along(h: Array) -> Array:
-    """A rotation (3, 3) whose z axis is the unit vector h: its columns are a normal n, h x n and h."""
+    """A rotation (3, 3) with the unit vector h as its z axis.
+
+    Its columns are a normal n, h x n and h.
+    """
     n = normal_to(h)
     return np.column_stack([n, np.cross(h, n), h])
 
 
 def nearest_point(directions: Array, points: Array) -> tuple[Array, float]:
-    """The point nearest to lines that are not all parallel, and how far it is from them at most."""
+    """The point nearest to lines that are not all parallel, and its maximum distance from them."""
     across = np.eye(3) - directions[:, :, None] * directions[:, None, :]
     point = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, points))
     return point, float(np.linalg.norm(np.einsum("nij,nj->ni", across, point - points), axis=1).max())
 
 
 def table_of_rows(rows: list) -> Array:
-    """A chain of rows without PARENT, which is the row above."""
+    """A chain from rows without PARENT, which is the row above."""
     table = np.empty((len(rows), TABLE_WIDTH))
     table[:, :PARENT], table[:, PARENT] = rows, np.arange(len(rows)) - 1
     table.setflags(write=False)
@@ -147,6 +153,6 @@ def table_of_rows(rows: list) -> Array:
 
 
 def turning_order(chain: Array) -> tuple[int, ...]:
-    """The entries of q that move the chain, in the order in which they first do."""
+    """The entries of q that move the chain, in the order of their first joints."""
     moving = [int(row[COLUMN]) for row in chain if int(row[KIND]) != FIXED and row[RATIO] != 0.0]
     return tuple(dict.fromkeys(moving))

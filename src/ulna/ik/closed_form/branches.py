@@ -1,4 +1,4 @@
-"""Computes all branches of an arm by its closed form, turned into the limits."""
+"""Computes all branches of an arm by its closed form, with whole turns that bring them into the limits."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 _Computed = tuple[Array, NDArray[np.int8], NDArray[np.int64]]
 
-# rad: the most that an added joint at rest may turn; at the end of a branch.
+# rad: the maximum rotation of an added joint at rest; the same at the end of a branch, where two branches meet.
 _NEARLY, _NEARLY_AT_END = 1e-3, 0.1
 _SAME = 1e-7  # rad, or share of the reach
 _STEPS = 8
@@ -35,8 +35,8 @@ class Branches:
     Attributes:
         q: Shape (n, m, n_dof), nearest to the seeds by whole turns within the limits; NaN where a branch is not real.
         real: Whether they reach the target, shape (n, m).
-        valid: Whether they are within the limits too, shape (n, m).
-        proof: The numbers of what is proved in ``PROOFS``, shape (n,); -1 where the target is no pose.
+        valid: Whether they are also within the limits, shape (n, m).
+        proof: Indices into ``PROOFS``, shape (n,); -1 where the target is no pose.
     """
 
     q: Array
@@ -52,8 +52,8 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
         form: Its closed form.
         tree: The robot.
         targets: Rigid motions, shape (n, 4, 4).
-        seeds: Shape (n or 1, n_dof): where joints are that may have any angle, and those that do not move the link.
-        workers: What computes in the place of threads, if given.
+        seeds: Shape (n or 1, n_dof). They give the values of undetermined joints, and of joints that do not move the link.
+        workers: Computes in place of threads, if given.
     """
     q, known, proof = _computed(form, tree, targets, seeds, workers)
     real = (known & layout.IS_REAL) > 0
@@ -67,10 +67,13 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
 
 
 def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Computed:
-    """q, what is known of each branch, and what a form of six joints proves; joints at a limit to rounding are at it."""
+    """Compute q, the flags of each branch, and the proof of a form of six joints.
+
+    Joints at a limit up to rounding are put at the limit.
+    """
     six = joints_at(form, seeds[0] if len(seeds) else np.zeros(tree.n_dof))
     lower, upper, turned = tree.lower, tree.upper, seeds
-    if form.couplings:  # the limits are not those of the sums
+    if form.couplings:  # the limits do not apply to the sums
         lower, upper, turned = np.full(tree.n_dof, -np.inf), np.full(tree.n_dof, np.inf), seeds.copy()
         for column, leader, ratio in form.couplings:
             turned[:, column] += ratio * seeds[:, leader]
@@ -88,7 +91,7 @@ def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, worker
 def sampled_branches(
     form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, workers: Workers = None
 ) -> Branches:
-    """The branches of an arm of seven joints at each of ``n_samples`` places of the held joint, shape (n, 8 n_samples, ...)."""
+    """The branches of an arm of seven joints at ``n_samples`` positions of the held joint, shape (n, 8 n_samples, ...)."""
     if form.held_column is None:
         raise AssertionError("an arm of six joints has no joint to hold")
     n, (low, high) = len(targets), held_range(tree, form.held_column)
@@ -98,17 +101,17 @@ def sampled_branches(
 
 
 def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, workers: Workers = None) -> Branches:
-    """The branches of an arm of seven joints at places of the held joint of each target.
+    """The branches of an arm of seven joints at given positions of the held joint for each target.
 
-    A held joint at either end moves the target instead of the axes: then all places are targets of one form.
+    A held joint at either end moves the target instead of the axes, so all positions are targets of one form.
 
     Args:
         form: Its closed form.
         tree: The robot.
         targets: Shape (n, 4, 4).
         seeds: Shape (n, n_dof).
-        places: Shape (n, k).
-        workers: What computes in the place of threads, if given.
+        places: The positions of the held joint, shape (n, k).
+        workers: Computes in place of threads, if given.
 
     Returns:
         The branches, shape (n, 8 k, ...).
@@ -126,7 +129,7 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
         targets = np.repeat(targets, k, axis=0)
         q, known = np.empty((n * k, layout.N_BRANCHES, tree.n_dof)), np.empty((n * k, layout.N_BRANCHES), dtype=np.int8)
         here[:, column] = places.ravel()
-        for place in np.unique(places):  # a form each
+        for place in np.unique(places):  # one form for each position
             of_it = np.flatnonzero(here[:, column] == place)
             q[of_it], known[of_it], _ = _computed(form, tree, targets[of_it], here[of_it], workers)
     here[:, column] = places.ravel()
@@ -138,7 +141,7 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
 
 
 def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArray[np.int64], seeds: Array) -> Branches:
-    """Branches turned near the seeds, those at a limit to rounding put there."""
+    """Bring branches near the seeds by whole turns, and put joints at a limit up to rounding at the limit."""
     lower, upper = tree.lower, tree.upper
     turning, at_limit = turning_columns(chain, tree.n_dof), layout.AT_LIMIT * units_of(chain, lower, upper)
     q = nearest_turns(q, seeds[:, None], lower - at_limit, upper + at_limit, turning)
@@ -150,13 +153,13 @@ def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArr
 def _of_fewer(
     six: SixJoints, targets: Array, q: Array, known: NDArray[Any], lower: Array, upper: Array
 ) -> tuple[Array, NDArray[np.int64]]:
-    """The branches of an arm's own joints, within their limits, of those of six of which some were added: q and ``known``.
+    """The branches of an arm of fewer than six joints, from those of the six joints: q and ``known``.
 
-    1. Where joints were added that have to be at rest: a branch in which they nearly are is a start. Newton steps of the other
-       joints follow, for at the end of a branch a rounded target turns the added joints by the square root of its rounding, and
-       behind two ends by more: there a start that does not lead to a solution leaves in doubt whether there is one. A start
-       within the limits leads to a solution within them, if there is one as exact.
-    2. Leave out a branch that differs from one before it only in added joints.
+    1. If some added joints must be at rest, a branch in which they nearly are is a start for Newton steps of the other joints.
+       These steps are needed at the end of a branch, where two branches meet. A rounded target rotates the added joints there by
+       the square root of its rounding, and after two such ends by more. A start there that leads to no solution leaves it open
+       whether there is one. A start within the limits leads to a solution within them, if there is one as exact.
+    2. Drop a branch that differs from an earlier one only in added joints.
     """
     n_own, share = len(six.columns), six.table[layout.FORM, layout.INVERSE_REACH]
     known = known.astype(np.int64)
@@ -181,14 +184,14 @@ def _of_fewer(
 
 
 def _polished(six: SixJoints, targets: Array, starts: Array, bounds: Array) -> tuple[Array, Array]:
-    """Where Newton steps within bounds lead from starts (n, ...), joints at rest left there, and the errors (n,)."""
+    """The results (n, ...) of Newton steps from starts within bounds, and their errors (n,); joints at rest stay there."""
     q, errors, share = starts.copy(), np.full(len(starts), _NEARLY), six.table[layout.FORM, layout.INVERSE_REACH]
     closed_form.polish_all(six.without_rest, targets, q, bounds, share, _STEPS, errors)
     return q, errors
 
 
 def _repeated(q: Array, slides: Truths, real: Truths) -> NDArray[Any]:
-    """Whether a solution is one of those before it, shape (n, 8)."""
+    """Whether a solution repeats an earlier one, shape (n, 8)."""
     difference = q[:, :, None] - q[:, None]
     same = (np.abs(np.where(slides, difference, _turned(difference))) <= _SAME).all(axis=-1)
     before = np.tri(layout.N_BRANCHES, k=-1, dtype=bool)
@@ -196,12 +199,14 @@ def _repeated(q: Array, slides: Truths, real: Truths) -> NDArray[Any]:
 
 
 def _turned(angle: Array) -> Array:
-    """Angles in [-pi, pi)."""
+    """Angles wrapped to [-pi, pi)."""
     return np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi
 
 
 def targets_with_held_at_zero(chain: Array, column: int, targets: Array, places: Array) -> Array | None:
-    """Targets (n, 4, 4) for the held joint at its places (n,), moved so that it is at 0; None where it is at neither end.
+    """Move targets (n, 4, 4) for the held joint at positions (n,) to targets for it at 0.
+
+    Returns None if the held joint is at neither end of the chain.
 
     1. The last joint: T = A M(x) B, so A M(0) B = T B^-1 M(x)^-1 M(0) B.
     2. The first joint: T = A M(x) B, so A M(0) B = A M(0) M(x)^-1 A^-1 T.
@@ -221,7 +226,7 @@ def targets_with_held_at_zero(chain: Array, column: int, targets: Array, places:
 
 
 def _product(rows: Array) -> Array:
-    """The pose of rows that do not move."""
+    """The pose of rows of a chain, without joint motion."""
     pose = np.eye(4)
     for row in rows:
         pose = pose @ row_pose(row)

@@ -1,27 +1,30 @@
-"""Says whether an arm has a closed form, and of which family; from here the other folders import.
+"""Decides whether an arm has a closed form, and of which family; the interface of this folder.
 
-The idea. The pose of the end is a product of turns, rot(h_1, q_1) ... rot(h_6, q_6), about six axes with directions h_i. With a
-*spherical wrist* the last three axes intersect in a point, which they do not move: its place p depends on three joints alone,
+The idea. The pose of the end is a product of rotations, rot(h_1, q_1) ... rot(h_6, q_6), about six axes with directions h_i. The
+last three axes of a *spherical wrist* intersect in a point. They do not move this point, so its position p depends on three
+joints alone:
 
-    p = R_1 (P_1 + R_2 (P_2 + R_3 P_3)),    R_i = rot(h_i, q_i),  P_i the way from axis i to axis i + 1.
+    p = R_1 (P_1 + R_2 (P_2 + R_3 P_3)),    R_i = rot(h_i, q_i),  P_i the vector from axis i to axis i + 1.
 
-Where two of the first axes are parallel or intersect, a length or a part of that equation does not depend on two of the angles:
-if axes 2 and 3 are parallel, h_2 . R_1' p = h_2 . (P_1 + P_2 + P_3). That is one equation in q_1, a circle cut by a plane: two
-angles. What is left is again of that kind, and R_4 R_5 R_6 = (R_1 R_2 R_3)' R gives the wrist: two each time, eight branches.
-(Where no axes are parallel or intersect, the equation in one angle is a quartic, with up to four.)
+If two of the first axes are parallel or intersect, a length or a component in that equation is independent of two angles. If axes
+2 and 3 are parallel, h_2 . R_1' p = h_2 . (P_1 + P_2 + P_3). This is one equation in q_1, the intersection of a circle and a
+plane: two angles. The remaining equations are of the same kind, and R_4 R_5 R_6 = (R_1 R_2 R_3)' R gives the wrist. Two angles
+each time make eight branches. (If no axes are parallel or intersect, the equation in one angle is a quartic, with up to four
+roots.)
 
-1. ``axes``: where the axes are. ``families``: which are parallel or intersect, or nearly; then the axes are moved to be exactly
-   so, and ``miss`` says by how much. With a miss of at most 1e-12 a form is *exact*; up to 1e-3 its branches are starts of
-   Newton steps.
-   A joint that another one turns too is seen as one that turns by the sum of both (``axes.decoupled``).
-2. ``added_joints``: an arm of fewer joints becomes one of six. Of an arm of seven one joint is held (``branches``).
-3. ``six_joints``: the table of the kernels (``kernels/chain``), which compute the branches; ``branches``: within the limits.
+1. ``axes`` computes the axes. ``families`` finds which are parallel or intersect, exactly or nearly. It moves the axes to be
+   exactly so, and ``miss`` is the size of that move. With a miss of at most 1e-12 a form is *exact*; up to 1e-3 its branches are
+   starts of Newton steps. A joint that another joint also rotates counts as one that rotates by the sum of both
+   (``axes.decoupled``).
+2. ``added_joints`` turns an arm of fewer joints into one of six. For an arm of seven joints one is held (``branches``).
+3. ``six_joints`` makes the table of the kernels (``kernels/chain``), which compute the branches. ``branches`` brings them into
+   the limits.
 
-The proof. The equations follow from the pose, so a pose has no solution but those found: it is ``complete`` unless rounding
-hides one. Each branch carries how well its worst angle is determined. Where a cos q + b sin q = c has an amplitude
-(a^2 + b^2)^(1/2) of nothing but rounding, any q solves it: the solutions are a continuum where there is one, and else
-nothing is proved. Where its two roots are one to rounding, they are ``coinciding``. Where it has no root, but rounding alone may
-have taken it, nothing is proved (``kernels/chain/accuracy``).
+The proof. The equations follow from the pose, so a pose has no other solutions than these: the result is ``complete`` unless
+rounding hides a solution. Each branch carries the accuracy of its worst angle. Consider a cos q + b sin q = c. If its amplitude
+(a^2 + b^2)^(1/2) is rounding alone, any q solves it. With a solution, the solutions are a continuum; without one, nothing is
+proved. If its two roots are equal up to rounding, they are ``coinciding``. If it has no root, and rounding alone may have removed
+it, nothing is proved (``kernels/chain/accuracy``).
 """
 
 from dataclasses import dataclass, field, replace
@@ -42,8 +45,8 @@ from ulna.notebook.tables import OneLine
 
 Array = NDArray[np.float64]
 _POSE = Task.pose()
-_SHARES = (0.43, 0.31, 0.83)  # of the range of a held joint: where a family has to hold. In the middle axes may be parallel
-_MAX_LINKS, _MAX_PLACES = 64, 256  # that are kept: of robots, and places of a joint that is held
+_SHARES = (0.43, 0.31, 0.83)  # of a held joint's range: positions where a family must hold. At the middle, axes may be parallel
+_MAX_LINKS, _MAX_PLACES = 64, 256  # entries of the caches: of robots, and of positions of a held joint
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -51,15 +54,15 @@ class ClosedForm(OneLine):
     """The closed form of the inverse kinematics of a link.
 
     Attributes:
-        family: Which axes are parallel and which intersect, counted from the base on, the held joint left out.
+        family: The parallel and the intersecting axes, counted from the base on, without the held joint.
         from_end: Whether the axes are counted from the end on instead.
-        held: The joint that is held, for arms of seven joints; None for fewer.
-        n_joints: How many joints it moves; below six, joints are added that the task leaves free, or that are at rest.
-        miss: By how much the axes miss the family: the largest angle [rad], or distance as a share of the arm's length.
-        is_exact: Whether ``miss`` is at most 1e-12, so that the branches are all there are. Otherwise, up to 1e-3, they are
-            starts of Newton steps, which may miss some, and prove nothing.
-        slide: How far the longest slide may move [m].
-        couplings: The joints that turn with another entry of q too; ``chain`` has none of them.
+        held: The held joint, for arms of seven joints; None for fewer.
+        n_joints: The number of joints that it moves. Below six, joints are added that the task leaves free, or that are at rest.
+        miss: The deviation of the axes from the family: the maximum angle [rad], or distance as a share of the arm's length.
+        is_exact: Whether ``miss`` is at most 1e-12, so that the branches are all solutions. Otherwise, up to 1e-3, they are
+            starts of Newton steps, which may miss solutions and prove nothing.
+        slide: The longest stroke of the prismatic joints [m].
+        couplings: The joints that also rotate with another entry of q; ``chain`` is without couplings.
     """
 
     family: str
@@ -77,12 +80,12 @@ class ClosedForm(OneLine):
 
     @property
     def n_at_rest(self) -> int:
-        """How many of the added joints are at rest: so many conditions must a pose satisfy to be reached."""
+        """The number of added joints at rest. A reachable pose must satisfy as many conditions."""
         return N_AXES - self.n_joints - self.n_free
 
     @property
     def geometry(self) -> str:
-        """The family, with the joint that is held, the end from which the axes are counted, and how many joints were added."""
+        """The family, with the held joint, the end from which the axes are counted, and the number of added joints."""
         seen = ", counted from the end" if self.from_end else ""
         if self.n_joints < N_AXES:
             seen += f", with {N_AXES - self.n_joints} of the joints added"
@@ -95,7 +98,7 @@ class ClosedForm(OneLine):
 
 
 def joints_at(form: ClosedForm, q: Array) -> SixJoints:
-    """The form of the six joints, the others at q, shape (n_dof,)."""
+    """The form of the six joints, with the others at q, shape (n_dof,)."""
     joints = _six_joints(form, None if form.held_column is None else float(q[form.held_column]), len(q))
     if joints is None:
         raise AssertionError("a family that holds at three places of the held joint does not hold at another")
@@ -103,13 +106,13 @@ def joints_at(form: ClosedForm, q: Array) -> SixJoints:
 
 
 def closed_form_of(tree: Tree, link: str, held: str | None = None, task: Task = _POSE) -> ClosedForm | None:
-    """The closed form of a link, or None. Of seven joints, the one is held for which the axes miss a family least.
+    """The closed form of a link, or None. Of seven joints it holds the one with the smallest miss.
 
     Args:
         tree: The robot.
-        link: The link that is brought to a pose.
-        held: The joint to hold, for arms of seven joints; the best unless given.
-        task: Which part of the pose must be reached. The form is that of the task's frame.
+        link: The link to bring to a pose.
+        held: The joint to hold, for arms of seven joints; the best one unless given.
+        task: The components of the pose to reach. The form is that of the task's frame.
     """
     tree.chain(link)
     return _closed_form_of(tree, link, held, task)
@@ -138,7 +141,10 @@ def _closed_form_of(tree: Tree, link: str, held: str | None, task: Task) -> Clos
 
 
 def _by_preference(order: tuple[int, ...]) -> list[int]:
-    """The joints at both ends first: the geometry of the others does not change with them."""
+    """The order in which to try joints to hold.
+
+    The joints at both ends come first: they do not change the geometry of the others.
+    """
     return [order[k] for k in (6, 0, 2, 4, 1, 5, 3)]
 
 
@@ -170,7 +176,7 @@ def _made(tree: Tree, chain: Array, order: tuple[int, ...], n_free: int, held: i
 
 
 def _places(tree: Tree, held: int | None) -> list[Array]:
-    """Configurations at which a family has to hold."""
+    """Configurations at which a family must hold."""
     if held is None:
         return [np.zeros(tree.n_dof)]
     low, high = held_range(tree, held)
@@ -178,7 +184,7 @@ def _places(tree: Tree, held: int | None) -> list[Array]:
 
 
 def held_range(tree: Tree, column: int) -> tuple[float, float]:
-    """Where a held joint may be: its limits, no more than a turn; without limits half a turn to both sides."""
+    """The range of a held joint: its limits, at most one turn; without limits half a turn to both sides."""
     low, high = float(tree.lower[column]), float(tree.upper[column])
     if not np.isfinite(low) or not np.isfinite(high):
         return -np.pi, np.pi

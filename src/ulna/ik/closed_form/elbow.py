@@ -1,12 +1,12 @@
 """Computes the branches of arms with a spherical shoulder and wrist at samples of the elbow's angle.
 
-The three axes at the shoulder S intersect, and the three at the wrist W; axis 4 is the elbow's. The redundancy is the angle by
-which the arm is turned about the line from S to W; it is 0 where the plane of the elbow holds the first axis.
+The three axes at the shoulder S intersect, and so do the three at the wrist W; axis 4 is the elbow's. The redundancy is the
+rotation of the arm about the line from S to W. Its angle is 0 if the first axis lies in the plane of the elbow.
 
-1. |S W| gives q_4, two of them (subproblem 3).
-2. The rotation of the shoulder brings S W to its place, the elbow turned about it by the angle: it is known.
-3. A rotation is three turns in two ways: h_a . R h_c gives the middle one (subproblem 4), the others follow (subproblem 1). So
-   there are two for the shoulder and two for the wrist.
+1. |S W| gives two values of q_4 (subproblem 3).
+2. The elbow angle then determines the rotation of the shoulder, which brings S W to its place and rotates the elbow about it.
+3. A rotation is the product of three rotations in two ways: h_a . R h_c gives the middle one (subproblem 4), and subproblem 1 the
+   others. So there are two solutions for the shoulder and two for the wrist.
 
 Source: Shimizu, Kakuya, Yoon, Kitagaki and Kosuge, Analytical inverse kinematic computation for 7-DOF redundant manipulators with
 joint limits and its application to redundancy resolution (2008).
@@ -36,9 +36,9 @@ class Elbow:
 
     Attributes:
         axes: Its axes.
-        columns: The entries of q that they are.
+        columns: Their entries of q.
         shoulder: S in the zero configuration, shape (3,) [m].
-        wrist: W there, shape (3,) [m].
+        wrist: W in the zero configuration, shape (3,) [m].
     """
 
     axes: Axes
@@ -47,7 +47,7 @@ class Elbow:
     wrist: Array
 
     def branches(self, targets: Array, n_samples: int) -> tuple[Array, Truths]:
-        """q (n, 8 n_samples, 7) for targets (n, 4, 4), and whether they reach them."""
+        """q (n, 8 n_samples, 7) for targets (n, 4, 4), and whether each reaches its target."""
         h, n = self.axes.directions, len(targets)
         G = targets @ inverse(self.axes.end)
         R, p = G[:, None, :3, :3], G[:, :3, :3] @ self.wrist + G[:, :3, 3] - self.shoulder
@@ -82,7 +82,7 @@ class Elbow:
 
 
 def elbow_of(tree: Tree, link: str) -> Elbow | None:
-    """The arm of a link, if it is one of seven joints with a spherical shoulder and wrist."""
+    """The arm of a link, if it has seven joints with a spherical shoulder and wrist; else None."""
     chain = tree.chain(link)
     columns = turning_order(chain)
     axes = axes_of(chain, columns, np.zeros(tree.n_dof), 0.0) if len(columns) == _N else None
@@ -95,7 +95,7 @@ def elbow_of(tree: Tree, link: str) -> Elbow | None:
 
 
 def _common(axes: Axes, part: slice) -> tuple[Array, float]:
-    """The point nearest to three axes, and how far it is from them."""
+    """The point nearest to three axes, and its maximum distance from them."""
     h, c = axes.directions[part], axes.points[part]
     if np.linalg.cond(len(h) * np.eye(3) - h.T @ h) > 1e9:
         return c[0], np.inf
@@ -103,7 +103,7 @@ def _common(axes: Axes, part: slice) -> tuple[Array, float]:
 
 
 def rotations(k: Array, angle: Array) -> Array:
-    """Turns about unit vectors k (..., 3) by angles (...), shape (..., 3, 3)."""
+    """Rotations about unit vectors k (..., 3) by angles (...), shape (..., 3, 3)."""
     k = np.broadcast_to(k, (*angle.shape, 3))
     s, c = np.sin(angle)[..., None, None], np.cos(angle)[..., None, None]
     x, y, z = np.moveaxis(k, -1, 0)
@@ -113,7 +113,7 @@ def rotations(k: Array, angle: Array) -> Array:
 
 
 def _onto(a: Array, a_side: Array, b: Array, b_side: Array) -> Array:
-    """Rotations (n, 3, 3) that bring the directions a (n, 3) onto b, and the half-planes of a_side to those of b_side."""
+    """Rotations (n, 3, 3) that take directions a (n, 3) to b, and half-planes of a_side to those of b_side."""
     return _frame(b, np.broadcast_to(b_side, b.shape)) @ np.swapaxes(_frame(a, a_side), -1, -2)
 
 
@@ -127,7 +127,7 @@ def _frame(a: Array, side: Array) -> Array:
 
 
 def _to_plane(h: Array, p: Array, k: Array, d: Array) -> tuple[tuple[Array, Array], Truths]:
-    """Subproblem 4: both angles for which h . rot(k, angle) p = d, and whether they are."""
+    """Subproblem 4: both angles with h . rot(k, angle) p = d, and whether they exist."""
     still = (h @ k) * (k @ p)
     a_s, a_c = h @ np.cross(k, p), h @ p - still
     size = np.hypot(a_s, a_c)
@@ -137,7 +137,10 @@ def _to_plane(h: Array, p: Array, k: Array, d: Array) -> tuple[tuple[Array, Arra
 
 
 def _three_turns(h: Array, R: Array) -> list[tuple[Array, Truths]]:
-    """Both ways to turn by R (..., 3, 3) about three axes (3, 3), the last first: angles (..., 3), and whether they do."""
+    """Both decompositions of R (..., 3, 3) into rotations about three axes (3, 3).
+
+    Each is the angles (..., 3), and whether they exist. The last axis rotates first.
+    """
     axis = R @ h[2]
     both, real = _to_plane(h[0], h[2], h[1], axis @ h[0])
     found = []

@@ -1,7 +1,7 @@
-"""Finds to which family of closed forms six axes belong, and by how much they miss it.
+"""Finds the family of closed forms of six axes, and the deviation of the axes from it.
 
-Source of the families: Ostermeier, Kuelz and Althoff, Automatic geometric decomposition for analytical inverse kinematics
-(EAIK, 2024), table 1; of the parallel and intersecting axes that they need: Elias and Wen, IK-Geo (2022).
+Source of the families: Ostermeier, Kuelz and Althoff, Automatic geometric decomposition for analytical inverse kinematics (EAIK,
+2024), table 1; of the parallel and intersecting axes that they need: Elias and Wen, IK-Geo (2022).
 """
 
 from collections.abc import Callable, Iterator
@@ -16,7 +16,7 @@ from ulna.kernels.chain import closed_form_layout as layout
 
 Array = NDArray[np.float64]
 Pair = tuple[int, int]
-# rad: nearer to parallel than this, axes that have to intersect are not well enough determined; and axes of a quartic.
+# rad: axes nearer to parallel than this make intersections, and quartics, ill-conditioned.
 _SKEW, _SKEW_OF_QUARTIC = 1e-3, 3e-3
 _ALMOST = 1e-6  # largest miss of a family at which its arms are not taken for those of a quartic
 EXACT = 1e-12  # largest miss of a form whose branches are all there are
@@ -28,14 +28,14 @@ class Rule(NamedTuple):
     """A family: the conditions on its axes, and the columns that its angles read. Axes are numbered from 0, in the name from 1.
 
     Attributes:
-        number: Of the family (``closed_form_layout``).
+        number: The family's number (``closed_form_layout``).
         name: The family in words.
-        parallel: Pairs that are parallel.
-        intersecting: The pair that intersects, besides the axes of a wrist.
-        near: The pair of skew axes whose points are those nearest to each other.
-        apart: Pairs that must not be nearly parallel.
-        size: What must not be nearly 0, of the directions (6, 3).
-        slides: Which of the first three joints slide; the others turn.
+        parallel: Pairs of parallel axes.
+        intersecting: The pair of intersecting axes, besides those of a wrist.
+        near: The pair of skew axes whose points are their nearest points.
+        apart: Pairs of axes that must not be nearly parallel.
+        size: A function of the directions (6, 3) that must not be nearly 0.
+        slides: Mask of the prismatic joints among the first three; the others are revolute.
         has_wrist: Whether the last three axes intersect in a point.
         offset: The length by which a quartic is divided [m], of directions and points (6, 3); None where no angle needs one.
         before: The row of NORMALS of the axis before the fifth in whose frame FIFTH is.
@@ -57,7 +57,7 @@ class Rule(NamedTuple):
 
 
 def _turn_across(turn: int, first: int, second: int) -> Callable[[Array], float]:
-    """How far the axis of a turn is from being normal to the plane in which two slides move."""
+    """The deviation of a revolute axis from the normal of the plane of two prismatic joints' motion."""
     return lambda h: float(np.linalg.norm(np.cross(h[turn], np.cross(h[first], h[second]))))
 
 
@@ -72,7 +72,7 @@ def _before_wrist(h: Array, c: Array) -> float:
 
 
 _WRIST = "spherical wrist"
-_HAND = ((0, 1), (3, 4), (4, 5))  # pairs that must be apart where axes 2, 3 and 4 are parallel
+_HAND = ((0, 1), (3, 4), (4, 5))  # pairs that must not be nearly parallel if axes 2, 3 and 4 are parallel
 _RULES = (
     Rule(
         layout.THREE_PARALLEL, "axes 2, 3 and 4 parallel, 5 and 6 intersecting", ((1, 2), (1, 3)), (4, 5), None, _HAND,
@@ -121,15 +121,15 @@ RULES = {rule.number: rule for rule in _RULES}
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Six axes, brought into a family.
+    """Six axes, moved exactly into a family.
 
     Attributes:
-        number: Of the family (``closed_form_layout``).
-        from_end: Whether the chain is seen from its end: the axes are turned round and in reversed order.
-        miss: The most by which directions [rad] and points [share of the reach] were moved for it.
+        number: The family's number (``closed_form_layout``).
+        from_end: Whether the chain is seen from its end: the axes are reversed, in direction and in order.
+        miss: The maximum move of the directions [rad] and of the points [share of the reach].
         directions: Unit vectors, shape (6, 3), exactly of the family.
-        points: On the axes, shape (6, 3) [m].
-        signs: Shape (6,): -1 where the direction is opposite to that about which q turns.
+        points: Points on the axes, shape (6, 3) [m].
+        signs: Shape (6,): -1 where the direction is opposite to the joint's own.
     """
 
     number: int
@@ -146,9 +146,10 @@ class Family:
 
 
 def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], unit: float) -> Family | None:
-    """The family with the least miss, of several that are as good the first; None where none comes near.
+    """The family with the smallest miss, the first of equally good ones; None if no family is near.
 
-    directions, points: Shape (6, 3); slides: which joints slide, shape (6,); unit: the length of which shares are taken [m].
+    directions, points: Shape (6, 3). slides: Mask of the prismatic joints, shape (6,). unit: The length for relative distances
+    [m].
     """
     found = [
         *_families(directions, points, slides, unit, from_end=False),
@@ -201,7 +202,7 @@ def _skewness(h: Array, i: int, j: int) -> float:
 
 
 def _made_parallel(h: Array, signs: Array, i: int, j: int) -> float:
-    """Turn axis j to the direction of axis i, or the opposite of it, and note that; the angle that it misses."""
+    """Make axis j parallel to axis i, and record the sign of its direction; the angle between the axes."""
     signs[j] = 1.0 if h[i] @ h[j] >= 0.0 else -1.0
     missed = _skewness(h, i, j)
     h[j] = h[i]
@@ -209,7 +210,7 @@ def _made_parallel(h: Array, signs: Array, i: int, j: int) -> float:
 
 
 def _made_intersecting(h: Array, c: Array, i: int, j: int) -> float:
-    """Move the points of two axes to where they intersect; the distance between the axes."""
+    """Move the points of two axes to their intersection; the distance between the axes."""
     normal, way = np.cross(h[i], h[j]), c[j] - c[i]
     square = normal @ normal
     if square < _SKEW**2:
@@ -220,7 +221,7 @@ def _made_intersecting(h: Array, c: Array, i: int, j: int) -> float:
 
 
 def _made_near(h: Array, c: Array, i: int, j: int) -> None:
-    """Move the points of two skew axes to where each is nearest to the other."""
+    """Move the points of two skew axes to their nearest points."""
     normal, way = np.cross(h[i], h[j]), c[j] - c[i]
     square = normal @ normal
     c[i], c[j] = c[i] + h[i] * (np.cross(way, h[j]) @ normal / square), c[j] + h[j] * (np.cross(way, h[i]) @ normal / square)

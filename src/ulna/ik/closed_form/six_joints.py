@@ -1,6 +1,6 @@
-"""Computes all branches of targets by the closed form of six joints, the others at one place.
+"""Computes all branches of targets by the closed form of six joints, with other joints fixed.
 
-Of an arm of fewer joints some are added (``added_joints``).
+For an arm of fewer joints, ``added_joints`` adds some.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ from ulna.kinematics.turns import TURN
 Array = NDArray[np.float64]
 Found = tuple[Array, NDArray[Any], NDArray[Any]]
 Workers = Callable[["SixJoints", Array, Array, Array], Found] | None
-"""What computes branches in the place of threads of this process, if given: of a form, targets, seeds and a plan."""
+"""Computes branches in place of threads of this process, if given: from a form, targets, seeds and a plan."""
 _MIN_TARGETS = 512  # of a part
 _NO_BOUNDS = np.zeros(2)
 _MORE_THAN_ANY = 1e12  # m: what a whole turn of a joint that slides would add
@@ -35,15 +35,15 @@ _NOTHING = 1e-28  # of a bend, which the rounding of right angles leaves
 
 @dataclass(frozen=True, eq=False)
 class SixJoints:
-    """A closed form of six joints, the others at one place.
+    """A closed form of six joints, with other joints fixed.
 
     Attributes:
-        table: That of the kernels.
+        table: The table of the kernels.
         chain: The chain of the six joints.
-        own: That of the arm's own joints, the first of them.
-        columns: The entries of q that the arm's own joints are, shape (n,).
-        n_free: How many of the added joints are free; the others are at rest.
-        family: To which it belongs.
+        own: The chain of the arm's own joints, which come first.
+        columns: The entries of q of the arm's own joints, shape (n,).
+        n_free: The number of free added joints; the other added joints are at rest.
+        family: The family.
     """
 
     table: Array
@@ -55,23 +55,23 @@ class SixJoints:
 
     @property
     def slides(self) -> NDArray[np.bool_]:
-        """Which of the arm's own joints slide, shape (n,)."""
+        """Mask of the prismatic joints among the arm's own joints, shape (n,)."""
         return self.own[:-1, KIND] == PRISMATIC
 
     def entries_of(self, q: Array) -> Array:
-        """The six joints in configurations q (..., n_dof), shape (..., 6); those that were added are at 0."""
+        """The six joints in configurations q (..., n_dof), shape (..., 6); added joints are at 0."""
         entries = np.zeros((*q.shape[:-1], N_AXES))
         entries[..., : len(self.columns)] = q[..., self.columns]
         return entries
 
     @property
     def is_exact(self) -> bool:
-        """Whether the branches are all there are."""
+        """Whether the branches are all solutions."""
         return self.family.miss <= EXACT
 
     @cached_property
     def without_rest(self) -> Array:
-        """The chain of the arm's own joints and the free ones; those at rest are part of the links."""
+        """The chain of the arm's own joints and the free ones; joints at rest become part of the links."""
         chain, n_own, n_rest = self.chain.copy(), len(self.columns), N_AXES - len(self.columns) - self.n_free
         moving, entry_of = chain[:, KIND] != FIXED, chain[:, COLUMN]
         at_rest = moving & (entry_of >= n_own) & (entry_of < n_own + n_rest)
@@ -81,17 +81,18 @@ class SixJoints:
         return chain
 
     def plan(self, lower: Array, upper: Array, tolerances: tuple[float, float] = (0.0, 0.0)) -> Array:
-        """What the kernels take as the bounds of all entries of q, shapes (n_dof,) (``ik.entries.closed_form``)."""
+        """The kernels' bounds and units of the joints (``ik.entries.closed_form``), from bounds of q, shapes (n_dof,)."""
         turns = np.where(self.slides, _MORE_THAN_ANY, TURN)
         units = np.where(self.slides, 1.0 / self.table[layout.FORM, layout.INVERSE_REACH], 1.0)
         return np.concatenate([tolerances, lower[self.columns], upper[self.columns], turns, 1.0 / turns, units])
 
     def branches(self, targets: Array, seeds: Array, workers: Workers = None, plan: Array = _NO_BOUNDS) -> Found:
-        """All branches of targets (n, 4, 4), which are rigid motions: q (n, 8, 6), known (n, 8) and proof (n,).
+        """All branches of rigid motions (n, 4, 4): q (n, 8, 6), known (n, 8) and proof (n,).
 
-        ``known`` is the sum of what is known of a branch, and ``proof`` what they prove (``closed_form_layout``). Joints that may
-        have any angle get that of seeds (n or 1, 6). The entries of q are the arm's own joints from the base on, then the added
-        ones. With the bounds of a plan branches are turned towards the seeds within them, and NaN where they are not real.
+        ``known`` is the sum of a branch's flags, and ``proof`` follows from the flags (``closed_form_layout``). Undetermined
+        joints get their values from seeds (n or 1, 6). The entries of q are the arm's own joints from the base on, then the added
+        ones. With the bounds of a plan, whole turns bring branches towards the seeds within the bounds, and branches that are not
+        real are NaN.
         """
         if workers is not None:
             return workers(self, targets, seeds, plan)
@@ -108,9 +109,10 @@ class SixJoints:
 
 
 def six_joints(chain: Array, columns: tuple[int, ...], q: Array, n_free: int, slide: float) -> SixJoints | None:
-    """The closed form of the joints that some entries of q move, all others held at q (n_dof,).
+    """The closed form of the joints that some entries of q move, with all others held at q (n_dof,).
 
-    slide: How far the longest slide may move [m]; n_free: How many turns at the end are free (``added_joints.free_turns``).
+    slide: The longest stroke of the prismatic joints [m]. n_free: The number of free rotations at the end
+    (``added_joints.free_turns``).
     """
     own = axes_of(chain, columns, q, slide)
     found = []
@@ -124,7 +126,7 @@ def six_joints(chain: Array, columns: tuple[int, ...], q: Array, n_free: int, sl
 
 
 def table_of(axes: Axes, family: Family, n_free: int) -> Array:
-    """The table (``closed_form_layout``), shape (N_ROWS, 3), read-only; the last ``n_free`` joints are free."""
+    """The table of the kernels (``closed_form_layout``), shape (N_ROWS, 3), read-only; the last ``n_free`` joints are free."""
     table = np.zeros((layout.N_ROWS, 3))
     h, reach = family.directions, axes.unit
     c, back = family.points / reach, inverse(axes.end)
@@ -147,24 +149,30 @@ def table_of(axes: Axes, family: Family, n_free: int) -> Array:
 
 
 def _turns(before: Array, h: Array, behind: Array) -> Array:
-    """K, C and S of K + C cos + S sin = before' rot(h, angle) behind, by Rodrigues' formula: nine rows."""
+    """The nine rows of K, C and S, by Rodrigues' formula.
+
+    K + C cos(angle) + S sin(angle) = before' rot(h, angle) behind.
+    """
     still = np.outer(h, h)
     across: Array = np.cross(h, behind, axisb=0, axisc=0).astype(np.float64)
     return np.vstack([before.T @ still @ behind, before.T @ (np.eye(3) - still) @ behind, before.T @ across])
 
 
 def _bends(h: Array, k: Array, p: Array) -> tuple[float, float]:
-    """1 - cos(a - b) and 1 + cos(a + b), a and b the angles of k with h and with p, with no digits lost near 0."""
+    """1 - cos(a - b) and 1 + cos(a + b), accurate near 0.
+
+    a and b are the angles of k to h and to p.
+    """
     a, b = (float(np.arctan2(np.linalg.norm(np.cross(k, v)), k @ v)) for v in (h, p))
     less, more = 2.0 * np.sin((a - b) / 2.0) ** 2, 2.0 * np.cos((a + b) / 2.0) ** 2
     return 0.0 if less < _NOTHING else float(less), 0.0 if more < _NOTHING else float(more)
 
 
 def proofs_of(known: NDArray[np.int8], real: NDArray[np.bool_], n_at_rest: int = 0) -> NDArray[np.int64]:
-    """The numbers in ``PROOFS`` of what is proved of targets by all that is known of their branches (n, 8), shape (n,).
+    """The proofs of targets as indices into ``PROOFS``, from the flags of their branches (n, 8), shape (n,).
 
-    If an unsolved branch has an undetermined angle, another value may solve it: no proof. Nor is there one where joints were
-    added that have to be at rest, for another value may bring them there.
+    If an unsolved branch has an undetermined angle, another value may solve it, so nothing is proved. The same holds if added
+    joints must be at rest, since another value may bring them there.
     """
     free = (known & layout.IS_HARDLY_DETERMINED) > 0
     coinciding = ((known & layout.IS_COINCIDING) > 0) & real

@@ -1,1 +1,1 @@
-"""Follows a path of poses by joint positions that never jump to another branch."""
+"""Follows paths of poses: a joint path, or the reason why there is none."""

@@ -1,4 +1,4 @@
-"""Holds a path of poses and what a joint path through it must keep to."""
+"""Holds a path of poses, and the conditions on a joint path through it."""
 
 import time
 from collections.abc import Callable
@@ -24,25 +24,26 @@ Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 Solve = Callable[[Array, Array], IKResult]
 _TIE = 1e-9
-_MAX_AT_ONCE = 1 << 17  # starts of a search, between which the time may be over
-_MAX_CHECKED = 1 << 13  # configurations or edges
+_MAX_AT_ONCE = 1 << 17  # starts of a search between two checks of the time limit
+_MAX_CHECKED = 1 << 13  # configurations or edges between two checks of the time limit
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """A path of poses, and what the joint path must keep to.
+    """A path of poses, and the conditions on the joint path.
 
     Attributes:
-        query: The link and the options; the rank among them.
+        query: The link and the options, including the rank.
         targets: The poses, shape (n, 4, 4).
-        start: Where the arm is before the path, shape (n_dof,), within the limits; ``home`` if the caller does not say.
-        started: Whether the caller says.
-        max_step: The largest step of any joint from one pose to the next [rad or m].
-        world: What the arm must be clear of; None if nothing is checked.
+        start: The configuration before the path, shape (n_dof,), within the limits; ``home`` if the caller gives none.
+        started: Whether the caller gives the start.
+        max_step: The largest allowed step of any joint from one pose to the next [rad or m].
+        world: The world to stay clear of; None if collisions are not checked.
         solve: Inverse kinematics of one pose from a seed, clear of the world.
-        limit: How long the search may take. Once that is over, nothing more is searched, and what is not checked is left out.
-        start_excess: How far beyond the limits the start was that the caller gave, shape (n_dof,).
-        one_sided: Whether the turns of joints with one finite limit are counted from it; else they turn as if they had none.
+        limit: The time limit. Once it is over, searches stop, and unchecked configurations are left out.
+        start_excess: The excess of the caller's start over the limits, shape (n_dof,).
+        one_sided: Whether turns of joints with one finite limit are counted from the limit. Otherwise these joints count as
+            unlimited.
     """
 
     query: Query
@@ -58,7 +59,7 @@ class Course:
 
     @cached_property
     def problem(self) -> Problem:
-        """The targets as those of a search from the start."""
+        """The targets as a search problem from the start."""
         return make_problem(self.query, self.targets, self.start)
 
     @cached_property
@@ -69,39 +70,40 @@ class Course:
 
     @cached_property
     def turning(self) -> Truths:
-        """The entries of q of which a whole turn changes no pose, shape (n_dof,)."""
+        """Mask of the entries of q whose whole turns change no pose, shape (n_dof,)."""
         return turning_columns(self.query.chain, self.query.tree.n_dof)
 
     @cached_property
     def form(self) -> ClosedForm | None:
-        """The closed form of the link; None if it has none, or if not the whole pose is to be reached."""
+        """The closed form of the link; None if it has none, or if the task is not the whole pose."""
         return closed_form_of(self.query.tree, self.query.link) if self.is_whole else None
 
     @property
     def is_whole(self) -> bool:
-        """Whether the whole of each pose is to be reached."""
+        """Whether the task is the whole pose."""
         return self.query.options.task.kind == layout.WHOLE_POSE
 
     @cached_property
     def collisions(self) -> CollisionFilter | None:
-        """What rejects configurations that collide."""
+        """The filter that rejects colliding configurations."""
         return collisions_of(self.query, self.world)
 
     @cached_property
     def is_redundant(self) -> bool:
-        """Whether more joints move the link than the task fixes components of a pose; one that has slack is not fixed."""
+        """Whether more joints move the link than the task fixes components of a pose. Components with slack are not fixed."""
         return len(self.query.tree.moving_columns(self.query.link)) > self.query.options.task.slack.count(0.0)
 
     @property
     def weight(self) -> float:
-        """The weight of squared joint steps beside the costs of the rank."""
+        """The weight of squared joint steps relative to the costs of the rank."""
         return 1.0 if self.query.options.rank is None else 1.0 / self.max_step**2
 
     def beginning(self, q: Array) -> Array:
-        """The cost of beginning at each lift of q (m, n_dof), infinite beyond the limits or a step from the start: (m, n_lifts).
+        """The cost of each lift of q (m, n_dof) as the first node: (m, n_lifts).
 
-        It is that of the step from the start, which may be of any length if it is home, as the caller gives none; beside the
-        costs of a rank, home only decides between lifts that are as good as each other.
+        It is infinite beyond the limits, or more than a step from the caller's start. Otherwise it is the cost of the step from
+        the start. If the caller gives no start, the step from home may have any length. With a rank, home then only breaks ties
+        between lifts.
         """
         lifts = self.lifts
         raised = np.where(lifts.lifted, q[:, None] + TURN * lifts.table, q[:, None])
@@ -113,9 +115,9 @@ class Course:
         return np.where(allowed, (self.weight if counts else _TIE) * (away**2).sum(axis=-1), np.inf)
 
     def on_from_start(self, q: Array) -> Array:
-        """A path (n, n_dof) whose free joints take no step above half a turn, begun as near to the start as whole turns bring it.
+        """Remove steps above half a turn of free joints from a path (n, n_dof), and begin it near the start.
 
-        If the caller gives no start, whole turns bring it within a limit on one side.
+        If the caller gives no start, whole turns bring the path within a limit on one side.
         """
         if not len(q):
             return q
@@ -128,16 +130,16 @@ class Course:
         return np.where(self.excess(q) <= AT_LIMIT, np.clip(q, lower, upper), q)
 
     def steps_within(self, a: Array, b: Array) -> Array:
-        """The steps from a to b by entry, b in those of its whole turns within the limits that are nearest to a."""
+        """The steps from a to b by entry, with b moved nearest to a by whole turns within the limits."""
         tree = self.query.tree
         return nearest_turns(b, a, tree.lower - AT_LIMIT, tree.upper + AT_LIMIT, self.turning) - a
 
     def excess(self, q: Array) -> Array:
-        """How far each entry of q (..., n_dof) is beyond its limits [rad or m]."""
+        """The excess of each entry of q (..., n_dof) over its limits [rad or m]."""
         return excess_of(q, self.query.tree.lower, self.query.tree.upper)
 
     def near(self, order: NDArray[np.int64], guesses: Array, *, beyond_limits: bool = False) -> tuple[Array, Truths]:
-        """Solutions of some poses (m,) that a search from each guess (m, n_dof) converges to, and whether it does."""
+        """Solutions of some poses (m,) by a search from guesses (m, n_dof), and whether each search converged."""
         problem = self.problem
         if beyond_limits:
             bounds = self.query.limits.copy()
@@ -150,7 +152,7 @@ class Course:
         return q, info["status"] == layout.SOLVED
 
     def searched(self, order: NDArray[np.int64], n_starts: int) -> list[Array]:
-        """For each of some poses (m,) what a search finds from the start and from random starts, shape (k, n_dof)."""
+        """Solutions (k, n_dof) of each of some poses (m,), by a search from the start and random starts."""
         problem, found = replace(self.problem, nearest_to=None), []
         for part in np.array_split(order, max(1, len(order) * n_starts // _MAX_AT_ONCE)):
             if self.limit.is_over():
@@ -161,7 +163,7 @@ class Course:
         return found + [np.empty((0, len(self.start)))] * (len(order) - len(found))
 
     def clear(self, rows: list[Array]) -> list[Array]:
-        """For each list of configurations (m, n_dof) those that do not collide."""
+        """The configurations (m, n_dof) of each list that do not collide."""
         hit = self.collide(np.concatenate(rows))
         return [q[~bad] for q, bad in zip(rows, split_as(rows, hit), strict=True)]
 
@@ -172,7 +174,7 @@ class Course:
         return self._in_parts(self.collisions.collides, q)
 
     def edges_collide(self, a: Array, b: Array) -> Truths:
-        """Whether the arm touches anything on the straight lines from rows of a to rows of b (m, n_dof), shape (m,)."""
+        """Whether the arm touches anything on straight lines from rows of a to rows of b (m, n_dof), shape (m,)."""
         if self.world is None or not len(a):
             return np.zeros(len(a), dtype=bool)
         checker, world = self.query.checker, self.world
@@ -183,7 +185,7 @@ class Course:
         return self._in_parts(hit, a, b)
 
     def _in_parts(self, hit: Callable[..., Truths], *rows: Array) -> Truths:
-        """The result of a check for each row; rows that the time is over for count as in collision."""
+        """The result of a check for each row. Rows after the time limit count as colliding."""
         found = np.ones(len(rows[0]), dtype=bool)
         for k in range(0, len(found), _MAX_CHECKED):
             if self.limit.is_over():
@@ -204,5 +206,5 @@ class Course:
 
 
 def split_as(rows: list[Array], values: NDArray) -> list[NDArray]:
-    """Values that belong to the rows of several lists, one list behind the other, by list."""
+    """Split the values of the concatenated rows of several lists by list."""
     return np.split(values, np.cumsum([len(row) for row in rows])[:-1])

@@ -1,15 +1,15 @@
-"""Finds why no joint path leads on to a pose.
+"""Finds the reason why no joint path continues to a pose.
 
 1. Continue the ends of all paths to the pose: within the limits, and without them.
-2. What continues within a step but collides: the collision is the reason. What continues beyond the limits: the limits.
-3. Nothing continues within a step: if the pose has no solution at all, inverse kinematics says why. If the arm is singular or
-   nearly so, and the step along the branch is too long but would not be without its part along the weakest direction, a
-   singularity is the reason.
-4. Else the solutions are on other branches, or further away than a step.
+2. If they continue within a step but collide, the collision is the reason. If they continue beyond the limits, the limits are.
+3. If nothing continues within a step, and the pose has no solution at all, inverse kinematics gives the reason. A singularity is
+   the reason under two conditions: the arm is nearly singular, and the step along the branch is too long only by its part along
+   the weakest direction.
+4. Otherwise the solutions are on other branches, or farther away than a step.
 
-Before step 2: if a step leads on to a turn that was left out because there are too many (``lifts``), that is the reason.
+Before step 2: if a step leads to a turn that was left out, since there are too many (``lifts``), this is the reason.
 
-Steps are measured between the limits: to be a whole turn away is to be far away, if the joint has to make that turn.
+Steps are measured between the limits. A whole turn counts as a long step if the joint has to make it.
 """
 
 import numpy as np
@@ -29,18 +29,18 @@ from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 _MAX_ENDS = 64
-_WEAK = 5e-2  # smallest singular value, of the largest
+_WEAK = 5e-2  # smallest singular value relative to the largest
 _SAME = {Status.JOINT_LIMITS: PathStatus.LIMITS, Status.IN_COLLISION: PathStatus.COLLISION}
 
 
 def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> Reason:
-    """Why no path leads to pose k.
+    """The reason why no path leads to pose k.
 
     Args:
         course: The path.
         k: The first pose without a path.
-        ends: Configurations of the pose before in which paths end, shape (m, n_dof); for the first pose the start, if given.
-        solutions: Solutions of pose k within the limits and clear of the world, as far as they are known, shape (j, n_dof).
+        ends: Configurations of the previous pose in which paths end, shape (m, n_dof); for the first pose the start, if given.
+        solutions: Known solutions of pose k within the limits and clear of the world, shape (j, n_dof).
         are_all: Whether these are proved to be all, so that no other step counts.
     """
     facts = _Facts(course, k, ends, solutions, are_all=are_all)
@@ -53,9 +53,9 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_al
 
 
 def out_of_time(course: Course, k: int, ends: Array) -> Reason:
-    """Says that the time was over before a path to pose k was found.
+    """The reason if the time was over before a path to pose k was found.
 
-    ends: where paths to the pose before end, shape (m, n_dof).
+    ends: Configurations in which paths to the previous pose end, shape (m, n_dof).
     """
     many = f"; {count_of(len(ends), 'configuration')} led to the pose before" if k else ""
     words = f"time_limit={course.limit.seconds:g} was over before a path to it was found{many}; give more time"
@@ -63,7 +63,7 @@ def out_of_time(course: Course, k: int, ends: Array) -> Reason:
 
 
 class _Facts:
-    """What is known about the pose: the ends of paths, continued to it with the limits and without, and other solutions."""
+    """The facts about the pose: the ends of paths, their continuations with and without the limits, and other solutions."""
 
     def __init__(self, course: Course, k: int, ends: Array, solutions: Array, *, are_all: bool) -> None:
         self.course, self.k, self.all_ends = course, k, ends
@@ -83,7 +83,7 @@ class _Facts:
 
     @property
     def smallest_step(self) -> float:
-        """From any end to any solution, with the whole turns that the limits allow."""
+        """The smallest step from any end to any solution, with the whole turns that the limits allow."""
         if not len(self.ends) or not len(self.solutions):
             return float("inf")
         steps = self.course.steps_within(self.all_ends[:, None], self.solutions[None])
@@ -95,18 +95,18 @@ class _Facts:
         return f"the nearest solution is a step of {step:.3g} away" if np.isfinite(step) else "no solution was found"
 
     def step_of(self, i: int) -> Array:
-        """The step from an end to what it continues to, of the joints that move the link."""
+        """The step from an end to its continuation, for the joints that move the link."""
         query = self.course.query
         return self.course.steps_within(self.ends[i], self.within[i])[query.tree.moving_columns(query.link)]
 
     def jacobian(self, i: int) -> Array:
-        """The Jacobian at an end, of the joints that move the link, lengths in the unit of the arm."""
+        """The Jacobian at an end, for the joints that move the link, with lengths in the unit of the arm."""
         query = self.course.query
         J = geometric_jacobian(query.tree, self.ends[i], query.link, "base")[:, query.tree.moving_columns(query.link)]
         return J / _units(self.course)[:, None]
 
     def ending(self, status: PathStatus, sentence: str, excess: Array | None = None, collisions: tuple = ()) -> Reason:
-        """The result, with the numbers of the best end."""
+        """The reason, with the numbers of the best end."""
         values = [np.linalg.svd(self.jacobian(i), compute_uv=False) for i in range(len(self.ends))] or [np.full(1, np.nan)]
         best = max(values, key=lambda value: value[-1] / value[0])
         n_dof = len(self.course.start)
@@ -123,7 +123,7 @@ class _Facts:
 
 
 def _unsolved(facts: _Facts) -> Reason | None:
-    """The reason that inverse kinematics gives, where the pose has no solution at all."""
+    """The reason from inverse kinematics, if the pose has no solution at all."""
     if len(facts.solutions) or facts.near_within.any():
         return None
     course = facts.course
@@ -133,13 +133,13 @@ def _unsolved(facts: _Facts) -> Reason | None:
         return None
     status = _SAME.get(Status(str(found.status)), PathStatus.UNREACHABLE)
     if status is not PathStatus.UNREACHABLE and facts.near_beyond.any():
-        return None  # the limits or the collision on the way say more
+        return None  # the limits or the collision on the way are the better reason
     depths = _touching(course, found.q) if status is PathStatus.COLLISION else ()
     return facts.ending(status, str(found.reason) or "no solution was found", np.asarray(found.limit_excess), depths)
 
 
 def _start_beyond(facts: _Facts) -> Reason | None:
-    """Whether the start that was given is beyond the limits, and the first pose is not near the one within them."""
+    """The reason if the given start is beyond the limits, and the first pose not near its clipped position."""
     course, excess = facts.course, facts.course.start_excess
     is_near = facts.near_within.any() or facts.smallest_step <= course.max_step
     if facts.k or is_near or not (excess > AT_LIMIT).any():
@@ -149,7 +149,7 @@ def _start_beyond(facts: _Facts) -> Reason | None:
 
 
 def _cut(facts: _Facts) -> Reason | None:
-    """Whether a step leads on, to a turn that was not searched."""
+    """The reason if a step leads to a turn that was not searched."""
     course, lifts = facts.course, facts.course.lifts
     if not lifts.cut.any():
         return None
@@ -188,15 +188,15 @@ def _limits(facts: _Facts) -> Reason | None:
 
 
 def _excess_in_words(course: Course, excess: Array) -> str:
-    """The joints that are beyond their limits, and by how much."""
+    """The joints beyond their limits, with their excess."""
     names = entry_names(course.query.tree)
     return ", ".join(f"{name} by {x:.3g}" for name, x in zip(names, excess, strict=True) if x > AT_LIMIT)
 
 
 def _singularity(facts: _Facts) -> Reason | None:
-    """Whether only the part of the step along the arm's weakest direction makes it too long, and that direction is weak.
+    """The reason if the step is too long only by its part along the arm's weakest direction.
 
-    That is known of whole poses alone.
+    The arm must be nearly singular. This is defined for whole poses only.
     """
     if not facts.course.is_whole:
         return None
@@ -239,7 +239,7 @@ def _twist(T: Array, target: Array) -> Array:
 
 
 def _touching(course: Course, q: Array) -> tuple[tuple[str, str, float], ...]:
-    """The pairs that overlap, deepest first, and how deep [m]."""
+    """The pairs that overlap, deepest first, with their depths [m]."""
     report = course.query.checker.check_collision(q, course.world, self_collision=True, max_distance=0.0)
     pairs = [(pair.name_a, pair.name_b, -pair.signed_distance) for pair in report.pairs]
     return tuple(sorted(pairs, key=lambda pair: -pair[2]))

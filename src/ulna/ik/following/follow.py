@@ -1,22 +1,23 @@
-"""Finds a joint path through a path of poses, or the reason why it finds none: the face of this folder.
+"""Finds a joint path through poses, or the reason why there is none: the interface of this folder.
 
-The idea. Every pose of the path is a *layer* of a graph. Its nodes are the solutions of inverse kinematics that are within the
-limits and clear of the world. An edge joins nodes of neighbouring layers if no joint moves by more than ``max_step`` and the
-straight line between them is clear. A joint path is a chain of edges through all layers. Of all chains that with the least
+The idea. Every pose of the path is a *layer* of a graph. Its nodes are the solutions of inverse kinematics within the limits and
+clear of the world. An edge joins nodes of neighboring layers if no joint moves by more than ``max_step`` and the straight line
+between them is clear. A joint path is a chain of edges through all layers. The chain that minimizes
 
     sum over k of  weight |q_k - q_(k-1)|^2 + cost of the rank at q_k
 
-is found by dynamic programming (Bellman 1957), layer by layer: the least sum to a node is that to a node before it, and the edge
+is found by dynamic programming (Bellman 1957), layer by layer. The minimum sum to a node is that of a previous node plus the edge
 between them (``graph``). A jump to another branch is a step longer than ``max_step``, so it is no edge.
 
-1. ``course``: the poses, and what a joint path must keep to.
-2. ``lifts``: joints that can make whole turns have several positions for one angle. A node is kept once, and its turns are a
-   second index of the graph: otherwise six joints of three turns each make 729 of it.
-3. ``layers``: six joints or fewer. The closed form gives every node of a layer, so the best chain is the best path. If no chain
-   goes through all layers, no path exists (``complete``). Without a closed form nodes are searched for, and nothing is proved.
-4. ``self_motions``: more joints than a task has components have infinitely many solutions for a pose. Layers are some of the
-   poses, nodes are samples; edges of the best chain are filled in by the search, and the path is smoothed.
-5. ``ending``: where no chain leads on, why.
+1. ``course``: the poses, and the conditions on a joint path.
+2. ``lifts``: joints that can make whole turns have several positions for one angle. A node is stored once, and its turns are a
+   second index of the graph. Otherwise six joints of three turns each would make 729 nodes.
+3. ``layers``: arms of six joints or fewer. The closed form gives every node of a layer, so the best chain is the best path. If no
+   chain goes through all layers, no path exists (``complete``). Without a closed form, nodes come from a search, and nothing is
+   proved.
+4. ``self_motions``: if there are more joints than the task has components, a pose has infinitely many solutions. Layers are some
+   of the poses, nodes are samples. The search fills in the edges of the best chain, and the path is smoothed.
+5. ``ending``: the reason why no chain continues.
 """
 
 from dataclasses import replace
@@ -66,7 +67,10 @@ def follow(
 
 
 def _found(course: Course) -> PathSoFar:
-    """The path. It may be beyond a limit on one side unless ``one_sided``: then none within the limits has a lower cost."""
+    """The path, which may exceed a limit on one side unless ``one_sided``.
+
+    If it exceeds one, no path within the limits has a lower cost.
+    """
     return along_self_motions(course) if course.is_redundant else along_branches(course)
 
 
@@ -102,7 +106,7 @@ def _targets(T_path: ArrayLike) -> Array:
 
 
 def _start(query: Query, q_start: ArrayLike | None) -> tuple[Array, Array]:
-    """The start within the limits, and how far beyond them the one was that is given."""
+    """The start within the limits, and the excess of the given start over them."""
     if q_start is None:
         return query.home.copy(), np.zeros(len(query.home))
     start = as_configuration(q_start, query.tree, "q_start")

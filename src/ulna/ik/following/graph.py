@@ -1,7 +1,7 @@
 """Finds the best chain through layers of solutions by dynamic programming (Bellman 1957).
 
-The cost of a chain is the sum of its nodes' costs and of the squared joint steps of its edges. Edges are listed once, whole turns
-aside; a node is searched for every lift (``lifts``) that is within the limits.
+The cost of a chain is the sum of its nodes' costs and of the squared joint steps of its edges. Edges are listed once, up to whole
+turns. A node is searched for every lift (``lifts``) within the limits.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
-_MAX_PAIRS = 1_000_000  # that are compared at once
-SAME = 1e-6  # rad, or of a slide a share of the arm's size: nearer configurations are one
-Key = tuple[int, int, int]  # tells edges apart: the layer, and the nodes at both ends; whole turns make no difference
+_MAX_PAIRS = 1_000_000  # compared at once
+SAME = 1e-6  # rad, or a share of the arm's size for a prismatic joint: nearer configurations count as one
+Key = tuple[int, int, int]  # identifies an edge: the layer, and the nodes at both ends; whole turns make no difference
 
 
 @dataclass(frozen=True, eq=False)
 class LayerEdges:
-    """Edges from one layer to the next, in the order of where they end.
+    """Edges from one layer to the next, sorted by their end nodes.
 
     Attributes:
-        begin: Nodes of the one layer, shape (m,).
-        end: Nodes of the next, shape (m,).
+        begin: Nodes of the first layer, shape (m,).
+        end: Nodes of the next layer, shape (m,).
         cost: Shape (m,).
-        shift: Of the lifts, the number of one of ``sources``, shape (m,).
-        sources: For each shift the lift that each lift comes from, -1 where there is none, shape (k, n_lifts).
+        shift: Shift of the lifts, as an index into ``sources``, shape (m,).
+        sources: For each shift, the lift that each lift comes from, or -1, shape (k, n_lifts).
     """
 
     begin: Counts
@@ -42,7 +42,7 @@ class LayerEdges:
     sources: Counts
 
     def without(self, begin: int, end: int) -> LayerEdges:
-        """These edges less one."""
+        """These edges without one of them."""
         kept = (self.begin != begin) | (self.end != end)
         return LayerEdges(self.begin[kept], self.end[kept], self.cost[kept], self.shift[kept], self.sources)
 
@@ -56,7 +56,7 @@ def edges_between(lifts: Lifts, a: Array, b: Array, longest: float, weight: floa
 
 
 def _short_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Counts, Counts, Array, Counts]:
-    """Begin, end, joint steps and turns of each edge, none as long as half a turn: no two nodes are joined twice."""
+    """Begin, end, joint steps and turns of each edge, below half a turn: two nodes are joined at most once."""
     found = [
         (begin[short], end[short], steps[short], turns[short])
         for begin, end in _near_pairs(lifts, a, b, longest)
@@ -68,9 +68,9 @@ def _short_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Coun
 
 
 def _near_pairs(lifts: Lifts, a: Array, b: Array, longest: float) -> Iterator[tuple[Counts, Counts]]:
-    """The pairs (begin, end) that are near each other in the entry in which nodes differ most.
+    """The pairs (begin, end) that are near each other in the entry with the largest spread.
 
-    All others are further than ``longest`` apart. They come in the order of where they end, in blocks.
+    All other pairs are farther than ``longest`` apart. Pairs are sorted by end, and come in blocks.
     """
     n, reach = len(a), longest + 1e-9
     j = int(np.argmax(np.ptp(np.vstack([a, b]), axis=0))) if n and b.size else 0
@@ -90,7 +90,10 @@ def _near_pairs(lifts: Lifts, a: Array, b: Array, longest: float) -> Iterator[tu
 
 
 def _all_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Counts, Counts, Array, Counts]:
-    """Begin, end, joint steps and turns for steps of any length: nodes are joined once for every shift that is short enough."""
+    """Begin, end, joint steps and turns of each edge, of any length.
+
+    Two nodes are joined once for every shift that is short enough.
+    """
     steps, turns = lifts.steps(a[None, :], b[:, None])
     end, begin = np.nonzero(np.where(lifts.lifted, 0.0, np.abs(steps)).max(axis=-1, initial=0.0) <= longest)
     steps, turns = steps[end, begin], turns[end, begin]
@@ -107,11 +110,11 @@ def _all_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Counts
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """The cheapest chains from the first layer as far as there are any.
+    """The cheapest chains from the first layer on, up to the last reachable layer.
 
     Attributes:
-        costs: For each layer reached those of the cheapest chain to each lift of each node, infinite where there is none.
-        before: For each of them but the first the node and the lift, as one number, that a chain comes from; -1 if from none.
+        costs: For each reached layer, the costs of the cheapest chain to each lift of each node, infinite without a chain.
+        before: For each reached layer but the first, the previous node and lift of each chain, as one number; -1 without a chain.
     """
 
     costs: list[Array]
@@ -119,7 +122,7 @@ class Sweep:
 
     @property
     def n_layers(self) -> int:
-        """The number of layers that a chain leads through; 0 if the first has no node within the limits."""
+        """The number of layers that a chain passes through; 0 if the first has no node within the limits."""
         return len(self.before) + bool(np.isfinite(self.costs[-1]).any())
 
     def chain(self) -> Counts:
@@ -137,7 +140,7 @@ class Sweep:
 
 
 def _advanced(cost: Array, edges: LayerEdges, n_nodes: int) -> tuple[Array, Counts]:
-    """The cheapest sums over edges at each lift of the nodes of the next layer, and where they come from."""
+    """The minimum sums over edges at each lift of the next layer's nodes, and their sources."""
     reached, before = np.full((n_nodes, cost.shape[1]), np.inf), np.full((n_nodes, cost.shape[1]), -1)
     if len(edges.end):
         sums, source = _through(cost, edges)
@@ -150,21 +153,21 @@ def _advanced(cost: Array, edges: LayerEdges, n_nodes: int) -> tuple[Array, Coun
 
 
 def _through(cost: Array, edges: LayerEdges) -> tuple[Array, Counts]:
-    """The costs of chains through each edge to each lift, and the node and the lift that they come from, (m, n_lifts)."""
+    """The costs of chains through each edge to each lift, and their previous node and lift, (m, n_lifts)."""
     come_from = edges.sources[edges.shift]
     come = cost[edges.begin[:, None], come_from] + edges.cost[:, None]
     return np.where(come_from >= 0, come, np.inf), edges.begin[:, None] * cost.shape[1] + come_from
 
 
 class Graph:
-    """The nodes of all layers, the edges between them, and the cheapest chains so far.
+    """The nodes of all layers, the edges between them, and the cheapest known chains.
 
     Args:
-        course: What a path must keep to.
-        nodes: Of each layer, in their first turn, shape (m, n_dof).
-        costs: Those of the nodes of each layer, shape (m,).
+        course: The conditions on a path.
+        nodes: The nodes of each layer, in their first turn, shape (m, n_dof).
+        costs: The costs of the nodes of each layer, shape (m,).
         longest: The largest joint step of an edge from each layer to the next.
-        weights: That of the squared joint steps.
+        weights: The weights of the squared joint steps.
     """
 
     def __init__(self, course: Course, nodes: list[Array], costs: list[Array], longest: Array, weights: Array) -> None:
@@ -174,7 +177,7 @@ class Graph:
         self.done = Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
 
     def edges(self, k: int) -> LayerEdges:
-        """Those from layer k to the next, made when they are first needed, less those found wrong."""
+        """The edges from layer k to the next, computed at their first use, without removed edges."""
         if k not in self._edges:
             nodes, following = self.nodes[k], self.nodes[k + 1]
             edges = edges_between(self.course.lifts, nodes, following, self._longest[k], self._weights[k])
@@ -184,7 +187,7 @@ class Graph:
         return self._edges[k]
 
     def add(self, k: int, nodes: Array) -> None:
-        """Add nodes (m, n_dof) to layer k, behind its others; the chains to it are searched again."""
+        """Append nodes (m, n_dof) to layer k; the chains to it are searched again."""
         self.nodes[k] = np.vstack([self.nodes[k], nodes])
         self._costs[k] = np.r_[self._costs[k], self.course.costs(nodes)]
         self.done = self.done.first(k)
@@ -192,10 +195,10 @@ class Graph:
         self._edges.pop(k, None)
 
     def best(self, wrong_edges: Callable[[Array, Counts], list[Key]], most_rounds: int) -> tuple[Array, Counts, list[Key]]:
-        """The cheapest chain none of whose edges is wrong: its path (n_layers, n_dof), and its nodes and lifts.
+        """The cheapest chain without wrong edges: its path (n_layers, n_dof), its nodes and lifts, and remaining wrong edges.
 
-        Edges are tested on the cheapest chain alone. Those that are wrong are left out, and the layers behind the first of them
-        are swept again. Last are the wrong edges that are left after the last round, or when the time is over.
+        Edges are tested only on the cheapest chain. Wrong edges are removed, and the layers after the first of them are swept
+        again. Wrong edges remain after the last round, or when the time is over.
         """
         for left in reversed(range(most_rounds)):
             self._sweep()
@@ -221,7 +224,7 @@ class Graph:
         return q[np.sort(first)]
 
     def _sweep(self) -> None:
-        """Search the layers that were not searched yet, as far as a chain leads."""
+        """Search the remaining layers, up to the last one that a chain reaches."""
         known, before = [*self.done.costs], [*self.done.before]
         for k in range(len(known) - 1, len(self.nodes) - 1):
             if self.course.limit.is_over():

@@ -1,7 +1,7 @@
-"""Finds the joint path of an arm whose solutions are isolated: every pose a layer, with all of its branches.
+"""Finds the joint path of an arm with isolated solutions: every pose is a layer with all of its branches.
 
-With an exact closed form the layers hold every solution, so that the graph holds every path with steps up to the largest allowed:
-the best chain is the best path, and if no chain goes through all layers, no path exists.
+With an exact closed form the layers contain every solution. The graph then contains every path with steps up to the maximum. The
+best chain is the best path, and if no chain goes through all layers, no path exists.
 """
 
 from dataclasses import dataclass
@@ -23,19 +23,19 @@ Truths = NDArray[np.bool_]
 _PROVED = tuple(PROOFS.index(proof) for proof in (Proof.COMPLETE, Proof.COINCIDING))
 _MAX_KNOTS, _STARTS, _MAX_BRANCHES = 64, 256, 16
 _MAX_ROUNDS = 200
-_MAX_ADDED = 50  # times that solutions of the search are added where no path leads on
+_MAX_ADDED = 50  # maximum number of times that solutions of the search are added where no path continues
 _STEPS = 16
 
 
 @dataclass(frozen=True, eq=False)
 class PathSoFar:
-    """The joint path as far as it goes, and what else is known there.
+    """The beginning of a joint path, and the facts at its end.
 
     Attributes:
         q: Shape (k, n_dof).
         ends: Other configurations in which chains end, shape (m, n_dof).
-        next_nodes: The solutions of the pose where none continues, as far as they are known, shape (m, n_dof).
-        proved: Whether it is proved that none goes further.
+        next_nodes: The known solutions of the first unreached pose, shape (m, n_dof).
+        proved: Whether it is proved that no path goes further.
     """
 
     q: Array
@@ -45,7 +45,7 @@ class PathSoFar:
 
 
 def along_branches(course: Course) -> PathSoFar:
-    """The best chain of solutions, or the longest."""
+    """The best chain of solutions through all poses, or the longest chain."""
     nodes, all_known = make_layers(course)
     nodes = at_both_limits(course, [with_start(course, nodes[0]), *nodes[1:]])
     each = np.ones(len(nodes))
@@ -67,9 +67,9 @@ def along_branches(course: Course) -> PathSoFar:
 
 
 def _leading_on(graph: Graph, k: int) -> Array:
-    """What the search continues the ends to within a step, in its first turn, where pose k has no such node, shape (m, n_dof).
+    """New nodes of pose k within a step of the ends, by search, in their first turn, shape (m, n_dof).
 
-    At the end of the arm's reach a pose may have a solution within the tolerance of the search, and no exact one.
+    At the end of the arm's reach a pose may have a solution within the tolerance of the search, but no exact one.
     """
     course, ends = graph.course, graph.ends()
     if not 0 < k < len(graph.nodes) or not len(ends):
@@ -86,7 +86,7 @@ def _leading_on(graph: Graph, k: int) -> Array:
 
 
 def _best(graph: Graph) -> Array:
-    """The cheapest path none of whose edges collides, after those that do have been left out."""
+    """The cheapest path without colliding edges."""
 
     def colliding(q: Array, chain: NDArray[np.int64]) -> list[Key]:
         hit = np.flatnonzero(graph.course.edges_collide(q[:-1], q[1:]))
@@ -97,10 +97,11 @@ def _best(graph: Graph) -> Array:
 
 
 def make_layers(course: Course) -> tuple[list[Array], Truths]:
-    """The solutions of every pose within the limits that are clear of the world, in their first turn, shape (m, n_dof) each.
+    """The valid solutions (m, n_dof) of every pose, in their first turn, clear of the world.
 
-    They are found by the closed form or by search; and whether they are proved to be all solutions of a pose, shape (n,). Fewer
-    than six joints reach few poses exactly: where they miss one, the search may still reach it within the tolerance.
+    They come from the closed form or from a search. The second result states whether they are proved to be all solutions of a
+    pose, shape (n,). Arms of fewer than six joints reach few poses exactly: if the closed form misses a pose, the search may
+    reach it within the tolerance.
     """
     form, rows, proved = course.form, None, np.zeros(len(course.targets), dtype=bool)
     if form is not None and form.is_exact and form.held_column is None:
@@ -124,10 +125,10 @@ def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:
 
 
 def _lines(course: Course, rows: list[Array], proved: Truths, towards: int) -> dict[int, Array]:
-    """For each pose that is not proved what the solutions of the pose beside it continue to: others may not fit these.
+    """Continuations from the neighboring pose, for each pose without a proof. Its own solutions may not fit its neighbors.
 
-    Where a joint may have any angle at many poses in a row, the same lines are continued through all of them. A pose's own
-    solutions begin new ones as long as there are fewer than _MAX_BRANCHES.
+    If a joint may have any angle at many consecutive poses, the same lines continue through all of them. A pose's own solutions
+    begin new lines while there are fewer than _MAX_BRANCHES.
     """
     lines: dict[int, Array] = {}
     for k in np.flatnonzero(~proved).tolist()[::towards]:
@@ -153,7 +154,7 @@ def _searched(course: Course) -> list[Array]:
 
 
 def _continue_all(course: Course, knots: NDArray[np.int64], at: dict[int, Array], rows: list[list[Array]], towards: int) -> None:
-    """Continue the solutions of every knot pose by pose, until one pose before the next knot, all knots at once."""
+    """Continue the solutions of all knots at once, pose by pose, until one pose before the next knot."""
     ends = np.r_[knots[1:], len(rows)] if towards > 0 else np.r_[-1, knots[:-1]]
     pose = np.concatenate([np.full(len(at[int(k)]), k) for k in knots])
     last = np.concatenate([np.full(len(at[int(k)]), end) for k, end in zip(knots, ends, strict=True)])
@@ -171,7 +172,7 @@ def _continue_all(course: Course, knots: NDArray[np.int64], at: dict[int, Array]
 
 
 def _distinct(course: Course, q: Array) -> Array:
-    """Rows of q, each once, whole turns aside."""
+    """Rows of q without duplicates, up to whole turns."""
     chosen, others = _are_alone(course, q), []
     for i in np.flatnonzero(~chosen).tolist():
         apart = np.abs(course.lifts.steps(np.array(others).reshape(-1, q.shape[1]), q[i])[0]) / course.query.units
@@ -182,7 +183,7 @@ def _distinct(course: Course, q: Array) -> Array:
 
 
 def _are_alone(course: Course, q: Array) -> Truths:
-    """Which rows of q (m, n_dof) differ from all others in the entry in which rows differ most."""
+    """Mask of the rows of q (m, n_dof) that differ from all others in the entry with the largest spread."""
     if not q.size:
         return np.ones(len(q), dtype=bool)
     j = int(np.argmax(np.ptp(q, axis=0)))
@@ -197,14 +198,14 @@ def _are_alone(course: Course, q: Array) -> Truths:
 
 
 def with_start(course: Course, q: Array) -> Array:
-    """The first pose's solutions, with that which the search finds from where the arm is."""
+    """Add the solution of the first pose that the search finds from the start."""
     own, found = course.near(np.zeros(1, dtype=np.int64), course.start[None])
     own = course.lifts.first_turn(own[found & ~course.collide(own)])
     return _distinct(course, np.vstack([own, q]))
 
 
 def at_both_limits(course: Course, nodes: list[Array]) -> list[Array]:
-    """Nodes of layers, those with a joint at one of two limits that are whole turns apart once more for the other."""
+    """Nodes of layers; nodes at a limit also at the other limit, if they are whole turns apart."""
     if not course.lifts.closed.any():
         return nodes
     every = np.concatenate(nodes)
@@ -213,10 +214,11 @@ def at_both_limits(course: Course, nodes: list[Array]) -> list[Array]:
 
 
 def with_solutions_at_limits(course: Course, rows: list[Array]) -> list[Array]:
-    """The solutions of each pose (m, n_dof) within the limits, and behind them those that whole turns bring to a limit.
+    """The solutions of each pose (m, n_dof) within the limits, followed by those that whole turns bring to a limit.
 
-    The closed form puts a branch at a limit that it is hardly beyond in the turn nearest to a seed. In another turn it may be
-    hardly beyond a limit as well: there it is a solution of its own, the joint at the limit, the others moved to reach the pose.
+    The closed form puts a joint that hardly exceeds a limit at the limit, in the turn nearest to a seed. In another turn the
+    joint may hardly exceed a limit as well. There it is another solution: the joint at the limit, the others moved to reach the
+    pose.
     """
     tree, q = course.query.tree, np.concatenate(rows)
     pose = np.repeat(np.arange(len(rows)), [len(row) for row in rows])

@@ -1,8 +1,8 @@
-"""Numbers the whole turns that limits allow, and measures steps, whole turns aside.
+"""Numbers the whole turns within limits, and measures steps up to whole turns.
 
-A solution is kept once: each joint that can make whole turns is in the first turn from its lower limit on. A *lift* adds
-turns. Two solutions less than half a turn apart differ by one shift of the lifts, so a graph of solutions is searched once for
-all lifts. Where the limits are whole turns apart, a joint at one limit may be at the other: such a solution is kept twice.
+A solution is stored once: each joint that can make whole turns is in the first turn from its lower limit. A *lift* adds turns.
+Two solutions less than half a turn apart differ by one shift of the lifts, so one search of the graph covers all lifts. If the
+limits are whole turns apart, a joint at one limit may be at the other: such a solution is stored twice.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ulna.kinematics.turns import TURN
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
-_MAX_LIFTS, _MIN_TURNS = 3**6, 3  # beyond the first, no more than the second of each joint with wide limits
+_MAX_LIFTS, _MIN_TURNS = 3**6, 3  # above the first bound, each joint with wide limits gets at most the second
 _MAX_SHIFTS = 300_000  # shifts of the lifts by any number of turns, times lifts
 
 
@@ -28,13 +28,13 @@ class Lifts:
     """The whole turns of a robot.
 
     Attributes:
-        lower: Where the first turn of each entry begins, shape (n_dof,).
+        lower: The begin of the first turn of each entry, shape (n_dof,).
         upper: The upper limits, shape (n_dof,).
-        lifted: The entries that can make whole turns between two limits, shape (n_dof,).
-        free: Those that can make any number, shape (n_dof,).
-        closed: The lifted entries whose limits are whole turns apart, shape (n_dof,).
+        lifted: Mask of the entries that can make whole turns between two limits, shape (n_dof,).
+        free: Mask of the entries that can make any number of turns, shape (n_dof,).
+        closed: Mask of the lifted entries whose limits are whole turns apart, shape (n_dof,).
         table: The turns of each lift, shape (n_lifts, n_dof).
-        cut: The entries of which the limits allow more turns than these, shape (n_dof,).
+        cut: Mask of the entries whose limits allow more turns than the table, shape (n_dof,).
     """
 
     lower: Array
@@ -48,14 +48,14 @@ class Lifts:
 
     @classmethod
     def of(cls, lower: Array, upper: Array, turning: NDArray[np.bool_], start: Array, *, one_sided: bool) -> Lifts:
-        """The lifts of joints with these limits, of which some turn.
+        """The lifts of joints with these limits.
 
         Args:
             lower: The lower limits, shape (n_dof,).
             upper: The upper limits.
-            turning: Which entries can make whole turns.
-            start: Of too many turns those about these positions are in the table, shape (n_dof,).
-            one_sided: Whether joints with one finite limit are lifted; else they are free, as if they had none.
+            turning: Mask of the entries that can make whole turns.
+            start: If there are too many turns, the table has those about these positions, shape (n_dof,).
+            one_sided: Whether joints with one finite limit are lifted; otherwise they are free, as if unlimited.
         """
         finite = np.isfinite(lower).astype(int) + np.isfinite(upper)
         free = turning & (finite < (1 if one_sided else 2))
@@ -70,13 +70,13 @@ class Lifts:
         return cls(low, upper, lifted, free, lifted & whole, table.reshape(-1, len(lower)), counts > searched)
 
     def first_turn(self, q: Array) -> Array:
-        """q (..., n_dof) with each entry that can make whole turns in its first turn."""
+        """q (..., n_dof) with each lifted entry in its first turn."""
         with np.errstate(invalid="ignore"):
             turned = np.mod(q - self.lower + AT_LIMIT, TURN) - AT_LIMIT
         return np.where(self.lifted, self.lower + np.maximum(turned, 0.0), q)
 
     def at_both_limits(self, q: Array) -> Array:
-        """Rows of q (m, n_dof), in their first turn, and those at a limit once more for the other limit, shape (k, n_dof)."""
+        """Rows of q (m, n_dof) in their first turn; those at a limit also at the other, shape (k, n_dof)."""
         last = self.upper - TURN * (self.counts - 1)  # the upper limit, in the first turn
         for j in np.flatnonzero(self.closed):
             again = q[q[:, j] <= self.lower[j] + AT_LIMIT]
@@ -85,7 +85,7 @@ class Lifts:
         return q
 
     def allowed(self, q: Array) -> NDArray[np.bool_]:
-        """Which lifts of q (m, n_dof), in its first turn, are within the limits, shape (m, n_lifts)."""
+        """Mask of the lifts of q (m, n_dof), in its first turn, within the limits, shape (m, n_lifts)."""
         most = np.where(self.lifted, np.floor((self.upper + AT_LIMIT - q) / TURN), np.inf)
         return np.all(self.table <= most[:, None], axis=-1)
 
@@ -95,7 +95,7 @@ class Lifts:
         return np.where(self.lifted, np.minimum(turned, self.upper), q)
 
     def steps(self, a: Array, b: Array) -> tuple[Array, Counts]:
-        """b - a by entry, whole turns aside, and the turns that b takes for that; shapes (..., n_dof)."""
+        """b - a by entry, up to whole turns, and the turns added to b; shapes (..., n_dof)."""
         difference = b - a
         turns = np.where(self.lifted | self.free, -np.rint(difference / TURN), 0.0)
         return difference + TURN * turns, turns.astype(np.int64)
@@ -107,7 +107,7 @@ class Lifts:
         return np.where(self.free | (self.lifted & inside), near, q)
 
     def unwrapped(self, q: Array) -> Array:
-        """A path (n, n_dof) with the turns of the free entries such that no step is more than half a turn."""
+        """A path (n, n_dof) with turns added to free entries so that no step exceeds half a turn."""
         whole = np.unwrap(q, axis=0) if len(q) else q
         return np.where(self.free, whole, q)
 
@@ -116,7 +116,7 @@ class Lifts:
         return np.where(self.lifted, turns + self.counts, 0) @ self._places
 
     def sources(self, code: int) -> Counts:
-        """For the shift of a code: the lift that each lift comes from, or -1, shape (n_lifts,)."""
+        """The lift that each lift comes from under the shift of a code, or -1, shape (n_lifts,)."""
         if code not in self._known:
             turns = np.where(self.lifted, code // self._places % (2 * self.counts + 1) - self.counts, 0)
             source = self.table - turns
@@ -126,12 +126,12 @@ class Lifts:
         return self._known[code]
 
     def leaves_out(self, longest: float) -> bool:
-        """Whether steps of a whole turn and more, up to a longest one, are left out because there are too many."""
+        """Whether steps of a whole turn and more, up to ``longest``, are left out because there are too many."""
         return longest >= TURN and int(np.prod((2 * self.counts - 1) * self.counts)) > _MAX_SHIFTS
 
     @cached_property
     def counts(self) -> Counts:
-        """How many turns of each entry are in the table, shape (n_dof,)."""
+        """The number of turns of each entry in the table, shape (n_dof,)."""
         return np.max(self.table, axis=0) + 1
 
     @cached_property
@@ -142,7 +142,7 @@ class Lifts:
 
 
 def _searched(counts: Array) -> Counts:
-    """How many turns of each entry are searched: all, but of joints without a limit, and while there are not too many lifts."""
+    """The number of turns of each entry to search: all, within bounds for unlimited joints and for all lifts."""
     searched = np.where(np.isfinite(counts), np.minimum(counts, _MAX_LIFTS), _MIN_TURNS).astype(np.int64)
     while float(np.prod(searched, dtype=np.float64)) > _MAX_LIFTS and searched.max() > _MIN_TURNS:
         searched[searched.argmax()] -= 1

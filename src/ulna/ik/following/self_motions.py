@@ -1,13 +1,13 @@
-"""Finds the joint path of an arm with more joints than a pose, or a task, needs: a graph of some poses, filled in.
+"""Finds the joint path of a redundant arm: a graph over some poses, filled in between.
 
-1. *Knots* are poses spread evenly over the path's length. The nodes of a knot are its solutions at samples of the redundancy:
-   what the search finds from random starts, and all branches at places of the joint that the closed form holds, if there is one.
-2. An edge joins nodes of neighbouring knots that are near each other. The best chain is found over all of them (``graph``).
-3. Each edge of that chain is filled: guesses on the straight line between its nodes are brought to the poses by the search,
-   within the limits. Where a pose is not reached, a step is too long or something collides, the edge is left out, and step 2 is
+1. *Knots* are poses spread evenly over the path's length. The nodes of a knot are its solutions at samples of the redundancy.
+   They come from a search with random starts and, with a closed form, from all branches at positions of the held joint.
+2. An edge joins nodes of neighboring knots that are near each other. The best chain is found over all edges (``graph``).
+3. Each edge of that chain is filled. Guesses on the straight line between its nodes are brought to the poses by the search,
+   within the limits. If a pose is not reached, a step is too long or something collides, the edge is removed, and step 2 is
    repeated.
-4. If no chain is left, the longest is continued pose by pose (``_continued``). If that ends too, more samples and more knots
-   are taken. What is still not found may exist between the samples.
+4. If no chain is left, the longest is continued pose by pose (``_continued``). If that ends too, more samples and more knots are
+   taken. A path between the samples may still be missed.
 5. The path is smoothed (``_smoothed``).
 """
 
@@ -26,14 +26,14 @@ Counts = NDArray[np.int64]
 
 
 class _Density(NamedTuple):
-    """How closely an attempt covers path and redundancy.
+    """The density of an attempt's samples over path and redundancy.
 
     Attributes:
-        samples: Places of the joint that is held.
+        samples: Positions of the held joint.
         starts: Random starts of the search.
-        apart: Nodes of a knot nearer than about this are one [rad or m].
+        apart: Nodes of a knot nearer than about this count as one [rad or m].
         length: The path's length between knots [units of the arm and rad].
-        knots: The most knots.
+        knots: The maximum number of knots.
     """
 
     samples: int
@@ -45,14 +45,14 @@ class _Density(NamedTuple):
 
 _ATTEMPTS = (_Density(16, 512, 0.12, 0.15, 300), _Density(48, 1536, 0.06, 0.1, 450), _Density(128, 4096, 0.04, 0.05, 900))
 _MIN_KNOTS = 8
-_NEAR = 0.6  # rad or m: a straight line between solutions that are further apart leaves the branch
+_NEAR = 0.6  # rad or m: a straight line between solutions farther apart leaves the branch
 _MAX_ROUNDS, _MAX_BESIDE = 400, 3000
 _MAX_ENDS, _GUESSES = 64, 6  # configurations in which a path ends, and guesses from each
 _ROUNDS = 12  # of smoothing
 
 
 def along_self_motions(course: Course) -> PathSoFar:
-    """A path, or the longest of all attempts."""
+    """A path through all poses, or the longest path of all attempts."""
     best = np.empty((0, len(course.start)))
     ends = best
     for density in _ATTEMPTS:
@@ -68,7 +68,7 @@ def along_self_motions(course: Course) -> PathSoFar:
 
 
 def _knots(course: Course, density: _Density) -> Counts:
-    """Poses that are spread evenly over the path's length [units of the arm and rad], its ends among them."""
+    """The indices of poses spread evenly over the path's length [units of the arm and rad], including its ends."""
     T = course.targets
     moved = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1) / course.query.unit
     turned = np.linalg.norm(np.diff(T[:, :3, :3], axis=0), axis=(1, 2)) / np.sqrt(2.0)  # 2 sin(angle / 2)
@@ -78,7 +78,7 @@ def _knots(course: Course, density: _Density) -> Counts:
 
 
 def _nodes(course: Course, knots: Counts, density: _Density) -> list[Array]:
-    """Solutions of every knot that are clear of the world, in their first turn, none near another."""
+    """Solutions of every knot that are clear of the world, in their first turn, thinned."""
     sources = [course.searched(knots, density.starts)]
     if course.form is not None and not course.limit.is_over():
         sources.append(_sampled(course, knots, density.samples))
@@ -103,7 +103,7 @@ def _thinned(q: Array, apart: float) -> Array:
 
 
 def _path(course: Course, knots: Counts, nodes: list[Array]) -> Array:
-    """The path along the best chain whose edges can all be filled, or the longest of such, shape (k, n_dof)."""
+    """The path along the best chain whose edges can all be filled, or the longest one, shape (k, n_dof)."""
     gaps = np.diff(knots).astype(np.float64)
     longest = np.minimum(course.max_step * gaps, _NEAR)
     costs = [course.costs(q) * gap for q, gap in zip(nodes, np.r_[gaps, 1.0], strict=True)]
@@ -114,14 +114,17 @@ def _path(course: Course, knots: Counts, nodes: list[Array]) -> Array:
 
 
 class _Filled:
-    """The poses between knots, on edges that have been tried; each edge is tried once."""
+    """The poses between knots, on the edges that were tried; each edge is tried once."""
 
     def __init__(self, graph: Graph, knots: Counts) -> None:
         self._graph, self._course, self._knots = graph, graph.course, knots
         self._known: dict[Key, Array | None] = {}
 
     def wrong_edges(self, q: Array, chain: Counts) -> list[Key]:
-        """The edges of a chain that cannot be filled, and others of these layers; q: its nodes, shape (m, n_dof)."""
+        """The edges of a chain that cannot be filled, and other such edges of these layers.
+
+        q: The chain's nodes, shape (m, n_dof).
+        """
         keys = self._keys(chain)
         self._try([(key, q[k], q[k + 1]) for k, key in enumerate(keys)])
         wrong = [k for k, key in enumerate(keys) if self._known[key] is None]
@@ -132,7 +135,7 @@ class _Filled:
         return [keys[k] for k in wrong] + [key for key, *_ in beside if self._known[key] is None]
 
     def _beside(self, k: int, q: Array) -> list[tuple[Key, Array, Array]]:
-        """The cheapest edges from layer k that are within the limits with the turns nearest to a configuration q (n_dof,)."""
+        """The cheapest edges from layer k that stay within the limits with the turns nearest to a configuration q (n_dof,)."""
         edges, lifts, tree = self._graph.edges(k), self._course.lifts, self._course.query.tree
         cheapest = np.argsort(edges.cost, kind="stable")[:_MAX_BESIDE]
         begin, end = edges.begin[cheapest], edges.end[cheapest]
@@ -142,7 +145,7 @@ class _Filled:
         return [((k, int(begin[i]), int(end[i])), a[i], b[i]) for i in good]
 
     def whole(self, q: Array, chain: Counts) -> Array:
-        """The path along a chain, with what lies between its knots, up to its last knot or the first edge that is wrong."""
+        """The path along a chain with all of its poses, up to its last knot or first wrong edge."""
         rows = [q[:1]]
         for k, key in enumerate(self._keys(chain)):
             steps = self._known[key]
@@ -155,7 +158,10 @@ class _Filled:
         return [(k, int(chain[k, 0]), int(chain[k + 1, 0])) for k in range(len(chain) - 1)]
 
     def _try(self, edges: list[tuple[Key, Array, Array]]) -> None:
-        """Fill edges from a to b that are not known, all at once. What is kept is the way from the node at their beginning."""
+        """Fill the unknown ones of some edges from a to b, all at once.
+
+        The result is stored relative to an edge's first node.
+        """
         new = list({key: (key, a, b) for key, a, b in edges if key not in self._known}.values())
         if not new:
             return
@@ -176,17 +182,17 @@ class _Filled:
 
 
 def _straight(a: Array, b: Array, n: int) -> Array:
-    """The points between a and b that cut the line in n equal parts, shape (n - 1, n_dof)."""
+    """The points that divide the line from a to b into n equal parts, shape (n - 1, n_dof)."""
     share = np.arange(1, n)[:, None] / n
     return a + share * (b - a)
 
 
 def _continued(course: Course, q: Array) -> tuple[Array, Array]:
-    """The path (k, n_dof) as far as it can be continued pose by pose, and all ends known, shape (m, n_dof).
+    """Continue a path (k, n_dof) pose by pose as far as possible; and all known ends, shape (m, n_dof).
 
-    Each pose has a set of configurations in which a path ends. Guesses are these and some at random distances from them, brought
-    to the next pose by the search. Those within the limits, no more than a step away and clear of the world are kept, none near
-    another.
+    Each pose has a set of configurations in which a path ends. Guesses are these, and points at random distances from them,
+    brought to the next pose by the search. The results within the limits, within a step and clear of the world are kept, and
+    thinned.
     """
     if not len(q):
         return q, q
@@ -204,7 +210,7 @@ def _continued(course: Course, q: Array) -> tuple[Array, Array]:
 
 
 def _next(course: Course, k: int, ends: Array, rng: np.random.Generator) -> tuple[Array, Counts]:
-    """Configurations of pose k, shape (m, n_dof), and which of the ends each comes from, shape (m,)."""
+    """Configurations of pose k, shape (m, n_dof), and the end that each comes from, shape (m,)."""
     parent = np.tile(np.arange(len(ends)), _GUESSES)
     away = rng.normal(size=(len(parent), ends.shape[1])) * course.max_step * rng.random((len(parent), 1))
     away[: len(ends)] = 0.0
@@ -221,7 +227,7 @@ def _next(course: Course, k: int, ends: Array, rng: np.random.Generator) -> tupl
 
 
 def _back(sets: list[Array], parents: list[Counts]) -> Array:
-    """The path through the sets, the first left out, to the first configuration of the last."""
+    """The path through the sets, without the first one, to the first configuration of the last."""
     at, rows = 0, []
     for q, parent in zip(sets[:0:-1], parents[:0:-1], strict=True):
         rows.append(q[at])
@@ -230,10 +236,10 @@ def _back(sets: list[Array], parents: list[Counts]) -> Array:
 
 
 def _smoothed(course: Course, q: Array, width: int) -> Array:
-    """A path (n, n_dof) of the same poses whose squared steps are fewer, or the same; begun near the start as before.
+    """Smooth a path (n, n_dof) through the same poses, so that its cost does not increase.
 
-    Guesses are the means over up to 2 ``width`` + 1 poses, brought to the poses by the search. A round that makes the path
-    longer, or lets it jump, leave the limits or collide, is undone, and the width halved.
+    Guesses are the means over up to 2 ``width`` + 1 poses, brought to the poses by the search. A round is undone, and the width
+    halved, if the path becomes longer, jumps, exceeds the limits or collides.
     """
     for _ in range(_ROUNDS):
         if course.limit.is_over():
@@ -259,12 +265,12 @@ def _once(course: Course, q: Array, width: int) -> Array | None:
 
 
 def _length(course: Course, q: Array) -> float:
-    """What is minimised: the costs of the rank and the squared steps."""
+    """The smoothing's objective: the costs of the rank and the squared steps."""
     return float(course.costs(q).sum() + course.weight * (np.diff(q, axis=0) ** 2).sum())
 
 
 def _means(q: Array, width: int) -> Array:
-    """The means of each row and up to ``width`` rows on either side, as many on one as on the other."""
+    """The means of each row and up to ``width`` rows on either side, symmetrically."""
     n = len(q)
     sums = np.vstack([np.zeros(q.shape[1]), np.cumsum(q, axis=0)])
     k = np.arange(n)

@@ -1,1 +1,1 @@
-"""Numeric inverse kinematics: Levenberg-Marquardt from many starts, and why a target was not reached."""
+"""Solves inverse kinematics numerically: Levenberg-Marquardt from many starts, and the reason for an unreached target."""

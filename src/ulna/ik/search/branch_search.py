@@ -1,11 +1,11 @@
-"""Searches for all solutions for one pose: every branch, or a spread set of a continuum.
+"""Searches for all solutions of one pose: every branch, or a spread set of a continuum.
 
-1. Search from random starts, half of them with the joints that can turn all the way round let free (and then turned back
-   into their limits by whole turns), which no limit stops on the way to a branch.
-2. Keep what lies within the limits and differs from all that is kept, whole turns aside, by more than DISTINCT in some joint.
-3. Where the Jacobian has as many independent rows as the arm has joints, a solution is isolated. Double the starts until that
-   many more have found nothing new.
-4. Elsewhere take ``n_spread`` of what was found, each as far as can be from those taken before (Gonzalez 1985).
+1. Search from random starts. For half of them, the joints that can make whole turns are unlimited, so that no limit stops them on
+   the way to a branch. Whole turns bring them back into their limits.
+2. Keep results within the limits that differ from all kept ones, up to whole turns, by more than DISTINCT in some joint.
+3. If the Jacobian has as many independent rows as the arm has joints, a solution is isolated. Double the number of starts until
+   as many more find nothing new.
+4. Otherwise choose ``n_spread`` of the results, each as far as possible from the earlier ones (Gonzalez 1985).
 """
 
 from dataclasses import replace
@@ -23,18 +23,18 @@ from ulna.kinematics.jacobian import geometric_jacobian
 from ulna.kinematics.turns import nearest_turns, turning_columns
 
 Array = NDArray[np.float64]
-DISTINCT = 1e-3  # rad, or of a slide a share of the arm's size
-EXACT = 1e-9  # rad, and of the unit of the search
+DISTINCT = 1e-3  # rad, or a share of the arm's size for a prismatic joint
+EXACT = 1e-9  # rad, or in the unit of the search
 _FIRST, _MAX_STARTS, _MAX_AT_LIMITS = 256, 16_384, 2048  # starts
-_MAX_BRANCHES = 256  # more than any arm of six joints has (16): what is found beyond is a continuum
-_ISOLATED = 1e-6  # of the largest singular value
+_MAX_BRANCHES = 256  # more than any arm of six joints has (16): more solutions are a continuum
+_ISOLATED = 1e-6  # relative to the largest singular value
 
 
 def searched_solutions(query: Query, T: Array, seed: Array, n_spread: int) -> Array:
-    """Distinct solutions for one target (4, 4) within the limits, nearest to the seed first: shape (n, n_dof).
+    """Distinct solutions of one target (4, 4) within the limits, nearest to the seed first: shape (n, n_dof).
 
-    Their error is at most EXACT: near a singularity the caller's tolerance would turn each into a whole family. The caller's
-    tolerance counts only if no solution is that exact, as at the border of the reach.
+    Their error is at most EXACT: near a singularity the caller's tolerance would turn each solution into a whole family. The
+    caller's tolerance applies only if no solution is so exact, as at the border of the reach.
     """
     problem = make_problem(query, T, seed)
     wide = problem.settings[0]
@@ -71,7 +71,7 @@ def _nearest_first(problem: Problem, found: Array) -> Array:
 
 
 def _at_limits(problem: Problem, n_spread: int) -> Array:
-    """What is found from configurations with joints at their limits only."""
+    """The solutions found from configurations with joints at their limits only."""
     starts = limit_starts(problem, np.zeros(1, dtype=np.int64), _MAX_AT_LIMITS)[0]
     each = replace(problem, seeds=starts, targets=np.repeat(problem.targets, len(starts), axis=0))
     q, info = run_starts(each, np.arange(len(starts)), Restart(0, 1, 3 * STEPS, from_seed=True))
@@ -81,7 +81,7 @@ def _at_limits(problem: Problem, n_spread: int) -> Array:
 
 
 def _solutions(problem: Problem, part: Restart) -> Array:
-    """What the starts of a round find, within the limits."""
+    """The solutions within the limits from the starts of a round."""
     q, info = run_starts(problem, np.zeros(1, dtype=np.int64), part)
     q = _turned_within_limits(problem, q[0, info["status"][0] == layout.SOLVED])
     tree = problem.query.tree
@@ -89,7 +89,7 @@ def _solutions(problem: Problem, part: Restart) -> Array:
 
 
 def _whole_turns(problem: Problem) -> NDArray[np.bool_]:
-    """The entries of q that may turn all the way round."""
+    """Mask of the entries of q that can make whole turns."""
     tree = problem.query.tree
     return turning_columns(problem.chain, tree.n_dof) & (tree.upper - tree.lower >= 2 * np.pi)
 
@@ -104,13 +104,13 @@ def _let_free(problem: Problem) -> Problem:
 
 
 def _turned_within_limits(problem: Problem, q: Array) -> Array:
-    """q with whole turns added where a joint can make them: within the limits, as near to the seed as that allows."""
+    """q with whole turns added: within the limits, and as near to the seed as possible."""
     tree = problem.query.tree
     return nearest_turns(q, problem.seeds[0], tree.lower, tree.upper, _whole_turns(problem))
 
 
 def _differences(problem: Problem, a: Array, b: Array) -> Array:
-    """|a - b| by entry, whole turns aside for joints that can make them, and slides as shares of the arm's size."""
+    """|a - b| by entry, up to whole turns, and in shares of the arm's size for prismatic joints."""
     difference = np.abs(a - b) / problem.query.units
     turned = np.abs(difference - 2 * np.pi * np.rint(difference / (2 * np.pi)))
     return np.where(_whole_turns(problem), turned, difference)
@@ -128,7 +128,7 @@ def _merge(problem: Problem, found: Array, more: Array) -> Array:
 
 
 def _is_continuum(problem: Problem, found: Array) -> bool:
-    """Whether the solutions are not isolated: more joints than rows, or far more solutions than any arm has branches."""
+    """Whether the solutions are not isolated: more joints than rows, or far more solutions than branches of any arm."""
     query = problem.query
     moving = query.tree.moving_columns(query.link)
     n_required = int((np.asarray(query.options.task.slack) == 0.0).sum())
@@ -151,7 +151,7 @@ def _task_jacobian(problem: Problem, q: Array) -> Array:
 
 
 def _spread(problem: Problem, found: Array, n: int) -> Array:
-    """n of the configurations, the first nearest to the seed, each next as far as can be from all before."""
+    """n of the configurations, the first nearest to the seed, each next one farthest from all before."""
     if not len(found):
         return found
     chosen = [int(_distances(problem, found, problem.seeds[0]).argmin())]

@@ -1,4 +1,4 @@
-"""Finds why a target was not reached: out of reach, limits in the way, collision, or a singularity."""
+"""Finds the reason for an unreached target: the reach, limits, a collision, or a singularity."""
 
 from dataclasses import replace
 from typing import Any
@@ -19,10 +19,10 @@ from ulna.kinematics.jacobian import geometric_jacobian
 from ulna.kinematics.turns import turned_towards, turning_columns
 
 Array = NDArray[np.float64]
-_STARTS = 64  # tried without limits, before limits are ruled out as the reason
-_AT_LIMITS, _AT_ONCE = 512, 64  # starts with joints at their limits, before limits are the reason; targets at once
+_STARTS = 64  # starts without limits, before limits are ruled out as the reason
+_AT_LIMITS, _AT_ONCE = 512, 64  # starts with joints at their limits, before limits become the reason; targets at once
 _SETTLED, _SETTLING_STEPS = 16, 100  # starts that converge to the nearest pose of an unsolved target, and their steps
-_SINGULAR = 1e-3  # of the largest singular value times the error's size
+_SINGULAR = 1e-3  # relative to the largest singular value times the error's size
 
 
 def close_unreachable(search: PoseSearch) -> None:
@@ -94,10 +94,10 @@ def _set(search: PoseSearch, targets: NDArray[np.int64], status: Status) -> None
 
 
 def _search_beyond(search: PoseSearch, order: NDArray[np.int64], bounds: Array, status: Status) -> NDArray[np.int64]:
-    """Search within wider bounds; if that solves, record the least excess over the problem's own bounds.
+    """Search within wider bounds. If this solves a target, record its smallest excess over the problem's own bounds.
 
-    A result may be within the problem's own bounds, or close to a solution that is, so the search first continues within them
-    from there. Returns the indices of the targets that remain unexplained.
+    A result may be within the problem's own bounds, or close to such a solution. So the search first continues within these
+    bounds. Returns the indices of the targets that remain unexplained.
     """
     problem = replace(search.problem, bounds=bounds)
     q, info = run_starts(problem, order, Restart(0, _STARTS, 3 * STEPS, from_seed=True))
@@ -121,14 +121,17 @@ def _search_beyond(search: PoseSearch, order: NDArray[np.int64], bounds: Array, 
 
 
 def _search_at_limits(search: PoseSearch, order: NDArray[np.int64]) -> None:
-    """Search on from configurations with joints at their limits: solutions with such joints are the ones most often missed."""
+    """Continue the search from configurations with joints at their limits: such solutions are missed most often."""
     for part in (order[begin : begin + _AT_ONCE] for begin in range(0, len(order), _AT_ONCE)):
         search.run_from(part, limit_starts(search.problem, part, _AT_LIMITS), STEPS)
     _close_collided(search)
 
 
 def _without_limits(problem: Problem) -> Array:
-    """Bounds that leave every joint of the chain free; starts of slides are within one length of their range."""
+    """Bounds that leave every joint of the chain unlimited.
+
+    Starts of prismatic joints are within one length of their range.
+    """
     bounds = problem.query.limits.copy()
     width = np.maximum(bounds[0, 3] - bounds[0, 2], 1e-3 * problem.query.units)
     for row in problem.chain:
@@ -141,7 +144,7 @@ def _without_limits(problem: Problem) -> Array:
 
 
 def settle_open(search: PoseSearch, *, out_of_time: bool) -> None:
-    """Let the best configurations of unsolved targets converge to the nearest pose that can be reached from there."""
+    """Let the best configurations of unsolved targets converge to the nearest reachable pose."""
     problem = search.problem
     rest = np.flatnonzero((search.info["status"] != layout.SOLVED) & (search.info["status"] != layout.NOT_A_POSE))
     if out_of_time or problem.query.options.budget < DEFAULT_BUDGET or not len(rest):
@@ -149,7 +152,7 @@ def settle_open(search: PoseSearch, *, out_of_time: bool) -> None:
     part = Restart(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True)
     before, with_posture = search.info[rest], search.with_posture[rest]
     q, info = run_starts(replace(problem, seeds=search.q), rest, part)
-    for name in ("start", "iterations"):  # of the search: the steps that follow do not count
+    for name in ("start", "iterations"):  # values of the search: the steps that follow do not count
         info[name] = before[name][:, None]
     search.keep(rest, q, info, part)
     search.with_posture[rest] = with_posture
@@ -158,7 +161,7 @@ def settle_open(search: PoseSearch, *, out_of_time: bool) -> None:
 
 
 def _is_singular(problem: Problem, i: int, q: Array, info: Any) -> bool:
-    """Whether, limits aside, no joint reduces the error to first order: J' e = 0, for an arm of six joints or more."""
+    """Whether no joint of an arm of six or more, limits aside, reduces the error: J' e = 0."""
     query = problem.query
     if query.options.task.kind != layout.WHOLE_POSE:
         return False

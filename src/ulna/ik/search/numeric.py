@@ -1,17 +1,17 @@
-"""Solves by Levenberg-Marquardt from many starts, and says why a target was not reached: the face of this folder.
+"""Solves by Levenberg-Marquardt from many starts, and explains unreached targets: the interface of this folder.
 
-The idea. With e(q) the pose that is left, six numbers (m, rad) in the axes of the base, and J the Jacobian, a step
+The idea. Let e(q) be the pose error, six numbers (m, rad) in the axes of the base, and J the Jacobian. A step
 
     dq = J' (J J' + lambda I)^-1 e,    lambda = 0.05 |e|^2 + 1e-12    (Sugihara 2011)
 
-is long and careful far from the target, and Newton's near it, where lambda vanishes. Every step is kept within the limits
-(``kernels/ik``). It may end in a local minimum of |e|, so there are many starts (``starts``): the caller's seed, random ones, for
-seven joints branches of the closed form. Eight searches run at a time, one a lane; one that has ended makes room for the next.
+is long and damped far from the target, and becomes Newton's near it, where lambda vanishes. Every step is kept within the limits
+(``kernels/ik``). It may end in a local minimum of |e|, so there are many starts (``starts``): the caller's seed, random ones, and
+for seven joints branches of the closed form. Eight searches run at a time, one a lane; a finished search makes room for the next.
 
-1. The fast path, one call of the kernels for one target with default options (``NumericSolver.solve``).
-2. ``restarts``: rounds for a batch, of one start each, then of more and more for the targets that are left. ``ranking``: which of
-   several solutions is taken. ``units``: arms that are far from a metre long are searched in a unit of their own.
-3. ``diagnosis``: for targets without a solution the nearest pose, and whether reach, limits, collision or a singularity is why.
+1. The fast path is one call of the kernels for one target with default options (``NumericSolver.solve``).
+2. ``restarts``: rounds for a batch, of one start each, then of more and more for the remaining targets. ``ranking``: the choice
+   among several solutions. ``units``: arms that are far from a meter long are searched in a unit of their own.
+3. ``diagnosis``: for targets without a solution the nearest pose, and the reason: reach, limits, collision or a singularity.
 4. ``branch_search``: all solutions of one target.
 """
 
@@ -39,7 +39,7 @@ from ulna.kinematics.tree import entry_names
 
 Array = NDArray[np.float64]
 _FEW, _MANY = 2, 16  # random starts of the first round: if any solution will do, and if the best is chosen
-_MAX_STARTS = 64  # starts of one target with default options, eight in each lane; and where there is no solution to find
+_MAX_STARTS = 64  # starts of one target with default options, eight in each lane; and for targets without a solution
 
 
 _MATRIX = 4, 4
@@ -48,7 +48,10 @@ OfOneTarget = Callable[[ArrayLike, ArrayLike], tuple[Array, Results] | None]
 
 
 def bound_to_one_target(run: Any, tables: tuple[Any, ...], home: Array) -> OfOneTarget:
-    """The entry ``run(*tables, T, start, q, info)``, in C if the extension is there. ``home`` as a start is not checked."""
+    """The entry ``run(*tables, T, start, q, info)``, in C if the extension is there.
+
+    ``home`` as a start is not validated.
+    """
     n, of_q, of_info = len(home), (1, len(home)), SearchResult.structure
 
     def in_python(T: ArrayLike, start: ArrayLike) -> tuple[Array, Results] | None:
@@ -66,11 +69,11 @@ def bound_to_one_target(run: Any, tables: tuple[Any, ...], home: Array) -> OfOne
 
 
 class NumericSolver:
-    """The solver for any query by Levenberg-Marquardt; see ``ik.inverse_kinematics.Solver``.
+    """The Levenberg-Marquardt solver for any query; see ``ik.inverse_kinematics.Solver``.
 
     Attributes:
-        tables: What the kernels take before one target with default options, from home; empty where the options differ.
-        home: Where a search without a seed starts, shape (n_dof,).
+        tables: The kernels' arguments before one target with default options, from home; empty for other options.
+        home: The start of a search without a seed, shape (n_dof,).
     """
 
     __slots__ = ("_from_home", "_from_seed", "_query", "_tolerances", "home", "tables")
@@ -89,7 +92,7 @@ class NumericSolver:
             self._from_seed = bound_to_one_target(run, (query.chain, from_seed, plan), self.home)
 
     def solve(self, request: Request) -> IKResult:
-        """The first solution for one target with default options; of a search with others, or if none is found, the best."""
+        """The first solution for one target with default options; otherwise the best result of a search."""
         if self._from_home is None or request.posture is not None or request.world is not None or request.held:
             return self.search(request)
         found = self._found(request.T, request.q_seed)
@@ -113,7 +116,7 @@ class NumericSolver:
         return self._from_home(T, self.home) if q_seed is None else self._from_seed(T, q_seed)
 
     def search(self, request: Request) -> IKResult:
-        """The best that the restarts find for any targets."""
+        """The best results of the restarts for any targets."""
         problem = make_problem(self._query, request.T, request.q_seed, request.posture, request.held)
         refuse_clearance_of_nothing(self._query.options.rank, request.world)
         collisions = collisions_of(self._query, request.world)
@@ -124,7 +127,7 @@ class NumericSolver:
 
 
 def _is_usual(query: Query) -> bool:
-    """Whether the options are those of one call of the kernels for one target, and the arm is measured in metres."""
+    """Whether one call of the kernels covers the options for one target, and the arm is measured in meters."""
     options = query.options
     return (
         options.task.kind == layout.WHOLE_POSE
@@ -138,7 +141,7 @@ def _is_usual(query: Query) -> bool:
 
 
 def nearest_poses(problem: Problem) -> PoseSearch:
-    """The nearest configurations to targets without a solution within the limits; and which of them are out of reach."""
+    """The nearest configurations to targets without a solution within the limits; targets out of reach are marked."""
     search = PoseSearch.of(problem, None)
     search.run(Restart(0, _MAX_STARTS, STEPS, from_seed=True))
     close_unreachable(search)
@@ -147,7 +150,7 @@ def nearest_poses(problem: Problem) -> PoseSearch:
 
 
 def searched(problem: Problem, collisions: CollisionFilter | None) -> PoseSearch:
-    """Restarts; then, for unsolved targets, the best pose that can be reached and the reason."""
+    """Search with restarts; then, for unsolved targets, find the best reachable pose and the reason."""
     rank = problem.query.options.rank
     cost, count = cost_of(problem, collisions), _FEW if rank is None and collisions is None else _MANY
     search = PoseSearch.of(problem, cost)
@@ -159,7 +162,7 @@ def searched(problem: Problem, collisions: CollisionFilter | None) -> PoseSearch
 
 
 def result_of(search: PoseSearch, collisions: CollisionFilter | None, trace: Array | None, no_solution: str = "") -> IKResult:
-    """What a search found, and why it found no more. no_solution: why a target that is within reach has none."""
+    """The result of a search, with explanations. no_solution: The reason why a target within reach has no solution."""
     problem, query = search.problem, search.problem.query
     hit = np.flatnonzero(search.info["status"] == CODES[Status.IN_COLLISION])
     explanation = Explanation(
@@ -183,11 +186,10 @@ def trace_of(search: PoseSearch) -> Array | None:
 
 
 def _convergence(problem: Problem, info: Any, origin: Array | None = None, *, with_posture: bool = False) -> Array:
-    """A row a step towards the result with this information: errors [m] and [rad], largest joint step, damping; (steps + 1, 4).
+    """One row a step towards a result: errors [m] and [rad], largest joint step, damping; (steps + 1, 4).
 
-    origin: where the result was searched from, (n_dof,), if by no start of a round.
-
-    A step depends on the configuration alone, so taking them one at a time gives the same result.
+    origin: The configuration that the search continued from, (n_dof,), if the result has no start of a round. A step depends on
+    the configuration alone, so single steps give the same result.
     """
     start, steps = int(info.start), int(info.iterations)
     q = _start(problem, start) if origin is None else origin

@@ -1,4 +1,4 @@
-"""Computes the cost by which one of several solutions is taken, and rejects those that collide."""
+"""Computes the cost that ranks solutions, and rejects colliding ones."""
 
 from __future__ import annotations
 
@@ -20,38 +20,38 @@ Array = NDArray[np.float64]
 
 
 class Costs(NamedTuple):
-    """The costs of k solutions, and which of them are acceptable.
+    """The costs of k solutions, and a mask of the acceptable ones.
 
     Attributes:
         values: Shape (k,), finite.
-        acceptable: Those that do not collide, shape (k,).
+        acceptable: Mask of the solutions that do not collide, shape (k,).
     """
 
     values: Array
     acceptable: NDArray[np.bool_]
 
     def of_acceptable(self) -> Array:
-        """The costs (k,), infinite where a solution is not acceptable, so that it is never the least."""
+        """The costs (k,), infinite for unacceptable solutions, so that they are never the minimum."""
         return np.where(self.acceptable, self.values, np.inf)
 
 
 Cost = Callable[[NDArray[np.int64], Array], Costs]
-"""The costs of configurations (k, n_dof) that solve the targets of the numbers (k,)."""
+"""The costs of configurations (k, n_dof) that solve the targets with these indices (k,)."""
 
 
 def refuse_clearance_of_nothing(rank: str | None, world: World | None) -> None:
-    """Refuse a rank by clearance if no world is given."""
+    """Raise an error for a rank by clearance without a world."""
     if rank == "clearance" and world is None:
         raise InputError("rank", "'clearance' is the distance from a world, so world= is needed too")
 
 
 def collisions_of(query: Query, world: World | None) -> CollisionFilter | None:
-    """What rejects configurations that collide; None without a world."""
+    """The filter that rejects colliding configurations; None without a world."""
     return None if world is None else CollisionFilter(query.checker, world)
 
 
 def cost_of(problem: Problem, collisions: CollisionFilter | None) -> Cost | None:
-    """The cost function of a search; None if the first solution is as good as any."""
+    """The cost function of a search; None if any solution is as good as the first."""
     query, rank = problem.query, problem.query.options.rank
     if rank is None and not problem.seeded and collisions is None:
         return None
@@ -62,7 +62,7 @@ def cost_of(problem: Problem, collisions: CollisionFilter | None) -> Cost | None
         elif rank == "mid_range":
             cost = _from_mid_range(query.tree, q)
         elif rank == "clearance" and collisions is not None:
-            clearance = collisions.clearance(q)  # infinite where there is nothing to be clear of: then none is better
+            clearance = collisions.clearance(q)  # infinite without objects: then all are equal
             cost = -np.where(np.isfinite(clearance), clearance, 0.0)
         elif rank == "nearest" or problem.seeded:
             seeds = rows_for(problem.seeds, order)
@@ -75,7 +75,7 @@ def cost_of(problem: Problem, collisions: CollisionFilter | None) -> Cost | None
 
 
 def _from_mid_range(tree: Tree, q: Array) -> Array:
-    """The mean square of the way from the middle of each range to its ends (Liegeois 1977); no limits do not count."""
+    """The mean square of the positions relative to half of each range (Liegeois 1977); unlimited joints do not count."""
     half = (tree.upper - tree.lower) / 2
     bounded = np.isfinite(half) & (half > 0)
     share = (q - mid_range(tree))[..., bounded] / half[bounded]
@@ -84,7 +84,7 @@ def _from_mid_range(tree: Tree, q: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class CollisionFilter:
-    """A robot's collision checker, and the world that the robot must stay clear of."""
+    """A robot's collision checker, and the world to stay clear of."""
 
     checker: Checker
     world: World
@@ -94,7 +94,7 @@ class CollisionFilter:
         return np.asarray(self.checker.in_collision(q, self.world, self_collision=True))
 
     def clearance(self, q: Array) -> Array:
-        """How far configurations (n, n_dof) are from the world [m], shape (n,), the distances within the robot left out."""
+        """The distance of configurations (n, n_dof) from the world [m], shape (n,), without self-distances."""
         return self.checker.signed_distance(q, self.world, self_collision=False)
 
     def pairs(self, q: Array) -> tuple[tuple[str, str], ...]:

@@ -1,7 +1,7 @@
 """Searches from the seed and from random starts until every target is solved or the budget is spent.
 
-Every target gets one start; those that are left get more and more. The result for a target depends on nothing but the target, its
-seed, its bounds and the random seed: not on what else is in the batch, nor on how the batch is cut for the threads.
+Every target gets one start; the remaining targets get more and more. The result for a target depends only on the target, its
+seed, its bounds and the random seed. It does not depend on the rest of the batch, or on the division among threads.
 """
 
 import time
@@ -42,9 +42,9 @@ class Restart:
 
 
 def restarts_of(problem: Problem, n_first: int, *, seed_alone: bool) -> Iterator[Restart]:
-    """The seed first, then ``n_first`` random starts a target, twice as many, and so on; the steps of all are within the budget.
+    """The rounds of starts within the budget: the seed, then ``n_first`` random starts a target, twice as many ...
 
-    Unless the seed goes alone, it is one of ``n_first`` in the first round.
+    Unless ``seed_alone``, the seed is one of ``n_first`` starts in the first round.
     """
     budget = problem.query.options.budget
     left, first = budget, 0
@@ -64,18 +64,18 @@ def restarts_of(problem: Problem, n_first: int, *, seed_alone: bool) -> Iterator
 
 @dataclass(frozen=True, eq=False)
 class PoseSearch:
-    """The best results so far, and what is known about the targets without one; a target's number is its row.
+    """The best results of a search, and the facts about unsolved targets; a target's index is its row.
 
     Attributes:
         problem: The targets.
-        cost: Which of several solutions is taken; None if the first is as good as any.
+        cost: The cost that ranks solutions; None if any solution is as good as the first.
         q: Shape (n, n_dof).
         info: Shape (n,).
-        open: Whether a target is still searched for, shape (n,).
-        rejected: For each target one configuration that solves it and collides, with its information.
-        origins: The configurations from which other results were searched.
-        reach_excess: By how much targets lie beyond the reach [m].
-        limit_excess: How far joints would have to go beyond their bounds [rad or m].
+        open: Whether the search for a target continues, shape (n,).
+        rejected: For each target one colliding solution, with its information.
+        origins: The configurations that other results were searched from.
+        reach_excess: The distance of targets from the reach [m].
+        limit_excess: The excess of joints over their bounds [rad or m].
         with_posture: Whether a result comes from a start with a posture, shape (n,).
     """
 
@@ -92,7 +92,7 @@ class PoseSearch:
 
     @classmethod
     def of(cls, problem: Problem, cost: Cost | None) -> "PoseSearch":
-        """A search that has not begun."""
+        """A search before its first round."""
         n, n_dof = len(problem.targets), problem.query.tree.n_dof
         info = np.zeros(n, SearchResult.structure)
         info["status"], info["missed"] = layout.NOT_FOUND, np.inf
@@ -106,10 +106,10 @@ class PoseSearch:
             self.keep(piece, *run_starts(self.problem, piece, part), part)
 
     def run_from(self, order: NDArray[np.int64], origins: Array, steps: int) -> None:
-        """Search on for some targets (m,) from configurations of their own (m, k, n_dof), and keep what solves them.
+        """Continue the search for some targets (m,) from their own configurations (m, k, n_dof), and keep solutions.
 
-        They are brought within the bounds first. A result has the number of its origin as that of its start. One of a target
-        that is solved already is kept if its cost is less.
+        The configurations are clipped to the bounds first. A result's start number is that of its configuration. For a solved
+        target a result is kept if its cost is lower.
         """
         m, k, n_dof = origins.shape
         each = self.problem.some(np.repeat(order, k))
@@ -123,7 +123,7 @@ class PoseSearch:
             self.origins[int(order[row])] = seeds[row * k + int(self.info["start"][order[row]])]
 
     def keep(self, order: NDArray[np.int64], q: Array, info: Results, part: Restart) -> NDArray[np.bool_]:
-        """Keep better results for some targets, and close those that are solved. Whether a target has a new solution."""
+        """Keep better results for some targets, and close solved targets. Whether a target has a new solution."""
         solved = info["status"] == layout.SOLVED
         costs, acceptable = np.full(solved.shape, np.inf), solved.copy()
         costs[solved], acceptable[solved] = self._costs(order[solved.nonzero()[0]], q[solved])
@@ -147,14 +147,14 @@ class PoseSearch:
             getattr(self, name).update({int(order[i]): value for i, value in getattr(other, name).items()})
 
     def _costs_now(self, order: NDArray[np.int64]) -> Array:
-        """The costs of the solutions that some targets have, infinite where there is none yet."""
+        """The costs of the present solutions of some targets, infinite without a solution."""
         costs, solved = np.full(len(order), np.inf), self.info["status"][order] == layout.SOLVED
         if solved.any():
             costs[solved], _ = self._costs(order[solved], self.q[order[solved]])
         return costs
 
     def _costs(self, order: NDArray[np.int64], q: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """The costs (k,) of solutions q (k, n_dof) of some targets, infinite where they are not acceptable; and which are."""
+        """The costs (k,) of solutions q (k, n_dof) of some targets, infinite if unacceptable; and the mask of acceptable ones."""
         if self.cost is None:
             return np.zeros(len(q)), np.ones(len(q), dtype=bool)
         costs = self.cost(order, q)
@@ -167,7 +167,7 @@ class PoseSearch:
 
 
 def run_from_branches(search: PoseSearch) -> None:
-    """Start from branches of a closed form: for open targets, and for all where the best is wanted."""
+    """Start from branches of a closed form: for open targets, or for all if the best solution is wanted."""
     ranked = search.problem.query.options.rank is not None
     wanted = search.info["status"] != layout.NOT_A_POSE if ranked else search.open
     if not wanted.any():
@@ -178,11 +178,11 @@ def run_from_branches(search: PoseSearch) -> None:
 
 
 def search_with_restarts(search: PoseSearch, n_first: int, give_up: Callable[[PoseSearch], None], *, seed_alone: bool) -> bool:
-    """All rounds until no target is open, the budget is spent or time is up; True if time was up.
+    """Run all rounds until no target is open, the budget is spent or time is up; True for the last.
 
-    The first random round has ``n_first`` starts for every target; after it ``give_up`` closes targets that are out of reach. A
-    closed form closes the targets for which it has solutions, while there is a budget left: after the first round if there is a
-    seed or a rank, whose best it has to find; else after two random rounds, which take less time.
+    The first random round has ``n_first`` starts for every target. After it, ``give_up`` closes targets that are out of reach. A
+    closed form closes the targets for which it has solutions, while budget is left. With a seed or a rank, this comes after the
+    first round, to find the best. Otherwise it comes after two random rounds, which take less time.
     """
     options = search.problem.query.options
     of_branches = 0 if search.problem.seeded or options.rank is not None else 2
@@ -210,9 +210,9 @@ def run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tup
 def run_from_each(
     problem: Problem, order: NDArray[np.int64], q: Array, steps: int, *, with_posture: bool = False
 ) -> tuple[Array, Results]:
-    """The results for some targets (m,), each from a configuration q (m, n_dof) of its own: q (m, n_dof), info (m,).
+    """The results for some targets (m,), each from its own configuration q (m, n_dof): q (m, n_dof), info (m,).
 
-    With no step the information is that of q itself.
+    Without steps the information is that of q itself.
     """
     each = replace(problem.some(order), seeds=np.ascontiguousarray(q), nearest_to=None)
     part = Restart(0, 1, steps, from_seed=True, with_posture=with_posture)
@@ -238,7 +238,7 @@ def _run_starts(problem: Problem, order: NDArray[np.int64], part: Restart) -> tu
 
 
 def _as_near_as_turns(problem: Problem, order: NDArray[np.int64], q: Array) -> Array:
-    """q (m, n_starts, n_dof), moved by whole turns as near as possible to ``nearest_to``, if that is given."""
+    """Move q (m, n_starts, n_dof) by whole turns nearest to ``nearest_to``, if that is given."""
     if problem.nearest_to is None:
         return q
     goal, bounds = (rows_for(rows, order)[:, None] for rows in (problem.nearest_to, problem.bounds))

@@ -1,7 +1,7 @@
-"""Finds where searches start: at the seed, at random, at the limits, and for seven joints at branches of the closed form.
+"""Chooses the starts of searches: the seed, random ones, joints at limits, and branches of the closed form.
 
-Random starts are numbers between 0 and 1, one row for each start. The same robot and seed give the same starts. NaN stands for
-the seed's own entry.
+Branches serve arms of seven joints. Random starts are numbers between 0 and 1, one row for each start, reproducible for a robot
+and a seed. NaN stands for the seed's own entry.
 """
 
 from functools import lru_cache
@@ -17,7 +17,7 @@ from ulna.kernels.ik.search_layout import WHOLE_POSE
 from ulna.kinematics.tree import Tree
 
 Array = NDArray[np.float64]
-_TABLE = 1024  # shares that are kept
+_TABLE = 1024  # rows of a cached block
 _OWN_STREAM = 0x756C6E61  # a caller who draws targets with the same seed must not draw the same numbers
 _PLACES, _STARTS = 8, 8
 
@@ -44,11 +44,11 @@ def _block(n_dof: int, seed: int, block: int) -> Array:
 def closed_form_starts(
     problem: Problem, order: NDArray[np.int64], cost_of: Cost | None = None
 ) -> tuple[NDArray[np.int64], Array]:
-    """Branches of the closed form of seven joints: which targets have any, shape (m,), and their starts, shape (m, 8, n_dof).
+    """Starts from closed-form branches of seven joints, shape (m, 8, n_dof), after the targets' indices (m,).
 
-    The held joint is put to eight places: that of the seed, and seven more spread over its range. Of the branches within the
-    limits the nearest to the seed are the starts, with ``cost_of`` those of the least cost; where there are fewer than eight, the
-    first again. Of an exact form each is a solution already.
+    The held joint takes eight positions: that of the seed, and seven more spread over its range. The starts are the branches
+    within the limits nearest to the seed, or with ``cost_of`` those of minimum cost. If there are fewer than eight, the first is
+    repeated. Branches of an exact form are already solutions.
     """
     query, tree = problem.query, problem.query.tree
     task, none = query.options.task, (order[:0], np.empty((0, _STARTS, tree.n_dof)))
@@ -77,7 +77,7 @@ def closed_form_starts(
 def limit_starts(problem: Problem, order: NDArray[np.int64], count: int) -> Array:
     """Random configurations to search some targets from, shape (m, count, n_dof), about two thirds of the joints at a bound.
 
-    For targets at the border of what the limits allow, where few of the starts from within lead.
+    They serve targets at the border of the limits, where few starts from within lead.
     """
     query = problem.query
     seeds, bounds = (rows_for(rows, order)[:, None] for rows in (problem.seeds, problem.bounds))

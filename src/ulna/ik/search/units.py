@@ -1,7 +1,7 @@
-"""Brings a search for a robot that is far from a metre long into a unit of its own.
+"""Converts a search for a robot that is far from a meter long to a unit of its own.
 
-The errors of a pose are lengths and angles in one sum, and so are dampings and thresholds: right for arms of a metre or so. The
-units are powers of two, so that nothing is rounded on the way there and back.
+Pose errors add lengths and angles, and so do damping and thresholds: this suits arms of about a meter. The units are powers of
+two, so conversions are exact.
 """
 
 from collections.abc import Callable
@@ -19,11 +19,11 @@ Array = NDArray[np.float64]
 
 
 Solve = Callable[[Problem, NDArray[np.int64]], tuple[Array, Results]]
-"""Gives q (m, ..., n_dof) and info (m, ...) for some targets (m,) of a problem."""
+"""Computes q (m, ..., n_dof) and info (m, ...) for some targets (m,) of a problem."""
 
 
 def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> tuple[Array, Results]:
-    """The results of a solver for some targets (m,), computed in the unit of the robot and returned in metres."""
+    """The results of a solver for some targets (m,), computed in the unit of the robot and returned in meters."""
     unit = problem.query.unit
     if unit == 1.0:
         return solve(problem, order)
@@ -39,7 +39,7 @@ def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> 
 
 
 def _too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
-    """Which targets (m,) exceed the range of the kernels when measured in a unit: they are out of reach."""
+    """Mask of the targets (m,) outside of the kernels' range in a unit: they are out of reach."""
     seeds = rows_for(problem.seeds, order) / _slide_units(problem, unit)
     far = (np.abs(problem.targets[order, :3, 3]) > LARGEST * unit).any(axis=1)
     return np.logical_or(far, (np.abs(seeds) > LARGEST).any(axis=1))
@@ -52,7 +52,7 @@ def in_unit(problem: Problem, unit: float) -> Problem:
         row[[3, 7, 11]] /= unit
         if int(row[KIND]) == PRISMATIC:
             row[RATIO], row[OFFSET] = row[RATIO] * (slides[int(row[COLUMN])] / unit), row[OFFSET] / unit
-    chain.setflags(write=False)  # as that of a robot is: the entry is compiled for one kind
+    chain.setflags(write=False)  # read-only, as a robot's chain: the entry is compiled for read-only arrays
     targets[:, :3, 3] /= unit
     metres = problem.settings[0]
     settings = replaced(
@@ -61,13 +61,13 @@ def in_unit(problem: Problem, unit: float) -> Problem:
         slack=metres.slack / np.repeat((unit, 1.0), 3),
         far=metres.far / (unit * unit),
     )
-    with np.errstate(over="ignore"):  # a limit of 1e308 is none
+    with np.errstate(over="ignore"):  # a limit of 1e308 means unlimited
         changed = {name: getattr(problem, name) / slides for name in ("seeds", "bounds", "posture")}
     return replace(problem, chain=chain, targets=targets, settings=settings, **changed)
 
 
 def in_metres(problem: Problem, unit: float, q: Array, info: Results) -> None:
-    """Convert the result of a search in a unit back to metres, in place: q (..., n_dof), info (...) but for what it missed."""
+    """Convert the result of a search in a unit to meters, in place: q (..., n_dof), info (...) except ``missed``."""
     q *= _slide_units(problem, unit)
     info["position_error"] *= unit
     info["residual"][..., :3] *= unit
@@ -79,6 +79,6 @@ def jacobian_in_unit(problem: Problem, J: Array, unit: float) -> Array:
 
 
 def _slide_units(problem: Problem, unit: float) -> Array:
-    """The unit of each entry of q: those that drive slides alone are lengths."""
+    """The unit of each entry of q: entries that drive only prismatic joints are lengths."""
     kinds = [{int(row[KIND]) for row in problem.chain if int(row[COLUMN]) == j} for j in range(problem.query.tree.n_dof)]
     return np.array([unit if PRISMATIC in of and REVOLUTE not in of else 1.0 for of in kinds])
