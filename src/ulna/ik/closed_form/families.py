@@ -18,14 +18,16 @@ Array = NDArray[np.float64]
 Pair = tuple[int, int]
 # rad: axes nearer to parallel than this make intersections, and quartics, ill-conditioned.
 _SKEW, _SKEW_OF_QUARTIC = 1e-3, 3e-3
-_ALMOST = 1e-6  # largest miss of a family at which its arms are not taken for those of a quartic
-EXACT = 1e-12  # largest miss of a form whose branches are all there are
-NEAR = 1e-3  # largest miss of one whose branches are only starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
-_MIN_OFFSET = 2e-3  # of the reach: a quartic whose axes are nearer to intersecting than this is ill determined
+_ALMOST = 1e-6  # maximum miss of a family for which its arms are not treated as quartics
+EXACT = 1e-12  # maximum miss of a form whose branches are all solutions
+NEAR = 1e-3  # maximum miss of a form whose branches are starts of Newton steps: calibrated arms, and pi / 2 as 1.5708
+_MIN_OFFSET = 2e-3  # of the reach: a quartic whose axes are nearer to intersecting than this is ill-conditioned
 
 
 class Rule(NamedTuple):
-    """A family: the conditions on its axes, and the columns that its angles read. Axes are numbered from 0, in the name from 1.
+    """The conditions of a family on its axes, and the table columns of its angles.
+
+    Axes are numbered from 0, in the name from 1.
 
     Attributes:
         number: The family's number (``closed_form_layout``).
@@ -37,8 +39,8 @@ class Rule(NamedTuple):
         size: A function of the directions (6, 3) that must not be nearly 0.
         slides: Mask of the prismatic joints among the first three; the others are revolute.
         has_wrist: Whether the last three axes intersect in a point.
-        offset: The length by which a quartic is divided [m], of directions and points (6, 3); None where no angle needs one.
-        before: The row of NORMALS of the axis before the fifth in whose frame FIFTH is.
+        offset: A function of directions and points (6, 3): the length that a quartic is divided by [m]; None without a quartic.
+        before: The row of NORMALS of the axis before the fifth, in whose frame FIFTH is.
         bend: The axis whose angle with the fifth is in BENDS.
     """
 
@@ -67,7 +69,7 @@ def _between_last(_: Array, c: Array) -> float:
 
 
 def _before_wrist(h: Array, c: Array) -> float:
-    """The least of the distances from axis 3 to axis 2 and to the center of the wrist."""
+    """The smaller of the distances from axis 3 to axis 2 and to the center of the wrist."""
     return float(min(np.linalg.norm(c[2] - c[1]), np.linalg.norm(np.cross(h[2], c[3] - c[2]))))
 
 
@@ -141,7 +143,7 @@ class Family:
 
     @property
     def rule(self) -> Rule:
-        """The conditions on its axes."""
+        """The family's conditions on its axes."""
         return RULES[self.number]
 
 
@@ -158,7 +160,7 @@ def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], unit:
     if not found:
         return None
     simple = [family for family in found if family.rule.offset is None]
-    if simple and min(family.miss for family in simple) <= _ALMOST:  # what is nearly one of these is ill determined as a quartic
+    if simple and min(family.miss for family in simple) <= _ALMOST:  # axes near one of these make an ill-conditioned quartic
         found = simple
     least = min(family.miss for family in found)
     return next(family for family in found if family.miss <= max(10.0 * least, EXACT))
@@ -180,7 +182,7 @@ def _families(h: Array, c: Array, slides: NDArray[np.bool_], scale: float, *, fr
 
 
 def _brought_into(rule: Rule, h: Array, c: Array, signs: Array) -> tuple[float, float] | None:
-    """Move axes into a family: by how much they miss it, an angle [rad] and a length [m]; None where it is ill determined."""
+    """Move axes into a family; the miss as angle [rad] and length [m], or None if ill-conditioned."""
     angle = max((_made_parallel(h, signs, i, j) for i, j in rule.parallel), default=0.0)
     least = _SKEW if rule.offset is None else _SKEW_OF_QUARTIC
     if any(_skewness(h, i, j) < least for i, j in rule.apart) or (rule.size is not None and rule.size(h) < _SKEW):
