@@ -1,14 +1,14 @@
-/* The class Bound (engine/bound.py): an entry with its leading arguments kept, called with one q, or with one target.
+/* The class Bound (engine/bound.py): an entry with bound leading arguments, called with one q, or with one target.
 
-It looks at q by its type, its elements, its shape and its flags, makes the answer, and calls the machine code. Whatever is not as it
-should be, and a q that the machine code refuses, goes to another callable with the arguments as they were: Python's own way, which
-converts or refuses by name. What it takes and returns is its way (ways.c). Classes in Python may inherit it.
+It checks the type, elements, shape and flags of q, allocates the result, and calls the machine code. Unsuitable arguments, and a q
+that the machine code refuses, go unchanged to another callable: Python's own path, which converts them or raises an error that names
+them. The way (ways.c) defines the arguments and the result. Classes in Python may inherit it.
 */
 #include "bound.h"
 
 #include <string.h>
 
-/* Whether the leading arguments fit an overload and the way's own arguments follow; then their slots are in ``bound``. */
+/* Whether the leading arguments fit an overload, followed by the way's own arguments; writes their slots to ``bound``. */
 static int fits(Bound *bound, const Overload *overload, const Way *way) {
     const Kind *kind = overload->kinds;
     Py_ssize_t n = PyTuple_Size(bound->leading);
@@ -41,12 +41,12 @@ static int choose_overload(Bound *bound, const Way *way) {
             if (fits(bound, bound->overload, way)) return 0;
         }
     }
-    PyErr_Format(PyExc_TypeError, "%s was not compiled for such arguments, or returns something else", bound->entry->name);
+    PyErr_Format(PyExc_TypeError, "%s was not compiled for these argument types, or has another result type", bound->entry->name);
     return -1;
 }
 
 static int read_numbers(Bound *bound, const Way *way, PyObject *numbers) {
-    if (PyTuple_Size(numbers) != way->n_numbers) return PyErr_SetString(PyExc_ValueError, "too few numbers, or too many"), -1;
+    if (PyTuple_Size(numbers) != way->n_numbers) return PyErr_SetString(PyExc_ValueError, "wrong count of numbers"), -1;
     for (int k = 0; k < way->n_numbers; k++) {
         bound->numbers[k] = PyNumber_AsSsize_t(PyTuple_GetItem(numbers, k), PyExc_OverflowError);
         if (PyErr_Occurred()) return -1;
@@ -118,7 +118,7 @@ static int init(PyObject *self, PyObject *arguments, PyObject *named) {
     return 0;
 }
 
-/* The arguments of a call in their order, of which ``out`` alone may be given by name; how many, or 0 if Python must look at them. */
+/* The arguments of a call in order; only ``out`` may be named. Returns their number, or 0 if Python must process them. */
 static Py_ssize_t read_arguments(const Way *way, PyObject *arguments, PyObject *named, PyObject **given) {
     Py_ssize_t n = PyTuple_Size(arguments);
     if (n < 1 || n > MAX_ARGUMENTS) return 0;
@@ -135,7 +135,7 @@ static PyObject *call(PyObject *self, PyObject *arguments, PyObject *named) {
     Py_ssize_t n = bound->entry ? read_arguments(bound->way, arguments, named, given) : 0;
     PyObject *result = n ? bound->way->call(bound, given, n) : NULL;
     if (result || PyErr_Occurred()) return result;
-    if (!bound->otherwise) return PyErr_SetString(PyExc_TypeError, "an entry that is bound to nothing"), NULL;
+    if (!bound->otherwise) return PyErr_SetString(PyExc_TypeError, "the entry has no bound arguments"), NULL;
     return PyObject_Call(bound->otherwise, arguments, named);
 }
 

@@ -1,4 +1,4 @@
-/* The levels of x86-64 that this processor and its system have. Source: the x86-64 psABI, section 3.1.1, table 3.1. */
+/* The levels of x86-64 that this processor and its system support. Source: the x86-64 psABI, section 3.1.1, table 3.1. */
 #include "cpu.h"
 
 #if defined(__x86_64__) || defined(_M_X64)
@@ -30,7 +30,7 @@ int x86_level(void) {
     cpuid(0x80000001u, far_more);
     /* SSE3, SSSE3, CMPXCHG16B, SSE4.1, SSE4.2, POPCNT; LAHF */
     if (!HAS(basic[C], BIT(0) | BIT(9) | BIT(13) | BIT(19) | BIT(20) | BIT(23)) || !HAS(far_more[C], BIT(0))) return 1;
-    /* FMA, MOVBE, OSXSAVE, AVX, F16C; BMI1, AVX2, BMI2; LZCNT; and the system saves the registers of AVX */
+    /* FMA, MOVBE, OSXSAVE, AVX, F16C; BMI1, AVX2, BMI2; LZCNT; and the system saves AVX registers */
     if (!HAS(basic[C], BIT(12) | BIT(22) | BIT(27) | BIT(28) | BIT(29)) || !HAS(more[B], BIT(3) | BIT(5) | BIT(8)) ||
         !HAS(far_more[C], BIT(5)) || !HAS(enabled_state(), 0x06))
         return 2;

@@ -1,7 +1,7 @@
-/* An entry: takes Python's arguments apart, calls machine code, and returns its number.
+/* An entry: unpacks Python's arguments, calls machine code, and returns its number.
 
-Each argument becomes slots of 8 bytes: a number one, an array its address and its shape, None none. The types are looked at, the
-shapes are not: callers in Python have checked them, as they have for code compiled by Numba. */
+Each argument occupies slots of 8 bytes: a number one, an array its address and its shape, None none. Types are checked here. Shapes
+are not: callers in Python have checked them, as for code compiled by Numba. */
 #include "entry.h"
 
 #include <stdio.h>
@@ -11,7 +11,7 @@ PyTypeObject *entry_type;
 
 int kinds_of(const Kind *kind) { return kind->what == '(' ? 1 + kind->dimensions : 1; }
 
-/* Whether an array has records of the class and the size that the machine code was compiled for. */
+/* Whether the class and the size of an array's records are those that the machine code was compiled for. */
 static int has_records(const Kind *kind, PyArrayObject *array) {
     PyObject *name = PyArray_ITEMSIZE(array) == kind->size ? PyType_GetName(PyArray_DESCR(array)->typeobj) : NULL;
     int same = name && PyUnicode_CompareWithASCIIString(name, kind->record) == 0;
@@ -78,7 +78,7 @@ int run_machine_code(const Entry *entry, const Overload *overload, const int64_t
     } else {
         failed = overload->function(slots, result);
     }
-    if (failed) PyErr_Format(PyExc_MemoryError, "%s: no memory for its work", entry->name);
+    if (failed) PyErr_Format(PyExc_MemoryError, "%s: out of memory", entry->name);
     return failed ? -1 : 0;
 }
 
@@ -108,15 +108,15 @@ static PyObject *call_entry(PyObject *self, PyObject *const *arguments, Py_ssize
         Py_RETURN_NONE;
     }
     if (refused) {
-        PyErr_Format(PyExc_TypeError, "%s: argument %d, of %R, has another type, or its array other axes or flags, than "
-                     "the machine code was compiled for", entry->name, -refused, Py_TYPE(arguments[-1 - refused]));
+        PyErr_Format(PyExc_TypeError, "%s: argument %d, of %R, does not match the compiled type: other type, number of axes or "
+                     "array flags", entry->name, -refused, Py_TYPE(arguments[-1 - refused]));
     } else {
-        PyErr_Format(PyExc_TypeError, "%s: %zd arguments; it was not compiled for so many", entry->name, n_arguments);
+        PyErr_Format(PyExc_TypeError, "%s: %zd arguments; it was compiled for another number", entry->name, n_arguments);
     }
     return NULL;
 }
 
-/* ---- making one ---- */
+/* ---- creation ---- */
 
 static int type_of_code(char code) {
     switch (code) {
@@ -131,14 +131,14 @@ static int type_of_code(char code) {
     }
 }
 
-/* Reads the class and the size of records, such as "SearchState 168]"; returns what follows, or NULL. */
+/* Reads the class and the size of records, such as "SearchState 168]"; returns the rest of the text, or NULL. */
 static const char *read_record(const char *text, Kind *kind) {
     int used = 0;
     if (sscanf(text, "%47[^] ] %d]%n", kind->record, &kind->size, &used) != 2 || !used) return NULL;
     return text + used;
 }
 
-/* Reads one argument of a signature (src/ulna/engine/signatures.py); returns what follows, or NULL. */
+/* Reads one argument of a signature (src/ulna/engine/signatures.py); returns the rest of the text, or NULL. */
 static const char *read_kind(const char *text, Overload *overload, int within) {
     if (overload->n_kinds == MAX_KINDS) return NULL;
     Kind *kind = &overload->kinds[overload->n_kinds++];
@@ -163,7 +163,7 @@ static int read_signature(const char *text, Overload *overload) {
     for (; text && *text; overload->n_arguments++) text = read_kind(text, overload, 0);
     for (int k = 0; k < overload->n_kinds; k++) slots += 1 + (overload->kinds[k].what == 'a' ? overload->kinds[k].dimensions : 0);
     if (text && slots <= MAX_SLOTS) return 0;
-    PyErr_SetString(PyExc_ValueError, "a signature that cannot be read");
+    PyErr_SetString(PyExc_ValueError, "invalid signature");
     return -1;
 }
 
@@ -178,7 +178,7 @@ static int read_overloads(Entry *entry, PyObject *overloads) {
         PyObject *pair = PyTuple_GetItem(overloads, entry->n_overloads);
         if (!PyTuple_Check(pair)) return PyErr_SetString(PyExc_TypeError, "pairs of an address and a signature are expected"), -1;
         if (!PyArg_ParseTuple(pair, "Ks", &address, &signature)) return -1;
-        if (!address) return PyErr_SetString(PyExc_ValueError, "an address of 0"), -1;
+        if (!address) return PyErr_SetString(PyExc_ValueError, "invalid address 0"), -1;
         overload->function = (Function)(uintptr_t)address;
         if (read_signature(signature, overload)) return -1;
     }
@@ -191,7 +191,7 @@ PyObject *make_entry(PyObject *module, PyObject *arguments) {
     int releases_lock;
     (void)module;
     if (!PyArg_ParseTuple(arguments, "sO!sp", &name, &PyTuple_Type, &overloads, &result, &releases_lock)) return NULL;
-    if (!*result || !strchr("bi-", *result)) return PyErr_SetString(PyExc_ValueError, "a result that is not b, i or -"), NULL;
+    if (!*result || !strchr("bi-", *result)) return PyErr_SetString(PyExc_ValueError, "invalid result type: b, i or - is expected"), NULL;
     Entry *entry = PyObject_New(Entry, entry_type);
     if (!entry) return NULL;
     entry->overloads = NULL;

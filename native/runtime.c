@@ -1,10 +1,10 @@
-/* What machine code names from outside when Numba has compiled it: memory for an entry's arrays, and a shape for an array in one
-piece. Linked into each library of machine code; Numba's own runtime, which does more, is not there. */
+/* The external functions of machine code that Numba has compiled: memory for an entry's arrays, and reshaping of contiguous arrays.
+Linked into each library of machine code in place of Numba's own runtime, which does more. */
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
 
-/* Memory that counts its users: the layout of numba/core/runtime/nrt.h, whose data and count the machine code reads itself. */
+/* Reference-counted memory in the layout of numba/core/runtime/nrt.h; the machine code reads data and count itself. */
 typedef struct {
     size_t users;
     void (*destroy)(void *data, size_t size, void *with);
@@ -29,12 +29,12 @@ void *NRT_MemInfo_alloc_aligned(size_t size, unsigned alignment) {
     return memory;
 }
 
-/* The last user has gone. */
+/* Frees memory without users. */
 void NRT_MemInfo_call_dtor(void *memory) {
     free(memory);
 }
 
-/* The strides of a new shape. All arrays of entries are C-contiguous, so there always are some. */
+/* The strides of a new shape, which always exist, as all arrays of entries are C-contiguous. */
 int numba_attempt_nocopy_reshape(intptr_t n, const intptr_t *shape, const intptr_t *strides, intptr_t n_new, const intptr_t *new_shape,
                                  intptr_t *new_strides, intptr_t item_size, int is_fortran) {
     (void)n, (void)shape, (void)strides, (void)is_fortran;

@@ -1,18 +1,18 @@
-/* The ways of a bound function: what it takes, which arrays it makes, and what it returns. There are eight:
+/* The eight ways of a bound function: its arguments, the arrays that it allocates, and its result.
 
     pose      f(q, out=None)                entry(*leading, q, out) -> bool; an array of the shape ``numbers``
     truth     f(q, first, end)              entry(*leading, q) -> int; False or True for the two codes in ``numbers``
-    number    f(q, first, end)              entry(*leading, q[None], record) -> bool; the number that the record begins with
-    edge      f(q_a, q_b, resolution,       entry(*leading, q_a[None], q_b[None], resolution, status, free) -> bool; whether it touches,
-                first, end)                 for the two codes in ``numbers``, how far it is free, and q there
+    number    f(q, first, end)              entry(*leading, q[None], record) -> bool; the first number of the record
+    edge      f(q_a, q_b, resolution,       entry(*leading, q_a[None], q_b[None], resolution, status, free) -> bool; False or True
+                first, end)                 for the two codes in ``numbers``, the free fraction, and q there
     motion    f(q, qd, qdd)                 entry(*leading, q, qd, qdd, out) -> bool; an array of ``numbers`` numbers
     copy      f(T)                          entry(*leading, T, out) -> bool; an array of the shape ``numbers``, which T has too
     search    f(target, seed)               entry(*leading, target, seed, q, info) -> bool; q and info, an array of one record,
-                                            or None if there is no solution
-    branches  f(target)                     entry(*leading, target, q, truths) -> int; q, both rows of truths, and the code; or None if
-                                            the code proves nothing. ``numbers``: of branches, and of codes that prove something
+                                            or None without a solution
+    branches  f(target)                     entry(*leading, target, q, truths) -> int; q, both rows of bools, and the code; or None if
+                                            the code proves nothing. ``numbers``: the number of branches, and of codes with a proof
 
-``first`` and ``end`` take the place of those of the scene that is bound: the rows of the objects that are not in the BVH.
+``first`` and ``end`` replace those of the bound scene: the rows of the objects outside the BVH.
 */
 #include "bound.h"
 
@@ -54,7 +54,7 @@ static void *data_of(PyObject *array) { return PyArray_DATA((PyArrayObject *)arr
 static PyObject *new_array_of(int type, int dimensions, npy_intp rows, npy_intp columns) {
     npy_intp shape[2] = {rows, columns};
     PyArray_Descr *elements = PyArray_DescrFromType(type);
-    return PyArray_NewFromDescr(&PyArray_Type, elements, dimensions, shape, NULL, NULL, 0, NULL); /* SimpleNew asks for more first */
+    return PyArray_NewFromDescr(&PyArray_Type, elements, dimensions, shape, NULL, NULL, 0, NULL); /* SimpleNew runs more checks first */
 }
 
 static PyObject *new_record_like(PyObject *array) {
@@ -68,14 +68,14 @@ static PyObject *new_array(int dimensions, npy_intp rows, npy_intp columns) {
     return new_array_of(NPY_DOUBLE, dimensions, rows, columns);
 }
 
-/* The slots of a call: those that are bound, and room for the rest, which ``bind`` has counted. Where the machine code keeps the
-   interpreter's lock they are the bound function's own, otherwise a copy, since another thread may call it at the same time. */
+/* The slots of a call: the bound ones, and memory for the rest, whose number ``bind`` has checked. If the machine code keeps the
+   interpreter's lock, they are the bound function's own; otherwise a copy, since another thread may call it at the same time. */
 static int64_t *slots_of(Bound *bound, int64_t *copy) {
     if (!bound->entry->releases_lock) return bound->slots;
     return memcpy(copy, bound->slots, bound->n_slots * sizeof *copy);
 }
 
-/* The same of a scene: a copy, with the rows of the objects that a call gives, first and end. NULL if they are no numbers. */
+/* A copy of the slots of a scene, with the call's rows of objects, first and end. NULL if they are no numbers. */
 static int64_t *slots_of_scene(Bound *bound, int64_t *copy, PyObject *const *rows) {
     memcpy(copy, bound->slots, bound->n_slots * sizeof *copy);
     int64_t *place = copy + bound->n_slots - ROWS_TO_END;
