@@ -84,7 +84,7 @@ def of_eaik(robot: ulna.Robot) -> Library:
 
 
 def of_ssik(robot: ulna.Robot) -> Library:
-    """ssik, specialised for the same URDF; it has no batch."""
+    """ssik, specialized for the same URDF; it has no batch."""
     from benchmarks.peer import standing_offset  # noqa: PLC0415
     from benchmarks.peers.ssik import build  # noqa: PLC0415 - optional
 

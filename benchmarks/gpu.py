@@ -1,6 +1,6 @@
 """Problems a second on a GPU, kept on the device, and each result checked against the CPU: ``make bench-gpu``, a few minutes.
 
-Every figure is the median of repeated calls between two synchronisations, the compilation before them. ``bytes`` is what a
+Every figure is the median of repeated calls between two synchronizations, the compilation before them. ``bytes`` is what a
 problem must at least read and write, for the share of the memory's speed; registers and local memory are the compiler's; threads
 at once is how many a multiprocessor has room for. What bounds a method: the memory, where its share is near 1; else the units for
 float64 (or float32), or the latency of too few threads.

@@ -6,7 +6,7 @@ leaves out what is out of reach, indexes all others and plans with certified edg
 A problem whose start or goal touches a ball is left out, and counted.
 
 Paths are judged 64 times finer than VAMP samples its edges, by Ulna's overlap test with the balls that the planner had; with
-``--tree`` by SciPy's k-d tree too: the robot is spheres, so one touches where its centre is as near to a point as both radii.
+``--tree`` by SciPy's k-d tree too: the robot is spheres, so one touches where its center is as near to a point as both radii.
 """
 
 import argparse
@@ -122,8 +122,8 @@ def judged(robot: ulna.Robot, world: ulna.World, points: Array, path: Array | No
     if by_tree:
         shapes = [one.shape for link in robot.description.links for one in link.collisions]
         reach = np.array([shape.radius for shape in shapes]) + RADIUS
-        centres = robot.collision_poses(samples_of(path, FINER))[..., :3, 3]
-        distances, _ = KDTree(points).query(centres, distance_upper_bound=reach.max() + RADIUS)
+        centers = robot.collision_poses(samples_of(path, FINER))[..., :3, 3]
+        distances, _ = KDTree(points).query(centers, distance_upper_bound=reach.max() + RADIUS)
         found["touches_by_tree"] = bool((distances < reach).any())
     return found
 

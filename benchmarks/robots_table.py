@@ -201,7 +201,7 @@ def named_arms() -> str:
     page += SOURCES
     for arm in arms:
         repository, commit = arm.source.split(" at ")
-        page += f"| `{arm.name}` | [{repository}](https://github.com/{repository}), {commit} | {arm.licence} | {arm.files} |\n"
+        page += f"| `{arm.name}` | [{repository}](https://github.com/{repository}), {commit} | {arm.license} | {arm.files} |\n"
     return page + NOT_SAID
 
 

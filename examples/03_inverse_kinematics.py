@@ -1,4 +1,4 @@
-"""Inverse kinematics: a pose one centimetre aside and every step on the way to it, and a target out of reach."""
+"""Inverse kinematics: a pose one centimeter aside and every step on the way to it, and a target out of reach."""
 
 import sys
 
@@ -6,7 +6,7 @@ import ulna
 
 robot = ulna.load("panda")
 target = robot.forward_kinematics(robot.home)
-target[1, 3] += 0.01  # from home, one centimetre along y
+target[1, 3] += 0.01  # from home, one centimeter along y
 
 found = robot.inverse_kinematics(target, robot.home, position_tolerance=1e-10, rotation_tolerance=1e-10, trace=True)
 print(f"from home: {found}")
@@ -15,7 +15,7 @@ for step, (position_error, rotation_error, largest, damping) in enumerate(found.
 assert found.success
 assert abs(robot.forward_kinematics(found.q) - target).max() < 1e-9
 
-target[0, 3] = 2.0  # two metres away: the arm is shorter
+target[0, 3] = 2.0  # two meters away: the arm is shorter
 found = robot.inverse_kinematics(target)
 print(f"out of reach: {found}")
 assert not found.success

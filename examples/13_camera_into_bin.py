@@ -18,7 +18,7 @@ import ulna
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from benchmarks.depth_camera import Camera, bin_on_a_table
 
-RADIUS = 0.003  # [m] of a ball: half of what neighbours are apart, and the noise
+RADIUS = 0.003  # [m] of a ball: half of what neighbors are apart, and the noise
 PADDING = 0.02  # [m] around the arm; points there are its own
 FITS, T_FITS = ulna.Box((0.14, 0.09, 0.2)), ulna.pose((0.55, 0.0, 0.11))  # where the hand fits between the bin's walls
 ABOVE = 0.06  # [m] from the highest point to the tips of the fingers: other parts may be hidden by the arm

@@ -1,8 +1,8 @@
 """The twelve boxes in the global frame at q = 0, as static markers; the arm: test_collision_boxes.py.
 
-They are shown twice; RViz lists both, and their names are written in their colours. "drawn by hand" are the plain numbers below,
+They are shown twice; RViz lists both, and their names are written in their colors. "drawn by hand" are the plain numbers below,
 those of the course's own file, as edges alone. "link table" is the assignment's table of boxes in link frames, placed by forward
-kinematics, with their faces. They differ by centimetres; collisions are checked with the table.
+kinematics, with their faces. They differ by centimeters; collisions are checked with the table.
 """
 
 from ulna.cli.quiet_imports import quiet_imports
@@ -18,7 +18,7 @@ with quiet_imports():  # Ctrl-C meanwhile ends the script without a traceback
 UPRIGHT = (1, 0, 0, 0)
 TILTED = (0.951416134834, 0.307908415794, 0, 0)
 TURNED = (0.882274568081, 0.0189154259861, -0.0100818071514, 0.470246970654)
-# Position of the centre [m], size along x, y, z [m], rotation as a quaternion w, x, y, z.
+# Position of the center [m], size along x, y, z [m], rotation as a quaternion w, x, y, z.
 BOXES = (
     ((-0.04, 0, 0.05), (0.23, 0.2, 0.1), UPRIGHT),
     ((-0.009, 0, 0.15), (0.13, 0.12, 0.1), UPRIGHT),

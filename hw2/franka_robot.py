@@ -1,6 +1,6 @@
 """The assignment in plain NumPy: a robot from its URDF and its DH table, its Jacobian, inverse kinematics, and box collisions.
 
-The numbers of the sections are those of the assignment. Lengths are in metres, angles in radians. ``joints`` may be a list, a
+The numbers of the sections are those of the assignment. Lengths are in meters, angles in radians. ``joints`` may be a list, a
 tuple or an array, and longer than seven, since the fingers follow; it is never changed. Ulna is imported in one case alone: it is
 the last resort of inverse kinematics, for a target that the Jacobian transpose does not reach.
 """
@@ -147,7 +147,7 @@ def rpy_from_rotation(R):
 
 
 def rotation_from_quaternion(w, x, y, z):
-    """The rotation matrix of a quaternion, shape (3, 3). The table rounds to four digits, so it is normalised here."""
+    """The rotation matrix of a quaternion, shape (3, 3). The table rounds to four digits, so it is normalized here."""
     w, x, y, z = np.array([w, x, y, z]) / np.linalg.norm([w, x, y, z])
     return np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -360,11 +360,11 @@ class FrankaRobot:
 
 
 def boxes_overlap(T_a, size_a, T_b, size_b):
-    """Whether two boxes touch, by the separating-axis theorem. T: the pose of the centre, (4, 4); size: full lengths, (3,).
+    """Whether two boxes touch, by the separating-axis theorem. T: the pose of the center, (4, 4); size: full lengths, (3,).
 
     Two convex bodies are apart just where there is an axis on which their shadows are. For boxes 15 axes suffice: the three edges
     of each, and the cross products of an edge of one with an edge of the other. On an axis L the shadow of a box reaches to both
-    sides of its centre by the sum of |half length * (edge . L)| over its edges (Gottschalk, Lin and Manocha, 1996).
+    sides of its center by the sum of |half length * (edge . L)| over its edges (Gottschalk, Lin and Manocha, 1996).
     """
     edges_a, edges_b = T_a[:3, :3].T, T_b[:3, :3].T  # one edge direction a row
     between = T_b[:3, 3] - T_a[:3, 3]

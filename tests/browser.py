@@ -62,9 +62,9 @@ def project(camera, point) -> np.ndarray:
     return np.array([width / 2 + focal * x / z, height / 2 + focal * y / z])
 
 
-def around(image: np.ndarray, centre, half: int) -> np.ndarray:
+def around(image: np.ndarray, center, half: int) -> np.ndarray:
     """The square of pixels about a point."""
-    x, y = (round(v) for v in centre)
+    x, y = (round(v) for v in center)
     return image[y - half : y + half, x - half : x + half]
 
 

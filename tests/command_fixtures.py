@@ -25,7 +25,7 @@ ODD = """<robot name="odd [bold]robot">
   <joint name="turn" type="continuous"><parent link="mast"/><child link="bäll"/><axis xyz="0 0 1"/></joint>
 </robot>"""
 
-# A cube of one metre that slides along x: every depth can be worked out in the head.
+# A cube of one meter that slides along x: every depth can be worked out in the head.
 SLIDER = """<robot name="slider">
   <link name="rail"/>
   <link name="cube"><collision name="cube"><geometry><box size="1 1 1"/></geometry></collision></link>

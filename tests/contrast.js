@@ -1,5 +1,5 @@
 // Lists what a page shows: its kind, words, element, contrast with what is behind it, whether it is large, and whether it cannot be used.
-// Text: its colour, with the opacity of all that it is in, on the colours of its ancestors. A sign, such as an icon: the better of its line
+// Text: its color, with the opacity of all that it is in, on the colors of its ancestors. A sign, such as an icon: the better of its line
 // and its filling. A control: the better of its edge and its filling, on what is around it.
 () => {
     const paper = document.createElement('canvas').getContext('2d', { willReadFrequently: true }), known = new Map();

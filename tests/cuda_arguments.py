@@ -178,7 +178,7 @@ TYPES = {
     "collision.reached.core_slope": {"e": VECTOR},
     "collision.reached.push_reached": {"body": types.Tuple((POSED, VECTOR, TWO_VECTORS))},
     "collision.posed_pair.solid_at": {"w": WHOLE},
-    "collision.reached": {**_each("centre half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE, "apart": types.none},
+    "collision.reached": {**_each("center half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE, "apart": types.none},
     "collision.interval": {**_each("o g", WHOLE), "p": VECTOR, "of_all": NUMBER},
     "collision.interval.body_outcome": {
         "mover": types.Tuple((WHOLE, WHOLE, NUMBER)), "found": types.Tuple((WHOLE, TRUTH, INDICES)),
@@ -187,7 +187,7 @@ TYPES = {
         "mover": types.NamedTuple((WHOLE, WHOLE, POSE, VECTOR, VECTOR), Mover), "reach": types.NamedTuple((NUMBER,) * 4, Reach),
     },
     "collision.interval.pair_outcome": {"pair": types.UniTuple(WHOLE, 3), "reach": types.UniTuple(NUMBER, 2)},
-    "collision.interval.spheres_way": {"pair": types.UniTuple(WHOLE, 3), "centres": TWO_VECTORS},
+    "collision.interval.spheres_way": {"pair": types.UniTuple(WHOLE, 3), "centers": TWO_VECTORS},
     # Here one configuration is a column, chosen by its lane, of rows of several.
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX), "search": types.Tuple((INDICES, NUMBERS))},

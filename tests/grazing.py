@@ -33,7 +33,7 @@ def mover(shape, T, turns=False):
 
 
 def extreme_solid(rng, kind):
-    """A needle, a plate of kilometres, a crumb, or something usual."""
+    """A needle, a plate of kilometers, a crumb, or something usual."""
     sizes = 10 ** rng.uniform([-2, -2, -4], [rng.choice([0.5, 2.5, 3.8]), rng.choice([0, 3.8]), -0.5])
     sizes = rng.permutation(sizes) if kind in ("box", "hull") else sizes
     return {

@@ -50,13 +50,13 @@ DEFECTS = {
     ),
     "limits in degrees": ('lower="-1"', 'lower="-170"', [(WARNING, "joint 'shoulder'", "limits -170 to 1 rad .* degrees?")]),
     "limits that mean none": ('lower="-1"', 'lower="-1e9"', [(WARNING, "joint 'shoulder'", "limits .* of type 'continuous'")]),
-    "limits in millimetres": (
+    "limits in millimeters": (
         'upper="0.4" v',
         'upper="400" v',
         [
-            (WARNING, "joint 'grip'", "limits 0.1 to 400 m: millimetres?"),
+            (WARNING, "joint 'grip'", "limits 0.1 to 400 m: millimeters?"),
             (WARNING, "joint 'grip too'", "limits 0 to 400 m"),
-            (WARNING, "document", "it reaches 401 m when stretched: millimetres?"),
+            (WARNING, "document", "it reaches 401 m when stretched: millimeters?"),
         ],
     ),
     "no velocity": (
@@ -95,7 +95,7 @@ DEFECTS = {
     "an axis of another length": (
         '"-1 0 0"',
         '"-1 0 1"',
-        [(WARNING, "joint 'grip too'", 'axis "-1 0 1" has length 1.414: normalised')],
+        [(WARNING, "joint 'grip too'", 'axis "-1 0 1" has length 1.414: normalized')],
     ),
     "an axis without direction": ('"-1 0 0"', '"0 0 0"', [(ERROR, "document", "joint 'grip too': axis .* has no direction")]),
     "no axis": ('<axis xyz="-1 0 0"/>', "", [(NOTE, "joint 'grip too'", "no <axis>: the x axis is taken")]),
@@ -188,7 +188,7 @@ DEFECTS = {
     ),
     "a type that is not known": ('"revolute"', '"hinge"', [(ERROR, "document", "joint 'shoulder': type 'hinge' is not known")]),
     "a flat collision shape": ('length="0.2"', 'length="0"', [(WARNING, "link 'base'", "collision cylinder has no volume")]),
-    "a shape in millimetres": (
+    "a shape in millimeters": (
         'length="0.2"',
         'length="200"',
         [(WARNING, "link 'base'", "collision cylinder is 0.2 x 0.2 x 200 m: milli")],
@@ -197,7 +197,7 @@ DEFECTS = {
         '<sphere radius="0.1"/>',
         '<sphere radius="1e-4"/>',
         [
-            (WARNING, "link 'base'", "visual sphere is 0.0002 x 0.0002 x 0.0002 m: smaller than a millimetre"),
+            (WARNING, "link 'base'", "visual sphere is 0.0002 x 0.0002 x 0.0002 m: smaller than a millimeter"),
         ],
     ),
     "a link that collides with nothing": (
@@ -304,5 +304,5 @@ DEFECTS = {
             (WARNING, "link 'base'", "1 mesh of folder '.' not found: ball.stl"),
         ],
     ),
-    "an arm in millimetres": ("0 0 0.3", "0 0 300", [(WARNING, "document", "it reaches 301 m when stretched: millimetres?")]),
+    "an arm in millimeters": ("0 0 0.3", "0 0 300", [(WARNING, "document", "it reaches 301 m when stretched: millimeters?")]),
 }

@@ -28,8 +28,8 @@ def differences(peer: Peer, n: int = 20) -> dict[str, float]:
         "mass_matrix": robot.mass_matrix(q),
         "derivative by q": by_q,
         "derivative by qd": by_rate,
-        "centre_of_mass": robot.centre_of_mass(q),
-        "centre_of_mass_jacobian": robot.centre_of_mass_jacobian(q),
+        "center_of_mass": robot.center_of_mass(q),
+        "center_of_mass_jacobian": robot.center_of_mass_jacobian(q),
         "kinetic_energy": robot.kinetic_energy(q, qd),
         "potential_energy": robot.potential_energy(q),
     }
@@ -45,8 +45,8 @@ def differences(peer: Peer, n: int = 20) -> dict[str, float]:
         derivatives = pin.computeRNEADerivatives(model, data, x, v, a)
         theirs |= {"derivative by q": R.T @ derivatives[0] @ R, "derivative by qd": R.T @ derivatives[1] @ R}
         theirs |= {
-            "centre_of_mass": pin.centerOfMass(model, data, x),
-            "centre_of_mass_jacobian": pin.jacobianCenterOfMass(model, data, x) @ R,
+            "center_of_mass": pin.centerOfMass(model, data, x),
+            "center_of_mass_jacobian": pin.jacobianCenterOfMass(model, data, x) @ R,
         }
         theirs |= {
             "kinetic_energy": pin.computeKineticEnergy(model, data, x, v),

@@ -24,14 +24,14 @@ def test_a_picture_is_drawn_and_is_on_a_page(name):
 
 
 def test_parts_of_a_picture_are_apart_and_have_letters():
-    size, grey = (104, 54), np.full(3, 100, np.uint8)
+    size, gray = (104, 54), np.full(3, 100, np.uint8)
     width, height = NAMES["part_of"](size, 2, 2)
-    sheet = NAMES["beside"]([np.tile(grey, (height, width, 1))] * 4, size, 2)
+    sheet = NAMES["beside"]([np.tile(gray, (height, width, 1))] * 4, size, 2)
     assert (width, height, sheet.shape) == (50, 25, (54, 104, 3))
     assert (sheet[:, 50:54] == 255).all()
     assert (sheet[25:29] == 255).all()
     parts = [sheet[y : y + height, x : x + width] for y in (0, 29) for x in (0, 54)]
-    assert all((part != grey).any() for part in parts)
+    assert all((part != gray).any() for part in parts)
     assert len({part.tobytes() for part in parts}) == 4
 
 

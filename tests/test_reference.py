@@ -68,7 +68,7 @@ def test_the_reference_of_a_command_has_its_usage_line(commands):
 @pytest.mark.parametrize(
     ("command", "entry"),
     [
-        ("ulna ik", "`--xyz X,Y,Z`\n: The position to reach, in metres."),
+        ("ulna ik", "`--xyz X,Y,Z`\n: The position to reach, in meters."),
         ("ulna follow", "or a .npy file. [required]"),
         ("ulna ik", "`--seed` (integer)\n: Chooses the random samples: the same number gives the same result. [default: 0]"),
         ("ulna dh", "`ROBOT` (text)\n: A name of `ulna list`, or the path of a .urdf, .xacro or .sdf file. [default: panda]"),

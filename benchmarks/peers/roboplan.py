@@ -19,7 +19,7 @@ from ulna.planning.motion import RANGE, SAMPLES_APART
 
 Way = tuple[NDArray | None, float]
 GROUP = "arm"
-COLOUR = np.ones(4)
+COLOR = np.ones(4)
 
 
 class Planner:
@@ -87,13 +87,13 @@ class Planner:
             place = np.asfortranarray(T)
             match shape:
                 case ulna.Sphere():
-                    self._scene.addSphereGeometry(name, "universe", core.Sphere(shape.radius), place, COLOUR)
+                    self._scene.addSphereGeometry(name, "universe", core.Sphere(shape.radius), place, COLOR)
                 case ulna.Cylinder() | ulna.Capsule():
-                    self._scene.addCylinderGeometry(name, "universe", core.Cylinder(shape.radius, shape.length), place, COLOUR)
+                    self._scene.addCylinderGeometry(name, "universe", core.Cylinder(shape.radius, shape.length), place, COLOR)
                 case ulna.PointCloud():
-                    self._scene.addOcTreeGeometry(name, "universe", _octree(shape), place, COLOUR)
+                    self._scene.addOcTreeGeometry(name, "universe", _octree(shape), place, COLOR)
                 case _:
-                    self._scene.addBoxGeometry(name, "universe", core.Box(*shape.extents), place, COLOUR)
+                    self._scene.addBoxGeometry(name, "universe", core.Box(*shape.extents), place, COLOR)
             self._objects.append(name)
         for a, b in combinations(self._objects, 2):
             self._scene.setCollisions(a, b, enable=False)

@@ -1,6 +1,6 @@
 """``ssik``: every branch in closed form for 6R arms, over samples of the redundancy for 7R arms; asked for one solution.
 
-Arms that it specialises in seconds are built from the same URDF; the Panda, which takes it minutes, is the one it ships.
+Arms that it specializes in seconds are built from the same URDF; the Panda, which takes it minutes, is the one it ships.
 """
 
 import numpy as np
@@ -18,12 +18,12 @@ def arm_for(robot: Robot) -> ssik.Manipulator:
     if robot.name == "panda":
         return ssik.Manipulator.from_prebuilt("panda")
     if robot.name not in _QUICKLY_BUILT:
-        raise NotForThisArm("not shipped with this geometry, and specialising it takes minutes")
+        raise NotForThisArm("not shipped with this geometry, and specializing it takes minutes")
     return build(robot)
 
 
 def build(robot: Robot) -> ssik.Manipulator:
-    """The arm specialised from its URDF."""
+    """The arm specialized from its URDF."""
     with urdf_file(bare_urdf(robot)) as path:
         return ssik.Manipulator.from_urdf(path, base=robot.base, ee=robot.tip)
 

@@ -1,4 +1,4 @@
-"""Writes the meshes of the desk arm: tapered links of eight sides along z, as OBJ files in metres."""
+"""Writes the meshes of the desk arm: tapered links of eight sides along z, as OBJ files in meters."""
 
 from pathlib import Path
 

@@ -28,7 +28,7 @@ def test_collision_is_exit_status_1_with_the_depth(ask, slider):
     assert pair["normal"] == pytest.approx([1, 0, 0], abs=1e-12)
 
 
-def test_the_table_shows_millimetres(run, slider):
+def test_the_table_shows_millimeters(run, slider):
     result = run("check", slider, "--q", "0.5", "--box", NEAR)
     assert result.exit_code == 1
     assert re.search(r"cube +cube +box 1 +-100\.000 +1\.00 0\.00 0\.00 +1\.000 \S+ \S+", result.stdout)

@@ -70,7 +70,7 @@ def test_no_line_is_wider_than_the_terminal_and_no_number_is_truncated(run, argu
     assert "…" not in shown
 
 
-def test_only_a_terminal_gets_colours(run):
+def test_only_a_terminal_gets_colors(run):
     assert "\x1b[" in run("fk", FORCE_COLOR="1").stdout
     assert "\x1b[" not in run("fk").stdout
 

@@ -272,7 +272,7 @@ def test_ik_shows_each_joint_between_its_limits(run):
     assert re.search(r"^solved: within what the task allows, ", free.stdout, flags=re.MULTILINE)
 
 
-def test_a_target_beyond_a_million_metres_is_refused(run):
+def test_a_target_beyond_a_million_meters_is_refused(run):
     refused = run("ik", "--xyz", "0,0,1e300")
     assert refused.exit_code == 2
     assert "beyond 1e+06 m" in refused.stderr

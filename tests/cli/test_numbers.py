@@ -91,16 +91,16 @@ def test_an_angle_of_more_than_a_turn_is_computed_with_a_hint_about_degrees(run,
 @pytest.mark.parametrize(
     ("arguments", "hint"),
     [
-        (["ik", "--xyz", "400,100,500"], "--xyz: lengths are in metres; did you mean 0.4, 0.1, 0.5?"),
-        (["ik", "--pose", "400,0,-500,0,pi,0"], "--pose: lengths are in metres; did you mean 0.4, 0, -0.5, 0, pi, 0?"),
+        (["ik", "--xyz", "400,100,500"], "--xyz: lengths are in meters; did you mean 0.4, 0.1, 0.5?"),
+        (["ik", "--pose", "400,0,-500,0,pi,0"], "--pose: lengths are in meters; did you mean 0.4, 0, -0.5, 0, pi, 0?"),
         (
             ["check", "--box", "300,0,5,0,0,pi,150,90,126"],
-            "--box: lengths are in metres; did you mean 0.3, 0, 0.005, 0, 0, pi, 0.15, 0.09, 0.126?",
+            "--box: lengths are in meters; did you mean 0.3, 0, 0.005, 0, 0, pi, 0.15, 0.09, 0.126?",
         ),
-        (["plan", "--xyz", "0,0,-250"], "--xyz: lengths are in metres; did you mean 0, 0, -0.25?"),
+        (["plan", "--xyz", "0,0,-250"], "--xyz: lengths are in meters; did you mean 0, 0, -0.25?"),
     ],
 )
-def test_lengths_beyond_any_arm_get_a_hint_about_millimetres(run, arguments, hint):
+def test_lengths_beyond_any_arm_get_a_hint_about_millimeters(run, arguments, hint):
     assert f"ulna: {hint}\n" in run(*arguments).stderr
 
 
@@ -109,7 +109,7 @@ def test_there_is_no_hint_about_degrees_where_radians_are_meant(run, slider):
         ["fk", "--q", "0,0,0,0,0,0,6.28"],
         ["fk", "--q", "0,0,0,0,0,0,3pi"],
         ["fk", "--q", "0,0,0,0,0,0,180", "--degrees"],
-        ["fk", slider, "--q", "9"],  # metres
+        ["fk", slider, "--q", "9"],  # meters
         ["ik", "--xyz", "7,8,9"],
     ):
         assert run(*arguments).stderr == ""

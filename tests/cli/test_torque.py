@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-# A bar of 2 kg and one metre that turns about a level axis at its end, and a slide along it without a limit.
+# A bar of 2 kg and one meter that turns about a level axis at its end, and a slide along it without a limit.
 BAR = """<robot name="bar">
   <link name="wall"/>
   <link name="bar"><inertial><origin xyz="0.5 0 0"/><mass value="2"/>

@@ -60,7 +60,7 @@ for q in (ready, batch, batch.tolist(), np.broadcast_to(ready, (2, 3, 7)), batch
         robot.edge_in_collision(q, panda.home, scene)
         robot.servo(scene, acceleration=1.0).warm_up()
 panda.inverse_dynamics(batch, batch, ready), panda.gravity_torque(ready), panda.inverse_dynamics_derivatives(batch, ready, ready)
-panda.mass_matrix(ready), panda.forward_dynamics(batch, ready, ready), panda.centre_of_mass(ready)
+panda.mass_matrix(ready), panda.forward_dynamics(batch, ready, ready), panda.center_of_mass(ready)
 panda.differential_ik(panda.home, np.ones((4, 6)), 0.01)
 panda.inverse_kinematics(target), panda.inverse_kinematics(targets, panda.home)
 panda.inverse_kinematics(target, panda.home, posture="mid_range", trace=True)

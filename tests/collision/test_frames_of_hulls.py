@@ -28,7 +28,7 @@ def moved(points):
     ],
     ids=["brick", "cloud", "point", "segment", "polygon", "large"],
 )
-def test_a_tight_frame_is_a_rigid_motion_to_the_centre_of_a_box_that_is_no_larger(points):
+def test_a_tight_frame_is_a_rigid_motion_to_the_center_of_a_box_that_is_no_larger(points):
     T = tight_frame(points)
     assert T[:3, :3] @ T[:3, :3].T == pytest.approx(np.eye(3), abs=1e-12)
     assert np.linalg.det(T[:3, :3]) == pytest.approx(1.0)

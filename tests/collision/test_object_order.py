@@ -6,9 +6,9 @@ import pytest
 from ulna.collision.object_tree import compact_order, halved_order
 
 
-def areas(centres, half, order):
+def areas(centers, half, order):
     """The surface areas of the boxes about eight objects that follow one another, added up: the cost of a search of them."""
-    low, high = (centres - half)[order], (centres + half)[order]
+    low, high = (centers - half)[order], (centers + half)[order]
     groups = [slice(k, k + 8) for k in range(0, len(order), 8)]
     sides = np.array([high[part].max(axis=0) - low[part].min(axis=0) for part in groups])
     return (sides * np.roll(sides, 1, axis=1)).sum()
@@ -25,6 +25,6 @@ def test_an_order_has_every_object_once(order, n, rng):
 def test_halves_make_smaller_boxes_than_a_curve_through_all(n, rng):
     shares = []
     for _ in range(5):
-        centres, half = rng.uniform(-1, 1, (n, 3)), rng.uniform(0.01, 0.1, (n, 3))
-        shares.append(areas(centres, half, halved_order(centres)) / areas(centres, half, compact_order(centres)))
+        centers, half = rng.uniform(-1, 1, (n, 3)), rng.uniform(0.01, 0.1, (n, 3))
+        shares.append(areas(centers, half, halved_order(centers)) / areas(centers, half, compact_order(centers)))
     assert np.mean(shares) < 0.95

@@ -155,17 +155,17 @@ def test_a_depth_image_gives_the_points_whose_projections_are_its_pixels(rng, un
     depth[10:20, 30] = 0
     intrinsics = (50.0, 51.0, 31.5, 23.0)
     cloud = ulna.PointCloud.from_depth(depth, intrinsics, T, radius=0.004, depth_scale=scale)
-    metres = depth * (scale or (0.001 if unit == np.uint16 else 1.0))
-    seen = np.isfinite(metres) & (metres > 0)
+    meters = depth * (scale or (0.001 if unit == np.uint16 else 1.0))
+    seen = np.isfinite(meters) & (meters > 0)
     assert cloud.n_left_out == (~seen).sum() >= 10
     in_camera = (cloud.points - T[:3, 3]) @ T[:3, :3]
     v, u = np.nonzero(seen)
-    assert_close(in_camera[:, 2], metres[seen], atol=1e-12)
+    assert_close(in_camera[:, 2], meters[seen], atol=1e-12)
     assert_close(50.0 * in_camera[:, 0] / in_camera[:, 2] + 31.5, u.astype(float), atol=1e-9)
     assert_close(51.0 * in_camera[:, 1] / in_camera[:, 2] + 23.0, v.astype(float), atol=1e-9)
 
 
-def test_short_floats_of_millimetres_lose_nothing_by_their_unit(rng):
+def test_short_floats_of_millimeters_lose_nothing_by_their_unit(rng):
     depth = rng.integers(300, 2048, (48, 64)).astype(np.float16)  # exact in float16
     short, long = (
         ulna.PointCloud.from_depth(z, (50, 50, 31.5, 23), T, radius=0.004, depth_scale=0.001)

@@ -7,7 +7,7 @@ import grazing
 import solids
 import ulna
 
-AT, SHORT, BEYOND = 0.0, 1e-9, -1e-9  # [m] for bodies of a metre or less
+AT, SHORT, BEYOND = 0.0, 1e-9, -1e-9  # [m] for bodies of a meter or less
 
 
 def usual_solid(rng, kind):

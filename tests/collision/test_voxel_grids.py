@@ -27,9 +27,9 @@ def test_a_grid_is_the_boxes_of_its_cells(panda):
     grid, cells = ulna.World(), ulna.World()
     grid.add("grid", ulna.VoxelGrid(occupied, cell), T)
     for k, index in enumerate(np.argwhere(occupied)):
-        centre = np.eye(4)
-        centre[:3, 3] = (index + 0.5 - np.array(occupied.shape) / 2) * cell
-        cells.add(f"{k}", ulna.Box((cell,) * 3), T @ centre)
+        center = np.eye(4)
+        center[:3, 3] = (index + 0.5 - np.array(occupied.shape) / 2) * cell
+        cells.add(f"{k}", ulna.Box((cell,) * 3), T @ center)
     q = panda.random(500, seed=1)
     assert np.array_equal(panda.in_collision(q, grid, self_collision=False), panda.in_collision(q, cells, self_collision=False))
     expected = panda.signed_distance(q, cells, self_collision=False)
@@ -43,18 +43,18 @@ def test_a_grid_is_the_boxes_of_its_cells(panda):
 def test_runs_along_z_are_one_box_each():
     occupied = np.zeros((2, 1, 6))
     occupied[0, 0, [0, 1, 3, 4, 5]] = 1
-    centres, half = ulna.VoxelGrid(occupied, 0.1, corner=(1, 2, 3)).boxes
-    np.testing.assert_allclose(centres, [(1.05, 2.05, 3.1), (1.05, 2.05, 3.45)])
+    centers, half = ulna.VoxelGrid(occupied, 0.1, corner=(1, 2, 3)).boxes
+    np.testing.assert_allclose(centers, [(1.05, 2.05, 3.1), (1.05, 2.05, 3.45)])
     np.testing.assert_allclose(half, [(0.05, 0.05, 0.1), (0.05, 0.05, 0.15)])
 
 
-def test_centres_of_leaves_make_the_grid():
+def test_centers_of_leaves_make_the_grid():
     rng = np.random.default_rng(2)
     occupied, corner = blobs(rng), np.array([0.3, -0.2, 0.1])
-    centres = corner + (np.argwhere(occupied) + 0.5) * 0.05
-    grid = ulna.VoxelGrid.of_centres(rng.permutation(centres.astype(np.float32)), 0.05)
+    centers = corner + (np.argwhere(occupied) + 0.5) * 0.05
+    grid = ulna.VoxelGrid.of_centers(rng.permutation(centers.astype(np.float32)), 0.05)
     found = grid.corner + (np.argwhere(grid.occupied) + 0.5) * grid.cell
-    np.testing.assert_allclose(sorted(map(tuple, found.round(6))), sorted(map(tuple, centres.round(6))), atol=1e-5)
+    np.testing.assert_allclose(sorted(map(tuple, found.round(6))), sorted(map(tuple, centers.round(6))), atol=1e-5)
 
 
 def test_a_grid_without_cells_touches_nothing_and_can_be_moved(panda):
@@ -129,9 +129,9 @@ IMAGE, K = np.full((12, 16), 0.8), (15, 15, 8, 6)
         (lambda: ulna.VoxelGrid(np.ones((2, 2, 2)), np.nan), "cell"),
         (lambda: ulna.VoxelGrid(np.ones((2, 2, 2)), 0.1, corner=(0, 0)), "corner"),
         (lambda: ulna.VoxelGrid(np.zeros((1, 1, 1 + (1 << 24)), dtype=bool), 0.1), "occupied"),
-        (lambda: ulna.VoxelGrid.of_centres(np.zeros((0, 3)), 0.1), "centres"),
-        (lambda: ulna.VoxelGrid.of_centres([(0, 0, 0), (0.13, 0, 0)], 0.1), "centres"),
-        (lambda: ulna.VoxelGrid.of_centres([(0, 0, 0), (1e5, 1e5, 1e5)], 0.1), "centres"),
+        (lambda: ulna.VoxelGrid.of_centers(np.zeros((0, 3)), 0.1), "centers"),
+        (lambda: ulna.VoxelGrid.of_centers([(0, 0, 0), (0.13, 0, 0)], 0.1), "centers"),
+        (lambda: ulna.VoxelGrid.of_centers([(0, 0, 0), (1e5, 1e5, 1e5)], 0.1), "centers"),
         (lambda: ulna.VoxelGrid.unseen(IMAGE, K, np.eye(4), ulna.Sphere(1), 0.1), "box"),
         (lambda: ulna.VoxelGrid.unseen(IMAGE, K, np.eye(4), ulna.Box((1, 1, 1)), 1e-4), "cell"),
         (lambda: ulna.VoxelGrid.unseen(IMAGE[0], K, np.eye(4), ulna.Box((1, 1, 1)), 0.1), "depth"),

@@ -74,7 +74,7 @@ FAMILIES = {
 
 
 def gap_by_separating_axes(a, T_a, b, T_b) -> float:
-    """The widest gap over the fifteen axes, each normalised, in extended precision where the machine has it."""
+    """The widest gap over the fifteen axes, each normalized, in extended precision where the machine has it."""
     T_a, T_b = np.asarray(T_a, np.longdouble), np.asarray(T_b, np.longdouble)
     edges = np.concatenate([T_a[:3, :3].T, T_b[:3, :3].T])
     axes = [*edges, *(np.cross(u, v) for u in edges[:3] for v in edges[3:])]

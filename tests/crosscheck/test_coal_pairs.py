@@ -2,7 +2,7 @@
 
 For bodies apart points and a separating plane as far apart as each other leave no other answer. Where they overlap, a way out
 along a normal is as short as the shadows along it say, and Coal claims a longer one. The cases are few: Coal's closed form for a
-sphere whose centre is within a cylinder does not ask every face, and its search in a cylinder sometimes ends early (or fails,
+sphere whose center is within a cylinder does not ask every face, and its search in a cylinder sometimes ends early (or fails,
 and answers -1.8e308).
 """
 

@@ -33,6 +33,6 @@ def test_the_depth_of_round_hulls_is_that_of_the_nearest_face_of_their_differenc
 
 @pytest.mark.parametrize("n", [200, 500])
 def test_the_depth_of_a_ball_in_a_round_hull_is_that_of_the_nearest_face(n):
-    centre, planes = np.array([0.001, 0.002, 0]), ConvexHull(ball(n, 0.2)).equations
-    expected = (-planes[:, :3] @ centre - planes[:, 3]).min() + 0.01
-    assert_close(depth_of(ulna.Sphere(0.01), ulna.ConvexMesh(ball(n, 0.2)), centre), expected, atol=1e-9)
+    center, planes = np.array([0.001, 0.002, 0]), ConvexHull(ball(n, 0.2)).equations
+    expected = (-planes[:, :3] @ center - planes[:, 3]).min() + 0.01
+    assert_close(depth_of(ulna.Sphere(0.01), ulna.ConvexMesh(ball(n, 0.2)), center), expected, atol=1e-9)

@@ -43,10 +43,10 @@ def edge_over_edge(a, b, i, j, offset):
         R = turn(first, TURN) @ turn(second, -TURN)
     else:
         R = turn(second, -TURN) @ turn(first, TURN)
-    on_edge, to_centre = a.copy(), b.copy()
-    on_edge[i], to_centre[j] = a[i] / 2, b[j] / 2
+    on_edge, to_center = a.copy(), b.copy()
+    on_edge[i], to_center[j] = a[i] / 2, b[j] / 2
     on_edge[[(i + 1) % 3, (i + 2) % 3]] += offset
-    return formulas.transform(R, on_edge + R @ to_centre)
+    return formulas.transform(R, on_edge + R @ to_center)
 
 
 def check(mode, a, b, T, offset):

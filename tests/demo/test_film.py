@@ -22,7 +22,7 @@ SIZE = (320, 180)
 
 
 def light_of(pixels):
-    """The colour of the light in a picture: where the camera sees it."""
+    """The color of the light in a picture: where the camera sees it."""
     height, width = pixels.shape[:2]
     square = around(pixels.astype(int), DEMO_CAMERA.place(LIGHT_POSITION, width, height), 4)
     (color,) = (color for color in ("red", "green") if count(square, color) > 0.9 * square[..., 0].size)
@@ -30,7 +30,7 @@ def light_of(pixels):
 
 
 def expected_lights(seconds, rate):
-    """The colour of the light at each frame's time, by a collision check in a world made here."""
+    """The color of the light at each frame's time, by a collision check in a world made here."""
     demo, robot, lights = Demo(), load("panda"), []
     story = Script(demo, seconds)
     for k in range(round(seconds * rate)):

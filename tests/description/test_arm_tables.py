@@ -38,7 +38,7 @@ UFACTORY = {
         (0, RIGHT, 0, 0), (0.076, -RIGHT, 0.097, 0),
     ],
 }  # fmt: skip
-# Standard rows alpha, a, d, offset behind a half turn about x, from Kinova's user guide of the Gen3, to a tenth of a millimetre.
+# Standard rows alpha, a, d, offset behind a half turn about x, from Kinova's user guide of the Gen3, to a tenth of a millimeter.
 KINOVA = {
     "gen3_7": [
         (RIGHT, 0, -0.2848, 0), (RIGHT, 0, -0.0118, np.pi), (RIGHT, 0, -0.4208, np.pi), (RIGHT, 0, -0.0128, np.pi),
@@ -263,7 +263,7 @@ def test_a_motion_of_every_arm_round_a_post_is_planned(robot):
 def test_a_table_states_its_source_and_the_limits_of_motions_are_those_of_the_arm(name):
     arm, robot = arm_tables()[name], ulna.load(name)
     assert " at " in arm.source
-    assert arm.licence
+    assert arm.license
     assert arm.shapes_from.startswith("our own")
     np.testing.assert_array_equal(ARMS[name].velocity, robot.velocity_limits)
     if ARMS[name].acceleration is not None:
@@ -274,7 +274,7 @@ def test_the_page_names_every_arm_with_its_source():
     page = (ROOT / "docs" / "robots.md").read_text(encoding="utf-8")
     for name, arm in arm_tables().items():
         repository, commit = arm.source.split(" at ")
-        assert f"| `{name}` | [{repository}](https://github.com/{repository}), {commit} | {arm.licence} | {arm.files} |" in page
+        assert f"| `{name}` | [{repository}](https://github.com/{repository}), {commit} | {arm.license} | {arm.files} |" in page
 
 
 def test_other_names_give_the_same_arm_and_are_listed_with_its_maker():

@@ -35,8 +35,8 @@ def some(name, n=200):
 def test_a_pose_is_what_scipy_makes_of_its_numbers(name):
     numbers = some(name)
     T = ulna.pose_from(numbers, name)
-    metres = 1.0 if name in ("UR", "Kinova") else 1e-3
-    np.testing.assert_allclose(T[:, :3, 3], metres * numbers[:, :3], rtol=0, atol=1e-15)
+    meters = 1.0 if name in ("UR", "Kinova") else 1e-3
+    np.testing.assert_allclose(T[:, :3, 3], meters * numbers[:, :3], rtol=0, atol=1e-15)
     np.testing.assert_allclose(T[:, :3, :3], [judged(name, row).as_matrix() for row in numbers], rtol=0, atol=1e-12)
 
 

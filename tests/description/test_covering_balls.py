@@ -136,8 +136,8 @@ def test_the_balls_of_a_robot_cover_the_scaled_mesh_in_its_place_and_the_cylinde
     assert all(isinstance(ball.shape, ulna.Sphere) and ball.excess == 0.3 for ball in balls)
     points = np.random.default_rng(3).uniform((0, 0, 0), (3, 3, 1), (3000, 3))
     points = points[in_the_ell(points)] * (2, -1, 1) @ ulna.pose((0, 0, 0), (0, 0, np.pi / 2))[:3, :3].T + (1, 0, 0)
-    centres = np.array([(*ball.pose[:3, 3], ball.shape.radius) for ball in balls])
-    assert outside(centres, points).max() <= 1e-9
+    centers = np.array([(*ball.pose[:3, 3], ball.shape.radius) for ball in balls])
+    assert outside(centers, points).max() <= 1e-9
 
 
 @pytest.mark.slow
@@ -146,12 +146,12 @@ def test_a_free_verdict_holds_for_the_hulls_of_the_arms_of_an_l(make):
     robot, world, free = make().with_spheres(within=0.15), ulna.World(), 0
     world.add("ball", ulna.Sphere(0.4), ulna.pose((0, 0, 0)))
     random = np.random.default_rng(5)
-    for centre in random.uniform((-4, -4, -1), (4, 4, 2), (200, 3)):
-        world.move("ball", ulna.pose(centre))
+    for center in random.uniform((-4, -4, -1), (4, 4, 2), (200, 3)):
+        world.move("ball", ulna.pose(center))
         q = random.uniform(-3, 3, (50, 1))
         verdicts = robot.in_collision(q, world)
         free += (~verdicts).sum()
-        in_part = np.einsum("nji,nj->ni", robot.forward_kinematics(q, link="part")[:, :3, :3], np.tile(centre, (50, 1))) - (
+        in_part = np.einsum("nji,nj->ni", robot.forward_kinematics(q, link="part")[:, :3, :3], np.tile(center, (50, 1))) - (
             1,
             0,
             0,

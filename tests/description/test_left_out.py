@@ -37,9 +37,9 @@ def materials(*colors):
 # Each with the words of its warning.
 LEFT_OUT = {
     "two materials": (robot_text(**visual(BOX + materials("1 1 1 1", "1 1 0 1"))), "2 <material>: the first is used"),
-    "a colour of three numbers": (robot_text(**visual(BOX + materials("1 1 0"))), "this colour is left out"),
-    "a colour without numbers": (robot_text(more='<material name="m"><color/></material>'), "this colour is left out"),
-    "a material of two colours": (
+    "a color of three numbers": (robot_text(**visual(BOX + materials("1 1 0"))), "this color is left out"),
+    "a color without numbers": (robot_text(more='<material name="m"><color/></material>'), "this color is left out"),
+    "a material of two colors": (
         robot_text(more='<material name="m"><color rgba="0 0 0 1"/><color rgba="1 1 1 1"/></material>'),
         "2 <color>: the first is used",
     ),
@@ -50,7 +50,7 @@ LEFT_OUT = {
     "a visual without a geometry": (robot_text(**visual("")), "an empty <geometry> is not known"),
     "two origins of a visual": (robot_text(**visual("<origin/><origin/>" + BOX)), "has 2 <origin>; one is expected"),
     "a visual box without a size": (robot_text(**visual("<geometry><box/></geometry>")), "this visual is left out"),
-    "a macro left by an expansion": (robot_text(XACRO, more="<xacro:grey/>"), "<xacro:grey> is left out: nothing in this"),
+    "a macro left by an expansion": (robot_text(XACRO, more="<xacro:gray/>"), "<xacro:gray> is left out: nothing in this"),
     "a velocity of -1": (robot_text(velocity="-1"), "velocity='-1' is no number of at least 0: taken as unlimited"),
     "a velocity that is no number": (robot_text(velocity="nan"), "velocity='nan' is no number"),
 }
@@ -158,8 +158,8 @@ def test_xacro_without_its_namespace_is_xacro():
 
 
 def test_a_call_of_a_missing_macro_in_a_xacro_file_is_refused(tmp_path):
-    file = in_file(tmp_path, robot_text(XACRO, more="<xacro:grey/>")).rename(tmp_path / "t.xacro")
-    with pytest.raises(DescriptionError, match="unknown macro name: xacro:grey"):
+    file = in_file(tmp_path, robot_text(XACRO, more="<xacro:gray/>")).rename(tmp_path / "t.xacro")
+    with pytest.raises(DescriptionError, match="unknown macro name: xacro:gray"):
         ulna.load(file)
 
 

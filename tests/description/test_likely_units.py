@@ -13,7 +13,7 @@ K = (150, 150, 79.5, 59.5)
 DEPTH = np.full((120, 160), 0.8, dtype=np.float32)  # a wall at 0.8 m
 POINTS = np.random.default_rng(0).uniform(-0.4, 0.4, (500, 3))
 UR5 = np.array(robots.UR5)
-MILLIMETRES, DEGREES = np.array([1e3, 1e3, 1, 1]), np.array([1, 1, 180 / np.pi, 180 / np.pi])
+MILLIMETERS, DEGREES = np.array([1e3, 1e3, 1, 1]), np.array([1, 1, 180 / np.pi, 180 / np.pi])
 LIMITS = [(-np.pi, np.pi)] * 6
 
 
@@ -64,12 +64,12 @@ def mostly_far():
 
 
 UNLIKELY = {
-    "a depth image of which a part is near": (lambda: seen(mostly_far()), "depth: .*millimetres"),
-    "unseen, of which a part is near": (lambda: unseen(mostly_far()), "depth: .*millimetres"),
+    "a depth image of which a part is near": (lambda: seen(mostly_far()), "depth: .*millimeters"),
+    "unseen, of which a part is near": (lambda: unseen(mostly_far()), "depth: .*millimeters"),
     "a depth image scaled twice": (lambda: seen(DEPTH, depth_scale=0.001), "depth: .*scaled twice"),
-    "a camera": (lambda: seen(T=ulna.pose((400, 0, 1400))), "T_base_camera: 1456 m .*millimetres"),
-    "a camera of unseen": (lambda: unseen(T=ulna.pose((400, 0, 1400))), "T_base_camera: 1456 m .*millimetres"),
-    "a cloud": (lambda: ulna.PointCloud(1000 * POINTS, 0.01), "points: half of them .*millimetres"),
+    "a camera": (lambda: seen(T=ulna.pose((400, 0, 1400))), "T_base_camera: 1456 m .*millimeters"),
+    "a camera of unseen": (lambda: unseen(T=ulna.pose((400, 0, 1400))), "T_base_camera: 1456 m .*millimeters"),
+    "a cloud": (lambda: ulna.PointCloud(1000 * POINTS, 0.01), "points: half of them .*millimeters"),
     "a crop": (lambda: ulna.PointCloud(POINTS, 0.01).cropped(ulna.Box((1, 1, 1)), ulna.pose((500, 0, 0))), "pose: 500 m"),
     "heights": (lambda: ulna.HeightMap(np.linspace(0, 50, 400).reshape(20, 20), 0.02), "heights: up to 50 m"),
     "a table's height": (lambda: ulna.HeightMap(np.full((20, 20), 720), 0.02), "heights: up to 720 m"),
@@ -77,22 +77,22 @@ UNLIKELY = {
     "voxels": (lambda: ulna.VoxelGrid(np.ones((4, 4, 2)), 50), "cell: 50 m"),
     "a box": (lambda: added(ulna.Box((400, 300, 200))), "shape: 'part' is 400 x 300 x 200 m"),
     "a ball": (lambda: added(ulna.Sphere(60)), "shape: 'part' is 120 x 120 x 120 m"),
-    "a hull": (lambda: added(ulna.ConvexMesh(1000 * POINTS)), "shape: 'part' is .*millimetres"),
+    "a hull": (lambda: added(ulna.ConvexMesh(1000 * POINTS)), "shape: 'part' is .*millimeters"),
     "the place of a box": (lambda: added(ulna.Box((0.4, 0.3, 0.2)), ulna.pose((500, 0, 300))), "pose of 'part': 583.1 m"),
     "a box that is moved": (lambda: moved(ulna.pose((500, 0, 300))), "pose: 583.1 m"),
     "boxes that are moved": (lambda: moved(ulna.pose([(0, 0, 1), (500, 0, 300)])), "poses: 583.1 m"),
     "a box of another size": (lambda: reshaped(ulna.Box((400, 300, 200))), "shape: 'part' is 400 x 300 x 200 m"),
     "the radius of points": (lambda: ulna.PointCloud(POINTS, 10), "radius: each point is a ball of 10 m"),
-    "the radius of pixels": (lambda: ulna.PointCloud.from_depth(DEPTH, K, np.eye(4), radius=5), "radius: .*millimetres"),
+    "the radius of pixels": (lambda: ulna.PointCloud.from_depth(DEPTH, K, np.eye(4), radius=5), "radius: .*millimeters"),
     "voxels of a cloud": (lambda: ulna.PointCloud(POINTS, 0.01).thinned(10), "voxel: 10 m"),
-    "a speed": (lambda: added(ulna.Sphere(0.1), speed=250), "speed: 250 m/s: are these millimetres a second"),
+    "a speed": (lambda: added(ulna.Sphere(0.1), speed=250), "speed: 250 m/s: are these millimeters a second"),
     "a tool": (lambda: ulna.load("panda").with_tool(ulna.pose((0, 0, 103))), "T_flange_tool: the robot reaches 104"),
     "roll, pitch and yaw": (lambda: ulna.pose((0, 0, 0), (180, 0, 90)), "rpy: up to 180 rad: are these degrees"),
     "a shape of a URDF": (lambda: ulna.load(BALL), "source: shape 'a_collision' of link 'a' is 100 x 100 x 100 m"),
-    "a table of lengths": (lambda: ulna.Robot.from_dh(UR5 * MILLIMETRES, limits=LIMITS), "rows: .*reaches .*millimetres"),
+    "a table of lengths": (lambda: ulna.Robot.from_dh(UR5 * MILLIMETERS, limits=LIMITS), "rows: .*reaches .*millimeters"),
     "a table of angles": (lambda: ulna.Robot.from_dh(UR5 * DEGREES, limits=LIMITS), "rows: .*90 rad: are these degrees"),
     "limits": (lambda: ulna.Robot.from_dh(UR5, limits=np.degrees(LIMITS)), "rows: -180 to 180 rad .*degrees"),
-    "a URDF": (lambda: ulna.load(urdf(scale=1000.0)), "source: .*reaches .*millimetres"),
+    "a URDF": (lambda: ulna.load(urdf(scale=1000.0)), "source: .*reaches .*millimeters"),
     "limits of a URDF": (lambda: ulna.load(urdf(limit=170)), "source: -170 to 170 rad .*degrees"),
 }
 
@@ -142,9 +142,9 @@ def test_an_arm_and_its_cell_of_any_real_size_give_no_warning(size):
             seen(size * DEPTH)
 
 
-def test_a_target_in_millimetres_is_out_of_reach_with_a_hint(panda):
-    assert "499.7 m (millimetres?) from" in str(panda.inverse_kinematics(ulna.pose((400, 0, 300))))
-    assert "millimetres" not in str(panda.inverse_kinematics(ulna.pose((4, 0, 3))))
+def test_a_target_in_millimeters_is_out_of_reach_with_a_hint(panda):
+    assert "499.7 m (millimeters?) from" in str(panda.inverse_kinematics(ulna.pose((400, 0, 300))))
+    assert "millimeters" not in str(panda.inverse_kinematics(ulna.pose((4, 0, 3))))
 
 
 def test_degrees_that_are_beyond_the_limits_are_refused_with_a_hint(panda):

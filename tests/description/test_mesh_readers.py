@@ -46,7 +46,7 @@ def points(tmp_path):
         OBJ.replace("v", "v \t"),
         OBJ.replace("f 2 3 4", "f -3 -2 -1\nv 9 9 9"),  # counted back from where it stands, not from the end of the file
         OBJ.replace("v 0 0 1", "v 0 0 2 2"),  # homogeneous, as Assimp reads it
-        OBJ.replace("v 0 0 1", "v 0 0 1 0.1 0.2 0.3"),  # one of them with a colour
+        OBJ.replace("v 0 0 1", "v 0 0 1 0.1 0.2 0.3"),  # one of them with a color
         OBJ.replace("v 0 0 1", "v 0 0 10e-1"),
         OBJ.replace("f 2 3 4", "f 2/1/1 3/1/1 4//1\nvt 0 0\nvn 0 0 1"),
         OBJ.replace("f 1 3 2\n", "f 1 3 2 2\nl 1 2\n# v 5 5 5\nusemtl f\ng v 5 5 5\n"),
@@ -234,7 +234,7 @@ def test_too_many_triangles_are_refused_before_they_are_built(tmp_path, monkeypa
 
 
 def test_a_wavefront_file_takes_time_by_its_materials_and_not_by_how_often_they_change(tmp_path):
-    """Each change was a part of its own, and the time grew by the square of their number. Of too many there is no colour."""
+    """Each change was a part of its own, and the time grew by the square of their number. Of too many there is no color."""
     corners, path = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n", tmp_path / "part.obj"
     changes = b"".join(b"usemtl m%d\nf 1 2 %d\n" % (k % 3, 3 + k % 2) for k in range(3000))
     text = rewritten_obj(corners + changes, materials=True).data

@@ -312,7 +312,7 @@ def test_a_joint_that_follows_another_is_multiplied_about_its_reference():
     assert np.allclose(c, ulna.pose(rpy=(0, 0, -2 * (0.75 - 0.25) + 0.5)), atol=1e-15)
 
 
-def test_shapes_and_colours_are_those_of_the_text():
+def test_shapes_and_colors_are_those_of_the_text():
     shapes = {
         "<box><size>1 2 3</size></box>": Box((1, 2, 3)),
         "<sphere><radius>2</radius></sphere>": Sphere(2),

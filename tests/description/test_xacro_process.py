@@ -33,7 +33,7 @@ PROGRAMS = {
     "fails without end": (READY + 'say(\'{"error": "\' + "x" * 5000000 + \'"}\')', DIED.format(".*")),
     "fails at length": (READY + 'say(\'{"error": "\' + "x" * 900000 + \'"}\')', r"^URDF text: xacro: x+ \.\.\. x+$"),
     "goes on without end": (READY + "while True: sys.stdout.write('a' * 1000)", DIED.format(".*")),
-    "fails in colours": (READY + 'say(\'{"error": "\\\\u001b[31mred"}\')', r"xacro: \\x1b\[31mred$"),
+    "fails in colors": (READY + 'say(\'{"error": "\\\\u001b[31mred"}\')', r"xacro: \\x1b\[31mred$"),
 }
 
 

@@ -50,8 +50,8 @@ def test_gravity_torque_is_the_gradient_of_the_potential_energy(robot, motion):
 def test_the_center_of_mass_moves_by_its_jacobian(robot, motion):
     q = motion[0]
     step = 1e-6 * np.eye(robot.n_dof)
-    slopes = [(robot.centre_of_mass(q + one) - robot.centre_of_mass(q - one)) / 2e-6 for one in step]
-    assert np.allclose(np.moveaxis(slopes, 0, -1), robot.centre_of_mass_jacobian(q), atol=1e-8)
+    slopes = [(robot.center_of_mass(q + one) - robot.center_of_mass(q - one)) / 2e-6 for one in step]
+    assert np.allclose(np.moveaxis(slopes, 0, -1), robot.center_of_mass_jacobian(q), atol=1e-8)
 
 
 def test_torques_are_the_regressor_times_the_inertial_parameters(robot, motion):

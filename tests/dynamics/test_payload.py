@@ -10,7 +10,7 @@ POINT = (0.05, -0.1, 0.2)
 
 @pytest.fixture
 def ruler():
-    """Two massless links of one metre in a vertical plane, each with two kilograms in its middle."""
+    """Two massless links of one meter in a vertical plane, each with two kilograms in its middle."""
     arm = ulna.Robot.from_dh([(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)], joint_types=["revolute"] * 2 + ["fixed"])
     bar = ulna.Inertia(2.0, (0.5, 0, 0), np.zeros((3, 3)))
     return arm.with_gravity((0, -10, 0)).with_inertias({"link1": bar, "link2": bar})

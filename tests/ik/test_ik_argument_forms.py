@@ -165,7 +165,7 @@ def test_every_kind_of_result_can_be_pickled(panda, targets):
 
 def test_a_result_cannot_be_changed(panda, targets):
     result = panda.inverse_kinematics(targets[0])
-    for name in ("q", "success", "status", "trace", "colour"):
+    for name in ("q", "success", "status", "trace", "color"):
         with pytest.raises(AttributeError):
             setattr(result, name, None)
 

@@ -6,7 +6,7 @@ import pytest
 import formulas
 import ulna
 
-pytestmark = pytest.mark.filterwarnings("ignore::ulna.UnitWarning")  # they reach kilometres
+pytestmark = pytest.mark.filterwarnings("ignore::ulna.UnitWarning")  # they reach kilometers
 JOINT = "<joint name='{0}' type='{1}'><parent link='{2}'/><child link='{3}'/><origin xyz='{4}'/><axis xyz='{5}'/>{6}</joint>"
 ARM = [("a", "0.2 0 0.3", "0 1 0"), ("c", "0 0 0.3", "0 1 0"), ("d", "0 0 0.3", "1 0 0")]
 

@@ -173,7 +173,7 @@ ASKEW = [(a, d, alpha + 1e-4 * (k == 1), theta) for k, (a, d, alpha, theta) in e
 @pytest.mark.parametrize("case", ["stretched", "over the shoulder"])
 @pytest.mark.parametrize(("rows", "status"), [(ASKEW, "singular"), (robots.UR5, "unreachable")], ids=["searched", "closed form"])
 def test_where_no_joint_can_lessen_what_is_missing_the_arm_is_singular(rng, case, rows, status):
-    """A centimetre beyond the stretched arm, which the bound of the reach does not prove; and a wrist too near the first axis.
+    """A centimeter beyond the stretched arm, which the bound of the reach does not prove; and a wrist too near the first axis.
 
     Where the arm has a closed form, that there is no solution is proved.
     """

@@ -1,4 +1,4 @@
-"""A robot of any size, in any unit, is solved as one of a metre is: nothing measures a length against an angle."""
+"""A robot of any size, in any unit, is solved as one of a meter is: nothing measures a length against an angle."""
 
 import numpy as np
 import pytest
@@ -55,7 +55,7 @@ def test_the_same_robot_in_another_unit_goes_the_same_way_to_the_bit(rng):
 
 @pytest.mark.parametrize("size", [2.0**-17, 1.0, 2.0**10])
 def test_the_reason_does_not_depend_on_the_size(size):
-    """A centimetre beyond the stretched arm, which the closed form proves, and the bound of the reach not; and one far away."""
+    """A centimeter beyond the stretched arm, which the closed form proves, and the bound of the reach not; and one far away."""
     robot = ur5(size)
     q = np.array([0, -0.5, 0, -1, -1.5, 0])
     T = robot.forward_kinematics(q)

@@ -39,7 +39,7 @@ def test_a_trace_is_of_one_target_and_only_if_asked_for(panda, targets):
 
 
 def test_a_trace_of_what_was_not_met_ends_at_the_result_too(panda, targets):
-    """To a tenth of a millimetre: where no target calms the steps, the rounding of the replay grows."""
+    """To a tenth of a millimeter: where no target calms the steps, the rounding of the replay grows."""
     refused = 0
     for T in targets:
         result = panda.inverse_kinematics(T, q_seed=panda.home, max_step=0.3, trace=True)

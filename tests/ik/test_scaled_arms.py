@@ -80,7 +80,7 @@ def test_a_scaled_arm_has_the_same_solutions(name):
             assert are_the_same(one[1], other[1])
 
 
-def test_an_arm_of_millimetres_with_a_slide_beyond_its_limit_keeps_all_its_branches():
+def test_an_arm_of_millimeters_with_a_slide_beyond_its_limit_keeps_all_its_branches():
     """Of eight branches two have the slide 0.8 mm beyond its limit, which is a fifth of its range, not hardly."""
     x, y, z = np.eye(3)
     first, second, last = (-1.694, 0.283, 1.615), (-3.005, 0.252, 0.331), (-0.369, -1.706, 0.296)

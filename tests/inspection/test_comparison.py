@@ -90,7 +90,7 @@ def test_the_bundled_panda_is_where_that_of_example_robot_data_does(panda):
     assert ulna.compare(panda, other, ignore=["link", "joint", "visual", "collision"]).same
 
 
-def test_four_tenths_of_a_millimetre_between_a_table_and_a_urdf_are_found(panda):
+def test_four_tenths_of_a_millimeter_between_a_table_and_a_urdf_are_found(panda):
     rows = np.array(DH_ROWS)
     rows[8, 1] += 4e-4
     comparison = ulna.compare(panda, Robot.from_dh(rows, joint_types=DH_JOINT_TYPES))

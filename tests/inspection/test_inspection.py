@@ -77,7 +77,7 @@ def test_missing_meshes_of_one_package_are_one_finding_with_every_path_that_was_
     for name in ("x.stl", "y.stl"):
         (tmp_path / "parts" / name).write_text(LARGE)
     messages = [finding.message for finding in ulna.inspect(path).findings]
-    assert messages == [f"mesh {name}.stl is 120 x 30 x 60 m: millimetres? Lengths are metres" for name in "yx"]
+    assert messages == [f"mesh {name}.stl is 120 x 30 x 60 m: millimeters? Lengths are meters" for name in "yx"]
     path.write_text(path.read_text().replace('.stl"', '.stl" scale="1e-3 1e-3 -1e-3"'))
     assert ulna.inspect(path).findings == ()
 

@@ -43,15 +43,15 @@ def test_no_point_of_a_hull_is_nearer_to_a_box_than_its_planes_say(seed, n):
     planes, rows, out = near_of(scene, 0, 0).planes, empty_rows(6), empty_rows(1)
     normals = rng.normal(size=(n, 3))
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    centres, halves = rng.uniform(-0.6, 0.6, (3, WIDTH)), rng.uniform(0, 0.05, (3, WIDTH))
-    rows[:3], rows[3:] = centres, halves
+    centers, halves = rng.uniform(-0.6, 0.6, (3, WIDTH)), rng.uniform(0, 0.05, (3, WIDTH))
+    rows[:3], rows[3:] = centers, halves
     compiled(bounds)(scene, IDENTITY.copy(), planes, normals, rows, out)
     weights = rng.dirichlet(np.full(len(points), 0.2), 5000)
     inside = np.vstack([points, weights @ points])
     for lane in range(WIDTH):
-        box = centres[:, lane] + rng.uniform(-1, 1, (200, 3)).round() * halves[:, lane]
+        box = centers[:, lane] + rng.uniform(-1, 1, (200, 3)).round() * halves[:, lane]
         nearest = np.linalg.norm(inside[:, None] - box, axis=2).min()
         assert out[0, lane] <= nearest + 1e-9
         if n == 1:  # then the bound is a sum that is written out here
-            exact = normals[0] @ centres[:, lane] - np.abs(normals[0]) @ halves[:, lane] - (points @ normals[0]).max()
+            exact = normals[0] @ centers[:, lane] - np.abs(normals[0]) @ halves[:, lane] - (points @ normals[0]).max()
             assert out[0, lane] == pytest.approx(exact, abs=1e-9)

@@ -91,9 +91,9 @@ def test_the_bounds_of_a_turned_box_hold_its_corners_and_touch_them(rng):
 
 def test_the_order_holds_everything_once_and_its_eights_are_compact(rng):
     for n in (1, 8, 9, 100, 4096):
-        centres = rng.uniform(0, 1, (n, 3))
-        order = compact_order(centres)
+        centers = rng.uniform(0, 1, (n, 3))
+        order = compact_order(centers)
         assert sorted(order.tolist()) == list(range(n))
-    eights = centres[order].reshape(-1, 8, 3)
+    eights = centers[order].reshape(-1, 8, 3)
     spread = (eights.max(axis=1) - eights.min(axis=1)).max(axis=1)
     assert np.median(spread) < 0.2  # a cube that holds eight of 4096 has a side of 0.125

@@ -12,7 +12,7 @@ BESIDE = (-1e-3, -1e-9, -1e-15, 0.0, 1e-15, 1e-9, 1e-3)
 
 
 def beside(x):
-    """The numbers, their neighbours in floating point, and numbers a little off on both sides."""
+    """The numbers, their neighbors in floating point, and numbers a little off on both sides."""
     x = np.asarray(x)
     near = [x * (1 + d) for d in BESIDE] + [np.nextafter(x, -np.inf), np.nextafter(x, np.inf)]
     return np.concatenate(near)

@@ -14,7 +14,7 @@ shade_pixels = rendering.shade_pixels
 WIDTH, HEIGHT = 48, 36
 EYE = np.array([1.2, -0.9, 1.5])
 NO_LAMP = (0.0, 0.0, -1.0, -1.0, -1.0)
-SUN = np.array([[100.0, 0, 0, 200], [0, 100.0, 0, 200], [0, 0, 1.0, 5]])  # straight above, a texel a centimetre
+SUN = np.array([[100.0, 0, 0, 200], [0, 100.0, 0, 200], [0, 0, 1.0, 5]])  # straight above, a texel a centimeter
 
 
 def lit(sun, shadows, normal, color):
@@ -90,7 +90,7 @@ def test_the_lines_of_the_floor_are_where_its_cells_meet():
     assert np.ptp(light[(off > 0.05) & (np.abs(points[..., :2]) < 1.9).all(axis=-1)], axis=0).max() < 1e-6
 
 
-def test_the_lamp_colours_the_floor_about_it():
+def test_the_lamp_colors_the_floor_about_it():
     dark, points = looked_at(np.zeros((400, 400), np.float32), (0.0, 1e6, *NO_LAMP))
     light, _ = looked_at(np.zeros((400, 400), np.float32), (0.0, 1e6, 0.2, 0.1, 1.0, 0.0, 0.0))
     distance = np.linalg.norm(points[..., :2] - (0.2, 0.1), axis=-1)

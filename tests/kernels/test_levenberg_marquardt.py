@@ -14,7 +14,7 @@ from ulna.kinematics.tree import build_tree
 
 search_jobs, Jobs = multi_start.search_jobs, multi_start.Jobs
 N, STARTS, STEPS = 5, 6, 20
-NO_TARGET = formulas.transform(p=(5.0, 0.0, 0.0))  # five metres away
+NO_TARGET = formulas.transform(p=(5.0, 0.0, 0.0))  # five meters away
 
 
 class Search:

@@ -13,7 +13,7 @@ from assertions import assert_close
 from solids import ask, assert_proved, random_pairs
 
 N = 32
-# The gap along the normal equals the distance to this many metres, for bodies of about one metre.
+# The gap along the normal equals the distance to this many meters, for bodies of about one meter.
 EXACTNESS = {"cylinder": 2e-9}
 
 

@@ -1,4 +1,4 @@
-"""Light: shadows, the floor's grid, panes that are seen through, and how light becomes a colour."""
+"""Light: shadows, the floor's grid, panes that are seen through, and how light becomes a color."""
 
 import numpy as np
 import pytest
@@ -59,7 +59,7 @@ def test_beside_the_suns_raster_nothing_throws_a_shadow(place):
     assert compiled(lit)(sun, np.full((64, 64), 9.0, np.float32), *place, 0.0) == 1.0
 
 
-def test_light_becomes_the_colour_whose_square_it_is():
+def test_light_becomes_the_color_whose_square_it_is():
     levels = np.arange(256)
     light = ((levels / 255.0) ** 2).astype(np.float32).reshape(1, 256, 1).repeat(3, axis=2)
     pixels = np.empty((1, 256, 3), np.uint8)
@@ -79,7 +79,7 @@ def pane(opacity, z=1.0, corners=((2, 2), (10, 2), (10, 6), (2, 6))):
     return light
 
 
-def test_a_pane_colours_what_it_covers_by_its_opacity_and_its_edge_more():
+def test_a_pane_colors_what_it_covers_by_its_opacity_and_its_edge_more():
     light = pane(0.25)
     assert np.count_nonzero(light[..., 0]) == 8 * 4
     np.testing.assert_allclose(light[4, 5], (0.25, 0.125, 0), atol=1e-6)

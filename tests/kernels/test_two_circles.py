@@ -61,7 +61,7 @@ def test_the_pair_that_was_planted_is_found_and_as_many_as_there_are_changes_of_
         np.testing.assert_array_equal(real.sum(axis=1)[well], changes[well])
 
 
-@pytest.mark.parametrize("kind", ["turn", "diagonal", "no cosine", "no sine", "projection", "centred"])
+@pytest.mark.parametrize("kind", ["turn", "diagonal", "no cosine", "no sine", "projection", "centered"])
 def test_in_special_positions_all_are_found(run, kind):
     """B a turn (a straight line is left), diagonal, singular; u along an axis of it, or 0."""
     rng = np.random.default_rng(3)
@@ -71,7 +71,7 @@ def test_in_special_positions_all_are_found(run, kind):
         B = 1.3 * turns
     elif kind == "projection":
         B[:, :, 1] = 0.0
-    elif kind != "centred":
+    elif kind != "centered":
         B = np.array([[1.4, 0.0], [0.0, 0.7]]) * np.ones((N, 1, 1))
     u = unit(rng.uniform(-3, 3, N)) + np.einsum("nij,nj->ni", B, unit(x))
     if kind == "no cosine":
@@ -80,12 +80,12 @@ def test_in_special_positions_all_are_found(run, kind):
     if kind == "no sine":
         x = np.arcsin(rng.uniform(-1, 1, N))
         u[:, 1], u[:, 0] = 0.0, 1.4 * np.cos(x) + np.sqrt(1 - (0.7 * np.sin(x)) ** 2)
-    if kind == "centred":
+    if kind == "centered":
         u[:] = 0.0
         B = np.array([[2.0, 0.3], [0.1, 0.4]]) * np.ones((N, 1, 1))
         x[:] = np.nan
     found, real = pairs(run, B, u)
-    if kind == "centred":
+    if kind == "centered":
         assert (real.sum(axis=1) == 4).all()
     else:
         assert np.where(real, apart(found, x[:, None]), 9.0).min(axis=1).max() < 1e-6

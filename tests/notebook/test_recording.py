@@ -46,7 +46,7 @@ def pixels(recording):
 
 
 def colored(picture):
-    """How many pixels are neither grey nor nearly so."""
+    """How many pixels are neither gray nor nearly so."""
     return np.count_nonzero(np.ptp(picture, axis=-1) > 60)
 
 

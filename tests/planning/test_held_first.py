@@ -299,7 +299,7 @@ def test_one_jaw_beside_the_frame_of_a_hand_stays():
 
 @pytest.mark.filterwarnings("ignore::ulna.UnitWarning")
 @pytest.mark.parametrize("size", [0.01, 1.0, 300.0])
-def test_a_metre_of_a_slide_counts_the_radians_that_move_the_robot_as_far(size):
+def test_a_meter_of_a_slide_counts_the_radians_that_move_the_robot_as_far(size):
     """Of a straight arm: the distances of the tip from its joints are measured, and each counts by itself in their mean."""
     body, parent = joint("lift", "prismatic", "base", low=0, high=0.4 * size), "lift"
     for k, length in enumerate([0.1, 0.4, 0.3, 0.02]):

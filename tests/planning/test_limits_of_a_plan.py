@@ -156,7 +156,7 @@ def test_the_depth_counts_the_clearance_to_the_world_and_contact_within_the_robo
 # ---- edges ------------------------------------------------------------------------------------------------------------------
 
 
-def test_edges_that_are_clear_by_centimetres_are_not_refused(rng):
+def test_edges_that_are_clear_by_centimeters_are_not_refused(rng):
     """Cylinders, whose distance is searched for: a crude bound of it must not be taken for contact."""
     robot, refused, looked_at = snake(6, "cylinder", 2.5), 0, 0
     for _ in range(30):

@@ -66,7 +66,7 @@ def entry_shape(name):
 
 
 @pytest.mark.parametrize("name", QUERIES)
-def test_a_row_does_not_depend_on_its_neighbours(panda, q, rng, name):
+def test_a_row_does_not_depend_on_its_neighbors(panda, q, rng, name):
     whole = QUERIES[name](panda, q)
     for start, stop in [(0, 1), (0, 7), (0, 8), (0, 9), (1, 9), (5, 6), (7, 8), (8, 16), (3, 30), (36, 37), (29, 37)]:
         assert_same_bits(QUERIES[name](panda, q[start:stop]), whole[start:stop])

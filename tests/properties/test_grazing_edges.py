@@ -1,4 +1,4 @@
-"""No edge that is called free touches: needles, plates of kilometres, many turns, mimic joints, held shapes, clouds.
+"""No edge that is called free touches: needles, plates of kilometers, many turns, mimic joints, held shapes, clouds.
 
 ``python -m benchmarks.edges`` searches for a counterexample among as many as there is time for.
 """
@@ -10,7 +10,7 @@ import grazing
 import solids
 import ulna
 
-pytestmark = pytest.mark.filterwarnings("ignore::ulna.UnitWarning")  # there are plates of kilometres
+pytestmark = pytest.mark.filterwarnings("ignore::ulna.UnitWarning")  # there are plates of kilometers
 I = np.eye(4)  # noqa: E741
 # Once called free: a box's extents, an obstacle, and both ends. The search for the distance stalled, and its upper bound passed
 # for the distance.
@@ -39,7 +39,7 @@ ONCE_FREE = {
         (-0.17481279102760847, -0.11279153715582338, -376.69534774727765, 0.3837601424172248, 2.454101271221411,
          -0.5864873550054961),
     ),
-    "a plate of kilometres": (
+    "a plate of kilometers": (
         (0.01551201999836725, 0.13229085608445523, 0.06219734163884644),
         ulna.ConvexMesh(grazing.corners((2309.999073038901, 0.0035688204910846455, 4906.656959897858))),
         (1155.1070215933796, 0.0014611970522371833, 2280.1615967994926, 2.830914573583491, 1.963133884173656,

@@ -67,8 +67,8 @@ def test_a_name_of_another_library_leads_to_the_call_to_write(panda, name):
 
 
 def test_a_name_that_no_library_has_is_refused_as_ever(panda):
-    with pytest.raises(AttributeError, match=r"^'Robot' object has no attribute 'colour'"):
-        _ = panda.colour
+    with pytest.raises(AttributeError, match=r"^'Robot' object has no attribute 'color'"):
+        _ = panda.color
 
 
 def test_every_array_that_it_shows_is_read_only(robot):

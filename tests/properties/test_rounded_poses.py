@@ -17,7 +17,7 @@ def random_pose(rng):
 
 @pytest.mark.parametrize("rounded", [lambda T: np.round(T, 7), lambda T: T.astype(np.float32)], ids=["7 digits", "float32"])
 def test_cubes_of_one_orientation_collide_as_their_distance_says(rng, rounded):
-    """Edges are parallel but for the rounding: an axis made of that would separate what overlaps by half a metre."""
+    """Edges are parallel but for the rounding: an axis made of that would separate what overlaps by half a meter."""
     for _ in range(300):
         T, shift = random_pose(rng), rng.uniform(-1.6, 1.6, 3)
         world = ulna.World()

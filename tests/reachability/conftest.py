@@ -27,6 +27,6 @@ def panda_map(tmp_path_factory, panda):
 
 @pytest.fixture(scope="session")
 def planar():
-    """Two links of one metre, in the plane z = 0: what it reaches can be worked out in the head."""
+    """Two links of one meter, in the plane z = 0: what it reaches can be worked out in the head."""
     rows = [(0, 0, 0, 0), (1, 0, 0, 0), (1, 0, 0, 0)]
     return ulna.Robot.from_dh(rows, joint_types=["revolute"] * 2 + ["fixed"])

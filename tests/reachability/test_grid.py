@@ -23,20 +23,20 @@ def test_the_chunks_cover_every_pose_once(grid):
 
 
 @pytest.mark.parametrize("grid", GRIDS, ids=str)
-def test_the_targets_of_a_region_are_the_centres_with_every_orientation(grid):
+def test_the_targets_of_a_region_are_the_centers_with_every_orientation(grid):
     region = grid.region(grid.n_chunks - 1)
     shape = tuple(cut.stop - cut.start for cut in region)
     T = grid.targets(region).reshape(*shape, 4, 4)
     for k in np.ndindex(shape):
         z, y, x, o = (int(i) + cut.start for i, cut in zip(k, region, strict=True))
-        centre = np.array(grid.low) + (np.array([x, y, z]) + 0.5) * grid.voxel
-        np.testing.assert_allclose(T[k][:3, 3], centre, rtol=0, atol=1e-12)
+        center = np.array(grid.low) + (np.array([x, y, z]) + 0.5) * grid.voxel
+        np.testing.assert_allclose(T[k][:3, 3], center, rtol=0, atol=1e-12)
         assert (T[k][:3, :3] == grid.rotations[o]).all()
         assert T[k][3].tolist() == [0, 0, 0, 1]
 
 
 @pytest.mark.parametrize("grid", GRIDS, ids=str)
-def test_a_centre_lies_in_its_voxel(grid):
+def test_a_center_lies_in_its_voxel(grid):
     z, y, x = np.meshgrid(*grid.axes, indexing="ij")
     index, inside = grid.voxel_of(np.stack([x, y, z], axis=-1))
     assert inside.all()

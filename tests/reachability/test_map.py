@@ -19,7 +19,7 @@ def test_its_own_poses_are_reached_as_it_says(panda_map):
     assert (panda_map.verdicts == verdicts).all()
 
 
-def test_a_pose_near_the_centre_of_a_voxel_is_that_of_the_voxel(panda_map, rng):
+def test_a_pose_near_the_center_of_a_voxel_is_that_of_the_voxel(panda_map, rng):
     T = all_targets(panda_map)
     moved = T @ ulna.pose(rng.uniform(-0.1, 0.1, (*T.shape[:-2], 3)), rng.uniform(-0.05, 0.05, (*T.shape[:-2], 3)))
     assert (panda_map.reached(moved) == panda_map.verdicts).mean() > 0.999  # but where the nearest orientation is another
@@ -49,8 +49,8 @@ def test_a_slice_is_a_plane_of_shares(panda_map):
 
 def test_the_solutions_of_a_voxel_are_those_of_the_map(panda_map):
     z, y, x = np.unravel_index(panda_map.share.values.argmax(), panda_map.grid.shape)
-    centre = [panda_map.grid.axes[2][x], panda_map.grid.axes[1][y], panda_map.grid.axes[0][z]]
-    result = panda_map.solutions_at(centre)
+    center = [panda_map.grid.axes[2][x], panda_map.grid.axes[1][y], panda_map.grid.axes[0][z]]
+    result = panda_map.solutions_at(center)
     assert (result.success == panda_map.verdicts[z, y, x]).all()
     stored = panda_map.data.q.values[z, y, x][result.success]
     assert (stored == result.q[result.success].astype(np.float32)).all()

@@ -12,7 +12,7 @@ from ulna.reachability.model import robot_from_json, robot_to_json
 
 @pytest.fixture(scope="module")
 def upright(planar):
-    """The two links of one metre in a vertical plane, with 2 kg each in its middle, and motors of 60 and 30 Nm."""
+    """The two links of one meter in a vertical plane, with 2 kg each in its middle, and motors of 60 and 30 Nm."""
     bar = ulna.Inertia(2.0, (0.5, 0, 0), np.zeros((3, 3)))
     arm = planar.with_gravity((0, -10, 0)).with_inertias({"link1": bar, "link2": bar})
     joints = [

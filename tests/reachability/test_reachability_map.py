@@ -21,7 +21,7 @@ def targets_of(found):
     return T.reshape(*grid.shape, grid.orientations, 4, 4)
 
 
-def test_two_links_of_one_metre_reach_the_disc_of_two(planar, tmp_path):
+def test_two_links_of_one_meter_reach_the_disc_of_two(planar, tmp_path):
     box = [(-2.5, -2.5, -0.25), (2.5, 2.5, 0.25)]
     found = ulna.reachability_map(planar, tmp_path / "m.zarr", voxel=0.5, orientations=1, bounds=box, task="position")
     y, x = np.meshgrid(found.grid.axes[1], found.grid.axes[2], indexing="ij")

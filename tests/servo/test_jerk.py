@@ -146,7 +146,7 @@ def test_it_reaches_a_configuration_and_a_pose_without_overshoot(panda, name):
 
 @pytest.mark.slow
 def test_it_reaches_what_it_reaches_without_a_limit_of_jerk(panda):
-    """Poses among boxes, from home: as many within a millimetre as a servo that knows no jerk, give or take one."""
+    """Poses among boxes, from home: as many within a millimeter as a servo that knows no jerk, give or take one."""
     world, q, reached = boxes(6, 3), panda.random(400, seed=6), [0, 0]
     q = q[panda.signed_distance(q, world) > 0.03][:16]
     for i, jerk in enumerate((None, PANDA.jerk)):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ulna.kernels.servo.objective import Program
-from ulna.kernels.servo.quadratic_program import minimise, solve_on_rows
+from ulna.kernels.servo.quadratic_program import minimize, solve_on_rows
 
 
 def program_of(G, b):
@@ -15,7 +15,7 @@ def program_of(G, b):
 def solved(H, f, G, b, x):
     """The minimum, and a multiplier for each row, by the kernel."""
     m, x, program = len(G), x.copy(), program_of(G, b)
-    k = minimise(H.ravel().copy(), f.copy(), program, m, x)
+    k = minimize(H.ravel().copy(), f.copy(), program, m, x)
     of_rows = np.zeros(m)
     of_rows[program.active_rows[:k]] = program.multiplier_rows[:k]
     return x, of_rows
@@ -73,7 +73,7 @@ def test_a_system_is_solved_on_the_active_rows(rng, k):
     for _ in range(50):
         H, b, G, values, _ = problem(rng, n, k, 1e-2)
         active, program, factor = np.arange(k)[::-1].copy(), program_of(np.zeros((0, n)), np.zeros(0)), H.ravel().copy()
-        minimise(factor, b.copy(), program, 0, np.zeros(n))
+        minimize(factor, b.copy(), program, 0, np.zeros(n))
         x, multipliers = b.copy(), np.concatenate([values[active], np.zeros(n - k)])
         solve_on_rows(factor, G.ravel(), active, multipliers, k, x, program.work_rows)
         rows = G[active].reshape(k, n)

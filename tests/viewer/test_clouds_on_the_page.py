@@ -54,4 +54,4 @@ def test_a_cloud_that_touches_the_robot_is_red(view, panda):
     node = wait_for(lambda: view.obstacles.nodes.get("seen"), "the cloud")
     free = tuple(node.colors)
     view.world.update("seen", ulna.PointCloud(hand[None], 0.01))
-    wait_for(lambda: tuple(node.colors) != free, "another colour")
+    wait_for(lambda: tuple(node.colors) != free, "another color")

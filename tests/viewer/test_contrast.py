@@ -76,8 +76,8 @@ def test_everything_on_the_page_can_be_told_from_its_ground(view, open_page, sch
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_marks_of_all_colours_can_be_told_from_their_ground(view, open_page, scheme):
-    """A light page has the marks darker than the scene has their colours."""
+def test_marks_of_all_colors_can_be_told_from_their_ground(view, open_page, scheme):
+    """A light page has the marks darker than the scene has their colors."""
     page, marks = open_page(view.url, scheme=scheme), "".join(marked("mark", color) for color in (GREEN, RED, STOPPED, UNKNOWN))
     page.evaluate(
         "(marks) => document.querySelector('[role=status]').parentElement.insertAdjacentHTML('beforeend', marks)", marks
@@ -88,13 +88,13 @@ def test_marks_of_all_colours_can_be_told_from_their_ground(view, open_page, sch
 
 
 def test_faint_words_are_found():
-    grey = Seen("text", "grey", "p", 4.4, large=False, inactive=False)
-    assert faint([grey]) == ["4.40: text 'grey' (p)"]
-    assert faint([grey._replace(large=True), grey._replace(inactive=True), grey._replace(contrast=4.6)]) == []
+    gray = Seen("text", "gray", "p", 4.4, large=False, inactive=False)
+    assert faint([gray]) == ["4.40: text 'gray' (p)"]
+    assert faint([gray._replace(large=True), gray._replace(inactive=True), gray._replace(contrast=4.6)]) == []
 
 
 def test_contrast_is_that_of_the_guidelines(browser_of):
-    """Black on white has 21 to 1, grey 119 on white 4.48 to 1, and half of an opacity counts."""
+    """Black on white has 21 to 1, gray 119 on white 4.48 to 1, and half of an opacity counts."""
     page = browser_of(0).new_page()
     half = "<div style='opacity:.5;background:#fff'><p style='color:#000'>c</p></div>"
     page.set_content(f"<p style='color:#000'>a</p><p style='color:#777'>b</p>{half}")

@@ -137,11 +137,11 @@ def test_without_any_package_the_panda_is_drawn_and_its_meshes_are_named(nothing
     assert len(visuals.scenes) == 9
 
 
-def test_the_small_package_gives_the_pandas_shells_in_their_colours(nothing_installed, monkeypatch, tmp_path):
+def test_the_small_package_gives_the_pandas_shells_in_their_colors(nothing_installed, monkeypatch, tmp_path):
     folder = tmp_path / "dm_robotics" / "panda" / "assets" / "panda"
     folder.mkdir(parents=True)
     text = "mtllib {0}.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\n"
-    text += "usemtl Grey\nf 1//1 2//1 3//1\nusemtl Other\nf 1//1 2//1 4//1\n"
+    text += "usemtl Gray\nf 1//1 2//1 3//1\nusemtl Other\nf 1//1 2//1 4//1\n"
     for name in (*(f"link{k}" for k in range(8)), "hand", "finger"):
         (folder / f"{name}.obj").write_text(text.format(name))
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])  # syspath_prepend would keep what nothing_installed has set

@@ -1,4 +1,4 @@
-"""What the tab of plans draws: the arm a second time where the plan ends, and the way of the hand in a colour of its own."""
+"""What the tab of plans draws: the arm a second time where the plan ends, and the way of the hand in a color of its own."""
 
 import numpy as np
 import pytest
@@ -60,7 +60,7 @@ def test_of_a_goal_out_of_reach_the_ghost_is_red_and_as_near_as_the_arm_comes(vi
     assert not shown.line.visible
 
 
-def test_the_trail_is_the_way_of_the_hand_in_a_colour_that_no_other_line_has(view, plans, panda):
+def test_the_trail_is_the_way_of_the_hand_in_a_color_that_no_other_line_has(view, plans, panda):
     shown = plans(lambda planning: planning.send_to(panda.home + np.array([0.6, 0.2, 0, 0, 0, 0, 0])))
     assert shown.line.visible
     assert np.allclose(np.unique(shown.line.colors.reshape(-1, 3), axis=0), [TRAIL])

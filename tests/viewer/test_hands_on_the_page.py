@@ -38,7 +38,7 @@ def settled(page, view):
 def test_an_obstacle_is_dragged_itself_and_the_view_stays(view, page, key):
     camera = settled(page, view)
     start, before = project(camera, AT), camera.position
-    wait_to_see(page, lambda: np.ptp(around(pixels(page), start, 8), axis=-1).mean() > 40, "the crate in its colour")
+    wait_to_see(page, lambda: np.ptp(around(pixels(page), start, 8), axis=-1).mean() > 40, "the crate in its color")
     page.mouse.move(*start)
     if key:
         page.keyboard.down(key)

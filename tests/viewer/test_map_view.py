@@ -27,19 +27,19 @@ def view(found):
 @pytest.mark.slow
 @pytest.mark.parametrize("axis", AXES)
 def test_the_map_begins_behind_the_robot_and_with_voxels(view, axis):
-    """No voxel that is shown is where the robot is: the centres lie beyond its box, as the clouds are drawn."""
+    """No voxel that is shown is where the robot is: the centers lie beyond its box, as the clouds are drawn."""
     view.axis.value = axis
     view._take_axis()
     k = AXES.index(axis)
     low, high = view.arm.extent.low, view.arm.extent.high
-    centres = view.voxels.centres[view.shown]
-    assert len(centres)
-    last = np.isclose(centres[:, k], view.voxels.centres[:, k].max())
-    assert (last | ~((centres > low) & (centres < high)).all(axis=1)).all()
-    assert len(centres) < len(view.voxels.centres)
+    centers = view.voxels.centers[view.shown]
+    assert len(centers)
+    last = np.isclose(centers[:, k], view.voxels.centers[:, k].max())
+    assert (last | ~((centers > low) & (centers < high)).all(axis=1)).all()
+    assert len(centers) < len(view.voxels.centers)
 
 
-def test_the_bar_has_the_colours_of_the_voxels_their_unit_and_range(view):
+def test_the_bar_has_the_colors_of_the_voxels_their_unit_and_range(view):
     bar = view.legend.content
     assert "Orientations reached in a voxel [%]" in bar
     assert "<span>0</span><span>100</span>" in bar
@@ -58,19 +58,19 @@ def test_no_slider_is_shown_that_does_nothing(view):
     assert (view.solution.visible, view.solution.max) == (n > 1, n)
 
 
-def test_every_voxel_that_is_reached_is_shown_in_its_colour(view, found):
+def test_every_voxel_that_is_reached_is_shown_in_its_color(view, found):
     view.clip("y", -99.0)
     cloud = view._cloud
     assert len(cloud.points) == np.count_nonzero(found.share.values > 0)
-    np.testing.assert_allclose(cloud.points, view.voxels.centres, atol=1e-2)  # the page takes half precision
+    np.testing.assert_allclose(cloud.points, view.voxels.centers, atol=1e-2)  # the page takes half precision
     assert (cloud.colors == view.voxels.colors).all()
 
 
 def test_a_plane_clips_them(view):
     view.clip("x", 0.2)
-    assert len(view._cloud.points) == np.count_nonzero(view.voxels.centres[:, 0] >= 0.2)
+    assert len(view._cloud.points) == np.count_nonzero(view.voxels.centers[:, 0] >= 0.2)
     view.clip("z", -99.0)
-    assert len(view._cloud.points) == len(view.voxels.centres)
+    assert len(view._cloud.points) == len(view.voxels.centers)
 
 
 def test_a_dragged_arrow_moves_the_plane(view):
@@ -78,22 +78,22 @@ def test_a_dragged_arrow_moves_the_plane(view):
     view._handle.position = (9.0, 0.25, 9.0)
     view._dragged()
     assert view.plane.value == 0.25
-    assert len(view._cloud.points) == np.count_nonzero(view.voxels.centres[:, 1] >= 0.25)
+    assert len(view._cloud.points) == np.count_nonzero(view.voxels.centers[:, 1] >= 0.25)
 
 
 def test_a_click_solves_the_orientations_of_a_voxel_and_the_robot_goes_there(view, found):
     view.clip("y", -99.0)
     view.click(np.array([2.0, 0.05, 0.5]), np.array([-1.0, 0.0, 0.0]))
-    centre = view.voxels.centres[view.chosen]
-    assert np.abs(centre - [2.0, 0.05, 0.5])[1:].max() <= 0.075
-    assert (view.result.success == found.solutions_at(centre).success).all()
+    center = view.voxels.centers[view.chosen]
+    assert np.abs(center - [2.0, 0.05, 0.5])[1:].max() <= 0.075
+    assert (view.result.success == found.solutions_at(center).success).all()
     reached = np.flatnonzero(view.result.success)
     assert f"{len(reached)} of 8 orientations reached" in view.told.content
     number = found.robot.link_names.index(found.link)
-    np.testing.assert_allclose(view.arm.frames[number].position, centre, atol=1e-4)
+    np.testing.assert_allclose(view.arm.frames[number].position, center, atol=1e-4)
     before, view.solution.value = view.arm.frames[number].wxyz.copy(), len(reached)
     view._pose_arm()
-    np.testing.assert_allclose(view.arm.frames[number].position, centre, atol=1e-4)
+    np.testing.assert_allclose(view.arm.frames[number].position, center, atol=1e-4)
     assert np.abs(view.arm.frames[number].wxyz - before).max() > 1e-3
     chosen = view.chosen
     view.click(np.array([2.0, 0.05, 0.5]), np.array([1.0, 0.0, 0.0]))
@@ -115,13 +115,13 @@ def test_a_voxel_is_clicked_on_the_page(view, open_page):
     wait_to_see(page, lambda: page.locator("canvas").count(), "the scene")
     camera = camera_of(page, view.page.server)
     eye = np.array(camera.position)
-    target = view.shown[np.argmin(np.linalg.norm(view.voxels.centres[view.shown] - eye, axis=1))]
-    place = project(camera, view.voxels.centres[target])
+    target = view.shown[np.argmin(np.linalg.norm(view.voxels.centers[view.shown] - eye, axis=1))]
+    place = project(camera, view.voxels.centers[target])
     wait_to_see(page, lambda: around(pixels(page), place, 40).min() < 200, "the voxels")
     seen = around(pixels(page), place, 2).reshape(-1, 3)
-    assert np.abs(seen - view.voxels.colors[target]).max(axis=1).min() <= 12  # the colour that the bar says
+    assert np.abs(seen - view.voxels.colors[target]).max(axis=1).min() <= 12  # the color that the bar says
     page.mouse.click(*place)
     wait_to_see(page, lambda: view.result is not None, "the solutions of a voxel")
-    ray = view.voxels.centres[target] - eye
+    ray = view.voxels.centers[target] - eye
     assert view.chosen == view.voxels.on_ray(eye, ray, view.shown)
     assert "of 8 orientations reached" in page.get_by_role("status").nth(1).inner_text()

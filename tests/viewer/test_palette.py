@@ -1,4 +1,4 @@
-"""People with a colour vision deficiency can distinguish the colours of free and touching, which never differ in hue alone.
+"""People with a color vision deficiency can distinguish the colors of free and touching, which never differ in hue alone.
 
 The matrices are those of Machado, Oliveira and Fernandes, A physiologically-based model for simulation of color vision deficiency
 (IEEE Transactions on Visualization and Computer Graphics 15(6), 2009), severity 1.0, on linear RGB. Differences are
@@ -18,7 +18,7 @@ SIGHT = {
     "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
     "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
     "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
-    "none for colours": np.tile([0.2126, 0.7152, 0.0722], (3, 1)),
+    "none for colors": np.tile([0.2126, 0.7152, 0.0722], (3, 1)),
 }
 TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 WHITE = np.array([255.0, 255.0, 255.0])
@@ -56,7 +56,7 @@ def test_a_touching_shape_of_the_robot_is_darker_than_a_free_one(sight):
 
 
 @pytest.mark.parametrize("sight", SIGHT)
-def test_a_touching_obstacle_has_a_colour_that_no_free_one_has(sight):
+def test_a_touching_obstacle_has_a_color_that_no_free_one_has(sight):
     assert all(difference(color, palette.TOUCHING, sight) > CLEARLY for color in palette.OBSTACLES)
 
 
@@ -75,8 +75,8 @@ def test_results_are_also_given_by_word_and_by_filling():
     assert "collision" in html.marked("collision", RED)
 
 
-def test_colours_that_deuteranopia_confuses_are_found_similar():
-    """Checks the measure itself: two colours that look alike with deuteranopia have a small difference."""
+def test_colors_that_deuteranopia_confuses_are_found_similar():
+    """Checks the measure itself: two colors that look alike with deuteranopia have a small difference."""
     assert (
         difference((180, 90, 60), (112, 112, 60), "deuteranopia") < CLEARLY < difference((180, 90, 60), (112, 112, 60), "usual")
     )

@@ -30,7 +30,7 @@ def rows(separator, extra=""):
     return "".join(separator.join(map(str, point)) + extra + "\n" for point in POINTS).encode()
 
 
-COLOURED = np.array([(7, *point) for point in POINTS], np.dtype([("rgb", "<u4"), ("x", "<f8"), ("y", "<f8"), ("z", "<f8")]))
+COLORED = np.array([(7, *point) for point in POINTS], np.dtype([("rgb", "<u4"), ("x", "<f8"), ("y", "<f8"), ("z", "<f8")]))
 CLOUDS = {
     "a.npy": npy(POINTS),
     "image.npy": npy(POINTS.reshape(1, 3, 3).astype(np.float32)),
@@ -41,7 +41,7 @@ CLOUDS = {
     "text.ply": trimesh.PointCloud(POINTS).export(file_type="ply", encoding="ascii"),
     "a.pcd": pcd("ascii", rows(" ")),
     "b.PCD": pcd("binary", POINTS.astype("<f4").tobytes()),
-    "c.pcd": pcd("binary", COLOURED.tobytes(), "rgb x y z", "4 8 8 8", "U F F F"),
+    "c.pcd": pcd("binary", COLORED.tobytes(), "rgb x y z", "4 8 8 8", "U F F F"),
 }
 
 

@@ -85,7 +85,7 @@ def outside(page):
     page.mouse.up()
 
 
-def cancelled(page):
+def canceled(page):
     page.evaluate(
         "document.querySelector('canvas').dispatchEvent(new PointerEvent('pointercancel', {pointerId: 1, bubbles: true}))"
     )
@@ -96,7 +96,7 @@ def behind_another_window(page):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("end", [outside, cancelled, behind_another_window])
+@pytest.mark.parametrize("end", [outside, canceled, behind_another_window])
 def test_a_drag_ends_even_if_the_page_receives_no_button_release(view, page, camera, end):
     tab(page, "Move")
     T, size = view.session.hand_pose, view.hand.handles.control.scale
@@ -222,7 +222,7 @@ def test_a_floor_is_an_obstacle_that_the_base_does_not_touch(view, page, camera)
 
 
 @pytest.mark.slow
-def test_the_scene_is_seen_from_the_top_and_in_dark_colours(view, page, camera):
+def test_the_scene_is_seen_from_the_top_and_in_dark_colors(view, page, camera):
     tab(page, "Look")
     bright = pixels(page).mean()
     page.get_by_role("button", name="Light or dark").click()

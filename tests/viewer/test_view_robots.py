@@ -41,7 +41,7 @@ def test_the_camera_distance_follows_the_size_of_the_robot():
     large, small = (ulna.Robot(robots.of_chain("revolute", "revolute", origin=ulna.pose((step, 0, 0)))) for step in (10.0, 0.01))
     for robot, size in ((large, 20.0), (small, 0.02)):
         with ulna.view(robot) as view:
-            away = np.linalg.norm(np.subtract(view.page.server.initial_camera.position, view.arm.extent.centre))
+            away = np.linalg.norm(np.subtract(view.page.server.initial_camera.position, view.arm.extent.center))
             assert 0.5 * size < away < 10 * max(size, 0.1)
 
 
@@ -70,7 +70,7 @@ def test_an_invalid_mesh_is_reported_and_the_other_links_are_shown(tmp_path):
     assert "b" in visuals.scenes
 
 
-def test_the_colour_of_the_urdf_is_used_for_meshes_without_one(tmp_path):
+def test_the_color_of_the_urdf_is_used_for_meshes_without_one(tmp_path):
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     text = one_link("a.obj").replace(
         "</geometry></visual>", '</geometry><material name="m"><color rgba="1 0 0 1"/></material></visual>', 1

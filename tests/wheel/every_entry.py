@@ -150,7 +150,7 @@ def ask_for_forces(robot, q):
     """Of a batch, and of one configuration."""
     rates, one = np.random.default_rng(5).normal(size=(2, *q.shape)), q[0]
     robot.inverse_dynamics(q, *rates), robot.gravity_torque(q), robot.inverse_dynamics_derivatives(q, *rates)
-    robot.mass_matrix(q), robot.forward_dynamics(q, *rates), robot.centre_of_mass(q)
+    robot.mass_matrix(q), robot.forward_dynamics(q, *rates), robot.center_of_mass(q)
     (
         robot.inverse_dynamics(one, one, one),
         robot.gravity_torque(one),

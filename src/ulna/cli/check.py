@@ -24,7 +24,7 @@ from ulna.robot import Robot
 from ulna.robot.motion_file import motion_of_file
 
 SelfCollision = Annotated[bool, typer.Option("--self/--no-self", help="Check the robot's links against each other too.")]
-Within = Annotated[float, typer.Option("--within", metavar="METRES", help="Show pairs that are free but nearer than this too.")]
+Within = Annotated[float, typer.Option("--within", metavar="METERS", help="Show pairs that are free but nearer than this too.")]
 
 MotionFile = Annotated[
     Path | None,

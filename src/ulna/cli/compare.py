@@ -20,7 +20,7 @@ Second = Annotated[str, typer.Argument(metavar="B", help="Another one.")]
 Ignored = Annotated[
     list[str] | None, typer.Option(metavar="KIND", help=f"Differences that do not count; repeatable: {', '.join(KINDS)}.")
 ]
-Metres = Annotated[float, typer.Option("--position", metavar="M", help="Distances up to this do not count.")]
+Meters = Annotated[float, typer.Option("--position", metavar="M", help="Distances up to this do not count.")]
 Radians = Annotated[float, typer.Option("--rotation", metavar="RAD", help="Angles up to this do not count.")]
 OfLimits = Annotated[float, typer.Option("--limit", metavar="NUMBER", help="Differences of limits up to this do not count.")]
 
@@ -39,7 +39,7 @@ def compare(
     loading: Loading,
     *,
     ignore: Ignored = None,
-    position_tolerance: Metres = _DEFAULTS["position_tolerance"],
+    position_tolerance: Meters = _DEFAULTS["position_tolerance"],
     rotation_tolerance: Radians = _DEFAULTS["rotation_tolerance"],
     limit_tolerance: OfLimits = _DEFAULTS["limit_tolerance"],
 ) -> Output:

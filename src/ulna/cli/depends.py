@@ -18,7 +18,7 @@ import typer
 from ulna.cli.output import Output, show, warn
 from ulna.errors import InputError, UnitWarning
 
-Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of tables: metres and radians, infinity is null.")]
+Json = Annotated[bool, typer.Option("--json", help="One JSON object instead of tables: meters and radians, infinity is null.")]
 
 
 @dataclass(frozen=True)

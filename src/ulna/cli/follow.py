@@ -33,7 +33,7 @@ Poses = Annotated[
 Out = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the joint path, a row a pose, its names first.")]
 MaxStep = Annotated[float, typer.Option(metavar="NUMBER", help="The largest step of a joint from pose to pose [rad or m].")]
 Rank = Annotated[
-    str | None, typer.Option(metavar="NAME", help="What is minimised: nearest, manipulability, clearance or mid_range.")
+    str | None, typer.Option(metavar="NAME", help="What is minimized: nearest, manipulability, clearance or mid_range.")
 ]
 TimeLimit = Annotated[
     float | None, typer.Option(metavar="SECONDS", help="The longest time of the search; no limit unless given.")

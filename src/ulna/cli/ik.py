@@ -17,13 +17,13 @@ from ulna.description.pose import rpy_from_matrix
 from ulna.errors import count_of
 from ulna.robot import Robot
 
-Position = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="The position to reach, in metres.")]
+Position = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="The position to reach, in meters.")]
 Trace = Annotated[bool, typer.Option("--trace", help="Show every step.")]
 
 IK_KEYS = (
     "robot; base; link; target: matrix, 4x4, orientation, given or home, and frame, a link, a matrix or null; status; "
     "success; joints; units; q; lower; upper; position_error; rotation_error; residual: x, y, z, rx, ry, rz in the axes of the "
-    "target; task; iterations; starts: number of the start that led to q; reason; reach_excess, in metres; limit_excess by "
+    "target; task; iterations; starts: number of the start that led to q; reason; reach_excess, in meters; limit_excess by "
     "joint; trace: rows of position error, rotation error, largest joint step, damping, or null."
 )
 TRACK_WIDTH = 13  # characters

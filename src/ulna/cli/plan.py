@@ -35,7 +35,7 @@ Goal = Annotated[
 GroupName = Annotated[
     str | None, typer.Option(metavar="NAME", help="A group of the SRDF: only its joints move, and --to has only these.")
 ]
-Position = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Or the position of the link to reach, in metres.")]
+Position = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Or the position of the link to reach, in meters.")]
 Goals = Annotated[
     list[str] | None,
     typer.Option(
@@ -47,7 +47,7 @@ Goals = Annotated[
 Held = Annotated[
     list[str] | None, typer.Option(metavar="JOINT", help="A joint that keeps its position, as a lift or a finger; repeatable.")
 ]
-Clearance = Annotated[float, typer.Option(metavar="METRES", help="Keep objects at least this far away.")]
+Clearance = Annotated[float, typer.Option(metavar="METERS", help="Keep objects at least this far away.")]
 MaxChecks = Annotated[int, typer.Option(help="How many edges are checked at most.")]
 TimeLimit = Annotated[float, typer.Option(metavar="SECONDS", help="The longest time of the search; inf for no limit.")]
 Sampled = Annotated[bool, typer.Option("--sampled", help="Check edges at samples instead of certifying them.")]
@@ -77,7 +77,7 @@ _DEFAULTS = defaults_of(Robot.plan)
 PLAN_KEYS = (
     "robot; status; success; reason; joints; path: rows of q; length; certified; moved: joints that move although their position "
     "is the same at both ends, since no path was found with them held; worst_violation: the greatest share of its "
-    "tolerance that a constraint uses on the path, at most; clearance, in metres, null without objects; "
+    "tolerance that a constraint uses on the path, at most; clearance, in meters, null without objects; "
     "checks; duration of the fastest motion within the limits, in seconds, or null; check: which of its samples, 1 ms apart, "
     "comes nearest to a limit, as a sentence, or null."
 )

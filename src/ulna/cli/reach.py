@@ -26,12 +26,12 @@ from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.reachability_map import reachability_map
 
 MapPath = Annotated[Path, typer.Argument(metavar="MAP", help="The folder of the map, such as map.zarr.")]
-Voxel = Annotated[float, typer.Option(metavar="METRES", help="The edge of a voxel.")]
+Voxel = Annotated[float, typer.Option(metavar="METERS", help="The edge of a voxel.")]
 Orientations = Annotated[int, typer.Option(metavar="N", help="How many orientations are tried in each voxel.")]
 Bounds = Annotated[
     str | None,
     typer.Option(
-        metavar="NUMBERS", help='Lowest and highest corner, "x,y,z, x,y,z" in metres; all that is in reach unless given.'
+        metavar="NUMBERS", help='Lowest and highest corner, "x,y,z, x,y,z" in meters; all that is in reach unless given.'
     ),
 ]
 Itself = Annotated[

@@ -69,7 +69,7 @@ def read_poses(path: Path, controller: Controller | None = None) -> NDArray[np.f
 
 def _poses_of_controller(path: Path, controller: Controller) -> NDArray[np.float64]:
     turns = NUMBER if controller.turns == "wxyz" else ANGLE
-    per = np.array([controller.per_metre] * 3 + [controller.per_radian] * (len(controller.labels) - 3))
+    per = np.array([controller.per_meter] * 3 + [controller.per_radian] * (len(controller.labels) - 3))
     known = [Quantity(label, LENGTH if k < 3 else turns, "", 1.0 / per[k]) for k, label in enumerate(controller.labels)]
     rows = read_numbers(_PATH, path, Row(known, lambda _: controller.labels, _OF_POSES.ignored))
     if rows.ndim != 2 or rows.shape[1] != len(known) or not len(rows):

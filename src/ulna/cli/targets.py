@@ -52,7 +52,7 @@ def numbers(option: str, text: str, entries: Sequence[Coordinate], *, degrees: b
     units = [entry.unit for entry in entries]
     if any(unit == "m" and abs(value) >= FAR for value, unit in zip(values, units, strict=True)):
         meant = (f"{value / 1e3:g}" if unit == "m" else word for value, unit, word in zip(values, units, found, strict=True))
-        warn(f"{option}: lengths are in metres; did you mean {', '.join(meant)}?")
+        warn(f"{option}: lengths are in meters; did you mean {', '.join(meant)}?")
     return values
 
 

@@ -13,7 +13,7 @@ from ulna.errors import InputError
 from ulna.kernels.layout import CONTACT
 
 Points = NDArray[np.floating]
-MILLIMETRE = 0.001  # a unit of whole numbers, unless given
+MILLIMETER = 0.001  # a unit of whole numbers, unless given
 _MAX_VOXELS = 1 << 21  # along an axis (``collision.entries.thinning``)
 _ABREAST = 64
 _FULL, _FULL_OFF = 65535, 1e-5  # and [m] by which it may be rounded as a float32
@@ -76,13 +76,13 @@ def _is_full(kind: np.dtype, image: NDArray[np.float64], z: NDArray[np.float64])
 
     The number counts as itself, as a float, or in meters. For other unsigned integers it is the largest of their type.
     """
-    full = (image == _FULL) | (np.abs(z - _FULL * MILLIMETRE) < _FULL_OFF)
+    full = (image == _FULL) | (np.abs(z - _FULL * MILLIMETER) < _FULL_OFF)
     return full | (image == float(np.iinfo(kind).max)) if kind.kind == "u" else full
 
 
 def _scale(depth_scale: float | None, image: NDArray) -> float:
     if depth_scale is None:
-        return 1.0 if image.dtype.kind == "f" else MILLIMETRE
+        return 1.0 if image.dtype.kind == "f" else MILLIMETER
     scale = as_floats("depth_scale", depth_scale)
     if scale.shape or not 0 < scale < np.inf:
         raise InputError("depth_scale", f"{depth_scale!r}; one number above 0 [m] is expected")
@@ -101,9 +101,9 @@ def camera_matrix(intrinsics: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.f
         raise InputError("intrinsics", "not of the form [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
     if not (K[0, 0] > 0 and K[1, 1] > 0):
         raise InputError("intrinsics", f"fx = {K[0, 0]:g}, fy = {K[1, 1]:g}; focal lengths above 0, in pixels, are expected")
-    for name, centre, size in (("cx", K[0, 2], shape[1]), ("cy", K[1, 2], shape[0])):
-        if not -0.5 <= centre <= size - 0.5:
-            what = f"{name} = {centre:g} is outside of the image of {shape[1]} x {shape[0]} pixels"
+    for name, center, size in (("cx", K[0, 2], shape[1]), ("cy", K[1, 2], shape[0])):
+        if not -0.5 <= center <= size - 0.5:
+            what = f"{name} = {center:g} is outside of the image of {shape[1]} x {shape[0]} pixels"
             raise InputError("intrinsics", f"{what}: are they those of another resolution?")
     return K
 

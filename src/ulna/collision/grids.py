@@ -117,31 +117,31 @@ class VoxelGrid:
             object.__setattr__(self, name, value)
 
     @classmethod
-    def of_centres(cls, centres: ArrayLike, cell: float) -> VoxelGrid:
+    def of_centers(cls, centers: ArrayLike, cell: float) -> VoxelGrid:
         """The grid whose occupied cells have these centers, for example the leaves of an OctoMap at one depth.
 
         Args:
-            centres: The centers [m], shape (n, 3), n >= 1. Their distances along each axis are multiples of ``cell``.
+            centers: The centers [m], shape (n, 3), n >= 1. Their distances along each axis are multiples of ``cell``.
             cell: The cells' edge length [m].
 
         Raises:
             InputError: They are no centers of cells of this length, or the grid would have more than 16 million.
 
         Example:
-            >>> VoxelGrid.of_centres([(0.525, 0, 0.1), (0.575, 0, 0.1)], cell=0.05)
+            >>> VoxelGrid.of_centers([(0.525, 0, 0.1), (0.575, 0, 0.1)], cell=0.05)
             VoxelGrid(2 x 1 x 1 cells of 0.05 m, 2 occupied)
         """
-        points, edge = within_reach("centres", centres), _as_edge(cell)
+        points, edge = within_reach("centers", centers), _as_edge(cell)
         if points.ndim != 2 or points.shape[1:] != (3,) or not len(points):
-            raise InputError("centres", f"shape {points.shape}; points of shape (n, 3) are expected, at least one")
+            raise InputError("centers", f"shape {points.shape}; points of shape (n, 3) are expected, at least one")
         low = points.min(axis=0)
         steps = (points - low) / edge
         index = np.rint(steps)
         if (off := float(np.abs(steps - index).max())) > _OFF:
-            raise InputError("centres", f"one is {off:.2g} of a cell beside the lattice of the others: is {edge:g} m their edge?")
+            raise InputError("centers", f"one is {off:.2g} of a cell beside the lattice of the others: is {edge:g} m their edge?")
         shape = index.max(axis=0) + 1
         if shape.prod() > _MAX_CELLS:
-            raise InputError("centres", f"{shape.prod():.3g} cells from the first to the last; at most {_MAX_CELLS} are expected")
+            raise InputError("centers", f"{shape.prod():.3g} cells from the first to the last; at most {_MAX_CELLS} are expected")
         grid = np.zeros(shape.astype(int), dtype=bool)
         grid[tuple(index.astype(int).T)] = True
         return cls(grid, edge, low - edge / 2)

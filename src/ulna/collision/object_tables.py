@@ -194,10 +194,10 @@ class ObjectTables:
             at = self._arena.add_rows(np.array([row]))
             tree = write_cloud(self._arena, shape, T, at) if n else NO_TREE
         else:
-            centres, half = shape.boxes
-            n, n_of_points = len(centres), 0
+            centers, half = shape.boxes
+            n, n_of_points = len(centers), 0
             number, first_row, first_node = self._begin(name, n, most_nodes(n))
-            tree = write_tree(self._arena, *self._add_boxes(number, touch_set, T, centres, half)) if n else NO_TREE
+            tree = write_tree(self._arena, *self._add_boxes(number, touch_set, T, centers, half)) if n else NO_TREE
         rows, nodes = slice(first_row, self._arena.n_rows), slice(first_node, self._arena.n_nodes)
         self._many[name], self._root = _Many(shape, touch_set, rows, nodes, n_of_points, tree), None
 
@@ -206,13 +206,13 @@ class ObjectTables:
         self._need(n_rows, 0, n_nodes)
         return self._arena.add_name(name), self._arena.n_rows, self._arena.n_nodes
 
-    def _add_boxes(self, number: int, touch_set: int, T: Array, centres: Array, half: Array) -> tuple[Array, Array, Array]:
+    def _add_boxes(self, number: int, touch_set: int, T: Array, centers: Array, half: Array) -> tuple[Array, Array, Array]:
         """Write the rows of the boxes of an object; the arguments of ``write_tree`` for them."""
-        order = compact_order(centres)
+        order = compact_order(centers)
         rows = np.zeros((len(order), BODY_WIDTH))
         rows[:, :12], rows[:, OBJECT], rows[:, TOUCH_SET], rows[:, SHAPE] = T[:3].ravel(), number, touch_set, BOX
         rows[:, HALF_EXTENTS:RADIUS], rows[:, REACH] = half[order], np.linalg.norm(half[order], axis=1)
-        rows[:, 3:12:4] += centres[order] @ T[:3, :3].T
+        rows[:, 3:12:4] += centers[order] @ T[:3, :3].T
         first = self._arena.add_rows(rows)
         return *bounds(rows), -1.0 - np.arange(float(first), first + len(rows))
 

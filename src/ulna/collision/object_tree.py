@@ -43,15 +43,15 @@ def bounds(table: Array) -> tuple[Array, Array]:
     return T[:, :, 3] - reach, T[:, :, 3] + reach
 
 
-def compact_order(centres: NDArray[np.floating]) -> NDArray[np.int64]:
+def compact_order(centers: NDArray[np.floating]) -> NDArray[np.int64]:
     """An order of points in which each node of a tree holds neighbors; a cloud's tree has this order."""
-    order, points = np.empty(len(centres), np.int64), np.ascontiguousarray(centres).view()
+    order, points = np.empty(len(centers), np.int64), np.ascontiguousarray(centers).view()
     points.setflags(write=False)  # read-only, as are the points of a cloud: the entry is compiled for read-only arrays
     morton_order.morton_order(points, order)
     return order
 
 
-def halved_order(centres: Array) -> NDArray[np.int64]:
+def halved_order(centers: Array) -> NDArray[np.int64]:
     """An order for trees that are searched often.
 
     The AABBs of its nodes overlap less than in ``compact_order``, which takes less time to compute.
@@ -60,10 +60,10 @@ def halved_order(centres: Array) -> NDArray[np.int64]:
     children. All nodes of a level are halved at once. Source: Bentley, Multidimensional binary search trees (Communications of
     the ACM, 1975).
     """
-    n = len(centres)
+    n = len(centers)
     size = 1 << max(n - 1, 0).bit_length()
     filled = np.full((3, size), np.inf)  # the padding is farthest in every direction, so it is sorted last
-    filled[:, :n] = centres.T
+    filled[:, :n] = centers.T
     order = np.arange(size)
     while size > WIDTH:
         places = filled[:, order].reshape(3, -1, size)

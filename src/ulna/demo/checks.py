@@ -59,7 +59,7 @@ def jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
     """Compare the geometric Jacobian with central differences of the pose."""
     differences = np.empty((len(q), 6, robot.n_dof))
     T = robot.forward_kinematics(q)
-    for j, (ahead, behind) in enumerate(_neighbours(robot.forward_kinematics, q)):
+    for j, (ahead, behind) in enumerate(_neighbors(robot.forward_kinematics, q)):
         rate = (ahead - behind) / (2 * DIFFERENCE_STEP)
         W = rate[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2)  # R' R^T, the angular velocity as a skew matrix
         differences[:, :3, j] = rate[:, :3, 3]
@@ -72,7 +72,7 @@ def analytical_jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
     """Compare the rates of roll, pitch and yaw with central differences, away from gimbal lock."""
     q = q[np.abs(np.cos(rpy_from_matrix(robot.forward_kinematics(q))[:, 1])) > 0.1]
     differences = np.empty((len(q), 6, robot.n_dof))
-    for j, (ahead, behind) in enumerate(_neighbours(robot.forward_kinematics, q)):
+    for j, (ahead, behind) in enumerate(_neighbors(robot.forward_kinematics, q)):
         turn = rpy_from_matrix(ahead) - rpy_from_matrix(behind)
         turn -= 2 * np.pi * np.round(turn / (2 * np.pi))
         differences[:, :3, j] = (ahead - behind)[:, :3, 3] / (2 * DIFFERENCE_STEP)
@@ -175,7 +175,7 @@ def slow_gap(T_a: NDArray, a: Box, T_b: NDArray, b: Box) -> float:
     return float(gaps.max())
 
 
-def _neighbours(function: Callable[[NDArray], NDArray], q: NDArray) -> Iterator[tuple[NDArray, NDArray]]:
+def _neighbors(function: Callable[[NDArray], NDArray], q: NDArray) -> Iterator[tuple[NDArray, NDArray]]:
     """The values of a function a small step ahead and behind, for each entry of q."""
     for j in range(q.shape[-1]):
         step = np.zeros(q.shape[-1])

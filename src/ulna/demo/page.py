@@ -205,7 +205,7 @@ class DemoScene:
         server.initial_camera.fov = 0.7
         stand_back_where_narrow(server, 0.9)
         self.arm = Arm(server, demo.robot, "/arm")
-        add_light(scene, self.arm.extent.centre, self.arm.extent.radius)
+        add_light(scene, self.arm.extent.center, self.arm.extent.radius)
         self.light = scene.add_cylinder("/light", LIGHT.radius, LIGHT.length, light_color(None), position=LIGHT_POSITION)
         self.word = scene.add_label(
             "/light/word", light_word(None), position=WORD_POSITION, anchor="top-center", font_screen_scale=1.3

@@ -28,21 +28,21 @@ class Controller(NamedTuple):
         labels: Its names of the numbers, in order: three for the position, then those of the orientation.
         turns: ``"rpy"``: about fixed x, y, z; ``"ZYX"``, ``"XYZ"``, ``"ZYZ"``: about moving axes; ``"rotvec"``: a rotation
             vector; ``"wxyz"``: a quaternion.
-        per_metre: Units of length per meter.
+        per_meter: Units of length per meter.
         per_radian: Units of angle per radian.
     """
 
     name: str
     labels: tuple[str, ...]
     turns: str
-    per_metre: float = 1000.0
+    per_meter: float = 1000.0
     per_radian: float = _DEGREES
 
     @property
     def units(self) -> str:
         """Its units in words, such as "mm, deg"."""
         turns = {_DEGREES: ", deg", _NO_UNIT: ", rad"}[self.per_radian] if self.turns != "wxyz" else ""
-        return ("mm" if self.per_metre > 1.0 else "m") + turns
+        return ("mm" if self.per_meter > 1.0 else "m") + turns
 
 
 CONTROLLERS = {
@@ -94,7 +94,7 @@ def pose_from(numbers: ArrayLike, controller: str) -> Array:
         raise InputError("numbers", f"shape {values.shape}; {said.name} states {', '.join(said.labels)} [{said.units}]")
     if not np.isfinite(values).all():
         raise InputError("numbers", "has an entry that is not finite")
-    xyz, turn = values[..., :3] / said.per_metre, values[..., 3:] / said.per_radian
+    xyz, turn = values[..., :3] / said.per_meter, values[..., 3:] / said.per_radian
     match said.turns:
         case "wxyz":
             return pose(xyz, wxyz=turn)
@@ -150,7 +150,7 @@ def pose_as(T: ArrayLike, controller: str) -> Array:
             turn = -rpy_from_matrix(np.swapaxes(R, -1, -2))
         case _:
             turn = _zyz(R)
-    return np.concatenate([poses[..., :3, 3] * said.per_metre, turn * said.per_radian], axis=-1) + 0.0
+    return np.concatenate([poses[..., :3, 3] * said.per_meter, turn * said.per_radian], axis=-1) + 0.0
 
 
 def _zyz(R: Array) -> Array:

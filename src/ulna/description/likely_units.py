@@ -23,10 +23,10 @@ _DIGIT, _ROUNDING = 1e-4, 1e-8  # digits of a drawing in millimeters
 _NEAR = 0.005  # [m]: closer than any camera focuses
 _LARGEST_CELL = 5.0  # [m]
 _LARGEST_PADDING, _LARGEST_BALL = 1.0, 1.0  # [m]
-_MILLIMETRES_A_SECOND = 100.0, 5000.0  # speeds that suggest mm/s; larger ones mean "anywhere at once"
+_MILLIMETERS_A_SECOND = 100.0, 5000.0  # speeds that suggest mm/s; larger ones mean "anywhere at once"
 _STEEP, _HIGH = 10.0, 10.0  # heights over the width of their map, and [m]
 _TWO_TURNS = 4 * math.pi
-_IN_MILLIMETRES = "are these millimetres? Lengths are metres"
+_IN_MILLIMETERS = "are these millimeters? Lengths are meters"
 _IN_DEGREES = "are these degrees? Angles are radians"
 
 
@@ -52,16 +52,16 @@ def check_depths(z: Array) -> None:
         raise InputError(
             "depth",
             f"the nearest of {count_of(len(seen), 'depth')} is {nearest:.4g} m, and no depth camera sees as far; "
-            "depth_scale=0.001 reads millimetres",
+            "depth_scale=0.001 reads millimeters",
         )
     if float(np.median(seen)) > FAR:
         warn_of_unit(
             "depth",
-            f"half of the depths are beyond {FAR:g} m: are these millimetres (depth_scale=0.001)? "
+            f"half of the depths are beyond {FAR:g} m: are these millimeters (depth_scale=0.001)? "
             "If so large a number means no measurement, max_depth= leaves it out",
         )
     elif farthest < _NEAR:
-        warn_of_unit("depth", f"the farthest is {farthest:.2g} m: is it scaled twice? depth_scale=1 reads metres")
+        warn_of_unit("depth", f"the farthest is {farthest:.2g} m: is it scaled twice? depth_scale=1 reads meters")
 
 
 def check_points(name: str, points: Array) -> None:
@@ -70,26 +70,26 @@ def check_points(name: str, points: Array) -> None:
         return
     distance = float(np.median(np.linalg.norm(points, axis=1)))
     if distance > FAR:
-        warn_of_unit(name, f"half of them are beyond {distance:.4g} m from the origin: {_IN_MILLIMETRES}")
+        warn_of_unit(name, f"half of them are beyond {distance:.4g} m from the origin: {_IN_MILLIMETERS}")
 
 
 def check_place(name: str, T: Array) -> None:
     """Check a pose (4, 4) of something in the arm's cell."""
     distance = math.hypot(T.item(3), T.item(7), T.item(11))
     if distance > FAR:
-        warn_of_unit(name, f"{distance:.4g} m from the origin: {_IN_MILLIMETRES}")
+        warn_of_unit(name, f"{distance:.4g} m from the origin: {_IN_MILLIMETERS}")
 
 
 def check_voxel(edge: float, points: Array) -> None:
     """Check the edge of the voxels [m] that each keep one point of a cloud, shape (n, 3)."""
     if edge >= _LARGEST_CELL and edge > np.ptp(points, axis=0).max():
-        warn_of_unit("voxel", f"{edge:g} m, more than the whole cloud: {_IN_MILLIMETRES}")
+        warn_of_unit("voxel", f"{edge:g} m, more than the whole cloud: {_IN_MILLIMETERS}")
 
 
 def check_cell(edge: float) -> None:
     """Check the edge of the cells of a grid [m]."""
     if edge >= _LARGEST_CELL:
-        warn_of_unit("cell", f"{edge:g} m: {_IN_MILLIMETRES}")
+        warn_of_unit("cell", f"{edge:g} m: {_IN_MILLIMETERS}")
 
 
 def check_heights(heights: Array, bottom: float, cell: float) -> None:
@@ -97,26 +97,26 @@ def check_heights(heights: Array, bottom: float, cell: float) -> None:
     width, highest = cell * max(heights.shape), float(heights.max())
     height = highest - bottom
     if (height > _HIGH and height > _STEEP * width) or (float(heights.min()) > FAR and width < FAR):
-        warn_of_unit("heights", f"up to {highest:.4g} m, on a map of {width:.4g} m: {_IN_MILLIMETRES}")
+        warn_of_unit("heights", f"up to {highest:.4g} m, on a map of {width:.4g} m: {_IN_MILLIMETERS}")
 
 
 def check_ball(radius: float) -> None:
     """Check the radius of the points of a cloud [m]."""
     if radius > _LARGEST_BALL:
-        warn_of_unit("radius", f"each point is a ball of {radius:g} m: {_IN_MILLIMETRES}")
+        warn_of_unit("radius", f"each point is a ball of {radius:g} m: {_IN_MILLIMETERS}")
 
 
 def check_speed(speed: float) -> None:
     """Check the speed of an object that may move by itself [m/s]."""
-    least, most = _MILLIMETRES_A_SECOND
+    least, most = _MILLIMETERS_A_SECOND
     if least < speed < most:
-        warn_of_unit("speed", f"{speed:g} m/s: are these millimetres a second? Speeds are metres a second")
+        warn_of_unit("speed", f"{speed:g} m/s: are these millimeters a second? Speeds are meters a second")
 
 
 def check_padding(padding: float) -> None:
     """Check the distance from a robot within which points count as its own [m]."""
     if padding > _LARGEST_PADDING:
-        warn_of_unit("padding", f"what is within {padding:g} m of the robot is left out: {_IN_MILLIMETRES}")
+        warn_of_unit("padding", f"what is within {padding:g} m of the robot is left out: {_IN_MILLIMETERS}")
 
 
 def check_object(name: str, shape: object, T: Array) -> None:
@@ -125,7 +125,7 @@ def check_object(name: str, shape: object, T: Array) -> None:
     if max(extents) >= FAR:
         if min(extents) >= FAR / 10:
             words = " x ".join(f"{extent:.4g}" for extent in extents)
-            warn_of_unit("shape", f"{name!r} is {words} m: {_IN_MILLIMETRES}")
+            warn_of_unit("shape", f"{name!r} is {words} m: {_IN_MILLIMETERS}")
         return
     check_place(f"pose of {name!r}", T)
 
@@ -166,7 +166,7 @@ def check_shapes(name: str, description: Description) -> None:
     far = next((each for each in bodies if max(each[2]) >= FAR and min(each[2]) >= FAR / 10), None)
     if far is not None:
         words = " x ".join(f"{extent:.4g}" for extent in far[2])
-        warn_of_unit(name, f"shape {far[1]!r} of link {far[0]!r} is {words} m: {_IN_MILLIMETRES}")
+        warn_of_unit(name, f"shape {far[1]!r} of link {far[0]!r} is {words} m: {_IN_MILLIMETERS}")
 
 
 def check_description(name: str, description: Description) -> None:
@@ -181,7 +181,7 @@ def check_description(name: str, description: Description) -> None:
         far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.origin[:3, 3])) + slide
     length, offsets = max(far.values()), np.array([joint.origin[:3, 3] for joint in joints])
     if FAR < length <= _LONGEST and np.abs(offsets - _DIGIT * np.rint(offsets / _DIGIT)).max() < _ROUNDING:
-        warn_of_unit(name, f"the robot reaches {length:.4g} m when stretched: {_IN_MILLIMETRES}")
+        warn_of_unit(name, f"the robot reaches {length:.4g} m when stretched: {_IN_MILLIMETERS}")
     limited = [joint for joint in joints if joint.type == JointType.REVOLUTE and joint.mimic is None]
     widest = sorted(map(_widest, limited))
     if len(widest) > 1 and widest[0] > _TWO_TURNS and widest[len(widest) // 2] <= 360 and widest[-1] <= 720:
@@ -195,9 +195,9 @@ def degrees_in_words(angles: ArrayLike) -> str:
     return f": {_IN_DEGREES}" if np.abs(angles).max(initial=0.0) > _TWO_TURNS else ""
 
 
-def millimetres_in_words(distance: float, reach: float) -> str:
+def millimeters_in_words(distance: float, reach: float) -> str:
     """A question after a distance that is many times the reach [m]; empty otherwise."""
-    return " (millimetres?)" if distance > FAR and distance > 20 * reach else ""
+    return " (millimeters?)" if distance > FAR and distance > 20 * reach else ""
 
 
 def _widest(joint: Joint) -> float:

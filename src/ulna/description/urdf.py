@@ -236,7 +236,7 @@ class _Reader(Reader):
         try:
             red, green, blue, alpha = self.vector(elements[0], "rgba", 4)
         except DescriptionError as error:
-            self.leave_out(elements[0], f"{error.message}: this colour is left out")
+            self.leave_out(elements[0], f"{error.message}: this color is left out")
             return None
         return red, green, blue, alpha
 

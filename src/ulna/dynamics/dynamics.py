@@ -157,14 +157,14 @@ class Dynamics:
         except ValueError:
             raise InputError("measured", f"shape {given.shape} does not go with torques of shape {torque.shape}") from None
 
-    def centre_of_mass(self, q: ArrayLike, out: Array | None) -> Array:
+    def center_of_mass(self, q: ArrayLike, out: Array | None) -> Array:
         """The center of mass of all moving bodies in the base, shape (..., 3)."""
         moments, _ = self._moments(q)
         made = as_out(out, (*moments.shape[:-1], 3))
         np.divide(moments[..., 1:], moments[..., :1], out=made)
         return made
 
-    def centre_of_mass_jacobian(self, q: ArrayLike) -> Array:
+    def center_of_mass_jacobian(self, q: ArrayLike) -> Array:
         """The Jacobian of the center of mass, shape (..., 3, n_dof)."""
         moments, columns = self._moments(q)
         return np.swapaxes(columns, -1, -2) / moments[..., :1, None]

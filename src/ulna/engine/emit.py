@@ -4,10 +4,10 @@
 (``Entries.are_together``), and the others.
 
 1. Numba compiles an entry for one signature, for the CPU that ``NUMBA_CPU_NAME`` names, as it does when a program runs.
-2. A second function is added to its optimised module: one with a plain C interface, which takes slots of 8 bytes (``native``).
+2. A second function is added to its optimized module: one with a plain C interface, which takes slots of 8 bytes (``native``).
 3. All else in the module becomes private, and what nothing uses any more is removed: Numba's own wrapper, which needs Python. The
    texts of Numba's errors are cleared: nothing reads them, and they have paths of the machine that builds.
-4. LLVM writes the module as an object file, position-independent. It does not optimise again: the arithmetic is that of step 1.
+4. LLVM writes the module as an object file, position-independent. It does not optimize again: the arithmetic is that of step 1.
 5. So it does with the routines that entries share (``shared``), each once.
 
 The index of what was written goes to ``together.json`` and ``rest.json``: for each entry its result, whether it releases the

@@ -4,7 +4,7 @@ A row fills a cache line of 64 bytes. NumPy's and Numba's own arrays begin at mu
 across two lines, and each load and each store of it touches both.
 
 Eight rows of eight numbers are transposed in registers, where number by number there would be 64 loads and 64 stores. This has
-three steps: an exchange of halves (four of the eight numbers), of quarters, and of neighbours. Halves need no instruction of
+three steps: an exchange of halves (four of the eight numbers), of quarters, and of neighbors. Halves need no instruction of
 their own, since they are loaded and stored one by one: two steps of eight shuffles are left.
 """
 

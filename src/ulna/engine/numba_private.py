@@ -9,7 +9,7 @@ group      without it
 PASSES     Numba runs all of its passes: compiling takes longer
 MEMORY     Numba finds the types of each operator anew: compiling takes longer
 CODE       Numba's own pipeline, by the documented options alone: compiling takes several times as long, and a result may
-           differ in its last bits, for each kernel is optimised alone before it is copied into its callers
+           differ in its last bits, for each kernel is optimized alone before it is copied into its callers
 CACHE      machine code is not kept on disk: every process compiles
 PERMISSION a thread that may not compile now (``compiling_if``) waits until an entry is compiled
 ROWS       rows of lanes begin at any multiple of 16 bytes: a call takes longer
@@ -187,7 +187,7 @@ PASSES_IN_ORDER = (
 
 _ATTRIBUTES: tuple[tuple[str | tuple[str, ...], Any, str, str], ...] = (
     (CODE, _library, "add_ir_module", "takes a module that Numba has written: the stack is aligned there"),
-    (CODE, _library, "finalize", "links, optimises and makes machine code: not for what is only copied"),
+    (CODE, _library, "finalize", "links, optimizes and makes machine code: not for what is only copied"),
     (CODE, _library, "enable_object_caching", "lets machine code be kept"),
     (CODE, _library, "_raise_if_finalized", "part of finalize"),
     (CODE, _library, "_finalize_dynamic_globals", "part of finalize"),
@@ -223,7 +223,7 @@ _ATTRIBUTES: tuple[tuple[str | tuple[str, ...], Any, str, str], ...] = (
     (ROWS, _context, "nrt", "Numba's memory"),
     (ROWS, NRTContext, "meminfo_alloc_aligned", "memory that begins at a multiple of 64 bytes"),
     (ROWS, NRTContext, "meminfo_data", "where it begins"),
-    (AHEAD, _library, "_final_module", "the optimised module, before LLVM makes machine code"),
+    (AHEAD, _library, "_final_module", "the optimized module, before LLVM makes machine code"),
     (AHEAD, _context, "make_array", "an array as Numba passes it"),
 )
 for _row in _ATTRIBUTES:

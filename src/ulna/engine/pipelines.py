@@ -8,9 +8,9 @@ For every ``a * b`` Numba tries the templates of ``*`` one after the other, many
 types the expression, and again when it lowers it. Our kernels have thousands of such expressions and few types of operands, so
 here each is resolved once in a process.
 
-Numba also optimises every function that it compiles, with a copy of all that this calls, and makes machine code of it. Most of
-ours are then copied into their callers, and optimised there once more, at each level. Here each is translated, and made short by
-itself. An entry, or a shared routine, takes all that it calls, directly or through others, each once; LLVM optimises the whole
+Numba also optimizes every function that it compiles, with a copy of all that this calls, and makes machine code of it. Most of
+ours are then copied into their callers, and optimized there once more, at each level. Here each is translated, and made short by
+itself. An entry, or a shared routine, takes all that it calls, directly or through others, each once; LLVM optimizes the whole
 from the bottom up.
 
 A kernel needs more vectors than there are registers, so some wait on the stack. A function finds the stack aligned to 16 bytes,
@@ -161,10 +161,10 @@ class _NoEnvironments:
 
 
 class WholeLibrary(AlignedStackLibrary):
-    """A library of machine code: of a function and of all that it calls, optimised at once."""
+    """A library of machine code: of a function and of all that it calls, optimized at once."""
 
     def finalize(self) -> None:
-        """Take what is called, optimise, and make machine code."""
+        """Take what is called, optimize, and make machine code."""
         self._linking_libraries = list(map(_Own, _with_callees(self._linking_libraries)))
         super().finalize()
 

@@ -1,6 +1,6 @@
 """Compiles a routine once, for every entry that calls it.
 
-Numba copies what a function calls into each of its callers, and LLVM optimises every copy. For what is long (the distance of two
+Numba copies what a function calls into each of its callers, and LLVM optimizes every copy. For what is long (the distance of two
 convex bodies) and called by many entries, that takes most of the time of compiling. Here a caller has only the routine's name.
 The routine's machine code is kept on disk like that of an entry, and a caller that is loaded from disk loads it first, by what
 Numba calls ``reload_init``.

@@ -102,7 +102,7 @@ WHOLE, NUMBER, NONE = Scalar("int64"), Scalar("float64"), Scalar("none")
 NUMBERS, MATRIX, MATRICES, BLOCKS = (Array("float64", dimensions) for dimensions in (1, 2, 3, 4))
 INDICES, INDEX_ROWS = Array("int64", 1), Array("int64", 2)
 TRUTHS, TRUTH_ROWS = Array("bool", 1), Array("bool", 2)
-# Pictures: the triangle behind each sample and its nearness, the light of each pixel, and its colours.
+# Pictures: the triangle behind each sample and its nearness, the light of each pixel, and its colors.
 NUMBERED, NEARNESS, LIGHT, PIXELS = Array("int32", 2), Array("float32", 2), Array("float32", 3), Array("uint8", 3)
 SKIN = Group((MATRIX, MATRIX, NUMBERS, INDICES))
 # A robot's tables, which are read-only.

@@ -124,16 +124,16 @@ def overlaps_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
 
     @kernel
     def overlaps(tables, q, _place, scratch, out, _marks):
-        scene, centre_rows = as_scene(tables[0]), scratch[of_joints:]
-        place_centres(scene, q, scratch[:of_joints], centre_rows)
-        out[0] = any_overlaps(scene, scratch[:of_joints], centre_rows, q[0])
+        scene, center_rows = as_scene(tables[0]), scratch[of_joints:]
+        place_centers(scene, q, scratch[:of_joints], center_rows)
+        out[0] = any_overlaps(scene, scratch[:of_joints], center_rows, q[0])
         return not all_in_range(q)
 
     return over_rows(overlaps, n_dof, 1, scratch=of_joints + 3 * n_bodies, dtype=np.bool_)
 
 
 @kernel
-def place_centres(scene, q, joint_rows, centre_rows):
+def place_centers(scene, q, joint_rows, center_rows):
     """Write the poses of the joints, and the origins of the bodies, three rows each.
 
     A thread's rows are in local memory, which all threads together would fill beyond the caches. Bounding spheres separate most
@@ -142,15 +142,15 @@ def place_centres(scene, q, joint_rows, centre_rows):
     tree_poses(scene.joints, q, joint_rows)
     for k in range(scene.bodies.shape[0]):
         p = origin(frame_pose(scene.bodies, k, joint_rows, q[0]))
-        centre_rows[3 * k], centre_rows[3 * k + 1], centre_rows[3 * k + 2] = p
+        center_rows[3 * k], center_rows[3 * k + 1], center_rows[3 * k + 2] = p
 
 
 @kernel
-def any_overlaps(scene, joint_rows, centre_rows, like):
+def any_overlaps(scene, joint_rows, center_rows, like):
     """Whether any body overlaps an object, or another body of the pairs."""
     bodies, objects = scene.bodies, scene.objects
     for k in range(bodies.shape[0]):
-        p, reach_k = (centre_rows[3 * k], centre_rows[3 * k + 1], centre_rows[3 * k + 2]), bodies[k, REACH]
+        p, reach_k = (center_rows[3 * k], center_rows[3 * k + 1], center_rows[3 * k + 2]), bodies[k, REACH]
         for w in range(scene.first, scene.end):
             d, reach = minus(p, (objects[w, 3], objects[w, 7], objects[w, 11])), BALLS * (reach_k + objects[w, REACH])
             if dot(d, d) <= reach * reach and not may_touch(scene, k, w):
@@ -160,7 +160,7 @@ def any_overlaps(scene, joint_rows, centre_rows, like):
     for m in range(scene.pairs.shape[0]):
         k, j = scene.pairs[m, 0], scene.pairs[m, 1]
         p, q = 3 * k, 3 * j
-        d = centre_rows[p] - centre_rows[q], centre_rows[p + 1] - centre_rows[q + 1], centre_rows[p + 2] - centre_rows[q + 2]
+        d = center_rows[p] - center_rows[q], center_rows[p + 1] - center_rows[q + 1], center_rows[p + 2] - center_rows[q + 2]
         reach = BALLS * (bodies[k, REACH] + bodies[j, REACH])
         if dot(d, d) <= reach * reach:
             ours = body_at(scene, k, frame_pose(bodies, k, joint_rows, like))

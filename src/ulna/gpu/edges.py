@@ -54,7 +54,7 @@ def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, n_balls: int) 
     The rows are q_a. tables: (scene, ``EdgeTables`` as a tuple, near, resolution, q_b). marks: the flag, whether the edge is in
     collision, and its free fraction.
     """
-    of_joints, of_twists, of_balls, of_centres, columns = 12 * n_joints, 6 * n_joints, 7 * n_balls, 3 * n_bodies, n_joints + 1
+    of_joints, of_twists, of_balls, of_centers, columns = 12 * n_joints, 6 * n_joints, 7 * n_balls, 3 * n_bodies, n_joints + 1
     as_scene = of_boxes if kind == BOXES else as_it_is
 
     @kernel
@@ -68,12 +68,12 @@ def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, n_balls: int) 
         bends = staged.cuda.local.array((n_balls, columns), np.float64)
         slacks, joint_rows = staged.cuda.local.array(n_balls, np.float64), staged.cuda.local.array(of_joints, np.float64)
         twist_rows, ball_rows = staged.cuda.local.array(of_twists, np.float64), staged.cuda.local.array(of_balls, np.float64)
-        centre_rows, placed = staged.cuda.local.array(of_centres, np.float64), staged.cuda.local.array(n_balls, np.int64)
+        center_rows, placed = staged.cuda.local.array(of_centers, np.float64), staged.cuda.local.array(n_balls, np.int64)
         q, spread = staged.cuda.local.array(n_dof, np.float64), staged.cuda.local.array(n_dof, np.float64)
         ends, stack = staged.cuda.local.array(_DEPTH, np.float64), staged.cuda.local.array(1, np.int64)
         carried = Carried(
             balls, order, first, groups, runs, others, steps, speeds, bends, slacks, joint_rows, twist_rows, ball_rows,
-            centre_rows, placed, tables[2][place[2]],
+            center_rows, placed, tables[2][place[2]],
         )  # fmt: skip
         for i in range(n_joints):
             steps[i, STEP_LENGTH] = lengths[i]

@@ -66,7 +66,7 @@ def _range_findings(limit: etree._Element, kind: JointType) -> Iterator[Finding]
         hint = "degrees? Angles are radians" if widest <= 720 else "a joint without limits is of type 'continuous'"
         yield found(WARNING, limit, f"limits {lower:g} to {upper:g} rad are more than two turns: {hint}")
     if kind == JointType.PRISMATIC and widest > 20:
-        yield found(WARNING, limit, f"limits {lower:g} to {upper:g} m: millimetres? Lengths are metres")
+        yield found(WARNING, limit, f"limits {lower:g} to {upper:g} m: millimeters? Lengths are meters")
 
 
 def _axis_findings(joint: etree._Element) -> Iterator[Finding]:
@@ -81,7 +81,7 @@ def _axis_findings(joint: etree._Element) -> Iterator[Finding]:
     if length == 0:
         yield found(ERROR, joint, "axis 0 0 0 has no direction")
     elif abs(length - 1) > _UNIT:
-        yield found(WARNING, axis, f'axis "{axis.get("xyz")}" has length {length:.4g}: normalised')
+        yield found(WARNING, axis, f'axis "{axis.get("xyz")}" has length {length:.4g}: normalized')
 
 
 def name_findings(root: etree._Element) -> Iterator[Finding]:

@@ -46,9 +46,9 @@ def _size_findings(what: str, extents: Sequence[float], element: etree._Element)
     """A warning if the extents [m] do not suit any part of a robot."""
     words = " x ".join(f"{extent:.3g}" for extent in extents)
     if max(extents) > LARGEST:
-        yield found(WARNING, element, f"{what} is {words} m: millimetres? Lengths are metres")
+        yield found(WARNING, element, f"{what} is {words} m: millimeters? Lengths are meters")
     elif 0 < max(extents) < SMALLEST:
-        yield found(WARNING, element, f"{what} is {words} m: smaller than a millimetre; scaled twice?")
+        yield found(WARNING, element, f"{what} is {words} m: smaller than a millimeter; scaled twice?")
 
 
 def _extents(shape: etree._Element) -> tuple[float, ...] | None:

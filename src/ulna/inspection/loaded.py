@@ -30,7 +30,7 @@ def robot_findings(robot: Robot, reach: float) -> Iterator[Finding]:
     if any(joint.damping or joint.friction for joint in robot.description.joints):
         yield Finding(NOTE, "document", "damping and friction are read and written, but no torque includes them")
     if reach > _LARGEST_REACH:
-        yield Finding(WARNING, "document", f"it reaches {reach:.3g} m when stretched: millimetres? Lengths are metres")
+        yield Finding(WARNING, "document", f"it reaches {reach:.3g} m when stretched: millimeters? Lengths are meters")
     elif robot.n_dof and 0 < reach < _MIN_REACH:
         yield Finding(WARNING, "document", f"it reaches {reach:.3g} m when stretched: scaled twice?")
     yield from hull_findings(robot)

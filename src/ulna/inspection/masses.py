@@ -108,7 +108,7 @@ def _far_center(link: Link, inertia: Inertia, box: NDArray[np.float64]) -> Itera
     if apart > max(size, _MIN_SIZE):
         center = ", ".join(f"{x:.3g}" for x in inertia.center)
         message = f"its center of mass ({center}) is {apart:.3g} m off its shapes, which are {size:.3g} m across"
-        yield Finding(WARNING, f"link {link.name!r}", f"{message}: in another frame, or in millimetres?", link.line)
+        yield Finding(WARNING, f"link {link.name!r}", f"{message}: in another frame, or in millimeters?", link.line)
 
 
 def _without_mass(description: Description) -> Iterator[Finding]:

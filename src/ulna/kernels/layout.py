@@ -22,7 +22,7 @@ A shape is a core and a ball of RADIUS that sweeps it: a sphere is a point, and 
 
 ============ ===================================================================================================
 SHAPE        SPHERE, CAPSULE, BOX, CYLINDER, HULL or HALF_SPACE
-HALF_EXTENTS from here on three numbers: half the edges [m] of the smallest box centred at the frame's origin that holds the
+HALF_EXTENTS from here on three numbers: half the edges [m] of the smallest box centered at the frame's origin that holds the
              core. They say all of it for a box, a point (0, 0, 0), a segment along z (0, 0, h) and a cylinder (r, r, h).
 RADIUS       of the ball that sweeps the core [m]
 FIRST_VERTEX and N_VERTICES: the rows of a hull's points in the array of vertices, shape (m, 3), which goes with the table

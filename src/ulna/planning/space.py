@@ -59,10 +59,10 @@ class Space:
         """
         way = self.shortest_way(goals - start) * self.table["weight"]
         extent = 0.5 * np.sqrt(np.maximum(bound**2 - (way**2).sum(axis=1, keepdims=True) + way**2, 0.0))
-        centre, extent = start + 0.5 * way / self.table["weight"], extent / self.table["weight"]
+        center, extent = start + 0.5 * way / self.table["weight"], extent / self.table["weight"]
         table, turning = self.table.copy(), self.table["period"] > 0
-        table["low"] = np.where(turning, table["low"], np.maximum(table["low"], (centre - extent).min(axis=0)))
-        table["high"] = np.where(turning, table["high"], np.minimum(table["high"], (centre + extent).max(axis=0)))
+        table["low"] = np.where(turning, table["low"], np.maximum(table["low"], (center - extent).min(axis=0)))
+        table["high"] = np.where(turning, table["high"], np.minimum(table["high"], (center + extent).max(axis=0)))
         return Space(table, self.moving)
 
     def holding(self, columns: NDArray[np.int64], q: Array) -> "Space":

@@ -244,11 +244,11 @@ class ReachabilityMap:
             InputError: Not exactly one of x, y and z is given [m], or the plane misses the map.
         """
         if len(where) != 1 or not set(where) <= {"x", "y", "z"}:
-            raise InputError("slice", f"{where!r}; one of x=, y= and z= is expected, in metres")
+            raise InputError("slice", f"{where!r}; one of x=, y= and z= is expected, in meters")
         ((axis, value),) = where.items()
-        centres = self.grid.axes["zyx".index(axis)]
-        if not centres[0] - self.grid.voxel / 2 <= value <= centres[-1] + self.grid.voxel / 2:
-            raise InputError(axis, f"{value!r}; the map is from {centres[0]:.4g} to {centres[-1]:.4g} m")
+        centers = self.grid.axes["zyx".index(axis)]
+        if not centers[0] - self.grid.voxel / 2 <= value <= centers[-1] + self.grid.voxel / 2:
+            raise InputError(axis, f"{value!r}; the map is from {centers[0]:.4g} to {centers[-1]:.4g} m")
         return self.share.sel({axis: value}, method="nearest")
 
     def compare(self, other: ReachabilityMap) -> MapDifference:

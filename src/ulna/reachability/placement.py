@@ -90,8 +90,8 @@ def _candidates(grid: Grid, reached: Reached, tips: Array, free: tuple[str, ...]
     z, y, x = np.nonzero(reached.any(axis=-1))
     if not len(z):
         return np.empty((0, 3))
-    centres = np.stack([axis[k] for axis, k in zip(grid.axes[::-1], (x, y, z), strict=True)], axis=-1)
-    reach = float(np.linalg.norm(centres, axis=-1).max()) + grid.voxel
+    centers = np.stack([axis[k] for axis, k in zip(grid.axes[::-1], (x, y, z), strict=True)], axis=-1)
+    reach = float(np.linalg.norm(centers, axis=-1).max()) + grid.voxel
     low, high = tips.max(axis=0) - reach, tips.min(axis=0) + reach
     if bounds is not None:
         box = as_floats("bounds", bounds)

@@ -15,9 +15,9 @@ def draw(found: ReachabilityMap) -> NotebookFigure:
     """Draw three slices through the middle of the reached voxels, the share by height, and the statuses of other poses."""
     figure = NotebookFigure(figsize=(12, 7), layout="constrained")
     axes = figure.subplots(2, 3)
-    centre = _centre(found)
+    center = _center(found)
     for ax, axis in zip(axes[0], "xyz", strict=True):
-        _draw_slice(ax, found, axis, centre["xyz".index(axis)])
+        _draw_slice(ax, found, axis, center["xyz".index(axis)])
     figure.colorbar(axes[0, 0].images[0], ax=axes[0], label="share of orientations reached")
     _draw_by_height(axes[1, 0], found)
     _draw_shares(axes[1, 1], found)
@@ -26,7 +26,7 @@ def draw(found: ReachabilityMap) -> NotebookFigure:
     return figure
 
 
-def _centre(found: ReachabilityMap) -> tuple[float, float, float]:
+def _center(found: ReachabilityMap) -> tuple[float, float, float]:
     """The position of the cuts, x, y, z [m]: the share-weighted mean of the reached voxels, rounded to voxels."""
     weights = np.nan_to_num(found.share.values)
     weights = weights if weights.sum() > 0.0 else np.ones_like(weights)

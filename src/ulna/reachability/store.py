@@ -151,7 +151,7 @@ def _attributes(specification: Specification, joint_names: tuple[str, ...]) -> d
 
 def _add_coordinates(group: Any, grid: Grid) -> None:
     for name, values in zip("zyx", grid.axes, strict=True):
-        _add_coordinate(group, name, (name,), values, f"{name} of the voxel's centre in the robot's base frame", "m")
+        _add_coordinate(group, name, (name,), values, f"{name} of the voxel's center in the robot's base frame", "m")
     words = "orientation of the tip in the base frame, w first (super-Fibonacci, Alexa 2022)"
     _add_coordinate(group, "quaternion", ("orientation", "wxyz"), grid.wxyz, words, "1")
 

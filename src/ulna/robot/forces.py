@@ -174,13 +174,13 @@ class Forces:
         """
         return self._dynamics.external(measured, (q, qd, qdd), gravity)
 
-    def centre_of_mass(self, q: ArrayLike, *, out: Array | None = None) -> Array:
+    def center_of_mass(self, q: ArrayLike, *, out: Array | None = None) -> Array:
         """The center of mass of all moving bodies [m], in the frame of the base, shape (..., 3)."""
-        return self._dynamics.centre_of_mass(q, out)
+        return self._dynamics.center_of_mass(q, out)
 
-    def centre_of_mass_jacobian(self, q: ArrayLike) -> Array:
+    def center_of_mass_jacobian(self, q: ArrayLike) -> Array:
         """The Jacobian of the center of mass, in the axes of the base, shape (..., 3, n_dof)."""
-        return self._dynamics.centre_of_mass_jacobian(q)
+        return self._dynamics.center_of_mass_jacobian(q)
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Any:
         """The kinetic energy 1/2 qd' M(q) qd [J], shape (...)."""

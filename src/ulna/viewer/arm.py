@@ -34,8 +34,8 @@ class Extent:
     high: NDArray[np.float64]
 
     @property
-    def centre(self) -> NDArray[np.float64]:
-        """Its centre [m], shape (3,)."""
+    def center(self) -> NDArray[np.float64]:
+        """Its center [m], shape (3,)."""
         return (self.low + self.high) / 2
 
     @property

@@ -135,7 +135,7 @@ class Compiler:
         return not self._stopping and threading.main_thread().is_alive()
 
 
-_FAR = 90.0  # [m] out of reach, yet no likely millimetres: finding the reason for that has kernels of its own
+_FAR = 90.0  # [m] out of reach, yet no likely millimeters: finding the reason for that has kernels of its own
 
 
 def rehearsals(robot: Robot, *, checked: bool) -> Iterator[tuple[str, Callable[[], object]]]:

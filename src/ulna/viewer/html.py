@@ -1,4 +1,4 @@
-"""Writes the HTML of the panel: text with a coloured mark, lists, the tree, tables of numbers."""
+"""Writes the HTML of the panel: text with a colored mark, lists, the tree, tables of numbers."""
 
 import html
 from collections.abc import Iterable
@@ -51,7 +51,7 @@ def listed(lines: Iterable[str]) -> str:
 
 
 def color_bar(title: str, colors: Iterable[Iterable[float]], ends: tuple[str, str]) -> str:
-    """A bar of colours (red, green, blue in 0..255), evenly spaced from one end to the other, below its title."""
+    """A bar of colors (red, green, blue in 0..255), evenly spaced from one end to the other, below its title."""
     stops = ", ".join(f"rgb({', '.join(f'{channel:g}' for channel in color)})" for color in colors)
     low, high = (f"<span>{html.escape(end)}</span>" for end in ends)
     bar = f'<div style="height:0.8em;border-radius:0.2em;background:linear-gradient(to right, {stops})"></div>'

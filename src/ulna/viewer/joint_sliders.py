@@ -12,7 +12,7 @@ from ulna.viewer.html import load_bar
 from ulna.viewer.session.loads import Load
 from ulna.viewer.session.slides import Slide, slide_groups
 
-_DIGITS, _DIGITS_OF_DEGREES = 3, 2  # decimals: milliradians, millimetres
+_DIGITS, _DIGITS_OF_DEGREES = 3, 2  # decimals: milliradians, millimeters
 
 
 class JointSliders:

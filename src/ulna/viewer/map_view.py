@@ -1,4 +1,4 @@
-"""Shows a reachability map on a page: coloured voxels, a plane that clips them, the robot inside."""
+"""Shows a reachability map on a page: colored voxels, a plane that clips them, the robot inside."""
 
 import threading
 from contextlib import suppress
@@ -52,7 +52,7 @@ class MapView:
         none = np.zeros((0, 3))
         self._cloud = server.scene.add_point_cloud(
             _CLOUD, none, none.astype(np.uint8), point_size=size, point_shape="square", point_shading="flat"
-        )  # shaded, the colours would not be those of the bar
+        )  # shaded, the colors would not be those of the bar
         self._mark = server.scene.add_box(
             f"{_CLOUD}_mark",
             (255, 255, 255),
@@ -119,19 +119,19 @@ class MapView:
             chosen = self.voxels.on_ray(origin, direction, self.shown)
             if chosen is None:
                 return
-            self.chosen, centre = chosen, self.voxels.centres[chosen]
-            self._mark.position, self._mark.visible = centre, True
+            self.chosen, center = chosen, self.voxels.centers[chosen]
+            self._mark.position, self._mark.visible = center, True
             try:
-                self.result = self.found.solutions_at(centre)
+                self.result = self.found.solutions_at(center)
             except UlnaError as error:
                 self.told.content = marked(str(error), UNKNOWN)
                 return
-            self._say(centre, self.result)
+            self._say(center, self.result)
             self._pose_arm()
 
-    def _say(self, centre: np.ndarray, result: IKResult) -> None:
+    def _say(self, center: np.ndarray, result: IKResult) -> None:
         n, m = int(np.count_nonzero(result.success)), len(result.q)
-        place = ", ".join(f"{x:.3f}" for x in centre)
+        place = ", ".join(f"{x:.3f}" for x in center)
         self.told.content = marked(f"{n} of {count_of(m, 'orientation')} reached at {place} m", GREEN if n else RED)
         self.solution.min, self.solution.max, self.solution.visible = 1, max(2, n), n > 1
         self.solution.value = 1
@@ -145,7 +145,7 @@ class MapView:
     def _draw(self) -> None:
         with self._lock, self.page.server.atomic():
             shown = self.shown
-            self._cloud.points, self._cloud.colors = self.voxels.centres[shown].astype(np.float32), self.voxels.colors[shown]
+            self._cloud.points, self._cloud.colors = self.voxels.centers[shown].astype(np.float32), self.voxels.colors[shown]
 
     def _take_axis(self) -> None:
         """Put the plane behind the robot, so that no voxel hides it, with an arrow that drags it."""

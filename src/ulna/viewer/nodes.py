@@ -50,7 +50,7 @@ def add_shape(
 
 
 def paint(node: Any, color: Color, opacity: float | None) -> None:
-    """Give a shape that was added another colour, and opacity unless it is a cloud."""
+    """Give a shape that was added another color, and opacity unless it is a cloud."""
     if isinstance(node, viser.PointCloudHandle):
         node.colors = np.array(color, dtype=np.uint8)
     else:
@@ -66,7 +66,7 @@ def reshape(node: Any, old: Obstacle, new: Obstacle) -> bool:
 
 
 def add_triangles(scene: viser.SceneApi, name: str, mesh: Any, color: Color, **look: Any) -> viser.MeshHandle:
-    """Add a mesh of trimesh in one colour."""
+    """Add a mesh of trimesh in one color."""
     return scene.add_mesh_simple(name, np.asarray(mesh.vertices), np.asarray(mesh.faces), color=color, flat_shading=True, **look)
 
 

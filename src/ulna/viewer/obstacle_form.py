@@ -38,7 +38,7 @@ class ObstacleForm:
         self.extents = gui.add_vector3("Extents [m]", zero, step=0.001, visible=False, hint="Edges along x, y, z")
         self.radius = gui.add_number("Radius [m]", 0.0, step=0.001, visible=False)
         self.length = gui.add_number("Length [m]", 0.0, step=0.001, visible=False)
-        self.xyz = gui.add_vector3("Position [m]", zero, step=0.001, visible=False, hint="Of its centre, in the base frame")
+        self.xyz = gui.add_vector3("Position [m]", zero, step=0.001, visible=False, hint="Of its center, in the base frame")
         self.rpy = gui.add_vector3("Roll, pitch, yaw [rad]", zero, step=0.01, visible=False)
         self._sizes = {"extents": self.extents, "radius": self.radius, "length": self.length}  # by the attribute of a shape
         self._fields = TypedFields((self.name, *self._sizes.values(), self.xyz, self.rpy), moved, lambda: self.chosen)

@@ -62,7 +62,7 @@ class Page:
             raise
 
     def add_dark_button(self) -> None:
-        """Add a button where the panel is now that changes between light and dark colours in the browser that shows the page."""
+        """Add a button where the panel is now that changes between light and dark colors in the browser that shows the page."""
         self.server.gui.add_html(
             f'<div style="padding:0 0.75em 0.5em"><button data-dark style="{BUTTON}">Light or dark</button></div>'
         )

@@ -1,4 +1,4 @@
-"""Colours (red, green, blue in 0..255) and opacities of everything drawn, and a shape with its pose and colour.
+"""Colors (red, green, blue in 0..255) and opacities of everything drawn, and a shape with its pose and color.
 
 Free and touching shapes also differ in lightness or opacity, for people who cannot distinguish red from green.
 """
@@ -48,7 +48,7 @@ CURVES: tuple[Color, ...] = (
     (176, 130, 0),
     (120, 94, 240),
     (110, 110, 110),
-)  # of joints in a plot, which colour-blind people can distinguish; after M. Okabe and K. Ito, 2008
+)  # of joints in a plot, which color-blind people can distinguish; after M. Okabe and K. Ito, 2008
 FLOOR_CELLS: Color = (148, 156, 168)  # the floor's thin lines: all tabs have the same, on light pages and on dark ones
 FLOOR_SECTIONS: Color = (124, 132, 145)
 SKY: tuple[Color, Color] = ((249, 250, 252), (223, 227, 233))  # from the upper edge of a light page to the lower
@@ -62,7 +62,7 @@ ShapeT = TypeVar("ShapeT", Box, Cylinder)
 
 
 def is_in_the_way(color: Color) -> bool:
-    """Whether a colour says that something touches, or stops an arm: signs of it are full, all others hollow."""
+    """Whether a color says that something touches, or stops an arm: signs of it are full, all others hollow."""
     return color in (RED, STOPPED)
 
 

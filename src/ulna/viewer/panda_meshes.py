@@ -1,6 +1,6 @@
 """Reads the Panda's meshes from the small package dm-robotics-panda, where the package that the description names is missing.
 
-Its triangles are those of franka_description (Apache-2.0). Its files of materials are missing but for one, so the colours are a
+Its triangles are those of franka_description (Apache-2.0). Its files of materials are missing but for one, so the colors are a
 table here.
 """
 
@@ -22,7 +22,7 @@ _FOLDER = Path("dm_robotics", "panda", "assets", "panda")
 _FILES = (*(f"link{k}" for k in range(8)), "hand", "finger")
 _WHITE, _GREY, _METAL = "0.98 0.98 0.98", "0.25 0.25 0.25", "0.9 0.92 0.93"
 _COLORS = {
-    **dict.fromkeys(("Grey", "Shell_001.001", "Shell001_001.001", "Shell009_001.001", "Part__Feature023_001.001"), _GREY),
+    **dict.fromkeys(("Gray", "Shell_001.001", "Shell001_001.001", "Shell009_001.001", "Part__Feature023_001.001"), _GREY),
     **dict.fromkeys(("Part__Feature_001_001_001_002", "Part__Feature002_001_003_001", "Shell001_001_001_003.001"), _GREY),
     **dict.fromkeys(("Part__Feature_009_005", "Part__Feature001_008_005", "Part__Feature_007"), _GREY),
     **dict.fromkeys(("Metal", "metal", "metal.002", "metal.003", "metal.004"), _METAL),
@@ -43,7 +43,7 @@ def packaged_mesh(uri: str) -> Path | None:
 
 
 def read_packaged(path: Path) -> trimesh.Scene:
-    """The triangles of such a file, each with its colour. The file is one of a known package, and is read as it is.
+    """The triangles of such a file, each with its color. The file is one of a known package, and is read as it is.
 
     Raises:
         FileError: It cannot be read.
@@ -56,7 +56,7 @@ def read_packaged(path: Path) -> trimesh.Scene:
 
 
 class _Colors(Resolver):
-    """Gives the table of colours for whatever file of materials a mesh names, in the notation of Wavefront."""
+    """Gives the table of colors for whatever file of materials a mesh names, in the notation of Wavefront."""
 
     def __init__(self, data: bytes) -> None:
         self._names = dict.fromkeys(re.findall(r"^usemtl (\S+)", data.decode(errors="replace"), re.MULTILINE))

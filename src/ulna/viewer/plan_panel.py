@@ -48,7 +48,7 @@ class Ghost:
         self._nodes: dict[str, Any] = {}
 
     def show(self, q: NDArray[np.float64] | None, color: Color, now: NDArray[np.float64]) -> None:
-        """Show it at q, shape (n_dof,), in a colour, but for links that are there now; hide it if q is None."""
+        """Show it at q, shape (n_dof,), in a color, but for links that are there now; hide it if q is None."""
         robot = self._arm.robot
         if q is not None and not self._nodes:
             look = {"opacity": _GHOST_OPACITY, "cast_shadow": False, "receive_shadow": False}
@@ -85,7 +85,7 @@ class Bands:
         self.cone = scene.add_mesh_simple("/plan/cone", vertices, faces, color=TRAIL, side="double", **look)
 
     def show_line(self, ends: NDArray[np.float64] | None, color: Color) -> None:
-        """Show the bar about the line between two points [m], shape (2, 3), in a colour; hide it for None."""
+        """Show the bar about the line between two points [m], shape (2, 3), in a color; hide it for None."""
         self.bar.visible = ends is not None
         if ends is not None:
             along = ends[1] - ends[0]

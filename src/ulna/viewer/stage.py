@@ -37,7 +37,7 @@ _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
 _ASPECT = 1.1  # width by height of the narrowest scene in which the robot fits at this distance
 
 
-def add_light(scene: viser.SceneApi, centre: ArrayLike, radius: float) -> None:
+def add_light(scene: viser.SceneApi, center: ArrayLike, radius: float) -> None:
     """The light of the sky, and of a sun that stands where the recorder has it. viser's tone mapping cannot be changed.
 
     Two things of viser are slow on a computer without a GPU, and are not used. Reflections of an environment take fifteen seconds
@@ -47,7 +47,7 @@ def add_light(scene: viser.SceneApi, centre: ArrayLike, radius: float) -> None:
 
     Args:
         scene: Where it is added.
-        centre: The middle of the robot [m], shape (3,).
+        center: The middle of the robot [m], shape (3,).
         radius: Half the diagonal of the robot [m].
     """
     to_sun = np.array(TO_SUN) / np.linalg.norm(TO_SUN)
@@ -62,7 +62,7 @@ def add_light(scene: viser.SceneApi, centre: ArrayLike, radius: float) -> None:
         angle=float(np.arctan(_SHADED / _SPOT)),
         penumbra=1.0,
         cast_shadow=True,
-        position=tuple(np.asarray(centre) + _SPOT * radius * to_sun),
+        position=tuple(np.asarray(center) + _SPOT * radius * to_sun),
         direction=tuple(-to_sun),
     )
 
@@ -89,22 +89,22 @@ def add_floor(page: Page, height: float, cell: float, fade: float) -> viser.Grid
 def add_stage(page: Page, extent: Extent) -> viser.GridHandle:
     """Set the light, the floor under the lowest point, z up, and a camera that sees all of the robot. Returns the floor."""
     server = page.server
-    radius, centre = extent.radius, extent.centre
+    radius, center = extent.radius, extent.center
     cell = next((step for step in _STEPS if step > radius / 10), _STEPS[-1])
     server.scene.set_up_direction("+z")
-    add_light(server.scene, centre, radius)
+    add_light(server.scene, center, radius)
     distance = 1.15 * radius / np.sin(_FIELD_OF_VIEW / 2)
     floor = add_floor(page, min(float(extent.low[2]), 0.0) - max(1e-3, 4e-3 * radius), cell, 4.0 * distance)
     server.initial_camera.fov = _FIELD_OF_VIEW
-    server.initial_camera.look_at = tuple(centre)
-    server.initial_camera.position = tuple(centre + distance * _FROM / np.linalg.norm(_FROM))
+    server.initial_camera.look_at = tuple(center)
+    server.initial_camera.position = tuple(center + distance * _FROM / np.linalg.norm(_FROM))
     server.initial_camera.far = max(100.0, 20 * distance)
     stand_back_where_narrow(server, _ASPECT)
     return floor
 
 
 class SightPanel:
-    """Buttons for the sides from which a tab sees the scene, and a button for dark colours."""
+    """Buttons for the sides from which a tab sees the scene, and a button for dark colors."""
 
     def __init__(self, page: Page) -> None:
         self._server = server = page.server
@@ -186,7 +186,7 @@ def height_under(world: World, extent: Extent) -> float:
     for _, shape, T in world.items():
         if isinstance(shape, Box | Sphere | Cylinder | Capsule | ConvexMesh):
             points = triangles(shape).vertices @ T[:3, :3].T + T[:3, 3]
-            if np.abs(points - extent.centre).max() < _BESIDE * extent.radius:
+            if np.abs(points - extent.center).max() < _BESIDE * extent.radius:
                 lowest.append(float(points[:, 2].min()))
     return min(lowest) - max(1e-3, 4e-3 * extent.radius)
 

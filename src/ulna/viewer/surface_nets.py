@@ -137,20 +137,20 @@ def _inside(body: Distance, low: Vector, n_blocks: NDArray[np.int64], cell: floa
     return np.pad(grid[1:-1, 1:-1, 1:-1], 1).astype(np.int8)  # the surface is closed, whatever the body
 
 
-def _on_surface(body: Distance, centres: Vector, faces: NDArray[np.int64], cell: float) -> tuple[Vector, Vector]:
-    """Points of the surface near the centres of cells, and the normals there, shape (n, 3) each.
+def _on_surface(body: Distance, centers: Vector, faces: NDArray[np.int64], cell: float) -> tuple[Vector, Vector]:
+    """Points of the surface near the centers of cells, and the normals there, shape (n, 3) each.
 
-    Between its steps each point moves into the middle of its neighbours, for even triangles.
+    Between its steps each point moves into the middle of its neighbors, for even triangles.
     """
-    points, counts = centres.copy(), np.bincount(faces.ravel(), minlength=len(centres))[:, None]
+    points, counts = centers.copy(), np.bincount(faces.ravel(), minlength=len(centers))[:, None]
     for k in range(_STEPS):
         if k == _STEPS // 2:
             sides = (points[np.roll(faces, 1, axis=1)] + points[np.roll(faces, -1, axis=1)]).reshape(-1, 3) / 2
-            sums = np.stack([np.bincount(faces.ravel(), sides[:, d], len(centres)) for d in range(3)], axis=1)
+            sums = np.stack([np.bincount(faces.ravel(), sides[:, d], len(centers)) for d in range(3)], axis=1)
             points = np.where(counts > 0, sums / np.maximum(counts, 1), points)
         value, slope = _slope(body, points, 0.02 * cell)
         step = value / np.maximum((slope**2).sum(axis=1), 0.25)
-        points = np.clip(points - step[:, None] * slope, centres - cell, centres + cell)
+        points = np.clip(points - step[:, None] * slope, centers - cell, centers + cell)
     slope = _slope(body, points, 0.2 * cell)[1]
     return points, slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-9)
 

@@ -13,7 +13,7 @@ from ulna.errors import UlnaError
 from ulna.viewer.session.planned_motion import Planning
 from ulna.viewer.session.session import Session
 
-_DIGITS = 4  # decimals: tenths of millimetres
+_DIGITS = 4  # decimals: tenths of millimeters
 
 
 @contextmanager

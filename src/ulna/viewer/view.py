@@ -117,7 +117,7 @@ class View:
             self.ellipsoid = EllipsoidPanel(server, session)
             self.joints = JointSliders(server.gui, robot, self._happened)
         with tabs.add_tab("Obstacles"):
-            beside = np.round([extent.high[0] + 0.2 * extent.radius, 0.0, extent.centre[2]], 2)
+            beside = np.round([extent.high[0] + 0.2 * extent.radius, 0.0, extent.center[2]], 2)
             self.obstacles = Obstacles(server, session.world, beside, extent.radius, self._happened, session.names.taken)
             height = floor_height(robot, float(ground.position[2]))
             self.floor = Floor(server.gui, session.world, height, self.obstacles.changing)

@@ -36,7 +36,7 @@ def link_visuals(robot: Robot) -> Visuals:
     files, scenes, missing = MeshFiles(robot.description), {}, {}
     for link in robot.description.links:
         try:
-            scenes[link.name] = joined(_coloured(body, files) for body in link.visuals)
+            scenes[link.name] = joined(_colored(body, files) for body in link.visuals)
         except FileError as error:
             missing[str(error)] = link.name
     if missing or not any(scene.geometry for scene in scenes.values()):
@@ -62,7 +62,7 @@ def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
 
 
 def glb_of(scene: trimesh.Scene) -> bytes:
-    """A scene as a file for the page. Its colours are of linear light there, as glTF has them; here they are as on a screen."""
+    """A scene as a file for the page. Its colors are of linear light there, as glTF has them; here they are as on a screen."""
     before = {name: mesh.visual for name, mesh in scene.geometry.items() if isinstance(mesh, trimesh.Trimesh)}
     for name, visual in before.items():
         if isinstance(visual, TextureVisuals) and (material := _in_linear_light(visual.material)) is not None:
@@ -75,7 +75,7 @@ def glb_of(scene: trimesh.Scene) -> bytes:
 
 
 def _in_linear_light(material: Any) -> PBRMaterial | None:
-    """A material without a texture, with its colour in linear light; None for one with a texture."""
+    """A material without a texture, with its color in linear light; None for one with a texture."""
     pbr = material if isinstance(material, PBRMaterial) else material.to_pbr()
     if pbr.baseColorTexture is not None:
         return None
@@ -102,8 +102,8 @@ def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh | PointCloud
             return _many(shape)
 
 
-def _coloured(body: Body, files: MeshFiles) -> trimesh.Scene:
-    """A visual in the frame of its link. The colour of the description is used for meshes without a material."""
+def _colored(body: Body, files: MeshFiles) -> trimesh.Scene:
+    """A visual in the frame of its link. The color of the description is used for meshes without a material."""
     rgba = SHELL if body.color is None else tuple(round(255 * share) for share in body.color)
     if isinstance(body.shape, Mesh):
         scene = read_mesh(body.shape, files)

@@ -219,11 +219,11 @@ def test_descent_never_climbs_and_ends_at_the_target(course, robot, monkeypatch)
 
 
 def planar_arm(course, folder, n):
-    """An arm of n joints about parallel axes, with links of one metre along x."""
-    limits, metre = '<limit lower="-9" upper="9"/>', '<origin xyz="1 0 0"/>'
-    inside = [f"{limits}{metre if k else ''}<axis xyz='0 0 1'/></joint>" for k in range(n)]
+    """An arm of n joints about parallel axes, with links of one meter along x."""
+    limits, meter = '<limit lower="-9" upper="9"/>', '<origin xyz="1 0 0"/>'
+    inside = [f"{limits}{meter if k else ''}<axis xyz='0 0 1'/></joint>" for k in range(n)]
     joints = [joint(f"{k}", "revolute", f"link {k}", f"link {k + 1}").replace("</joint>", inside[k]) for k in range(n)]
-    tip = joint("tip", "fixed", f"link {n}", "tip").replace("</joint>", f"{metre}</joint>")
+    tip = joint("tip", "fixed", f"link {n}", "tip").replace("</joint>", f"{meter}</joint>")
     (folder / "arm.urdf").write_text(f"<robot name='arm'>{''.join(joints)}{tip}</robot>")
     return course.FrankaRobot(folder / "arm.urdf", np.zeros((n, 4)), n)
 

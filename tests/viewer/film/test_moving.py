@@ -51,7 +51,7 @@ def test_obstacles_of_any_shape_are_drawn(panda, tmp_path):
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_each_obstacle_has_a_colour_of_its_own_and_what_is_attached_is_drawn(panda):
+def test_each_obstacle_has_a_color_of_its_own_and_what_is_attached_is_drawn(panda):
     world = ulna.World()
     for k, y in enumerate((-0.4, 0.4)):
         world.add(f"crate {k}", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.5, y, 0.3)))

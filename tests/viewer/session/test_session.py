@@ -117,7 +117,7 @@ def test_the_nearest_pair_has_the_signed_distance_of_the_robot(panda, world, rng
         assert str(found).startswith(found.state)
 
 
-def test_the_distance_is_shown_in_millimetres(panda):
+def test_the_distance_is_shown_in_millimeters(panda):
     world = ulna.World()
     world.add("ball", ulna.Sphere(0.1), ulna.pose((2.0, 0, 0.5)))
     found = clearance(panda, panda.home, world)

@@ -19,7 +19,7 @@ def voxels():
 
 
 def test_only_what_is_reached_is_there(voxels):
-    np.testing.assert_allclose(voxels.centres, [(0.05, 0.05, 0.05), (0.25, 0.05, 0.05), (0.35, 0.05, 0.05), (0.35, 0.05, 0.15)])
+    np.testing.assert_allclose(voxels.centers, [(0.05, 0.05, 0.05), (0.25, 0.05, 0.05), (0.35, 0.05, 0.05), (0.35, 0.05, 0.15)])
     assert voxels.shares.tolist() == [0.25, 0.5, 1.0, 0.75]
 
 

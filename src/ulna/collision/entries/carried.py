@@ -6,7 +6,7 @@ from ulna.engine.decorators import routine, workspace
 from ulna.engine.lanes import empty_rows
 from ulna.kernels.collision.ball_motion import offset_length
 from ulna.kernels.collision.collision_layout import (
-    BALL_CENTRE,
+    BALL_CENTER,
     BALL_JOINT,
     BALL_LENGTH,
     BALL_RADIUS,
@@ -84,14 +84,14 @@ def write_ball(bodies, order, joint, first, g, balls):
         for m in range(first[g], first[g + 1]):
             x, reach = bodies[order[m], 4 * axis + 3], bodies[order[m], REACH]
             low, high = min(low, x - reach), max(high, x + reach)
-        balls[g, BALL_CENTRE + axis] = 0.5 * (low + high)
+        balls[g, BALL_CENTER + axis] = 0.5 * (low + high)
     for m in range(first[g], first[g + 1]):
         k, square = order[m], 0.0
         for axis in range(3):
-            d = bodies[k, 4 * axis + 3] - balls[g, BALL_CENTRE + axis]
+            d = bodies[k, 4 * axis + 3] - balls[g, BALL_CENTER + axis]
             square += d * d
         balls[g, BALL_RADIUS] = max(balls[g, BALL_RADIUS], np.sqrt(square) + bodies[k, REACH])
-    x, y, z = balls[g, BALL_CENTRE], balls[g, BALL_CENTRE + 1], balls[g, BALL_CENTRE + 2]
+    x, y, z = balls[g, BALL_CENTER], balls[g, BALL_CENTER + 1], balls[g, BALL_CENTER + 2]
     balls[g, BALL_LENGTH] = balls[g, BALL_RADIUS] + np.sqrt(x * x + y * y + z * z)
 
 

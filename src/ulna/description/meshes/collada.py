@@ -37,8 +37,8 @@ def rewritten_collada(data: bytes, *, materials: bool = True) -> Rewritten:
         if geometry is None:
             raise ValueError(f"its scene shows the geometry {url!r}, which is not in the file")
         counts[url] = _prepared(geometry)
-    metres, n_triangles = _metres(root), scene.count_triangles(counts)
-    nodes = [(metres @ T, instance) for T, instance in scene.placed()]
+    meters, n_triangles = _meters(root), scene.count_triangles(counts)
+    nodes = [(meters @ T, instance) for T, instance in scene.placed()]
     kept = ("asset", "library_geometries", *(_MATERIALS if materials else ()))
     for part in root.iterchildren(etree.Element):
         if etree.QName(part).localname not in kept:
@@ -62,12 +62,12 @@ def _parsed(data: bytes) -> etree._Element:
     return root
 
 
-def _metres(root: etree._Element) -> Array:
+def _meters(root: etree._Element) -> Array:
     unit = root.find("{*}asset/{*}unit")
-    metres = float(unit.get("meter", "1")) if unit is not None else 1.0
-    if not 0 < metres < np.inf:
-        raise ValueError(f"its unit is {metres:g} m; a length above 0 is expected")
-    return np.diag([metres, metres, metres, 1.0])
+    meters = float(unit.get("meter", "1")) if unit is not None else 1.0
+    if not 0 < meters < np.inf:
+        raise ValueError(f"its unit is {meters:g} m; a length above 0 is expected")
+    return np.diag([meters, meters, meters, 1.0])
 
 
 def _prepared(geometry: etree._Element) -> int:

@@ -135,8 +135,8 @@ def _contents(balls: Array, points: Array, corners: Faces) -> csr_array:
     step = max(1, _AT_ONCE // len(corners))
     squares = (points**2).sum(axis=1)
     for k in range(0, len(balls), step):
-        centres, radii = balls[k : k + step, :3], balls[k : k + step, 3:]
-        inside = squares - 2 * centres @ points.T <= radii**2 - (centres**2).sum(axis=1, keepdims=True)
+        centers, radii = balls[k : k + step, :3], balls[k : k + step, 3:]
+        inside = squares - 2 * centers @ points.T <= radii**2 - (centers**2).sum(axis=1, keepdims=True)
         ball, triangle = np.nonzero(inside[:, corners[:, 0]] & inside[:, corners[:, 1]] & inside[:, corners[:, 2]])
         rows.append(ball + k)
         columns.append(triangle)
@@ -160,15 +160,15 @@ def _uncovered(balls: Array, solid: FilledSolid, slack: float) -> Array:
     """The uncovered vertices of the balls' power diagram that lie in the solid, farthest from the balls first."""
     low, high = (balls[:, :3] - balls[:, 3:]).min(axis=0), (balls[:, :3] + balls[:, 3:]).max(axis=0)
     middle, size = (low + high) / 2, float((high - low).max())
-    centres, radii = (balls[:, :3] - middle) / size, balls[:, 3] / size
+    centers, radii = (balls[:, :3] - middle) / size, balls[:, 3] / size
     corners = 8.0 * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])  # distant balls of radius 0
-    sites = np.concatenate([centres, corners])
+    sites = np.concatenate([centers, corners])
     lifted = np.column_stack([sites, (sites**2).sum(axis=1) - np.concatenate([radii, np.zeros(8)]) ** 2])
     planes = ConvexHull(lifted).equations
     planes = np.unique(planes[planes[:, 3] < -1e-12], axis=0)
     points = -planes[:, :3] / (2 * planes[:, 3:4])
     points = points[(np.abs(points) <= 0.5).all(axis=1)]
-    outside = np.array([(np.linalg.norm(centres - point, axis=1) - radii).min() for point in points])
+    outside = np.array([(np.linalg.norm(centers - point, axis=1) - radii).min() for point in points])
     order = [k for k in np.argsort(-outside) if outside[k] * size > -slack]
     points = points[order] * size + middle
     return points[[solid.depth(point) > 0 for point in points]] if len(points) else points

@@ -87,8 +87,8 @@ def _closed(vertices: Array, faces: Faces) -> Array:
         return vertices[faces]
     group = _connected(len(vertices), missing[:, 0], missing[:, 1])[missing[:, 0]]
     group = np.unique(group, return_inverse=True)[1]
-    centres = np.array([vertices[missing[group == k, 0]].mean(axis=0) for k in range(group.max() + 1)])[group]
-    return np.concatenate([vertices[faces], np.stack([vertices[missing[:, 0]], vertices[missing[:, 1]], centres], axis=1)])
+    centers = np.array([vertices[missing[group == k, 0]].mean(axis=0) for k in range(group.max() + 1)])[group]
+    return np.concatenate([vertices[faces], np.stack([vertices[missing[:, 0]], vertices[missing[:, 1]], centers], axis=1)])
 
 
 def _bounding_balls(triangles: Array) -> tuple[Array, Array]:

@@ -23,12 +23,12 @@ class Part(NamedTuple):
     Attributes:
         shape: The shape.
         excess: Its largest distance beyond the mesh [m]; None if unknown.
-        centre: The origin of its frame in the frame of the mesh [m].
+        center: The origin of its frame in the frame of the mesh [m].
     """
 
     shape: ConvexMesh | Sphere
     excess: float | None = None
-    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 ShapesOf = Callable[[Path, Scale], tuple[Part, ...]]
@@ -80,7 +80,7 @@ def _with_shapes(link: Link, files: MeshFiles, shapes_of: ShapesOf) -> Link:
         kind = "ball" if isinstance(parts[0].shape, Sphere) else "piece"
         names = [body.name] if len(parts) == 1 else [f"{body.name} {kind} {k}" for k in range(1, len(parts) + 1)]
         return [
-            replace(body, name=name, shape=part.shape, excess=part.excess, pose=body.pose @ pose(part.centre))
+            replace(body, name=name, shape=part.shape, excess=part.excess, pose=body.pose @ pose(part.center))
             for name, part in zip(names, parts, strict=True)
         ]
 

@@ -62,7 +62,7 @@ def balls_from_bytes(data: bytes) -> NDArray[np.float64]:
     except (OSError, EOFError, TypeError, AttributeError) as error:
         raise ValueError(str(error)) from None
     if balls.ndim != 2 or balls.shape[1] != 4 or not len(balls) or not np.isfinite(balls).all() or balls[:, 3].min() < 0:
-        raise ValueError("not centres and radii of balls")
+        raise ValueError("not centers and radii of balls")
     return balls
 
 

@@ -25,13 +25,13 @@ def rewritten_obj(data: bytes, *, materials: bool) -> Rewritten:
     faces = {"": StringIO()}  # by the line that names their material
     material = ""
     libraries: list[str] = []
-    highest, n_triangles, all_coloured = 0, 0, True
+    highest, n_triangles, all_colored = 0, 0, True
     for number, line in _lines(data):
         words = line.split(None, _MAX_WORDS)
         match words[0] if words else "#":
             case "v":
                 vertex = _vertex(words[1:], number)
-                all_coloured &= len(vertex) == 6
+                all_colored &= len(vertex) == 6
                 lists["v"].append(_joined(vertex))
             case "vt" | "vn" as kind:
                 lists[kind].append(" ".join(words[1:4]))
@@ -50,7 +50,7 @@ def rewritten_obj(data: bytes, *, materials: bool) -> Rewritten:
                 raise ValueError(f"line {number}: it has curved surfaces ({word}), which are not read")
     if highest > len(lists["v"]):
         raise ValueError(f"a face refers to vertex {highest}; there are {len(lists['v'])}")
-    vertices = lists["v"] if all_coloured else [" ".join(vertex.split()[:3]) for vertex in lists["v"]]
+    vertices = lists["v"] if all_colored else [" ".join(vertex.split()[:3]) for vertex in lists["v"]]
     text = [*libraries[:1], *(f"v {vertex}" for vertex in vertices)]
     text += [f"{kind} {row}" for kind in ("vt", "vn") for row in lists[kind]]
     text += [f"{named}{of_it.getvalue()}" for named, of_it in faces.items()]

@@ -20,7 +20,7 @@ _WIDER = 1.5  # factor by which ``within`` grows until a budget suffices
 
 def with_balls(description: Description, within: float, most: int | None) -> Description:
     """The description with balls in place of its collision meshes; see ``Robot.with_spheres``."""
-    within = positive("within", within, "a distance above 0, in metres,")
+    within = positive("within", within, "a distance above 0, in meters,")
     most = None if most is None else as_count("most", most, least=1)
     return with_shapes(description, partial(_parts, within=within, most=most))
 

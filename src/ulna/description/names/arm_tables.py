@@ -56,7 +56,7 @@ class ArmTable:
         payload: The maker's rated payload [kg].
         reach: The maker's stated reach [m].
         source: The public description that the figures come from: repository and commit.
-        licence: The license of the source.
+        license: The license of the source.
         files: The files of the source.
         limits_from: The origin of the motion limits, and what the source leaves open.
         shapes_from: The origin of the shapes.
@@ -76,7 +76,7 @@ class ArmTable:
     payload: float
     reach: float
     source: str
-    licence: str
+    license: str
     files: str
     limits_from: str
     shapes_from: str

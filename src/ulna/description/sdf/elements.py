@@ -237,7 +237,7 @@ class Elements(Reader):
         try:
             values = self.floats(diffuse, 3 if len((diffuse.text or "").split()) == 3 else 4)
         except DescriptionError as error:
-            self.leave_out(body, f"{error.message}: this colour is left out")
+            self.leave_out(body, f"{error.message}: this color is left out")
             return None
         red, green, blue, alpha = (*values, 1.0)[:4]
         return red, green, blue, alpha

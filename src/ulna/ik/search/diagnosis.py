@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.likely_units import millimetres_in_words
+from ulna.description.likely_units import millimeters_in_words
 from ulna.ik.options import DEFAULT_BUDGET
 from ulna.ik.problem import STEPS, Problem, excess_of, rows_for
 from ulna.ik.result import CODES, Status
@@ -48,7 +48,7 @@ def reach_in_words(problem: Problem, i: int) -> str:
         return ""
     distance, least, most = reach.distance(_link_targets(problem, [i]), position_only=not whole_pose)
     what = "the last axis" if whole_pose else "the link"
-    hint = millimetres_in_words(float(distance[0]), float(most))
+    hint = millimeters_in_words(float(distance[0]), float(most))
     return f"{what} would be {distance[0]:.4g} m{hint} from the first axis, and the arm spans {least:.4g} to {most:.4g} m"
 
 

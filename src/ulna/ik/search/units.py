@@ -29,7 +29,7 @@ def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> 
         return solve(problem, order)
     far = _too_far(problem, order, unit)
     near_q, near_info = solve(in_unit(problem, unit), order[~far])
-    in_metres(problem, unit, near_q, near_info)
+    in_meters(problem, unit, near_q, near_info)
     if not far.any():
         return near_q, near_info
     q, info = np.empty((len(order), *near_q.shape[1:])), np.empty((len(order), *near_info.shape[1:]), near_info.dtype)
@@ -54,19 +54,19 @@ def in_unit(problem: Problem, unit: float) -> Problem:
             row[RATIO], row[OFFSET] = row[RATIO] * (slides[int(row[COLUMN])] / unit), row[OFFSET] / unit
     chain.setflags(write=False)  # read-only, as a robot's chain: the entry is compiled for read-only arrays
     targets[:, :3, 3] /= unit
-    metres = problem.settings[0]
+    meters = problem.settings[0]
     settings = replaced(
         problem.settings,
-        position_tolerance=metres.position_tolerance / unit,
-        slack=metres.slack / np.repeat((unit, 1.0), 3),
-        far=metres.far / (unit * unit),
+        position_tolerance=meters.position_tolerance / unit,
+        slack=meters.slack / np.repeat((unit, 1.0), 3),
+        far=meters.far / (unit * unit),
     )
     with np.errstate(over="ignore"):  # a limit of 1e308 means unlimited
         changed = {name: getattr(problem, name) / slides for name in ("seeds", "bounds", "posture")}
     return replace(problem, chain=chain, targets=targets, settings=settings, **changed)
 
 
-def in_metres(problem: Problem, unit: float, q: Array, info: Results) -> None:
+def in_meters(problem: Problem, unit: float, q: Array, info: Results) -> None:
     """Convert the result of a search in a unit to meters, in place: q (..., n_dof), info (...) except ``missed``."""
     q *= _slide_units(problem, unit)
     info["position_error"] *= unit

@@ -1,6 +1,6 @@
 """Solves arms with a spherical wrist whose first three joints slide, one, two or all of them.
 
-The position of the wrist's centre is p = M_1 (P_1 + M_2 (P_2 + M_3 P_3)), where M_i v = R_i v for a joint that turns, and
+The position of the wrist's center is p = M_1 (P_1 + M_2 (P_2 + M_3 P_3)), where M_i v = R_i v for a joint that turns, and
 v + d_i h_i for one that slides. It gives the first three joints, then the rotation the others, as in ``spherical_wrist``.
 
 1. One slide before or behind two axes that are parallel: along these only the slide moves p, so its place is linear in p.
@@ -41,7 +41,7 @@ from ulna.kernels.spatial.vectors import add_scaled, cross, dot, minus, plus
 
 @kernel
 def sliding_arm(table, motion, p, branches):
-    """Write all branches. motion: G of ``closed_form``; p: from the point on joint 1 to the wrist's centre."""
+    """Write all branches. motion: G of ``closed_form``; p: from the point on joint 1 to the wrist's center."""
     last, sign_rows, n, free_rows = end_frame(table, motion), branches.sign_rows, branches.n, branches.free_rows
     for i in range(n):
         for j in range(n):

@@ -1,9 +1,9 @@
 """Solves six revolute joints: a spherical wrist, two axes before it parallel or intersecting.
 
-The position of the wrist's centre gives the first three angles, then the rotation the others.
+The position of the wrist's center gives the first three angles, then the rotation the others.
 
 Source: Pieper (1968); Elias and Wen, IK-Geo (2022), section 5; Ostermeier, Kuelz and Althoff, EAIK (2024), for the families.
-In vectors: p = R_1 (P_1 + R_2 (P_2 + R_3 P_3)), R_i = rot(h_i, q_i), with p from the point on the first axis to the centre.
+In vectors: p = R_1 (P_1 + R_2 (P_2 + R_3 P_3)), R_i = rot(h_i, q_i), with p from the point on the first axis to the center.
 
 1. One of the first three angles by one equation in it alone (``outer_angle``): two of them.
 2. The other two (``inner_angles``): two pairs each.
@@ -60,7 +60,7 @@ from ulna.kernels.spatial.vectors import cross, dot, minus, plus, transposed_tim
 
 @kernel
 def spherical_wrist(table, motion, p, branches):
-    """Write all branches. motion: G of ``closed_form``; p: from the point on axis 1 to the wrist's centre."""
+    """Write all branches. motion: G of ``closed_form``; p: from the point on axis 1 to the wrist's center."""
     sign_rows, n, free_rows = branches.sign_rows, branches.n, branches.free_rows
     family, last = int(table[FORM, FAMILY]), end_frame(table, motion)
     outers, sure_1, apart_1 = outer_angles(table, p, free_rows)

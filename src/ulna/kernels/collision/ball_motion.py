@@ -16,7 +16,7 @@ it stays above its tangent at the middle: with n its gradient there,
     d(t) >= d(c) - h |n . p'(c)| - h^2 / 2 max |p''|.
 
 Only the part of the velocity along the line between the two counts at first order; where the gradient is that of a point to
-which rounding has moved p, the inequality holds but for that rounding. A ball that turns about its own centre stays where it is.
+which rounding has moved p, the inequality holds but for that rounding. A ball that turns about its own center stays where it is.
 
 A bound on the rounding errors is added to the motion: for each body a fraction of all lengths between it and the base, and the
 rounding of each angle of q(t) times the lever arm of its joint.
@@ -30,7 +30,7 @@ from ulna.engine.lanes import WIDTH, load, splat, sqrt, store
 from ulna.kernels.chain.poses import tree_poses
 from ulna.kernels.collision.collision_layout import (
     ASIDE,
-    BALL_CENTRE,
+    BALL_CENTER,
     BALL_JOINT,
     BALL_LENGTH,
     BALL_RADIUS,
@@ -50,7 +50,7 @@ from ulna.kernels.spatial.vectors import add_scaled, cross, dot, load_vector, mi
 
 ROUNDING = 1e-12  # of the lengths between a body and the base: more than poses and gaps lose to it
 ANGLE = 2e-15  # of an angle: more than the line in q, a mimic's ratio and the reduction of many turns lose to rounding
-INSTANT = 1e-15  # of t: neighbouring intervals may leave out so much between them
+INSTANT = 1e-15  # of t: neighboring intervals may leave out so much between them
 MIN_DISTANCE = 1e-150  # [m]: what is divided by; points nearer than rounding are not found clear
 
 
@@ -124,7 +124,7 @@ def place_balls(joints, q_rows, half, still, carried):
         write_twists(joints, carried, like)
     for g in range(balls.shape[0]):
         joint = int(balls[g, BALL_JOINT])
-        p, way = ball_centre(carried, g, joint, like), splat(0.0, like)
+        p, way = ball_center(carried, g, joint, like), splat(0.0, like)
         if not still:
             v, w = joint_twist(carried, joint, p, like)
             way = way_of(carried.speeds[g, n], carried.bends[g, n], v, sqrt(dot(w, w)) * balls[g, BALL_RADIUS], half)
@@ -155,17 +155,17 @@ def place_bodies_of(bodies, carried, g, like):
         carried.placed[g], joint = 1, int(carried.balls[g, BALL_JOINT])
         for m in range(carried.first[g], carried.first[g + 1]):
             k = carried.order[m]
-            centre = splat(bodies[k, 3], like), splat(bodies[k, 7], like), splat(bodies[k, 11], like)
-            moved = centre if joint < 0 else transform(load_pose(carried.joint_rows, joint), centre)
-            store_vector(carried.centre_rows, 3 * k, moved)
+            center = splat(bodies[k, 3], like), splat(bodies[k, 7], like), splat(bodies[k, 11], like)
+            moved = center if joint < 0 else transform(load_pose(carried.joint_rows, joint), center)
+            store_vector(carried.center_rows, 3 * k, moved)
 
 
 @kernel
-def ball_centre(carried, g, joint, like):
-    """The centre of a ball in the base frame [m]."""
-    c, balls = BALL_CENTRE, carried.balls
-    centre = splat(balls[g, c], like), splat(balls[g, c + 1], like), splat(balls[g, c + 2], like)
-    return centre if joint < 0 else transform(load_pose(carried.joint_rows, joint), centre)
+def ball_center(carried, g, joint, like):
+    """The center of a ball in the base frame [m]."""
+    c, balls = BALL_CENTER, carried.balls
+    center = splat(balls[g, c], like), splat(balls[g, c + 1], like), splat(balls[g, c + 2], like)
+    return center if joint < 0 else transform(load_pose(carried.joint_rows, joint), center)
 
 
 @kernel
@@ -197,15 +197,15 @@ def turning_at(carried, joint, still, like):
 
 @kernel
 def body_velocity(carried, g, k, still, like):
-    """The velocity of the centre of body k, of ball g, along the edge [m]; 0 if it is not asked for."""
+    """The velocity of the center of body k, of ball g, along the edge [m]; 0 if it is not asked for."""
     if still:
         return splat(0.0, like), splat(0.0, like), splat(0.0, like)
-    return joint_twist(carried, int(carried.balls[g, BALL_JOINT]), load_vector(carried.centre_rows, 3 * k), like)[0]
+    return joint_twist(carried, int(carried.balls[g, BALL_JOINT]), load_vector(carried.center_rows, 3 * k), like)[0]
 
 
 @kernel
 def body_way(carried, g, n, v, turning, half, still):
-    """How far a body of ball g, whose centre has the velocity v, gets within ``half``, where its turning moves it by ``turning``.
+    """How far a body of ball g, whose center has the velocity v, gets within ``half``, where its turning moves it by ``turning``.
 
     n: the number of joints.
     """
@@ -265,8 +265,8 @@ def along(d, v):
 
 
 @kernel
-def centre_way(carried, g, n, slope, half):
-    """How much nearer the centre of a body of ball g, or of the ball, comes to a convex object within ``half``.
+def center_way(carried, g, n, slope, half):
+    """How much nearer the center of a body of ball g, or of the ball, comes to a convex object within ``half``.
 
     n: the number of joints; slope: how fast its distance changes at the middle.
     """

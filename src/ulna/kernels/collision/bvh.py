@@ -2,7 +2,7 @@
 
 A node is seven rows of eight numbers, a child a lane: the least x, y, z of each child, the greatest, and what it is: the place
 of a node, or -1 - w for solid w. So one node is tested in one go. A node whose children are eight balls of one cloud is x, y, z
-of their centres; two of these share seven rows, the last of which has what they have in common (``collision_layout``).
+of their centers; two of these share seven rows, the last of which has what they have in common (``collision_layout``).
 
 Nodes are written once; a change of the tree writes new ones from the changed leaf up to a new root, and a search from the old
 root goes on in the old tree. A missing child has an AABB whose least values are above all others, and is not a number.

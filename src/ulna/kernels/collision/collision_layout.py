@@ -14,9 +14,9 @@ PLANE_NORMAL, PLANE_OFFSET = 0, 3
 PLANE_WIDTH, PLANES = 4, 48
 # Of an edge between two configurations.
 EDGE_FREE, EDGE_CONTACT, EDGE_OUT_OF_RANGE = 0, 1, 2
-# A ball that holds the bodies of one joint: the joint, the centre in its frame [m], the radius [m], and how far from the joint's
+# A ball that holds the bodies of one joint: the joint, the center in its frame [m], the radius [m], and how far from the joint's
 # origin its points are at most [m].
-BALL_JOINT, BALL_CENTRE, BALL_RADIUS, BALL_LENGTH = 0, 1, 4, 5
+BALL_JOINT, BALL_CENTER, BALL_RADIUS, BALL_LENGTH = 0, 1, 4, 5
 BALL_WIDTH = 6
 # A joint along an edge: its rate [rad or m]; the sum of the angles that it and those that carry it turn [rad]; how far it slides
 # at most [m]; how far beside the edge it may be, with rounding [rad or m]; what its rate is times for the acceleration of what it

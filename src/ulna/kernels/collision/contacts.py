@@ -163,8 +163,8 @@ def children_from(scene, ours, node, bounds, near):
 @kernel
 def turned_bound(scene, ours, node, near):
     """A lower bound of the distance of each child of a node, as the body's frame sees it [m]."""
-    k, a, (centre, half) = ours.row, ours.pose, child_boxes(scene.nodes, node)
-    x = transform_inverse(a, centre)
+    k, a, (center, half) = ours.row, ours.pose, child_boxes(scene.nodes, node)
+    x = transform_inverse(a, center)
     return maximum(gap_bound(turned_gap(scene.bodies, k, a, x, half)), beyond_planes(near.planes, k, a, x, half))
 
 

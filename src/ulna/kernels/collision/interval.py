@@ -8,7 +8,7 @@ An interval has one of three outcomes, each from one distance at its middle, d, 
 
 Balls first: the ball that holds all bodies of a joint is compared with the box that holds an object, and with the boxes of whole
 nodes of the BVH (``reached``); the balls of two joints with each other. Only where these are near are bodies placed and compared,
-by their own bounding balls first. Of a ball, only the motion of its centre towards the box counts (``ball_motion``). For a sphere
+by their own bounding balls first. Of a ball, only the motion of its center towards the box counts (``ball_motion``). For a sphere
 and a sphere, capsule, box or half-space that is their distance. For other shapes a lower bound of the distance is computed
 (``posed_pair.rows_gap``), only as far as it takes to know that it is not above ``reach``; where it says "touches" it is computed
 once more, as far as it takes for that. So "clear" is certain; "touches" is certain but for the resolution of that bound.
@@ -21,7 +21,7 @@ from ulna.kernels.collision.ball_motion import (
     approach_way,
     body_velocity,
     body_way,
-    centre_way,
+    center_way,
     joint_twist,
     pair_way,
     place_bodies_of,
@@ -110,7 +110,7 @@ def tree_spare(apart):
 
 @kernel
 def objects_near(scene, carried, intervals, g, p, of_all, slack):
-    """Write to ``near`` the unindexed objects that ball g, with its centre p, may reach in any lane; how many.
+    """Write to ``near`` the unindexed objects that ball g, with its center p, may reach in any lane; how many.
 
     of_all: how far a point of it gets, and ``slack``, which is what rounding and the widest margin add to it.
     """
@@ -126,7 +126,7 @@ def objects_near(scene, carried, intervals, g, p, of_all, slack):
         near = (dot(e, e) <= most * most) & (within >= 0.0)
         if not intervals.still and any_lane(near):
             slope = core_slope(e, load_vector(carried.ball_rows, 7 * g + 3), objects, o, b)
-            most = centre_way(carried, g, n_joints, slope, intervals.half) + (slack - less + radius)
+            most = center_way(carried, g, n_joints, slope, intervals.half) + (slack - less + radius)
             near = near & (dot(e, e) <= most * most)
         if any_lane(near):
             carried.near[n] = o
@@ -143,7 +143,7 @@ def body_outcome(scene, carried, intervals, mover, found, slack, clear):
     """
     half, still, stop, margin, apart, _ = intervals
     bodies, (g, k, turning), (n_near, in_tree, stack) = scene.bodies, mover, found
-    p, v = load_vector(carried.centre_rows, 3 * k), body_velocity(carried, g, k, still, half)
+    p, v = load_vector(carried.center_rows, 3 * k), body_velocity(carried, g, k, still, half)
     way = body_way(carried, g, scene.joints.shape[0], v, turning * bodies[k, REACH], half, still) + slack
     a, radius, otherwise = pose_of(bodies, k, carried, p, half), BALLS * bodies[k, REACH], slack if stop else NEVER
     within = where(clear > 0.0, way, otherwise)
@@ -204,7 +204,7 @@ def object_outcome(scene, carried, intervals, mover, theirs, reach, clear):
     distance = sqrt(dot(e, e)) - radius
     if not intervals.still:
         slope = core_slope(e, v, objects, o, b)
-        nearer = minimum(way, centre_way(carried, g, scene.joints.shape[0], slope, intervals.half) + slack)
+        nearer = minimum(way, center_way(carried, g, scene.joints.shape[0], slope, intervals.half) + slack)
         if not any_lane(distance <= minimum(nearer, within)):
             return False, clear
     away = distance > nearer
@@ -222,7 +222,7 @@ def object_outcome(scene, carried, intervals, mover, theirs, reach, clear):
 
 @kernel
 def pose_of(bodies, k, carried, p, like):
-    """The pose of body k, with its centre p; that of a sphere is not turned, since nothing depends on it."""
+    """The pose of body k, with its center p; that of a sphere is not turned, since nothing depends on it."""
     if int(bodies[k, SHAPE]) == SPHERE:
         one, none = splat(1.0, like), splat(0.0, like)
         return one, none, none, p[0], none, one, none, p[1], none, none, one, p[2]
@@ -252,7 +252,7 @@ def self_outcome(scene, carried, intervals, clear, like):
         place_bodies_of(bodies, carried, b, like)
         for run in range(groups[e, GROUP_FIRST], groups[e, GROUP_END]):
             i = carried.runs[run, RUN_BODY]
-            p = load_vector(carried.centre_rows, 3 * i)
+            p = load_vector(carried.center_rows, 3 * i)
             d = minus(p, load_vector(carried.ball_rows, 7 * b))
             most = way + BALLS * (bodies[i, REACH] + balls[b, BALL_RADIUS])
             if not any_lane((dot(d, d) <= most * most) & (clear > 0.0)):
@@ -267,12 +267,12 @@ def self_outcome(scene, carried, intervals, clear, like):
 
 @kernel
 def pair_outcome(scene, carried, intervals, pair, p, reach, clear):
-    """``self_outcome`` for two bodies. pair: the group of their two balls, and the bodies; p: the centre of the first.
+    """``self_outcome`` for two bodies. pair: the group of their two balls, and the bodies; p: the center of the first.
 
     reach: how much nearer a point of one comes to one of the other, with what rounding adds; and that alone.
     """
     bodies, (_, i, j), (way, slack) = scene.bodies, pair, reach
-    half, stop, q = intervals.half, intervals.stop, load_vector(carried.centre_rows, 3 * j)
+    half, stop, q = intervals.half, intervals.stop, load_vector(carried.center_rows, 3 * j)
     d, radii = minus(p, q), BALLS * (bodies[i, REACH] + bodies[j, REACH])
     within = where(clear > 0.0, way, splat(slack, way) if stop else splat(NEVER, way))
     most = within + radii
@@ -294,15 +294,15 @@ def pair_outcome(scene, carried, intervals, pair, p, reach, clear):
 
 
 @kernel
-def spheres_way(scene, carried, intervals, pair, centres):
-    """How much nearer two spheres of a group with these centres come within ``half``. A turn about its own centre moves none.
+def spheres_way(scene, carried, intervals, pair, centers):
+    """How much nearer two spheres of a group with these centers come within ``half``. A turn about its own center moves none.
 
     pair: as for ``pair_outcome``.
     """
     half = intervals.half
     if intervals.still:
         return splat(0.0, half)
-    groups, (e, i, j), (p, q) = carried.groups, pair, centres
+    groups, (e, i, j), (p, q) = carried.groups, pair, centers
     v_p = joint_twist(carried, int(scene.bodies[i, JOINT]), p, half)[0]
     v_q = joint_twist(carried, int(scene.bodies[j, JOINT]), q, half)[0]
     group = groups[e, GROUP_A], groups[e, GROUP_B], groups[e, GROUP_SHARED]

@@ -29,7 +29,7 @@ NEVER = -1.0  # as ``within`` of a lane: nothing in it is looked for
 def core_offset(p, others, j, b):
     """From the smallest box that holds the core of body j, at pose b, to a point, as the body's frame sees it; 0 within [m].
 
-    A sphere's core is its centre; it is seen from the frame of p. That of a half-space is the half-space.
+    A sphere's core is its center; it is seen from the frame of p. That of a half-space is the half-space.
     """
     if int(others[j, SHAPE]) == SPHERE:
         return minus(p, origin(b))
@@ -67,7 +67,7 @@ def has_exact_ball(kind, other):
 
 @kernel
 def tree_is_reached(nodes, root, p, within, radius, stack):
-    """Whether a ball with its centre p and a radius reaches the AABB of any solid in a tree."""
+    """Whether a ball with its center p and a radius reaches the AABB of any solid in a tree."""
     bounds, top = ball_bounds(p, within + radius), 1
     stack[0] = root
     while top > 0:
@@ -89,18 +89,18 @@ def tree_is_reached(nodes, root, p, within, radius, stack):
 def push_reached(nodes, node, body, within, apart, stack, top):
     """Push those children of a node that a body reaches onto a stack; return the new top.
 
-    body: as ``scene.Posed``, its centre, and ``ball_bounds`` of it; apart: None, or its planes are bounds too.
+    body: as ``scene.Posed``, its center, and ``ball_bounds`` of it; apart: None, or its planes are bounds too.
     """
     posed, p, bounds = body
     bodies, k, bits = posed.table, posed.row, children_in(nodes, node, bounds)
     while bits != 0:
         lane = lowest_bit(bits)
-        centre, half = child_box(nodes, node, lane)
-        reaches = ball_reaches(centre, half, p, within, BALLS * bodies[k, REACH])
+        center, half = child_box(nodes, node, lane)
+        reaches = ball_reaches(center, half, p, within, BALLS * bodies[k, REACH])
         if any_lane(reaches) and int(bodies[k, SHAPE]) != SPHERE:
-            reaches = reaches & core_reaches(centre, half, bodies, k, posed.pose, within)
+            reaches = reaches & core_reaches(center, half, bodies, k, posed.pose, within)
             if apart is not None:
-                x = transform_inverse(posed.pose, centre)
+                x = transform_inverse(posed.pose, center)
                 reaches = reaches & (beyond_planes(apart.planes, k, posed.pose, x, half) <= within)
         if any_lane(reaches):
             stack[top] = child_of(nodes, node, lane)
@@ -115,22 +115,22 @@ def child_box(nodes, node, lane):
     i, last, reach = child_rows(nodes, node)
     low = nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane]
     high = nodes[last, lane], nodes[last + 1, lane], nodes[last + 2, lane]
-    centre = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])
-    return centre, (0.5 * (high[0] - low[0]) + reach, 0.5 * (high[1] - low[1]) + reach, 0.5 * (high[2] - low[2]) + reach)
+    center = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])
+    return center, (0.5 * (high[0] - low[0]) + reach, 0.5 * (high[1] - low[1]) + reach, 0.5 * (high[2] - low[2]) + reach)
 
 
 @kernel
-def ball_reaches(centre, half, p, within, radius):
-    """True where the surface of a ball with its centre p is no farther than ``within`` from an AABB."""
+def ball_reaches(center, half, p, within, radius):
+    """True where the surface of a ball with its center p is no farther than ``within`` from an AABB."""
     most = within + radius
-    e = beyond(p[0] - centre[0], half[0]), beyond(p[1] - centre[1], half[1]), beyond(p[2] - centre[2], half[2])
+    e = beyond(p[0] - center[0], half[0]), beyond(p[1] - center[1], half[1]), beyond(p[2] - center[2], half[2])
     return (dot(e, e) <= most * most) & (within >= 0.0)
 
 
 @kernel
-def core_reaches(centre, half, bodies, k, a, within):
+def core_reaches(center, half, bodies, k, a, within):
     """True where the rounded box of body k, at pose a, is no farther than ``within`` from an AABB, by the bound given above."""
-    x, most, c = transform_inverse(a, centre), within + core_radius(bodies, k), HALF_EXTENTS
+    x, most, c = transform_inverse(a, center), within + core_radius(bodies, k), HALF_EXTENTS
     e = (
         maximum(abs(x[0]) - (bodies[k, c] + turned_half(a, 0, half)), 0.0),
         maximum(abs(x[1]) - (bodies[k, c + 1] + turned_half(a, 1, half)), 0.0),

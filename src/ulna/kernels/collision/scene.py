@@ -113,10 +113,10 @@ class Mover(NamedTuple):
     """Its own in the table of bodies."""
     pose: Any
     """Twelve numbers."""
-    centre: Any
+    center: Any
     """In the base frame [m]."""
     velocity: Any
-    """Velocity of its centre, the edge being passed in a unit of time [m]."""
+    """Velocity of its center, the edge being passed in a unit of time [m]."""
 
 
 class Reach(NamedTuple):
@@ -140,7 +140,7 @@ class Carried(NamedTuple):
     """
 
     balls: NDArray
-    """Joint, centre in its frame [m], radius [m]: shape (n_balls, BALL_WIDTH)."""
+    """Joint, center in its frame [m], radius [m]: shape (n_balls, BALL_WIDTH)."""
     order: NDArray
     """The bodies, those of one ball one after the other, shape (n_bodies,)."""
     first: NDArray
@@ -164,8 +164,8 @@ class Carried(NamedTuple):
     twist_rows: NDArray
     """Velocities of the joints' origins, and angular velocities, 6 n_joints rows."""
     ball_rows: NDArray
-    """Centres of the balls, their velocities, and by how much a point of each can move, 7 n_balls rows."""
-    centre_rows: NDArray
+    """Centers of the balls, their velocities, and by how much a point of each can move, 7 n_balls rows."""
+    center_rows: NDArray
     """The origins of the bodies, 3 n_bodies rows; those of a ball are written when they are first needed."""
     placed: NDArray
     """1 for each ball whose bodies' origins are written, else 0: shape (n_balls,)."""

@@ -108,7 +108,7 @@ def nearest_points(r, t, h, g):
 
 @kernel
 def inside(p, h):
-    """The point of the box with half extents h, centred at the origin, that is nearest to p."""
+    """The point of the box with half extents h, centered at the origin, that is nearest to p."""
     return clamp(p[0], h[0]), clamp(p[1], h[1]), clamp(p[2], h[2])
 
 

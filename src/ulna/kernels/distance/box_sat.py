@@ -149,7 +149,7 @@ def certain_gap(a, h, b, g, rounding):
 
 @kernel
 def true_gap(gap, square):
-    """An edge gap in metres, or never the widest where the edges are parallel."""
+    """An edge gap in meters, or never the widest where the edges are parallel."""
     usable = square > _PARALLEL
     return where(usable, gap / sqrt(where(usable, square, 1.0)), _NEVER)
 

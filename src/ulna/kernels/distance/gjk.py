@@ -13,8 +13,8 @@ each a point of the set, and the nearest is kept. So no step increases |v|, even
 take the same path. For robustness it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross
 products, and the nearest point of a face along the face's normal instead of as a weighted sum of its corners.
 
-The lower bound needs v in more digits the longer the bodies are in relation to their distance: a wire of a kilometre may pass
-a box at micrometres. A weighted sum of corners has only the digits of the corners, so v is computed again once its feature is
+The lower bound needs v in more digits the longer the bodies are in relation to their distance: a wire of a kilometer may pass
+a box at micrometers. A weighted sum of corners has only the digits of the corners, so v is computed again once its feature is
 known (``point_of``): along the normal of a face, from the two shortest edges; or perpendicular to an edge.
 """
 

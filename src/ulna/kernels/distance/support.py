@@ -28,7 +28,7 @@ def box_support(h, d):
 
 @kernel
 def cylinder_support(h, d):
-    """The point of a rim on the side of d, or the centre of an end where d runs along the axis."""
+    """The point of a rim on the side of d, or the center of an end where d runs along the axis."""
     across = sqrt(d[0] * d[0] + d[1] * d[1])
     tilted = across > 0.0
     scale = where(tilted, h[0], 0.0) / where(tilted, across, 1.0)

@@ -11,7 +11,7 @@ from ulna.engine.lanes import load, sqrt, store
 
 
 @kernel
-def factorise(system_rows, n):
+def factorize(system_rows, n):
     """The Cholesky factor L of the lower triangle, in its place, with the reciprocals of the diagonal on the diagonal."""
     for r in range(n):
         for c in range(r + 1):

@@ -4,7 +4,7 @@ import numpy as np
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, store, where
-from ulna.kernels.dynamics.cholesky import factorise, substitute
+from ulna.kernels.dynamics.cholesky import factorize, substitute
 
 MIN_PIVOT = 1e-13  # of the inertia at a joint: less of it is rounding
 
@@ -26,7 +26,7 @@ def accelerations(mass_rows, torque_rows, system_rows):
         for c in range(r + 1):
             store(system_rows, r * (r + 1) // 2 + c, load(mass_rows, n * r + c))
         store(system_rows, n * (n + 1) // 2 + r, load(torque_rows, r))
-    factorise(system_rows, n)
+    factorize(system_rows, n)
     substitute(system_rows, n)
     regular = is_regular(mass_rows, system_rows, 0, n)
     for r in range(1, n):

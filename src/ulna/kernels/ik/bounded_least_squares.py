@@ -1,6 +1,6 @@
 """Solves damped least squares with bounds on each unknown, and sets the bounds of joint velocities.
 
-It minimises |J x - v|^2 + lambda |x|^2 with a lower and an upper bound on every x_j.
+It minimizes |J x - v|^2 + lambda |x|^2 with a lower and an upper bound on every x_j.
 
 A primal active-set method (Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm 16.3). The active set holds the entries
 that are fixed at a bound; the others are free. The problem is strictly convex, so it has one minimum.

@@ -76,7 +76,7 @@ def block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows):
 def solve_damped(jacobian_rows, n_dof, damping, e, system_rows):
     """The six numbers y with (J J' + damping I) y = e, by Cholesky; they are left in system_rows[21:27] too."""
     damped_gram(jacobian_rows, n_dof, damping, system_rows)
-    factorise(system_rows)
+    factorize(system_rows)
     substitute(e, system_rows)
     return load_six(system_rows, 21)
 
@@ -93,7 +93,7 @@ def damped_gram(jacobian_rows, n_dof, damping, system_rows):
 
 
 @kernel
-def factorise(system_rows):
+def factorize(system_rows):
     """The Cholesky factor L of the lower triangle, in its place, with the reciprocals of the diagonal on the diagonal."""
     for r in range(6):
         for c in range(r + 1):

@@ -4,9 +4,9 @@ Light is linear: a number is an amount of it, 1 what white paper sends back. The
 
 camera   four rows: where it is; the direction of sight through the raster's corner, and what that gains from sample to sample to
          the right, and downwards; along the camera's axis it is 1
-sun      three rows of four: the map of a point to the sun's raster; the third is the direction to the sun, in metres
+sun      three rows of four: the map of a point to the sun's raster; the third is the direction to the sun, in meters
 shadows  the nearness, on that raster, of what the sun sees
-floor    seven numbers: its height and the side of a cell of its grid [m], the lamp's place on it (x, y), and the colour
+floor    seven numbers: its height and the side of a cell of its grid [m], the lamp's place on it (x, y), and the color
          of the lamp's light, below zero if there is none
 
 Source: Blinn, Models of light reflection (SIGGRAPH 1977), for the highlight; Williams, Casting curved shadows on curved
@@ -20,7 +20,7 @@ from ulna.kernels.spatial.vectors import add_scaled, dot, plus, scaled
 
 SKY, GROUND, SUN, FRONT, HIGHLIGHT = 0.40, 0.20, 0.62, 0.14, 0.25  # amounts of light
 SHADE = 0.58  # of its light a floor keeps in the shadow
-PAPER, LINE, HEAVY_LINE = (0.80, 0.82, 0.85), (0.62, 0.65, 0.70), (0.42, 0.46, 0.52)  # colours of the floor, linear
+PAPER, LINE, HEAVY_LINE = (0.80, 0.82, 0.85), (0.62, 0.65, 0.70), (0.42, 0.46, 0.52)  # colors of the floor, linear
 AIR_LOW, AIR_HIGH = (0.93, 0.945, 0.96), (0.72, 0.79, 0.87)  # of the background, at the horizon and above
 CELLS_A_SECTION = 6  # of the floor's grid, as on the page
 LINE_WIDTH, HEAVY_WIDTH = 0.02, 0.04  # of a cell
@@ -90,7 +90,7 @@ def side_part(m, offset):
 
 @kernel
 def surface_light(sun, shadows, sight, p, normal, color):
-    """The light of a surface of a colour at p, seen along ``sight``: the normal is turned to the side that is seen."""
+    """The light of a surface of a color at p, seen along ``sight``: the normal is turned to the side that is seen."""
     to_sun, to_eye, n = unit(row(sun, 2)), scaled(unit(sight), -1.0), unit(normal)
     if dot(n, to_eye) < 0.0:
         n = scaled(n, -1.0)
@@ -130,7 +130,7 @@ def floor_light(camera, sun, shadows, floor, x, y):
 
 @kernel
 def grid_color(camera, sight, p, away, cell):
-    """The colour of the floor at p, ``away`` times the direction of sight from the eye."""
+    """The color of the floor at p, ``away`` times the direction of sight from the eye."""
     right, down = row(camera, 2), row(camera, 3)
     wide, high = away * right[2] / sight[2], away * down[2] / sight[2]
     seen_x = abs(away * right[0] - wide * sight[0]) + abs(away * down[0] - high * sight[0])

@@ -43,7 +43,7 @@ def weights(a, b, c, area, x, y):
 
 @kernel
 def span(low, high, n):
-    """The samples from the first to behind the last, of n, whose centres lie between two places."""
+    """The samples from the first to behind the last, of n, whose centers lie between two places."""
     low, high = max(low, 0.0), min(high, float(n))
     if not low < high:
         return 0, 0

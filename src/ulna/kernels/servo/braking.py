@@ -1,6 +1,6 @@
 """Computes the full stop of all joints, and the velocities after which there is one within the limits.
 
-The stop is synchronised: all joints rest after the same number of ticks n, each with a constant deceleration. So q moves on a
+The stop is synchronized: all joints rest after the same number of ticks n, each with a constant deceleration. So q moves on a
 straight line, from q to q + qd n h / 2 with ticks of length h, and one certified edge decides on all of it. After k ticks
 
     q_k = q + x (2 - x) (end - q),    qd_k = (1 - x) qd,    x = k / n.

@@ -40,7 +40,7 @@ from ulna.engine.lanes import sqrt
 from ulna.kernels.ik.damped_system import add_column, column_dot, load_six
 from ulna.kernels.servo.desired_motion import SMALL, dot_six, scaled_six, size_of, weigh_jacobians, weighted, write_jacobians
 from ulna.kernels.servo.objective import Program
-from ulna.kernels.servo.quadratic_program import minimise, solve_on_rows
+from ulna.kernels.servo.quadratic_program import minimize, solve_on_rows
 
 _AHEAD = 1e-4  # [rad or m]: how far the joint that moves farthest is ahead where the difference is taken
 _SHARE, _LAG_TICKS = 0.7, 8.0  # of the acceleration, and ticks: nearer to the end than a lag^2 the approach is exponential
@@ -89,7 +89,7 @@ def write_steady(objective, program, m, steady):
     own = Program(
         program.box_rows, program.normal_rows, steady.bound_rows, steady.active_rows, steady.multiplier_rows, program.work_rows
     )
-    return minimise(steady.h_rows, steady.f_rows, own, m, steady.x_rows)
+    return minimize(steady.h_rows, steady.f_rows, own, m, steady.x_rows)
 
 
 @routine

@@ -1,6 +1,6 @@
 """Solves a strictly convex quadratic program exactly, from a point that keeps its rows.
 
-It minimises x' H x / 2 - f' x with g_i' x >= b_i for each row i.
+It minimizes x' H x / 2 - f' x with g_i' x >= b_i for each row i.
 
 A primal active-set method (Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm 16.3), with the Schur complement of the
 active rows (section 16.2). With H = L L', z = L' x - L^-1 f and Y the columns L^-1 g_i of the active rows:
@@ -22,7 +22,7 @@ _MIN_PIVOT = 1e-13  # of a diagonal entry
 
 
 @routine
-def minimise(factor_rows, f_rows, program, m, x_rows):
+def minimize(factor_rows, f_rows, program, m, x_rows):
     """Write the minimum to x; return how many rows are active, whose numbers and multipliers are written.
 
     factor_rows: H, n n numbers, which is overwritten; program: a ``Program`` of m rows. f is overwritten with L^-1 f.
@@ -31,7 +31,7 @@ def minimise(factor_rows, f_rows, program, m, x_rows):
     active_rows, multiplier_rows, work_rows = program.active_rows, program.multiplier_rows, program.work_rows
     y_rows, schur_rows = work_rows[: n * n], work_rows[n * n : 2 * n * n]
     z_rows, step_rows = work_rows[2 * n * n : 2 * n * n + n], work_rows[2 * n * n + n : 2 * n * n + 2 * n]
-    factorise(factor_rows, n, n)
+    factorize(factor_rows, n, n)
     forward(factor_rows, n, n, f_rows)
     k, size = 0, 1e-300
     for i in range(n):
@@ -39,7 +39,7 @@ def minimise(factor_rows, f_rows, program, m, x_rows):
     for _ in range(_ROUNDS * (m + n)):
         size = max(size, write_gradient_of(factor_rows, f_rows, x_rows, z_rows))
         write_schur(k, n, y_rows, z_rows, schur_rows, multiplier_rows)
-        factorise(schur_rows, k, n)
+        factorize(schur_rows, k, n)
         forward(schur_rows, k, n, multiplier_rows)
         backward(schur_rows, k, n, multiplier_rows)
         longest = write_step(k, multiplier_rows, y_rows, z_rows, step_rows)
@@ -66,7 +66,7 @@ def minimise(factor_rows, f_rows, program, m, x_rows):
 def solve_on_rows(factor_rows, normal_rows, active_rows, value_rows, k, x_rows, work_rows):
     """Solve H x = b, with b in x, among all x with g' x = v for k active rows; v is overwritten by the multipliers.
 
-    factor_rows and work_rows are as ``minimise`` leaves them, and as it takes them.
+    factor_rows and work_rows are as ``minimize`` leaves them, and as it takes them.
     """
     n = x_rows.shape[0]
     y_rows, schur_rows = work_rows[: n * n], work_rows[n * n : 2 * n * n]
@@ -79,7 +79,7 @@ def solve_on_rows(factor_rows, normal_rows, active_rows, value_rows, k, x_rows, 
     write_schur(k, n, y_rows, x_rows, schur_rows, multiplier_rows)
     for a in range(k):
         value_rows[a] = multiplier_rows[a] - value_rows[a]
-    factorise(schur_rows, k, n)
+    factorize(schur_rows, k, n)
     forward(schur_rows, k, n, value_rows)
     backward(schur_rows, k, n, value_rows)
     for a in range(k):
@@ -172,7 +172,7 @@ def first_blocking(normal_rows, bound_rows, m, x_rows, active_rows, k, step_rows
 
 
 @kernel
-def factorise(rows, k, n):
+def factorize(rows, k, n):
     """The lower Cholesky factor of k rows of n numbers, in their place. A row that depends on others has a least pivot."""
     for r in range(k):
         for c in range(r + 1):

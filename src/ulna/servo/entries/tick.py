@@ -92,7 +92,7 @@ from ulna.kernels.servo.pace import (
     write_steady,
     write_steady_bounds,
 )
-from ulna.kernels.servo.quadratic_program import minimise
+from ulna.kernels.servo.quadratic_program import minimize
 from ulna.kernels.servo.servo_records import (
     AT_REST,
     BRAKING,
@@ -410,7 +410,7 @@ def advance(tick, work, ticks):
     write_objective(tick.chains, tick.goal, limits, settings, tick.q, objective)
     found = set_paces(tick, count, work)
     keep_reserve(tick, count, way, objective.h_rows, objective.f_rows)
-    k = minimise(objective.h_rows, objective.f_rows, program, m, tick.x)
+    k = minimize(objective.h_rows, objective.f_rows, program, m, tick.x)
     for j in range(n):
         tick.x[j] = min(max(tick.x[j], box_rows[j]), box_rows[n + j])
     nearer = come_nearer(tick, least)

@@ -30,7 +30,7 @@ class Camera:
         """A camera that sees all of a ball from above.
 
         Args:
-            middle: The centre of the ball in the base frame [m], shape (3,).
+            middle: The center of the ball in the base frame [m], shape (3,).
             radius: Its radius [m].
             turn: The angle of the camera about z, from x [rad].
             aspect: Width by height of the picture.

@@ -85,7 +85,7 @@ _STEADY = "mbtree=0"  # with macroblock trees the output of x264 varies from run
 _QUALITY = "20"  # of H.264: 0 is without loss, 51 the worst
 _THREADS = 4  # of the encoder: its output depends on their number, so the number is fixed
 _COLORS = 255  # of a .gif: the last of its 256 is reserved for unchanged pixels
-_LOOKED_AT = 30  # frames, to choose the colours
+_LOOKED_AT = 30  # frames, to choose the colors
 
 
 def write_film(path: Path, film: Film) -> None:
@@ -109,7 +109,7 @@ def write_film(path: Path, film: Film) -> None:
 
 
 def _write_mp4(path: Path, film: Film) -> None:
-    """A video that every browser plays: H.264 in the colours of HD television."""
+    """A video that every browser plays: H.264 in the colors of HD television."""
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
         stream = container.add_stream("libx264", rate=film.rate, options={"crf": _QUALITY, "x264-params": _STEADY})
         stream.width, stream.height = film.size
@@ -123,7 +123,7 @@ def _write_mp4(path: Path, film: Film) -> None:
 
 
 def _write_gif(path: Path, film: Film) -> None:
-    """A .gif that repeats for ever. Its colours are chosen once, so that still parts are the same in every frame."""
+    """A .gif that repeats for ever. Its colors are chosen once, so that still parts are the same in every frame."""
     palette = _palette(np.concatenate(film.some(_LOOKED_AT)))
     frames = (Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE) for pixels in film.frames())
     ticks = np.diff(np.round(np.arange(len(film) + 1) * 100 / film.rate)) * 10  # the format counts hundredths of a second
@@ -131,7 +131,7 @@ def _write_gif(path: Path, film: Film) -> None:
 
 
 def _palette(pixels: NDArray[np.uint8]) -> Image.Image:
-    """A palette near the colours of pictures; rare colours count too, since a small red light matters."""
+    """A palette near the colors of pictures; rare colors count too, since a small red light matters."""
     six_bits = (pixels.reshape(-1, 3) >> 2).astype(np.int32)
     counts = np.bincount(six_bits @ np.array([1 << 12, 1 << 6, 1], np.int32), minlength=1 << 18)
     codes = np.flatnonzero(counts)

@@ -80,7 +80,7 @@ def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, r
     if not (0.0 < seconds < inf and (ending == ".png" or seconds * rate <= MAX_FRAMES)):
         raise InputError("seconds", f"{seconds:g}; a length above 0 s with at most {MAX_FRAMES} pictures is expected")
     if ending == ".mp4":
-        width, height = width + width % 2, height + height % 2  # H.264 halves the colours' raster
+        width, height = width + width % 2, height + height % 2  # H.264 halves the colors' raster
     return Form(path, seconds, (width, height), rate)
 
 
@@ -113,7 +113,7 @@ def record_robot(
     ball = BoundingBall.of(model.points_at(q))
     aspect = form.size[0] / form.size[1]
     turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
-    pictures = [Picture(q, Camera.around(ball.centre, ball.radius, turn, aspect), solids) for turn in turns]
+    pictures = [Picture(q, Camera.around(ball.center, ball.radius, turn, aspect), solids) for turn in turns]
     write_pictures(form, model, pictures, ground_of(ball), tell)
     return model.missing
 
@@ -132,7 +132,7 @@ def write_pictures(form: Form, model: Model, pictures: Sequence[Picture], ground
 def ground_of(ball: BoundingBall) -> Ground:
     """A floor under the lowest point, or at the base if that is lower; its cells are about a tenth of the robot's size."""
     cell = 10.0 ** np.round(np.log10(max(ball.radius, 1e-3) / 6.0))
-    return Ground(tuple(ball.centre.tolist()), 1.5 * ball.radius, min(ball.lowest, 0.0), float(cell))
+    return Ground(tuple(ball.center.tolist()), 1.5 * ball.radius, min(ball.lowest, 0.0), float(cell))
 
 
 Array = NDArray[np.float64]
@@ -167,7 +167,7 @@ def _along(path: Array, n: int) -> Iterator[Array]:
 
 
 def solids_at(robot: Robot, q: Array, world: World, middle: BoundingBall, *, boxes: bool) -> tuple[Solid, ...]:
-    """The robot's boxes, the objects attached to it, and the obstacles, each in a colour of its own; red if they touch."""
+    """The robot's boxes, the objects attached to it, and the obstacles, each in a color of its own; red if they touch."""
     report = _report(robot, q, world)
     panes = collision_boxes(robot, report.touching) if boxes else ()
     held = [_attached(each, touching=each.name in report.touching) for each in robot.attached]
@@ -176,7 +176,7 @@ def solids_at(robot: Robot, q: Array, world: World, middle: BoundingBall, *, box
 
 
 def solids_of_world(robot: Robot, world: World, middle: BoundingBall, hit: Collection[str] = ()) -> tuple[Solid, ...]:
-    """The obstacles, each in a colour of its own; red those of the names in ``hit``."""
+    """The obstacles, each in a color of its own; red those of the names in ``hit``."""
     colored = zip(world.items(), cycle(OBSTACLES))
     return tuple(_obstacle(robot, *each, TOUCHING if each[0] in hit else color, middle) for each, color in colored)
 
@@ -197,7 +197,7 @@ def _obstacle(robot: Robot, name: str, shape: object, T: Array, color: Color, mi
     """An obstacle as it is drawn; a half-space is drawn as a slab under its surface, below the robot's middle."""
     if isinstance(shape, HalfSpace):
         pose, z, side = T.copy(), T[:3, 2], 3.0 * middle.radius  # no corner of it is behind the camera
-        pose[:3, 3] = middle.centre - z * ((middle.centre - T[:3, 3]) @ z + _THICKNESS / 2)
+        pose[:3, 3] = middle.center - z * ((middle.center - T[:3, 3]) @ z + _THICKNESS / 2)
         shape, color = Box((side, side, _THICKNESS)), color if color == TOUCHING else GROUND
     else:
         pose = T

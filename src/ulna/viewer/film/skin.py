@@ -1,4 +1,4 @@
-"""Makes triangles of a robot and of opaque solids as arrays: vertices, normals, colours, and the frames they move with."""
+"""Makes triangles of a robot and of opaque solids as arrays: vertices, normals, colors, and the frames they move with."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -27,7 +27,7 @@ class Skin:
         frames: The frame of each vertex, shape (n,).
         triangles: Their vertices, shape (m, 3).
         normals: The normals at their corners, in the axes of their frame, shape (3 m, 3).
-        colors: Their colours as linear light, shape (m, 3).
+        colors: Their colors as linear light, shape (m, 3).
         owners: The frame of each triangle, shape (m,).
     """
 
@@ -40,7 +40,7 @@ class Skin:
 
 
 def linear(rgb: ArrayLike) -> NDArray[np.float64]:
-    """The linear light of a colour in 0..255: the inverse of ``encode`` in ``kernels.render.shading``."""
+    """The linear light of a color in 0..255: the inverse of ``encode`` in ``kernels.render.shading``."""
     return (np.asarray(rgb, dtype=np.float64) / 255.0) ** 2
 
 
@@ -95,7 +95,7 @@ def corner_normals(points: NDArray, triangles: NDArray) -> NDArray[np.float64]:
 
 
 def _unit(vectors: NDArray) -> NDArray[np.float64]:
-    """Normalised vectors; zero vectors, of triangles without area, become (0, 0, 1)."""
+    """Normalized vectors; zero vectors, of triangles without area, become (0, 0, 1)."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(length > 0.0, vectors / np.where(length > 0.0, length, 1.0), (0.0, 0.0, 1.0))
 
@@ -107,7 +107,7 @@ def _meshes(scene: trimesh.Scene) -> Iterator[trimesh.Trimesh]:
 
 
 def _colors(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
-    """The colour of each triangle: that of its material, or its own."""
+    """The color of each triangle: that of its material, or its own."""
     visual: Any = mesh.visual
     rgba = visual.material.main_color if hasattr(visual, "material") else visual.face_colors
     return np.broadcast_to(linear(rgba)[..., :3], (len(mesh.faces), 3))
@@ -115,15 +115,15 @@ def _colors(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, eq=False)
 class BoundingBall:
-    """A ball around points: its centre in the base frame and its radius [m]; and the height of the lowest point [m]."""
+    """A ball around points: its center in the base frame and its radius [m]; and the height of the lowest point [m]."""
 
-    centre: NDArray[np.float64]
+    center: NDArray[np.float64]
     radius: float
     lowest: float
 
     @classmethod
     def of(cls, points: NDArray[np.float64]) -> "BoundingBall":
-        """The ball around points in the base frame [m], shape (n, 3), with its centre in the middle of their AABB."""
+        """The ball around points in the base frame [m], shape (n, 3), with its center in the middle of their AABB."""
         low, high = points.min(axis=0), points.max(axis=0)
         return cls((low + high) / 2, float(np.linalg.norm(points - (low + high) / 2, axis=1).max()), float(low[2]))
 
@@ -162,7 +162,7 @@ class Model:
         return np.concatenate([poses, *((poses[self.links[solid.link]] @ solid.pose)[None] for solid in solids)])
 
     def paints(self, skin: Skin, solids: Sequence[Solid]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The colour of every triangle (linear light), shape (m, 3), and the part of it that it emits, shape (m,)."""
+        """The color of every triangle (linear light), shape (m, 3), and the part of it that it emits, shape (m,)."""
         colors, glow = skin.colors.copy(), np.zeros(len(skin.colors))
         for k, solid in enumerate(solids):
             own = skin.owners == len(self.links) + k

@@ -82,7 +82,7 @@ class Clearance:
 
     @property
     def distance(self) -> str:
-        """The distance of the nearest pair in millimetres; empty if there is none."""
+        """The distance of the nearest pair in millimeters; empty if there is none."""
         return "" if self.nearest is None else f"{1e3 * self.nearest.signed_distance:.1f} mm"
 
     def __str__(self) -> str:

@@ -18,7 +18,7 @@ class Mobility:
     Attributes:
         T: The ellipsoid's frame in the base, shape (4, 4): at the link's origin, its x axis the longest.
         radii: The half axes: the link's largest speeds along these axes [m/s] for joint rates of norm 1, shape (3,).
-        singular_values: Those of the whole Jacobian, in metres and radians, largest first.
+        singular_values: Those of the whole Jacobian, in meters and radians, largest first.
         manipulability: ``robot.manipulability``.
     """
 

@@ -36,7 +36,7 @@ class Curve:
 
     Attributes:
         t: Times [s], shape (n,).
-        values: The quantity of each entry of q, in radians or metres and seconds, shape (n, n_dof).
+        values: The quantity of each entry of q, in radians or meters and seconds, shape (n, n_dof).
         low, high: Its limits, shape (n_dof,) each; infinite where there are none.
     """
 

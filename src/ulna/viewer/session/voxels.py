@@ -1,4 +1,4 @@
-"""Chooses and colours the voxels of a reachability map, and finds the one that is clicked."""
+"""Chooses and colors the voxels of a reachability map, and finds the one that is clicked."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ RAMP = np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253
 
 
 class Voxels:
-    """The voxels of a map in which anything is reached: their centres [m], shape (n, 3), and shares, shape (n,)."""
+    """The voxels of a map in which anything is reached: their centers [m], shape (n, 3), and shares, shape (n,)."""
 
     def __init__(self, found: ReachabilityMap) -> None:
         share = np.nan_to_num(found.share.values)
         z, y, x = np.nonzero(share > 0.0)
         axes = found.grid.axes
         self.size = found.grid.voxel
-        self.centres: Array = np.stack([axes[2][x], axes[1][y], axes[0][z]], axis=-1)
+        self.centers: Array = np.stack([axes[2][x], axes[1][y], axes[0][z]], axis=-1)
         self.shares: Array = share[z, y, x].astype(np.float64)
         self.colors = _colors(self.shares)
 
     def ends(self, axis: str) -> tuple[float, float]:
         """Where a clipping plane may lie: from before the first voxel to behind the last [m]."""
-        if not len(self.centres):
+        if not len(self.centers):
             return 0.0, self.size
-        along = self.centres[:, AXES.index(axis)]
+        along = self.centers[:, AXES.index(axis)]
         return float(along.min()) - self.size / 2, float(along.max()) + self.size / 2
 
     def shown(self, axis: str, plane: float, least: float) -> NDArray[np.int64]:
         """The voxels on the far side of a plane across an axis, and with at least a share: those with the larger coordinate."""
-        return np.flatnonzero((self.centres[:, AXES.index(axis)] >= plane) & (self.shares >= least))
+        return np.flatnonzero((self.centers[:, AXES.index(axis)] >= plane) & (self.shares >= least))
 
     def on_ray(self, origin: Array, direction: Array, shown: NDArray[np.int64]) -> int | None:
         """The first of the shown voxels that a ray from a point (3,) along a direction (3,) passes through; None if it misses.
@@ -42,8 +42,8 @@ class Voxels:
         The slab test (Kay and Kajiya 1986): a ray is within a cube where it is between all three pairs of its planes.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
-            first = (self.centres[shown] - self.size / 2 - origin) / direction
-            second = (self.centres[shown] + self.size / 2 - origin) / direction
+            first = (self.centers[shown] - self.size / 2 - origin) / direction
+            second = (self.centers[shown] + self.size / 2 - origin) / direction
         enters = np.fmax.reduce(np.fmin(first, second), axis=1)
         leaves = np.fmin.reduce(np.fmax(first, second), axis=1)
         hit = np.flatnonzero((enters <= leaves) & (leaves >= 0.0))

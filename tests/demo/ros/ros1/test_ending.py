@@ -26,7 +26,7 @@ from rospy.impl.tcpros_pubsub import QueuedConnection
 
 def write_data(self, data):
     with self._lock:
-        print("signalled", flush=True)
+        print("signaled", flush=True)
         os.kill(os.getpid(), signal.SIGINT)
 
         QueuedConnection.write_data = lambda self, data: None  # a second signal would be another thing
@@ -65,7 +65,7 @@ def test_a_signal_during_publish_ends_the_node(master, topic, call):
     with running("rostopic", "echo", topic, env=master, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL):
         command = [sys.executable, "-c", DURING_PUBLISH + call]
         done = subprocess.run(command, env=master, capture_output=True, text=True, check=False, timeout=300)
-    assert done.stdout.startswith("signalled")
+    assert done.stdout.startswith("signaled")
     assert done.returncode == 0, done.stderr
 
 

@@ -56,7 +56,7 @@ def light_is(display, rviz, color):
 
 
 def differs(image, rviz, point):
-    """Whether something is drawn at a point of the scene: few pixels around it have the colour of the background."""
+    """Whether something is drawn at a point of the scene: few pixels around it have the color of the background."""
     return (np.abs(rviz.around(image, point, 6) - BACKGROUND).max(axis=-1) > 20).mean() > 0.9
 
 
@@ -106,7 +106,7 @@ def test_the_arm_and_the_static_boxes_are_drawn(display, rviz, script):
 
 
 def pixels_of(color, image):
-    """How many pixels of a picture have a colour."""
+    """How many pixels of a picture have a color."""
     return (np.abs(image.astype(int) - color).max(axis=-1) < 30).sum()
 
 
@@ -129,7 +129,7 @@ def test_a_box_has_its_twelve_edges_and_faces_unless_it_is_invisible():
 
 
 def legend_colors(image, rviz):
-    """Which colours of solids, all but transparent in the boxes, are seen beside the light's place."""
+    """Which colors of solids, all but transparent in the boxes, are seen beside the light's place."""
     beside = rviz.around(image, LIGHT_POSITION, 60)
     return {color for color in (MOVABLE, FREE) if pixels_of(color, beside) > 50}
 

@@ -72,7 +72,7 @@ def test_the_light_in_the_video_turns_red_and_green_again(another, tmp_path, mea
 
 
 def exact(frame):
-    """The frame with the exact background colour, which the encoder changes a little, and black elsewhere."""
+    """The frame with the exact background color, which the encoder changes a little, and black elsewhere."""
     near = np.abs(frame.astype(int) - BACKGROUND).max(axis=-1) <= 4
     near &= near.sum(axis=0) > 300  # not what is pale in the windows beside
     rows = np.flatnonzero(near.sum(axis=1) > 300)

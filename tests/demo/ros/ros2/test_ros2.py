@@ -81,7 +81,7 @@ class Listener:
         self.hand.publish(InteractiveMarkerFeedback(header=Header(frame_id="panda_link0"), marker_name=name, pose=place))
 
     def light(self):
-        """The light's colour, 0 to 255, and its text."""
+        """The light's color, 0 to 255, and its text."""
         self.wait_for(lambda: "visualization_marker_array" in self.received, "markers")
         light, word = self.received["visualization_marker_array"].markers[:2]
         return tuple(round(255 * c) for c in (light.color.r, light.color.g, light.color.b)), word.text

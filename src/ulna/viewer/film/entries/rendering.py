@@ -152,7 +152,7 @@ def shade_pixels(raster, skin, turns, camera, lighting, light):
     Args:
         raster: A ``Raster``.
         skin: Four arrays of the triangles: the normals of their corners in the axes of their link, shape (3 n_triangles, 3);
-            linear colours, shape (n_triangles, 3); how much of it each shines by itself, 0 for none; their links.
+            linear colors, shape (n_triangles, 3); how much of it each shines by itself, 0 for none; their links.
         turns: The rotation of each link, shape (n_links, 3, 3).
         camera: Shape (4, 3). See ``kernels.render.illumination``.
         lighting: A ``Lighting``.
