@@ -28,10 +28,11 @@ video: $(VENV)/.demo
 	$(RUN)/ulna record hw2/demo.mp4 $(ARGS)
 endif
 
-# Style, types, and the files of the repository's host against their schemas.
+# Style, types, spelling, and the files of the repository's host against their schemas.
 lint: $(VENV)/.dev
 	$(RUN)/ruff check
 	$(RUN)/ruff format --check
+	$(RUN)/codespell README.md CONTRIBUTING.md docs src hw2 examples benchmarks native
 	$(RUN)/pyright --threads 2 --pythonpath $(RUN)/python
 	$(RUN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(RUN)/check-jsonschema --builtin-schema vendor.github-issue-forms .github/ISSUE_TEMPLATE/bug.yml .github/ISSUE_TEMPLATE/wish.yml

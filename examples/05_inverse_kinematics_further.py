@@ -27,7 +27,7 @@ branches = ur5e.all_solutions(ur5e.forward_kinematics([0.3, -1.2, 1.5, -0.7, 1.1
 print(f"ur5e: {branches}")
 assert branches.valid.sum() == 8
 
-# The hand goes once to and fro. Solved pose by pose this may run into a dead end: follow looks at the whole path.
+# The hand goes once there and back. Solved pose by pose this may run into a dead end: follow looks at the whole path.
 T_path = np.repeat(robot.forward_kinematics(robot.home)[None], 100, axis=0)
 T_path[:, 1, 3] += 0.1 * np.sin(np.linspace(0, 2 * np.pi, 100))
 path = robot.follow(T_path, robot.home)

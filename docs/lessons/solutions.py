@@ -50,8 +50,8 @@ def starts_needed(p, wanted):
 
 
 def box_shadow(T, half, n):
-    centre, reach = T[:3, 3] @ n, half @ np.abs(T[:3, :3].T @ n)
-    return centre - reach, centre + reach
+    center, reach = T[:3, 3] @ n, half @ np.abs(T[:3, :3].T @ n)
+    return center - reach, center + reach
 
 
 def way_out(T_a, half_a, T_b, half_b):

@@ -11,9 +11,9 @@ from ulna.errors import count_of
 
 LENGTH, ANGLE, TIME, NUMBER = "length", "angle", "time", "number"  # the kinds of quantities; a number has no unit
 _PLAIN_UNITS: dict[str, tuple[str, float]] = {
-    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), (LENGTH, 1.0)),
-    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), (LENGTH, 1e-3)),
-    **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre", "centimetres"), (LENGTH, 1e-2)),
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), (LENGTH, 1.0)),  # codespell:ignore
+    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), (LENGTH, 1e-3)),  # codespell:ignore
+    **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre", "centimetres"), (LENGTH, 1e-2)),  # codespell:ignore
     **dict.fromkeys(("um", "\u00b5m", "\u03bcm"), (LENGTH, 1e-6)),
     **dict.fromkeys(("in", "inch", "inches"), (LENGTH, 0.0254)),
     **dict.fromkeys(("rad", "rads", "radian", "radians"), (ANGLE, 1.0)),

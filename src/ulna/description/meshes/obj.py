@@ -35,7 +35,7 @@ def rewritten_obj(data: bytes, *, materials: bool) -> Rewritten:
                 lists["v"].append(_joined(vertex))
             case "vt" | "vn" as kind:
                 lists[kind].append(" ".join(words[1:4]))
-            case "f" | "fo":
+            case "f" | "fo":  # codespell:ignore fo
                 n_triangles += max(0, len(words) - 3)
                 if n_triangles > MAX_TRIANGLES:
                     raise ValueError(f"line {number}: it has more than {MAX_TRIANGLES} triangles, the most that are read")

@@ -1,1 +1,1 @@
-"""Rasterising and shading of pictures."""
+"""Rasterizing and shading of pictures."""

@@ -189,7 +189,7 @@ def rest_of_zero(state, settings, j):
 
 @kernel
 def ramped_travel(state, after, settings, n, j):
-    """At most how far entry j gets, to and fro, in a tick and the stop of n ticks after it: just so far if it never turns back.
+    """At most how far entry j gets, in both directions, in a tick and the stop of n ticks after it: just so far if it never turns back.
 
     The integral of the size of a polynomial is at most the mean of the sizes of its Bernstein coefficients, times its time.
     """

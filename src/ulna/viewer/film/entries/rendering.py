@@ -1,4 +1,4 @@
-"""Rasterises, shades and composes one picture."""
+"""Rasterizes, shades and composes one picture."""
 
 from typing import NamedTuple
 
