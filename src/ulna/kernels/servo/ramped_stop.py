@@ -189,7 +189,7 @@ def rest_of_zero(state, settings, j):
 
 @kernel
 def ramped_travel(state, after, settings, n, j):
-    """At most how far entry j gets, in both directions, in a tick and the stop of n ticks after it: just so far if it never turns back.
+    """Return a bound on the travel of entry j, in both directions, in a tick and the stop of n ticks after it.
 
     The integral of the size of a polynomial is at most the mean of the sizes of its Bernstein coefficients, times its time.
     """
