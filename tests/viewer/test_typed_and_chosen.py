@@ -51,7 +51,7 @@ def choose(obstacles, name):
 def test_a_frame_does_not_overwrite_a_value_that_was_just_typed(obstacles):
     obstacles.world.add("ball", ulna.Sphere(0.1))
     choose(obstacles, "ball")
-    person_sets(obstacles.form.radius, 0.25, between=lambda: obstacles.show(set()))
+    person_sets(obstacles.form.sizes["radius"], 0.25, between=lambda: obstacles.show(set()))
     obstacles.take()
     assert obstacles.world.shape("ball") == ulna.Sphere(0.25)
 
@@ -70,7 +70,7 @@ def test_only_the_number_that_was_typed_changes(obstacles):
     obstacles.take()
     moved = obstacles.world.pose("rod")
     assert np.allclose(moved, ulna.pose((0.5, 1 / 3, 2 / 3), (0.1234567, 0.2345678, 0.5)), rtol=0, atol=1e-12)
-    person_sets(form.length, 0.4)
+    person_sets(form.sizes["length"], 0.4)
     person_sets(form.name, "post")
     obstacles.take()
     assert obstacles.world.shape("post") == ulna.Cylinder(1 / 30, 0.4)
@@ -82,7 +82,7 @@ def test_a_typed_value_changes_the_obstacle_that_was_chosen_at_that_time(obstacl
     for name in ("a", "b"):
         obstacles.world.add(name, ulna.Sphere(0.1))
     choose(obstacles, "a")
-    person_sets(obstacles.form.radius, 0.2)
+    person_sets(obstacles.form.sizes["radius"], 0.2)
     person_sets(obstacles.form.choice, "b")
     assert obstacles.take()
     assert [obstacles.world.shape(name).radius for name in ("a", "b")] == [0.2, 0.1]
@@ -93,11 +93,11 @@ def test_a_bad_value_is_reported_to_the_tab_where_it_was_typed(obstacles):
     client = SimpleNamespace(add_notification=lambda *words, **_: notifications.append(words))
     obstacles.world.add("ball", ulna.Sphere(0.1))
     choose(obstacles, "ball")
-    person_sets(obstacles.form.radius, -1.0, client=client)
+    person_sets(obstacles.form.sizes["radius"], -1.0, client=client)
     obstacles.take()
     assert notifications[0][0] == "Not changed"
     assert obstacles.world.shape("ball") == ulna.Sphere(0.1)
-    assert obstacles.form.radius.value == 0.1
+    assert obstacles.form.sizes["radius"].value == 0.1
 
 
 def test_an_obstacle_cannot_have_the_name_of_a_link_or_shape_of_the_robot(server, panda):

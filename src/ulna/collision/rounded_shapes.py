@@ -5,9 +5,9 @@ from math import hypot, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Shape, Sphere, UnknownShape
+from ulna.description.shapes import KINDS, ConvexMesh, HalfSpace, Shape, UnknownShape, kind_of
 from ulna.errors import GeometryError, install_command
-from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, HALF_SPACE, HULL, SPHERE
+from ulna.kernels.layout import HALF_SPACE, HULL
 
 NO_VERTICES = np.zeros((0, 3))
 _WORTH_A_TURN = 0.9  # share of the surface of the unrotated box: a rotated frame must save at least the rest
@@ -31,24 +31,19 @@ def shape_columns(shape: Shape | HalfSpace, first_vertex: int = 0) -> tuple[floa
     Raises:
         GeometryError: It is a mesh as a file gives it, which may be concave, or an unknown shape.
     """
+    if (kind := kind_of(shape)) is not None:
+        x, y, z, radius = kind.core(shape)
+        return kind.number, x, y, z, radius, 0, 0, hypot(x, y, z) + radius
     match shape:
-        case Sphere(radius):
-            columns = SPHERE, 0.0, 0.0, 0.0, radius, 0, 0
-        case Capsule():
-            columns = CAPSULE, 0.0, 0.0, shape.length / 2, shape.radius, 0, 0
-        case Box():
-            columns = BOX, *shape.half_extents, 0.0, 0, 0
-        case Cylinder():
-            columns = CYLINDER, shape.radius, shape.radius, shape.length / 2, 0.0, 0, 0
         case HalfSpace():
             return HALF_SPACE, 0.0, 0.0, 0.0, 0.0, 0, 0, inf
         case ConvexMesh(vertices=vertices):
             return hull_columns(vertices, first_vertex)
-        case UnknownShape(kind):
-            raise GeometryError(f"{kind} is not known, so it cannot be checked; box, sphere, cylinder, capsule and mesh are")
+        case UnknownShape(name):
+            known = ", ".join(kind.word for kind in KINDS)
+            raise GeometryError(f"{name} is not known, so it cannot be checked; {known} and mesh are")
         case _:
             raise GeometryError(f"a {type(shape).__name__} has no collision kernel; {_advice()}")
-    return *columns, hypot(*columns[1:4]) + columns[4]
 
 
 def hull_columns(vertices: NDArray[np.float64], first_vertex: int) -> tuple[float, ...]:

@@ -21,16 +21,13 @@ from ulna.collision.grids import HeightMap, Obstacle, VoxelGrid
 from ulna.collision.world import World
 from ulna.description.file_bytes import file_bytes, json_value, write_whole
 from ulna.description.pose import as_one_pose, pose, rpy_from_matrix
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Sphere
+from ulna.description.shapes import KINDS, ConvexMesh, HalfSpace
 from ulna.errors import DescriptionError, FileError, InputError, UlnaError, cited, did_you_mean, reason_of
 
 VERSION = 1
 LONGEST = 24_000_000  # bytes
 SHAPES: dict[str, tuple[type, tuple[str, ...]]] = {
-    "box": (Box, ("extents",)),
-    "sphere": (Sphere, ("radius",)),
-    "cylinder": (Cylinder, ("radius", "length")),
-    "capsule": (Capsule, ("radius", "length")),
+    **{kind.word: (kind.shape, tuple(kind.sizes)) for kind in KINDS},
     "convex_mesh": (ConvexMesh, ("vertices",)),
     "half_space": (HalfSpace, ()),
     "point_cloud": (PointCloud, ("points", "radius")),
@@ -87,6 +84,7 @@ def world_to_json(world: World) -> str:
         InputError: It would be larger than ``load_world`` accepts.
 
     Example:
+        >>> from ulna.description.shapes import Sphere
         >>> world = World()
         >>> world.add("ball", Sphere(0.1), pose((0.5, 0, 0.25)))
         >>> print(world_to_json(world), end="")

@@ -85,8 +85,8 @@ class World:
 
         Args:
             name: A name that no other object has.
-            shape: A ``Box``, ``Sphere``, ``Capsule``, ``Cylinder``, ``ConvexMesh``, ``HalfSpace``, ``PointCloud``, ``HeightMap``
-                or ``VoxelGrid``.
+            shape: A ``Solid``, such as a ``Box``, a ``ConvexMesh`` or a ``HalfSpace``; or a ``PointCloud``, ``HeightMap`` or
+                ``VoxelGrid``.
             pose: T_base_object, shape (4, 4); the origin unless given.
             touch_links: Links of a robot, or objects attached to it, that may touch this object. Their contact is no collision,
                 and their distance does not count. An example is the base on the floor. Names that a robot does not have are

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.robot_description import Description, Joint, JointType
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Sphere
+from ulna.description.shapes import ConvexMesh, HalfSpace, kind_of
 from ulna.description.structure import joints_from_root, root_link
 from ulna.errors import InputError, UnitWarning, count_of
 
@@ -132,14 +132,10 @@ def check_object(name: str, shape: object, T: Array) -> None:
 
 def _extents(shape: object) -> tuple[float, float, float]:
     """The lengths of a solid [m]; none of clouds and grids, which are checked at construction, nor of a half-space."""
+    if (kind := kind_of(shape)) is not None:
+        x, y, z = kind.half_extents(shape)
+        return 2 * x, 2 * y, 2 * z
     match shape:
-        case Box():
-            x, y, z = shape.extents
-            return x, y, z
-        case Sphere():
-            return 2 * shape.radius, 2 * shape.radius, 2 * shape.radius
-        case Cylinder() | Capsule():
-            return 2 * shape.radius, 2 * shape.radius, shape.length
         case ConvexMesh():
             x, y, z = np.ptp(shape.vertices, axis=0).tolist()
             return x, y, z

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.errors import InputError, cited, needs_extra
-from ulna.kernels.layout import LARGEST
+from ulna.kernels.layout import BOX, CAPSULE, CYLINDER, LARGEST, SPHERE
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,10 +144,71 @@ class UnknownShape:
     kind: str
 
 
-Shape = Box | Sphere | Cylinder | Capsule | Mesh | ConvexMesh | UnknownShape
+Primitive = Box | Sphere | Cylinder | Capsule
+"""Shapes that a few numbers describe."""
+Shape = Primitive | Mesh | ConvexMesh | UnknownShape
 """The shapes of links. A description gives meshes as files; ``robot.with_convex_hulls()`` uses their hulls."""
-Solid = Box | Sphere | Cylinder | Capsule | ConvexMesh | HalfSpace
+Solid = Primitive | ConvexMesh | HalfSpace
 """The shapes of collision queries."""
+
+
+class Kind(NamedTuple):
+    """The facts about a class of ``Primitive`` that readers, writers, tables of bodies and the page need.
+
+    Attributes:
+        shape: The class.
+        word: The name in scene files, and of the element in URDF and SDF.
+        sizes: The dimensions: of each attribute the count of its numbers [m].
+        number: The number in a table of bodies (``kernels.layout``).
+        core: The half extents of the core along x, y and z, and the radius of the ball that sweeps it [m].
+        urdf: The attributes of the element in URDF, one for each of ``sizes``; none if URDF has no such shape.
+        urdf_since: The first version of URDF that has the element.
+    """
+
+    shape: type
+    word: str
+    sizes: Mapping[str, int]
+    number: int
+    core: Callable[[Any], tuple[float, float, float, float]]
+    urdf: tuple[str, ...] = ()
+    urdf_since: tuple[int, int] = (1, 0)
+
+    def half_extents(self, shape: object) -> tuple[float, float, float]:
+        """Half the edges of the box around a shape of this kind [m]."""
+        x, y, z, radius = self.core(shape)
+        return x + radius, y + radius, z + radius
+
+
+KINDS = (
+    Kind(Box, "box", {"extents": 3}, BOX, lambda box: (*box.half_extents, 0.0), ("size",)),
+    Kind(Sphere, "sphere", {"radius": 1}, SPHERE, lambda ball: (0.0, 0.0, 0.0, ball.radius), ("radius",)),
+    Kind(
+        Cylinder,
+        "cylinder",
+        {"radius": 1, "length": 1},
+        CYLINDER,
+        lambda rod: (rod.radius, rod.radius, rod.length / 2, 0.0),
+        ("radius", "length"),
+    ),
+    Kind(
+        Capsule,
+        "capsule",
+        {"radius": 1, "length": 1},
+        CAPSULE,
+        lambda rod: (0.0, 0.0, rod.length / 2, rod.radius),
+        ("radius", "length"),
+        urdf_since=(1, 1),
+    ),
+)
+IN_URDF = {kind.word: kind for kind in KINDS if kind.urdf}
+
+
+def kind_of(shape: object) -> Kind | None:
+    """The kind of a ``Primitive``; None of any other shape."""
+    for kind in KINDS:
+        if isinstance(shape, kind.shape):
+            return kind
+    return None
 
 
 def as_points(name: str, values: ArrayLike) -> NDArray[np.float64]:

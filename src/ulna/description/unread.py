@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from lxml import etree
 
+from ulna.description.shapes import IN_URDF
+
 # For each element the children and the attributes that are read, or checked by ``inspect``.
 CHILDREN = {
     "robot": ("link", "joint", "material", "frame", "fixed_frame"),
@@ -17,7 +19,7 @@ CHILDREN = {
     "visual": ("origin", "geometry", "material"),
     "collision": ("origin", "geometry"),
     "inertial": ("origin", "mass", "inertia"),
-    "geometry": ("box", "sphere", "cylinder", "capsule", "mesh"),
+    "geometry": (*IN_URDF, "mesh"),
     "material": ("color",),
 }
 ATTRIBUTES = {
@@ -37,10 +39,7 @@ ATTRIBUTES = {
     "mimic": ("joint", "multiplier", "offset"),
     "safety_controller": ("k_velocity", "k_position", "soft_lower_limit", "soft_upper_limit"),
     "dynamics": ("damping", "friction"),
-    "box": ("size",),
-    "sphere": ("radius",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
+    **{word: kind.urdf for word, kind in IN_URDF.items()},
     "mesh": ("filename", "scale"),
     "mass": ("value",),
     "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),

@@ -22,14 +22,14 @@ from ulna.description.robot_description import (
     Mimic,
     Safety,
 )
-from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, UnknownShape
+from ulna.description.shapes import IN_URDF, Mesh, Shape, UnknownShape
 from ulna.description.unread import ATTRIBUTES, RATES_SINCE, of_robot, unused_rate, version_of
 from ulna.description.xml import Reader, without_namespace
 from ulna.errors import DescriptionError, cited, did_you_mean
 from ulna.kernels.layout import LARGEST
 
 _OTHER_FORMATS = {"mujoco": "MJCF, which ulna.load reads", "gazebo": "SDF of before 1.3, which is not read; 1.4 is"}
-_SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
+_SHAPES = (*IN_URDF, "mesh")
 _NEWEST: tuple[int, int] = (
     1,
     2,
@@ -209,13 +209,12 @@ class _Reader(Reader):
         return bool(others) and not all(key in shape.attrib for key in needed)
 
     def known_shape(self, element: etree._Element) -> Shape:
-        if element.tag == "box":
-            return Box(self.triple(element, "size", low=0.0))
-        if element.tag == "sphere":
-            return Sphere(self.number(element, "radius", low=0.0))
-        if element.tag in ("cylinder", "capsule"):
-            kind = Cylinder if element.tag == "cylinder" else Capsule
-            return kind(self.number(element, "radius", low=0.0), self.number(element, "length", low=0.0))
+        if element.tag != "mesh":
+            kind = IN_URDF[str(element.tag)]
+            keys = zip(kind.urdf, kind.sizes.values(), strict=True)
+            return kind.shape(
+                *(self.triple(element, key, low=0.0) if n == 3 else self.number(element, key, low=0.0) for key, n in keys)
+            )
         scale = self.triple(element, "scale") if "scale" in element.attrib else (1.0, 1.0, 1.0)
         return Mesh(self.attribute(element, "filename"), scale)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ulna.description.pose import rpy_from_matrix
 from ulna.description.robot_description import Body, Description, Inertia, Joint, JointType
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Shape, Sphere, UnknownShape
+from ulna.description.shapes import IN_URDF, Mesh, Shape, UnknownShape, kind_of
 from ulna.description.unread import ATTRIBUTES
 from ulna.errors import DescriptionError, InputError
 
@@ -35,7 +35,7 @@ def expressible_in_urdf(description: Description) -> Description:
 
     It is for findings only, since such a joint no longer slides.
     """
-    kept = (Box, Sphere, Cylinder, Capsule, Mesh)
+    kept = (Mesh, *(kind.shape for kind in IN_URDF.values()))
     links = (
         replace(
             link,
@@ -59,8 +59,9 @@ def _version(description: Description) -> dict[str, str]:
     limits = [joint.limits for joint in description.joints]
     if any(math.isfinite(min(each.acceleration, each.deceleration, each.jerk)) for each in limits):
         return {"version": "1.2"}
-    shapes = (body.shape for link in description.links for body in (*link.visuals, *link.collisions))
-    return {"version": "1.1"} if any(isinstance(shape, Capsule) for shape in shapes) else {}
+    kinds = (kind_of(body.shape) for link in description.links for body in (*link.visuals, *link.collisions))
+    major, minor = max((kind.urdf_since for kind in kinds if kind is not None), default=(1, 0))
+    return {"version": f"{major}.{minor}"} if minor else {}
 
 
 def _inertial(inertia: Inertia) -> etree._Element:
@@ -85,18 +86,18 @@ def _body(tag: str, body: Body) -> etree._Element:
 
 
 def _shape(shape: Shape) -> etree._Element:
+    kind = kind_of(shape)
+    if kind is not None:
+        if not kind.urdf:
+            raise InputError("description", f"URDF has no {kind.word}, so it cannot be written")
+        keys = zip(kind.urdf, kind.sizes, strict=True)
+        return etree.Element(kind.word, {key: _words(np.atleast_1d(getattr(shape, size))) for key, size in keys})
     match shape:
-        case Box(extents):
-            return etree.Element("box", size=_words(extents))
-        case Sphere(radius):
-            return etree.Element("sphere", radius=_words([radius]))
-        case Cylinder(radius, length) | Capsule(radius, length):
-            return etree.Element(type(shape).__name__.lower(), radius=_words([radius]), length=_words([length]))
         case Mesh(uri, scale):
             return etree.Element("mesh", filename=uri, scale=_words(scale))
         case UnknownShape(kind):
             raise InputError("description", f"{kind} is not known, so it cannot be written")
-        case ConvexMesh():
+        case _:
             raise InputError("description", "URDF has no convex hulls; write the robot as it was before with_convex_hulls()")
 
 

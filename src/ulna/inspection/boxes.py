@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ulna.description.meshes.hulls import mesh_reader
 from ulna.description.meshes.mesh_files import CHECKED, Located, MeshFiles
 from ulna.description.robot_description import Body, Link
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Shape, Sphere
+from ulna.description.shapes import ConvexMesh, Mesh, Shape, kind_of
 from ulna.errors import FileError, MissingExtraError
 
 Array = NDArray[np.float64]
@@ -53,15 +53,10 @@ class Boxes:
         return _union(boxes)
 
     def _of_shape(self, shape: Shape) -> Array | None:
+        if (kind := kind_of(shape)) is not None:
+            half = np.array(kind.half_extents(shape))
+            return np.array([-half, half])
         match shape:
-            case Box():
-                half = np.array(shape.half_extents)
-            case Sphere(radius=r):
-                half = np.array([r, r, r])
-            case Cylinder(radius=r, length=h):
-                half = np.array([r, r, h / 2])
-            case Capsule(radius=r, length=h):
-                half = np.array([r, r, h / 2 + r])
             case ConvexMesh(vertices=points):
                 return np.array([points.min(axis=0), points.max(axis=0)])
             case Mesh(uri, scale) if uri.lower().endswith(CHECKED):
@@ -69,9 +64,7 @@ class Boxes:
                     return np.sort(self.of_file(uri) * scale, axis=0)
                 except (FileError, MissingExtraError, OSError):
                     return None  # another check reports it
-            case _:
-                return None
-        return np.array([-half, half])
+        return None
 
 
 def _union(boxes: list[Array]) -> Array | None:

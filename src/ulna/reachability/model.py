@@ -16,16 +16,14 @@ from ulna.collision.allowed import AllowedCollisions, LinkPair
 from ulna.collision.attached import Attached
 from ulna.description.file_bytes import json_value
 from ulna.description.robot_description import Body, Description, Inertia, Joint, JointType, Limits, Link, Mimic, Safety
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere
+from ulna.description.shapes import KINDS, ConvexMesh, Mesh
 from ulna.dynamics.dynamics import FREE_FALL
 from ulna.errors import DescriptionError
 from ulna.kinematics.tree import Narrowed
 from ulna.robot import Robot
 
-_KINDS = {
-    kind.__name__: kind
-    for kind in (Attached, Body, Box, Capsule, ConvexMesh, Cylinder, Description, Joint, Limits, Link, LinkPair, Mesh, Mimic)
-} | {"Inertia": Inertia, "Safety": Safety, "Sphere": Sphere}
+_CLASSES = (Attached, Body, ConvexMesh, Description, Inertia, Joint, Limits, Link, LinkPair, Mesh, Mimic, Safety)
+_KINDS = {kind.__name__: kind for kind in (*_CLASSES, *(kind.shape for kind in KINDS))}
 _LEFT_OUT = {"line", "text", "source", "folder", "package_dirs", "srdf", "visuals", "color", "excess", "touched", "samples", "q"}
 _OF_FORCES = {"inertia", "damping", "friction"}
 

@@ -10,11 +10,20 @@ from numpy.typing import NDArray
 from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import Obstacle
 from ulna.collision.world import World
+from ulna.description.shapes import KINDS
 from ulna.viewer.typed_fields import Typed, TypedFields, refusals_shown, retype_angles, retype_position
 
 _NONE: str = "none"
 Known = dict[str, tuple[Obstacle, NDArray[Any]]]
 Change = Callable[[str, Obstacle, NDArray[Any], str], object]
+
+
+def _size_field(gui: viser.GuiApi, name: str, count: int) -> Any:
+    """A hidden field of a dimension that has one number, or three along x, y and z."""
+    label = f"{name.capitalize()} [m]"
+    if count == 1:
+        return gui.add_number(label, 0.0, step=0.001, visible=False)
+    return gui.add_vector3(label, (0.0, 0.0, 0.0), step=0.001, visible=False, hint="Along x, y, z")
 
 
 class ObstacleForm:
@@ -25,6 +34,9 @@ class ObstacleForm:
         world: The obstacles.
         change: Called with an obstacle's name, and its new shape, pose and name.
         moved: Called when ``take`` is to be called.
+
+    Attributes:
+        sizes: The field of each dimension that some kind of shape has, by the attribute of the shape.
     """
 
     def __init__(self, gui: viser.GuiApi, world: World, change: Change, moved: Callable[[], None]) -> None:
@@ -35,13 +47,11 @@ class ObstacleForm:
             "Obstacle", [_NONE], initial_value=_NONE, hint="Or click it in the scene"
         )
         self.name = gui.add_text("Name", "", visible=False)
-        self.extents = gui.add_vector3("Extents [m]", zero, step=0.001, visible=False, hint="Edges along x, y, z")
-        self.radius = gui.add_number("Radius [m]", 0.0, step=0.001, visible=False)
-        self.length = gui.add_number("Length [m]", 0.0, step=0.001, visible=False)
+        sizes = {name: n for kind in KINDS for name, n in kind.sizes.items()}
+        self.sizes = {name: _size_field(gui, name, n) for name, n in sizes.items()}
         self.xyz = gui.add_vector3("Position [m]", zero, step=0.001, visible=False, hint="Of its center, in the base frame")
         self.rpy = gui.add_vector3("Roll, pitch, yaw [rad]", zero, step=0.01, visible=False)
-        self._sizes = {"extents": self.extents, "radius": self.radius, "length": self.length}  # by the attribute of a shape
-        self._fields = TypedFields((self.name, *self._sizes.values(), self.xyz, self.rpy), moved, lambda: self.chosen)
+        self._fields = TypedFields((self.name, *self.sizes.values(), self.xyz, self.rpy), moved, lambda: self.chosen)
         self.choice.on_update(self._chosen)
 
     @property
@@ -75,7 +85,7 @@ class ObstacleForm:
         shape, T = known.get(chosen, (None, None))
         for field in (self.name, self.xyz, self.rpy):
             field.visible = shape is not None
-        for name, field in self._sizes.items():
+        for name, field in self.sizes.items():
             field.visible = hasattr(shape, name)
             if field.visible:
                 self._fields.write(field, getattr(shape, name))
@@ -106,6 +116,6 @@ class ObstacleForm:
         elif isinstance(shape, PointCloud):
             shape = PointCloud(shape.points, edit.value)
         else:
-            size = next(name for name, field in self._sizes.items() if field is edit.field)
+            size = next(name for name, field in self.sizes.items() if field is edit.field)
             shape = replace(shape, **{size: edit.value})
         self._change(edit.chosen, shape, T, name)

@@ -17,22 +17,18 @@ from ulna.collision.grids import Obstacle
 from ulna.collision.scene_file import world_from_json, world_to_json
 from ulna.collision.world import World, exchange
 from ulna.description.pose import pose, quaternion_from_matrix
-from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
+from ulna.description.shapes import HalfSpace
 from ulna.errors import InputError
 from ulna.viewer.nodes import Handles, add_shape, paint, reshape
 from ulna.viewer.obstacle_form import ObstacleForm
 from ulna.viewer.palette import GROUND, OBSTACLES, PALE, TOUCHING, Color
+from ulna.viewer.primitives import LOOKS
 from ulna.viewer.session.scene_history import Entry, Scene, SceneHistory, scene_of, world_of
 from ulna.viewer.typed_fields import refusals_shown
 from ulna.viewer.uploads import ENDINGS, shapes_of_file
 
 _EDGE = 0.15  # the edge of a new obstacle, as a part of the robot's size
-_NEW = {
-    "Box": lambda edge: Box((edge, edge, edge)),
-    "Sphere": lambda edge: Sphere(round(edge / 2, 4)),
-    "Cylinder": lambda edge: Cylinder(round(edge / 2, 4), edge),
-    "Capsule": lambda edge: Capsule(round(edge / 4, 4), edge),
-}
+_NEW = {kind.__name__: looks.new for kind, looks in LOOKS.items()}
 _UNITS = {"m": 1.0, "mm": 1e-3}  # [m]
 
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 from ulna.collision.world import World
 from ulna.description.pose import pose
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, HalfSpace, Mesh, Sphere, UnknownShape
+from ulna.description.shapes import ConvexMesh, HalfSpace, Mesh, Primitive, UnknownShape
 from ulna.robot import Robot
 from ulna.viewer.arm import Extent
 from ulna.viewer.page import Page
@@ -184,7 +184,7 @@ def height_under(world: World, extent: Extent) -> float:
     """The height of a floor under the obstacles near a robot [m]: what stands on it is not cut by it."""
     lowest = [0.0]
     for _, shape, T in world.items():
-        if isinstance(shape, Box | Sphere | Cylinder | Capsule | ConvexMesh):
+        if isinstance(shape, Primitive | ConvexMesh):
             points = triangles(shape).vertices @ T[:3, :3].T + T[:3, 3]
             if np.abs(points - extent.center).max() < _BESIDE * extent.radius:
                 lowest.append(float(points[:, 2].min()))

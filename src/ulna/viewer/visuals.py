@@ -14,13 +14,13 @@ from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import HeightMap, VoxelGrid
 from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.reader import Beside, mesh_bytes, read_scene
-from ulna.description.pose import pose
 from ulna.description.robot_description import Body
-from ulna.description.shapes import Box, Capsule, ConvexMesh, Cylinder, Mesh, Sphere, UnknownShape
+from ulna.description.shapes import ConvexMesh, Mesh, Primitive, UnknownShape
 from ulna.errors import FileError
 from ulna.robot import Robot
 from ulna.viewer.drawn_body import SHELL, drawn_body, joined, painted
 from ulna.viewer.panda_meshes import packaged_mesh, read_packaged
+from ulna.viewer.primitives import primitive_triangles
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,21 +85,15 @@ def _in_linear_light(material: Any) -> PBRMaterial | None:
     return PBRMaterial(baseColorFactor=[*light[:3], rgba[3]], metallicFactor=0.0, roughnessFactor=rough, alphaMode=pbr.alphaMode)
 
 
-def triangles(shape: Box | Sphere | Cylinder | Capsule | ConvexMesh | PointCloud | HeightMap | VoxelGrid) -> trimesh.Trimesh:
+def triangles(shape: Primitive | ConvexMesh | PointCloud | HeightMap | VoxelGrid) -> trimesh.Trimesh:
     """A shape other than a file's mesh as triangles, in its own frame."""
     match shape:
-        case Box(extents):
-            return trimesh.creation.box(extents)
-        case Sphere(radius):
-            return trimesh.creation.icosphere(subdivisions=3, radius=radius)
-        case Cylinder(radius, length):
-            return trimesh.creation.cylinder(radius, length, sections=48)
-        case Capsule(radius, length):
-            return trimesh.creation.capsule(length, radius, transform=pose((0.0, 0.0, -length / 2)))
         case ConvexMesh(vertices):
             return _hull(vertices)
         case PointCloud() | HeightMap() | VoxelGrid():
             return _many(shape)
+        case _:
+            return primitive_triangles(shape)
 
 
 def _colored(body: Body, files: MeshFiles) -> trimesh.Scene:

@@ -13,7 +13,7 @@ from ulna.description.sdf.collected import Collected
 from ulna.description.sdf.files import Included
 from ulna.description.sdf.frames import WORLD, Array, Place
 from ulna.description.sdf.unread import unread_parts
-from ulna.description.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, UnknownShape
+from ulna.description.shapes import IN_URDF, Mesh, Shape, Sphere, UnknownShape
 from ulna.description.xml import Reader
 from ulna.errors import DescriptionError, cited
 from ulna.kernels.layout import LARGEST
@@ -206,22 +206,21 @@ class Elements(Reader):
             raise self.place(geometry).fail(f"its <geometry> has {len(shapes)} shapes; one is expected")
         one = shapes[0]
         sizes = {tag: child for tag in ("size", "radius", "length", "radii") if (child := self.only(one, tag)) is not None}
-        needed = {"box": ("size",), "sphere": ("radius",), "ellipsoid": ("radii",)}.get(str(one.tag), ("radius", "length"))
-        if one.tag in ("box", "sphere", "cylinder", "capsule", "ellipsoid"):
+        kind = IN_URDF.get(str(one.tag))  # SDF has the names of URDF
+        if kind is not None or one.tag == "ellipsoid":
+            needed = ("radii",) if kind is None else kind.urdf
             missing = next((tag for tag in needed if tag not in sizes), None)
             if missing is not None:
                 raise self.place(one).fail(f"its <{one.tag}> has no <{missing}>")
-            lengths = [x for tag in needed for x in self.floats(sizes[tag], 3 if tag in ("size", "radii") else 1, 0.0)]
-            if one.tag == "box":
-                return Box((lengths[0], lengths[1], lengths[2]))
-            if one.tag == "sphere" or lengths == lengths[:1] * 3:
-                return Sphere(lengths[0])
-            if one.tag != "ellipsoid":
-                return (Cylinder if one.tag == "cylinder" else Capsule)(*lengths)
+            lengths = [self.floats(sizes[tag], 3 if tag in ("size", "radii") else 1, 0.0) for tag in needed]
+            if kind is not None:
+                return kind.shape(*(each if len(each) == 3 else each[0] for each in lengths))
+            if len(set(lengths[0])) == 1:
+                return Sphere(lengths[0][0])
         if one.tag == "mesh" and one.find("submesh") is None:
             return self.mesh(one)
-        kind = f"<{one.tag}>" if one.tag != "mesh" else "a <submesh>"
-        return None if one.tag == "empty" else UnknownShape(kind)
+        name = f"<{one.tag}>" if one.tag != "mesh" else "a <submesh>"
+        return None if one.tag == "empty" else UnknownShape(name)
 
     def mesh(self, element: etree._Element) -> Mesh:
         """A mesh, with its address as seen from the document."""

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.world import World
 from ulna.description.pose import rpy_from_matrix
-from ulna.description.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
+from ulna.description.shapes import KINDS, HalfSpace
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 from ulna.viewer.session.way import ASIDE, TILT, Leg, Manner, rates_of
@@ -20,7 +20,7 @@ from ulna.viewer.session.way import ASIDE, TILT, Leg, Manner, rates_of
 PERIOD = 0.01  # [s] between two rows of a file
 _SCENE = "scene.json"
 _DIGITS = 12
-_PLAIN = {Box: ("extents",), Sphere: ("radius",), Cylinder: ("radius", "length"), Capsule: ("radius", "length"), HalfSpace: ()}
+_PLAIN = {kind.shape: tuple(kind.sizes) for kind in KINDS} | {HalfSpace: ()}
 Array = NDArray[np.float64]
 
 
