@@ -1,1 +1,1 @@
-"""From a pose to a motion: plans, trajectories."""
+"""Planning: collision-free paths, constraints and trajectories."""

@@ -1,6 +1,6 @@
-"""Limits of velocity, acceleration and jerk that the documentation or the source of some arms states.
+"""Lists limits of velocity, acceleration and jerk of some arms, from their documentation or source code.
 
-Only figures read in a source are here, and in the tables of arms. What no source states is None: the caller has to give it.
+All figures here and in the tables of arms are from a source. A limit without a source is None: the caller has to give it.
 """
 
 from typing import NamedTuple
@@ -14,18 +14,18 @@ Array = NDArray[np.float64]
 
 
 class ArmLimits(NamedTuple):
-    """What a source says about the joints of an arm, shape (n_dof,) each; None where it says nothing.
+    """The limits of an arm's joints from a source, shape (n_dof,) each; None if the source has no such limits.
 
     Attributes:
-        velocity: The greatest velocity of each joint [rad/s or m/s]; NaN of a joint of which the source says nothing.
-        acceleration: The greatest acceleration [rad/s^2 or m/s^2].
-        jerk: The greatest jerk [rad/s^3 or m/s^3].
-        source: Where the figures are from.
-        lower: The least position of each joint [rad or m], -inf where it says nothing; None where it says nothing of any.
-        upper: The greatest one.
-        scaling: The shares of the velocity and of the acceleration that a motion takes unless its maker says otherwise.
-        near_ends: Where the velocity depends on the position: rows (offset, rate, lower, upper), shape (n_dof, 4). Towards the
-            upper end at most sqrt(rate (upper - q)) - offset is allowed, towards the lower one sqrt(rate (q - lower)) - offset.
+        velocity: Maximum velocity of each joint [rad/s or m/s]; NaN for a joint without one.
+        acceleration: Maximum acceleration [rad/s^2 or m/s^2].
+        jerk: Maximum jerk [rad/s^3 or m/s^3].
+        source: The source of the figures.
+        lower: Minimum position of each joint [rad or m]; -inf for a joint without one.
+        upper: Maximum position of each joint [rad or m]; inf for a joint without one.
+        scaling: The default scaling factors of velocity and acceleration for motions.
+        near_ends: Position-dependent velocity limits: rows (offset, rate, lower, upper), shape (n_dof, 4). The maximum velocity
+            towards the upper end is sqrt(rate (upper - q)) - offset, towards the lower end sqrt(rate (q - lower)) - offset.
     """
 
     velocity: Array
@@ -38,7 +38,7 @@ class ArmLimits(NamedTuple):
     scaling: tuple[float, float] = (1.0, 1.0)
 
     def velocity_at(self, q: Array, qd: Array) -> Array:
-        """The greatest velocity at positions q in the direction of velocities qd, shape (..., n_dof) each [rad/s or m/s]."""
+        """The maximum velocity [rad/s or m/s] at positions q in the direction of velocities qd, shape (..., n_dof) each."""
         most = np.broadcast_to(self.velocity, q.shape)
         if self.near_ends is None:
             return most
@@ -83,7 +83,7 @@ ARMS = {
 
 
 def _of_table(arm: ArmTable) -> ArmLimits:
-    """The limits of an arm that has a table; its positions are those of its description."""
+    """The limits of an arm from its table, without positions, which are in its description."""
     velocity = _numbers(*(arm.radians(row.velocity) for row in arm.moving))
     acceleration = _numbers(*(arm.radians(row.acceleration) for row in arm.moving))
     return ArmLimits(velocity, acceleration if np.isfinite(acceleration).all() else None, None, arm.limits_from)

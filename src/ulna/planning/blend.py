@@ -1,8 +1,8 @@
 """Rounds the corners of a path by parabolas.
 
-A corner P between the unit directions d and e is cut b before and b behind it. The parabola with the control points P - b d, P,
-P + b e has the derivative (1 - s / 2b) d + (s / 2b) e by the length s of the path's edges, so that it goes on smoothly from one
-edge into the next; its second derivative is (e - d) / 2b.
+A corner P between edges with unit directions d and e is cut at the distance b before and after it. The parabola has the control
+points P - b d, P and P + b e. Let s be the length along the edges. The first derivative is (1 - s / 2b) d + (s / 2b) e, so it
+joins the edges smoothly. Its second derivative is (e - d) / 2b.
 """
 
 from collections.abc import Callable
@@ -17,88 +17,92 @@ from ulna.planning.path_limits import PathLimit, Timed, are_kept
 from ulna.planning.positions import Farthest, PositionLimits
 
 Array = NDArray[np.float64]
-CHORDS = 4  # along which a parabola is certified
-CHORDS_ALONG = 16  # with constraints: of a tight tolerance, what may lie beside a chord takes much; it falls with the square
-_HALVINGS = 3  # how often a rounding that is not free is halved; then the motion stops at the corner
-_MAX_SHARE = 0.49995  # of an edge: what is left between two roundings is not so short that rounding errors matter in its times
-_STRAIGHT = 1e-12  # of the directions of two edges: no corner
-_AT_ONCE = 64  # corners that are certified by one call
+CHORDS = 4  # chords per parabola for its certificate
+CHORDS_ALONG = 16  # with constraints: the distance from a chord, quadratic in its length, uses part of a tight tolerance
+_HALVINGS = 3  # maximum halvings of a rounding that is not free; then the motion stops at the corner
+_MAX_SHARE = 0.49995  # share of an edge that a rounding may replace, so that times between two roundings are not rounding errors
+_STRAIGHT = 1e-12  # a smaller change of direction is no corner
+_AT_ONCE = 64  # corners certified by one call
 
 
 class IsFree(NamedTuple):
-    """What certifies paths."""
+    """A certificate of paths and motions."""
 
     n_free: Callable[[Array, Array], int]
-    """How many of some paths, points of shape (m, n, n_dof), are free from the first on, with all that is within spreads, shape
-    (m, n - 1, n_dof), of their edges in each entry of q."""
+    """A function that counts free paths, from the first to the first that is not free. Its arguments are the points, shape (m, n,
+    n_dof), and the distances from the edges in each entry of q to include, shape (m, n - 1, n_dof)."""
     chords: int = CHORDS
-    """Along how many it certifies a rounding."""
+    """The number of chords of a rounding."""
     tolerance: float = np.inf
-    """The least one of what is kept [m or rad]."""
+    """The smallest tolerance of the constraints [m or rad]."""
     positions: PositionLimits | None = None
-    """What whole motions are certified to keep. A path between configurations within these limits, and its roundings, are within
-    them: the limits are a box, which is convex."""
+    """Position limits for whole motions. They are a convex box, so a path between configurations within them, with its roundings,
+    is within them too."""
     caps: tuple[PathLimit, ...] = ()
-    """Limits beside those of joints, as of the speed of a hand, which a whole motion must keep."""
+    """Limits of hands and torques for whole motions."""
     limit: TimeLimit = TimeLimit(None)
-    """The time that a motion may take to compute."""
+    """The maximum computation time of a motion."""
 
 
 class Grid(NamedTuple):
-    """A path as lines and parabolas: q(s) = start + slope s + bend s^2 / 2 in each interval, 0 <= s <= step."""
+    """A path of lines and parabolas.
+
+    In each interval q(s) = start + slope s + bend s^2 / 2, with 0 <= s <= step.
+    """
 
     starts: Array
-    """Shape (n, n_dof); so are slopes and bends."""
+    """Positions at the starts of the intervals, shape (n, n_dof)."""
     slopes: Array
+    """First derivatives at the starts, shape (n, n_dof)."""
     bends: Array
-    """0 of a line."""
+    """Second derivatives, shape (n, n_dof); 0 for a line."""
     steps: Array
     """The lengths of the intervals, shape (n,)."""
     borders: NDArray[np.int64]
-    """The ends of intervals at which the motion rests, counted from 0, the start of the path, on."""
+    """The indices of the grid points at which the motion rests; grid point 0 is the start of the path."""
     chords: int
-    """As of ``IsFree``."""
+    """The number of chords of a rounding; see ``IsFree``."""
 
 
 class Beside(NamedTuple):
-    """How far a motion may leave the path about a corner."""
+    """The deviation of a motion from the path near a corner, which the corner's certificate includes."""
 
     by: float
-    """In each entry of q [rad or m]."""
+    """The largest deviation in each entry of q [rad or m]."""
     reach: float
-    """The length of each edge, from the rounding on, along which it may."""
+    """The length of each edge, from the rounding, on which the motion may deviate."""
 
 
 ON_PATH = Beside(0.0, 0.0)
 
 
 class Edges(NamedTuple):
-    """A path and its edges."""
+    """A path with its edges."""
 
     path: Array
-    """Shape (n, n_dof), n >= 2."""
+    """The points, shape (n, n_dof), n >= 2."""
     lengths: Array
-    """Above 0, shape (n - 1,)."""
+    """The lengths of the edges, above 0, shape (n - 1,)."""
     directions: Array
-    """Shape (n - 1, n_dof)."""
+    """The directions of the edges, shape (n - 1, n_dof)."""
     turns: Array
-    """How much an entry of the directions changes at most at each point, shape (n,): 0 where it goes straight on."""
+    """The largest change of an entry of the direction at each point, shape (n,): 0 where the path is straight."""
     chords: int = CHORDS
-    """As of ``IsFree``."""
+    """The number of chords of a rounding; see ``IsFree``."""
 
 
 def edges_of(path: Array, lengths: Array, chords: int = CHORDS) -> Edges:
-    """The edges of a path, shape (n, n_dof), which are so long."""
+    """The edges of a path, shape (n, n_dof), with given lengths, shape (n - 1,)."""
     directions, turns = np.diff(path, axis=0) / lengths[:, None], np.zeros(len(path))
     turns[1:-1] = np.abs(np.diff(directions, axis=0)).max(axis=1)
     return Edges(path, lengths, directions, np.where(turns > _STRAIGHT, turns, 0.0), chords)
 
 
 def free_cuts(edges: Edges, blend: float, is_free: IsFree, within: float = np.inf, beside: Beside = ON_PATH) -> Array:
-    """How much of its two edges the rounding of each point of a path takes, shape (n,): as much as is free, 0 where none is.
+    """The largest free rounding of each point of a path: the length cut off both edges, shape (n,).
 
-    blend: the greatest length of an edge that a rounding takes; within: how far a rounding may leave the path in an entry of
-    q. In the middle it does so by b (e - d) / 4. beside: what is free about each rounding too.
+    It is 0 if no rounding is free. blend: the largest length to cut off. within: the largest distance of a rounding from the
+    corner in an entry of q; in the middle it is b (e - d) / 4. beside: the deviation near each rounding that must be free too.
     """
     cuts, lengths = np.zeros(len(edges.path)), edges.lengths
     corners = np.flatnonzero(edges.turns) if blend > 0.0 else np.zeros(0, dtype=np.int64)
@@ -125,7 +129,7 @@ def free_cuts(edges: Edges, blend: float, is_free: IsFree, within: float = np.in
 
 
 def rounded(edges: Edges, cuts: Array) -> Grid:
-    """The lines and parabolas of a path with rounded corners; at a corner whose cut is 0 the motion stops."""
+    """The lines and parabolas of a path with rounded corners; the motion stops at a corner with cut 0."""
     path, lengths, directions, turns, chords = edges
     inner, n = cuts[1:-1], 2 * len(lengths) - 1
     starts, slopes, bends, steps = (np.zeros((n, *each.shape[1:])) for each in (path, path, path, lengths))
@@ -141,12 +145,12 @@ def rounded(edges: Edges, cuts: Array) -> Grid:
 
 
 def is_path_free(is_free: IsFree, points: Array, spreads: Array) -> bool:
-    """Whether one path is free: points of shape (n, n_dof), spreads of shape (n - 1, n_dof)."""
+    """Whether one path is free, from its points, shape (n, n_dof), and spreads, shape (n - 1, n_dof)."""
     return is_free.n_free(points[None], spreads[None]) > 0
 
 
 class _Moving(Timed, Protocol):
-    """A motion in time."""
+    """The interface of a motion in time."""
 
     def farthest(self, since: float) -> Farthest: ...
 
@@ -154,21 +158,22 @@ class _Moving(Timed, Protocol):
 
 
 def is_motion_free(is_free: IsFree, timed: _Moving, since: float) -> bool:
-    """Whether a motion keeps the limits of position and of hands from a time on, and is free: it may leave its path."""
+    """Whether a motion, from a time on, is free and within the limits of positions, hands and torques."""
     if is_free.positions is not None and is_free.positions.beyond(timed, since) is not None:
         return False
     return are_kept(timed, is_free.caps, since) and is_path_free(is_free, *timed.edges_since(since))
 
 
 def end_of(path: Grid) -> Array:
-    """Where a path ends, shape (n_dof,)."""
+    """The end of a path, shape (n_dof,)."""
     return path.starts[-1] + path.steps[-1] * (path.slopes[-1] + 0.5 * path.steps[-1] * path.bends[-1])
 
 
 def _chords(edges: Edges, corners: NDArray[np.int64], cuts: Array, beside: Beside) -> tuple[Array, Array]:
-    """The chords of roundings that take so much of their edges, and of the lines about them that the motion may leave.
+    """The chords of roundings with given cuts, and of the adjacent lines from which the motion may deviate.
 
-    Their points, shape (n, k + 1, n_dof), and how far beside each all is to be free, shape (n, k, n_dof).
+    Returns:
+        The points, shape (n, k + 1, n_dof), and the distance from each chord that must be free, shape (n, k, n_dof).
     """
     corner, b = edges.path[corners, None], cuts[:, None, None]
     before, behind = edges.directions[corners - 1, None], edges.directions[corners, None]

@@ -1,4 +1,4 @@
-"""Makes motions that move at their start or at their end: a path is entered and left straight on."""
+"""Makes motions with velocities at their start or end, which enter and leave a path straight."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from ulna.planning.positions import PositionLimits, farthest_of
 from ulna.planning.timing import AT_REST, Limits, Speeds, TimedPath
 
 Array = NDArray[np.float64]
-STRAIGHT_ON = 1.02, 1.5, 2.5, 4.0  # of the distance in which the motion would stop
-_ALONG = 1e-9  # of the directions of a velocity and of an edge: the edge goes straight on
-_ABOVE = 1 + 1e-9  # of a limit of velocity, by rounding
+STRAIGHT_ON = 1.02, 1.5, 2.5, 4.0  # lengths of the straight part, as multiples of the braking distance
+_ALONG = 1e-9  # difference of directions below which a velocity is along an edge
+_ABOVE = 1 + 1e-9  # tolerance of a velocity limit, for rounding
 
 
 class Ends(NamedTuple):
-    """The velocities at the start and at the end of a motion [rad/s or m/s], shape (n_dof,) each; 0 at rest."""
+    """The velocities at the ends of a motion [rad/s or m/s], shape (n_dof,) each; 0 at rest."""
 
     start: Array
     end: Array
@@ -32,10 +32,10 @@ class Ends(NamedTuple):
 def as_ends(
     start: ArrayLike | None, end: ArrayLike | None, path: Array, limits: Limits, positions: PositionLimits, names: Sequence[str]
 ) -> Ends:
-    """The velocities that a caller gives at the ends of a path, shape (n, n_dof); None for rest.
+    """Check given velocities at the ends of a path, shape (n, n_dof); None for rest.
 
     Raises:
-        InputError: One is not n_dof finite numbers, or above its limit, or a joint could not stop before the end of its range.
+        InputError: A velocity is not n_dof finite numbers, exceeds its limit, or a joint could not stop within its range.
     """
     ends = Ends(*(_as_velocity(*each, limits, names) for each in (("start_velocity", start), ("end_velocity", end))))
     for name, q, qd in zip(("start_velocity", "end_velocity"), path[[0, -1]], ends, strict=True):
@@ -61,7 +61,7 @@ def _as_velocity(name: str, given: ArrayLike | None, limits: Limits, names: Sequ
 
 
 def refuse_path_beyond(argument: str, path: Array, positions: PositionLimits, names: Sequence[str]) -> None:
-    """Refuse a path, shape (n, n_dof), beyond limits of position; in them is a motion along it, with its roundings, too."""
+    """Raise an error if a path, shape (n, n_dof), exceeds position limits; a motion with roundings stays within its hull."""
     beyond = positions.beyond_of(farthest_of(path, np.arange(float(len(path)))))
     if beyond is not None:
         if argument == "q_path":
@@ -81,13 +81,14 @@ def with_ends(
 ) -> TimedPath | JerkLimited:
     """The fastest motion along a path, shape (n, n_dof), with velocities at its ends.
 
-    Where a velocity is not along the first edge or the last, the motion goes straight on for the distance that it needs, and from
-    there to the second point of the path; that is certified, and left out if ``within`` is finite.
+    A velocity may not be along the first or last edge. Then the motion continues straight for the distance that it needs, and
+    goes to the second point of the path; all of it is certified. With a finite ``within`` this is not tried.
 
-    lengths_of: what measures differences of q; names: of its entries; the others: as of ``timed_path``.
+    lengths_of: a function that measures differences of q. names: the names of the entries of q. Other arguments: see
+    ``timed_path``.
 
     Raises:
-        InputError: No such way is within the limits and free.
+        InputError: No such motion is within the limits and free.
     """
     window = 0.0 if limits.jerk is None else 2.0 * float((limits.acceleration / limits.jerk).max())
     speeds = Speeds(*(float(lengths_of(velocity)) for velocity in ends)) if np.any(ends) else AT_REST
@@ -128,9 +129,10 @@ def with_ends(
 
 
 def _entered(edge: Array, velocity: Array, more: float, limits: Limits, window: float) -> list[Array] | None:
-    """The point up to which a motion goes straight on, from the start of an edge; none if the edge does, None if it has to.
+    """The end of a straight part before an edge, in a list; empty if the edge is along the velocity.
 
-    edge: shape (2, n_dof), or (1, n_dof) of a path that is a point; more: 0 for the edge itself.
+    edge: its points, shape (2, n_dof), or (1, n_dof) for a path of one point. more: the straight length as a multiple of the
+    braking distance. For 0 only the edge itself is tried: None if it is not along the velocity.
     """
     speed = float(np.linalg.norm(velocity))
     if speed == 0.0:
@@ -145,14 +147,14 @@ def _entered(edge: Array, velocity: Array, more: float, limits: Limits, window: 
 
 
 def stopping_distance(along: Array, speed: float, acceleration: Array) -> float:
-    """The distance in which a motion straight on stops within limits of acceleration."""
+    """The braking distance of a straight motion within limits of acceleration."""
     return 0.5 * speed**2 * float((np.abs(along) / acceleration).max())
 
 
 def braking_way(qd: Array, limits: Limits) -> Array:
-    """The least distance that each joint needs to stop [rad or m], with its sign, from an acceleration of 0.
+    """The signed braking distance of each joint [rad or m], from an acceleration of 0.
 
-    With a limit of jerk the acceleration grows and falls evenly, so that the mean velocity is half of the first.
+    With a jerk limit the acceleration ramps up and down symmetrically, so the mean velocity is half the initial one.
     """
     speed = np.abs(qd)
     if limits.jerk is None:
@@ -163,5 +165,5 @@ def braking_way(qd: Array, limits: Limits) -> Array:
 
 
 def without_equal(points: Array) -> Array:
-    """The points without those that equal the one before."""
+    """The points without repetitions of the previous point."""
     return points[np.concatenate([[True], np.abs(np.diff(points, axis=0)).max(axis=1) > 0.0])]

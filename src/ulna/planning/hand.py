@@ -1,13 +1,13 @@
-"""Limits the speed and the acceleration of a hand along a path, and bounds them in a motion at all times.
+"""Limits the speed and acceleration of a hand along a path, and bounds them in a motion at all times.
 
-Along a path q(s) the hand moves as p(s), with p' = J_v q' and p'' = J_v q'' + (dJ_v/ds) q'. Passed with ds/dt it moves at
-|p'| ds/dt, and its acceleration is p' u + p'' x with x = (ds/dt)^2 and u = d2s/dt2: both bound x and u as the limits of joints
-do (``kernels.planning.time_optimal``). The acceleration lies in the plane of p' and p''. There a polygon in
-the circle approximates it.
+Along a path q(s) the hand is at p(s), with p' = J_v q' and p'' = J_v q'' + (dJ_v/ds) q'. At the path speed ds/dt, the hand's
+speed is |p'| ds/dt. Its acceleration is p' u + p'' x, with x = (ds/dt)^2 and u = d2s/dt2. Limits of both constrain x and u like
+the limits of joints (``kernels.planning.time_optimal``). The acceleration lies in the plane of p' and p''. There a polygon
+inscribed in the circle approximates its limit.
 
-Between two samples h apart a curve f lies within h^2 / 8 times the greatest |f''| of the chord, which is nowhere longer than at
-one of its ends. Derivatives of p are bounded by the rates of the joints: a mixed derivative by any of them is at most the
-distance of the hand from the axis of the one that is nearest to it along the chain.
+Between two samples h apart, the distance of a curve f from its chord is at most h^2 / 8 times the largest |f''|. The norm on a
+chord is largest at one of its ends. The rates of the joints bound the derivatives of p. A mixed derivative with
+respect to several joints is bounded by a distance: from the hand to the axis of the last of these joints in the chain.
 """
 
 from __future__ import annotations
@@ -33,29 +33,29 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 QUANTITIES = "speed", "acceleration", "angular_speed"
 UNITS = {"speed": "m/s", "acceleration": "m/s^2", "angular_speed": "rad/s"}
-LARGEST = 1e9  # of a limit: above, times are rounding
-_DIRECTIONS = 12  # of the polygon, half of its sides: it is 0.9 % narrower than the circle
-_WITHIN = 1 - 1e-4  # of a limit, along a path: what is left is for the bound between samples of the motion
-_PRECISION = 5e-5  # of a limit, of that bound
-_DIFFERENCE = 1e-4  # [rad]: of the joint that moves most, for the derivative of J
-_MAX_SAMPLES = 300_000  # of a motion: with more of them the bound is wider
-_NODES = np.array([0.1, 0.3, 0.5, 0.7, 0.9])  # within an interval, where nothing jumps
+LARGEST = 1e9  # the maximum of a limit: for larger ones, times are rounding
+_DIRECTIONS = 12  # half the number of sides of the polygon, which is 0.9 % narrower than the circle
+_WITHIN = 1 - 1e-4  # factor of a limit along a path; the rest covers the bound between samples of the motion
+_PRECISION = 5e-5  # precision of the bound between samples, relative to the limit
+_DIFFERENCE = 1e-4  # [rad]: step of the fastest joint in the finite difference of J
+_MAX_SAMPLES = 300_000  # maximum samples of a motion; the bound becomes wider instead of more samples
+_NODES = np.array([0.1, 0.3, 0.5, 0.7, 0.9])  # interpolation nodes inside an interval, away from jumps at its ends
 _DEGREE = len(_NODES) - 1
 _CHOICES = np.array([math.comb(_DEGREE, k) for k in range(_DEGREE + 1)], dtype=np.float64)
 
 
 @dataclass(frozen=True)
 class HandLimits:
-    """Limits of the speed and the acceleration of a link, kept at all times of a motion.
+    """Limits of the speed and the acceleration of a link, which hold at all times of a motion.
 
     Attributes:
-        speed: Of the link's origin [m/s]; no limit for None.
-        acceleration: Of the link's origin [m/s^2]; no limit for None.
-        angular_speed: Of the link [rad/s]; no limit for None.
+        speed: Maximum speed of the link's origin [m/s]; no limit for None.
+        acceleration: Maximum acceleration of the link's origin [m/s^2]; no limit for None.
+        angular_speed: Maximum angular speed of the link [rad/s]; no limit for None.
         link: The link; the robot's tip for None.
 
     Raises:
-        InputError: None of them is given, or one is not a number above 0.
+        InputError: No limit is given, or a limit is not a number above 0.
 
     Example:
         >>> import ulna
@@ -83,15 +83,15 @@ class HandLimits:
 
 @dataclass(frozen=True)
 class HandPeak:
-    """The greatest value of a quantity of a hand in a motion. ``if peak:`` asks whether it is within its limit.
+    """The peak of a quantity of a hand in a motion. ``bool(peak)`` is True if it is within its limit.
 
     Attributes:
         link: The link.
         quantity: "speed", "acceleration" or "angular_speed".
-        value: The greatest that was found [m/s, m/s^2 or rad/s].
-        time: When [s].
-        bound: An upper bound of the value at all times, but for 1e-6 of it: a finite difference is in the acceleration.
-        limit: The limit; infinite where none was given.
+        value: The largest sampled value [m/s, m/s^2 or rad/s].
+        time: The time of the peak [s].
+        bound: An upper bound at all times, up to a relative error of 1e-6 from a finite difference in the acceleration.
+        limit: The limit; infinite if none was given.
     """
 
     link: str
@@ -111,7 +111,7 @@ class HandPeak:
 
     @property
     def factor(self) -> float:
-        """The share of its speed with which the motion is within the limit."""
+        """The factor by which to slow the motion down to be within the limit."""
         return (self.limit / self.bound) ** (0.5 if self.quantity == "acceleration" else 1.0)
 
     def __str__(self) -> str:
@@ -124,31 +124,31 @@ class HandPeak:
 
 
 class Hand(NamedTuple):
-    """A link of a robot, and its limits."""
+    """A link of a robot with its limits."""
 
     tree: Tree
     limits: HandLimits
-    """With the name of the link."""
+    """The limits, with the name of the link."""
     jacobian: CompiledJacobian
-    """Of the link, in the axes of the base."""
+    """The Jacobian of the link, in the axes of the base."""
 
     @property
     def link(self) -> str:
-        """Its name."""
+        """The name of the link."""
         return str(self.limits.link)
 
     def limit(self, quantity: str) -> float:
-        """The limit of a quantity; infinite for none."""
+        """The limit of a quantity; infinite without one."""
         most = getattr(self.limits, quantity)
         return np.inf if most is None else float(most)
 
     def narrowed(self, peaks: Iterable[Any], share: float) -> Hand:
-        """The hand with limits as much narrower as peaks of it are beyond theirs, and by a share more."""
+        """A copy with limits reduced by the excess of the peaks, and by the factor ``share``."""
         beyond = {peak.quantity: peak.limit / peak.bound * share for peak in _of(peaks, self.link) if not peak}
         return self._replace(limits=replace(self.limits, **{name: factor * self.limit(name) for name, factor in beyond.items()}))
 
     def gentler(self, share: float) -> Hand:
-        """The hand with so much of its acceleration."""
+        """A copy with a share of the acceleration limit."""
         most = self.limits.acceleration
         return self if most is None else self._replace(limits=replace(self.limits, acceleration=share * most))
 
@@ -158,19 +158,19 @@ class Hand(NamedTuple):
         return twist[..., :3], twist[..., 3:]
 
     def stopping_distance(self, q: Array, qd: Array) -> float:
-        """The Euclidean distance of q in which the hand stops with half of its acceleration: the other half may turn it."""
+        """The braking distance, in the norm of q, with half of the hand's acceleration; the other half may turn it."""
         speed = float(np.linalg.norm(self.moved(q[None], qd[None])[0]))
         return float(np.linalg.norm(qd)) * speed / self.limit("acceleration")
 
     def bent(self, q: Array, qd: Array) -> Array:
-        """(dJ_v/dt) qd, shape (n, 3), by a central difference of J along the motion."""
+        """The acceleration (dJ_v/dt) qd, shape (n, 3), by a central difference of J along the motion."""
         size = np.abs(qd).max(axis=-1, keepdims=True)
         step = _DIFFERENCE * qd / np.where(size > 0.0, size, 1.0)
         (before, _), (behind, _) = self.moved(q - step, qd), self.moved(q + step, qd)
         return (behind - before) * size / (2.0 * _DIFFERENCE)
 
     def along(self, grid: Grid) -> PathBounds:
-        """The bounds that the hand sets along a path."""
+        """The bounds of the path speed and acceleration from the hand's limits."""
         n, ends = len(grid.steps), grid.slopes + grid.steps[:, None] * grid.bends
         until = grid.starts + grid.steps[:, None] * (grid.slopes + 0.5 * grid.steps[:, None] * grid.bends)
         before, behind = np.full(n, NO_LIMIT), np.full(n, NO_LIMIT)
@@ -183,7 +183,7 @@ class Hand(NamedTuple):
                 more = beside * rates.third(weights) + 1e-100
                 sizes = [np.linalg.norm(moved[k], axis=1) + more for moved in at_ends]
                 early, late = ((_WITHIN * self.limit(quantity) / size) ** 2 / _between(*sizes) for size in sizes)
-                early[0] = (self.limit(quantity) / (sizes[0][0] - more[0] + 1e-100)) ** 2  # there a motion may be at its limit
+                early[0] = (self.limit(quantity) / (sizes[0][0] - more[0] + 1e-100)) ** 2  # a motion may start at its limit
                 before, behind = np.minimum(before, early), np.minimum(behind, late)
         if self.limit("acceleration") == np.inf:
             return PathBounds(before, behind)
@@ -201,22 +201,22 @@ class Hand(NamedTuple):
         return PathBounds(before, behind, rows_of(grid.steps, first, last, (-most, most)))
 
     def peaks(self, timed: Timed, since: float) -> tuple[HandPeak, ...]:
-        """The greatest of each quantity of the hand that is limited, with bounds at all times."""
+        """The peaks of the hand's limited quantities, with bounds at all times."""
         pieces = _pieces_of(timed, since)
         rates = pieces.rates(self)
         limited = [(name, self.limit(name)) for name in QUANTITIES if self.limit(name) < np.inf]
         return tuple(_peak(self, name, timed, pieces, rates, limit) for name, limit in limited)
 
     def same_as(self, other: object) -> bool:
-        """Whether it is the same limit of the same link."""
+        """Whether another limit is equal and for the same link."""
         return isinstance(other, Hand) and self == other
 
-    def of(self, dynamics: object) -> Hand:  # noqa: ARG002 - as other limits have it
-        """It itself: what a robot holds does not count."""
+    def of(self, dynamics: object) -> Hand:  # noqa: ARG002 - the signature of PathLimit
+        """The hand itself, since attached objects do not change its limits."""
         return self
 
     def refuse_ends(self, q: Array, velocities: Iterable[Array]) -> None:
-        """Refuse velocities at the ends of a motion with which the hand is faster than its limit."""
+        """Raise an error if velocities at the ends of a motion exceed the hand's limits."""
         for name, at, qd in zip(("start_velocity", "end_velocity"), q, velocities, strict=True):
             for quantity, moved in zip(("speed", "angular_speed"), self.moved(at[None], qd[None]), strict=True):
                 value, limit = float(np.linalg.norm(moved)), self.limit(quantity)
@@ -225,7 +225,7 @@ class Hand(NamedTuple):
                     raise InputError(name, f"the {how}, and less than its limit of {limit:.4g} is expected; give a slower one")
 
     def rates(self, extents: Array, *rates: Array) -> _Rates:
-        """Bounds of the hand by derivatives of q, shape (n, n_dof) each. extents: the greatest |q|, (n_dof,)."""
+        """The data for bounds from derivatives of q, shape (n, n_dof) each. extents: the largest |q|, (n_dof,)."""
         chain = self.tree.chain(self.link)
         moving, columns = chain[:, KIND] != FIXED, chain[:, COLUMN].astype(np.int64)
         slides = np.where(chain[:, KIND] == PRISMATIC, np.abs(chain[:, RATIO]) * extents[columns] + np.abs(chain[:, OFFSET]), 0.0)
@@ -238,30 +238,33 @@ class Hand(NamedTuple):
 
 
 class _Rates(NamedTuple):
-    """Data of bounds of a hand's derivatives: for each joint of its chain an arm, and derivatives of its position."""
+    """The data for bounds of a hand's derivatives: a lever and derivatives of q for each joint of its chain."""
 
     arms: Array
-    """Greatest distance of the hand from the axis of each joint [m], shape (k,); 1 of a slide."""
+    """The largest distance of the hand from the axis of each joint [m], shape (k,); 1 for a slide."""
     turns: Array
-    """1 of a joint that turns, 0 of a slide, shape (k,)."""
+    """1 for a revolute joint, 0 for a slide, shape (k,)."""
     of: tuple[Array, ...]
-    """The greatest first, second, third ... derivative of each joint, shape (n, k) each."""
+    """The largest first, second, third ... derivative of each joint, shape (n, k) each."""
 
     def third(self, weights: Array) -> Array:
-        """A bound of the third derivative of the place, or of the second one of the angular velocity, shape (n,)."""
+        """A bound of the position's third derivative, or of the angular velocity's second, shape (n,)."""
         one, two, three = self.of[:3]
         first, second = (np.cumsum(rate, axis=1) for rate in (one, two))
         return three @ weights + (first * (3.0 * second + first * first)) @ _steps_of(weights)
 
     def fourth(self, weights: Array) -> Array:
-        """A bound of the fourth derivative of the place, shape (n,)."""
+        """A bound of the position's fourth derivative, shape (n,)."""
         first, second, third = (np.cumsum(rate, axis=1) for rate in self.of[:3])
         mixed = 4.0 * third * first + 3.0 * second**2 + 6.0 * second * first**2 + first**4
         return self.of[3] @ weights + mixed @ _steps_of(weights)
 
 
 def _steps_of(weights: Array) -> Array:
-    """By how much each weight is above the next: so weighed, sums up to each joint give a product the weight of its last one."""
+    """The differences of successive weights, shape (k,).
+
+    Weighted with them, a product of cumulative sums gives each product of rates the weight of its last joint.
+    """
     steps = weights.copy()
     steps[:-1] -= weights[1:]
     return steps
@@ -273,10 +276,10 @@ def _of(peaks: Iterable[Any], link: str) -> Iterator[HandPeak]:
 
 
 def as_hands(hand: HandLimits | Iterable[HandLimits] | None, tree: Tree) -> tuple[Hand, ...]:
-    """The hands that a caller limits, each with the name of its link.
+    """Check given limits of hands, and give each the name of its link.
 
     Raises:
-        InputError: One is no ``HandLimits``, no joint moves its link, or a link is named twice.
+        InputError: An element is not a ``HandLimits``, no joint moves its link, or a link is named twice.
         UnknownNameError: There is no such link.
     """
     hands: list[Hand] = []
@@ -295,16 +298,16 @@ def as_hands(hand: HandLimits | Iterable[HandLimits] | None, tree: Tree) -> tupl
 
 
 def _between(first: Array, last: Array) -> Array:
-    """The greatest (speed / limit)^2 within each interval if the hand is at its limit at both ends, shape (n,), by 17 samples.
+    """The largest (speed / limit)^2 within each interval for a hand at its limit at both ends, shape (n,).
 
-    (ds/dt)^2 is linear by the length, and |p'| no more than linear.
+    It is computed at 17 samples, since (ds/dt)^2 is linear in the length, and |p'| at most linear.
     """
     share, ratio = np.linspace(0.0, 1.0, 17), (last / first)[:, None]
     return ((1.0 + share * (ratio**-2 - 1.0)) * (1.0 + share * (ratio - 1.0)) ** 2).max(axis=1)
 
 
 def _sides(slopes: Array, bends: Array) -> tuple[Array, Array, Array]:
-    """p' and p'' along the directions of a polygon in their plane, shape (n, m) each, and |p''| across p', shape (n,)."""
+    """The components of p' and p'' along a polygon's directions, shape (n, m) each, and |p''| across p', shape (n,)."""
     size = np.linalg.norm(slopes, axis=1)
     forward = slopes / np.where(size > 0.0, size, 1.0)[:, None]
     ahead = (forward * bends).sum(axis=1)
@@ -316,26 +319,26 @@ def _sides(slopes: Array, bends: Array) -> tuple[Array, Array, Array]:
 
 
 def peak_of(timed: Timed, tree: Tree, link: str | None, quantity: str) -> HandPeak:
-    """The greatest value of one quantity of a link in a motion, without a limit."""
+    """The peak of one quantity of a link in a motion, without a limit."""
     (hand,) = as_hands(HandLimits(**{quantity: LARGEST}, link=link), tree)
     pieces = _pieces_of(timed, 0.0)
     return _peak(hand, quantity, timed, pieces, pieces.rates(hand), np.inf)
 
 
 class _Pieces(NamedTuple):
-    """A motion as polynomials: velocities and accelerations by their Bernstein coefficients, shape (n, degree + 1, n_dof)."""
+    """A motion as n polynomials: Bernstein coefficients of velocities and accelerations, shape (n, degree + 1, n_dof)."""
 
     begins: Array
-    """When each begins [s], shape (n,)."""
+    """The start of each polynomial [s], shape (n,)."""
     steps: Array
-    """Durations [s], shape (n,)."""
+    """The durations [s], shape (n,)."""
     velocities: Array
     accelerations: Array
     extents: Array
-    """The greatest |q|, shape (n_dof,)."""
+    """The largest |q|, shape (n_dof,)."""
 
     def rates(self, hand: Hand) -> _Rates:
-        """Bounds of the first four derivatives of the hand."""
+        """The data for bounds of the hand's first four derivatives."""
         steps, rates = self.steps[:, None, None], [self.velocities, self.accelerations]
         for degree in (_DEGREE, _DEGREE - 1):
             rates.append(degree / steps * np.diff(rates[-1], axis=1))
@@ -350,7 +353,7 @@ def _pieces_of(timed: Timed, since: float) -> _Pieces:
     if steps.any():
         times, steps = times[:-1][steps > 0.0], steps[steps > 0.0]
     else:
-        times, steps = times[:1], np.array([1.0])  # it rests
+        times, steps = times[:1], np.array([1.0])  # the motion is at rest
     moment = timed.at(np.minimum(times[:, None] + steps[:, None] * _NODES, timed.duration))
     velocities, accelerations = (np.einsum("ij,njk->nik", _AT_NODES, rate) for rate in (moment.qd, moment.qdd))
     extents = (np.abs(moment.q).max(axis=1) + steps[:, None] * np.abs(velocities).max(axis=1)).max(axis=0)
@@ -358,16 +361,16 @@ def _pieces_of(timed: Timed, since: float) -> _Pieces:
 
 
 def _bernstein(shares: Array) -> Array:
-    """Bernstein's polynomials at shares of an interval, shape (n, degree + 1)."""
+    """The Bernstein polynomials at shares of an interval, shape (n, degree + 1)."""
     k = np.arange(_DEGREE + 1)
     return _CHOICES * shares[:, None] ** k * (1.0 - shares[:, None]) ** (_DEGREE - k)
 
 
-_AT_NODES = np.linalg.inv(_bernstein(_NODES))  # from values there to coefficients
+_AT_NODES = np.linalg.inv(_bernstein(_NODES))  # maps values at the nodes to Bernstein coefficients
 
 
 def _peak(hand: Hand, quantity: str, timed: Timed, pieces: _Pieces, rates: _Rates, limit: float) -> HandPeak:
-    """The greatest of a quantity, and a bound that is above it by about ``_PRECISION`` of the limit, or of the greatest."""
+    """The peak of a quantity. Its bound is larger by about ``_PRECISION`` of the limit, or of the peak."""
     if quantity == "acceleration":
         second = rates.fourth(rates.arms)
     else:
@@ -386,7 +389,7 @@ def _peak(hand: Hand, quantity: str, timed: Timed, pieces: _Pieces, rates: _Rate
 
 
 def _values(hand: Hand, quantity: str, timed: Timed, pieces: _Pieces, counts: NDArray[np.int64]) -> tuple[Array, Array, Any]:
-    """A quantity at evenly spaced times of each piece, with both of its ends; these times; and of which piece each is."""
+    """The values of a quantity at even times of each piece, including both ends; the times; and the pieces' indices."""
     of = np.repeat(np.arange(len(counts)), counts + 1)
     first = np.repeat(np.cumsum(counts + 1) - (counts + 1), counts + 1)
     shares = (np.arange(len(of)) - first) / counts[of]

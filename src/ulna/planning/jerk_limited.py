@@ -1,10 +1,10 @@
-"""A motion within limits of jerk: the mean of a motion within limits of acceleration, over a short time before each moment.
+"""Makes jerk-limited motions: moving averages, over a short window, of acceleration-limited base motions.
 
-``kernels.planning.moving_average`` says why that keeps the limits, and finds how long the time w must be. A path along lines
-and parabolas is passed by it without a stop, in w more than the motion that it is the mean of.
+``kernels.planning.moving_average`` explains why the average stays within the limits, and computes the window w. It passes a path
+of lines and parabolas without a stop, in a time longer by w than the base motion.
 
-While that time is within a line, the mean is on the line. Elsewhere it leaves the path, and is certified by its own chords: those
-between two moments h apart, with what lies within a h^2 / 8 of them, a being the greatest acceleration.
+While the window is within a line, the average is on the line. Elsewhere it leaves the path, and is certified along its own
+chords. Between two times h apart, it lies within a h^2 / 8 of the chord, where a is the largest acceleration.
 """
 
 from __future__ import annotations
@@ -36,43 +36,43 @@ from ulna.planning.timing import (
 )
 
 Array = NDArray[np.float64]
-_MIN_WINDOW = 1e-4  # [s]: of a shorter one the differences are rounding
-_WITHIN = 1 - 1e-6  # of the limits of jerk, since jerk is three differences
-_BESIDE = 2e-5  # [rad or m]: of a chord, with CHORDS; it falls with the square
-_BESIDE_SHARE = 0.02  # of the least tolerance of what is kept: of a chord, at most
-_SHARES = 0.7, 0.5, 0.35, 0.25  # of the acceleration that is allowed
-_SHORT = 0.02  # of the duration: with a shorter window no slower motion is tried
-_MAX_SHARES = 30  # of the acceleration, of which one leaves the path by little enough
-_MAX_EXPECTED = 1e-4  # [rad or m] beside the path, for which the corners' chords are widened
-_FASTER = 1.25  # than on a line: by the length of the edges, a parabola is passed faster
-MAX_TIMES = 4  # that a motion is made with narrower limits of hands
-NARROWER = 1 - 1e-4  # than what a bound of a hand asks for
-_MAX_TRIES = 12  # of a window that depends on the path, which depends on the window
-_LEAVES = 1.0, 0.15, 0.015  # of the least tolerance: how far a mean may leave its path when less acceleration is tried
-_HALVINGS = 4  # of a rounding about which the mean is not free; then the motion stops at the corner
-_HALVINGS_FIRST = 2  # before it is tried with less acceleration
-_FAR = 0.1  # times a tolerance: smaller roundings do not help where a mean leaves its path by more about most corners
+_MIN_WINDOW = 1e-4  # [s]: for a shorter window, differences are rounding
+_WITHIN = 1 - 1e-6  # factor of the jerk limits, since jerk is three differences
+_BESIDE = 2e-5  # [rad or m]: largest distance from a chord, with CHORDS chords per rounding; quadratic in the chords' length
+_BESIDE_SHARE = 0.02  # largest distance from a chord, as a share of the smallest tolerance of constraints
+_SHARES = 0.7, 0.5, 0.35, 0.25  # shares of the acceleration that are tried
+_SHORT = 0.02  # window as a share of the duration: for a shorter one no slower motion is tried
+_MAX_SHARES = 30  # maximum number of reductions of the acceleration
+_MAX_EXPECTED = 1e-4  # [rad or m]: largest expected deviation that the corners' certificates include
+_FASTER = 1.25  # factor of the speed on a parabola, relative to the length of the edges
+MAX_TIMES = 4  # maximum number of attempts with reduced limits of hands
+NARROWER = 1 - 1e-4  # factor of each reduction beyond the excess
+_MAX_TRIES = 12  # iterations of the window, which depends on the path, which depends on the window
+_LEAVES = 1.0, 0.15, 0.015  # deviations, as shares of the smallest tolerance, that are tried with less acceleration
+_HALVINGS = 4  # maximum halvings of a rounding that is not free; then the motion stops at the corner
+_HALVINGS_FIRST = 2  # halvings before less acceleration is tried
+_FAR = 0.1  # share of a tolerance: for larger deviations at most corners, smaller roundings do not help
 _SLOW = "a tight constraint or a low limit of jerk takes long: give more time, a wider tolerance, or no jerk="
 
 
 class Span(NamedTuple):
-    """A time in which the window reaches into some parabolas."""
+    """An interval of time in which the window overlaps some parabolas."""
 
     begin: float
     end: float
     first: int
-    """The first of these parabolas, counted along the path from 0."""
+    """The index of the first of these parabolas along the path."""
     last: int
-    """The last of them."""
+    """The index of the last of these parabolas."""
     acceleration: Array
-    """The greatest acceleration of the motion in that time, shape (n_dof,)."""
+    """The largest acceleration of the motion in the interval, shape (n_dof,)."""
     beside: float
-    """Of a chord [rad or m]."""
+    """The largest distance from a chord [rad or m]."""
 
     def chords(self, begin: float) -> tuple[Array, Array]:
-        """The times of the ends of chords, shape (n + 1,), and how far the motion lies beside each, shape (n, n_dof).
+        """The times of the ends of chords, shape (n + 1,), and the motion's distances from them, shape (n, n_dof).
 
-        Between two times h apart it lies within a h^2 / 8 of the chord, a being the greatest acceleration.
+        Between two times h apart the motion lies within a h^2 / 8 of the chord, where a is the largest acceleration.
         """
         step = math.sqrt(8.0 * self.beside / max(self.acceleration.max(), 1e-300))
         n = max(1, math.ceil((self.end - begin) / step))
@@ -82,12 +82,12 @@ class Span(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class JerkLimited:
-    """The mean of a motion over the time from t to t + window.
+    """The moving average of a base motion over the window from t to t + window.
 
     Attributes:
-        base: The motion; for the window it rests at each stop, and goes straight on at its speed at its start and at its end.
-        window: [s].
-        beside: How far beside a chord it is certified, at most [rad or m].
+        base: The base motion. It rests for the window's duration at each stop, and continues straight at its start and its end.
+        window: The length of the window [s].
+        beside: The largest distance from a chord for the certificate [rad or m].
     """
 
     base: TimedPath
@@ -102,22 +102,22 @@ class JerkLimited:
 
     @property
     def rests(self) -> Array:
-        """When it is at rest [s]: where the window is within a rest of the base."""
+        """The times at rest [s], at which the window is within a rest of the base."""
         return self.base.rests
 
     def slowed(self, factor: float) -> JerkLimited:
-        """The motion passed slower: at time t where this one is at ``factor`` t."""
+        """A slower motion: at time t it is where this one is at ``factor`` t."""
         return JerkLimited(self.base.slowed(factor), self.window / factor, self.beside)
 
     @cached_property
     def times(self) -> Array:
-        """When its jerk changes [s]: when one end of the window passes a grid point of the base."""
+        """The times at which the jerk changes [s]: an end of the window passes a grid point of the base."""
         both = np.concatenate([self.base.times, self.base.times - self.window])
         return np.unique(np.clip(both, 0.0, self.duration))
 
     @cached_property
     def _areas(self) -> tuple[Array, Array]:
-        """The integral of q - q(0) up to each grid point of the base, shape (n + 1, n_dof), and what rounding took from it."""
+        """The integral of q - q(0) up to each grid point, shape (n + 1, n_dof), and its rounding error."""
         steps = self._over(np.arange(len(self.base.grid.steps)), np.diff(self.base.times))[0]
         sums = np.vstack([np.zeros(steps.shape[1]), np.cumsum(steps, axis=0)])
         back = sums[1:] - sums[:-1]
@@ -125,10 +125,10 @@ class JerkLimited:
         return sums, np.vstack([np.zeros(steps.shape[1]), np.cumsum(lost, axis=0)])
 
     def _over(self, i: NDArray[np.int64], t: Array, since: Array | float = 0.0) -> tuple[Array, Array, Array]:
-        """Over intervals i from a time of theirs on, so long: the integral of q - q(0), and by how much q and qd change.
+        """The integral of q - q(0), and the changes of q and qd, over a time t of intervals i.
 
-        Shape (..., n_dof) each. They are of polynomials in the time behind ``since``: the differences of what is counted from the
-        start of an interval would lose digits where the window is short beside it.
+        The shape is (..., n_dof) each. since: the start of t after the interval's start [s]. The polynomials are expanded at
+        ``since``: differences of polynomials from the interval's start would lose digits for a short window.
         """
         grid, profile = self.base
         v, a = profile.speeds[i] + profile.accelerations[i] * since, profile.accelerations[i]
@@ -144,7 +144,7 @@ class JerkLimited:
         )
 
     def at(self, t: Array) -> Moment:
-        """The moments at times within the motion, shape (...)."""
+        """The states at times within the motion, shape (...)."""
         (sums, lost), times, (grid, profile) = self._areas, self.base.times, self.base
         until = t + self.window
         i, k = self.base.interval_at(t), self.base.interval_at(until)
@@ -157,7 +157,7 @@ class JerkLimited:
         )
         parts = self._over(i, np.minimum(times[i + 1], until) - t, t - times[i]), between, self._over(k, until - times[k])
         rates = behind.q - grid.starts[0], behind.qd, behind.qdd
-        longer = ((until - t) - self.window)[..., None]  # than the window, by rounding
+        longer = ((until - t) - self.window)[..., None]  # excess over the window, by rounding
         area, way, faster = (
             first + np.where(within, 0.0, middle + then) - longer * rate
             for first, middle, then, rate in zip(*parts, rates, strict=True)
@@ -168,15 +168,16 @@ class JerkLimited:
         return Moment(q, way / self.window, faster / self.window, (behind.qdd - before.qdd) / self.window)
 
     def farthest(self, since: float) -> Farthest:
-        """Where it is farthest from a time on. Between two of ``times`` it is a polynomial of degree five in time."""
+        """The extreme positions from a time on; between two of ``times`` q is a polynomial of degree five."""
         times = np.concatenate([[since], self.times[self.times > since]])
         q, qd, qdd, _ = self.at(times)
         return farthest_between(q, qd, qdd, times) if len(times) > 1 else farthest_of(q, times)
 
     def edges_since(self, t: float) -> tuple[Array, Array]:
-        """The motion from a time on as straight edges, shape (n, n_dof), n >= 2; and how far it lies beside each, (n - 1, n_dof).
+        """The motion from a time on as straight edges, shape (n, n_dof), and its distances, (n - 1, n_dof).
 
-        While the window reaches into no parabola the motion is on a line, which is one edge up to a stop.
+        There are at least two points. While the window overlaps no parabola, the motion is on a line, which is one edge up to a
+        stop.
         """
         now = min(t, self.duration)
         times, spreads = [np.array([now])], []
@@ -200,19 +201,16 @@ class JerkLimited:
 
     @property
     def leaves_by(self) -> float:
-        """How far it may leave the path of its base in an entry of q [rad or m]. On a line it is on the line."""
+        """An upper bound of the deviation from the base's path in an entry of q [rad or m]; 0 on lines."""
         return max((mean_leaves_by(span.acceleration, self.window) for span in self._spans), default=0.0)
 
     @property
     def reach(self) -> float:
-        """How far from a parabola, along the path of its base, it may leave this path: half the window at the greatest speed."""
+        """The path length around a parabola on which the motion may deviate: half the window at top speed."""
         return 0.5 * self.window * float(self.base.profile.speeds.max())
 
     def corners_not_free(self, is_free: IsFree) -> list[int]:
-        """The parabolas of the path, counted from 0, about which the motion is not free.
-
-        is_free: as of ``timed_path``.
-        """
+        """The indices of the path's parabolas near which the motion is not free. is_free: as for ``timed_path``."""
         spans, found = [span.chords(span.begin) for span in self._spans], []
         ends = np.cumsum([len(times) for times, _ in spans])
         q = np.split(self.at(np.concatenate([times for times, _ in spans])).q, ends[:-1]) if spans else []
@@ -223,7 +221,7 @@ class JerkLimited:
 
     @cached_property
     def _spans(self) -> list[Span]:
-        """When the window reaches into parabolas, in order."""
+        """The intervals in which the window overlaps parabolas, in order."""
         bends, times = self.base.grid.bends, self.base.times
         changes = (bends[1:] != bends[:-1]).any(axis=1)
         first, last = np.flatnonzero(np.concatenate([[True], changes])), np.flatnonzero(np.concatenate([changes, [True]]))
@@ -251,15 +249,23 @@ def timed_path(
     within: float = math.inf,
     speeds: Speeds = AT_REST,
 ) -> TimedPath | JerkLimited | None:
-    """The fastest motion along a path, shape (n, n_dof), n >= 2, whose corners are rounded where that is free (``blend``).
+    """The fastest motion along a path, shape (n, n_dof), n >= 2, with its corners rounded where that is free.
 
-    It keeps the limits of hands at all times. A mean passes a hand a little faster than its base does. So the motion is made
-    again with narrower limits, and in the end passed slower, until bounds of its own are within them.
+    It is within the limits of hands at all times. In a moving average a hand is slightly faster than in the base. So the motion
+    is computed again with reduced limits, and finally slowed down, until its peaks are within the limits.
 
-    None if the speeds at its ends cannot be had within the limits; from rest to rest there always is one.
-    lengths: of its edges, above 0; blend: the greatest length of an edge that a rounding takes; within: how far the motion may
-    leave the path in each entry of q [rad or m]. A parabola leaves it by at most half of that, and the mean leaves the parabola
-    by at most the other half.
+    Args:
+        path: The points of the path.
+        lengths: The lengths of its edges, above 0, shape (n - 1,).
+        blend: The largest length of an edge that a rounding replaces.
+        limits: The limits of joints.
+        is_free: The certificate, with the limits of hands and torques.
+        within: The largest distance from the path in each entry of q [rad or m]. Parabolas use half of it, the moving average the
+            other half.
+        speeds: The path speeds at the ends.
+
+    Returns:
+        The motion. None if the speeds at its ends are not possible within the limits; from rest to rest a motion always exists.
     """
     narrower, slowest = is_free, None
     for _ in range(MAX_TIMES):
@@ -279,7 +285,7 @@ def timed_path(
 def _timed_path(
     path: Array, lengths: Array, blend: float, limits: Limits, is_free: IsFree, within: float, speeds: Speeds
 ) -> TimedPath | JerkLimited | None:
-    """``timed_path`` without a bound of hands between the grid points of its path."""
+    """``timed_path`` without the check of peaks between the grid points of its path."""
     (velocity, acceleration, jerk), edges = limits, edges_of(path, lengths, is_free.chords)
     if jerk is None:
         pieces = rounded(edges, free_cuts(edges, blend, is_free, within))
@@ -291,7 +297,7 @@ def _timed_path(
     halvings, most, largest = np.zeros(len(cuts), dtype=int), math.inf, cuts.copy()
     slower = [share * is_free.tolerance for share in _LEAVES if is_free.tolerance < math.inf]
     moves = speeds != AT_REST
-    while cuts.any() or moves or is_free.caps:  # seven phases along a line have one greatest speed, and a hand there has not
+    while cuts.any() or moves or is_free.caps:  # seven phases need one speed limit per line, but a hand's varies along it
         near = min(0.5 * within, most)
         is_free.limit.refuse_longer(_SLOW)
         motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, near, speeds, is_free)
@@ -315,9 +321,9 @@ def _timed_path(
 
 
 def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -> Beside:
-    """How far the mean is expected to leave the path, which is then certified with its corners; 0 where that is far.
+    """The expected deviation of the moving average from the path, which the corners' certificates include; 0 if it is large.
 
-    The acceleration may change at once from the least to the greatest, so the window is expected to be 2 a / j long.
+    The expected window is 2 a / j, since the acceleration may jump from -a to a.
     """
     window = 2.0 * float((acceleration / jerk).max()) * (1 + 1e-5)
     by = mean_leaves_by(acceleration, window)
@@ -331,7 +337,7 @@ def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -
 def _near(
     pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds, is_free: IsFree
 ) -> JerkLimited | None:
-    """The mean that leaves the pieces by no more than ``within``, with as much acceleration as that allows; None if none does."""
+    """The moving average that deviates from the pieces by at most ``within``, with acceleration reduced as needed; or None."""
     share = 1.0
     for _ in range(_MAX_SHARES):
         motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds, is_free)
@@ -344,10 +350,10 @@ def _near(
 def _averaged(
     pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, is_free: IsFree
 ) -> JerkLimited | None:
-    """The mean of the fastest motion along pieces over the least time that keeps the limits of jerk, or of a slower one.
+    """The fastest moving average along pieces: of the time-optimal motion, or of one with less acceleration or with coasts.
 
-    With less acceleration the window is shorter. A motion that goes from speeding up to slowing down at once needs a window twice
-    as long as one whose speed is constant for a moment between.
+    Less acceleration needs a shorter window. A motion that switches from acceleration to braking at once needs a window twice as
+    long as a motion that coasts in between.
     """
     grid, find, caps = grid_of(pieces), _with_share if speeds == AT_REST else _moving, is_free.caps
     best = find(grid, velocity, acceleration, jerk, speeds, caps)
@@ -364,19 +370,19 @@ def _averaged(
 
 
 def beside_of(is_free: IsFree) -> float:
-    """The most that a mean may lie beside a certified chord [rad or m]: much less than the tolerances of what is kept."""
+    """The largest distance from a certified chord [rad or m], much smaller than the tolerances of constraints."""
     return min(_BESIDE, _BESIDE_SHARE * is_free.tolerance)
 
 
 class _Candidate(NamedTuple):
-    """A motion within limits of acceleration, and the time over which its mean keeps those of jerk."""
+    """An acceleration-limited motion, and the window with which its moving average is within the jerk limits."""
 
     motion: TimedPath
     window: float
 
     @property
     def duration(self) -> float:
-        """How long the mean takes, with a rest of the window at each stop [s]."""
+        """The duration of the moving average, with a pause of the window at each stop [s]."""
         return float(self.motion.times[-1]) + self.window * (len(self.motion.grid.borders) - 1)
 
 
@@ -389,7 +395,7 @@ def _with_share(
     caps: tuple[PathLimit, ...],
     least: float = _MIN_WINDOW,
 ) -> _Candidate | None:
-    """The better of the fastest motion and one with coasts; None if the speeds at the ends cannot be had."""
+    """The faster of the time-optimal motion and one that coasts; None if the speeds at the ends are not possible."""
     motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()), speeds, caps)
     candidates = [_Candidate(motion, least_window_of(motion, jerk, least)) for motion in motions]
     return min(candidates, key=lambda candidate: candidate.duration, default=None)
@@ -398,10 +404,10 @@ def _with_share(
 def _moving(
     grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, caps: tuple[PathLimit, ...]
 ) -> _Candidate | None:
-    """The fastest motion with a velocity at an end: its base has gone straight on there for half the window.
+    """The fastest motion with a velocity at an end, where its base continues straight for half the window.
 
-    So the mean begins where the path does. How much of the path that is depends on the window, and the window on the path that
-    is left.
+    So the moving average begins at the path's start. The cut part of the path depends on the window, and the window depends on
+    the remaining path; so both are found by iteration.
     """
     window = _MIN_WINDOW
     for _ in range(_MAX_TRIES):
@@ -414,7 +420,7 @@ def _moving(
 
 
 def _without_ends(grid: Grid, first: float, last: float) -> Grid | None:
-    """The path without so much of its first line and of its last; None if these are not so long."""
+    """The path without lengths of its first and last line; None if these lines are too short."""
     ends = np.concatenate([[0.0], np.cumsum(grid.steps)])
     i, k = int(np.searchsorted(ends, first, side="right")) - 1, int(np.searchsorted(ends, ends[-1] - last, side="left"))
     lines = grid.bends[: i + 1].any(), grid.bends[k - 1 :].any(), grid.borders[1] <= i, grid.borders[-2] >= k
@@ -428,7 +434,7 @@ def _without_ends(grid: Grid, first: float, last: float) -> Grid | None:
 
 
 def least_window_of(motion: TimedPath, jerk: Array, least: float = _MIN_WINDOW) -> float:
-    """The least time over which the mean of a motion keeps the limits of jerk [s], at least ``least``."""
+    """The shortest window with which a motion's moving average is within the jerk limits [s], at least ``least``."""
     lows, highs = bounds_of_acceleration(motion)
     window = np.array([least])
     time_parameterisation.least_window(motion.times, lows, highs, jerk * _WITHIN, motion.grid.borders, window)
@@ -436,7 +442,7 @@ def least_window_of(motion: TimedPath, jerk: Array, least: float = _MIN_WINDOW) 
 
 
 def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
-    """The least and the greatest acceleration in each interval, shape (n, n_dof)."""
+    """The minimum and the maximum acceleration in each interval, shape (n, n_dof) each."""
     (_, slopes, bends, steps, *_), (times, speeds, rates, _) = motion
     lows, highs = np.empty_like(slopes), np.empty_like(slopes)
     intervals = TimedIntervals(times, slopes, bends, steps, speeds, rates)
@@ -445,14 +451,14 @@ def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
 
 
 def mean_leaves_by(acceleration: Array, window: float) -> float:
-    """How far a mean over a time differs at most from the middle of its window: a w^2 / 24."""
+    """The largest difference of a moving average from the middle of its window: a w^2 / 24."""
     return float(acceleration.max()) * window**2 / 24
 
 
 def with_pauses(motion: TimedPath, pause: float, end: float = 0.0) -> TimedPath:
-    """The motion with a rest of so long [s] at each stop, and straight on at its speed before its start and behind its end.
+    """The motion with a pause [s] at each stop, and extended straight by it at both ends.
 
-    end: the speed at its end, ds/dt.
+    end: the path speed at its end, ds/dt.
     """
     grid, profile = motion
     ends = np.vstack([grid.starts, end_of(grid)])[grid.borders]

@@ -1,8 +1,8 @@
-"""Reads what a mapping ``joint_limits`` says of joints: MoveIt's file, that of ros2_control, or parameters of a ROS 2 node.
+"""Reads a mapping ``joint_limits``, as in files of MoveIt and ros2_control or parameters of a ROS 2 node.
 
-Of each joint: ``min_position`` and ``max_position``, ``max_velocity``, ``max_acceleration``, ``max_deceleration``, ``max_jerk``,
-their ``min_...`` where they have one, and ``has_..._limits``. Efforts and ``angle_wraparound`` limit no motion. Anything else is
-named in a warning.
+It reads for each joint ``min_position`` and ``max_position``, ``max_velocity``, ``max_acceleration``, ``max_deceleration``,
+``max_jerk``, the corresponding ``min_...``, and ``has_..._limits``. Efforts and ``angle_wraparound`` do not limit motions. Other
+keys give a warning.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from ulna.planning.arm_limits import ArmLimits
 
 Array = NDArray[np.float64]
 _KEY = "joint_limits"
-_DEEPEST = 8  # of the mappings of a file of parameters
-_LARGEST = 1e9  # of a limit: above, times are rounding
+_DEEPEST = 8  # maximum nesting of mappings in a parameter file
+_LARGEST = 1e9  # the maximum of a limit: for larger ones, times are rounding
 _SCALING = "default_velocity_scaling_factor", "default_acceleration_scaling_factor"
 _KINDS = "position", "velocity", "acceleration", "deceleration", "jerk"
 _READ = {*(f"{end}_{kind}" for end in ("min", "max") for kind in _KINDS), *(f"has_{kind}_limits" for kind in _KINDS)}
@@ -30,7 +30,7 @@ _MEANING_NOTHING = {"has_effort_limits", "max_effort", "angle_wraparound"}
 
 
 class _Stated(NamedTuple):
-    """The stated limits of a joint: a position without one is infinite, a magnitude NaN."""
+    """The limits of a joint in a document: missing positions are infinite, missing magnitudes NaN."""
 
     lower: float = -math.inf
     upper: float = math.inf
@@ -40,16 +40,16 @@ class _Stated(NamedTuple):
 
 
 def arm_limits_of(document: Any, names: Sequence[str], followers: Mapping[str, Drive], source: str) -> ArmLimits:
-    """The limits of entries of q by the names of their joints; NaN of what is not stated.
+    """The limits of the entries of q in a document; NaN for limits that it does not have.
 
     Args:
-        document: The mapping that a file holds.
-        names: Those of the entries of q. Joints of the document that the robot has not are ignored.
-        followers: What moves each mimic joint: limits of such a one narrow those of its leader.
-        source: Names the document, for messages.
+        document: The content of a file.
+        names: The names of the entries of q. Other joints of the document are ignored.
+        followers: The drive of each mimic joint: its limits narrow the limits of its leader.
+        source: The name of the document, for messages.
 
     Raises:
-        DescriptionError: There is no mapping joint_limits, or none of these joints in it, or a limit is none.
+        DescriptionError: There is no mapping joint_limits, or it has none of these joints, or a limit is invalid.
     """
     beside = _mapping_with_limits(document, source)
     joints = beside[_KEY]
@@ -71,7 +71,7 @@ def arm_limits_of(document: Any, names: Sequence[str], followers: Mapping[str, D
 
 
 def _mapping_with_limits(document: Any, source: str) -> dict[str, Any]:
-    """The mapping that has ``joint_limits``: the document, or one deeper, as in a file of parameters of a ROS 2 node."""
+    """The mapping that contains ``joint_limits``: the document, or a nested mapping, as in parameters of a ROS 2 node."""
     found = list(_with_limits(document, "", _DEEPEST, set()))
     if not found:
         raise DescriptionError("has no mapping joint_limits", source)
@@ -83,7 +83,7 @@ def _mapping_with_limits(document: Any, source: str) -> dict[str, Any]:
 
 
 def _with_limits(mapping: Any, at: str, depth: int, seen: set[int]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Each mapping that has joint limits, with where it is. One that several aliases name is looked at once."""
+    """Yield each mapping that contains joint limits, with its path. Mappings with several aliases are visited once."""
     if not isinstance(mapping, Mapping) or not depth or id(mapping) in seen:
         return
     seen.add(id(mapping))
@@ -96,7 +96,7 @@ def _with_limits(mapping: Any, at: str, depth: int, seen: set[int]) -> Iterator[
 
 
 def _without_dots(mapping: Mapping[Any, Any]) -> dict[Any, Any]:
-    """A mapping whose dotted names, as ROS 2 writes parameters, are mappings themselves."""
+    """Convert dotted names, as ROS 2 writes parameters, to nested mappings."""
     if not any(isinstance(name, str) and f"{_KEY}." in name for name in mapping):
         return dict(mapping)
     nested: dict[Any, Any] = {}
@@ -112,7 +112,7 @@ def _without_dots(mapping: Mapping[Any, Any]) -> dict[Any, Any]:
 
 
 def _stated(joint: Any, name: str, source: str, unknown: list[str]) -> _Stated:
-    """Read the limits that a document states of a joint; unknown keys are added to ``unknown``."""
+    """Read the limits of a joint in a document; unknown keys are added to ``unknown``."""
     if not isinstance(joint, Mapping):
         raise DescriptionError(f"{name}: a mapping is expected, not {cited(joint)}", source)
     unknown += [f"{name}.{key}" for key in joint if key not in _READ and key not in _MEANING_NOTHING]
@@ -123,14 +123,14 @@ def _stated(joint: Any, name: str, source: str, unknown: list[str]) -> _Stated:
 
 
 class _Joint(NamedTuple):
-    """The mapping of a joint."""
+    """The mapping of a joint in a document."""
 
     given: Mapping[str, Any]
     name: str
     source: str
 
     def positions(self) -> tuple[float, float]:
-        """The least and the greatest position; infinite where none is stated."""
+        """The minimum and the maximum position; infinite where missing."""
         low, high = (self.given.get(f"{end}_position") for end in ("min", "max"))
         if not self._has("position", stated=low is not None or high is not None):
             return -math.inf, math.inf
@@ -141,7 +141,7 @@ class _Joint(NamedTuple):
         return lower, upper
 
     def magnitude(self, kind: str) -> float:
-        """The greatest magnitude of a kind in both directions; NaN if none is stated."""
+        """The maximum magnitude of a kind that holds in both directions; NaN if missing."""
         high, low = self.given.get(f"max_{kind}"), self.given.get(f"min_{kind}")
         if not self._has(kind, stated=high is not None or low is not None):
             return math.nan
@@ -172,14 +172,14 @@ class _Joint(NamedTuple):
 
 
 def _narrowed(leader: _Stated, follower: _Stated, drive: Drive) -> _Stated:
-    """The limits of a leader, narrowed by those of a joint that follows it."""
+    """Narrow the limits of a leader by the limits of a mimic joint that follows it."""
     low, high = sorted((end - drive.offset) / drive.ratio for end in (follower.lower, follower.upper))
     rates = (float(np.fmin(own, other / abs(drive.ratio))) for own, other in zip(leader[2:], follower[2:], strict=True))
     return _Stated(max(leader.lower, low), min(leader.upper, high), *rates)
 
 
 def _scaling(mapping: Mapping[str, Any], key: str, source: str) -> float:
-    """A share of the limits that motions take; 1 if none is stated."""
+    """A default scaling factor of the limits; 1 if missing."""
     share = mapping.get(key, 1.0)
     if isinstance(share, bool) or not isinstance(share, int | float) or not 0.0 < share <= 1.0:
         raise DescriptionError(f"{key} is {cited(share)}; a number above 0 and at most 1 is expected", source)

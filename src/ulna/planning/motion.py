@@ -1,4 +1,4 @@
-"""Decides whether the edges of a motion are free: those of a search, and those of a path."""
+"""Checks whether edges are free and satisfy constraints, for a search and for whole paths."""
 
 from functools import lru_cache
 from typing import NamedTuple
@@ -43,14 +43,14 @@ Array = NDArray[np.float64]
 
 
 class EdgeChecker(NamedTuple):
-    """What decides whether an edge is free.
+    """A checker of edges and paths.
 
     Attributes:
         scene: The robot and the world.
-        settings: Of the search, one record, which is only read.
-        space: What may be moved.
-        pace: How many edges are checked in one slice.
-        keeps: The constraints (``kept.table_of``), or None.
+        settings: The settings of a search, one read-only record.
+        space: The configuration space.
+        pace: The number of edges per slice.
+        keeps: The constraints (``constraint_table.table_of``), or None.
     """
 
     scene: Scene
@@ -60,33 +60,33 @@ class EdgeChecker(NamedTuple):
     keeps: Constraints | None
 
     def below(self, bound: float, start: Array, goals: Array) -> "EdgeChecker":
-        """One for paths shorter than a bound: samples are taken where such a path may pass."""
+        """A copy for paths shorter than a bound: samples are limited to where such a path can pass."""
         settings = self.settings.copy()
         settings[0].bound = bound
         settings.setflags(write=False)
         return self._replace(settings=settings, space=self.space.within(bound, start, goals))
 
     def checked(self, waypoints: Array, *, shorten: bool = False) -> Array | None:
-        """A path (n, n_dof), shortened or as it is, if each of its edges is free; else None."""
+        """Check a path, shape (n, n_dof): return it, shortened if asked, if each edge is free; else None."""
         return self.counted(waypoints, shorten=shorten)[0]
 
     def counted(self, waypoints: Array, *, shorten: bool = False) -> tuple[Array | None, int]:
-        """``checked``, and how many edges were."""
+        """The result of ``checked``, and the number of checked edges."""
         path = _path_of(waypoints, no_rows((0, waypoints.shape[1])), SHORTEN if shorten else CONFIRM)
         found = path.waypoints[: path.state[0].points].copy() if self._ends_free(path) else None
         return found, int(path.state[0].checks)
 
     def n_free(self, paths: Array, spreads: Array) -> int:
-        """How many of some paths are free from the first on (``blend.IsFree``)."""
+        """The number of paths, counted from the first, that are free; see ``blend.IsFree``."""
         m, n, n_dof = paths.shape
         beside = np.zeros((m, n, n_dof))
         beside[:, :-1] = spreads
         path = _path_of(paths.reshape(m * n, n_dof), beside.reshape(m * n, n_dof), CONFIRM)
-        path.known[n - 1 : m * n : n] = 1  # from the end of a path to the start of the next
+        path.known[n - 1 : m * n : n] = 1  # edges that join the end of a path to the next start
         return m if self._ends_free(path) else int(path.state[0].at - 1) // n
 
     def _ends_free(self, path: Path) -> bool:
-        """Check a path, and shorten it if its state says so; whether each of its edges is free."""
+        """Check a path, with shortening if its state says so; True if each of its edges is free."""
         samples, slices = no_rows((0, path.waypoints.shape[1])), Slices(2**62, TimeLimit(None), self.pace)
         tables = SearchTables(self.settings, self.space.table, samples, SearchState.records())
         while slices.another(path.state[0]):
@@ -97,15 +97,15 @@ class EdgeChecker(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """What a plan was found with, so that its edges can be checked again.
+    """The problem that a plan or a trajectory was computed for, with which its edges can be checked again.
 
     Attributes:
-        space: What may be moved, and how lengths are measured.
-        checker: The robot's.
-        world: A copy of the world as it was.
-        margin: How near an object may be [m].
-        keeps: The constraints (``kept.table_of``), or None.
-        dynamics: The robot's, for torques.
+        space: The configuration space, with its metric.
+        checker: The robot's collision checker.
+        world: A copy of the world at planning time.
+        margin: The minimum distance from objects [m].
+        keeps: The constraints (``constraint_table.table_of``), or None.
+        dynamics: The robot's dynamics, for torques.
     """
 
     space: Space
@@ -116,7 +116,7 @@ class Motion(NamedTuple):
     dynamics: Dynamics | None = None
 
     def edges(self, *, certify: bool) -> EdgeChecker:
-        """What decides whether an edge is free: certainly, or at samples. And keeps the constraints, with a little to spare."""
+        """A checker of edges, certified or at samples, with constraints of slightly smaller tolerances."""
         objects, kept = NO_OBJECTS if self.world is None else self.world.objects(), _kept.get(self.checker)
         if kept is None or kept[0] is not objects:
             kept = _kept[self.checker] = objects, self.checker.scene_of(self.world, self_collision=True), Pace()
@@ -125,19 +125,19 @@ class Motion(NamedTuple):
         return EdgeChecker(kept[1], settings, self.space, kept[2], keeps)
 
     def is_free(self, points: Array, spreads: Array) -> bool:
-        """Whether all within ``spreads``, shape (n - 1, n_dof), of the edges of a path, shape (n, n_dof), is certainly free.
+        """Whether a path, shape (n, n_dof), is certified to be free and to satisfy the constraints.
 
-        And keeps the constraints.
+        The certificate covers all configurations within ``spreads``, shape (n - 1, n_dof), of its edges.
         """
         return is_path_free(self.certificate, points, spreads)
 
     @property
     def certificate(self) -> IsFree:
-        """What certifies paths to be so, with as many chords of a rounding as the constraints need."""
+        """The certificate of paths, with enough chords per rounded corner for the constraints."""
         return IsFree(self.n_free) if self.keeps is None else IsFree(self.n_free, CHORDS_ALONG, tightest(self.keeps))
 
     def finer(self, path: Array, positions: PositionLimits) -> Array:
-        """A path, shape (n, n_dof); along tight constraints one beside it that uses less of them, if that is free."""
+        """A path, shape (n, n_dof), subdivided along tight constraints to use less of their tolerances, if that is free."""
         if self.keeps is None or tightest(self.keeps) > TIGHT:
             return path
         points = finer(path, self.keeps, self.checker.tree, self.space)
@@ -145,28 +145,28 @@ class Motion(NamedTuple):
         return points if inside and self.is_free(points, np.zeros_like(points[1:])) else path
 
     def n_free(self, paths: Array, spreads: Array) -> int:
-        """How many of some paths are so from the first on (``blend.IsFree``)."""
+        """The number of paths, counted from the first, that are certified; see ``blend.IsFree``."""
         if self.keeps is not None:
-            frozen(self.keeps)  # the kernels would be compiled again for the type of unpickled ones
+            frozen(self.keeps)  # unpickled arrays are writable: kernels would be compiled again for their type
         return self.edges(certify=True)._replace(keeps=self.keeps).n_free(paths, spreads)
 
     def clearance(self, q: Array) -> float:
-        """The least distance of the robot at q, shape (n, n_dof), from an object [m]; infinite if there is none."""
+        """The least distance of the robot at q, shape (n, n_dof), from an object [m]; infinite without objects."""
         if self.world is None or not self.world.names:
             return np.inf
         return float(np.min(self.checker.signed_distance(q, self.world, self_collision=False)))
 
 
-_kept: WeakKeyDictionary[Checker, tuple[Objects, Scene, Pace]] = WeakKeyDictionary()  # of a robot's last world
+_kept: WeakKeyDictionary[Checker, tuple[Objects, Scene, Pace]] = WeakKeyDictionary()  # each robot's last world
 
 
 def new_path(capacity: int, n_dof: int, state: Records[ShorteningState]) -> Path:
-    """Room for a path of which nothing is known."""
+    """An empty path with room for ``capacity`` points and no checked edges."""
     return Path(np.empty((capacity, n_dof)), np.zeros(capacity, dtype=np.int64), no_rows((0, n_dof)), state)
 
 
 def _path_of(waypoints: Array, spreads: Array, first_pass: int) -> Path:
-    """A path that is to be checked, shape (n, n_dof)."""
+    """A path to check, from its points, shape (n, n_dof)."""
     n, n_dof = waypoints.shape
     path = new_path(2 * n + SPARE_POINTS, n_dof, ShorteningState.records())._replace(spreads=spreads)
     path.waypoints[:n], state = waypoints, path.state[0]
@@ -176,7 +176,7 @@ def _path_of(waypoints: Array, spreads: Array, first_pass: int) -> Path:
 
 @lru_cache(maxsize=64)
 def no_rows(shape: tuple[int, ...]) -> Array:
-    """An array without elements."""
+    """An array without elements; cached."""
     return np.empty(shape)
 
 

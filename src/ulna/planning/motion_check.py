@@ -1,4 +1,4 @@
-"""Judges a motion as the controller of an arm does: by differences of the positions that it is sent."""
+"""Checks a motion as an arm's controller does, by finite differences of the commanded positions."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from ulna.planning.positions import Beyond
 from ulna.planning.timing import QUANTITIES
 
 Array = NDArray[np.float64]
-_ROUNDING = 16 * np.finfo(float).eps  # of a position, by its size: the few operations behind it; and of the time, by the velocity
-_LITTLE = 1.1  # times a limit: less beyond it is told in percent
+_ROUNDING = 16 * np.finfo(float).eps  # relative rounding of a position, and of the time times the velocity
+_LITTLE = 1.1  # a smaller multiple of a limit is reported in percent above it
 
 
 class Samples(NamedTuple):
-    """What a controller is sent: a row for each period.
+    """The samples for a controller: one row per period.
 
     Attributes:
-        t: Times [s], shape (n,), evenly spaced from 0 on.
+        t: Times [s], shape (n,), evenly spaced from 0.
         q: Positions [rad or m], shape (n, n_dof).
         qd: Velocities [rad/s or m/s], shape (n, n_dof).
         qdd: Accelerations [rad/s^2 or m/s^2], shape (n, n_dof).
@@ -38,19 +38,21 @@ class Samples(NamedTuple):
 
 @dataclass(frozen=True)
 class MotionCheck:
-    """Whether samples of a motion keep its limits, and which of them comes nearest to one. ``if check:`` asks whether they do.
+    """The check of a motion against limits. ``bool(check)`` is True if the motion is within all limits.
+
+    The attributes name the worst violation, or the value nearest to its limit if there is no violation.
 
     Attributes:
-        within: Whether every difference is within its limit, but for what rounding of the positions can add; and every hand.
-        joint: The joint whose difference is the greatest share of its limit; the link of a hand that is beyond its own.
-        quantity: Of what: "velocity", "acceleration" or "jerk"; "position" if the motion leaves the limits of position; "speed",
-            "acceleration" or "angular_speed" of a hand that is beyond its own; or "torque".
-        time: When [s].
-        value: How much, without its sign [rad/s, rad/s^2 or rad/s^3; m of a slide]; or the farthest position [rad or m].
-        limit: The limit there, in the unit of ``value``.
+        within: Whether all differences of samples are within their limits, up to rounding, and all hands and torques too.
+        joint: The joint of the value; or the link of a hand that violates its limit.
+        quantity: "velocity", "acceleration" or "jerk" of a joint; "position" if the motion leaves the position limits; "speed",
+            "acceleration" or "angular_speed" of a hand that violates its limit; or "torque".
+        time: The time of the value [s].
+        value: The magnitude [rad/s, rad/s^2 or rad/s^3; m for a slide]; or the extreme position [rad or m].
+        limit: The limit, in the unit of ``value``.
         period: The time between two samples [s].
-        hands: The greatest speed and acceleration of each hand that is limited, at all times.
-        torques: The torque that is the greatest share of its limit, if torques are limited.
+        hands: The peak speed and acceleration of each limited hand, at all times.
+        torques: The torque with the largest share of its limit, if torques are limited.
     """
 
     within: bool
@@ -62,13 +64,13 @@ class MotionCheck:
     period: float
     hands: tuple[HandPeak, ...] = ()
     torques: tuple[TorquePeak, ...] = ()
-    _beside: bool = False  # what is named is a hand, or a torque
+    _beside: bool = False  # whether the worst violation is a hand's or a torque's
 
     def __bool__(self) -> bool:
         return self.within
 
     def with_peaks(self, peaks: Sequence[HandPeak | TorquePeak]) -> MotionCheck:
-        """The check of a motion with such peaks of hands and of torques."""
+        """A copy with peaks of hands and torques."""
         hands = tuple(peak for peak in peaks if isinstance(peak, HandPeak))
         torques = tuple(peak for peak in peaks if isinstance(peak, TorquePeak))
         checked = replace(self, within=self.within and all(peaks), hands=hands, torques=torques)
@@ -85,7 +87,7 @@ class MotionCheck:
         return replace(checked, _beside=True, **found)
 
     def beyond_position(self, beyond: Beyond, names: Sequence[str]) -> MotionCheck:
-        """The check of a motion that leaves the limits of position there."""
+        """A copy with a violation of position limits."""
         return replace(
             self,
             within=False,
@@ -124,7 +126,7 @@ class MotionCheck:
 
 
 def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence[str], ends: Array) -> MotionCheck:
-    """The check of samples; before the first and after the last the arm has the velocities ``ends``, shape (2, n_dof)."""
+    """Check samples. ends: the velocities before the first and after the last sample, shape (2, n_dof)."""
     steps = period * np.arange(1.0, 4.0)[:, None]
     q = np.concatenate([samples.q[0] - steps[::-1] * ends[0], samples.q, samples.q[-1] + steps * ends[1]])
     size = max(1.0, float(np.abs(q).max()), float(samples.t[-1] * np.abs(np.diff(q, axis=0)).max() / period))
@@ -143,14 +145,14 @@ def check_of(samples: Samples, period: float, limits: ArmLimits, names: Sequence
             shares = np.where(over if beyond else values > rounding, values / most, 0.0)
         row, joint = divmod(int(np.argmax(shares)), shares.shape[1])
         share = float(shares[row, joint])
-        if (beyond, share) > worst:  # what is beyond its limit before what only rounding puts there
+        if (beyond, share) > worst:  # violations come before values within rounding
             time = max(0.0, (row + order - 3) * period)
             worst, found = (beyond, share), (names[joint], quantity, time, float(values[row, joint]), float(most[row, joint]))
     return MotionCheck(not worst[0], *found, period)
 
 
 def _allowed(quantity: str, limits: ArmLimits, q: Array, differences: Array) -> Array | None:
-    """The limit of each difference, shape (n, n_dof); None if the quantity has no limit. q: the positions at their ends."""
+    """The limit of each difference, shape (n, n_dof), or None. q: the positions at the differences' ends."""
     if quantity == "velocity":
         return limits.velocity_at(q, differences)
     most = getattr(limits, quantity)

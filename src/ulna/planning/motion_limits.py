@@ -1,6 +1,6 @@
-"""The limits of a motion: numbers, the name of an arm, a file ``joint_limits.yaml`` as MoveIt has it, or the mapping of one.
+"""Reads limits of a motion from numbers, an arm's name, a file ``joint_limits.yaml`` or its mapping.
 
-``joint_limits`` says what is read of it. Numbers may have the tags !degrees and !radians, which the files of some arms have.
+``joint_limits`` describes the keys that are read. Numbers may have the tags !degrees and !radians, as in the files of some arms.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from ulna.planning.positions import PositionLimits
 from ulna.planning.timing import Limits
 
 Array = NDArray[np.float64]
-GivenLimits = str | Path | Mapping[str, Any]  # the name of an arm, a file, or what is in it
-LARGEST = 1e9  # of a limit [1/s^n]: above, the times are rounding
-_MAX_BYTES = 1_000_000  # of a file
+GivenLimits = str | Path | Mapping[str, Any]  # the name of an arm, a file, or its content
+LARGEST = 1e9  # the maximum of a limit [1/s^n]: for larger ones, times are rounding
+_MAX_BYTES = 1_000_000  # maximum size of a file
 _NEEDED = "acceleration", "jerk"
-FRANKA = "franka"  # the Panda or the FR3, by the names of the joints
+FRANKA = "franka"  # the Panda or the FR3, depending on the names of the joints
 
 
 def limits_of(
@@ -38,17 +38,17 @@ def limits_of(
     followers: Mapping[str, Drive] | None = None,
     needed: Collection[str] = _NEEDED,
 ) -> ArmLimits:
-    """The limits of an arm by its name, or of a file or its mapping.
+    """The limits of an arm by its name, or from a file or its mapping.
 
     Args:
-        limits: A name in ``ARMS``, "franka" (the FR3 where the names of the joints say so, else the Panda), a file ``*.yaml``, or
-            the mapping of one.
-        names: Those of the entries of q.
-        followers: What moves each mimic joint, of which a file may have limits too.
-        needed: The quantities that a file limits for every joint or for none. Of others NaN stands for no limit.
+        limits: A name in ``ARMS``, "franka" (the FR3 if a joint's name contains "fr3", else the Panda), a file ``*.yaml``, or its
+            mapping.
+        names: The names of the entries of q.
+        followers: The drive of each mimic joint, whose limits a file may contain too.
+        needed: The quantities that a file must have for all joints or for none. In others NaN stands for no limit.
 
     Raises:
-        UnknownNameError: There is no such name, and it is no ``*.yaml``.
+        UnknownNameError: There is no such name, and it does not end in ``.yaml``.
         InputError: The arm has another number of joints.
         FileError, DescriptionError: The file cannot be read, or is not a file of joint limits.
     """
@@ -70,12 +70,12 @@ def limits_of(
 
 
 def velocities_of(arm: ArmLimits, described: Array) -> Array:
-    """The velocities of an arm, and where it states none those of the description, shape (n,) [rad/s or m/s]."""
+    """The velocity limits of an arm, or of the description where it has none, shape (n,) [rad/s or m/s]."""
     return np.where(np.isnan(arm.velocity), described, arm.velocity)
 
 
 def within_robot(arm: ArmLimits, tree: Tree) -> tuple[ArmLimits, PositionLimits]:
-    """The limits of an arm, with velocities of the robot where it states none, and within what the robot was narrowed to."""
+    """The limits of an arm, with the robot's velocities where it has none, and within the robot's narrowed limits."""
     described = np.where(tree.velocity_limits > 0.0, tree.velocity_limits, np.inf)
     kept = {"velocity": velocities_of(arm, described), "acceleration": arm.acceleration, "jerk": arm.jerk}
     for name, most in kept.items():
@@ -97,13 +97,13 @@ def as_motion_limits(
     jerk: ArrayLike | None,
     limits: GivenLimits | None,
 ) -> tuple[Limits, PositionLimits]:
-    """The limits of a motion: what is given as numbers, then what ``limits`` states, then those of the robot.
+    """The limits of a motion: given numbers first, then ``limits``, then the limits of the robot.
 
-    Where the robot was narrowed (``Robot.with_limits``) they are never wider than that.
+    They are never wider than narrowed limits of the robot (``Robot.with_limits``).
 
     Raises:
-        InputError: No acceleration is given, one of them is not above 0, or the description allows a joint no velocity.
-        UnknownNameError, FileError, DescriptionError: As for ``limits_of``.
+        InputError: No acceleration is given, a limit is not above 0, or the description has a velocity limit of 0.
+        UnknownNameError, FileError, DescriptionError: See ``limits_of``.
     """
     names, n = entry_names(tree), tree.n_dof
     needed = [name for name, given in zip(_NEEDED, (acceleration, jerk), strict=True) if given is None]
@@ -132,12 +132,12 @@ def as_motion_limits(
 def within_caps(
     tree: Tree, acceleration: ArrayLike | None, jerk: ArrayLike | None, missing: str = ""
 ) -> tuple[Array, Array | None]:
-    """The limits of acceleration and jerk, shape (n_dof,); where none are given those of the robot.
+    """The limits of acceleration and jerk, shape (n_dof,) each; the robot's unless given.
 
-    They are never wider than what the robot was narrowed to. missing: says where no acceleration was found.
+    They are never wider than narrowed limits of the robot. missing: the beginning of the message if no acceleration is known.
 
     Raises:
-        InputError: No acceleration is known, or one of them is not above 0.
+        InputError: No acceleration is known, or a limit is not above 0.
     """
     own, caps, n = described_limits(tree), tree.narrowed, tree.n_dof
     if acceleration is None:
@@ -153,24 +153,24 @@ def within_caps(
 
 
 def described_limits(tree: Tree) -> Limits:
-    """The limits of the entries of q that the robot has; infinite where it states none, no jerk where it has none."""
+    """The robot's own limits; infinite where it has none, and None for jerk if it has no jerk limit."""
     rates = tree.acceleration_limits, tree.jerk_limits
     acceleration, jerk = (np.where(own < np.inf, np.minimum(own, LARGEST), np.inf) for own in rates)
     return Limits(tree.velocity_limits, acceleration, np.minimum(jerk, LARGEST) if (jerk < np.inf).any() else None)
 
 
 def _lacking(own: Array, names: Sequence[str]) -> str:
-    """Which joints of a robot that has some of these limits lack one above 0."""
+    """The part of a message that names joints without a limit above 0; empty if all lack one."""
     lacking = ~(own < np.inf) | (own == 0.0)
     few = ", ".join(repr(name) for name, lacks in zip(names, lacking, strict=True) if lacks)
     return "" if np.isinf(own).all() else f", and the robot has none above 0 of {few}"
 
 
 def as_limits(name: str, given: ArrayLike, n_dof: int, *, may_be_infinite: bool = False) -> Array:
-    """Limits as n_dof numbers above 0.
+    """Check limits, one number above 0 or n_dof numbers, and return n_dof numbers.
 
     Raises:
-        InputError: They are neither one such number nor n_dof, or above 1e9; a velocity may be infinite.
+        InputError: They are neither, or exceed 1e9; a velocity may be infinite.
     """
     limits = as_floats(name, given)
     if limits.shape not in {(), (n_dof,)} or not (limits > 0).all():
@@ -184,14 +184,14 @@ def as_limits(name: str, given: ArrayLike, n_dof: int, *, may_be_infinite: bool 
 def read_joint_limits(
     path: Path, names: Sequence[str], followers: Mapping[str, Drive] | None = None, needed: Collection[str] = _NEEDED
 ) -> ArmLimits:
-    """The limits of the joints called so.
+    """Read the limits of named joints from a file.
 
-    A joint without a velocity keeps that of its description (NaN here). Joints that the robot has not are ignored. followers and
-    needed: as of ``limits_of``.
+    A joint without a velocity (NaN here) keeps the description's. Other joints of the file are ignored. followers and needed: see
+    ``limits_of``.
 
     Raises:
         FileError: The file cannot be read.
-        DescriptionError: It is not YAML, has no ``joint_limits`` or none of these joints, or a limit is none.
+        DescriptionError: It is not YAML, has no ``joint_limits`` or none of these joints, or a limit is invalid.
     """
     try:
         text = file_bytes(path, _MAX_BYTES)
@@ -211,10 +211,10 @@ def _document(text: bytes, source: str) -> Any:
 
 
 def _every_or_none(arm: ArmLimits, names: Sequence[str], needed: Collection[str]) -> ArmLimits:
-    """The limits of a file: None for a quantity that it does not state of any joint.
+    """The limits of a file, with None for a quantity that it has for no joint.
 
     Raises:
-        DescriptionError: It states a quantity that is needed, but not of all joints.
+        DescriptionError: It has a needed quantity for some joints, but not for all.
     """
     stated = {name: getattr(arm, name) for name in _NEEDED}
     for name, limits in stated.items():

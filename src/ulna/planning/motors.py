@@ -1,9 +1,9 @@
 """Limits the torques of motors along a path, and finds their peaks in a motion.
 
-Along a path q(s) the torques are tau = a u + b x + c, with x = (ds/dt)^2 and u = d2s/dt2. Here a is M q', b is M q'' + C(q,
-q') q', and c holds the robot still. So each motor bounds u and x by -most - c <= a u + b x <= most - c, at both ends of each
-interval of a path (``kernels.planning.time_optimal``). Between the ends torques are smooth. There, and in a motion that is the
-mean of one along a path, they are judged at samples, with a share of each limit to spare.
+Along a path q(s) the torques are tau = a u + b x + c, with x = (ds/dt)^2 and u = d2s/dt2. Here a = M q', b = M q'' + C(q, q') q',
+and c is the gravity torque. Each motor gives the constraint -most - c <= a u + b x <= most - c. It applies at both ends of each
+interval of a path (``kernels.planning.time_optimal``). Between the ends torques are smooth. There, and in a moving average of a
+motion, torques are checked at samples, with a margin of each limit.
 
 Source: Bobrow, Dubowsky and Gibson, Time-optimal control of robotic manipulators along specified paths (IJRR 1985).
 """
@@ -28,23 +28,23 @@ if TYPE_CHECKING:
     from ulna.planning.blend import Grid
 
 Array = NDArray[np.float64]
-MARGIN = 0.005  # of a limit: what torques between two samples of a motion may be beyond what they are there
-_ALONG = 0.5 * MARGIN  # of a limit, along a path
-_SAMPLES = 4  # between two grid points of a motion
-_APART = 0.002  # [s]: two samples of a motion are no farther apart
-_MAX_SAMPLES = 300_000  # of a motion
+MARGIN = 0.005  # share of a limit kept as a margin for torques between samples
+_ALONG = 0.5 * MARGIN  # further margin along a path
+_SAMPLES = 4  # minimum samples between two grid points of a motion
+_APART = 0.002  # [s]: maximum time between two samples
+_MAX_SAMPLES = 300_000  # maximum samples of a motion
 
 
 @dataclass(frozen=True)
 class TorquePeak:
-    """The torque of a motion that is the greatest share of its limit. ``if peak:`` asks whether it is within it.
+    """The torque of a motion with the largest share of its limit. ``bool(peak)``: whether it is within.
 
     Attributes:
         joint: The joint.
-        value: The torque [Nm or N], without its sign.
-        time: When [s].
+        value: The magnitude of the torque [Nm or N].
+        time: The time of the peak [s].
         limit: The limit [Nm or N].
-        factor: The share of its speed with which the motion is within the limits.
+        factor: The factor by which to slow the motion down to be within the limits.
     """
 
     joint: str
@@ -70,17 +70,17 @@ class TorquePeak:
 
 
 class Motors(NamedTuple):
-    """The greatest torque of each joint in a motion."""
+    """The torque limits of a robot's joints."""
 
     dynamics: Dynamics
     names: tuple[str, ...]
-    """Of the entries of q."""
+    """The names of the entries of q."""
     most: Array
-    """Limits [Nm or N], shape (n_dof,); infinite for a joint without one."""
+    """The maximum torques [Nm or N], shape (n_dof,); infinite for a joint without a limit."""
     most_rate: Array
-    """Limits of how fast torques change, which a servo keeps [Nm/s or N/s], shape (n_dof,); infinite for none."""
+    """The maximum rates of change of torques, for a servo [Nm/s or N/s], shape (n_dof,); infinite without a limit."""
     dynamic: float = 1.0
-    """The share of what a limit leaves beside the torques at rest, which the motion is made with."""
+    """The share of the torque range left by the gravity torques that a motion may use."""
 
     @property
     def limits_rates(self) -> bool:
@@ -88,7 +88,7 @@ class Motors(NamedTuple):
         return bool((self.most_rate < np.inf).any())
 
     def same_as(self, other: object) -> bool:
-        """Whether these are the motors of another motion of the same robot, which holds the same."""
+        """Whether another limit has equal torques and inertias: the same robot with the same attached objects."""
         return (
             isinstance(other, Motors)
             and np.array_equal(self.most, other.most)
@@ -97,18 +97,18 @@ class Motors(NamedTuple):
         )
 
     def of(self, dynamics: Dynamics | None) -> Motors:
-        """The motors of the same robot, which holds something else."""
+        """A copy for the same robot with other attached objects."""
         return self if dynamics is None else self._replace(dynamics=dynamics)
 
     def torques(self, q: Array, qd: Array, qdd: Array) -> Array:
-        """The torques of motions, shape (..., n_dof)."""
+        """The torques of a motion, shape (..., n_dof)."""
         return self.dynamics.inverse((q, qd, qdd), None, None, None)
 
     def along(self, grid: Grid) -> PathBounds:
-        """The bounds that the motors set along a path.
+        """The bounds of the path speed and acceleration from the motors' limits.
 
         Raises:
-            InputError: On the path a torque at rest is beyond its limit.
+            InputError: A gravity torque on the path exceeds its limit.
         """
         n, ends = len(grid.steps), grid.slopes + grid.steps[:, None] * grid.bends
         until = grid.starts + grid.steps[:, None] * (grid.slopes + 0.5 * grid.steps[:, None] * grid.bends)
@@ -127,13 +127,13 @@ class Motors(NamedTuple):
         return PathBounds(np.full(n, NO_LIMIT), np.full(n, NO_LIMIT), rows_of(grid.steps, sides[0], sides[1], finite))
 
     def peaks(self, timed: Timed, since: float) -> tuple[TorquePeak, ...]:
-        """The torque that is the greatest share of its limit at samples of a motion from a time on."""
+        """The torque with the largest share of its limit, at samples of a motion from a time on."""
         times = self._sampled(timed, since)
         moment = timed.at(times)
         torque, rest = self.torques(*moment[:3]), self.dynamics.gravity_torque(moment.q, None, None)
         shares = np.abs(torque) / self.most
         row, joint = divmod(int(np.argmax(shares)), shares.shape[1])
-        room = (1.0 - MARGIN) * self.most - np.sign(torque - rest) * rest  # for what grows with the speed
+        room = (1.0 - MARGIN) * self.most - np.sign(torque - rest) * rest  # for torques that grow with the speed
         with np.errstate(divide="ignore", invalid="ignore"):
             squares = np.where(torque != rest, np.maximum(room, 0.0) / np.abs(torque - rest), np.inf)
         factor = float(np.sqrt(min(1.0, squares.min())))
@@ -141,16 +141,16 @@ class Motors(NamedTuple):
         return (TorquePeak(self.names[joint], *found),)
 
     def narrowed(self, peaks: Iterable[Any], share: float) -> Motors:
-        """The motors with less for what is beside the torques at rest, by as much as a peak is beyond its limit."""
+        """A copy with the dynamic share reduced by the excess of the peaks, and by the factor ``share``."""
         factor = min((peak.factor for peak in peaks if isinstance(peak, TorquePeak) and not peak), default=1.0)
         return self if factor == 1.0 else self._replace(dynamic=self.dynamic * factor**2 * share)
 
     def gentler(self, share: float) -> Motors:
-        """The motors with a share of what is beside the torques at rest."""
+        """A copy with a share of the dynamic torques."""
         return self._replace(dynamic=share * self.dynamic)
 
     def stopping_distance(self, q: Array, qd: Array) -> float:
-        """The distance in which the motors stop a motion that goes straight on."""
+        """The braking distance of a straight motion with the motors' torques."""
         size = float(np.linalg.norm(qd))
         if size == 0.0:
             return 0.0
@@ -159,10 +159,10 @@ class Motors(NamedTuple):
         room = np.where(braking > 0.0, self.most - carried, self.most + carried)
         with np.errstate(divide="ignore", invalid="ignore"):
             rate = float(np.where(braking != 0.0, np.maximum(room, 0.0) / np.abs(braking), np.inf).min())
-        return size * size / max(rate, 1e-9)  # with half of what there is
+        return size * size / max(rate, 1e-9)  # with half of the available deceleration
 
     def refuse_ends(self, q: Array, velocities: Iterable[Array]) -> None:
-        """Refuse velocities at which the motors cannot keep the motion straight on at its speed."""
+        """Raise an error if the motors cannot hold the velocities at the ends of a motion."""
         ends = ("start_velocity", "end_velocity"), q, velocities, np.array([[0.0], [1.0]])
         for name, at, qd, share in zip(*ends, strict=True):
             self._refuse_at_rest(self.dynamics.gravity_torque(at, None, None)[None], share)
@@ -173,7 +173,7 @@ class Motors(NamedTuple):
                 raise InputError(name, f"{beyond}, and less than its limit of torque of {self.most[joint]:.4g} is expected")
 
     def _refuse_at_rest(self, rest: Array, shares: Array) -> None:
-        """Refuse torques at rest that leave nothing to move with. shares: of the path's length, up to each row."""
+        """Raise an error if gravity torques leave no torque for a motion. shares: the path's share at each row."""
         beyond = np.abs(rest) >= (1.0 - 2.0 * MARGIN) * self.most
         if beyond.any():
             row, joint = np.argwhere(beyond)[0]
@@ -184,7 +184,7 @@ class Motors(NamedTuple):
             )
 
     def _sampled(self, timed: Timed, since: float) -> Array:
-        """Times between the grid points, and just beside these, where accelerations jump."""
+        """Sample times between the grid points, and just before and after them, where accelerations jump."""
         times = np.concatenate([[since], timed.times[timed.times > since]])
         steps = np.diff(times)
         steps, times = steps[steps > 0.0], times[:-1][steps > 0.0]
@@ -201,14 +201,14 @@ class Motors(NamedTuple):
 def as_motors(
     torque: ArrayLike | None, tree: Tree, dynamics: Dynamics | None, torque_rate: ArrayLike | None = None
 ) -> Motors | None:
-    """The limits of torques that a caller gives: those of the description for True, none for None or False.
+    """Check given torque limits: True for the description's, None or False for no limits.
 
-    torque_rate: The limits of their rates; None for none.
+    torque_rate: limits of the torques' rates of change; None for no limits.
 
     Raises:
-        InputError: They are neither a number above 0 nor one for each entry of q; or the description states none; or the robot of
-            a motion is not known.
-        InertiaError: A link that moves and has a shape has no inertia.
+        InputError: They are neither a number above 0 nor one for each entry of q; or the description has none; or the robot of a
+            motion is unknown.
+        InertiaError: A moving link has a shape but no inertia.
     """
     if isinstance(torque, bool | np.bool_) and not torque:
         torque = None
@@ -218,18 +218,18 @@ def as_motors(
         raise InputError("torque", "this motion is of a robot whose inertias are not known")
     most = np.full(tree.n_dof, np.inf) if torque is None else as_effort_limits(torque, tree)
     most_rate = np.full(tree.n_dof, np.inf) if torque_rate is None else as_torque_rates(torque_rate, tree)
-    dynamics.mechanism  # noqa: B018 - refuses a robot without inertias
+    dynamics.mechanism  # noqa: B018 - raises an error for a robot without inertias
     return Motors(dynamics, tuple(entry_names(tree)), most, most_rate)
 
 
 def as_caps(
     hand: HandLimits | Iterable[HandLimits] | None, torque: ArrayLike | None, tree: Tree, dynamics: Dynamics | None
 ) -> tuple[PathLimit, ...]:
-    """The limits of a motion beside those of its joints.
+    """Check the limits of hands and torques of a motion.
 
     Raises:
-        InputError, UnknownNameError: As for ``hand.as_hands`` and ``as_motors``.
-        InertiaError: As for ``as_motors``.
+        InputError, UnknownNameError: See ``hand.as_hands`` and ``as_motors``.
+        InertiaError: See ``as_motors``.
     """
     hands, motors = as_hands(hand, tree), as_motors(torque, tree, dynamics)
     return hands if motors is None else (*hands, motors)

@@ -1,8 +1,8 @@
-"""Limits of a motion beside those of its joints, such as the speed of a hand or the torques of motors.
+"""Defines the interface of limits of a motion beside joints' limits, such as a hand's speed or torques.
 
-Along a path passed with ds/dt each sets bounds of x = (ds/dt)^2 and of u = d2s/dt2, as the limits of joints do
-(``kernels.planning.time_optimal``). These hold at the ends of the intervals of a path. A whole motion is judged by its peaks, and
-made with narrower limits where one of them is beyond its limit.
+Along a path with the speed ds/dt, each limit constrains x = (ds/dt)^2 and u = d2s/dt2, like the limits of joints
+(``kernels.planning.time_optimal``). These constraints hold at the ends of the path's intervals. The peaks of a whole motion are
+checked too; if a peak exceeds its limit, the motion is computed again with reduced limits.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ NO_LIMIT = 1e300
 
 
 class Timed(Protocol):
-    """A motion in time, of which q is a polynomial of degree five at most between two of ``times``."""
+    """The interface of a motion; between two of ``times`` q is a polynomial of degree five at most."""
 
     @property
-    def times(self) -> Any:  # noqa: D102 - an array, which some keep in a cached property
+    def times(self) -> Any:  # noqa: D102 - an array; a cached property in some classes
         ...
 
     @property
@@ -37,29 +37,29 @@ class Timed(Protocol):
 
 
 class Rows(NamedTuple):
-    """Further rows of ``PathIntervals``: lows <= slope u + bend x <= highs, shape (n, m) each."""
+    """Further constraints of ``PathIntervals``: lows <= slope u + bend x <= highs, shape (n, m) each."""
 
     slopes: Array
-    """At the start of each interval."""
+    """The slopes at the start of each interval."""
     ends: Array
-    """At its end."""
+    """The slopes at the end of each interval."""
     bends: Array
     lows: Array
     highs: Array
 
 
 class Side(NamedTuple):
-    """Slopes and bends of rows at one end of each interval, shape (n, m) each."""
+    """Slopes and bends of constraints at one end of each interval, shape (n, m) each."""
 
     slopes: Array
     bends: Array
 
 
 def rows_of(steps: Array, first: Side, last: Side, limits: tuple[Array, Array]) -> Rows:
-    """The rows of what is limited at the start of each interval, and of what is limited at its end: twice as many.
+    """The constraints at the start and at the end of each interval, as rows of ``PathIntervals``.
 
-    The kernel adds 2 h bend at the end of an interval. So a row has one condition, at the start or at the end, twice.
-    limits: lower and upper ones, shape (n, 2 m) each.
+    The kernel applies each row at both ends, and adds 2 h bend at the end. The rows compensate this, so that each row states one
+    constraint, at the start or at the end, twice. limits: lower and upper limits, shape (n, 2 m) each.
     """
     twice = 2.0 * steps[:, None]
     slopes = np.hstack([first.slopes, last.slopes + twice * last.bends])
@@ -68,73 +68,73 @@ def rows_of(steps: Array, first: Side, last: Side, limits: tuple[Array, Array]) 
 
 
 class PathBounds(NamedTuple):
-    """Bounds of ds/dt and of its derivatives along a path of n intervals."""
+    """Bounds of the speed ds/dt and of its derivative along a path of n intervals."""
 
     before: Array
-    """The greatest (ds/dt)^2 at the start of each interval, shape (n,)."""
+    """The maximum (ds/dt)^2 at the start of each interval, shape (n,)."""
     behind: Array
-    """The same at its end."""
+    """The maximum (ds/dt)^2 at the end of each interval, shape (n,)."""
     rows: Rows | None = None
 
     def joined(self, other: PathBounds) -> PathBounds:
-        """The bounds of both."""
+        """The bounds that satisfy both."""
         both = [rows for rows in (self.rows, other.rows) if rows is not None]
         rows = both[0] if len(both) == 1 else Rows(*map(np.hstack, zip(*both, strict=True))) if both else None
         return PathBounds(np.minimum(self.before, other.before), np.minimum(self.behind, other.behind), rows)
 
 
 class Peak(Protocol):
-    """The greatest value of a limited quantity in a motion. ``if peak:`` asks whether it is within its limit."""
+    """The interface of a peak of a limited quantity. ``bool(peak)`` is True if it is within its limit."""
 
     def __bool__(self) -> bool: ...
 
     @property
     def factor(self) -> float:
-        """The share of its speed with which the motion is within the limit, at most 1."""
+        """The factor, at most 1, by which to slow the motion down to be within the limit."""
         ...
 
 
 class PathLimit(Protocol):
-    """A limit of motions."""
+    """The interface of a limit of motions."""
 
     def along(self, grid: Grid) -> PathBounds:
-        """The bounds along a path."""
+        """The bounds of the path speed and acceleration along a path."""
         ...
 
     def peaks(self, timed: Timed, since: float) -> Sequence[Any]:
-        """The greatest of each quantity in a motion from a time on, a ``Peak`` each."""
+        """The ``Peak`` of each quantity in a motion from a time on."""
         ...
 
     def narrowed(self, peaks: Iterable[Any], share: float) -> Self:
-        """It with limits as much narrower as these peaks of it are beyond theirs, and by a share more."""
+        """A copy with limits reduced by the excess of its peaks, and by the factor ``share``."""
         ...
 
     def gentler(self, share: float) -> Self:
-        """It with a share of what limits accelerations."""
+        """A copy with a share of its acceleration limits."""
         ...
 
     def stopping_distance(self, q: Array, qd: Array) -> float:
-        """The distance of q about in which a motion stops."""
+        """The approximate braking distance of a motion, in the norm of q."""
         ...
 
     def same_as(self, other: object) -> bool:
-        """Whether it is the same limit of the same robot."""
+        """Whether another limit is equal and for the same robot."""
         ...
 
     def of(self, dynamics: Dynamics | None) -> Self:
-        """The limit of the same robot, which holds something else."""
+        """A copy for the same robot with other attached objects."""
         ...
 
     def refuse_ends(self, q: Array, velocities: Iterable[Array]) -> None:
-        """Refuse velocities at the start and at the end of a motion, shape (n_dof,) each, with which it is beyond its limit.
+        """Raise an error if velocities at the ends of a motion, shape (n_dof,) each, exceed the limit.
 
-        q: there, shape (2, n_dof).
+        q: the positions at the ends, shape (2, n_dof).
         """
         ...
 
 
 def along(limits: Iterable[PathLimit], grid: Grid) -> PathBounds:
-    """The bounds that limits set along a path."""
+    """The bounds of the path speed and acceleration from several limits."""
     n = len(grid.steps)
     bounds = PathBounds(np.full(n, NO_LIMIT), np.full(n, NO_LIMIT))
     for limit in limits:
@@ -143,31 +143,28 @@ def along(limits: Iterable[PathLimit], grid: Grid) -> PathBounds:
 
 
 def peaks_of(timed: Timed, limits: Iterable[PathLimit], since: float = 0.0) -> tuple[Any, ...]:
-    """The greatest of each limited quantity in a motion from a time on.
-
-    ``times`` of the motion are the ends of polynomials of degree five.
-    """
+    """The peaks of all limited quantities in a motion from a time on."""
     return tuple(peak for limit in limits for peak in limit.peaks(timed, since))
 
 
 def are_kept(timed: Timed, limits: Iterable[PathLimit], since: float = 0.0) -> bool:
-    """Whether a motion keeps limits from a time on."""
+    """Whether a motion is within limits from a time on."""
     return all(peaks_of(timed, limits, since))
 
 
 def factor_of(peaks: Iterable[Peak]) -> float:
-    """The share of its speed with which the peaks of a motion are within their limits, at most 1."""
+    """The factor, at most 1, by which to slow a motion down to be within the limits of its peaks."""
     return min(1.0, *(peak.factor for peak in peaks))
 
 
 def common_to(first: Iterable[PathLimit], second: Iterable[PathLimit]) -> tuple[PathLimit, ...]:
-    """The limits that two motions both keep."""
+    """The limits that two motions have in common."""
     others = tuple(second)
     return tuple(limit for limit in first if any(limit.same_as(other) for other in others))
 
 
 def refuse_ends(limits: Iterable[PathLimit], path: Array, velocities: Iterable[Array]) -> None:
-    """Refuse velocities at the ends of a path, shape (n, n_dof), with which a motion is beyond its limits."""
+    """Raise an error if velocities at the ends of a path, shape (n, n_dof), exceed limits."""
     both = tuple(velocities)
     for limit in limits:
         limit.refuse_ends(path[[0, -1]], both)

@@ -1,4 +1,4 @@
-"""Gives times to configurations that a caller has: an array, or a path of poses that was followed."""
+"""Computes a trajectory along given configurations: an array, a followed path or another trajectory."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ from ulna.planning.trajectory import Trajectory, resting
 
 Array = NDArray[np.float64]
 _APART = 1e-9  # [rad or m]: nearer points count as one
-_STRAIGHT = 1e-12  # of the directions of two edges: no corner
+_STRAIGHT = 1e-12  # a smaller change of direction is no corner
 Velocities = tuple[ArrayLike | None, ArrayLike | None]
 
 
 class GivenMotion(NamedTuple):
-    """The limits that a caller gives, as of ``Plan.trajectory``."""
+    """The limits that a caller gives; see ``Plan.trajectory``."""
 
     velocity: ArrayLike | None
     acceleration: ArrayLike | None
@@ -54,14 +54,14 @@ def path_trajectory(
     given: GivenMotion,
     velocities: Velocities,
 ) -> Trajectory:
-    """See ``Robot.trajectory``. velocities: at the start and at the end."""
+    """Compute a trajectory; see ``Robot.trajectory``. velocities: at the start and at the end."""
     within = as_number("within", within, 0.0, "a distance [rad or m] above 0", above=True)
     refuse_no_world(world)
     tree, points = checker.tree, _points(q_path, checker)
     names = tuple(entry_names(tree))
     (limits, positions), caps = as_motion_limits(tree, *given[:4]), as_caps(given.hand, given.torque, tree, dynamics)
     inside = np.clip(points, positions.lower, positions.upper)
-    points = np.where(np.abs(inside - points) <= _APART, inside, points)  # for inverse kinematics that is at the limit
+    points = np.where(np.abs(inside - points) <= _APART, inside, points)  # inverse kinematics may exceed a limit by rounding
     refuse_path_beyond("q_path", points, positions, names)
     space = make_space(tree, points, np.zeros(tree.n_dof, dtype=bool))
     motion = Motion(space, checker, None if world is None else world.snapshot(), 0.0, dynamics=dynamics)
@@ -88,7 +88,7 @@ def _points(q_path: ArrayLike | FollowedPath | Trajectory, checker: Checker) -> 
             raise InputError("q_path", f"not followed to its end: {q_path}")
         q_path = q_path.q if q_path.q_start is None else np.vstack([q_path.q_start, q_path.q])
     elif isinstance(q_path, Trajectory):
-        q_path = q_path._timed.edges_since(0.0)[0]  # noqa: SLF001 - of our own
+        q_path = q_path._timed.edges_since(0.0)[0]  # noqa: SLF001 - same package
     points = as_positions(q_path, checker.tree, "q_path")
     if points.ndim != 2 or not points.size:
         raise InputError("q_path", f"shape {points.shape}; configurations, shape (n, {checker.tree.n_dof}), are expected")
@@ -105,7 +105,7 @@ def _points(q_path: ArrayLike | FollowedPath | Trajectory, checker: Checker) -> 
 
 
 def _apart(points: Array) -> Array:
-    """The points without those that are near the one kept before them; the last one is kept, instead of one near it."""
+    """The points without those near the previous remaining point; the last point always stays."""
     kept = [0]
     for k in range(1, len(points)):
         if np.abs(points[k] - points[kept[-1]]).max() > _APART:

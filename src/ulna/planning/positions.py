@@ -1,8 +1,8 @@
-"""Where a motion is farthest in each entry of q, exact between its grid points too, and whether it keeps limits of position.
+"""Finds the extreme positions of a motion in each entry of q, and checks position limits.
 
-Along a line or a parabola an entry turns at most once, at a known length. A moving average is a polynomial of degree five in time
-between two moments at which its jerk changes. Its Bernstein coefficients bound it, and halving the time makes the bound exact (de
-Casteljau; Farin, Curves and Surfaces for CAGD, 2002).
+The extremes are exact, also between grid points. On a line or a parabola an entry has at most one extreme, at a known length. A
+moving average is a polynomial of degree five in time between two changes of its jerk. Its Bernstein coefficients bound it, and
+bisection makes the bound exact (de Casteljau; Farin, Curves and Surfaces for CAGD, 2002).
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-ROUNDING = 1e-12  # [rad or m, or of a position above 1]: of what a motion computes
+ROUNDING = 1e-12  # [rad or m], relative for positions above 1: rounding of a motion
 _MAX_HALVINGS = 60
-_EXACT = 1e-15  # of the size of q: bounds nearer than this to what is reached are not halved
+_EXACT = 1e-15  # relative to q: bounds nearer to a reached value are not bisected
 
 
 class Farthest(NamedTuple):
-    """The least and the greatest value of each entry of q, and when, shape (2, n_dof) each."""
+    """The minimum and the maximum of each entry of q with their times, shape (2, n_dof) each."""
 
     q: Array
-    """[rad or m]."""
+    """The values [rad or m]."""
     times: Array
-    """[s]."""
+    """The times [s]."""
 
     def joined(self, later: Farthest) -> Farthest:
-        """The farthest of two parts of a motion."""
+        """The extremes of two parts of a motion together."""
         signs = np.array([[-1.0], [1.0]])
         return Farthest(*(np.where(signs * later.q > signs * self.q, *pair) for pair in zip(later, self, strict=True)))
 
@@ -38,49 +38,50 @@ class _Farthest(Protocol):
 
 
 class Beyond(NamedTuple):
-    """The joint that is farthest beyond a limit of position."""
+    """The largest violation of a position limit."""
 
     column: int
-    """Its entry of q."""
+    """The entry of q."""
     position: float
-    """[rad or m]; so is ``limit``."""
+    """The position [rad or m]."""
     limit: float
+    """The violated limit [rad or m]."""
     time: float
-    """[s]."""
+    """The time [s]."""
 
     @property
     def amount(self) -> float:
-        """The distance beyond the limit [rad or m]; below 0 if it is within."""
+        """The distance beyond the limit [rad or m]."""
         return abs(self.position - self.limit)
 
     def text(self, names: Sequence[str]) -> str:
-        """The joint, its position, and by how much that is beyond which limit."""
+        """The joint, its position, the limit and the excess, in words."""
         which = "upper" if self.position > self.limit else "lower"
         return f"{names[self.column]} at {self.position:.6g}, {self.amount:.3g} beyond its {which} limit of {self.limit:.6g}"
 
 
 class PositionLimits(NamedTuple):
-    """The least and the greatest position of each entry of q [rad or m], shape (n_dof,) each; infinite where there is none."""
+    """The position limits of each entry of q [rad or m], shape (n_dof,) each; infinite where there is none."""
 
     lower: Array
     upper: Array
 
     def narrowed(self, other: PositionLimits | None) -> PositionLimits:
-        """The limits that keep both."""
+        """The intersection of two limits."""
         if other is None:
             return self
         return PositionLimits(np.maximum(self.lower, other.lower), np.minimum(self.upper, other.upper))
 
     def wider(self, other: PositionLimits) -> PositionLimits:
-        """The limits that a motion keeps of which one part keeps these, and another the others."""
+        """The wider of two limits, which hold for two joined motions."""
         return PositionLimits(np.minimum(self.lower, other.lower), np.maximum(self.upper, other.upper))
 
     def beyond(self, timed: _Farthest, since: float = 0.0) -> Beyond | None:
-        """Where a motion is farthest beyond them from a time on; None if it keeps them, but for rounding."""
+        """The largest violation of a motion from a time on; None if it is within the limits up to rounding."""
         return self.beyond_of(timed.farthest(since))
 
     def beyond_of(self, farthest: Farthest) -> Beyond | None:
-        """As ``beyond``."""
+        """The largest violation of extreme positions; see ``beyond``."""
         excess = np.stack([self.lower - farthest.q[0], farthest.q[1] - self.upper])
         excess = np.where(excess > ROUNDING * np.maximum(1.0, np.abs(farthest.q)), excess, 0.0)
         if not excess.any():
@@ -91,25 +92,25 @@ class PositionLimits(NamedTuple):
 
 
 def farthest_of(q: Array, times: Array) -> Farthest:
-    """The farthest of some positions, shape (n, n_dof), n >= 1, at times, shape (n,) or (n, n_dof)."""
+    """The extremes of positions, shape (n, n_dof), n >= 1, at times, shape (n,) or (n, n_dof)."""
     rows = np.stack([q.argmin(axis=0), q.argmax(axis=0)])
     columns = np.arange(q.shape[1])
     return Farthest(q[rows, columns], times[rows] if times.ndim == 1 else times[rows, columns])
 
 
 def farthest_between(q: Array, qd: Array, qdd: Array, times: Array) -> Farthest:
-    """The farthest of a motion that is a polynomial of degree five between two times, and whose accelerations have no jumps.
+    """The extremes of a motion with continuous accelerations that is a polynomial of degree five between two times.
 
-    q, qd, qdd: at the times, shape (n, n_dof) each; times: shape (n,).
+    q, qd, qdd: the states at the times, shape (n, n_dof) each. times: shape (n,).
     """
     steps = np.diff(times)[:, None]
     return farthest_of_curves(bernstein_of((q[:-1], qd[:-1], qdd[:-1]), (q[1:], qd[1:], qdd[1:]), steps), times)
 
 
 def bernstein_of(first: tuple[Array, Array, Array], last: tuple[Array, Array, Array], steps: Array) -> Array:
-    """The Bernstein coefficients of the polynomials of degree five between two moments, shape (6, n, n_dof).
+    """The Bernstein coefficients of polynomials of degree five between two states, shape (6, n, n_dof).
 
-    first, last: positions, velocities and accelerations, shape (n, n_dof) each; steps: shape (n, 1).
+    first, last: positions, velocities and accelerations at the ends, shape (n, n_dof) each. steps: durations, shape (n, 1).
     """
     (q, qd, qdd), (q_end, qd_end, qdd_end) = first, last
     return np.stack(
@@ -125,9 +126,9 @@ def bernstein_of(first: tuple[Array, Array, Array], last: tuple[Array, Array, Ar
 
 
 def farthest_of_curves(control: Array, times: Array) -> Farthest:
-    """The farthest of polynomials by their Bernstein coefficients, shape (6, n, n_dof), each of which ends where one begins.
+    """The extremes of successive polynomials, from their Bernstein coefficients, shape (6, n, n_dof).
 
-    times: of their ends, shape (n + 1,).
+    times: the ends of the polynomials, shape (n + 1,).
     """
     at_times = farthest_of(np.concatenate([control[0], control[-1][-1:]]), times)
     least, greatest = (
@@ -137,9 +138,9 @@ def farthest_of_curves(control: Array, times: Array) -> Farthest:
 
 
 def _greatest(control: Array, best: Array, best_times: Array, times: Array) -> tuple[Array, Array]:
-    """The greatest value of each column of polynomials, and when, shape (n_dof,) each.
+    """The maximum of each column of polynomials and its time, shape (n_dof,) each.
 
-    control: their Bernstein coefficients, shape (6, n, n_dof); best: what they are known to reach, shape (n_dof,).
+    control: the Bernstein coefficients, shape (6, n, n_dof). best: the largest known values, shape (n_dof,).
     """
     best, best_times = best.copy(), best_times.copy()
     near = _EXACT * np.maximum(1.0, np.abs(best))

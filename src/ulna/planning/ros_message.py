@@ -1,7 +1,7 @@
-"""Makes the ROS message of a trajectory, whose classes and fields have the same names in ROS 1 and 2."""
+"""Makes the ROS message of a trajectory, whose names are the same in ROS 1 and ROS 2."""
 
 # pyright: reportMissingImports=false
-# ROS is installed with the system, not by pip; without it pyright cannot check these imports.
+# ROS is installed by the system, not by pip, so pyright cannot check these imports without it.
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
@@ -21,7 +21,7 @@ _NANO = 1_000_000_000
 def joint_trajectory(
     at: Callable[[Array], Moment], rests: Array, ends: Array, known: Sequence[str], joint_names: Sequence[str], period: float
 ) -> Any:
-    """A trajectory as ``trajectory_msgs/JointTrajectory``; see ``Trajectory.to_ros``. ends: velocities, shape (2, n_dof)."""
+    """Make a ``trajectory_msgs/JointTrajectory``; see ``Trajectory.to_ros``. ends: velocities, shape (2, n_dof)."""
     period = positive("period", period, "a time [s] above 0")
     names = (joint_names,) if isinstance(joint_names, str) else tuple(joint_names)
     for name in names:
@@ -32,7 +32,7 @@ def joint_trajectory(
         raise InputError("joint_names", "no joint is named; None means all" if not names else f"{twice!r} is named twice")
     columns = [known.index(name) for name in names]
     try:
-        from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: PLC0415 - it is of the caller's ROS
+        from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: PLC0415 - part of the caller's ROS
     except ImportError as error:
         reason = f"this Python cannot import trajectory_msgs: {' '.join(str(error).split())}"
         raise MissingROSError(
@@ -49,19 +49,19 @@ def joint_trajectory(
 def points_of(
     at: Callable[[Array], Moment], rests: Array, ends: Array, columns: Sequence[int], period: float
 ) -> Iterator[tuple[tuple[int, int], list[float], list[float], list[float]]]:
-    """The points of a message: whole seconds and nanoseconds, positions, velocities and accelerations of some columns of q."""
+    """Yield the points of a message: (seconds, nanoseconds), positions, velocities and accelerations of some columns."""
     t, at_rest = _times(rests, period)
     q, qd, qdd = (values[:, columns] for values in at(t)[:3])
-    qd[at_rest] = 0.0  # at rest, not by rounding: a controller of ROS 2 refuses what does not end at rest
+    qd[at_rest] = 0.0  # exactly 0: a ROS 2 controller refuses a trajectory that does not end at rest
     if len(t) > 1:
         qd[[0, -1]] = ends[:, columns]
-    qdd[at_rest[1:-1]] = 0.0  # neither that before the stop nor that behind it
+    qdd[at_rest[1:-1]] = 0.0  # 0, since the accelerations before and after a stop differ
     times = (divmod(round(seconds * _NANO), _NANO) for seconds in t.tolist())
     yield from zip(times, q.tolist(), qd.tolist(), qdd.tolist(), strict=True)
 
 
 def _times(rests: Array, period: float) -> tuple[Array, list[int]]:
-    """Times at most a period apart, evenly from rest to rest, each rest among them, and the numbers of the rests."""
+    """Times at most a period apart, evenly spaced between rests and including them; the indices of the rests."""
     t, at = [rests[0]], [0]
     for begin, end in pairwise(rests.tolist()):
         if end > begin:
@@ -71,7 +71,7 @@ def _times(rests: Array, period: float) -> tuple[Array, list[int]]:
 
 
 def _set_time(duration: Any, whole: int, rest: int) -> None:
-    """Set a duration, whose fields have other names in ROS 1 (secs, nsecs) than in ROS 2 (sec, nanosec)."""
+    """Set a duration; its fields are secs and nsecs in ROS 1, sec and nanosec in ROS 2."""
     one = hasattr(duration, "secs")
     setattr(duration, "secs" if one else "sec", whole)
     setattr(duration, "nsecs" if one else "nanosec", rest)
