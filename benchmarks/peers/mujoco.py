@@ -2,6 +2,7 @@
 
 import mujoco
 import numpy as np
+from mujoco.batch import Batch
 
 from benchmarks.peer import Peer, bare_urdf
 from ulna.robot import Robot
@@ -20,6 +21,7 @@ class Model:
         self.position, self.turn = self.data.xpos[self.body], self.data.xmat[self.body].reshape(3, 3)
         names = [self.model.joint(k).name for k in range(self.model.njnt)]
         self.order = np.array([robot.joint_names.index(name) for name in names])
+        self.batch = None
 
     def forward(self, q):
         """The tip's pose as a 4x4 matrix."""
@@ -38,8 +40,34 @@ class Model:
         mujoco.mj_jacBody(self.model, self.data, J[:3], J[3:], self.body)
         return J
 
+    def forward_batch(self, q):
+        """The tip's poses of many q, shape (n, 4, 4), in one call and one thread."""
+        batch = self._batch_of(q)
+        batch.forward(stage=mujoco.mjtStage.mjSTAGE_POS.value)
+        T = np.zeros((len(q), 4, 4))
+        T[:, :3, :3] = batch.bind("xmat")[:, self.body].reshape(-1, 3, 3)
+        T[:, :3, 3], T[:, 3, 3] = batch.bind("xpos")[:, self.body], 1.0
+        return T
+
+    def jacobian_batch(self, q):
+        """The tip's Jacobians of many q, shape (n, 6, n_dof), in one call after the poses."""
+        batch = self._batch_of(q)
+        batch.forward(stage=mujoco.mjtStage.mjSTAGE_POS.value)
+        return np.concatenate(batch.jac(self.body, batch.bind("xpos")[:, self.body]), axis=1)
+
+    def _batch_of(self, q):
+        """The states of many q."""
+        if self.batch is None or self.batch.nsim != len(q):
+            self.batch = Batch(self.model, len(q), nthread=1)
+            self.batch.bind("xmat"), self.batch.bind("xpos")
+        self.batch.bind("qpos")[:] = q[:, self.order]
+        return self.batch
+
 
 def make(robot: Robot) -> Peer:
     """The peer for an arm."""
     model = Model(robot)
-    return Peer(forward=model.forward, jacobian=model.jacobian, own_q=lambda q: q[model.order])
+    return Peer(
+        forward=model.forward, jacobian=model.jacobian, own_q=lambda q: q[model.order],
+        forward_batch=model.forward_batch, jacobian_batch=model.jacobian_batch,
+    )  # fmt: skip
