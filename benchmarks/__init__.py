@@ -1,1 +1,1 @@
-"""Ulna side by side with its peers: ``make bench``. Nothing of the package imports this."""
+"""Benchmarks of Ulna and its peers: ``make bench``. The package does not import them."""

@@ -1,4 +1,4 @@
-"""``python -m benchmarks``: Ulna and the peers on the same robots and targets in one run, as Markdown and JSON."""
+"""``python -m benchmarks``: measures Ulna and its peers on the same robots and targets, and writes Markdown and JSON."""
 
 import argparse
 import json
@@ -32,14 +32,14 @@ from ulna.robot import Robot
 
 RESULTS = Path(__file__).parent / "results"
 KINEMATICS_ON = ("panda", "ur5")  # the cost of a call depends on the number of joints, hardly on the arm
-FOLLOW_LONGEST_S = 10.0  # that one pass along the path may take
-FOLLOW = ("ulna", "roboticstoolbox-python", "pytracik", "ssik")  # those that take a configuration to start from
+FOLLOW_LONGEST_S = 10.0  # time limit of one pass along the path
+FOLLOW = ("ulna", "roboticstoolbox-python", "pytracik", "ssik")  # solvers that accept a start configuration
 
 
 def main() -> None:
     """Measure, and write the page and the figures."""
     options = _options()
-    warnings.simplefilter("ignore")  # of the peers, which are not ours to mend
+    warnings.simplefilter("ignore")  # warnings of the peers, which we cannot fix
     data = {
         "machine": {**machine_facts(), "commit": _commit(), "load": " ".join(f"{load:.1f}" for load in os.getloadavg())},
         "versions": {name: installed_version(name) for name in PEERS},
@@ -77,9 +77,9 @@ def main() -> None:
         tables, why = collision_data(panda, peak)
         data.update(tables)
         data["absent"] += [{"robot": "panda", "peer": "pin with coal", "why": why}] * bool(why)
-        data["account"] = [] if is_ahead() else account_rows(panda)  # machine code ahead is called in another way: docs/ahead.md
+        data["account"] = [] if is_ahead() else account_rows(panda)  # code compiled ahead is called in another way: docs/ahead.md
         data.update(scaling_with_joints=joint_rows(peak), scaling_with_rows=size_rows(panda, peak, copy))
-        with one_processor():  # for so is the bound
+        with one_processor():  # as the bound assumes
             data["bounds"] = bound_rows("panda", panda, peak, copy)
         data.update(first_use=first_use.first_use_rows(), first_use_ever=[] if is_ahead() else cold_rows())
         data.update(memory=first_use.memory_rows(), size=first_use.size_rows())
@@ -113,7 +113,7 @@ def measure(name: str, robot: Robot, n: int, data: dict) -> None:
 
 
 def _track(name: str, robot: Robot, solver: Solver, n: int, forward: Forward, data: dict) -> None:
-    """Add the row of a solver that follows n poses, or the reason why it does not."""
+    """Add the row of a solver that follows n poses, or the reason for its absence."""
     path = path_positions(robot, n, seed=1)[:20]
     steps = [(solver.prepare(T), q) for T, q in zip(robot.forward_kinematics(path), path, strict=True)]
     pose_ns = float(np.median(time_each(solver.solve, steps)))
@@ -130,7 +130,7 @@ def _solvers(robot: Robot, peers: dict[str, Peer], protocol: str) -> list:
 
 
 def _judge(robot: Robot):
-    """Pinocchio's forward kinematics, or where it is absent Ulna's own."""
+    """Pinocchio's forward kinematics, or Ulna's own if it is absent."""
     try:
         from benchmarks.peers.pinocchio import Model  # noqa: PLC0415 -- it may be absent
     except ImportError:
@@ -149,7 +149,7 @@ def _write(data: dict, folder: Path) -> None:
 
 
 def _commit() -> str:
-    """The commit that was measured, marked if the files differ from it."""
+    """The measured commit, marked if the files differ from it."""
     command = ["git", "describe", "--always", "--dirty"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=Path(__file__).parent)  # noqa: S603
     return done.stdout.strip() or "unknown"

@@ -1,7 +1,7 @@
-"""Where the time of one call goes: ``python -m benchmarks.account``.
+"""Breaks down the time of one call: ``python -m benchmarks.account``.
 
-Each part is the difference of two calls timed turn by turn: the whole method, the bound function, the same with ``out=``, its
-kernel alone, and a kernel that takes the same arguments and does nothing.
+Each part is the difference of two interleaved calls. The calls are the whole method, the bound function, the same with ``out=``,
+its kernel alone, and an empty kernel with the same arguments.
 """
 
 import sys
@@ -22,7 +22,7 @@ CALLS = 64
 
 
 def account_rows(robot: Robot) -> list[dict]:
-    """For one pose and one Jacobian: what each part of a call takes."""
+    """The time of each part of a call, for one pose and one Jacobian."""
     q, chain = list(random_positions(robot, CALLS, 0)), robot.tree.chain(str(robot.tip)).copy()
     fk, T, jac, J = robot.compile_forward(), np.empty((4, 4)), robot.compile_jacobian(), np.empty((6, robot.n_dof))
     n = robot.n_dof
@@ -62,7 +62,7 @@ def _row(work: str, name: str, ns: dict[str, float]) -> dict:
 
 
 def main() -> None:
-    """Print the account of the Panda."""
+    """Print the breakdown for the Panda."""
     sys.stdout.write(table(account_rows(ulna.load("panda"))) + "\n")
 
 

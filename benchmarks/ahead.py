@@ -1,11 +1,11 @@
-"""What code compiled ahead costs, beside the peers and beside goals: ``python -m benchmarks.ahead``, in the wheel's environment.
+"""Measures code compiled ahead, next to the peers and the goals: ``python -m benchmarks.ahead``, in the wheel's environment.
 
     make test-wheel                              # or only its first steps: the environment .venv-wheel
     .venv-wheel/bin/python -m benchmarks.ahead   # compiled ahead
     .venv/bin/python -m benchmarks.ahead         # the same, compiled now
 
-One call of each kind in turns with Pinocchio and with Coal; then new processes, beside one that imports NumPy alone. Times of
-processes are those of the clock, and of the processor, which other work on the machine lengthens less.
+It interleaves one call of each kind with Pinocchio and with Coal. Then it starts new processes, next to one that imports NumPy
+alone. Times of processes are wall times, and processor times, which other work on the machine affects less.
 """
 
 import json
@@ -50,7 +50,7 @@ print(json.dumps((wall, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)))
 
 
 def single_rows(robot) -> list[dict]:
-    """One pose and one Jacobian by the plain methods, beside Pinocchio's quickest way."""
+    """One pose and one Jacobian by the plain methods, next to Pinocchio's fastest way."""
     from benchmarks.peers.pinocchio import Model  # noqa: PLC0415 -- it may be absent
 
     peer, q, rows = Model(robot), list(random_positions(robot, ONE, seed=0)), []
@@ -60,14 +60,14 @@ def single_rows(robot) -> list[dict]:
         works = {
             "pin": Workload(theirs, own),
             f"{kind}(q)": Workload(method, q),
-            f"{kind}(q, out=)": Workload(lambda x, method=method, out=out: method(x, out=out), q),  # with the lambda's 25 ns
+            f"{kind}(q, out=)": Workload(lambda x, method=method, out=out: method(x, out=out), q),  # includes the lambda's 25 ns
         }
         rows += _rows(works, "pin")
     return rows
 
 
 def inverse_rows(robot) -> list[dict]:
-    """One inverse kinematics, and its machine code alone, with arrays made before."""
+    """One inverse kinematics, and its machine code alone, with existing arrays."""
     targets = [robot.forward_kinematics(x) for x in random_positions(robot, ONE, seed=0)]
     robot.inverse_kinematics(targets[0])
     solver = robot._inverse_kinematics._solver(None, *Options())  # noqa: SLF001
@@ -81,7 +81,7 @@ def inverse_rows(robot) -> list[dict]:
 
 
 def process_rows(runs: int = 5) -> list[dict]:
-    """Whole processes, in turns: the medians."""
+    """Whole processes, interleaved: the medians."""
     times = {name: [] for name in PROCESSES}
     for _ in range(runs):
         for name, code in PROCESSES.items():

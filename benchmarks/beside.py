@@ -1,4 +1,4 @@
-"""Makes the table that compares libraries: for each kind of work, the time of each library as a multiple of Ulna's."""
+"""Makes the table that compares libraries: each library's time as a multiple of Ulna's, by kind of work."""
 
 PEERS = {
     "Pinocchio": "pin",
@@ -56,7 +56,7 @@ def _row(work: str, times: dict[str, float]) -> dict[str, str]:
 
 
 def _figure(times: float | None) -> str:
-    """Two digits; bold where the other library is quicker."""
+    """Format with two digits; bold if the other library is faster."""
     if times is None:
         return "-"
     if times < 1:

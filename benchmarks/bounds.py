@@ -1,10 +1,9 @@
-"""What a batched kernel could cost at best: its operations at the machine's peak, or its bytes at the speed of a copy.
+"""Computes a lower bound of a batched kernel's time: its operations at peak speed, or its bytes at copy speed.
 
 The operations are counted, not estimated: the same kernels run as plain NumPy (``NUMBA_DISABLE_JIT=1``) on arrays that count. An
-operation is one on eight numbers at once. The peak is that of independent multiply-adds in lanes, two operations each; the speed
-of a copy is that of ``np.copyto`` over 256 MB; both are measured here and now. Nothing reaches such a bound: it leaves out that
-operations wait for each other, that not every multiplication is followed by an addition, loads and stores from caches, and the
-pages that the system clears before an answer can be written to them.
+operation handles eight numbers at once. The peak is the rate of independent multiply-adds in lanes, two operations each. The copy
+speed is that of ``np.copyto`` over 256 MB. Both are measured in the same run. No kernel reaches such a bound. It ignores
+dependencies between operations, multiplications without additions, loads and stores from caches, and the clearing of new pages.
 """
 
 import json
@@ -70,7 +69,7 @@ print(json.dumps(counts))
 
 
 def count_operations(robot: Robot, *, with_boxes: bool = False) -> dict[str, int]:
-    """Operations on eight numbers that the kernels of a chain do for eight configurations; with boxes, those of a pair too."""
+    """Operations on eight numbers in the kernels of a chain, for eight configurations; with boxes, also for a pair."""
     command, environment = [sys.executable, "-c", _COUNTING, *["boxes"] * with_boxes], os.environ | {"NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run(command, input=robot.to_urdf(), env=environment, capture_output=True, text=True, check=True)  # noqa: S603
     return json.loads(done.stdout)
@@ -98,19 +97,19 @@ def peak_ns() -> float:
 
 
 def copy_ns() -> float:
-    """The time to read a byte and to write one, of an array that no cache holds [ns]."""
+    """The time to read a byte and to write one, of an array larger than all caches [ns]."""
     source, target = np.ones(2**25), np.empty(2**25)
     work = Workload(lambda _: np.copyto(target, source), [0], source.nbytes)
     return float(time_interleaved({"copy": work}, passes=9)["copy"].passes.min()) / 2
 
 
 def bound_rows(name: str, robot: Robot, peak: float, copy: float) -> list[dict]:
-    """For each batched kernel what bounds it, and what it takes: for a batch that caches hold, and for one that they do not."""
+    """The bound and the measured time of each batched kernel, for a batch within the caches and a larger one."""
     counts = count_operations(robot)
     rows = []
     for kind, operations in counts.items():
         ask = getattr(robot, kind)
-        for n in (IN_CACHE, IN_MEMORY):  # one after the other: the large batch would drive the small one out of the caches
+        for n in (IN_CACHE, IN_MEMORY):  # in sequence: the large batch would evict the small one from the caches
             q = random_positions(robot, n, 0)
             moved = q[0].nbytes + ask(q[:1]).nbytes
             arithmetic, memory = operations / WIDTH * peak, moved * copy if n == IN_MEMORY else 0.0

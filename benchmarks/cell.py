@@ -1,8 +1,8 @@
-"""A real cell: what a depth camera sees, arms of meshes, things that move. ``python -m benchmarks.cell --largest 1000000``.
+"""Measures a realistic cell: a depth camera, arms with meshes, moving objects. ``python -m benchmarks.cell --largest 1000000``.
 
-Ulna alone, on one processor, in the thread's own time, so that a busy machine counts less; each time is a median. The camera
-looks at a bin on a table (``depth_camera``). Verdicts and distances are compared with a k-d tree of SciPy's. An arm that cannot
-be had is named.
+It measures Ulna alone, on one processor, in the thread's own time, which a busy machine affects less; each time is a median. The
+camera looks at a bin on a table (``depth_camera``). Verdicts and distances are compared with a k-d tree of SciPy. Unavailable
+arms are listed.
 """
 
 import argparse
@@ -29,8 +29,8 @@ from ulna.description.urdf_writer import write_urdf
 Array = NDArray[np.float64]
 RADIUS = 0.005  # [m], of the balls around the points
 CONFIGURATIONS, EDGES, PLANS = 1000, 30, 30
-SEARCHED = 30_000  # points, at most, among which an edge is looked for
-SAMPLES = 32  # along an edge whose clearance is looked for
+SEARCHED = 30_000  # maximum number of points in the search for an edge
+SAMPLES = 32  # along an edge whose clearance is searched
 ARMS = ("ur5", "jaco2", "xarm7", "iiwa14", "talos_left_arm")
 GRASP = ulna.pose((0.55, 0.0, 0.2), (np.pi, 0, 0))  # into the bin, from above
 
@@ -54,7 +54,7 @@ def main() -> None:
 
 
 def seconds(function: Callable, inputs: Iterable) -> Array:
-    """The thread's time of ``function(one)`` for each of the inputs [s]."""
+    """The thread's time of ``function(one)`` for each input [s]."""
     times = []
     for one in inputs:
         began = time.thread_time()
@@ -65,12 +65,12 @@ def seconds(function: Callable, inputs: Iterable) -> Array:
 
 def seen(n: int, radius: float = RADIUS) -> ulna.PointCloud:
     """About n points of the bin on the table."""
-    camera = Camera.of_pixels(round(1.9 * n))  # of which the rest see nothing
+    camera = Camera.of_pixels(round(1.9 * n))  # the other pixels see nothing
     return camera.cloud(camera.image(bin_on_a_table(0), np.random.default_rng(n)), radius)
 
 
 def cloud_rows(robot: ulna.Robot, sizes: Sequence[int]) -> list[dict]:
-    """An update, a row of a batch, edges by their clearance and certified plans, beside 10^2 to 10^7 points."""
+    """An update, a row of a batch, edges by their clearance and certified plans, with 10^2 to 10^7 points."""
     rows = []
     for n in sizes:
         cloud, world = seen(n), ulna.World()
@@ -95,7 +95,7 @@ def cloud_rows(robot: ulna.Robot, sizes: Sequence[int]) -> list[dict]:
 
 
 def free(robot: ulna.Robot, world: ulna.World, n: int, seed: int) -> Array:
-    """Random configurations that touch nothing, shape (n, n_dof)."""
+    """Random collision-free configurations, shape (n, n_dof)."""
     q = robot.random(20 * n, seed=seed)
     return q[~robot.in_collision(q, world)][:n]
 
@@ -103,9 +103,9 @@ def free(robot: ulna.Robot, world: ulna.World, n: int, seed: int) -> Array:
 def edges_at(
     robot: ulna.Robot, world: ulna.World, points: Array, clearances: Sequence[float]
 ) -> dict[float, list[tuple[Array, Array]]]:
-    """Free edges of about half a radian whose least distance to the world, of these points, is within a fifth of these [m].
+    """Free edges of about half a radian with these minimum distances to the world, to a fifth [m].
 
-    They are looked for among fewer points: the distance of an arm amidst millions takes milliseconds.
+    The search uses fewer points: the distance of an arm among millions of points takes milliseconds.
     """
     found: dict[float, list] = {clearance: [] for clearance in clearances}
     few = ulna.World()
@@ -131,7 +131,7 @@ def edges_at(
 
 
 def planned(robot: ulna.Robot, world: ulna.World, problems: Iterable[tuple[Array, Array]]) -> dict[str, float]:
-    """Certified plans to a q or a pose: how many are found, and the time of the median and of the 95th percentile."""
+    """Certified plans to a q or a pose: the number of successes, the median time and its 95th percentile."""
     plans: list[ulna.Plan] = []
     times = 1e3 * seconds(lambda problem: plans.append(robot.plan(*problem, world, max_checks=10_000)), problems)
     return {
@@ -143,7 +143,7 @@ def planned(robot: ulna.Robot, world: ulna.World, problems: Iterable[tuple[Array
 
 
 def call_rows(robot: ulna.Robot) -> list[dict]:
-    """One call of each query among ten boxes, beside 10^4 points of a cloud, and of both."""
+    """One call of each query with ten boxes, with 10^4 points of a cloud, and with both."""
     rows, worlds = [], {"ten boxes": scattered(10, 0.1, 0.9), "a cloud": ulna.World(), "both": scattered(10, 0.1, 0.9)}
     for name in ("a cloud", "both"):
         worlds[name].add("cloud", seen(10_000))
@@ -166,7 +166,7 @@ def call_rows(robot: ulna.Robot) -> list[dict]:
 
 
 def camera_rows(robot: ulna.Robot, images: int) -> list[dict]:
-    """From a depth image of 640 x 480 to a certified plan into the bin, while the parts in it change."""
+    """The time from a depth image of 640 x 480 to a certified plan into a changing bin."""
     camera, world = Camera.of_pixels(640 * 480), ulna.World()
     world.add("cloud", ulna.PointCloud(np.empty((0, 3)), 0.002))
 
@@ -184,7 +184,7 @@ def camera_rows(robot: ulna.Robot, images: int) -> list[dict]:
     }
     parts: dict[str, list[float]] = {name: [] for name in (*steps, "all")}
     solved = 0
-    for k in range(1 + images):  # the first compiles
+    for k in range(1 + images):  # the first one compiles
         value = camera.image(bin_on_a_table(k), np.random.default_rng(k))
         clock = [time.thread_time()]
         for step in steps.values():
@@ -207,9 +207,9 @@ SHAPED = {
 
 
 def arm_rows(names: Iterable[str]) -> list[dict]:
-    """Arms of meshes, by hulls, pieces and balls that are kept, beside the bin's cloud and a crate: a row, an edge, a plan.
+    """Arms with meshes, by cached hulls, pieces and balls, with the bin's cloud and a crate: row, edge, plan.
 
-    RoboPlan has the meshes' triangles, and as many plans, between the ends of those with hulls that are free there.
+    RoboPlan uses the meshes' triangles, and the same number of plans, between the ends of the hulls' plans that are free there.
     """
     rows, world = [], ulna.World()
     world.add("cloud", seen(10_000))
@@ -234,7 +234,7 @@ def arm_rows(names: Iterable[str]) -> list[dict]:
             edges = [edge for edge in edges if not robot.edge_in_collision(*edge, world)]
             row["edge_us"] = 1e6 * float(np.median(seconds(lambda e, w=world, r=robot: r.edge_in_collision(*e, w), edges)))
             row |= planned(robot, world, zip(q[:PLANS], q[PLANS : 2 * PLANS], strict=True))
-            with suppress(ulna.InputError):  # a hand of several fingers has several tips, and no one pose
+            with suppress(ulna.InputError):  # a hand of several fingers has several tips, and no single pose
                 to_poses = planned(robot, world, zip(q[:PLANS], robot.forward_kinematics(q[PLANS : 2 * PLANS]), strict=True))
                 row |= {f"{key}_to_a_pose": to_poses[key] for key in ("solved", "plan_ms", "plan_95_ms")}
             rows.append(row)
@@ -244,7 +244,7 @@ def arm_rows(names: Iterable[str]) -> list[dict]:
 
 
 def by_roboplan(name: str, arm: ulna.Robot, hulls: ulna.Robot, world: ulna.World, q: Array) -> list[dict]:
-    """RoboPlan's row with the triangles of an arm; none, and why, if it cannot be had."""
+    """RoboPlan's row with the triangles of an arm; none, with the reason, if it is unavailable."""
     parts = arm.description
     try:
         from benchmarks.peers.roboplan import Planner  # noqa: PLC0415 -- it may be absent
@@ -265,7 +265,7 @@ def by_roboplan(name: str, arm: ulna.Robot, hulls: ulna.Robot, world: ulna.World
 
 
 def judge_rows(balls: int) -> list[dict]:
-    """Distances of random balls of every radius to a cloud, and whether they touch, beside SciPy's k-d tree."""
+    """Distances and contacts of random balls of every radius with a cloud, compared with SciPy's k-d tree."""
     cloud, world, rng = seen(100_000), ulna.World(), np.random.default_rng(6)
     world.add("cloud", cloud)
     tree, rows = KDTree(cloud.points), []
@@ -284,7 +284,7 @@ def judge_rows(balls: int) -> list[dict]:
 
 
 def sliding_ball(radius: float) -> ulna.Robot:
-    """A ball whose joint positions are where its middle is [m]."""
+    """A ball whose joint positions are its center [m]."""
     text, parent = '<robot name="ball"><link name="base"/>', "base"
     for axis, xyz in zip("xyz", ("1 0 0", "0 1 0", "0 0 1"), strict=True):
         shape = f'<collision><geometry><sphere radius="{radius!r}"/></geometry></collision>' if axis == "z" else ""

@@ -1,8 +1,8 @@
-"""Closed forms of other libraries beside Ulna's, in one run: times, branches missed, errors.
+"""Compares closed forms of other libraries with Ulna's, in one run: times, missed branches, errors.
 
-Every branch of every target of a sample is compared: by the forward kinematics of Ulna, a branch of either library that the other
-lacks and that reaches the target is missed by the other. EAIK, ssik and jaik are timed where they are installed; the table names
-those that are not, and why one has nothing to say of an arm.
+Every branch of every target of a sample is compared. A library misses a branch that only the other library returns, and that
+reaches the target by Ulna's forward kinematics. EAIK, ssik and jaik are timed if they are installed. The table names the missing
+ones, and the reason why a library does not support an arm.
 """
 
 import os
@@ -28,10 +28,10 @@ class Library:
     """All branches by one library for one arm.
 
     Attributes:
-        name: Of the library, and of what is called.
-        one: Of a target (4, 4), branches (k, 6).
-        many: Called with targets (n, 4, 4), for its time; None where there is no batch.
-        call: As ``one``, for its time: what a user would call.
+        name: The name of the library and of the call.
+        one: Maps a target (4, 4) to branches (k, 6).
+        many: Called with targets (n, 4, 4), for its time; None without a batch.
+        call: Like ``one``, for its time: the call of a user.
     """
 
     name: str
@@ -55,7 +55,7 @@ def of_ulna(robot: ulna.Robot) -> Library:
 
 
 def eaik_of(robot: ulna.Robot):
-    """The same axes for EAIK; None where it is not installed."""
+    """The same axes for EAIK; None if it is not installed."""
     try:
         from eaik.pybindings import EAIK  # noqa: PLC0415 - optional
     except ImportError:
@@ -128,7 +128,7 @@ LIBRARIES = {"EAIK": of_eaik, "ssik": of_ssik, "jaik": of_jaik}
 
 
 def libraries(robot: ulna.Robot) -> Iterator[Library | tuple[str, str]]:
-    """Ulna, then each of the others, or its name and why it is left out."""
+    """Ulna, then each other library, or its name and the reason for its absence."""
     yield of_ulna(robot)
     for name, make in LIBRARIES.items():
         try:
@@ -140,7 +140,7 @@ def libraries(robot: ulna.Robot) -> Iterator[Library | tuple[str, str]]:
 
 
 def compared(robot: ulna.Robot, theirs: Library, targets: Array) -> tuple[int, int, float]:
-    """How many branches a library misses that Ulna knows; Ulna, of theirs; and their largest error."""
+    """The number of Ulna's branches that a library misses, the reverse, and the library's largest error."""
     lacking, lacked, worst = 0, 0, 0.0
     for T in targets:
         found, own = theirs.one(T), robot.all_solutions(T)
@@ -163,7 +163,7 @@ def _nanoseconds(work: Callable[[], object], n: int) -> float:
 
 
 def peer_table(robot: ulna.Robot, name: str) -> Iterator[str]:
-    """A row for each library: CPU time of the process, medians of turns in which each has its own."""
+    """A row for each library: CPU time of the process, medians of interleaved turns."""
     rng = np.random.default_rng(2)
     T = robot.forward_kinematics(rng.uniform(-np.pi, np.pi, (_MANY, 6)))
     some, found = [T[i] for i in range(_FEW)], list(libraries(robot))

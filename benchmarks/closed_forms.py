@@ -1,9 +1,9 @@
-"""Closed forms: missed branches over random and nearly singular targets, and times beside other libraries in one run.
+"""Measures closed forms: missed branches over random and nearly singular targets, and times next to other libraries.
 
 ``python -m benchmarks.closed_forms`` prints the tables for docs/performance_ik.md. A branch counts as missed if the configuration
-that made a target is not among the solutions, whole turns aside; near a singularity if none of the solutions has its first joint
-and the joint that makes it singular. A sample of the targets is counted by the search from many starts too, which knows no
-closed form, and by EAIK where it is installed. Errors are the largest entries of T(q) - T, by forward kinematics.
+that made a target is not among the solutions, apart from whole turns. Near a singularity, only its first joint and the joint that
+makes it singular are compared. A sample of the targets is also counted by the search from many starts, which knows no closed
+form, and by EAIK if installed. Errors are the largest entries of T(q) - T, by forward kinematics.
 """
 
 import argparse
@@ -64,7 +64,7 @@ FILES = {"Z1": "z1", "Jaco2": "jaco2"}  # the wrist of neither is singular withi
 
 
 def arms() -> Iterator[tuple[str, ulna.Robot]]:
-    """Name and robot; those of a table may turn each joint by half a turn either way."""
+    """Name and robot; a robot from a table may turn each joint by half a turn either way."""
     for name, rows in ARMS.items():
         yield name, ulna.Robot.from_dh(rows, convention="standard", limits=[(-np.pi, np.pi)] * 6, name=name)
     for name, file in FILES.items():
@@ -72,12 +72,12 @@ def arms() -> Iterator[tuple[str, ulna.Robot]]:
 
 
 def apart(a: Array, b: Array) -> Array:
-    """The largest difference by whole turns aside."""
+    """The largest difference, apart from whole turns."""
     return np.abs((a - b + np.pi) % (2 * np.pi) - np.pi).max(axis=-1)
 
 
 def missed(robot: ulna.Robot, q: Array, columns: list[int], near: float) -> tuple[int, float]:
-    """How many configurations (n, 6) are not found again by some of their joints, and the largest error of all solutions."""
+    """The number of configurations (n, 6) not found again, by some joints, and all solutions' largest error."""
     lacking, worst = 0, 0.0
     for begin in range(0, len(q), _CHUNK):
         part = q[begin : begin + _CHUNK]
@@ -91,7 +91,7 @@ def missed(robot: ulna.Robot, q: Array, columns: list[int], near: float) -> tupl
 
 
 def searched(robot: ulna.Robot, targets: Array) -> int:
-    """Branches that a search from many starts finds within the limits and the closed form does not."""
+    """The number of branches within the limits that only a search from many starts finds."""
     query = Query(
         robot.tree,
         robot.home,
@@ -108,7 +108,7 @@ def searched(robot: ulna.Robot, targets: Array) -> int:
 
 
 def of_eaik(robot: ulna.Robot, targets: Array) -> tuple[int, int]:
-    """Branches of EAIK's that reach their target and that the closed form lacks; and those that EAIK lacks."""
+    """The number of valid branches that only EAIK returns, and of those that only the closed form returns."""
     peer, lacking, lacked = eaik_of(robot), 0, 0
     for T in targets if peer is not None else ():
         own = robot.all_solutions(T)
@@ -130,7 +130,7 @@ def branches_table(n: int, n_searched: int) -> Iterator[str]:
         q = rng.uniform(low, high, (n, 6))
         lacking, worst = missed(robot, q, list(range(6)), 1e-4)
         near = rng.uniform(low, high, (n // 10 if name in ARMS else 0, 6))
-        near[:, 4] = np.resize(_OFF, len(near))  # the wrist is singular where it is 0
+        near[:, 4] = np.resize(_OFF, len(near))  # the wrist is singular at 0
         lacking_near, worst_near = missed(robot, near, [0, 4], 1e-4)
         T = robot.forward_kinematics(q[:n_searched])
         more, by_eaik = searched(robot, T), of_eaik(robot, robot.forward_kinematics(q[:2000]))
@@ -148,10 +148,10 @@ def nanoseconds(work: Callable[[], object], n: int) -> float:
 
 
 def speed_table() -> Iterator[str]:
-    """A row for each of two families: medians, measured turn by turn.
+    """A row for each of two families: medians of interleaved turns.
 
-    In each turn a work is done twice. The times are those of the second, when what it reads is in the cache; the ratio in
-    brackets is that of the first, when what the work before it has read is there.
+    In each turn a work is done twice. The times are those of the second run, with its data in the cache; the ratio in brackets
+    belongs to the first run, after the other work has used the cache.
     """
     yield (
         "| arm | all branches, 2,048 at once | EAIK, batch | ratio | `all_solutions`, 2,048 at once | ratio | one call | "
@@ -175,7 +175,7 @@ def speed_table() -> Iterator[str]:
             (lambda robot=robot, some=some: [robot.inverse_kinematics(x) for x in some], 256),
         ]
         with ulna.threads(1):
-            for work, _ in works:  # what is compiled or cached is there then
+            for work, _ in works:  # compiles and fills caches
                 work()
             times = np.array([[(nanoseconds(*work), nanoseconds(*work)) for work in works] for _ in range(_REPEATS)])
         many, public, one = (times_of(times, theirs, own) for theirs, own in ((1, 0), (1, 2), (4, 3)))
@@ -187,7 +187,7 @@ def speed_table() -> Iterator[str]:
 
 
 def times_of(times: Array, theirs: int, own: int) -> str:
-    """The ratio of two works, when each was done before and, in brackets, when another was."""
+    """The ratio of two works, each after itself and, in brackets, after the other."""
     first, again = np.median(times[:, theirs] / times[:, own], axis=0)
     return f"{again:.1f} ({first:.1f})"
 

@@ -1,6 +1,6 @@
-"""Collision queries beside Pinocchio with Coal, and in worlds of more and more boxes: ``python -m benchmarks.collision``.
+"""Measures collision queries next to Pinocchio with Coal, and in growing worlds of boxes: ``python -m benchmarks.collision``.
 
-All of it on one processor: the peer uses one, and so does Ulna here, whose batches would else be shared among threads.
+Everything runs on one processor: the peer uses one, and so does Ulna here, whose batches would otherwise use threads.
 """
 
 import sys
@@ -20,13 +20,13 @@ from ulna.collision.object_tables import MAX_UNINDEXED
 from ulna.engine.lanes import WIDTH
 from ulna.robot import Robot
 
-N, CALLS, LOOP = 2048, 64, 16  # configurations of a batch, of a pass that asks for one, and of a pass of the peer's loop
+N, CALLS, LOOP = 2048, 64, 16  # configurations of a batch, of a pass of single calls, and of a pass of the peer's loop
 BOXES = (1, 4, 16, 64, 100, 256, 1000, 10_000)
 QUERIES = ("in_collision", "signed_distance")
 
 
 def scattered(n: int, size: float, reach: float) -> ulna.World:
-    """Boxes in a cube about the arm, none where it stands."""
+    """Boxes in a cube around the arm, none at its place."""
     rng, world = np.random.default_rng(n), ulna.World()
     while len(world.names) < n:
         place = rng.uniform(-reach, reach, 3)
@@ -36,12 +36,12 @@ def scattered(n: int, size: float, reach: float) -> ulna.World:
 
 
 def query_rows(robot: Robot) -> list[dict]:
-    """One call and a row of a batch of each query, in three scenes: Ulna's time, and the peer's in a loop.
+    """One call and a batch row of each query, in three scenes: Ulna's and the peer's time.
 
-    The peer's ``computeDistances`` gives the distances of all pairs: it has no call for the least of them.
+    The peer's ``computeDistances`` computes the distances of all pairs: it has no call for the minimum.
 
     Raises:
-        NotForThisArm: The peer is absent, or says otherwise than Ulna.
+        NotForThisArm: The peer is absent, or disagrees with Ulna.
     """
     try:
         from benchmarks.peers.coal import Scene, disagreement  # noqa: PLC0415 -- it may be absent
@@ -84,8 +84,8 @@ def _query_rows(robot: Robot, world: ulna.World, itself: bool, q, query: str, th
 def growth_rows(robot: Robot, peak: float) -> list[dict]:
     """Queries of free configurations in worlds of 1 to 10 000 boxes: equally dense from 100 on, or ever denser.
 
-    Bound: to place the robot's boxes, and to look at the balls around each pair; a world of more than ALONE boxes hangs in a
-    tree, where most pairs are not looked at, and has no such bound.
+    The bound covers placing the robot's boxes and testing the balls around each pair. A world of more than ALONE boxes is in a
+    tree, which skips most pairs, and has no such bound.
     """
     rows, counts, n_bodies = [], count_operations(robot, with_boxes=True), len(robot.collision_names)
     q = random_positions(robot, 4 * N, 1)
@@ -97,7 +97,7 @@ def growth_rows(robot: Robot, peak: float) -> list[dict]:
             build_ms = 1e3 * (perf_counter() - start)
             free = q[~robot.in_collision(q, world, self_collision=False)][:N]
             if not len(free):
-                continue  # so crowded that the arm has no room
+                continue  # too crowded for the arm
             bound = (
                 (counts["place_bodies"] + n * n_bodies * counts["balls_overlap"]) / WIDTH * peak if n <= MAX_UNINDEXED else None
             )
@@ -109,7 +109,7 @@ def growth_rows(robot: Robot, peak: float) -> list[dict]:
 
 
 def _growth(robot: Robot, world: ulna.World, free) -> dict[str, float]:
-    batch = np.resize(free, (N, robot.n_dof))  # all free: a robot that touches something early would not meet the rest
+    batch = np.resize(free, (N, robot.n_dof))  # all free: a robot in early collision would skip the rest
     works = {
         "one_ns": Workload(lambda x: robot.in_collision(x, world, self_collision=False), list(batch[:CALLS])),
         "batch_ns": Workload(lambda q: robot.in_collision(q, world, self_collision=False), [batch], N),
@@ -119,7 +119,7 @@ def _growth(robot: Robot, world: ulna.World, free) -> dict[str, float]:
 
 
 def edge_rows(robot: Robot) -> list[dict]:
-    """Certified edges of a third of a radian or so a joint among ten boxes, in a batch."""
+    """Certified edges of about a third of a radian per joint among ten boxes, in a batch."""
     world, rng = scattered(10, 0.1, 0.9), np.random.default_rng(2)
     q = random_positions(robot, 4 * N, 1)
     a = q[~robot.in_collision(q, world)][:500]
@@ -131,7 +131,7 @@ def edge_rows(robot: Robot) -> list[dict]:
 
 
 def moving_rows(robot: Robot) -> list[dict]:
-    """A box moves, and one configuration is checked: among boxes, beside a cloud, and of an arm of hulls."""
+    """A box moves, and one configuration is checked: among boxes, with a cloud, and for an arm of hulls."""
     rng, rows, arms = np.random.default_rng(3), [], {"panda": robot}
     try:
         arms["ur5, hulls"] = ulna.load("ur5").with_convex_hulls()
@@ -154,7 +154,7 @@ def moving_rows(robot: Robot) -> list[dict]:
 
 
 def collision_data(robot: Robot, peak: float) -> tuple[dict[str, list[dict]], str]:
-    """All tables, and why the peer is not among them, or ""."""
+    """All tables, and the reason for the peer's absence, or ""."""
     with one_processor():
         data = {"scaling_with_pairs": growth_rows(robot, peak), "edges": edge_rows(robot), "moving": moving_rows(robot)}
         try:

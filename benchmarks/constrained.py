@@ -1,15 +1,15 @@
-"""Plans motions that keep a constraint, judges them, and asks OMPL beside: ``python -m benchmarks.constrained RESOURCES/panda``.
+"""Plans constrained motions, judges them, and compares OMPL: ``python -m benchmarks.constrained RESOURCES/panda``.
 
-The folder is one of ``resources`` of the source distribution of ``vamp-planner``: panda or ur5, in VAMP's spheres and scenes;
-or baxter, of its repository, which carries a tray with both hands. The problems are drawn by a published seed
+The folder is one of ``resources`` of the source distribution of ``vamp-planner``: panda or ur5, in VAMP's spheres and scenes; or
+baxter, of its repository, which carries a tray with both hands. The problems are drawn by a published seed
 (``constrained_problems``): five kinds of constraint, 100 of each, or 100 trays. Ulna's time is the thread's for the whole call,
-the least of several; stops and s are of the motion along the path, which takes s seconds with 4 rad/s^2. With ``--ompl`` OMPL's
-three constrained spaces solve them too, once each.
+the minimum of several. "stops" and "s" describe the motion along the path, which takes s seconds with 4 rad/s^2. With ``--ompl``
+OMPL's three constrained spaces solve the problems too, once each.
 
-A path is judged at 64 times 32 samples a radian: the constraint by Pinocchio, contacts by the overlap test, and with ``--coal``
-by Coal where the path comes nearest to an object. "of any" is the share of those problems that were solved by anyone here.
-Ulna's checks are edges; OMPL's are configurations, and functions are how often it computed the constraint or its Jacobian. Its
-limit is one of wall time.
+A path is judged at 64 times 32 samples per radian: the constraint by Pinocchio, contacts by the overlap test, and with ``--coal``
+by Coal where the path is nearest to an object. "of any" is the share of those problems that any planner here solved. Ulna's
+checks are edges, OMPL's are configurations. "functions" counts OMPL's evaluations of the constraint or its Jacobian. Its limit is
+one of wall time.
 """
 
 import argparse
@@ -28,8 +28,8 @@ from benchmarks.markdown import table
 from benchmarks.plan_judges import coal_touches, overlaps
 from benchmarks.vamp_problems import read_problems, spheres
 
-FINER = 64 * 32  # samples a radian
-ACCELERATION = 4.0  # [rad/s^2]: of the motions
+FINER = 64 * 32  # samples per radian
+ACCELERATION = 4.0  # [rad/s^2], of the motions
 ULNA = "Ulna"
 
 
@@ -120,7 +120,7 @@ def _touches(robot: ulna.Robot, world: ulna.World, path: NDArray, options: argpa
 
 
 def _warm(robot_name: str, robot: ulna.Robot, link: str, scenes: list) -> None:
-    """Compile what is used."""
+    """Compile the entries."""
     for kind in kinds_of(robot_name):
         problem = make_problem(robot, link, scenes, kind, 10**6)
         goal = {"goal": problem.goal, "link": problem.goal_link}

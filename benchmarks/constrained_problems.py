@@ -1,7 +1,7 @@
-"""Makes problems of motions that keep a constraint, by a published seed, in the scenes of VAMP's planning problems.
+"""Makes problems of constrained motions, by a published seed, in the scenes of VAMP's planning problems.
 
-Start and goal are drawn: configurations within the limits that touch nothing, with the hand turned or moved onto the constraint.
-What is drawn need not have a solution.
+Start and goal are random collision-free configurations within the limits, with the hand projected onto the constraint. A random
+problem need not have a solution.
 """
 
 from dataclasses import dataclass
@@ -24,23 +24,23 @@ OTHER_HAND = "right_gripper"
 TILT, TURN, PLANE, LINE, BESIDE = float(np.radians(15)), float(np.radians(0.1)), 1e-4, 1e-3, 0.1  # [rad], [rad], [m], [m], [m]
 TOGETHER = 1e-4, 1e-3  # [m], [rad]
 NEAREST, FARTHEST, HALF_A_TRAY = (0.4, -0.25, -0.1, -0.4), (0.85, 0.25, 0.6, 0.4), 0.2  # x, y, z [m] and yaw of a tray; [m]
-UP_OF_A_HAND = (0.0, 1.0, 0.0)  # in its own axes, of the first one at a tray
-_DRAWS = 400  # of a start and a goal, until another scene is drawn
+UP_OF_A_HAND = (0.0, 1.0, 0.0)  # in the axes of the first hand at a tray
+_DRAWS = 400  # draws of a start and a goal before another scene is drawn
 
 
 @dataclass(frozen=True)
 class ConstrainedProblem:
-    """A start, a goal, a scene, and what the motion keeps.
+    """A start, a goal, a scene, and the constraint of the motion.
 
     Attributes:
         kind: One of KINDS, or TRAY.
-        scene: Whose objects.
+        scene: The problem whose objects are used.
         start, goal: Shape (n_dof,); the goal of a tray is the pose of one hand, shape (4, 4).
         link: The hand.
-        T: The pose that the hand is compared with, shape (4, 4).
-        away: The greatest displacement along its axes [m], shape (3,); infinite where it is free.
+        T: The reference pose of the hand, shape (4, 4).
+        away: The maximum displacement along its axes [m], shape (3,); infinite along free axes.
         keep: The same for Ulna.
-        held: The pose T_hand_other, shape (4, 4), of OTHER_HAND that is kept too.
+        held: The pose T_hand_other, shape (4, 4), of OTHER_HAND, if the motion keeps it too.
     """
 
     kind: str
@@ -60,7 +60,7 @@ class ConstrainedProblem:
 
 
 def kinds_of(name: str) -> tuple[str, ...]:
-    """Those of a robot."""
+    """The kinds of problems of a robot."""
     return (TRAY,) if name == "baxter" else KINDS
 
 
@@ -77,7 +77,10 @@ def make_problem(robot: ulna.Robot, link: str, scenes: list[PlanningProblem], ki
 
 
 def excess(problem: ConstrainedProblem, robot: ulna.Robot, path: Array, finer: float) -> float:
-    """The greatest share of a tolerance that the path uses at samples, so many a radian, by Pinocchio's kinematics."""
+    """The largest share of a tolerance that a path's samples use, by Pinocchio's kinematics.
+
+    finer: samples per radian.
+    """
     model = pin.buildModelFromXML(bare_urdf(robot))
     data, frame, other = model.createData(), model.getFrameId(problem.link), model.getFrameId(OTHER_HAND)
     columns = [(joint.idx_q, robot.joint_slices[robot.joint_names.index(name)].start, joint.nq)
@@ -114,7 +117,7 @@ def share_of(problem: ConstrainedProblem, T: Array) -> float:
 def _tray(
     robot: ulna.Robot, link: str, scene: PlanningProblem, rng: np.random.Generator
 ) -> tuple[ConstrainedProblem, list[Array]] | None:
-    """A problem of two hands at the ends of a tray, fingers towards each other, and its ends; None out of reach."""
+    """A problem of two hands at a tray's ends, with facing fingers, and its ends; None out of reach."""
     ends = []
     for x, y, z, yaw in rng.uniform(NEAREST, FARTHEST, (2, 4)):
         hands = [ulna.pose((x, y, z), rpy=(0, 0, yaw)) @ ulna.pose((0, side * HALF_A_TRAY, 0), rpy=(side * np.pi / 2, 0, 0))
@@ -137,7 +140,7 @@ def _tray(
 def _drawn(
     robot: ulna.Robot, link: str, scene: PlanningProblem, kind: str, rng: np.random.Generator
 ) -> tuple[ConstrainedProblem, list[Array]] | None:
-    """A problem, and its ends; None where the hand is not got onto the constraint."""
+    """A problem and its ends; None if the hand cannot be projected onto the constraint."""
     free, inf = (np.inf,) * 3, np.inf
     low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
     q_a, q_b = rng.uniform(low, high, (2, robot.n_dof))

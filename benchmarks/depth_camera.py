@@ -1,4 +1,4 @@
-"""A depth camera that looks at a table with a bin and parts in it: rays against boxes, with noise."""
+"""Simulates a depth camera that looks at a bin with parts on a table: rays against boxes, with noise."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 EYE, LOOKS_AT = np.array([1.25, 0.45, 1.05]), np.array([0.5, 0.0, 0.0])  # [m]
 NOISE = 0.001  # [m], standard deviation of a depth
 OPENING = 0.9  # focal length in image widths
-BAND = 1 << 17  # pixels whose rays are looked at together
+BAND = 1 << 17  # pixels whose rays are computed together
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Camera:
 
     @classmethod
     def of_pixels(cls, n: int) -> "Camera":
-        """One of about n pixels, four wide to three high, that looks at the bin."""
+        """A camera of about n pixels, aspect 4:3, that looks at the bin."""
         width = max(4, round(np.sqrt(n / 0.75)))
         height = max(3, n // width)
         focal = OPENING * width
@@ -38,9 +38,9 @@ class Camera:
         return cls(width, height, (focal, focal, (width - 1) / 2, (height - 1) / 2), T)
 
     def image(self, boxes: Iterable[tuple[Array, Array]], rng: np.random.Generator | None = None) -> NDArray[np.float32]:
-        """The depth at which the ray of each pixel enters a box [m], 0 where there is no box, shape (height, width).
+        """The depth of each pixel's first box [m], 0 without one, shape (height, width).
 
-        boxes: half the extents and T_base_box of each; rng: of the noise, none unless given.
+        boxes: half the extents and T_base_box of each; rng: the source of noise, none by default.
         """
         boxes, bands = [*boxes], np.array_split(np.arange(self.height), -(-self.width * self.height // BAND))
         depth = np.concatenate([self._enters(rows, boxes) for rows in bands])
@@ -48,7 +48,7 @@ class Camera:
         return np.where(np.isfinite(depth), depth + noise, 0).astype(np.float32)
 
     def _enters(self, rows: NDArray[np.intp], boxes: Iterable[tuple[Array, Array]]) -> Array:
-        """The depth at which the rays of some rows of pixels enter a box, infinite where there is no box."""
+        """The depth of the first box for some rows of pixels, infinite without one."""
         fx, fy, cx, cy = self.intrinsics
         u, v = np.meshgrid((np.arange(self.width) - cx) / fx, (rows - cy) / fy)
         rays, depth = np.stack([u, v, np.ones_like(u)], axis=-1), np.full(u.shape, np.inf)  # of depth 1
@@ -62,12 +62,12 @@ class Camera:
         return depth
 
     def cloud(self, image: NDArray[np.float32], radius: float) -> ulna.PointCloud:
-        """The balls around what the image shows."""
+        """The balls around the points of an image."""
         return ulna.PointCloud.from_depth(image, self.intrinsics, self.pose, radius=radius)
 
 
 def bin_on_a_table(seed: int, parts: int = 8) -> list[tuple[Array, Array]]:
-    """A table, a bin's walls, parts in it and posts beside it: half the extents [m] and T_base_box of each box."""
+    """A table, a bin's walls, parts in it and posts: half the extents [m] and T_base_box of each box."""
     rng, wall = np.random.default_rng(seed), 0.01
     (x0, y0), (x1, y1), high = (0.40, -0.20), (0.70, 0.20), 0.15
     boxes = [

@@ -1,7 +1,7 @@
-"""A search for an edge that is called free and touches: ``python -m benchmarks.edges --minutes 10 --seed 1``.
+"""Searches for a colliding edge that is certified as free: ``python -m benchmarks.edges --minutes 10 --seed 1``.
 
-The edges are those of ``tests/grazing.py``, on each of which two bodies share a point by the way it is made. One line for each
-pair of kinds: how many edges, how many of them begin apart, and how many were called free. Exit status 1 if any was.
+The edges are those of ``tests/grazing.py``: by construction, two bodies share a point on each. The output has one line per pair
+of kinds: the number of edges, of edges that start apart, and of edges called free. Exit status 1 if any was.
 """
 
 import argparse
@@ -19,7 +19,7 @@ EDGES = 8  # for each pair of bodies
 
 
 def hunt(kind: str, obstacle: str, seconds: float, seed: int) -> tuple[int, int, int]:
-    """How many edges in so long, how many begin apart, and how many are called free."""
+    """Counts within a time limit: all edges, those that start apart, and those called free."""
     rng, end = np.random.default_rng((seed, *map(ord, kind + obstacle))), time.monotonic() + seconds
     counts = np.zeros(3, dtype=int)
     while time.monotonic() < end:
@@ -30,7 +30,7 @@ def hunt(kind: str, obstacle: str, seconds: float, seed: int) -> tuple[int, int,
 
 
 def main() -> None:
-    """Hunt, print, and fail on a find."""
+    """Search, print, and fail if an edge was found."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.edges", description=__doc__)
     parser.add_argument("--minutes", type=float, default=5.0)
     parser.add_argument("--seed", type=int, default=0)

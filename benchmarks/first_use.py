@@ -32,7 +32,7 @@ robot.inverse_kinematics(T)
 done("first inverse_kinematics")
 print(json.dumps(seconds))
 """
-# Peak memory during the call, less memory before it, less the result.
+# Peak memory during the call, minus memory before it, minus the result.
 _MEMORY = """
 import json, re, sys
 import ulna
@@ -68,7 +68,7 @@ def time_steps(**environment: str) -> dict[str, float]:
 
 
 def memory_rows() -> list[dict[str, object]]:
-    """Memory that a large batch takes beyond its input and its result [MB]; no rows on systems without /proc."""
+    """Memory of a large batch beyond its input and its result [MB]; no rows on systems without /proc."""
     if not Path("/proc/self/status").exists():
         return []
     rows = []
@@ -79,7 +79,7 @@ def memory_rows() -> list[dict[str, object]]:
 
 
 def size_rows() -> list[dict[str, object]]:
-    """The size on disk of the core and of the packages it needs [MB], largest first; no rows if Ulna is not installed."""
+    """The size on disk of the core and its packages [MB], largest first; no rows without an installed Ulna."""
     if not _installed("ulna"):
         return []
     here = sum(path.stat().st_size for path in Path(str(files("ulna"))).rglob("*.py"))
@@ -89,7 +89,7 @@ def size_rows() -> list[dict[str, object]]:
 
 
 def needed_distributions(name: str) -> list[Distribution]:
-    """The installed distributions that one needs, directly or not; those of extras are left out."""
+    """The installed distributions that one requires, directly or indirectly, without extras."""
     found, waiting = {}, [name]
     while waiting:
         try:
@@ -118,7 +118,7 @@ def _megabytes(package: Distribution) -> float:
 
 
 def _child(code: str, **environment: str):
-    """Run a new Python process and read what it prints as JSON."""
+    """Run a new Python process and parse its output as JSON."""
     command, variables = [sys.executable, "-P", "-c", code], os.environ | environment
     done = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)  # noqa: S603 -- our own code
     if done.returncode:

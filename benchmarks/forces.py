@@ -1,7 +1,7 @@
-"""Dynamics beside Pinocchio, a call at a time and a batch at once, and motions within torques beside copp-py.
+"""Measures dynamics next to Pinocchio, single calls and batches, and motions within torque limits next to copp-py.
 
 ``python -m benchmarks.forces`` times the calls, ``python -m benchmarks.forces RESOURCES/panda`` the motions too: see
-``benchmarks.plans`` for the folder. All is done in one thread.
+``benchmarks.plans`` for the folder. Everything runs in one thread.
 """
 
 import argparse
@@ -22,12 +22,12 @@ from ulna.bench.timing import Workload, time_interleaved
 
 Array = NDArray[np.float64]
 CALLS = "inverse_dynamics", "gravity_torque", "mass_matrix", "forward_dynamics", "inverse_dynamics_derivatives"
-AGAIN = 8  # times at most that a pass calls a batch: of the first call the data is not in the caches
-SAME = 1e-9  # of the largest number: by more a peer computes something else
+AGAIN = 8  # maximum calls of a batch per pass; the first call does not find its data in the caches
+SAME = 1e-9  # of the largest number: a peer with larger differences computes another quantity
 
 
 class Motions(NamedTuple):
-    """Random motions; the accelerations are torques where these are asked for."""
+    """Random motions; the accelerations serve as torques for forward dynamics."""
 
     q: Array
     qd: Array
@@ -39,12 +39,12 @@ class Motions(NamedTuple):
 
 
 def random_motions(robot: ulna.Robot, n: int) -> Motions:
-    """Motions of random q within the limits, with rates that are normally distributed."""
+    """Motions of random q within the limits, with normally distributed rates."""
     return Motions(random_positions(robot, n, seed=0), *np.random.default_rng(1).normal(size=(2, n, robot.n_dof)))
 
 
 def force_data(robot: ulna.Robot) -> tuple[list[dict], str]:
-    """The rows of all calls; and why Pinocchio is not in them, if it is not."""
+    """The rows of all calls, and the reason for Pinocchio's absence, if so."""
     try:
         from benchmarks.peers.pinocchio_forces import Forces  # noqa: PLC0415 -- it may be absent
 
@@ -59,7 +59,7 @@ def force_data(robot: ulna.Robot) -> tuple[list[dict], str]:
 
 
 def check(peer, robot: ulna.Robot):
-    """The peer if what it computes is what Ulna computes, for twenty motions; or None, and by how much it is not."""
+    """The peer if it agrees with Ulna for twenty motions; otherwise None, and the largest difference."""
     motions = random_motions(robot, 20)
     for name in CALLS:
         ours = np.stack(np.atleast_1d(getattr(robot, name)(*motions.of(name))))
@@ -85,7 +85,7 @@ def single_rows(robot: ulna.Robot, peer) -> list[dict]:
 
 
 def batch_rows(robot: ulna.Robot, peer, name: str) -> list[dict]:
-    """A batch: Ulna in one call, Pinocchio in a loop of Python (some of the batch), and in one call where it has one."""
+    """A batch: Ulna in one call, Pinocchio in a Python loop (part of the batch) or in one call."""
     motions = random_motions(robot, BATCH)
     ours = _ours(robot, name)
     works = {"ulna": Workload(ours, short(ours, [motions.of(name)] * AGAIN), BATCH)}
@@ -100,7 +100,7 @@ def batch_rows(robot: ulna.Robot, peer, name: str) -> list[dict]:
 
 
 def _ours(robot: ulna.Robot, name: str) -> Callable:
-    """The call of a batch, which writes to an array that is there."""
+    """The call of a batch, which writes to an existing array."""
     call, n = getattr(robot, name), robot.n_dof
     shapes = {"mass_matrix": (BATCH, n, n), "inverse_dynamics_derivatives": (2, BATCH, n, n)}
     out = np.empty(shapes.get(name, (BATCH, n)))

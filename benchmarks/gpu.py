@@ -1,11 +1,11 @@
-"""Problems a second on a GPU, kept on the device, and each result checked against the CPU: ``make bench-gpu``, a few minutes.
+"""Measures problems per second on a GPU, and compares each result with the CPU: ``make bench-gpu``, a few minutes.
 
-Every figure is the median of repeated calls between two synchronizations, the compilation before them. ``bytes`` is what a
-problem must at least read and write, for the share of the memory's speed; registers and local memory are the compiler's; threads
-at once is how many a multiprocessor has room for. What bounds a method: the memory, where its share is near 1; else the units for
-float64 (or float32), or the latency of too few threads.
+Every figure is the median of repeated calls between two synchronizations, without compilation. ``bytes`` is the minimum that a
+problem reads and writes, for the share of the memory's speed. Registers and local memory are the compiler's figures; threads at
+once are those that a multiprocessor can hold. The memory bounds a method if its share is near 1. Otherwise the units for float64
+(or float32) bound it, or the latency of too few threads.
 
-ARGS="--n 65536 --repeats 3" asks for less. ``--out FILE`` writes the lines as JSON.
+ARGS="--n 65536 --repeats 3" measures less. ``--out FILE`` writes the lines as JSON.
 """
 
 import argparse
@@ -28,7 +28,7 @@ from ulna.gpu.solutions import branches_of
 from ulna.gpu.torques import derivatives_of, forward_of, gravity_of, inverse_of, masses_of
 
 _SAMPLE = 2000  # results that the CPU computes again
-# Problems a second that are asked for, on an H200.
+# Required problems per second, on an H200.
 GOALS = {
     "poses": 1e9, "Jacobians": 5e8, "in_collision, 1 box": 2e8, "in_collision, 20 boxes": 5e7, "in_collision, 100 boxes": 1e7,
     "inverse_kinematics, 1e-5": 1e7, "inverse_dynamics": 2e9, "all_solutions, UR5": 5e8,
@@ -40,14 +40,14 @@ UR5 = [
 
 
 class Bench:
-    """Measures one robot, and keeps a line of each figure."""
+    """Measures one robot, and stores a line for each figure."""
 
     def __init__(self, n: int, repeats: int) -> None:
         self.n, self.repeats, self.lines = n, repeats, []
         self.peak = _memory_peak()
 
     def seconds(self, work: Callable[[], Any]) -> float:
-        """The median time of a call, whatever it launches included."""
+        """The median time of a call, including everything it launches."""
         work()
         cuda.synchronize()
         times = []
@@ -59,7 +59,7 @@ class Bench:
         return float(np.median(times))
 
     def kernel_seconds(self, work: Callable[[], Any]) -> float:
-        """The median time of the launches of a call on the device, by events."""
+        """The median time of a call's launches on the device, by events."""
         times, run = [], device.run
 
         def timed(*given: Any, **named: Any) -> None:
@@ -81,7 +81,7 @@ class Bench:
     def rate(
         self, name: str, n: int, each_bytes: int, work: Callable[[], Any], check: Callable[[Any], float], driver: Any = None
     ):
-        """A line: problems a second, the shares of the goal and of the memory's speed, the difference from the CPU."""
+        """A line: problems per second, the shares of the goal and of the memory's speed, the difference from the CPU."""
         worst, took = check(work()), self.seconds(work)
         line = {"what": name, "n": n, "per_second": n / took, "bytes_per_second": n * each_bytes / took, "off": worst}
         if name in GOALS:
@@ -98,14 +98,14 @@ class Bench:
 
 
 def _memory_peak() -> float | None:
-    """Bytes a second of the device's memory, by its clock and the width of its bus; None where it does not say."""
+    """Bytes per second of the device's memory, from its clock and bus width; None if unknown."""
     device = cuda.get_current_device()
     clock, width = (getattr(device, name, 0) for name in ("MEMORY_CLOCK_RATE", "GLOBAL_MEMORY_BUS_WIDTH"))
     return 2.0 * clock * 1000.0 * width / 8.0 or None
 
 
 def _resources(driver: Any) -> dict[str, int]:
-    """Registers, local memory and threads at once of a driver that has run."""
+    """Registers, local memory and concurrent threads of a driver that has run."""
     if driver is None or cuda.config.ENABLE_CUDASIM:
         return {}
     kernel = device.compiled(driver)
@@ -133,12 +133,12 @@ def host(array: Any) -> Any:
 
 
 def off(expected: Any) -> Callable[[Any], float]:
-    """The largest difference from what the CPU has."""
+    """The largest difference from the CPU's results."""
     return lambda found: float(np.abs(host(found) - expected).max())
 
 
 def differs(robot: ulna.Robot, q: Any, world: ulna.World, hair: float) -> Callable[[Any], float]:
-    """How many verdicts differ from those of the CPU, further than a hair from contact."""
+    """The number of verdicts that differ from the CPU's, except within a tolerance of contact."""
     far = np.abs(robot.signed_distance(q, world)) > hair
     return lambda found: float(np.count_nonzero((host(found) != robot.in_collision(q, world)) & far))
 
@@ -199,7 +199,7 @@ def distances(bench: Bench, robot: ulna.Robot, q: Any) -> None:
 
 
 def inverse(bench: Bench, robot: ulna.Robot, q: Any) -> None:
-    """Searches, with and without a world; the solutions are verified by the CPU's forward kinematics, and counted."""
+    """Searches, with and without a world; the CPU's forward kinematics verifies and counts the solutions."""
     on_gpu, world, n = robot.on_gpu(), boxes(1), len(q)
     T = on_gpu.forward_kinematics(cuda.to_device(q))
 
@@ -219,7 +219,7 @@ def inverse(bench: Bench, robot: ulna.Robot, q: Any) -> None:
 
 
 def closed_forms(bench: Bench, panda: ulna.Robot, n: int) -> None:
-    """All branches of a UR5, which stay on the device; and of the Panda with a joint held, which the CPU prepares."""
+    """All branches of a UR5, left on the device; and of the Panda, prepared by the CPU."""
     ur5 = ulna.Robot.from_dh(UR5, convention="standard", limits=[(-np.pi, np.pi)] * 6)
     for name, robot, count, samples in (("UR5", ur5, n, 1), ("Panda, 16 places", panda, min(n, 1 << 14), 16)):
         on_gpu = robot.on_gpu()
@@ -237,7 +237,7 @@ def closed_forms(bench: Bench, panda: ulna.Robot, n: int) -> None:
 
 
 def calls(bench: Bench, robot: ulna.Robot, q: Any) -> None:
-    """Calls that do not wait, into arrays that are there already; and small batches, beside the CPU on all cores."""
+    """Calls that do not wait, into existing arrays; and small batches, next to the CPU on all cores."""
     on_gpu, world, repeats = robot.on_gpu(), boxes(20), 20 if bench.repeats > 1 else 1
     for n in sorted({min(n, len(q)) for n in (1 << 20, 1000, 100)}, reverse=True):
         part = q[:n]
@@ -280,7 +280,7 @@ def calls(bench: Bench, robot: ulna.Robot, q: Any) -> None:
 
 
 def copies(bench: Bench, robot: ulna.Robot, q: Any) -> None:
-    """The same from and to NumPy arrays: the copies decide."""
+    """The same from and to NumPy arrays, where the copies dominate."""
     on_gpu = robot.on_gpu()
     bench.rate(
         "poses from and to NumPy arrays", len(q), 8 * 23, lambda: on_gpu.forward_kinematics(q),

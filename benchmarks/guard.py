@@ -1,11 +1,11 @@
-"""Whether a kernel has become slower: its time as a multiple of a fixed NumPy yardstick's, against the multiple kept here.
+"""Detects slower kernels: compares their time relative to a NumPy yardstick with stored ratios.
 
-``python -m benchmarks.guard`` measures and compares; ``--write`` keeps the new multiples, for a change that is meant. A multiple
-says more than a time, for both are taken turn by turn on the same machine, but another processor has other multiples: keep to the
-one that is named in the file. No test asserts them.
+``python -m benchmarks.guard`` measures and compares; ``--write`` stores the new ratios, after an intended change. A ratio is more
+reliable than a time, since both calls are interleaved on the same machine. Another processor has other ratios: use the one named
+in the file. No test asserts them.
 
-``--against FOLDER`` times this checkout and another one in turns, each in a process of its own, and prints the quartiles of this
-one's time over the other's.
+``--against FOLDER`` interleaves this checkout and another one, each in a process of its own, and prints the quartiles of their
+time ratio.
 """
 
 import argparse
@@ -24,13 +24,13 @@ from benchmarks.ratio import ratio
 from ulna.bench.timing import Workload, processor_name, time_interleaved
 
 KEPT = Path(__file__).parent / "guard.json"
-SLOWER = 1.25  # times the kept multiple: more than the noise of a busy machine
+SLOWER = 1.25  # times the stored ratio: more than the noise of a busy machine
 _ROOT = Path(__file__).parents[1]
 _TURNS = 41
 
 
 def measure() -> dict[str, float]:
-    """For each work the lower quartile of its time as a multiple of the yardstick's."""
+    """The lower quartile of each work's time relative to the yardstick's."""
     x = np.linspace(0.1, 1.0, ROWS)
     measured = {"yardstick": Workload(lambda _: np.sqrt(x * x + x), range(256)), **works()}
     timings = time_interleaved(measured, passes=_TURNS)
@@ -38,7 +38,7 @@ def measure() -> dict[str, float]:
 
 
 def measure_against(folder: Path) -> dict[str, tuple[float, float, float]]:
-    """For each work the quartiles of this checkout's time over that of another, in turns."""
+    """The quartiles of this checkout's time relative to another's, for each work, interleaved."""
     with _worker(_ROOT) as here, _worker(folder) as there:
         ours, theirs = _names(here), _names(there)
         names = [name for name in ours if name in theirs]
@@ -56,7 +56,7 @@ def _worker(folder: Path) -> Iterator[subprocess.Popen]:
     """A process that times the works with the ``ulna`` of a checkout."""
     environment = {**os.environ, "PYTHONPATH": str(folder.resolve() / "src"), "ULNA_THREADS": "1"}
     command, pipe = [sys.executable, "-m", "benchmarks.guard_works"], subprocess.PIPE
-    with subprocess.Popen(command, cwd=_ROOT, env=environment, stdin=pipe, stdout=pipe, text=True) as process:  # noqa: S603 - our module
+    with subprocess.Popen(command, cwd=_ROOT, env=environment, stdin=pipe, stdout=pipe, text=True) as process:  # noqa: S603
         try:
             yield process
         finally:
@@ -74,7 +74,7 @@ def _time(worker: subprocess.Popen, name: str) -> float:
 
 
 def compare(kept: dict[str, float], now: dict[str, float]) -> list[tuple[str, float, float, str]]:
-    """For each work the kept multiple, the new one and a word: slower, quicker, new, gone or "" if it is as it was."""
+    """For each work the stored ratio, the new one and a word: slower, quicker, new, gone or "" if unchanged."""
     rows = []
     for name in {**kept, **now}:
         old, new = kept.get(name, float("nan")), now.get(name, float("nan"))

@@ -1,7 +1,7 @@
-"""The calls that the guard times; as a program a worker, which runs one pass of a call whenever its name is read.
+"""Defines the calls that the guard times; as a program it is a worker that runs passes on request.
 
-``python -m benchmarks.guard_works`` writes the names in JSON. Then for each line that it reads, a name, it writes the time of one
-call in a pass [ns]. The checkout whose ``ulna`` it times is the first on PYTHONPATH.
+``python -m benchmarks.guard_works`` writes the names in JSON. Then it reads a name per line, and writes the time of one call in a
+pass [ns]. It times the checkout whose ``ulna`` is first on PYTHONPATH.
 """
 
 import json
@@ -26,7 +26,7 @@ def works() -> dict[str, Workload]:
 
 
 def force_works(robot: ulna.Robot) -> dict[str, Workload]:
-    """Batches of dynamics; none of a checkout before there were any, which is timed against."""
+    """Batches of dynamics; empty for an older checkout without them."""
     if not hasattr(robot, "inverse_dynamics"):
         return {}
     motions = robot.random(ROWS, seed=_SEED), *np.random.default_rng(_SEED).normal(size=(2, ROWS, robot.n_dof))
@@ -35,7 +35,7 @@ def force_works(robot: ulna.Robot) -> dict[str, Workload]:
 
 
 def motion_works(robot: ulna.Robot) -> dict[str, Workload]:
-    """Edges among boxes and among a cloud, ticks beside a box that moves, plans, each from its own seed."""
+    """Edges among boxes and in a cloud, ticks with a moving box, plans, each from its own seed."""
     boxes, cloud, q = _boxes(), _boxes(), robot.random(400, seed=_SEED)
     points = np.random.default_rng(_SEED).uniform((-0.8, -0.8, 0.9), (0.8, 0.8, 1.3), (10_000, 3))
     cloud.add("cloud", ulna.PointCloud(points, 0.01))
@@ -51,7 +51,7 @@ def motion_works(robot: ulna.Robot) -> dict[str, Workload]:
 
 
 def _boxes() -> ulna.World:
-    """Ten boxes about the arm."""
+    """Ten boxes around the arm."""
     world, rng = ulna.World(), np.random.default_rng(_SEED)
     for k in range(10):
         turn = 2 * np.pi * k / 10
@@ -61,7 +61,7 @@ def _boxes() -> ulna.World:
 
 
 def _ticks(robot: ulna.Robot, world: ulna.World, start: np.ndarray) -> Workload:
-    """The first ticks from a start, again in each pass."""
+    """The first ticks from a start, repeated in each pass."""
     servo, target = robot.servo(world, acceleration=5.0), robot.forward_kinematics(robot.home)
 
     def tick(k: int) -> None:

@@ -1,8 +1,8 @@
-"""All solutions of arms of six joints: whether a finder misses a branch that closed forms know.
+"""Checks all solutions of six-joint arms for branches that closed forms find and a finder misses.
 
-``python -m benchmarks.ik_branches`` compares ``robot.all_solutions`` with EAIK and ssik. A branch is a configuration
-up to whole turns of its joints. The oracle's branches are those of both libraries that reach the target by the product of the DH
-matrices written out here, and that whole turns can bring into the limits.
+``python -m benchmarks.ik_branches`` compares ``robot.all_solutions`` with EAIK and ssik. A branch is a configuration up to whole
+turns of its joints. The oracle contains both libraries' branches that reach the target by the DH matrices written out here, and
+fit into the limits by whole turns.
 """
 
 import argparse
@@ -20,11 +20,11 @@ from benchmarks.peer import bare_urdf, urdf_file, within_limits_by_turns
 Array = NDArray[np.float64]
 Finder = Callable[[Array], Array]  # T (4, 4) to configurations (n, 6)
 
-SAME = 1e-3  # rad: branches that are nearer than this in every joint are one
+SAME = 1e-3  # rad: branches closer than this in every joint are the same
 REACHED = 1e-6  # m and rad, of the DH product at a branch
 
-# Rows of a [m], d [m], alpha [rad], theta_offset [rad], standard convention, and limits [rad].
-# UR5e: Universal Robots, "DH parameters for calculations of kinematics and dynamics", table of the UR5e; +-360 degrees a joint.
+# Rows of a [m], d [m], alpha [rad], theta_offset [rad], standard convention, and limits [rad]. UR5e: Universal Robots, "DH
+# parameters for calculations of kinematics and dynamics", table of the UR5e; +-360 degrees per joint.
 UR5E = (
     [
         (0, 0.1625, np.pi / 2, 0), (-0.425, 0, 0, 0), (-0.3922, 0, 0, 0),
@@ -46,7 +46,7 @@ ARMS = {"ur5e": UR5E, "puma": PUMA}
 
 @dataclass
 class Comparison:
-    """What a finder found of what the oracle knows, over all targets."""
+    """The share of the oracle's branches that a finder found, over all targets."""
 
     targets: int = 0
     complete: int = 0
@@ -99,7 +99,7 @@ def closed_forms(robot: ulna.Robot, rows) -> Finder:
 
 
 def dh_product(rows, q: Array) -> Array:
-    """The product of the standard DH matrices, as in any textbook: Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
+    """The product of the standard DH matrices: Rz(theta) Tz(d) Tx(a) Rx(alpha)."""
     T = np.eye(4)
     for (a, d, alpha, offset), position in zip(rows, q, strict=True):
         ct, st, ca, sa = np.cos(position + offset), np.sin(position + offset), np.cos(alpha), np.sin(alpha)
@@ -113,7 +113,7 @@ def reaches(rows, q: Array, T: Array) -> bool:
 
 
 def apart(q: Array, p: Array) -> float:
-    """The largest angle between two configurations, whole turns aside [rad]."""
+    """The largest angle between two configurations, apart from whole turns [rad]."""
     return float(np.abs((q - p + np.pi) % (2 * np.pi) - np.pi).max())
 
 
@@ -123,7 +123,7 @@ def near_any(q: Array, branches) -> bool:
 
 
 def distinct(configurations) -> Array:
-    """The first of each branch, shape (n, 6)."""
+    """The first configuration of each branch, shape (n, 6)."""
     kept: list[Array] = []
     for q in configurations:
         if not near_any(q, kept):
@@ -138,7 +138,7 @@ def _found(robot: ulna.Robot, T: Array) -> Array:
 
 
 def run(names, n: int) -> Iterator[tuple[str, Comparison]]:
-    """For each arm the name and the outcome on n reachable targets."""
+    """The name and the comparison of each arm on n reachable targets."""
     for name in names:
         rows, limits = ARMS[name]
         robot = ulna.Robot.from_dh(rows, convention="standard", limits=limits, name=name)

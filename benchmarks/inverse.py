@@ -1,7 +1,7 @@
-"""Inverse kinematics under each protocol, Ulna and the peers on the same targets, judged by Pinocchio.
+"""Measures inverse kinematics under each protocol, Ulna and the peers on the same targets, judged by Pinocchio.
 
-Targets are taken in blocks, and each block by one solver after the other, so that whatever slows the machine slows all: the ratio
-is taken block by block.
+Targets are divided into blocks, and the solvers take turns on each block. So a slow machine affects all of them, and the ratio is
+taken block by block.
 """
 
 from collections.abc import Sequence
@@ -13,13 +13,13 @@ from ulna.bench.timing import time_each
 from ulna.robot import Robot
 
 _BLOCK = 50
-# What one solver may take under one protocol: a slow one gets fewer blocks, and the table says of how many targets.
+# Time limit of one solver under one protocol: a slow one gets fewer blocks, and the table states its number of targets.
 _LONGEST_S = 15.0
 _PASSES = 3
 
 
 def protocol_rows(name: str, robot: Robot, protocol_name: str, solvers: Sequence[Solver], n: int, forward: Forward) -> list[dict]:
-    """A row for each solver, Ulna the first of them; ``times_ulna`` is the mean time of a block as a multiple of Ulna's."""
+    """A row for each solver, Ulna first; ``times_ulna`` is the mean time of a block relative to Ulna's."""
     protocol = PROTOCOLS[protocol_name]
     targets, start = protocol.targets(robot, n), protocol.start(robot)
     claimed = {solver.name: [] for solver in solvers}

@@ -1,4 +1,4 @@
-"""Forward kinematics and Jacobians, a call at a time and in batches, against the peers: interleaved, and ratios pass by pass."""
+"""Measures forward kinematics and Jacobians, single and in batches, interleaved with the peers; ratios pass by pass."""
 
 from time import perf_counter_ns
 
@@ -11,7 +11,7 @@ from ulna.bench.timing import Timing, Workload, time_interleaved
 from ulna.robot import Robot
 
 ONE, LOOP, BATCH = 64, 128, 4096
-# A pass is short beside the time that the system gives a process: a longer one would be interrupted by other work.
+# A pass is shorter than a process's time slice: other work would interrupt a longer one.
 _PASS_NS = 1_000_000
 
 
@@ -26,7 +26,7 @@ def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str)
     works = {
         "ulna": Workload(getattr(robot, kind), list(q)),
         "ulna, bound": Workload(bound, list(q)),
-        "ulna, bound, out=": Workload(lambda x: bound(x, out), list(q)),  # the lambda costs what a line of a loop does not
+        "ulna, bound, out=": Workload(lambda x: bound(x, out), list(q)),  # the lambda's cost is part of it
     }
     for peer, offers in peers.items():
         function = offers.forward if kind == "forward_kinematics" else offers.jacobian
@@ -38,7 +38,7 @@ def single_call_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str)
 
 
 def batch_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> list[dict]:
-    """A batch of q: Ulna in one call, the peers in a loop of Python (some of the batch), or in one call where they have it."""
+    """A batch of q: Ulna in one call, the peers in a Python loop (over a part) or one call."""
     q = random_positions(robot, BATCH, seed=0)
     works = {"ulna": Workload(getattr(robot, kind), [q], BATCH)}
     for peer, offers in peers.items():
@@ -53,7 +53,7 @@ def batch_rows(name: str, robot: Robot, peers: dict[str, Peer], kind: str) -> li
 
 
 def short(function, inputs: list) -> list:
-    """As many of the inputs as a short pass has time for."""
+    """The first inputs, as many as fit into a short pass."""
     times = []
     for _ in range(3):  # the first may compile
         start = perf_counter_ns()

@@ -1,4 +1,4 @@
-"""Rows as tables in Markdown, and the page of one run."""
+"""Formats rows as Markdown tables, and the page of one run."""
 
 from datetime import date
 
@@ -26,7 +26,7 @@ _TITLES = {
 
 
 def table(rows: list[dict]) -> str:
-    """The rows; the keys of the first are the columns. Text stands left, numbers right."""
+    """Format rows; the keys of the first are the columns. Text is left-aligned, numbers right-aligned."""
     if not rows:
         return "Nothing could be measured."
     keys = list(rows[0])

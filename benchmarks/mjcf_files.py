@@ -2,8 +2,7 @@
 
 python benchmarks/mjcf_files.py FOLDER [FOLDER ...]
 
-Where a file of a mesh, a texture or a skin is absent, such assets and what is made of them are taken out of the text, for both
-sides.
+If the file of a mesh, a texture or a skin is absent, such assets and their uses are removed, for both sides.
 """
 
 import shutil
@@ -28,7 +27,7 @@ _USERS = {"mesh", "hfield", "material", "texture", "skin"}  # attributes of geom
 
 
 def compiled(file: Path):
-    """MuJoCo's model of a file, and why it has none."""
+    """MuJoCo's model of a file, or the reason why there is none."""
     try:
         return mujoco.MjModel.from_xml_path(str(file)), ""
     except ValueError as error:
@@ -36,7 +35,7 @@ def compiled(file: Path):
 
 
 def strip(file: Path) -> None:
-    """Take assets that are files, and what is made of them, out of a document."""
+    """Remove assets that are files, and their uses, from a document."""
     try:
         document = etree.parse(file)
     except etree.XMLSyntaxError:
@@ -77,7 +76,7 @@ def stripped(folder: Path, to: Path) -> None:
 
 
 def judged(file: Path, model) -> tuple[str, str, float]:
-    """What became of a file, why, and how far its poses are apart."""
+    """The outcome for a file, the reason, and the largest difference of its poses."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -91,7 +90,7 @@ def judged(file: Path, model) -> tuple[str, str, float]:
 
 
 def read(folder: Path) -> None:
-    """Read the files of one folder, and print the counts, then what is not equal."""
+    """Read the files of one folder, and print the counts, then the differences."""
     counts: Counter[str] = Counter()
     lines: dict[str, list[str]] = {"refused": [], "differs": [], "not compiled by MuJoCo": []}
     largest, without = 0.0, 0

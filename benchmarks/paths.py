@@ -1,7 +1,7 @@
-"""``python -m benchmarks.paths``: ``robot.follow`` on the paths of tracking, as the table of docs/performance_ik.md.
+"""``python -m benchmarks.paths``: measures ``robot.follow`` on the tracking paths, for the table of docs/performance_ik.md.
 
-The poses are those of a smooth joint path, so that a continuous path exists. What is found is judged by forward kinematics,
-limits and differences alone.
+The poses come from a smooth joint path, so a continuous path exists. Results are judged by forward kinematics, limits and
+differences alone.
 """
 
 import sys
@@ -35,7 +35,7 @@ def main() -> None:
 
 
 def verdict(robot, found, T) -> str:
-    """The largest step, if every pose is reached within limits and step; else where it ends."""
+    """The largest step, if every pose is reached within limits and step; otherwise the end of the path."""
     if not found.success:
         return f"{found.status} at {found.ends_at}"
     good = PROTOCOLS["reachable"].reached(pose_errors(robot.forward_kinematics(found.q), T)) & within_limits(robot, found.q)

@@ -1,4 +1,4 @@
-"""A peer: what another library computes for the same arm, in the same form, and checked before it is timed."""
+"""Defines a peer: another library's computations for the same arm, in the same form, verified before timing."""
 
 import importlib
 import re
@@ -35,20 +35,20 @@ PEERS = {
 
 
 class NotForThisArm(Exception):  # noqa: N818 -- it is no error
-    """Why a peer has nothing to say of an arm."""
+    """The reason why a peer does not support an arm."""
 
 
 @dataclass(frozen=True)
 class Peer:
-    """What a library offers for one arm; None where it offers nothing.
+    """The functions of a library for one arm; None for unsupported ones.
 
     Attributes:
-        forward: Of one of its own q, the 4x4 matrix of the tip in the base.
-        jacobian: Of one of its own q, the geometric Jacobian, shape (6, n_dof), linear rows first, in the axes of the base.
-        solver: For a protocol, the solver.
-        own_q: From Ulna's q, shape (n_dof,), to the library's.
-        forward_kept: As ``forward``, with what can be looked up once kept between calls, as a control loop would.
-        forward_batch, jacobian_batch: Of many q at once, shape (n, n_dof).
+        forward: Maps the library's own q to the 4x4 matrix of the tip in the base.
+        jacobian: Maps its q to the geometric Jacobian, shape (6, n_dof), linear rows first, in the axes of the base.
+        solver: Maps a protocol to the solver.
+        own_q: Converts Ulna's q, shape (n_dof,), to the library's.
+        forward_kept: Like ``forward``, with cached look-ups between calls, as in a control loop.
+        forward_batch, jacobian_batch: The same for many q at once, shape (n, n_dof).
     """
 
     forward: Callable[[Array], Array] | None = None
@@ -61,7 +61,7 @@ class Peer:
 
 
 def make_peer(name: str, robot: Robot) -> tuple[Peer | None, str]:
-    """The peer for an arm, its answers checked; or None, and why not."""
+    """The verified peer for an arm; or None, and the reason."""
     try:
         peer = importlib.import_module(f"benchmarks.peers.{PEERS[name]}").make(robot)
     except ImportError as error:
@@ -72,7 +72,7 @@ def make_peer(name: str, robot: Robot) -> tuple[Peer | None, str]:
 
 
 def check(peer: Peer, robot: Robot, tolerance: float = 1e-7) -> tuple[Peer | None, str]:
-    """The peer if what it computes is what Ulna computes, at a hundred configurations; or None, and by how much it is not."""
+    """The peer if it agrees with Ulna at a hundred configurations; otherwise None, and the difference."""
     q = random_positions(robot, 100, seed=3)
     poses, jacobians = robot.forward_kinematics(q), robot.jacobian(q)
     answers = {
@@ -96,8 +96,8 @@ def _one_by_one(peer: Peer, function: Callable[[Array], Array] | None, q: Array)
 def bare_urdf(robot: Robot) -> str:
     """URDF text of the arm's joints and links alone, as the peers read it.
 
-    There are no meshes to look for, no soft limits, which some read wrongly, and every limit has the effort and the velocity
-    without which some refuse it.
+    It has no meshes, and no soft limits, which some peers misread. Every limit has the effort and the velocity that some peers
+    require.
     """
     links = tuple(replace(link, visuals=(), collisions=()) for link in robot.description.links)
     text = re.sub(r"<safety_controller\b[^>]*/>", "", write_urdf(replace(robot.description, links=links)))
@@ -116,10 +116,10 @@ def urdf_file(text: str) -> Iterator[str]:
 
 
 def standing_offset(robot: Robot, forward: Callable[[Array], Array]) -> Array:
-    """T_tip_peer, where a peer's last frame stands on Ulna's tip, if it stands still there.
+    """T_tip_peer, the pose of a peer's last frame on Ulna's tip, if it is constant.
 
     Raises:
-        NotForThisArm: It does not: the peer's arm has another geometry.
+        NotForThisArm: It is not constant: the peer's arm has another geometry.
     """
     q = random_positions(robot, 5, seed=2)
     offsets = np.array([inverse(robot.forward_kinematics(x)) @ forward(x) for x in q])
@@ -130,7 +130,7 @@ def standing_offset(robot: Robot, forward: Callable[[Array], Array]) -> Array:
 
 
 def within_limits_by_turns(robot: Robot, q: Array) -> Array | None:
-    """The configuration with each joint turned by whole turns into its limits, or None if one cannot be."""
+    """The configuration with each joint shifted by whole turns into its limits, or None if impossible."""
     lower = np.where(np.isinf(robot.lower), q, robot.lower)
     turned = q + 2 * np.pi * np.ceil((lower - q) / (2 * np.pi) - 1e-9)
     return turned if (turned <= robot.upper + 1e-9).all() else None

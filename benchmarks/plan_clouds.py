@@ -1,12 +1,12 @@
-"""Plans VAMP's problems in clouds of points, beside VAMP: ``python -m benchmarks.plan_clouds RESOURCES/panda``.
+"""Plans VAMP's problems in point clouds, and compares with VAMP: ``python -m benchmarks.plan_clouds RESOURCES/panda``.
 
-The protocol is that of VAMP's ``scripts/evaluate_mbm.py --pointcloud``: 10,000 points on the surface of each object, balls of
-2.5 mm. VAMP filters them (2 cm, and what is out of reach), builds its tree and plans; its time is the sum, by its own clock. Ulna
-leaves out what is out of reach, indexes all others and plans with certified edges; its time is the thread's own, for all of it.
-A problem whose start or goal touches a ball is left out, and counted.
+The protocol is that of VAMP's ``scripts/evaluate_mbm.py --pointcloud``: 10,000 points on the surface of each object, balls of 2.5
+mm. VAMP filters them (2 cm, and unreachable points), builds its tree and plans; its time is the sum, by its own clock. Ulna omits
+unreachable points, indexes all others and plans with certified edges; its time is the thread's own, for everything. A problem
+whose start or goal touches a ball is omitted, and counted.
 
-Paths are judged 64 times finer than VAMP samples its edges, by Ulna's overlap test with the balls that the planner had; with
-``--tree`` by SciPy's k-d tree too: the robot is spheres, so one touches where its center is as near to a point as both radii.
+Paths are judged 64 times finer than VAMP samples its edges, by Ulna's overlap test with the planner's balls. With ``--tree``
+SciPy's k-d tree judges too: the robot consists of spheres, so contact depends on the distance of center and point.
 """
 
 import argparse
@@ -115,7 +115,7 @@ def of_vamp(robot: ulna.Robot, peer, problem: PlanningProblem, points: Array, *,
 
 
 def judged(robot: ulna.Robot, world: ulna.World, points: Array, path: Array | None, *, by_tree: bool) -> dict[str, bool]:
-    """Whether a path touches a ball, or the robot itself; and by the tree, a ball of the cloud."""
+    """Whether a path touches a ball, or the robot itself; with ``by_tree`` also by the k-d tree."""
     if path is None:
         return {}
     found = {"touches": overlaps(robot, world, path, FINER)}

@@ -1,4 +1,4 @@
-"""Judges paths: the overlap test at many samples, and Coal where they come nearest to an object."""
+"""Judges paths: the overlap test at many samples, and Coal where they are nearest to an object."""
 
 from itertools import pairwise
 
@@ -11,7 +11,7 @@ COAL_SAMPLES = 32  # of a path
 
 
 def samples_of(path: NDArray, finer: float) -> NDArray:
-    """Configurations of a path, shape (n, n_dof): so many a radian on each edge, and its ends."""
+    """Configurations of a path, shape (n, n_dof): ``finer`` per radian on each edge, and its ends."""
     rows = [path[:1]]
     for a, b in pairwise(path):
         n = max(1, int(np.ceil(np.linalg.norm(b - a) * finer)))
@@ -26,7 +26,7 @@ def overlaps(robot: ulna.Robot, world: ulna.World, path: NDArray, finer: float) 
 
 
 def coal_touches(robot: ulna.Robot, world: ulna.World, path: NDArray, finer: float) -> bool:
-    """Whether Coal finds a shape of the robot and an object that overlap, where the path comes nearest to one."""
+    """Whether Coal finds a shape of the robot and an object that overlap, where the path is nearest to one."""
     q = samples_of(path, finer / 16)
     with ulna.threads(1):
         nearest = np.argsort(robot.signed_distance(q, world, self_collision=False))[:COAL_SAMPLES]
@@ -34,7 +34,7 @@ def coal_touches(robot: ulna.Robot, world: ulna.World, path: NDArray, finer: flo
 
 
 def _touches_at(robot: ulna.Robot, world: ulna.World, q: NDArray) -> bool:
-    import coal  # noqa: PLC0415 - asked for with --coal
+    import coal  # noqa: PLC0415 - for --coal
 
     from benchmarks.peers.coal import of_coal  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""Prints what ``plans`` found: a row for each way and set of problems, and how their times compare."""
+"""Prints the results of ``plans``: a row for each way and set of problems, and the comparison of their times."""
 
 from collections import defaultdict
 
@@ -8,7 +8,7 @@ COLUMNS = "problems", "solved", "median us", "mean us", "p95 us", "length", "che
 
 
 def print_table(rows: list[dict]) -> None:
-    """A row for each way and set of problems: times, lengths, and by whom how many paths touch."""
+    """Print a row for each way and set of problems: times, lengths, and colliding paths by each judge."""
     judges = sorted({judge for row in rows for judge in row.get("touches", {})})
     print(f"{'':50}" + "".join(f"{name:>10}" for name in COLUMNS) + "".join(f"{f'touch: {name}':>18}" for name in judges))
     for (who, name), some in _by_way(rows).items():
@@ -19,7 +19,7 @@ def print_table(rows: list[dict]) -> None:
 
 
 def print_ratios(rows: list[dict]) -> None:
-    """How many times as long as VAMP each way took: the median of the ratios, and the ratios of medians and of means."""
+    """Print each way's time relative to VAMP's: the median of the ratios, and the ratios of medians and means."""
     times = {
         who: {(row["set"], row["index"]): row["us"] for row in rows if row["who"] == who and row["solved"]} for who in _ways(rows)
     }

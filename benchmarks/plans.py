@@ -1,14 +1,14 @@
-"""Solves VAMP's planning problems beside VAMP and judges the paths: ``python -m benchmarks.plans RESOURCES/panda``.
+"""Solves VAMP's planning problems, compares with VAMP and judges the paths: ``python -m benchmarks.plans RESOURCES/panda``.
 
 The folder is one of ``resources`` of the source distribution of ``vamp-planner``: panda, ur5 or fetch, with 700 problems each, or
-baxter, with 1,800. The robot has VAMP's own spheres, the objects are VAMP's. With ``--boxes`` it is Ulna's Panda of twelve boxes,
-among exact cylinders, less the objects that start or goal touch, as those that are grasped. ``vamp`` is timed if it is installed,
-and named if not; ``ompl`` and ``roboplan`` too with ``--others``. RoboPlan has no capsules; its cylinders are exact.
+baxter, with 1,800. The robot has VAMP's own spheres, and the objects are VAMP's. With ``--boxes`` it is Ulna's Panda of twelve
+boxes, among exact cylinders, without the objects that start or goal touch, since those are grasped. ``vamp`` is timed if it is
+installed, and named if not; ``ompl`` and ``roboplan`` too with ``--others``. RoboPlan has no capsules; its cylinders are exact.
 
-Each problem is solved by all in turn, several times, in one thread; the least time of each counts. Ulna's is the thread's for
-the whole call, so that a busy machine counts less; VAMP's is that of its own clock, and beside it the thread's for the calls of
-its two functions. A path is judged 64 times finer than VAMP samples its edges (32 a radian): by Ulna's overlap test and by
-VAMP's checker, and with ``--coal`` by Coal, an independent library, where it comes nearest to an object.
+All planners solve each problem in turn, several times, in one thread; the minimum time of each counts. Ulna's time is the
+thread's for the whole call, which a busy machine affects less. VAMP's time is by its own clock, and also the thread's for the
+calls of its two functions. A path is judged 64 times finer than VAMP samples its edges (32 per radian), by Ulna's overlap test
+and by VAMP's checker. With ``--coal`` Coal, an independent library, judges it where it is nearest to an object.
 """
 
 import argparse
@@ -31,18 +31,18 @@ from benchmarks.plan_judges import coal_touches, overlaps
 from benchmarks.plan_tables import print_ratios, print_table
 from benchmarks.vamp_problems import PlanningProblem, read_problems, spheres
 
-FINER = 64 * 32  # samples a radian
+FINER = 64 * 32  # samples per radian
 ROUNDED = 1e-4  # [rad or m]
 JUDGED = (
     "Ulna, sampled",
     "Ulna, certified",
     "VAMP",
     "OMPL",
-)  # the others' paths are the same, or are not what one would move along
+)  # the others' paths are the same, or not intended for motion
 
 
 class Solved(NamedTuple):
-    """What one of those compared found for a problem: its name, the problem's set, the path or None, the least time [s]."""
+    """The result of one planner for a problem: names, the path or None, the minimum time [s]."""
 
     who: str
     problem: str
@@ -86,7 +86,7 @@ def main() -> None:
 
 
 def within_limits(robot: ulna.Robot, problem: PlanningProblem) -> PlanningProblem | None:
-    """The problem with start and goal moved into the limits by what they were rounded; None if they are farther outside."""
+    """The problem with start and goal moved into the limits by their rounding; None if they are farther outside."""
     start, goal = (np.clip(q, robot.lower, robot.upper) for q in (problem.start, problem.goal))
     if max(np.abs(start - problem.start).max(), np.abs(goal - problem.goal).max()) > ROUNDED:
         return None
@@ -94,14 +94,14 @@ def within_limits(robot: ulna.Robot, problem: PlanningProblem) -> PlanningProble
 
 
 def leave_out_touched(robot: ulna.Robot, world: ulna.World, problem: PlanningProblem) -> None:
-    """Remove the objects that start or goal touch: the goals are grasps, and a box fills the gap between the fingers."""
+    """Remove the objects that start or goal touch: the goals are grasps, and a box fills the fingers' gap."""
     touched = {pair.name_b for q in (problem.start, problem.goal) for pair in robot.check_collision(q, world).pairs}
     for name in touched & set(world.names):
         world.remove(name)
 
 
 def solve(robot: ulna.Robot, vamp, problem: PlanningProblem, world: ulna.World, environment, repeats: int) -> list[Solved]:
-    """A problem solved by all in turn: Ulna in four ways, VAMP without and with simplifying."""
+    """Solve a problem by all planners in turn: Ulna in four ways, VAMP with and without simplification."""
     plan = partial(robot.plan, problem.start, problem.goal, world)
     ways = {
         f"Ulna, {how}{'' if shorten else ', not shortened'}": partial(plan, certify=certify, shorten=shorten)
@@ -132,7 +132,7 @@ def _timed(who: str, problem: PlanningProblem, way) -> Solved:
 
 
 def judged(robot, judge, world, environment, path: NDArray, *, with_coal: bool) -> dict[str, bool]:
-    """Whether the path touches something, by each that judges."""
+    """Whether the path touches anything, according to each judge."""
     says = {"overlaps": overlaps(robot, world, path, FINER)}
     if judge is not None:
         says["VAMP"] = judge.touches(path, environment, FINER)
@@ -142,7 +142,7 @@ def judged(robot, judge, world, environment, path: NDArray, *, with_coal: bool) 
 
 
 def _vamp(name: str, joints: tuple[str, ...]):
-    """VAMP's planner for a robot; or None, and why not."""
+    """VAMP's planner for a robot; or None, after printing the reason."""
     try:
         from benchmarks.peers.vamp import Vamp  # noqa: PLC0415 - it may be absent
 
@@ -154,7 +154,7 @@ def _vamp(name: str, joints: tuple[str, ...]):
 
 
 def _others(robot: ulna.Robot, folder: Path) -> dict:
-    """OMPL and RoboPlan, by name; those that are not to be had are named."""
+    """OMPL and RoboPlan, by name; prints the unavailable ones."""
     found = {}
     texts = [(folder / f"{folder.name}{ending}").read_text(encoding="utf-8") for ending in ("_spherized.urdf", ".srdf")]
     for who, module, arguments in (("OMPL", "ompl", (robot,)), ("RoboPlan", "roboplan", (robot, *texts))):
@@ -166,7 +166,7 @@ def _others(robot: ulna.Robot, folder: Path) -> dict:
 
 
 def _of_other(who: str, problem: PlanningProblem, ways: tuple) -> list[Solved]:
-    """What OMPL or RoboPlan found: the path that it searched, and the one that it then shortened."""
+    """The result of OMPL or RoboPlan: the path of the search, and the shortened one."""
     return [Solved(name, problem.name, *way) for name, way in zip((f"{who}, not shortened", who), ways, strict=True)]
 
 

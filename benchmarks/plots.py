@@ -19,7 +19,7 @@ WORLDS = {"as dense": LINK, "denser": OTHER}
 
 
 def joints_plot(axes, rows: list[dict]) -> None:
-    """One call and a row of a batch, against the joints of a chain."""
+    """Plot one call and a row of a batch against the joints of a chain."""
     for kind, color in COLORS.items():
         x, one, batch, bound = columns(rows, "work", kind, "joints", "one_ns", "batch_ns", "bound_ns")
         axes.plot(x, one, "o-", color=color, label=f"{kind}, one call")
@@ -30,7 +30,7 @@ def joints_plot(axes, rows: list[dict]) -> None:
 
 
 def rows_plot(axes, rows: list[dict]) -> None:
-    """A row of a batch, against the rows, by one processor and by all."""
+    """Plot a row of a batch against the number of rows, on one processor and on all."""
     for kind, color in COLORS.items():
         x, one, two, bound = columns(rows, "work", kind, "rows", "one_processor_ns", "all_processors_ns", "bound_ns")
         axes.plot(x, one, "o-", color=color, label=f"{kind}, one processor")
@@ -41,7 +41,7 @@ def rows_plot(axes, rows: list[dict]) -> None:
 
 
 def pairs_plot(axes, rows: list[dict]) -> None:
-    """A free configuration of a batch, against the pairs of boxes."""
+    """Plot a free configuration of a batch against the pairs of boxes."""
     bound = [(row["pairs"], row["bound_ns"]) for row in rows if row["bound_ns"] is not None]
     for world, color in WORLDS.items():
         x, check, distance = columns(rows, "world", world, "pairs", "batch_ns", "distance_ns")
@@ -60,12 +60,12 @@ PLOTS = {
 
 
 def columns(rows: list[dict], kind: str, one: str, *keys: str) -> list[list[float]]:
-    """The columns of those rows that are of one kind."""
+    """The columns of the rows of one kind."""
     return [[row[key] for row in rows if row[kind] == one] for key in keys]
 
 
 def draw(data: dict, folder: Path) -> list[Path]:
-    """Write the plots of a run that has their figures; their paths."""
+    """Write the plots of a run that has their figures; returns their paths."""
     plt.rcParams.update({"svg.hashsalt": "ulna", "svg.fonttype": "none", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3})
     folder.mkdir(parents=True, exist_ok=True)
     paths = []

@@ -1,4 +1,4 @@
-"""How many processors what is timed may use."""
+"""Restricts a measurement to some processors."""
 
 import os
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from ulna.engine.threads import default_threads
 
 @contextmanager
 def one_processor() -> Iterator[None]:
-    """Keep what is called here to one processor, where the system can: Ulna then hands nothing to threads."""
+    """Within the block, use one processor, if the system supports it: then Ulna starts no threads."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
@@ -22,5 +22,5 @@ def one_processor() -> Iterator[None]:
 
 
 def _allow(processors: set[int]) -> None:
-    os.sched_setaffinity(0, processors)  # of this thread and those that it begins; those that are there already keep theirs
+    os.sched_setaffinity(0, processors)  # of this thread and its new children; existing threads keep theirs
     default_threads.cache_clear()

@@ -1,7 +1,7 @@
-"""Times maps of what arms reach: ``python -m benchmarks.reachability [--poses 1e6] [--large 1e8]``.
+"""Times reachability maps: ``python -m benchmarks.reachability [--poses 1e6] [--large 1e8]``.
 
-Of a UR5, by its closed form, and of a Panda, by search: with one thread, with two, and with two workers of a Dask cluster on this
-machine; alone, and among two boxes. "Inside" is the share of the workers' time that they spend in the function of a task.
+It maps a UR5, by its closed form, and a Panda, by search. Each runs with one thread, with two, and with two workers of a Dask
+cluster on this machine; alone, and among two boxes. "Inside" is the share of the workers' time in the function of a task.
 """
 
 import argparse
@@ -32,7 +32,7 @@ def main() -> None:
     print("| arm | world | how | poses | reached, in collision, out of reach | s | poses/s | inside | MB |")
     print("|---|---|---|---|---|---|---|---|---|")
     for robot in (ur5, panda):
-        measured(robot, 2e4, None, 2)  # what has to be compiled
+        measured(robot, 2e4, None, 2)  # compiles
         measured(robot, 2e4, among, 2)
         for world in (None, among):
             for threads in (1, 2):
@@ -54,7 +54,7 @@ def two_boxes() -> ulna.World:
 
 
 def measured(robot: ulna.Robot, poses: float, world: ulna.World | None, n: int, client: Any = None) -> tuple:
-    """A map of about so many poses, by n threads or by a cluster of n: the row."""
+    """Map about ``poses`` poses, by n threads or by a cluster of n workers; returns the row."""
     kept: dict[str, Any] = {}
     inner = module.run
 
@@ -86,7 +86,7 @@ def measured(robot: ulna.Robot, poses: float, world: ulna.World | None, n: int, 
 
 
 def largest_memory() -> float:
-    """The most memory that this process has had [MB]; NaN on Windows, which has no ``resource``."""
+    """The peak memory of this process [MB]; NaN on Windows, which has no ``resource``."""
     try:
         import resource  # noqa: PLC0415 -- Windows lacks it
     except ImportError:

@@ -1,4 +1,4 @@
-"""Writes docs/robots.md: every robot of example-robot-data and rtb-data, how far it is from Pinocchio, how long it takes to load.
+"""Writes docs/robots.md: every robot of example-robot-data and rtb-data, its difference from Pinocchio, its loading time.
 
 python benchmarks/robots_table.py
 """
@@ -187,7 +187,7 @@ of mass onto it.
 
 
 def named_arms() -> str:
-    """The arms that have tables: what they are, where the figures are from, and what the shapes contain."""
+    """The arms of the tables: makers and models, sources of the figures, and contents of the shapes."""
     arms, page = arm_tables().values(), ARMS
     for arm in arms:
         robot = ulna.load(arm.name)
@@ -206,7 +206,7 @@ def named_arms() -> str:
 
 
 def row(file: Path, package_dirs: list[Path]) -> tuple[str, ulna.Robot, float]:
-    """One line of the table, the robot, and the seconds it took to load."""
+    """One line of the table, the robot, and its loading time [s]."""
     seconds = []
     for _ in range(5):
         start = time.perf_counter()

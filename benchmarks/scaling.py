@@ -1,4 +1,4 @@
-"""How the cost grows: with joints, rows and processors; each beside its bound.
+"""Measures the growth of the cost with joints, rows and processors, next to its bounds.
 
 The bounds are those of ``bounds``: operations counted, bytes moved, at the speeds measured in the same run.
 """
@@ -17,12 +17,12 @@ JOINTS = (3, 6, 7, 12, 20, 40, 60)
 ROWS = (1, 8, 64, 512, 4096, 32_768, 262_144, 1_000_000)
 KINDS = ("forward_kinematics", "jacobian")
 BATCH, CALLS = 4096, 64
-_LARGEST_ANSWER = 400e6  # bytes: larger batches are left out
-_CACHES = 16e6  # bytes: a batch beyond is bound by memory, if that takes longer than its arithmetic
+_LARGEST_ANSWER = 400e6  # bytes: larger batches are omitted
+_CACHES = 16e6  # bytes: memory bounds a larger batch, if that takes longer than its arithmetic
 
 
 def joint_rows(peak: float) -> list[dict]:
-    """The time of one call, and of a row of a batch, for chains of many joints; their DH rows are drawn at random."""
+    """The time of one call, and of a batch row, for chains with many joints and random DH rows."""
     rows = []
     for joints in JOINTS:
         robot = random_arm(joints)
@@ -39,7 +39,7 @@ def joint_rows(peak: float) -> list[dict]:
 
 
 def size_rows(robot: Robot, peak: float, copy: float) -> list[dict]:
-    """The time of a row for batches of one to a million, with one processor and with all that there are."""
+    """The time of a row for batches of one to a million, on one processor and on all."""
     rows, counts = [], count_operations(robot)
     for kind in KINDS:
         ask = getattr(robot, kind)
@@ -61,7 +61,7 @@ def size_rows(robot: Robot, peak: float, copy: float) -> list[dict]:
 
 
 def random_arm(joints: int) -> Robot:
-    """An arm of revolute joints with DH rows drawn at random."""
+    """An arm of revolute joints with random DH rows."""
     rng = np.random.default_rng(joints)
     rows = np.column_stack([rng.uniform(-0.3, 0.3, (joints, 2)), rng.uniform(-np.pi, np.pi, (joints, 2))])
     return ulna.Robot.from_dh(rows, limits=[(-np.pi, np.pi)] * joints)

@@ -1,7 +1,7 @@
-"""The servo: ``python -m benchmarks.servo``; time of a tick, safety, free space, reaching, and mink and Pink beside it.
+"""Measures the servo: ``python -m benchmarks.servo``; ticks, safety, free space, reaching, and mink and Pink.
 
-Times are the thread's own, on one processor. Scenes and goals are of seeds (``servo_scenes``), and the judges are Coal, whose
-shapes Pinocchio places, and differences of what was commanded (``servo_judges``). A peer that is not installed is named.
+Times are the thread's own, on one processor. Seeds determine scenes and goals (``servo_scenes``). The judges are Coal, whose
+shapes Pinocchio places, and differences of the commands (``servo_judges``). A peer that is not installed is named.
 """
 
 import argparse
@@ -44,15 +44,15 @@ Array = NDArray[np.float64]
 ARMS = ("panda", "ur5", "xarm7", "iiwa14")
 PEERS = ("mink", "pink")
 OBJECTS = 10
-GAIN = RATE / 4  # [1/s]: of the loop around ``differential_ik``, that of the servo near a pose
-FASTEST = 1.0  # [m/s and rad/s], on the direct way
-PATIENCE = 5_000  # ticks, to a target
+GAIN = RATE / 4  # [1/s], of the loop around ``differential_ik``, equal to the servo's gain near a pose
+FASTEST = 1.0  # [m/s and rad/s], on the direct path
+PATIENCE = 5_000  # ticks allowed for reaching a target
 NEAR_ENOUGH = 1e-3, 1e-2  # [m], [rad]
-STRAIGHT = 5e-3, 2e-2  # [m], [rad]: how far from the straight way the hand is that went it
-REST = 2_000  # ticks that may pass until the arm rests
-RUNS = 5  # of the same ticks: what is slow in the median of them is the tick's own, and what is slow in one the machine's
+STRAIGHT = 5e-3, 2e-2  # [m], [rad]: maximum distance of a straight motion from the straight line
+REST = 2_000  # ticks allowed until the arm rests
+RUNS = 5  # repetitions of the same ticks: a slow median belongs to the tick, a single slow run to the machine
 LIMITS = {"acceleration": ACCELERATION}  # and jerk, if one is given
-ESCAPE, MOVED = 100, 1e-3  # ticks away from a rest, and how far an entry of q has to have moved then [rad]
+ESCAPE, MOVED = 100, 1e-3  # ticks away from a rest, and minimum change of an entry of q by then [rad]
 
 
 def main() -> None:
@@ -82,7 +82,7 @@ def main() -> None:
 
 
 def tick_rows(ticks: int) -> list[dict]:
-    """A tick towards poses that jump once a second: p50, p99, p99.9 of the time, and p99.9 of the median of each tick of RUNS."""
+    """Ticks towards poses that jump once per second: percentiles of the time, and of each tick's median over RUNS."""
     panda, ur5 = ulna.load("panda"), arm("ur5")
     cloud, moving = ulna.World(), scattered(OBJECTS, 0.1, 0.9)
     cloud.add("cloud", seen(10_000))
@@ -99,7 +99,7 @@ def tick_rows(ticks: int) -> list[dict]:
 
 
 def tick_times(robot: ulna.Robot, world: ulna.World, ticks: int) -> dict[str, float]:
-    """The time of a tick, with that of moving the crate if there is one; how near every 20th command comes to an object."""
+    """The time of a tick, including the crate's motion, if any; and every 20th command's minimum distance."""
     link = hand_of(robot)
     q = robot.random(1000, seed=4)
     start, *there = q[robot.signed_distance(q, world) > SPARE][:21]
@@ -123,7 +123,7 @@ def tick_times(robot: ulna.Robot, world: ulna.World, ticks: int) -> dict[str, fl
 
 
 def move_crate(world: ulna.World, k: int) -> None:
-    """Put the crate, if there is one, where it is in tick k."""
+    """Move the crate, if there is one, to its pose in tick k."""
     if "crate" in world.names:
         world.move("crate", ulna.pose((0.5, 0.5, 0.5 + 0.3 * np.sin(k / RATE))))
 
@@ -137,7 +137,7 @@ def percentiles(times: Array) -> dict[str, float]:
 
 
 class Run:
-    """A servo in a scene, its commands, how long they took [s], and what moves beside it."""
+    """A servo in a scene, its commands, their times [s], and the moving object."""
 
     def __init__(self, robot: ulna.Robot, kind: str, seed: int) -> None:
         self.robot, self.world = robot, scene(robot, OBJECTS, seed, kind)
@@ -146,7 +146,7 @@ class Run:
         self.ball = Chaser(robot, self.world, seed) if kind == "moving" else None
 
     def step(self, **goal: Any) -> ulna.Command:
-        """The next command, and the motion of what moves in its tick."""
+        """The next command, and the motion of the moving object in its tick."""
         before, began = self.commands[-1], time.thread_time()
         self.commands.append(self.servo.step(**goal))
         self.times.append(time.thread_time() - began)
@@ -155,13 +155,13 @@ class Run:
         return self.commands[-1]
 
     def judged(self) -> dict:
-        """What the judges find."""
+        """The results of the judges."""
         states = (np.array([getattr(c, name) for c in self.commands]) for name in ("q", "qd", "qdd"))
         return judged(self.robot, self.world, *states, ball=None if self.ball is None else np.array(self.ball.places))
 
 
 def safety_row(name: str, kind: str, scenes: int, ticks: int) -> dict:
-    """Hostile goals in random scenes, with a rest after each second and a way out of it; contacts and limits of all that."""
+    """Hostile goals in random scenes, with a rest and an escape after each second; contacts and limits of everything."""
     robot, found, times = arm(name), [], []
     for seed in range(scenes):
         run, rests, goals = Run(robot, kind, seed), {"rests": 0, "dead_ends": 0}, hostile(robot, ticks, seed)
@@ -181,7 +181,7 @@ def safety_row(name: str, kind: str, scenes: int, ticks: int) -> dict:
 
 
 def leave(run: Run, rests: dict) -> None:
-    """Come to rest, and go away from what is near; a place that none of many directions leads out of is a dead end."""
+    """Come to rest, and move away from near objects; a dead end is a place that no tried direction leaves."""
     robot = run.robot
     for _ in range(REST):
         if run.step().status == "at rest":
@@ -207,7 +207,7 @@ def judged(
     *,
     ball: Array | None = None,
 ) -> dict:
-    """What the judges find: ticks with contacts, the greatest depth, shares of limits. What moves is judged by Coal alone."""
+    """The results of the judges: ticks with contacts, the maximum depth, shares of limits; Coal alone judges moving objects."""
     jerk = LIMITS.get("jerk")
     fine = curve(q, qd, None if jerk is None else qdd)
     touched, depth = contacts(robot, world, fine, ball)
@@ -227,7 +227,7 @@ def judged(
 
 
 def free_rows(name: str, ticks: int) -> list[dict]:
-    """Following a smooth path without a world: how far the hand is from the path, beside a loop around ``differential_ik``."""
+    """The hand's distance from a smooth path without a world, next to a loop around ``differential_ik``."""
     robot = arm(name)
     q = paced(robot, ticks, 0)
     targets = robot.forward_kinematics(q)
@@ -247,7 +247,7 @@ def free_rows(name: str, ticks: int) -> list[dict]:
 
 
 def towards(T: Array, target: Array, gain: float, fastest: float = np.inf) -> Array:
-    """The twist towards a pose, shortened to the fastest, shape (..., 6)."""
+    """The twist towards a pose, limited to the maximum speed, shape (..., 6)."""
     turn = Rotation.from_matrix(target[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2)).as_rotvec()
     twist = gain * np.concatenate([target[..., :3, 3] - T[..., :3, 3], turn], axis=-1)
     size = np.maximum(np.linalg.norm(twist[..., :3], axis=-1), np.linalg.norm(twist[..., 3:], axis=-1))
@@ -265,14 +265,14 @@ def in_a_loop(robot: ulna.Robot, q: Array, targets: Array) -> Array:
 
 
 def by_twists(robot: ulna.Robot, q: Array, targets: Array) -> Array:
-    """The configurations of a servo to which the same loop gives twists."""
+    """The configurations of a servo that receives the twists of the same loop."""
     servo = robot.servo(**LIMITS)
     servo.start(q)
     return np.array([servo.step(twist=towards(robot.forward_kinematics(servo.q), target, GAIN)).q for target in targets])
 
 
 def by_poses(robot: ulna.Robot, q: Array, targets: Array) -> Array:
-    """The configurations of a servo that is given the poses."""
+    """The configurations of a servo that receives the poses."""
     servo = robot.servo(**LIMITS)
     servo.start(q)
     return np.array([servo.step(pose=target).q for target in targets])
@@ -282,9 +282,9 @@ def by_poses(robot: ulna.Robot, q: Array, targets: Array) -> Array:
 
 
 def reaching_row(name: str, targets: int, first: int) -> dict:
-    """Of targets that the direct way reaches, 20 mm from everything, how many a servo reaches among the objects.
+    """The share of targets that a servo reaches among objects; a direct path has 20 mm clearance.
 
-    And of those to which the hand went straight: where joints are at their limits it does not.
+    The same for targets to which the hand moved straight: at joint limits it does not.
     """
     robot, ticks, tried, straight, straight_reached, seed = arm(name), [], 0, 0, 0, first
     while tried < targets:
@@ -308,9 +308,9 @@ def reaching_row(name: str, targets: int, first: int) -> dict:
 
 
 def direct(robot: ulna.Robot, world: ulna.World, n: int, seed: int) -> Iterator[tuple[Array, Array, bool]]:
-    """Starts and goals of n between which the direct way of the hand, by ``differential_ik``, is free, with 20 mm to spare.
+    """Starts and goals, n of them, with a free direct path of the hand by ``differential_ik``, with 20 mm clearance.
 
-    And whether the hand goes straight on it.
+    Each comes with a flag: whether the hand moves straight on that path.
     """
     q = robot.random(20 * n, seed=seed)
     q = q[robot.signed_distance(q, world) > SPARE][: 2 * n]
@@ -334,7 +334,7 @@ def direct(robot: ulna.Robot, world: ulna.World, n: int, seed: int) -> Iterator[
 
 
 def beside(twist: Array, first: Array) -> Array:
-    """How far what is left of a way is beside what was left at first: displacement [m] and turn [rad], shape (n, 2)."""
+    """The deviation of the remaining path from the initial one: displacement [m] and rotation [rad], shape (n, 2)."""
     parts, wholes = twist.reshape(-1, 2, 3), first.reshape(-1, 2, 3)
     along = wholes / np.maximum(np.linalg.norm(wholes, axis=-1, keepdims=True), 1e-300)
     return np.linalg.norm(np.cross(parts, along), axis=-1)
@@ -350,7 +350,7 @@ def is_reached(T: Array, target: Array) -> bool:
 
 
 class OwnFollower:
-    """Ulna's servo as the peers' followers are called; no tick is infeasible."""
+    """Ulna's servo with the interface of the peers' followers; no tick is infeasible."""
 
     infeasible = 0
 
@@ -363,7 +363,7 @@ class OwnFollower:
 
 
 def peer_rows(name: str, scenes: int, ticks: int) -> list[dict]:
-    """The same poses in the same scenes for each library: hostile ones, and those of a smooth path through the objects."""
+    """The same poses in the same scenes for each library: hostile ones, and a smooth path through the objects."""
     robot, followers, rows = arm(name), {"ulna": OwnFollower}, []
     for peer in PEERS:
         try:
@@ -383,7 +383,7 @@ def peer_rows(name: str, scenes: int, ticks: int) -> list[dict]:
 
 
 def followed(robot: ulna.Robot, follower: Callable, kind: str, seed: int, ticks: int) -> dict:
-    """What one library makes of the poses in one scene."""
+    """The result of one library for the poses in one scene."""
     world = scene(robot, OBJECTS, seed)
     start = start_of(robot, world)
     poses = [goal["pose"] for goal in hostile(robot, ticks, seed, POSES)]
@@ -395,12 +395,12 @@ def followed(robot: ulna.Robot, follower: Callable, kind: str, seed: int, ticks:
         q.append(one.step(T))
         times.append(time.thread_time() - began)
     moved = float(np.abs(np.diff(q, axis=0)).sum())
-    late = {"above_50_Hz_percent": 100 * chatter(np.array(q[RATE:]))}  # not the way to the first pose
+    late = {"above_50_Hz_percent": 100 * chatter(np.array(q[RATE:]))}  # without the motion to the first pose
     return judged(robot, world, np.array(q)) | late | {"infeasible": one.infeasible, "times": times, "moved_rad": moved}
 
 
 def side_by_side(found: list[dict]) -> dict:
-    """The sums, the worst and the medians over the scenes."""
+    """The sums, the maxima and the medians over the scenes."""
     totals = {key: sum(row[key] for row in found) for key in ("ticks", "contacts_Coal", "infeasible", "moved_rad")}
     worst = {key: max(row[key] for row in found) for key in ("depth_mm", "velocity", "acceleration")}
     times = percentiles(np.concatenate([row["times"] for row in found]))

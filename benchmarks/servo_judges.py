@@ -1,4 +1,4 @@
-"""Judges what a servo has commanded: Coal's contacts where Pinocchio places the shapes, limits by differences, chatter."""
+"""Judges a servo's commands: Coal's contacts with shapes placed by Pinocchio, limits by differences, chatter."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,14 +9,14 @@ from benchmarks.servo_scenes import RATE, hand_of
 from ulna.bench.arms import longest_reach
 
 Array = NDArray[np.float64]
-FINER = 16  # times: so many configurations of a tick are looked at
+FINER = 16  # configurations checked per tick
 SLOW_HZ = 50.0
 ROUNDING = 1e-12  # [rad]
-_BODY = 0.3  # [m]: no point of a link is farther from the chain of its joints
+_BODY = 0.3  # [m]: maximum distance of a link's points from the chain of its joints
 
 
 def curve(q: Array, qd: Array | None = None, qdd: Array | None = None) -> Array:
-    """What is between ticks, shape (n - 1, FINER, n_dof): parabolas of positions and velocities, shape (n, n_dof), or lines.
+    """Configurations between ticks, shape (n - 1, FINER, n_dof): parabolas from q and qd, shape (n, n_dof), or lines.
 
     With accelerations: cubics.
     """
@@ -28,9 +28,10 @@ def curve(q: Array, qd: Array | None = None, qdd: Array | None = None) -> Array:
 
 
 def contacts(robot: ulna.Robot, world: ulna.World, fine: Array, ball: Array | None = None) -> tuple[int, float]:
-    """In how many ticks Coal finds a contact, and the greatest depth [m]. ball: the places, shape (n, 3), of one that moves.
+    """The number of ticks in which Coal finds a contact, and the maximum depth [m].
 
-    A tick at whose begin all pairs are farther apart than the arm and the ball move in a tick, as differences say, is free.
+    ball: the positions, shape (n, 3), of a moving ball. A tick counts as free if at its start all pairs are farther apart than
+    arm and ball move in it, by differences.
     """
     judge, wide = Scene(robot, world, itself=True), Scene(robot, world, itself=True)
     arm, touched, deepest = longest_reach(robot, hand_of(robot)) + _BODY, 0, 0.0
@@ -55,14 +56,14 @@ def contacts(robot: ulna.Robot, world: ulna.World, fine: Array, ball: Array | No
 
 
 def overlaps(robot: ulna.Robot, world: ulna.World, fine: Array) -> int:
-    """In how many ticks Ulna's overlap test finds a contact."""
+    """The number of ticks in which Ulna's overlap test finds a contact."""
     with ulna.threads(1):
         touching = robot.in_collision(fine.reshape(-1, robot.n_dof), world)
     return int(np.count_nonzero(touching.reshape(len(fine), -1).any(axis=1)))
 
 
 def shares_of_limits(robot: ulna.Robot, q: Array, acceleration: float, jerk: float | None = None) -> dict[str, float]:
-    """The greatest velocity, acceleration and jerk by differences, as shares of the limits; how far q is beyond its own [rad]."""
+    """The maximum velocity, acceleration and jerk by differences, as shares of limits; q's excess over limits [rad]."""
     v = np.diff(q, axis=0) * RATE
     speeds, accelerations = np.abs(v) / robot.velocity_limits, np.abs(np.diff(v, axis=0)) * RATE / acceleration
     jerks = np.zeros(1) if jerk is None else np.abs(np.diff(v, 2, axis=0)) * RATE**2 / jerk
@@ -77,7 +78,7 @@ def shares_of_limits(robot: ulna.Robot, q: Array, acceleration: float, jerk: flo
 
 
 def chatter(q: Array) -> float:
-    """The share of the power of the accelerations that is above 50 Hz; q at the rate, shape (n, n_dof)."""
+    """The share of the power of the accelerations above 50 Hz; q at the servo's rate, shape (n, n_dof)."""
     qdd = np.diff(q, 2, axis=0) * RATE**2
     window = np.hanning(len(qdd))[:, None]
     power = (np.abs(np.fft.rfft(qdd * window, axis=0)) ** 2).sum(axis=1)
@@ -85,7 +86,7 @@ def chatter(q: Array) -> float:
 
 
 def off_path(hand: Array, path: Array, ahead: int = 100) -> Array:
-    """How far positions of the hand [m], shape (n, 3), are from the path, a line from point to point, near their own time."""
+    """The distance of the hand's positions [m], shape (n, 3), from the path, a polyline, near the same time."""
     off = np.full(len(hand), np.inf)
     for shift in range(-ahead, ahead):
         rows = np.arange(len(hand)) + shift

@@ -1,4 +1,4 @@
-"""Arms, scenes and hostile goals for servos, each of a seed."""
+"""Makes arms, scenes and hostile goals for servos, each from a seed."""
 
 import sys
 from collections.abc import Iterator
@@ -15,28 +15,28 @@ RATE = 1000  # [1/s]
 ACCELERATION = 10.0  # [rad/s^2], of every joint
 CLEARANCE = 0.01  # [m]
 AIMS_FOR, STATED_EVERY = 50, 33  # ticks
-SPEED = 0.3  # [m/s]: of what moves
-SPARE = 0.02  # [m]: how far from everything an arm starts
-HELD_FOR = (13, 97, 997)  # ticks that a goal is held for
+SPEED = 0.3  # [m/s], of the moving ball
+SPARE = 0.02  # [m], minimum distance of an arm's start from everything
+HELD_FOR = (13, 97, 997)  # ticks for which a goal is held
 KINDS = ("jump", "through", "spin", "noise", "inside", "q", "velocity", "twist", "rest")
 POSES = KINDS[:5]
 KINDS_OF_SCENES = "shapes", "cloud", "moving"
-_EASE = 0.5  # [s], until a path of ``paced`` has its speed
-_SWING = 0.4  # [rad], of it, to each side
+_EASE = 0.5  # [s], until a path of ``paced`` reaches its speed
+_SWING = 0.4  # [rad], of that path, to each side
 TWO_ARMS_APART = 0.6  # [m]
-CLOUD, BALL = (300, 0.015), 0.06  # points and their radius [m]; the radius of what moves [m]
-_SIGMA = 0.1  # [m]: the least singular value of the Jacobian along it
+CLOUD, BALL = (300, 0.015), 0.06  # points and their radius [m]; the radius of the moving ball [m]
+_SIGMA = 0.1  # [m], the minimum singular value of the Jacobian along it
 
 
 def arm(name: str) -> ulna.Robot:
-    """An arm with the shapes of its description: boxes of the Panda, of the others the convex hulls of their meshes."""
+    """An arm with the shapes of its description: boxes for the Panda, convex hulls of meshes for others."""
     if name == "panda":
         return ulna.load(name)
     if name == "two_pandas":
         return two_arms()
     if name != "iiwa14":
         return load_arm(name).with_convex_hulls()
-    _, base, tip = ARMS[name]  # its meshes are in a package of another name than its text says
+    _, base, tip = ARMS[name]  # the package of its meshes is called otherwise than in its text
     folder = next(Path(entry, "rtbdata/xacro/kuka_description") for entry in sys.path if Path(entry, "rtbdata").is_dir())
     text = (folder / "kuka_lbr_iiwa/urdf/lbr_iiwa_14_r820.urdf").read_text(encoding="utf-8")
     text = text.replace("package://kuka_lbr_iiwa_support", "package://kuka_lbr_iiwa")
@@ -44,7 +44,7 @@ def arm(name: str) -> ulna.Robot:
 
 
 def two_arms() -> ulna.Robot:
-    """Two Pandas beside each other as one robot of 14 joints."""
+    """Two Pandas side by side as one robot of 14 joints."""
     text = ulna.load("panda").to_urdf()
     text = text[text.index("<link") : text.index("</robot>")]
     parts = '<robot name="two arms"><link name="table"/>'
@@ -55,21 +55,21 @@ def two_arms() -> ulna.Robot:
 
 
 def hand_of(robot: ulna.Robot) -> str:
-    """The link that is steered: the tip, or the last one of a robot of several arms."""
+    """The steered link: the tip, or the last one of a robot of several arms."""
     return robot.tip or robot.link_names[-1]
 
 
 def start_of(robot: ulna.Robot, world: ulna.World | None = None) -> Array:
-    """Where the arm starts: at home, or where it is far enough from itself and from the world, shape (n_dof,)."""
+    """The start of the arm: home, or a configuration far enough from itself and the world, shape (n_dof,)."""
     candidates = np.concatenate([[robot.home], robot.random(1000, seed=0)])
     far = robot.signed_distance(candidates, world) > SPARE
     return candidates[np.argmax(far)]
 
 
 def scene(robot: ulna.Robot, n: int, seed: int, kind: str = "shapes") -> ulna.World:
-    """Boxes, balls and cylinders about an arm, a third each, none nearer to its start than SPARE.
+    """Boxes, balls and cylinders around an arm, a third each, none nearer to its start than SPARE.
 
-    Of the kind ``cloud`` there is a cloud, of points in five cubes of 0.3 m; of the kind ``moving`` a ball of a stated speed.
+    The kind ``cloud`` has a cloud with points in five cubes of 0.3 m; the kind ``moving`` has a ball with a stated speed.
     """
     rng, start, reach = np.random.default_rng(seed), start_of(robot), 0.7 * longest_reach(robot, hand_of(robot))
     world = ulna.World()
@@ -101,9 +101,9 @@ def _is_far(robot: ulna.Robot, q: Array, shape: ulna.Sphere, place: Array) -> bo
 
 
 class Chaser:
-    """The ball of a scene of the kind ``moving``: it runs after the arm at its speed, and into it, but not where the arm rests.
+    """The ball of a ``moving`` scene: it chases the arm at its speed, and hits it unless it rests.
 
-    Now and then the world is said where it is. ``places`` are those at the ends of ticks, from the start on.
+    From time to time the world gets its position. ``places`` are the positions at the ends of ticks, from the start on.
     """
 
     def __init__(self, robot: ulna.Robot, world: ulna.World, seed: int) -> None:
@@ -111,7 +111,7 @@ class Chaser:
         self.places, self._towards = [world.pose("ball")[:3, 3]], np.zeros(3)
 
     def move(self, q: Array, *, rests: bool) -> None:
-        """Move for one tick, beside an arm at q."""
+        """Move for one tick, next to an arm at q."""
         k, at = len(self.places), self.places[-1]
         if k % AIMS_FOR == 1:
             aim = self._rng.normal(size=3)
@@ -127,10 +127,10 @@ class Chaser:
 
 
 def hostile(robot: ulna.Robot, n: int, seed: int, kinds: tuple[str, ...] = KINDS) -> Iterator[dict]:
-    """The goals of n ticks, as ``Servo.step`` takes them.
+    """The goals of n ticks, as arguments of ``Servo.step``.
 
-    Poses that jump, that go through everything at up to 3 m/s, that spin at 20 rad/s, that are noise, and that are in the arm's
-    own base; configurations, the greatest velocities, twists, and none.
+    Poses that jump, pass through everything at up to 3 m/s, spin at 20 rad/s, are noise, or lie in the arm's own base;
+    configurations, maximum velocities, twists, and none.
     """
     rng, k = np.random.default_rng(seed), 0
     while k < n:
@@ -171,9 +171,9 @@ def _held(robot: ulna.Robot, rng: np.random.Generator, kind: str, far: Array, ti
 
 
 def paced(robot: ulna.Robot, ticks: int, seed: int) -> Array:
-    """A smooth joint path that begins at rest, away from limits, singularities and the arm itself, shape (ticks, n_dof).
+    """A smooth joint path from rest, away from limits, singularities and self-collision, shape (ticks, n_dof).
 
-    Its speeds are at most a radian a second, and its accelerations at most a fifth of those allowed.
+    Its speeds are at most a radian per second, and its accelerations at most a fifth of the allowed ones.
     """
     seconds = np.arange(ticks) / RATE
     eased = np.where(seconds < _EASE, seconds**3 / _EASE**2 * (1 - 0.5 * seconds / _EASE), seconds - 0.5 * _EASE)

@@ -58,7 +58,7 @@ SOLVERS = ("roboticstoolbox-python", "pytracik", "frankik", "ssik", "EAIK")
 
 
 def tables(data: dict, name: str) -> dict[str, str]:
-    """Every block of figures in Markdown by its name, which stands in the mark of the page that has it."""
+    """Every block of figures in Markdown, by the name in the mark of its page."""
     facts = data["machine"]
     versions = ", ".join(f"{peer} {version}" for peer, version in data["versions"].items())
     blocks = {
@@ -80,7 +80,7 @@ def tables(data: dict, name: str) -> dict[str, str]:
 
 
 def _renamed(row: dict) -> dict:
-    """A row with the names of its columns and its words as a reader of the page needs them."""
+    """A row with the column names and words for a reader of the page."""
     row = dict(row)
     if "seconds" in row:
         row["time [ms]"] = 1e3 * row.pop("seconds")
@@ -90,7 +90,7 @@ def _renamed(row: dict) -> dict:
 
 
 def solver_rows(rows: list[dict], protocol: str) -> list[dict]:
-    """A row for each robot: Ulna's figures, and for each peer how many it solves and how many times as long it takes."""
+    """A row for each robot: Ulna's figures, and each peer's share of solved targets and relative time."""
     found = {}
     for row in rows:
         if row["protocol"] == protocol:
@@ -114,7 +114,7 @@ def _robot(name: str, by_library: dict) -> dict:
 
 
 def _peer(row: dict, targets: int) -> str:
-    fewer = f" (of {row['targets']})" if row["targets"] != targets else ""  # where it is too slow for all
+    fewer = f" (of {row['targets']})" if row["targets"] != targets else ""  # too slow for all targets
     return f"{row['solved_percent']:.4g} %{fewer}, {row['times_ulna']:.3g}x"
 
 
@@ -136,7 +136,7 @@ def _step(row: dict) -> dict:
 
 
 def write(page: Path, blocks: dict[str, str]) -> None:
-    """Replace the figures between each pair of marks of a page; a block that the run does not have stays as it is."""
+    """Replace the figures between each pair of marks of a page; blocks missing in the run stay unchanged."""
     text = page.read_text(encoding="utf-8")
     page.write_text(re.sub(MARKED, lambda found: _block(found, blocks), text), encoding="utf-8")
 
@@ -147,7 +147,7 @@ def _block(found: re.Match, blocks: dict[str, str]) -> str:
 
 
 def write_rows(page: Path, rows: list[dict[str, str]]) -> None:
-    """Replace the rows of a page's table that are among these."""
+    """Replace those rows of a page's table that are among ``rows``."""
     known = {row["work"]: f"| {row['work']} | 1 | {' | '.join(row[peer] for peer in README_PEERS)} |" for row in rows}
     lines = page.read_text(encoding="utf-8").split("\n")
     page.write_text("\n".join(known.get(line[2:].partition(" |")[0], line) for line in lines), encoding="utf-8")

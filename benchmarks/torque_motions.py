@@ -1,8 +1,8 @@
-"""Motions within torques along the paths of VAMP's problems, judged by Pinocchio and timed beside copp-py.
+"""Computes motions within torque limits along the paths of VAMP's problems, judged by Pinocchio, next to copp-py.
 
-The paths are those of ``robot.plan`` for VAMP's spheres and objects. Along each goes the bundled Panda, with and without a point
-mass at its tip: as fast as it may with its limits of velocity and effort. copp-py passes the same lines and parabolas with the
-same limits; it takes its torques from Pinocchio, a call at a time. It knows q'' at a station as it is behind it.
+The paths are those of ``robot.plan`` for VAMP's spheres and objects. The bundled Panda follows each, with and without a point
+mass at its tip, as fast as its limits of velocity and effort allow. copp-py gets the same lines and parabolas with the same
+limits; it takes its torques from Pinocchio, one call at a time. Its q'' at a station is the value after the station.
 """
 
 import sys
@@ -26,9 +26,9 @@ from ulna.errors import InputError
 Array = NDArray[np.float64]
 PAYLOADS = 0.0, 3.0  # [kg]
 ACCELERATION = 15.0  # [rad/s^2]
-WITHIN = 0.02  # [rad]: how far a rounded corner may leave the path
-PERIOD = 1e-4  # [s], of the samples that are judged
-FINER = 4  # stations of copp-py in each interval of ours
+WITHIN = 0.02  # [rad]: maximum deviation of a rounded corner from the path
+PERIOD = 1e-4  # [s], of the judged samples
+FINER = 4  # stations of copp-py in each of our intervals
 _PASSES = 3
 
 
@@ -42,7 +42,7 @@ class Stations(NamedTuple):
 
 
 class MostOf(NamedTuple):
-    """The greatest velocity, acceleration and torque of each joint, shape (n_dof,) each."""
+    """The maximum velocity, acceleration and torque of each joint, shape (n_dof,) each."""
 
     velocity: Array
     acceleration: Array
@@ -53,18 +53,18 @@ LeastTime = Callable[[Stations, MostOf, Callable[[Array, Array, Array], Array]],
 
 
 class Compared(NamedTuple):
-    """The figures of one path; or of many, an array each."""
+    """The figures of one path, or of many as arrays."""
 
     beyond: Any
-    """How many samples, 10,000 a second, have a torque beyond its limit."""
+    """The number of samples, 10,000 per second, with a torque beyond its limit."""
     share: Any
-    """The greatest torque as a share of its limit."""
+    """The maximum torque as a share of its limit."""
     duration: Any
-    """The duration [s] of the motion within torques; then that of one without them, and of copp-py's."""
+    """The duration [s] of the motion within torque limits, of one without them, and of copp-py's."""
     without: Any
     of_copp: Any
     seconds: Any
-    """The time that each of these three takes to compute [s]."""
+    """The computation time of each of these three [s]."""
     seconds_without: Any
     seconds_of_copp: Any
 
@@ -78,7 +78,7 @@ def motion_rows(arm: ulna.Robot, folder: Path, every: int = 1) -> list[dict]:
 
 
 def least_time() -> LeastTime | None:
-    """What finds the time of a path by copp-py; None, and the reason is written, if it is not to be had."""
+    """The function that computes the time of a path by copp-py; None, after printing the reason, if unavailable."""
     try:
         from benchmarks.peers import copp  # noqa: PLC0415 - it may be absent
 
@@ -105,7 +105,7 @@ def paths_of(folder: Path, arm: ulna.Robot, every: int) -> Iterator[Array]:
 
 
 def payload_row(arm: ulna.Robot, paths: list[Array], mass: float, copp: LeastTime | None) -> dict:
-    """How many motions there are, what their torques are, how long they take and how long it takes to find them."""
+    """The number of motions, their torques, their durations and their computation times."""
     robot = arm.with_tool(np.eye(4), name="payload", mass=mass) if mass else arm
     forces, found = Forces(robot), []
     for path in paths:
@@ -136,7 +136,7 @@ def payload_row(arm: ulna.Robot, paths: list[Array], mass: float, copp: LeastTim
 
 
 def compared(robot: ulna.Robot, path: Array, forces: Forces, copp: LeastTime | None) -> Compared:
-    """The motion along a path within torques, without them, and by copp-py; each computed several times, in turns.
+    """The motion along a path within torque limits, without them, and by copp-py; each computed several times, interleaved.
 
     Raises:
         InputError: The motors cannot hold the robot still on the path.
@@ -159,14 +159,14 @@ def compared(robot: ulna.Robot, path: Array, forces: Forces, copp: LeastTime | N
 
 
 def judged(motion: ulna.Trajectory, forces: Forces, most: Array) -> tuple[int, float]:
-    """How many samples of a motion have a torque beyond a limit, and the greatest torque as a share of its limit."""
+    """The number of a motion's samples with a torque beyond a limit, and the maximum share of a limit."""
     moments = motion.at(np.append(np.arange(0.0, motion.duration, PERIOD), motion.duration))
     shares = (np.abs(forces.torques(*moments[:3])) / most).max(axis=1)
     return int((shares > 1.0).sum()), float(shares.max())
 
 
 def stations_of(motion: ulna.Trajectory) -> Iterator[Stations]:
-    """The path of a motion, from each stop to the next, with so many stations in each interval of its own."""
+    """The path of a motion between its stops, with FINER stations in each of its own intervals."""
     grid = motion._timed.grid  # noqa: SLF001 - our own
     for first, last in pairwise(grid.borders):
         of = np.append(np.repeat(np.arange(first, last), FINER), last - 1)

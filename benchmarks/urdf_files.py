@@ -1,8 +1,8 @@
-"""Reads every URDF below a folder: the share of what Pinocchio reads that Ulna reads, how far poses differ, what is refused.
+"""Reads every URDF below a folder, and compares with Pinocchio: the share read, the poses, the refused files.
 
 python benchmarks/urdf_files.py FOLDER [FOLDER ...]
 
-Pinocchio parses with urdfdom, the parser of ROS. Without it the share is of all files. It passes over Drake's ``<frame>``, which
+Pinocchio parses with urdfdom, the parser of ROS. Without it the share refers to all files. It ignores Drake's ``<frame>``, which
 is a link here: these links are not compared.
 """
 
@@ -30,7 +30,7 @@ _EQUAL = 1e-9  # m or 1; larger differences are listed
 
 
 def peer_model(file: Path):
-    """Pinocchio's model of a file, with its mimic option where that can be had; None if it refuses the file."""
+    """Pinocchio's model of a file, with its mimic option if available; None if it refuses the file."""
     if pin is None:
         return None
     for mimic in (True, False):
@@ -40,7 +40,7 @@ def peer_model(file: Path):
 
 
 def difference(file: Path, robot: ulna.Robot, model) -> float | None:
-    """The largest difference in any entry of the pose of any link at 20 configurations; None if they cannot be compared."""
+    """The largest difference in any entry of any link's pose at 20 configurations; None if not comparable."""
     root = etree.parse(file, etree.XMLParser(recover=True, resolve_entities=False)).getroot()
     frames = {element.get("name") for element in root.iterfind("frame")}
     with suppress(Exception):
@@ -49,7 +49,7 @@ def difference(file: Path, robot: ulna.Robot, model) -> float | None:
 
 
 def main(folders: list[str]) -> None:
-    """Print the counts, then what only Pinocchio reads, what differs, and what neither reads."""
+    """Print the counts, then files that only Pinocchio reads, differences, and files that neither reads."""
     files = sorted(file for folder in folders for file in Path(folder).rglob("*.urdf") if file.is_file())
     counts: Counter[str] = Counter()
     only_peer, neither, apart, farthest = [], [], [], 0.0

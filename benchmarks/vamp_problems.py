@@ -1,7 +1,7 @@
 """Reads the planning problems of VAMP's source distribution: ``resources/panda`` of ``vamp-planner``.
 
 The 700 problems are those of MotionBenchMaker (Chamzas et al., IEEE RA-L 2022). VAMP replaces cylinders by capsules, and in the
-problems called "box" by boxes; so do these worlds, unless the exact cylinders are asked for.
+problems called "box" by boxes; these worlds do too, unless ``exact`` is set.
 """
 
 import re
@@ -31,7 +31,7 @@ class PlanningProblem:
     objects: tuple
 
     def world(self, *, exact: bool = False) -> ulna.World:
-        """The objects as VAMP has them, or as they are."""
+        """The objects in VAMP's form, or the exact ones."""
         world = ulna.World()
         for k, (name, kind, sizes, T) in enumerate(self.objects):
             world.add(f"{k} {name}", _shape(kind, sizes, self.name, exact=exact), T)

@@ -1,1 +1,1 @@
-"""The peers, a file each: ``make(robot)`` builds a ``Peer`` for an arm, or says why there is none for it."""
+"""The peers, one per file: ``make(robot)`` builds a ``Peer`` for an arm, or raises an error with the reason."""

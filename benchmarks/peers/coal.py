@@ -1,4 +1,4 @@
-"""Pinocchio's kinematics with Coal's shapes: a robot, a world, and the pairs that are checked."""
+"""Runs Pinocchio's kinematics with Coal's shapes: a robot, a world, and the checked pairs."""
 
 import coal
 import numpy as np
@@ -12,10 +12,10 @@ from ulna.robot import Robot
 
 
 def of_coal(shape):
-    """A shape as Coal has it.
+    """Convert a shape to Coal.
 
     Raises:
-        NotForThisArm: It is of no kind that is compared.
+        NotForThisArm: Its kind is not compared.
     """
     match shape:
         case Box(extents):
@@ -34,14 +34,14 @@ def of_coal(shape):
 
 
 def solids_of(shape) -> list:
-    """The convex shapes of an object, each with its place in it: of a cloud a ball around each point."""
+    """The convex shapes of an object, each with its pose in it; for a cloud a ball around each point."""
     if isinstance(shape, PointCloud):
         return [(Sphere(shape.radius), pin.SE3(np.eye(3), np.array(point, dtype=float))) for point in shape.points]
     return [(shape, pin.SE3.Identity())]
 
 
 class Scene:
-    """A robot and a world as Pinocchio knows them; with itself, the pairs of the robot that Ulna checks, by number."""
+    """A robot and a world in Pinocchio; with ``itself``, the robot's pairs that Ulna checks, by number."""
 
     def __init__(self, robot: Robot, world: World, *, itself: bool) -> None:
         self.model = pin.buildModelFromXML(bare_urdf(robot))
@@ -67,7 +67,7 @@ class Scene:
         return self.geometry.addGeometryObject(pin.GeometryObject(name, joint, placement, of_coal(shape)))
 
     def move(self, name: str, T) -> None:
-        """Place an object of the world elsewhere."""
+        """Move an object of the world."""
         for k, (_, at) in enumerate(self.parts[name]):
             number = self.geometry.getGeometryId(f"world {name} {k}")
             self.geometry.geometryObjects[number].placement = pin.SE3(T) * at
@@ -77,7 +77,7 @@ class Scene:
         return pin.computeCollisions(self.model, self.data, self.geometry, self.answers, q, True)  # noqa: FBT003
 
     def distances(self, q) -> int:
-        """The distances of all pairs, kept in ``answers``: the number of the nearest."""
+        """Compute the distances of all pairs into ``answers``; returns the index of the nearest."""
         return pin.computeDistances(self.model, self.data, self.geometry, self.answers, q)
 
     def least_distance(self, q) -> float:
@@ -86,14 +86,14 @@ class Scene:
 
     @property
     def n_pairs(self) -> int:
-        """How many pairs are checked."""
+        """The number of checked pairs."""
         return len(self.geometry.collisionPairs)
 
 
 def disagreement(scene: Scene, robot: Robot, world: World, q, *, itself: bool) -> str:
-    """What the scene says otherwise than Ulna of rows of q; "" if nothing.
+    """The disagreement between the scene and Ulna for rows of q; "" if none.
 
-    Where boxes overlap only the sign is compared: Coal's depth is that of a search.
+    For overlapping boxes only the sign is compared: Coal's depth is that of a search.
     """
     touches = np.array([scene.collides(x) for x in q])
     differ = np.count_nonzero(touches != robot.in_collision(q, world, self_collision=itself))

@@ -1,4 +1,4 @@
-"""copp-py: the shortest time of a path within limits of velocity, acceleration and torque, by its TOPP2 (TOPP-RA)."""
+"""Runs copp-py: the shortest time of a path within limits of velocity, acceleration and torque, by TOPP2 (TOPP-RA)."""
 
 from collections.abc import Callable
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 def least_time(path: Stations, most: MostOf, inverse_dynamics: Callable[[Array, Array, Array], Array]) -> float:
-    """The time [s] that copp-py needs for a path. inverse_dynamics: torques of one q and its two rates."""
+    """The time [s] that copp-py computes for a path. inverse_dynamics: torques of one q and its two rates."""
     n, n_dof = path.q.shape
     robot = copp.Robot(n_dof, capacity=n, inverse_dynamics=inverse_dynamics)
     robot.append_s(path.s)
@@ -26,9 +26,9 @@ def least_time(path: Stations, most: MostOf, inverse_dynamics: Callable[[Array, 
 
 
 def refuse_another_time() -> None:
-    """Refuse it if it does not find a time that is known.
+    """Refuse copp-py if it does not find a known time.
 
-    A mass of 2 kg goes 1 m with at most 8 N: half of the way with 4 m/s^2, and half with -4 m/s^2, in 1 s.
+    A mass of 2 kg moves 1 m with at most 8 N: half of the way with 4 m/s^2, and half with -4 m/s^2, in 1 s.
 
     Raises:
         NotForThisArm: It finds another time.

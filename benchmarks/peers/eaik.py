@@ -1,7 +1,7 @@
-"""``EAIK``: every branch in closed form for 6R arms of known families.
+"""Runs ``EAIK``: every branch in closed form for 6R arms of known families.
 
-It knows no limits: the first branch that keeps them is taken, turned by whole turns if need be, and that is not timed. Where
-it has no solution it gives the nearest in the sense of least squares, and marks it; these are left out.
+It knows no limits. The first branch within them is taken, shifted by whole turns if necessary, and that is not timed. Without a
+solution it returns the nearest in the sense of least squares, and marks it; such branches are omitted.
 """
 
 import numpy as np

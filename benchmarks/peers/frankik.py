@@ -1,7 +1,7 @@
-"""``frankik``: closed form for the Panda (He and Liu 2021), which tries sixty values of the last joint.
+"""Runs ``frankik``: closed form for the Panda (He and Liu 2021), which tries sixty values of the last joint.
 
-Its ``fk`` gives the pose of the hand's tip, its ``inverse`` takes that of the flange: the offset is taken off beforehand, and
-is not timed. (The one that it ships is rounded to three digits.)
+Its ``fk`` returns the pose of the hand's tip, its ``inverse`` takes that of the flange: the offset is removed beforehand, and is
+not timed. (The offset that it ships is rounded to three digits.)
 """
 
 import numpy as np

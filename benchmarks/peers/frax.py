@@ -1,6 +1,6 @@
-"""Frax: forward kinematics and Jacobians by JAX on the CPU, compiled for the arm, one q or a batch, in float64.
+"""Runs Frax: forward kinematics and Jacobians by JAX on the CPU, compiled for the arm, in float64.
 
-It reads a file, and asks for every link's inertia.
+It handles one q or a batch. It reads a file, and requires every link's inertia.
 """
 
 import os
@@ -31,7 +31,7 @@ def _arm(robot: Robot, ee_offset=None) -> frax.Manipulator:
 
 
 def make(robot: Robot) -> Peer:
-    """The peer for an arm. Where its last joint stands in the frame of the tip is told to it once."""
+    """The peer for an arm; the pose of its last joint in the tip's frame is given once."""
     bare = jax.jit(_arm(robot).ee_transform)
     offset = np.linalg.inv(standing_offset(robot, lambda q: np.asarray(bare(q))))
     arm = _arm(robot, offset)

@@ -1,4 +1,4 @@
-"""``ikpy``: forward kinematics and inverse kinematics by SciPy, in Python throughout; far too slow for thousands of targets."""
+"""Runs ``ikpy``: forward and inverse kinematics by SciPy, in pure Python; far too slow for thousands of targets."""
 
 import numpy as np
 from ikpy.chain import Chain

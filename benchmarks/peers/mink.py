@@ -1,6 +1,6 @@
-"""mink (Apache-2.0, ``pip install "mink[daqp]"``): an arm that follows a pose by a quadratic program a tick, in MuJoCo's model.
+"""Runs mink (Apache-2.0, ``pip install "mink[daqp]"``): follows a pose by a quadratic program per tick, in MuJoCo's model.
 
-Its limits are those of position and velocity, and of collisions for the pairs that Ulna checks; it has none of acceleration.
+It has limits of position and velocity, and of collisions for the pairs that Ulna checks, but none of acceleration.
 """
 
 from importlib.metadata import version
@@ -15,11 +15,11 @@ from benchmarks.peer import NotForThisArm, bare_urdf
 from benchmarks.servo_scenes import CLEARANCE, RATE
 
 VERSION = version("mink")
-WITHIN = 0.05  # [m]: beyond the clearance; pairs farther apart have no row
+WITHIN = 0.05  # [m]: beyond the clearance; pairs farther apart have no constraint
 
 
 class Follower:
-    """Follows poses. ``infeasible`` counts the ticks without a solution, in which it stays where it is."""
+    """Follows poses. ``infeasible`` counts the ticks without a solution, in which it stays in place."""
 
     def __init__(self, robot: ulna.Robot, world: ulna.World | None, q, _acceleration: float) -> None:
         spec = mujoco.MjSpec.from_string(bare_urdf(robot))

@@ -1,4 +1,4 @@
-"""MuJoCo: forward kinematics and Jacobians of the compiled model, the tip marked by a site."""
+"""Runs MuJoCo: forward kinematics and Jacobians of the compiled model, with the tip marked by a site."""
 
 import mujoco
 import numpy as np
@@ -9,7 +9,7 @@ from ulna.robot import Robot
 
 
 class Model:
-    """A MuJoCo model of an arm. Its compiler wants every body to weigh something."""
+    """A MuJoCo model of an arm, with a mass for every body, which its compiler requires."""
 
     def __init__(self, robot: Robot) -> None:
         spec = mujoco.MjSpec.from_string(bare_urdf(robot))

@@ -1,7 +1,7 @@
-"""OMPL: RRT-Connect and its path simplifier in C++, with Ulna's checker called from Python for each sampled configuration.
+"""Runs OMPL: RRT-Connect and its path simplifier in C++, with Ulna's checker called from Python for each configuration.
 
-Source: Sucan, Moll and Kavraki, The Open Motion Planning Library (IEEE Robotics and Automation Magazine, 2012). Its Python does
-not let a caller bring a test of whole edges, so an edge is tested at samples.
+Source: Sucan, Moll and Kavraki, The Open Motion Planning Library (IEEE Robotics and Automation Magazine, 2012). Its Python
+bindings accept no test of whole edges, so edges are tested at samples.
 """
 
 import time
@@ -19,7 +19,7 @@ MAX = 10.0  # s
 
 
 class Planner:
-    """Its planner for a robot, with Ulna's checker."""
+    """OMPL's planner for a robot, with Ulna's checker."""
 
     def __init__(self, robot: ulna.Robot) -> None:
         util.noOutputHandler()
@@ -32,7 +32,7 @@ class Planner:
         self._space.setLongestValidSegmentFraction(SAMPLES_APART / self._space.getMaximumExtent())
 
     def solve(self, problem: PlanningProblem, world: ulna.World) -> tuple[Way, Way]:
-        """The path and the simplified one, and how long each took [s]; the same samples for each problem."""
+        """The path and the simplified one, and their times [s]; the same samples for each problem."""
         util.RNG.setSeed(1)
         began = time.thread_time()
         setup = geometric.SimpleSetup(self._space)

@@ -1,8 +1,7 @@
-"""OMPL's constrained spaces: RRT-Connect in C++ with a constraint and Ulna's checker called from Python, each call counted.
+"""Runs OMPL's constrained spaces: RRT-Connect in C++ with a constraint and Ulna's checker from Python; counts all calls.
 
 Source: Kingston, Moll and Kavraki, Exploring implicit spaces for constrained sampling-based planning (IJRR 2019). A constraint is
-a function that is to be 0, within a tolerance; of one that is kept within limits, the excess over them. Edges are tested at
-samples.
+a function that must be 0, within a tolerance; a constraint with limits uses the excess over them. Edges are tested at samples.
 """
 
 import time
@@ -17,11 +16,11 @@ from benchmarks.constrained_problems import PLANE, TILT, TURN, ConstrainedProble
 
 Array = NDArray[np.float64]
 SPACES = {"OMPL, projection": "Projected", "OMPL, atlas": "Atlas", "OMPL, tangent bundle": "TangentBundle"}
-_SPARE = 0.9  # of a tolerance: what its functions aim at
+_SPARE = 0.9  # of a tolerance: the target of its functions
 
 
 class Solved(NamedTuple):
-    """A path, or None; how long it took [s]; how often a configuration was checked, and the constraint computed."""
+    """A path, or None; its time [s]; the number of checked configurations, and of constraint evaluations."""
 
     path: Array | None
     seconds: float
@@ -30,7 +29,7 @@ class Solved(NamedTuple):
 
 
 class _Constraint(base.Constraint):
-    """What of a problem is to be 0."""
+    """The functions of a problem that must be 0."""
 
     def __init__(self, robot: ulna.Robot, problem: ConstrainedProblem) -> None:
         sizes = {"upright": (1, 1e-3), "orientation": (3, _SPARE * TURN), "plane": (1, _SPARE * PLANE),
@@ -51,7 +50,7 @@ class _Constraint(base.Constraint):
         out[:, :] = self._values(T)[1] @ J
 
     def _values(self, T: Array) -> tuple[Array, Array]:
-        """The values, and what a twist of the hand does to them, shape (n, 6)."""
+        """The values, and their derivatives by a twist of the hand, shape (n, 6)."""
         problem, R = self._problem, self._problem.T[:3, :3]
         if problem.kind == "upright":
             z, aim = T[:3, 2], R[:, 2]
@@ -70,7 +69,7 @@ class _Constraint(base.Constraint):
 
 
 def solve(name: str, robot: ulna.Robot, problem: ConstrainedProblem, world: ulna.World, most: float) -> Solved:
-    """The problem in one of SPACES; with a path of the states that it tested."""
+    """Solve the problem in one of SPACES; the path contains the tested states."""
     util.noOutputHandler()
     util.RNG.setSeed(1)
     n, counted = robot.n_dof, [0]
@@ -98,7 +97,7 @@ def solve(name: str, robot: ulna.Robot, problem: ConstrainedProblem, world: ulna
         if SPACES[name] != "Projected":
             try:
                 space.anchorChart(state)
-            except RuntimeError:  # what is kept within limits is no manifold where it is within them
+            except RuntimeError:  # a constraint with limits is no manifold within them
                 return Solved(None, np.nan, 0, constraint.calls)
         ends.append(state)
     setup.setStartAndGoalStates(*ends)

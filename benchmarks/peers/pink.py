@@ -1,6 +1,6 @@
-"""Pink (Apache-2.0, ``pip install pin-pink daqp``): an arm follows a pose by a quadratic program a tick, in Pinocchio's model.
+"""Runs Pink (Apache-2.0, ``pip install pin-pink daqp``): follows a pose by a quadratic program per tick, in Pinocchio's model.
 
-Its limits are those of position, velocity and acceleration; a barrier keeps the nearest of the pairs that Ulna checks apart.
+It has limits of position, velocity and acceleration; a barrier separates the nearest of the pairs that Ulna checks.
 """
 
 import warnings
@@ -19,12 +19,12 @@ from benchmarks.peers.coal import Scene
 from benchmarks.servo_scenes import CLEARANCE, RATE
 
 VERSION = version("pin-pink")
-MAX_PAIRS = 24  # as many as Ulna's servo
+MAX_PAIRS = 24  # the number of Ulna's servo
 GAIN = 20.0  # of the barrier, as in pink's examples
 
 
 class Follower:
-    """Follows poses. ``infeasible`` counts the ticks without a solution, in which it stays where it is."""
+    """Follows poses. ``infeasible`` counts the ticks without a solution, in which it stays in place."""
 
     def __init__(self, robot: ulna.Robot, world: ulna.World | None, q, acceleration: float) -> None:
         scene = Scene(robot, ulna.World() if world is None else world, itself=True)

@@ -1,4 +1,4 @@
-"""Pinocchio (``pin``): forward kinematics and Jacobians; also the judge of every solver's answers."""
+"""Runs Pinocchio (``pin``): forward kinematics and Jacobians; also judges every solver's results."""
 
 import numpy as np
 import pinocchio as pin
@@ -40,7 +40,7 @@ class Model:
         return pin.computeFrameJacobian(self.model, self.data, q, self.frame, pin.LOCAL_WORLD_ALIGNED)
 
     def forward_all(self, q):
-        """Of Ulna's q, shape (n, n_dof), the tip's poses, shape (n, 4, 4)."""
+        """The tip's poses, shape (n, 4, 4), for Ulna's q, shape (n, n_dof)."""
         return np.array([self.forward(self.own_q(x)) for x in q])
 
 

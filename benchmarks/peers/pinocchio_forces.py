@@ -1,4 +1,4 @@
-"""Pinocchio's dynamics, by the names of Ulna's methods; also the judge of motions within torques."""
+"""Runs Pinocchio's dynamics, by the names of Ulna's methods; also judges motions within torque limits."""
 
 from collections.abc import Callable
 
@@ -14,11 +14,11 @@ Array = NDArray[np.float64]
 
 
 class Forces:
-    """The dynamics of an arm whose joints turn between limits, so that its q is Pinocchio's.
+    """The dynamics of an arm with limited revolute joints, so that its q is Pinocchio's.
 
     Attributes:
         calls: By the name of Ulna's method, the function of one q, or of one q and its rates.
-        batches: The same of many at once, with one thread, where Pinocchio has such a function.
+        batches: The same for many at once, in one thread, if Pinocchio has such a function.
     """
 
     def __init__(self, robot: Robot) -> None:

@@ -1,7 +1,7 @@
-"""PyTorch Kinematics on the CPU: forward kinematics and Jacobians of batches, in float64.
+"""Runs PyTorch Kinematics on the CPU: forward kinematics and Jacobians of batches, in float64.
 
-It is not in the group ``bench``, for PyTorch takes more than five gigabytes: install it by hand beside the others. It reads the
-numbers of a URDF as float32, so its poses differ by some 1e-8.
+It is not in the group ``bench``, since PyTorch takes more than five gigabytes: install it by hand. It reads the numbers of a URDF
+as float32, so its poses differ by about 1e-8.
 """
 
 import pytorch_kinematics

@@ -1,7 +1,7 @@
-"""RoboPlan: RRT-Connect in C++ on Pinocchio and Coal, which test edges at samples; and its path shortcutter.
+"""Runs RoboPlan: RRT-Connect in C++ on Pinocchio and Coal, which test edges at samples; and its path shortcutter.
 
-Source: https://github.com/open-planning/roboplan. It has no capsules: there it is asked among the exact cylinders. A cloud is
-given to it as an octree, whose cells are as wide as a ball.
+Source: https://github.com/open-planning/roboplan. It has no capsules, so it gets the exact cylinders. It gets a cloud as an
+octree, whose cells are as wide as a ball.
 """
 
 import time
@@ -23,7 +23,7 @@ COLOR = np.ones(4)
 
 
 class Planner:
-    """Its planner for a robot, by the text of its URDF and, where there is one, of its SRDF.
+    """RoboPlan's planner for a robot, from the text of its URDF and its SRDF, if any.
 
     may_touch: pairs of links whose contact is allowed too.
     """
@@ -49,7 +49,7 @@ class Planner:
         self._objects: list[str] = []
 
     def solve(self, problem: PlanningProblem, world: ulna.World) -> tuple[Way, Way]:
-        """The path and the shortened one, and how long each took without laying out the objects [s]."""
+        """The path and the shortened one, and their times without the setup of the objects [s]."""
         self.lay_out(world)
         return self.search(problem.start, problem.goal)
 
@@ -58,14 +58,14 @@ class Planner:
         return self._scene.hasCollisions(self._positions(q))
 
     def _positions(self, q: NDArray) -> NDArray:
-        """Joint positions as it takes them: of a joint without limits the cosine and the sine."""
+        """Joint positions in its form: cosine and sine for a joint without limits."""
         endless = [self._scene.getJointInfo(name).num_position_dofs == 2 for name in self._names]
         return np.array(
             [part for x, turns in zip(q, endless, strict=True) for part in ((np.cos(x), np.sin(x)) if turns else (x,))]
         )
 
     def search(self, start: NDArray, goal: NDArray) -> tuple[Way, Way]:
-        """As ``solve``, in the world that is laid out."""
+        """Plan like ``solve``, in the current world."""
         self._planner.setRngSeed(1)
         ends = [core.JointConfiguration(self._names, self._positions(q)) for q in (start, goal)]
         began = time.thread_time()
@@ -79,7 +79,7 @@ class Planner:
         return (np.array(first.positions), planned - began), (np.array(path.positions), ended - began)
 
     def lay_out(self, world: ulna.World) -> None:
-        """Put the objects of a world in the place of those before."""
+        """Replace its objects by those of a world."""
         for name in self._objects:
             self._scene.removeGeometry(name)
         self._objects = []
@@ -100,7 +100,7 @@ class Planner:
 
 
 def _octree(cloud: ulna.PointCloud) -> core.OcTree:
-    """Cells, each with its middle, edge, occupancy and the least occupancy that is occupied."""
+    """Cells, each with its center, edge, occupancy and the occupancy threshold."""
     edge = 2.0 * cloud.radius
     middles = (np.unique(np.floor(cloud.points / edge), axis=0) + 0.5) * edge
     return core.OcTree([np.array([*middle, edge, 0.97, 0.5]) for middle in middles], edge)

@@ -1,8 +1,8 @@
-"""Robotics Toolbox (``roboticstoolbox-python``): its compiled element sequence, and ``ik_LM`` in C++.
+"""Runs Robotics Toolbox (``roboticstoolbox-python``): its compiled element sequence, and ``ik_LM`` in C++.
 
-Its tolerance is on e'e / 2, with e the position error and the rotation vector together: 5e-11 stands for 1e-5. It searches anew
-from random configurations up to 100 times, 30 steps each, and by itself wraps answers into the limits. The damping is Chan's with
-the gain 0.1: of the methods and gains that its documentation names this was the quickest on the Panda and on the UR5.
+Its tolerance is on e'e / 2, with e the position error and the rotation vector together: 5e-11 stands for 1e-5. It restarts from
+random configurations up to 100 times, 30 steps each, and wraps results into the limits itself. The damping is Chan's with the
+gain 0.1: of the methods and gains in its documentation this was the fastest on the Panda and on the UR5.
 """
 
 import warnings

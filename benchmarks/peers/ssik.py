@@ -1,6 +1,7 @@
-"""``ssik``: every branch in closed form for 6R arms, over samples of the redundancy for 7R arms; asked for one solution.
+"""Runs ``ssik``: every branch in closed form for 6R arms, over samples of the redundancy for 7R arms.
 
-Arms that it specializes in seconds are built from the same URDF; the Panda, which takes it minutes, is the one it ships.
+It returns one solution here. Arms that it specializes in seconds are built from the same URDF; the Panda, which takes minutes, is
+the one it ships.
 """
 
 import numpy as np

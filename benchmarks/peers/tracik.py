@@ -1,7 +1,7 @@
-"""TRAC-IK by ``pytracik``: two searches in two threads, the first to end wins, within 5 ms (its own default).
+"""Runs TRAC-IK by ``pytracik``: two searches in two threads, the first result wins, within 5 ms (its default).
 
-Its tolerance is on each component of the error, in the axes of the tip. The quaternion that it takes is made beforehand, and is
-not timed.
+Its tolerance is on each component of the error, in the axes of the tip. Its input quaternion is computed beforehand, and is not
+timed.
 """
 
 import pytracik

@@ -1,7 +1,7 @@
-"""VAMP: RRT-Connect in C++ for one robot, eight sampled configurations at a time (Thomason, Kingston and Kavraki, ICRA 2024).
+"""Runs VAMP: RRT-Connect in C++ for one robot, eight sampled configurations at a time.
 
-The package is ``vamp-planner``; it is float32, and its robots are compiled into it. Its times are those of its own clock, which
-leaves out what it takes to call it from Python and to lay out the objects: the whole call is timed beside.
+Source: Thomason, Kingston and Kavraki, ICRA 2024. The package is ``vamp-planner``; it is float32, and its robots are compiled
+into it. Its own clock excludes the calls from Python and the setup of the objects, so the whole call is timed too.
 """
 
 import time
@@ -17,17 +17,17 @@ from vamp.transformations import euler_from_matrix
 from benchmarks.peer import NotForThisArm
 from benchmarks.vamp_problems import PlanningProblem
 
-WIDTH = 8  # configurations that it looks at together
+WIDTH = 8  # configurations that it checks together
 FILTER_RADIUS = 0.02  # [m], the default of its script
 
 
 class Found(NamedTuple):
-    """What it found for a problem.
+    """VAMP's result for a problem.
 
     Attributes:
-        first, path: The configurations of its path, and of the simplified one; None if there is none.
-        plan_s, whole_s: What it took to plan, and to plan and simplify, by its own clock [s].
-        call_s: How long the two calls took [s].
+        first, path: The configurations of its path, and of the simplified one; None without one.
+        plan_s, whole_s: Its time for planning, and for planning and simplifying, by its own clock [s].
+        call_s: The time of the two calls [s].
     """
 
     first: NDArray | None
@@ -38,7 +38,7 @@ class Found(NamedTuple):
 
 
 class Vamp:
-    """Its planner for a robot, with its own settings, and its checker."""
+    """VAMP's planner for a robot, with its own settings, and its checker."""
 
     def __init__(self, name: str, joints: tuple[str, ...]) -> None:
         if name not in vamp.robots:
@@ -46,13 +46,13 @@ class Vamp:
         self._name = name
         self._robot, self._plan, self._settings, self._simplify = vamp.configure_robot_and_planner_with_kwargs(name, "rrtc")
         theirs = list(self._robot.joint_names())
-        self._to_theirs = [joints.index(joint) for joint in theirs]  # it counts the joints of Baxter's left arm first
+        self._to_theirs = [joints.index(joint) for joint in theirs]  # its order starts with the joints of Baxter's left arm
         self._to_ours = [theirs.index(joint) for joint in joints]
-        self._settings.max_samples = 100_000  # it makes room for so many: a million take longer than most plans
+        self._settings.max_samples = 100_000  # it allocates memory for them: a million take longer than most plans
         self._sampler = self._robot.halton()
 
     def environment(self, problem: PlanningProblem):
-        """The objects, as its own reader of these problems makes them."""
+        """The objects, made by its own reader of these problems."""
         environment = vamp.Environment()
         for _, kind, sizes, T in problem.objects:
             place, angles = T[:3, 3].tolist(), euler_from_matrix(T)
@@ -69,9 +69,9 @@ class Vamp:
         return environment
 
     def cloud(self, points: NDArray) -> tuple[vamp.Environment, NDArray, float]:
-        """Points as its ``scripts/evaluate_mbm.py --pointcloud`` takes them.
+        """Process points like its ``scripts/evaluate_mbm.py --pointcloud``.
 
-        The environment, the points that its filter leaves, and the time of the filter and of the tree by its own clock [s].
+        Returns the environment, the filtered points, and the time of the filter and of the tree by its own clock [s].
         """
         origin, reach = ROBOT_FIRST_JOINT_LOCATIONS[self._name], ROBOT_MAX_RADII[self._name]
         corners = [[x + sign * reach for x in origin] for sign in (-1, 1)]
@@ -86,7 +86,7 @@ class Vamp:
         return self._robot.validate(q[self._to_theirs].astype(np.float32), environment)
 
     def solve(self, problem: PlanningProblem, environment) -> Found:
-        """Plan and simplify; the same samples for each problem."""
+        """Plan and simplify, with the same samples for each problem."""
         start, goal = problem.start[self._to_theirs].tolist(), [problem.goal[self._to_theirs].tolist()]
         self._sampler.reset()
         began = time.thread_time()
@@ -100,11 +100,11 @@ class Vamp:
         return Found(*paths, plan, plan + 1e-9 * simple.nanoseconds, call)
 
     def touches(self, path: NDArray, environment, finer: float) -> bool:
-        """Whether a path touches anything, itself or an object, by its checker at so many samples a radian."""
+        """Whether a path touches anything, itself or an object, by its checker; ``finer``: samples per radian."""
         for a, b in pairwise(path):
             n = max(1, int(np.ceil(np.linalg.norm(b - a) * finer / WIDTH)))
             q = (a + np.linspace(0.0, 1.0, n + 1)[:, None] * (b - a))[:, self._to_theirs].astype(np.float32)
-            # It looks at eight configurations, those at 1/8 to 8/8 of the way, for so short a way.
+            # It checks eight configurations, at 1/8 to 8/8 of the way, for such a short way.
             if not all(self._robot.validate_motion(q[i], q[i + 1], environment, False) for i in range(n)):  # noqa: FBT003
                 return True
         return False
