@@ -1,6 +1,7 @@
 """Each page of docs/ states its kind, a how-to is short, and every address of an earlier version still exists on its page."""
 
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -23,7 +24,7 @@ TO_DO = {
 def prose(text: str) -> str:
     """The running text of a page: without fenced blocks, tables, headings, targets and directives."""
     text = re.sub(r"(?ms)^(```+|:::+).*?^\1\s*$", "", text)
-    lines = [line for line in text.splitlines() if not re.match(r"\s*\||#|\(\S+\)=\s*$", line)]
+    lines = [line for line in text.splitlines() if not re.match(r"\s*\||#|\(\S+\)=\s*$|<a id=", line)]
     return "\n".join(lines)
 
 
@@ -39,8 +40,14 @@ def slug(heading: str) -> str:
 
 
 def anchors(text: str) -> set[str]:
-    """Every address within a page: of its headings, and of its targets."""
-    return {slug(heading) for heading in headings(text)} | set(re.findall(r"(?m)^\((\S+)\)=\s*$", text))
+    """Every address within a page: of its headings, targets and HTML anchors."""
+    in_html = re.findall(r'(?m)^<a id="(\S+)"></a>\s*$', text)
+    return {slug(heading) for heading in headings(text)} | set(targets(text)) | set(in_html)
+
+
+def targets(text: str) -> list[str]:
+    """The targets of a page."""
+    return re.findall(r"(?m)^\((\S+)\)=\s*$", text)
 
 
 def kind(text: str) -> str | None:
@@ -83,6 +90,13 @@ def test_a_page_has_a_kind_and_keeps_its_addresses(name):
 
 def test_pages_that_are_to_do_are_there():
     assert set(PAGES) >= TO_DO
+
+
+def test_a_target_is_on_one_page():
+    """Sphinx takes a target for a label of the whole site. A second page with the same address has ``<a id="..."></a>``."""
+    texts = [(DOCS / name).read_text(encoding="utf-8") for name in PAGES]
+    counts = Counter(target for text in texts for target in targets(text))
+    assert [target for target, count in counts.items() if count > 1] == []
 
 
 def test_words_in_code_and_tables_are_not_counted():
