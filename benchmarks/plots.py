@@ -12,6 +12,8 @@ import matplotlib as mpl
 mpl.use("svg")
 import matplotlib.pyplot as plt
 
+from benchmarks.summary import WORDS
+
 FOLDER = Path(__file__).parents[1] / "docs" / "plots"
 LINK, OTHER = "#1f77b4", "#d95f02"
 COLORS = {"forward_kinematics": LINK, "jacobian": OTHER}
@@ -24,7 +26,7 @@ def joints_plot(axes, rows: list[dict]) -> None:
         x, one, batch, bound = columns(rows, "work", kind, "joints", "one_ns", "batch_ns", "bound_ns")
         axes.plot(x, one, "o-", color=color, label=f"{kind}, one call")
         axes.plot(x, batch, "s-", color=color, mfc="white", label=f"{kind}, a row of 4096")
-        axes.plot(x, bound, "--", color=color, label="its arithmetic")
+        axes.plot(x, bound, "--", color=color, label="arithmetic bound")
     axes.set_xlabel("joints")
     axes.set_ylabel("ns")
 
@@ -33,11 +35,11 @@ def rows_plot(axes, rows: list[dict]) -> None:
     """Plot a row of a batch against the number of rows, on one processor and on all."""
     for kind, color in COLORS.items():
         x, one, two, bound = columns(rows, "work", kind, "rows", "one_processor_ns", "all_processors_ns", "bound_ns")
-        axes.plot(x, one, "o-", color=color, label=f"{kind}, one processor")
-        axes.plot(x, two, "s:", color=color, mfc="white", label="all processors")
-        axes.plot(x, bound, "--", color=color, label="arithmetic, or memory where no cache holds it")
+        axes.plot(x, one, "o-", color=color, label=f"{kind}, one core")
+        axes.plot(x, two, "s:", color=color, mfc="white", label="all cores")
+        axes.plot(x, bound, "--", color=color, label="bound: arithmetic, or memory beyond the caches")
     axes.set_xlabel("rows of the batch")
-    axes.set_ylabel("ns a row")
+    axes.set_ylabel("ns per row")
 
 
 def pairs_plot(axes, rows: list[dict]) -> None:
@@ -45,11 +47,11 @@ def pairs_plot(axes, rows: list[dict]) -> None:
     bound = [(row["pairs"], row["bound_ns"]) for row in rows if row["bound_ns"] is not None]
     for world, color in WORLDS.items():
         x, check, distance = columns(rows, "world", world, "pairs", "batch_ns", "distance_ns")
-        axes.plot(x, check, "o-", color=color, label=f"in_collision, boxes {world}")
-        axes.plot(x, distance, "s:", color=color, mfc="white", label=f"signed_distance, boxes {world}")
-    axes.plot(*zip(*sorted(bound), strict=True), "--", color=LINK, label="boxes placed, balls around all pairs looked at")
-    axes.set_xlabel(f"pairs of boxes (beyond {max(pairs for pairs, _ in bound)} in a tree)")
-    axes.set_ylabel("ns a configuration")
+        axes.plot(x, check, "o-", color=color, label=f"in_collision, {WORDS[world]}")
+        axes.plot(x, distance, "s:", color=color, mfc="white", label=f"signed_distance, {WORDS[world]}")
+    axes.plot(*zip(*sorted(bound), strict=True), "--", color=LINK, label="bound: boxes placed, bounding spheres compared")
+    axes.set_xlabel(f"pairs of boxes (above {max(pairs for pairs, _ in bound)} with a BVH)")
+    axes.set_ylabel("ns per configuration")
 
 
 PLOTS = {
