@@ -67,4 +67,4 @@ def test_the_tolerance_decides_what_is_parallel(ask, tmp_path):
     exact, rounded = ask("dh", path), ask("dh", path, "--tolerance", "1e-5")
     assert exact.proof["max_rotation_difference"] < 1e-9
     assert 1e-6 < rounded.proof["max_rotation_difference"] < 1e-5
-    assert "taken as parallel (tolerance 1e-05)" in rounded.notes[0]
+    assert "treated as parallel (tolerance 1e-05)" in rounded.notes[0]

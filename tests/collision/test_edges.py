@@ -63,7 +63,7 @@ def test_the_contact_is_where_the_geometry_says(rng):
     assert found
     assert found.free_until == pytest.approx(1.4 / 4, abs=1e-4)
     assert 1.4 - 1e-4 <= found.q[0] <= 1.4
-    assert str(found) == "collision at 0.3500 of the way"
+    assert str(found) == "collision at 0.3500 of the edge"
 
 
 @pytest.mark.parametrize(("stop", "free"), [(1.4 - 1.1e-4, True), (1.4 + 1e-6, False)])

@@ -463,7 +463,7 @@ def test_points_are_read_from_the_columns_that_are_named_so(tmp_path, name, cont
         ("a.csv", "a,b,c\n1,2,3\n", "no column is named x, y, z; the names are 'a', 'b', 'c'"),
         ("a.csv", "lat,lon,z\n1,2,3\n", "no column is named x, y"),
         ("a.csv", "x,y,z,x\n1,2,3,4\n", "are both x"),
-        ("a.csv", "x [mm],y,z\n1,2,3\n", "have not the same unit"),
+        ("a.csv", "x [mm],y,z\n1,2,3\n", "have different units"),
         ("a.csv", "x [mile],y,z\n1,2,3\n", "is not known"),
         ("a.csv", "x,y,z\n1,5,2,0,3,0\n", "3 names, but line 2 has 6 columns"),
         ("a.csv", "1,0;2.0;3,0\n", "with a point and numbers with a comma"),

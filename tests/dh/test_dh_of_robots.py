@@ -131,8 +131,8 @@ def test_a_wider_tolerance_takes_axes_as_parallel_and_says_what_that_costs():
     exact, rounded = robot.dh(), robot.dh(tolerance=1e-5)
     assert exact.max_position_difference < 1e-10
     assert 1e-7 < rounded.max_position_difference < 1e-5
-    assert "not taken as parallel, as tolerance=1e-05 would" in exact.notes[0]
-    assert "taken as parallel (tolerance 1e-05)" in rounded.notes[0]
+    assert "not treated as parallel, as with tolerance=1e-05" in exact.notes[0]
+    assert "treated as parallel (tolerance 1e-05)" in rounded.notes[0]
     assert f"{rounded.max_position_difference:.2g} m" in str(rounded)
 
 

@@ -241,7 +241,7 @@ def test_of_too_many_turns_those_about_the_start_are_searched_and_the_reason_say
     assert path.proof == "searched"
     path = robot.follow(T, known[0], max_step=0.5)
     assert (path.status, path.proof) == ("no continuous branch", "searched")
-    assert str(path.reason).startswith("27 turns of joint6 about the start were searched, of more that the limits allow")
+    assert str(path.reason).startswith("27 turns of joint6 about the start were searched, fewer than the limits allow")
     assert path.reason.data.smallest_step == pytest.approx(15 * TURN / 299)
     rest = robot.follow(T[path.ends_at :], path.q[path.ends_at - 1], max_step=0.5)
     assert rest.success

@@ -90,13 +90,13 @@ def test_a_twist_along_the_axes_of_a_frame_moves_the_hand_along_them(panda):
 
 def test_a_frame_that_moves_or_is_none_is_refused_with_what_to_do(ur):
     T = np.eye(4)
-    with pytest.raises(InputError, match=r"^frame: link 'l3' moves in the base 'base_link', and a frame of targets stands still"):
+    with pytest.raises(InputError, match=r"^frame: link 'l3' moves in the base 'base_link', but .* must be fixed"):
         ur.inverse_kinematics(T, Q, link="tool0", frame="l3")
     with pytest.raises(UnknownNameError, match="'bas'"):
         ur.all_solutions(T, link="tool0", frame="bas")
     with pytest.raises(InputError, match=r"^frame: .*rigid|^frame: shape"):
         ur.inverse_kinematics(T, Q, link="tool0", frame=np.zeros((3, 3)))
-    with pytest.raises(InputError, match=r"^frame: goes with a goal of poses"):
+    with pytest.raises(InputError, match=r"^frame: needs a goal of poses"):
         ur.plan(Q, Q + 0.1, frame="base")
     with pytest.raises(InputError, match=r"^out: goes with the base"):
         ur.forward_kinematics(Q, link="tool0", frame="base", out=np.empty((4, 4)))

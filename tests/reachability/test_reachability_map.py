@@ -215,7 +215,7 @@ def test_a_map_of_another_version_is_not_gone_on_with(panda, many_chunks, tmp_pa
     verdicts_of(path)[0].unlink()
     monkeypatch.setattr(chunk, "version", lambda _: "99.0")
     chunk._opened.cache_clear()
-    with pytest.raises(ulna.FileError, match=r"this process has 99\.0"):
+    with pytest.raises(ulna.FileError, match=r"this is 99\.0"):
         ulna.reachability_map(panda, path, resume=True, **SMALL)
 
 

@@ -77,7 +77,7 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
         remedy = "robot.with_attached(name, shape, T, link=) gives a link one, and <collision> in a URDF does"
         raise GeometryError(
             f"robot {description.name!r} has no collision shapes, so its collisions cannot be checked: {remedy}; "
-            "robot.trajectory(path) times a path unchecked"
+            "robot.trajectory(path) gives a path times without a collision check"
         )
     parts += [(held.link, held.name, held.name, held.shape, held.T_link_object) for held in attached]
     rows, frames, vertices = [], [], [NO_VERTICES]

@@ -95,7 +95,7 @@ def _named_columns(names: Sequence[str], scale: float) -> tuple[list[int], float
     """
     columns, factors = required(find_columns(names, XYZ), "xyz", names)
     if len(set(factors)) > 1:
-        raise ValueError(f"the columns {', '.join(repr(names[column]) for column in columns)} have not the same unit")
+        raise ValueError(f"the columns {', '.join(repr(names[column]) for column in columns)} have different units")
     stated = factors[0]
     if stated is not None and scale not in {1.0, stated}:
         raise ValueError(f"column {names[columns[0]]!r} is in units of {stated:g} m, but the scale is {scale:g}; leave that out")

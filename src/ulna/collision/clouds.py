@@ -139,7 +139,7 @@ class PointCloud:
         except (OSError, ValueError) as error:
             raise FileError(str(path), reason_of(error)) from None
         if len(content) > MAX_BYTES:
-            raise FileError(str(path), f"has more than {MAX_BYTES // 1_000_000} MB, the most that is read")
+            raise FileError(str(path), f"has more than {MAX_BYTES // 1_000_000} MB, the maximum")
         return cls(points_of(str(path), content, unit, from_sensor=from_sensor), radius)
 
     def cropped(self, box: Box, pose: ArrayLike | None = None) -> PointCloud:

@@ -138,7 +138,9 @@ class VoxelGrid:
         steps = (points - low) / edge
         index = np.rint(steps)
         if (off := float(np.abs(steps - index).max())) > _OFF:
-            raise InputError("centers", f"one is {off:.2g} of a cell beside the lattice of the others: is {edge:g} m their edge?")
+            raise InputError(
+                "centers", f"one is off the lattice of the others by {off:.2g} of a cell: is {edge:g} m their edge length?"
+            )
         shape = index.max(axis=0) + 1
         if shape.prod() > _MAX_CELLS:
             raise InputError("centers", f"{shape.prod():.3g} cells from the first to the last; at most {_MAX_CELLS} are expected")

@@ -121,7 +121,7 @@ class EdgeReport(OneLine):
     def __str__(self) -> str:
         if np.ndim(self.in_collision):
             return f"{np.count_nonzero(self.in_collision)} of {count_of(np.size(self.in_collision), 'edge')} in collision"
-        return f"collision at {self.free_until:.4f} of the way" if self.in_collision else "free"
+        return f"collision at {self.free_until:.4f} of the edge" if self.in_collision else "free"
 
 
 def _natural(name: str) -> tuple:

@@ -97,7 +97,7 @@ def world_to_json(world: World) -> str:
     lines = ",\n".join(f"  {json.dumps(entry, ensure_ascii=False)}" for entry in entries)
     text = f'{{"ulna_scene": {VERSION}, "objects": [\n{lines}\n]}}\n'
     if len(text.encode()) > LONGEST:
-        raise InputError("world", f"its scene has {len(text) / 1e6:.0f} MB, of which {LONGEST // 1_000_000} can be loaded")
+        raise InputError("world", f"its scene has {len(text) / 1e6:.0f} MB; at most {LONGEST // 1_000_000} MB can be loaded")
     return text
 
 
@@ -108,7 +108,7 @@ def world_from_json(text: str | bytes, source: str = "scene") -> World:
         DescriptionError: It is not a scene. The message names the line or the object, and the nearest known word.
     """
     if len(text) > LONGEST:
-        raise DescriptionError(f"more than {LONGEST // 1_000_000} MB; a scene file has at most that", source)
+        raise DescriptionError(f"more than {LONGEST // 1_000_000} MB, the maximum of a scene file", source)
     try:
         data = json_value(text, object_pairs_hook=_without_repeats, parse_constant=_no_number)
     except json.JSONDecodeError as error:

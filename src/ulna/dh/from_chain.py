@@ -141,16 +141,16 @@ def _refuse_far_normals(chain: DHChain, axes: Axes, rows: Array, tolerance: floa
     if i > len(tilts):
         raise InputError("link", f"its chain reaches further than {LARGEST:g} m")
     message = f"{_pair(chain, i)} are {tilts[i - 1]:.2g} rad from parallel, and their common normal lies beyond {LARGEST:g} m"
-    raise InputError("tolerance", f"{message}; tolerance={_above(tilts[i - 1]):g} takes them as parallel")
+    raise InputError("tolerance", f"{message}; tolerance={_above(tilts[i - 1]):g} treats them as parallel")
 
 
 def _notes(chain: DHChain, axes: Axes, tolerance: float) -> Iterator[str]:
     for i, tilt in enumerate(axes.tilts[1:-1], start=1):
         if tolerance < tilt < NEARLY_PARALLEL:
-            hint = f"and not taken as parallel, as tolerance={_above(tilt):g} would"
+            hint = f"and not treated as parallel, as with tolerance={_above(tilt):g}"
             yield f"{_pair(chain, i)} are {tilt:.2g} rad from parallel, {hint}"
         elif _WORTH_A_NOTE < tilt <= tolerance:
-            yield f"{_pair(chain, i)} are {tilt:.2g} rad from parallel, and taken as parallel (tolerance {tolerance:g})"
+            yield f"{_pair(chain, i)} are {tilt:.2g} rad from parallel, and treated as parallel (tolerance {tolerance:g})"
 
 
 def _pair(chain: DHChain, i: int) -> str:

@@ -121,5 +121,5 @@ class FollowedPath(OneLine):
 
     def _proved(self) -> str:
         if not self.reason:
-            return "the best there is" if self.proof is Proof.COMPLETE else "the best found"
-        return "proved" if self.proof is Proof.COMPLETE else "as far as was searched"
+            return "proved best" if self.proof is Proof.COMPLETE else "best found"
+        return "proved" if self.proof is Proof.COMPLETE else "not proved"

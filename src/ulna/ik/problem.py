@@ -199,7 +199,7 @@ def make_problem(
     """A query with targets. The arguments are those of ``Robot.inverse_kinematics``."""
     tree, max_step = query.tree, query.options.max_step
     if max_step is not None and q_seed is None:
-        raise InputError("max_step", "bounds the way from q_seed, so q_seed is needed too")
+        raise InputError("max_step", "bounds the motion from q_seed, so q_seed is needed too")
     targets, seeds = _targets_and_seeds(_targets(T), query.home.copy() if q_seed is None else _seeds(tree, q_seed))
     batch = targets.shape[:-2]
     if query.options.trace and batch:

@@ -45,10 +45,10 @@ CODES = {
 _NARROWED = {
     Status.JOINT_LIMITS: "found only beyond the limits",
     Status.BEYOND_MAX_STEP: "found only beyond max_step",
-    Status.HELD_JOINTS: "found only if what is held moved",
+    Status.HELD_JOINTS: "found only with held joints moved",
 }
 _WORDS = {
-    Status.SINGULAR: "the arm cannot move in the direction that is missing",
+    Status.SINGULAR: "the arm cannot move in the direction of the remaining error",
     Status.BUDGET_SPENT: "the budget ran out",
     Status.NOT_FOUND: "no start led to the target",
 }
@@ -229,7 +229,7 @@ class IKResult:
 def _reason(result: IKResult) -> Reason:
     status, known = Status(str(result.status)), result.explanation
     if status == Status.UNREACHABLE:
-        missing = f", {result.reach_excess:.3g} m are missing" if result.reach_excess else ""
+        missing = f"; it misses the target by {result.reach_excess:.3g} m" if result.reach_excess else ""
         return Reason(known.reach + missing, {"reach_excess": result.reach_excess})
     if status in _NARROWED:
         beyond = {name: float(x) for name, x in zip(known.entry_names, result.limit_excess, strict=True) if x > 0}

@@ -34,7 +34,7 @@ def frame_pose(tree: Tree, frame: Frame) -> Array:
         raise UnknownNameError("link", frame, tree.link_names)
     if tree.link_row[frame] != BASE:
         advice = "robot.forward_kinematics(q, link=...) gives its pose at a q, which frame= takes too"
-        message = f"link {frame!r} moves in the base {tree.root!r}, and a frame of targets stands still: {advice}"
+        message = f"link {frame!r} moves in the base {tree.root!r}, but the frame of targets must be fixed: {advice}"
         raise InputError("frame", message)
     return tree.link_offset[frame].copy()
 
@@ -51,7 +51,7 @@ def goal_in_base(tree: Tree, goal: Goal, frame: Frame | None) -> Goal:
     if isinstance(goal, Mapping):
         return {link: poses_in_base(tree, T, frame, "goal") for link, T in goal.items()}
     if isinstance(goal, str) or np.shape(goal)[-2:] != (4, 4):
-        raise InputError("frame", "goes with a goal of poses; joint positions and states are in no frame")
+        raise InputError("frame", "needs a goal of poses; joint positions and states have no frame")
     return poses_in_base(tree, goal, frame, "goal")
 
 

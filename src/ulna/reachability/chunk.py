@@ -128,7 +128,9 @@ def _opened(path: str, metadata: bytes) -> OpenMap:  # noqa: ARG001 -- another m
     where = Path(path)
     specification = read_specification(where)
     if specification.version != version("ulna"):
-        raise FileError(path, f"the map is of Ulna {specification.version}, and this process has {version('ulna')}: other bits")
+        raise FileError(
+            path, f"the map is from Ulna {specification.version}, but this is {version('ulna')}, which gives other bits"
+        )
     world = None if specification.scene is None else world_from_json(specification.scene, "the map's scene")
     robot = robot_from_json(specification.model)
     arrays = open_arrays(where, specification, robot.n_dof, mode="r+")

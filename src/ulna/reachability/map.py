@@ -115,7 +115,8 @@ class ReachabilityMap:
             checked = specification.scene is not None or specification.clearance
             if robot_to_json(robot, checked=checked, weighed=specification.payload) != specification.model:
                 raise InputError(
-                    "robot", f"the map at {where} is of another robot ({specification.robot}), or of this one as it was"
+                    "robot",
+                    f"the map at {where} is of another robot ({specification.robot}), or of an earlier version of this one",
                 )
         return cls(where, specification, robot or own)
 
@@ -260,7 +261,7 @@ class ReachabilityMap:
             InputError: The grids differ.
         """
         if self.grid != other.grid:
-            raise InputError("other", f"its grid is another: {other.grid}, and here {self.grid}")
+            raise InputError("other", f"its grid differs: {other.grid}, here {self.grid}")
         counts = np.zeros(4, dtype=np.int64)
         for (_, here), (_, there) in zip(self._chunks(), other._chunks(), strict=True):
             known = (here != NEVER) & (there != NEVER)

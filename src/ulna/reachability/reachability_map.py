@@ -184,7 +184,7 @@ def _begin(path: Path, asked: Specification, robot: Robot, *, resume: bool) -> N
         raise FileError(str(path), "there is a file or folder of this name already; resume=True (--resume) continues a map")
     differing = read_specification(path).differences(asked)
     if differing:
-        raise InputError("resume", f"the map at {path} is of something else ({'; '.join(differing)}: there and here)")
+        raise InputError("resume", f"the map at {path} differs from this call: {'; '.join(differing)} (there and here)")
     sweep(path)
 
 

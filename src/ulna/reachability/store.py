@@ -100,7 +100,7 @@ def metadata_bytes(path: Path) -> bytes:
     except OSError as error:
         raise FileError(str(path), reason_of(error)) from None
     if len(content) > _MAX_BYTES:
-        raise FileError(str(path), f"its {META} has more than {_MAX_BYTES // 1_000_000} MB, the most that is read")
+        raise FileError(str(path), f"its {META} has more than {_MAX_BYTES // 1_000_000} MB, the maximum")
     return content
 
 

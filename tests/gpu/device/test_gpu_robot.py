@@ -115,7 +115,7 @@ def test_targets_without_a_solution_have_the_reasons_of_the_cpu(panda, on_gpu, q
     assert result.success[1:].all()
     one = on_gpu.inverse_kinematics(T[0])
     assert (one.success, one.q.shape) == (False, (7,))
-    assert "m are missing" in str(one.reason)
+    assert "misses the target by" in str(one.reason)
 
 
 def shelf():

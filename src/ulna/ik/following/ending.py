@@ -49,7 +49,7 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_al
         if ending is not None:
             return ending
     many = f"{len(facts.all_ends)} configuration{'s' * (len(facts.all_ends) != 1)} led to the pose before; " if k else ""
-    return facts.ending(PathStatus.NO_BRANCH, f"{many}{facts.step_in_words()}, and {course.max_step:.3g} is allowed")
+    return facts.ending(PathStatus.NO_BRANCH, f"{many}{facts.step_in_words()}, but max_step is {course.max_step:.3g}")
 
 
 def out_of_time(course: Course, k: int, ends: Array) -> Reason:
@@ -145,7 +145,7 @@ def _start_beyond(facts: _Facts) -> Reason | None:
     if facts.k or is_near or not (excess > AT_LIMIT).any():
         return None
     words = f"q_start is beyond the limits of {_excess_in_words(course, excess)}; from the nearest configuration within them"
-    return facts.ending(PathStatus.LIMITS, f"{words} {facts.step_in_words()}, and {course.max_step:.3g} is allowed", excess)
+    return facts.ending(PathStatus.LIMITS, f"{words} {facts.step_in_words()}, but max_step is {course.max_step:.3g}", excess)
 
 
 def _cut(facts: _Facts) -> Reason | None:
@@ -161,7 +161,7 @@ def _cut(facts: _Facts) -> Reason | None:
         return None
     joints = np.flatnonzero(leading.any(axis=0))
     names = ", ".join(f"{count_of(lifts.counts[j], 'turn')} of {entry_names(course.query.tree)[j]}" for j in joints)
-    words = f"{names} about the start were searched, of more that the limits allow; a step of {facts.smallest_step:.3g} leads on"
+    words = f"{names} about the start were searched, fewer than the limits allow; a step of {facts.smallest_step:.3g} continues"
     return facts.ending(PathStatus.NO_BRANCH, f"{words} to another turn: follow the rest from there")
 
 
@@ -183,7 +183,8 @@ def _limits(facts: _Facts) -> Reason | None:
     if not len(excess):
         return None
     least = excess[excess.max(axis=1).argmin()]
-    words = f"leads on only beyond the limits of {_excess_in_words(facts.course, least)}; else {facts.step_in_words()}"
+    joints = _excess_in_words(facts.course, least)
+    words = f"the path continues only beyond the limits of {joints}; within them {facts.step_in_words()}"
     return facts.ending(PathStatus.LIMITS, words, least)
 
 
@@ -209,7 +210,7 @@ def _singularity(facts: _Facts) -> Reason | None:
         by_it = [_largest(step) > longest >= _largest(rest) for step, rest in zip(steps, without, strict=True)]
         if share < _WEAK and any(by_it):
             words = f"the smallest singular value is {share:.2g} of the largest; {facts.step_in_words()}"
-            return facts.ending(PathStatus.SINGULAR, f"{words}, and {facts.course.max_step:.3g} is allowed")
+            return facts.ending(PathStatus.SINGULAR, f"{words}, but max_step is {facts.course.max_step:.3g}")
     return None
 
 

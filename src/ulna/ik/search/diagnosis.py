@@ -49,7 +49,7 @@ def reach_in_words(problem: Problem, i: int) -> str:
     distance, least, most = reach.distance(_link_targets(problem, [i]), position_only=not whole_pose)
     what = "the last axis" if whole_pose else "the link"
     hint = millimeters_in_words(float(distance[0]), float(most))
-    return f"{what} would be {distance[0]:.4g} m{hint} from the first axis, and the arm spans {least:.4g} to {most:.4g} m"
+    return f"{what} would be {distance[0]:.4g} m{hint} from the first axis, but the arm spans {least:.4g} to {most:.4g} m"
 
 
 def _link_targets(problem: Problem, order: NDArray[np.int64] | list[int]) -> Array:
