@@ -20,9 +20,9 @@ _QUOTED = re.compile(rf"'[^']{{{MAX_CITED - 1},}}+'|\"[^\"]{{{MAX_CITED - 1},}}+
 _LONGEST_NAME, _MAX_NAMES = 100, 10_000  # limits of the search for similar names
 # Former arguments of functions, and their replacements.
 _SUCCESSORS = {
-    "method": "the search is Levenberg-Marquardt's; lesson 3 (docs/lessons/3_inverse_kinematics.ipynb) has the textbook methods "
+    "method": "the search uses Levenberg-Marquardt; lesson 3 (docs/lessons/3_inverse_kinematics.ipynb) has the textbook methods "
     "in NumPy, hw2/franka_robot.py the Jacobian transpose",
-    "threads": "ulna.threads(n) sets how many threads are used at most, from now on or in a with block",
+    "threads": "ulna.threads(n) sets the maximum number of threads, from now on or in a with block",
 }
 
 

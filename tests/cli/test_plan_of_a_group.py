@@ -87,7 +87,7 @@ def test_an_unknown_group_or_state_is_refused_with_those_there_are(run, arms):
         (["--from", "pick", "--to", "up"], "no state of the SRDF is called 'pick'"),
         (["--to", "pi"], "--to: 1 number, but 11 are expected"),
         (["--to", "nan,0,0,0,0", "--group", "left_arm"], "--to: 'nan' is not a number"),
-        (["--to", "left_arm/up", "--group", "right_arm"], "--to: joint 'left_joint2' is to go from 0 to -1.2, but it keeps its"),
+        (["--to", "left_arm/up", "--group", "right_arm"], "--to: joint 'left_joint2' would move from 0 to -1.2, but it is held"),
     ):
         refused = run("plan", *options, *more)
         assert refused.exit_code == 2
@@ -104,7 +104,7 @@ def test_a_held_joint_keeps_its_position_and_the_json_names_joints_that_had_to_m
     assert (np.array(found["path"])[:, stays] == robot.home[stays]).all()
     assert found["moved"] == []
     for joint, said in (
-        ("left_joint2", "--to: joint 'left_joint2' is to go from 0 to -1.2"),
+        ("left_joint2", "--to: joint 'left_joint2' would move from 0 to -1.2"),
         ("left", "no joint is called 'left'"),
     ):
         refused = run("plan", *options, "--to", UP, "--held", joint)

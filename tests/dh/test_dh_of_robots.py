@@ -235,7 +235,7 @@ def test_the_robot_of_a_table_keeps_the_names_and_limits_of_the_joints(panda):
 
 
 def test_from_dh_refuses_arguments_that_a_table_already_has(panda):
-    with pytest.raises(InputError, match=r"^rows: a DHTable has its own values of the other arguments"):
+    with pytest.raises(InputError, match=r"^rows: a DHTable includes the other arguments"):
         Robot.from_dh(panda.dh(), convention="standard")
 
 

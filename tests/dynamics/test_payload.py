@@ -85,7 +85,7 @@ def test_what_does_not_fit_is_refused(panda, given, words):
 
 
 def test_joints_without_a_limit_and_links_without_an_inertia_are_named(panda, ruler):
-    with pytest.raises(ulna.InputError, match="no effort above 0 of joint1, joint2"):
+    with pytest.raises(ulna.InputError, match="no effort limit above 0 for joint1, joint2"):
         ruler.payload([0, 0])
     with pytest.raises(ulna.InertiaError, match="panda_link3"):
         panda.with_inertias({"panda_link3": None}).payload(panda.home)

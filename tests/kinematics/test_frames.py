@@ -98,7 +98,7 @@ def test_a_frame_that_moves_or_is_none_is_refused_with_what_to_do(ur):
         ur.inverse_kinematics(T, Q, link="tool0", frame=np.zeros((3, 3)))
     with pytest.raises(InputError, match=r"^frame: needs a goal of poses"):
         ur.plan(Q, Q + 0.1, frame="base")
-    with pytest.raises(InputError, match=r"^out: goes with the base"):
+    with pytest.raises(InputError, match=r"^out: cannot be combined with frame="):
         ur.forward_kinematics(Q, link="tool0", frame="base", out=np.empty((4, 4)))
 
 

@@ -126,7 +126,7 @@ def test_velocities_at_the_ends_keep_them_or_are_refused(panda):
     for options in TIMINGS:
         motion = panda.trajectory(path, hand=SLOW, start_velocity=0.2 / rate * along, **options)
         assert measured(panda, motion)[0] <= 0.25
-        with pytest.raises(InputError, match=r"start_velocity: the speed of panda_ee would be 0\.3 m/s, and less than its limit"):
+        with pytest.raises(InputError, match=r"start_velocity: the speed of panda_ee would be 0\.3 m/s, but less than its limit"):
             panda.trajectory(path, hand=SLOW, start_velocity=0.3 / rate * along, **options)
 
 
@@ -158,12 +158,12 @@ def test_check_and_hand_peak_say_how_fast_the_hand_is_and_when(panda):
     judged = motion.check(hand=SLOW)
     assert not judged
     assert (judged.joint, judged.quantity, judged.limit) == ("panda_ee", "speed", 0.25)
-    said = f"the speed of panda_ee is at most {peak.value:.4g} m/s, at {peak.time:.3f} s"
-    assert str(judged) == f"beyond a limit: {said}, {peak.value / 0.25:.4g} times its limit of 0.25 m/s"
+    said = f"the speed of panda_ee peaks at {peak.value:.4g} m/s at {peak.time:.3f} s"
+    assert str(judged) == f"beyond a limit: {said}, {100 * peak.value / 0.25:.4g} % of its limit of 0.25 m/s"
     assert str(peak) == said
     wide = motion.check(hand=ulna.HandLimits(speed=2.0))
     assert wide
-    assert f"; the speed of panda_ee is at most {peak.value:.4g} m/s" in str(wide)
+    assert f"; the speed of panda_ee peaks at {peak.value:.4g} m/s" in str(wide)
     assert motion.slowed(0.999 * 0.25 / peak.value).check(hand=SLOW)
     assert not motion.slowed(1.001 * 0.25 / peak.value).check(hand=SLOW)
 

@@ -64,7 +64,7 @@ def test_limits_are_read_by_joint(file):
         ("joint_limits: {a: {min_velocity: 0.5, max_velocity: 1}}", "min_velocity is 0.5; one below 0 is expected"),
         ("joint_limits: {a: {has_position_limits: maybe}}", "has_position_limits is 'maybe'; true or false"),
         ("{default_velocity_scaling_factor: 2, joint_limits: {a: {}}}", "default_velocity_scaling_factor is 2; a number above 0"),
-        ("{x: {joint_limits: {a: {max_jerk: 1}}}, y: {joint_limits: {a: {}}}}", "several mappings joint_limits, .*: below x, y"),
+        ("{x: {joint_limits: {a: {max_jerk: 1}}}, y: {joint_limits: {a: {}}}}", "several mappings joint_limits, .*: under x, y"),
     ],
 )
 def test_what_is_none_of_limits_is_refused_with_its_file(file, text, says):
@@ -140,7 +140,7 @@ def test_the_narrower_direction_of_a_magnitude_and_slowing_down_count(file):
 
 def test_a_key_that_is_not_known_is_named_in_a_warning(file):
     text = "joint_limits: {a: {max_velocity: 1, max_effort: 5, soft_lower_limit: -1, maximum_velocity: 2}, c: {other: 1}}"
-    with pytest.warns(DescriptionWarning, match=r"a.soft_lower_limit, a.maximum_velocity: not known, and not used"):
+    with pytest.warns(DescriptionWarning, match=r"a.soft_lower_limit, a.maximum_velocity: unknown and ignored"):
         read_joint_limits(file(text), ["a"])
 
 

@@ -245,7 +245,7 @@ def test_a_goal_where_the_hands_are_farther_apart_says_so(tray):
     violation = plan.reason.data[0]
     assert (violation.link, violation.relative_to, violation.quantity) == ("right_ee", "left_ee", "y")
     assert violation.value == pytest.approx(0.05, abs=1e-4)
-    assert "right_ee, seen from left_ee, is " in str(plan)
+    assert "right_ee relative to left_ee is " in str(plan)
 
 
 def test_a_hand_keeps_looking_at_what_the_other_one_holds(tray):

@@ -125,7 +125,7 @@ def test_what_cannot_be_taken_is_refused_by_name(panda, plan):
         (lambda: motion.slowed(0.0), "factor"),
         (lambda: motion.slowed(1.5), "factor"),
         (plan.trajectory, "acceleration: none is given"),
-        (lambda: plan.trajectory(limits="iiwa14"), "acceleration: iiwa14 states none"),
+        (lambda: plan.trajectory(limits="iiwa14"), "acceleration: iiwa14 has none"),
     ):
         with pytest.raises(InputError, match=argument):
             call()

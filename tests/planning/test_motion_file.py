@@ -168,14 +168,14 @@ def test_it_is_checked_judged_slowed_and_timed_anew(panda, tmp_path):
     assert anew.check("franka")
     apart = np.abs(anew.at(np.linspace(0, anew.duration, 500)).q[:, None] - far[::50][None]).max(axis=2).min(axis=1)
     assert apart.max() < 0.003
-    with pytest.raises(InputError, match=r"this motion is from a file, and is not replaced; robot\.trajectory\(motion"):
+    with pytest.raises(InputError, match=r"a motion from a file cannot be replaced; robot\.trajectory\(motion"):
         motion.replace(panda.plan(motion.at(1).q, panda.home), at=1.0)
 
 
 def test_joints_that_it_does_not_name_are_refused_unless_the_caller_says_where_they_are(panda, tmp_path):
     part = message(panda, 2, [4, 0, 6])
     path = written(tmp_path / "part.yaml", part)
-    with pytest.raises(DescriptionError, match=r"has no positions of panda_joint2, .*panda_joint6; others=q says where they are"):
+    with pytest.raises(DescriptionError, match=r"has no positions of panda_joint2, .*panda_joint6; give them with others=q"):
         ulna.Trajectory.from_file(path, panda)
     motion = panda.motion_from_file(path, others=panda.home)
     assert np.array_equal(motion.q[:, [1, 2, 3, 5]], np.tile(panda.home[[1, 2, 3, 5]], (4, 1)))

@@ -177,7 +177,7 @@ def test_a_way_that_is_not_free_is_refused(panda):
     up[0] += 0.5
     down[1], down[3] = 1.0, 0.0
     plan = panda.plan(panda.home, up, world)
-    with pytest.raises(InputError, match="start_velocity: no way straight on from the start"):
+    with pytest.raises(InputError, match="start_velocity: no motion that starts straight"):
         plan.trajectory(start_velocity=1.5 * down, **SLOW)
     assert plan.trajectory(start_velocity=-0.2 * down, **SLOW).certified
 

@@ -193,7 +193,7 @@ def test_two_motions_one_after_the_other_are_each_of_them_with_a_stop_between(pa
     assert not both.check(jerk=30.0)
     np.testing.assert_array_equal(both.limits["acceleration"][1], second.limits["acceleration"][1])
     assert both.is_free(world)
-    with pytest.raises(InputError, match="begins elsewhere"):
+    with pytest.raises(InputError, match="its start differs from the end"):
         first.then(first)
     with pytest.raises(InputError, match="a motion of the same joints"):
         first.then(None)

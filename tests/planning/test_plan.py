@@ -246,7 +246,7 @@ def test_a_start_that_touches_itself_says_what_to_do_and_that_helps(panda, post)
     folded = np.array([0.79, -0.81, -2.66, -3.02, 1.82, 3.42, 0.62])
     plan = panda.plan(folded, folded + 0.01)
     assert plan.status == "start in collision"
-    assert str(plan).endswith("if these shapes touch wherever the robot is, allow the pairs (docs/self_collision.md)")
+    assert str(plan).endswith("if these shapes touch in every configuration, allow the pairs (docs/self_collision.md)")
     assert panda.with_allowed_collisions(at=folded).plan(folded, folded + 0.01)
     inside, right = sides(panda, 0.0)[0], sides(panda)[1]
     assert "allow the pairs" not in str(panda.plan(inside, right, post))
@@ -400,7 +400,7 @@ def test_a_start_beyond_the_limits_stays_refused_where_the_way_back_is_not_free(
     world.add("wall", ulna.Box((0.02, 0.02, 0.02)), panda.forward_kinematics(0.5 * (start + inside)))
     plan = panda.plan(start, panda.home, world, escape=True)
     assert plan.status == ulna.PlanStatus.START_BEYOND_LIMITS
-    assert "panda_joint1 by 0.1; the way back within them is not free" in str(plan)
+    assert "panda_joint1 by 0.1; the straight edge back within them is not free" in str(plan)
     held = panda.plan(start, panda.home, held=["panda_joint1"], escape=True)
     assert held.status == ulna.PlanStatus.START_BEYOND_LIMITS
     assert "panda_joint1 by 0.1, which is held" in str(held)

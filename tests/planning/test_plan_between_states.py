@@ -54,7 +54,7 @@ def test_a_name_that_is_not_that_of_one_state_is_refused_with_those_there_are(ro
         assert set(refused.value.known) == known
     with pytest.raises(UnknownNameError, match=r"there are none; states are read from an SRDF"):
         panda.plan("ready", panda.home)
-    with pytest.raises(InputError, match=r"goal: joint 'left_joint2' is to go from 0 to -1\.2, but it keeps its position"):
+    with pytest.raises(InputError, match=r"goal: joint 'left_joint2' would move from 0 to -1\.2, but it is held"):
         robot.plan(start, "left_arm/up", group="right_arm")
 
 

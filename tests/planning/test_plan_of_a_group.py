@@ -78,7 +78,7 @@ def test_a_joint_that_is_held_besides_does_not_move_either(robot, start):
 
 
 def test_a_goal_that_moves_a_joint_outside_the_group_is_refused(robot, start):
-    said = r"goal: joint 'left_joint1' is to go from 0\.05 to 0\.6, but it keeps its position: it is held, or outside the group"
+    said = r"goal: joint 'left_joint1' would move from 0\.05 to 0\.6, but it is held, or outside the group"
     with pytest.raises(InputError, match=said):
         robot.plan(start, left_goal(robot, start), group="right_arm")
 

@@ -171,7 +171,7 @@ def test_where_its_own_path_is_not_free_either_it_is_refused(panda):
     world.add("new", ulna.Sphere(0.05), panda.forward_kinematics(old.at(t + 0.25).q))
     plan = panda.plan(old.at(t).q, left, world)
     assert plan
-    with pytest.raises(InputError, match=r"plan: .*no way straight on, or along its own path"):
+    with pytest.raises(InputError, match=r"plan: no transition to it .*, neither straight on nor along the motion's own path"):
         old.replace(plan, at=t)
 
 

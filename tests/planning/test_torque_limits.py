@@ -120,7 +120,7 @@ def test_a_check_names_the_joint_and_the_moment(panda):
     assert not check
     assert check.quantity == "torque"
     assert check.joint == panda.joint_names[int(torque.max(axis=0).argmax())]
-    assert f"beyond a limit: the torque of {check.joint} is at most" in str(check)
+    assert f"beyond a limit: the torque of {check.joint} peaks at" in str(check)
     assert check.value / check.limit == pytest.approx(torque.max(), rel=1e-3)
     assert motion.check(torque=False)
     assert "torque" in str(motion.check(torque=True))
@@ -131,7 +131,7 @@ def test_velocities_at_the_ends_that_the_motors_cannot_keep_are_refused(panda):
     limits = 1.1 * np.abs(panda.gravity_torque(panda.home)) + 0.5
     beyond = np.abs(panda.inverse_dynamics(panda.home, fast, np.zeros(7))) > limits
     assert beyond.any()
-    with pytest.raises(InputError, match=r"start_velocity: panda_joint\d would need .* to go straight on at it"):
+    with pytest.raises(InputError, match=r"start_velocity: panda_joint\d would need a torque of .* to hold this velocity"):
         panda.trajectory(path, acceleration=15.0, torque=limits, start_velocity=fast)
 
 
@@ -155,7 +155,7 @@ def test_a_torque_within_the_margin_says_so(panda):
     check = motion.check(torque=1.002 * peaks)
     assert not check
     assert "99.8" in str(check)
-    assert "; 0.5 % of it is kept for what is between samples" in str(check)
+    assert "; 0.5 % of it is a margin for torques between samples" in str(check)
 
 
 def test_a_robot_without_inertias_or_efforts_is_refused(panda):
@@ -163,5 +163,5 @@ def test_a_robot_without_inertias_or_efforts_is_refused(panda):
     with pytest.raises(ulna.InertiaError, match="panda_link4"):
         panda.with_inertias({"panda_link4": None}).trajectory(path, acceleration=5.0, torque=True)
     arm = ulna.Robot.from_dh([(0, 0, 0, 0)]).with_inertias({"link1": ulna.Inertia(1.0, (0.5, 0, 0), np.eye(3))})
-    with pytest.raises(InputError, match="the description states no effort above 0 of joint1"):
+    with pytest.raises(InputError, match="the description has no effort limit above 0 for joint1"):
         arm.trajectory([[0.0], [1.0]], acceleration=5.0, velocity=5.0, torque=True)

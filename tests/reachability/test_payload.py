@@ -66,7 +66,7 @@ def test_it_is_that_of_the_solution_where_only_one_is_known(panda, tmp_path):
 
 
 def test_what_has_no_payload_is_refused_before_anything_is_written(planar, panda, tmp_path):
-    with pytest.raises(ulna.InputError, match="no effort above 0 of joint1, joint2"):
+    with pytest.raises(ulna.InputError, match="no effort limit above 0 for joint1, joint2"):
         ulna.reachability_map(planar, tmp_path / "m.zarr", voxel=0.5, orientations=1, keep_payload=True)
     with pytest.raises(ulna.InertiaError, match="panda_link3"):
         ulna.reachability_map(panda.with_inertias({"panda_link3": None}), tmp_path / "m.zarr", **SMALL, keep_payload=True)

@@ -217,7 +217,7 @@ def test_a_position_in_place_of_a_pose_is_refused_with_what_makes_one(world, pan
 
 
 def test_an_argument_that_check_collision_does_not_have_is_refused_with_the_one_that_is_meant(panda):
-    message = "check_collision() got an unexpected keyword argument 'within'; max_distance= is how near pairs may be"
+    message = "check_collision() got an unexpected keyword argument 'within'; max_distance= is the largest distance of a pair"
     assert refused(UnknownArgumentError, panda.check_collision, panda.home, within=0.1) == message
 
 

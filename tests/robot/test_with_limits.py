@@ -142,7 +142,7 @@ def test_accelerations_and_jerks_are_those_of_motions_and_servos(panda):
     assert robot.trajectory([robot.home, robot.home + 0.2], acceleration=9.0, jerk=900.0).check(acceleration=2.0, jerk=50.0)
     assert robot.servo().limits.acceleration.max() <= 2.0
     assert robot.servo(acceleration=1.0, jerk=1e4).limits.jerk.max() <= 50.0
-    with pytest.raises(InputError, match=r"acceleration: none is given, and the robot has none above 0 of 'panda_joint2', "):
+    with pytest.raises(InputError, match=r"acceleration: none is given, and the robot has none above 0 for 'panda_joint2', "):
         panda.with_limits(acceleration={"panda_joint1": 1.0}).trajectory([robot.home, robot.home + 0.2])
     with pytest.raises(InputError, match="acceleration: none is given"):
         panda.servo()
@@ -176,8 +176,8 @@ def test_what_may_touch_is_found_in_the_range_of_the_description():
         ),
         ({"velocity": 3.0}, "velocity: 3 is the velocity limit of panda_joint1, 0.825 wider than its own of 2.175"),
         ({"lower": -np.inf}, "lower: -inf is the lower limit of panda_joint1, inf wider"),
-        ({"lower": {"panda_joint1": 1.0}, "upper": {"panda_joint1": 0.5}}, "lower: panda_joint1 would go from 1 to 0.5"),
-        ({"upper": {"panda_joint1": -2.8973}}, "upper: panda_joint1 would go from -2.8973 to -2.8973, which is no range"),
+        ({"lower": {"panda_joint1": 1.0}, "upper": {"panda_joint1": 0.5}}, "lower: panda_joint1 would have the range 1 to 0.5"),
+        ({"upper": {"panda_joint1": -2.8973}}, "upper: panda_joint1 would have the range -2.8973 to -2.8973, which is empty"),
         ({"lower": [0.0, 0.0]}, "lower: .* a number, or 7 of them, is expected"),
         ({"lower": np.nan}, "lower: nan; a number"),
         ({"velocity": 0.0}, "velocity: 0.0; numbers above 0"),
@@ -211,6 +211,6 @@ def test_a_limit_that_was_written_with_fewer_digits_is_that_of_the_description(p
 
 def test_scaling_factors_of_a_file_are_named_since_they_are_no_limits(panda):
     document = {"default_velocity_scaling_factor": 0.1, "joint_limits": {"panda_joint1": {"max_velocity": 1.0}}}
-    with pytest.warns(DescriptionWarning, match="default scaling factors are shares that motions take"):
+    with pytest.warns(DescriptionWarning, match="default scaling factors are not limits"):
         narrow = panda.with_limits(document)
     assert narrow.velocity_limits[0] == 1.0

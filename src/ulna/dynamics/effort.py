@@ -22,7 +22,7 @@ def as_effort_limits(torque: ArrayLike, tree: Tree) -> Array:
         lacking = without_limit(tree)
         if lacking:
             raise InputError(
-                "torque", f"the description states no effort above 0 of {', '.join(lacking)}; give numbers [Nm or N]"
+                "torque", f"the description has no effort limit above 0 for {', '.join(lacking)}; give numbers [Nm or N]"
             )
         return tree.effort_limits
     return _numbers_above_0("torque", torque, n, f"True, a number above 0, or {n} of them, is expected [Nm or N]")

@@ -104,7 +104,7 @@ def q_of_joints(names: Sequence[str], positions: ArrayLike, others: ArrayLike | 
     if others is None:
         missing = [name for name in slices if name not in given]
         if missing:
-            raise InputError("names", f"the joints {', '.join(missing)} are missing; others=q says where they are")
+            raise InputError("names", f"the joints {', '.join(missing)} are missing; give them with others=q")
         others = np.zeros(tree.n_dof)
     q = np.array(as_positions(others, tree, "others"))
     if q.ndim != 1:

@@ -115,15 +115,15 @@ def with_ends(
     name = "start_velocity" if ends.start.any() else "end_velocity"
     if math.isinf(within):
         reason = (
-            "no way straight on from the start, along the path and straight on to the end is within the limits and certified "
-            "free; take a slower one, or another path"
+            "no motion that starts straight, follows the path and ends straight is within the limits and certified "
+            "free; give a slower velocity, or another path"
         )
         if beyond is not None:
-            reason += f" (one leads {beyond.text(names)})"
+            reason += f" (one exceeds a limit: {beyond.text(names)})"
     else:
         reason = (
-            "it has to be along the first line of the path, an end_velocity along the last, and the path long enough to reach or "
-            "to leave it within the limits"
+            "it has to be along the first line of the path (for end_velocity the last), and the path has to be long enough to "
+            "brake or accelerate within the limits"
         )
     raise InputError(name, reason)
 

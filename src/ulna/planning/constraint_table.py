@@ -55,10 +55,10 @@ class Violation(NamedTuple):
     relative_to: str | None = None
 
     def __str__(self) -> str:
-        name = self.link if self.relative_to is None else f"{self.link}, seen from {self.relative_to},"
+        name = self.link if self.relative_to is None else f"{self.link} relative to {self.relative_to}"
         if self.quantity == "angle":
-            return f"{name} is turned by {self.value:.4g} rad, and {self.tolerance:.4g} rad is allowed"
-        return f"{name} is {self.value * 1e3:.4g} mm off along {self.quantity}, and {self.tolerance * 1e3:.4g} mm is allowed"
+            return f"{name} is rotated by {self.value:.4g} rad; {self.tolerance:.4g} rad is allowed"
+        return f"{name} is off by {self.value * 1e3:.4g} mm along {self.quantity}; {self.tolerance * 1e3:.4g} mm is allowed"
 
 
 @dataclass(frozen=True, eq=False)

@@ -79,16 +79,16 @@ def budget_spent(request: Request, motion: Motion, edges: Array, effort: Effort,
 def _of_refused(found: SpentBudget) -> str:
     """The sentences about the refused edges."""
     pairs = ", ".join(f"{stop.link} and {stop.other} ({stop.edges})" for stop in found.stops[:_MAX_NAMED])
-    sentence = f". What stopped the last {count_of(found.edges, 'refused edge')}: {pairs}" if pairs else ""
+    sentence = f". Pairs that blocked the last {count_of(found.edges, 'refused edge')}: {pairs}" if pairs else ""
     if found.not_kept:
-        sentence += f". {found.not_kept} of the last {found.edges} refused edges do not keep the constraints"
+        sentence += f". {found.not_kept} of the last {found.edges} refused edges violate the constraints"
     if found.uncertified:
         sentence += (
             f". {found.uncertified} of the last {found.edges} refused edges are free at samples, but could not be certified"
         )
-        sentence += ": certify=False would have passed them"
+        sentence += "; certify=False accepts them"
     if 2 * sum(stop.edges for stop in found.stops if stop.of_robot) > found.edges:
-        sentence += ". If these links touch wherever the robot is, allow the pairs (docs/self_collision.md)"
+        sentence += ". If these links touch in every configuration, allow the pairs (docs/self_collision.md)"
     return sentence
 
 

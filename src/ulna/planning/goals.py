@@ -110,11 +110,11 @@ class Request(NamedTuple):
         """The pairs of ``touching`` in words, with a remedy; the data is their ``Report``."""
         pairs, world = self.touching(q), self.world
         own = all(pair.link_b is not None for pair in pairs)
-        hint = "; if these shapes touch wherever the robot is, allow the pairs (docs/self_collision.md)" if own else ""
+        hint = "; if these shapes touch in every configuration, allow the pairs (docs/self_collision.md)" if own else ""
         shapes = {} if world is None else {name: shape for name, shape, _ in world.items()}
         for name in dict.fromkeys(pair.name_b for pair in pairs if pair.link_b is None):
             if isinstance(shapes.get(name), PointCloud):
-                hint += f"; {name} is a point cloud: if the points are those of the robot, cloud.without(robot, q) removes them"
+                hint += f"; {name} is a point cloud: if its points are on the robot itself, cloud.without(robot, q) removes them"
         more = f" and {count_of(len(pairs) - _MAX_PAIRS, 'more pair')}" if len(pairs) > _MAX_PAIRS else ""
         words = ", ".join(_in_words(pair, self.margin) for pair in pairs[:_MAX_PAIRS])
         return Reason(words + more + hint, Report(pairs))
@@ -149,8 +149,8 @@ def _of_configurations(request: Request, q: Array, free: NDArray[np.bool_]) -> G
     fixed = request.fixed
     if fixed.any() and (moved := ~same_entries(request.tree, request.start, q) & fixed).any():
         row, k = np.argwhere(moved)[0]
-        way = f"joint {joint_of(k, request.tree)!r} is to go from {request.start[k]:.6g} to {q[row, k]:.6g}"
-        raise InputError("goal", f"{way}, but it keeps its position: it is held, or outside the group")
+        way = f"joint {joint_of(k, request.tree)!r} would move from {request.start[k]:.6g} to {q[row, k]:.6g}"
+        raise InputError("goal", f"{way}, but it is held, or outside the group")
     if free.all():
         return Goals(q, np.arange(len(q)))  # the most frequent case
     if free.any():

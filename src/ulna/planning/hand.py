@@ -116,11 +116,11 @@ class HandPeak:
 
     def __str__(self) -> str:
         words, unit = self.quantity.replace("_", " "), UNITS[self.quantity]
-        most = f"the {words} of {self.link} is at most {self.value:.4g} {unit}, at {self.time:.3f} s"
+        most = f"the {words} of {self.link} peaks at {self.value:.4g} {unit} at {self.time:.3f} s"
         if np.isinf(self.limit):
             return most
-        beyond = "" if self or self.value > self.limit else f", and certainly no more than {self.bound:.9g}"
-        return f"{most}{beyond}, {self.share:.4g} times its limit of {self.limit:.4g} {unit}"
+        beyond = "" if self or self.value > self.limit else f", with an upper bound of {self.bound:.9g}"
+        return f"{most}{beyond}, {100.0 * self.share:.4g} % of its limit of {self.limit:.4g} {unit}"
 
 
 class Hand(NamedTuple):
@@ -222,7 +222,9 @@ class Hand(NamedTuple):
                 value, limit = float(np.linalg.norm(moved)), self.limit(quantity)
                 if value > _WITHIN * limit:
                     how = f"{quantity.replace('_', ' ')} of {self.link} would be {value:.4g} {UNITS[quantity]}"
-                    raise InputError(name, f"the {how}, and less than its limit of {limit:.4g} is expected; give a slower one")
+                    raise InputError(
+                        name, f"the {how}, but less than its limit of {limit:.4g} is expected; give a slower velocity"
+                    )
 
     def rates(self, extents: Array, *rates: Array) -> _Rates:
         """The data for bounds from derivatives of q, shape (n, n_dof) each. extents: the largest |q|, (n_dof,)."""

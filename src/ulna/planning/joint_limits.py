@@ -64,7 +64,7 @@ def arm_limits_of(document: Any, names: Sequence[str], followers: Mapping[str, D
         if name in joints and drive.column is not None:
             stated[drive.column] = _narrowed(stated[drive.column], _stated(joints[name], name, source, unknown), drive)
     if unknown:
-        warnings.warn(f"{source}: {listed(unknown)}: not known, and not used", DescriptionWarning, stacklevel=6)
+        warnings.warn(f"{source}: {listed(unknown)}: unknown and ignored", DescriptionWarning, stacklevel=6)
     lower, upper, velocity, acceleration, jerk = np.array(stated).T
     velocity_share, acceleration_share = (_scaling(beside, key, source) for key in _SCALING)
     return ArmLimits(velocity, acceleration, jerk, source, lower=lower, upper=upper, scaling=(velocity_share, acceleration_share))
@@ -77,7 +77,7 @@ def _mapping_with_limits(document: Any, source: str) -> dict[str, Any]:
         raise DescriptionError("has no mapping joint_limits", source)
     if any(each[_KEY] != found[0][1][_KEY] for _, each in found[1:]):
         raise DescriptionError(
-            f"has several mappings joint_limits, which differ: below {listed([at for at, _ in found])}", source
+            f"has several mappings joint_limits, which differ: under {listed([at for at, _ in found])}", source
         )
     return found[0][1]
 

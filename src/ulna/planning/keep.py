@@ -76,10 +76,10 @@ class Keep:
             self.T.setflags(write=False)
         if self.along is not None:
             if not self.keeps_axis or self.T is not None:
-                raise InputError("along", "goes with a task that leaves the turn about an axis free, and without a pose")
+                raise InputError("along", "requires a task that leaves the rotation about an axis free, and no pose")
             object.__setattr__(self, "along", _direction("along", self.along))
         if as_switch("towards", self.towards) and (not self.keeps_axis or self.T is None):
-            raise InputError("towards", "goes with a task that leaves the turn about an axis free, and with a pose")
+            raise InputError("towards", "requires a task that leaves the rotation about an axis free, and a pose")
         if self.relative_to is not None and self.relative_to == self.link:
             raise InputError("relative_to", f"{self.link!r} never moves relative to itself; another link is expected")
 
@@ -226,11 +226,11 @@ class Keep:
             InputError: The constraint has no pose, is relative to another link, or is for another link than ``link``.
         """
         if self.T is None:
-            raise InputError("T", "a constraint without a pose is about the start of a motion; give it a pose, or an axis")
+            raise InputError("T", "a constraint without a pose refers to the start of a motion; give it a pose, or an axis")
         if self.towards or self.relative_to is not None:
-            raise InputError("T", "inverse kinematics brings one link to a pose of the base; this constraint is of another kind")
+            raise InputError("T", "inverse kinematics needs a pose in the base; this constraint is relative to a link or a point")
         if link is not None and self.link not in {None, link}:
-            raise InputError("link", f"{link!r}, but the constraint is about {self.link!r}")
+            raise InputError("link", f"{link!r}, but the constraint is for {self.link!r}")
         slack = tuple((AIM * np.array(self.task.slack)).tolist())
         return self.T, link if self.link is None else self.link, Task(slack, self.task.axis)
 

@@ -114,7 +114,7 @@ def as_motion_limits(
         if not known.all():
             still = ", ".join(repr(name) for name, most in zip(names, known, strict=True) if not most)
             raise InputError(
-                "velocity", f"the description allows {still} a velocity of 0, so no motion has times; give velocity="
+                "velocity", f"the description allows {still} a velocity of 0, so no trajectory exists; give velocity="
             )
         velocity = shares[0] * known
     if acceleration is None and arm is not None and arm.acceleration is not None:
@@ -125,7 +125,7 @@ def as_motion_limits(
     if tree.narrowed is not None:
         speeds = np.minimum(speeds, tree.narrowed.velocity)
     named = "the mapping" if isinstance(limits, Mapping) else limits
-    kept = within_caps(tree, acceleration, jerk, "" if arm is None else f"{named} states none ({arm.source})")
+    kept = within_caps(tree, acceleration, jerk, "" if arm is None else f"{named} has none ({arm.source})")
     return Limits(speeds, *kept), _positions(arm, tree)
 
 
@@ -163,7 +163,7 @@ def _lacking(own: Array, names: Sequence[str]) -> str:
     """The part of a message that names joints without a limit above 0; empty if all lack one."""
     lacking = ~(own < np.inf) | (own == 0.0)
     few = ", ".join(repr(name) for name, lacks in zip(names, lacking, strict=True) if lacks)
-    return "" if np.isinf(own).all() else f", and the robot has none above 0 of {few}"
+    return "" if np.isinf(own).all() else f", and the robot has none above 0 for {few}"
 
 
 def as_limits(name: str, given: ArrayLike, n_dof: int, *, may_be_infinite: bool = False) -> Array:

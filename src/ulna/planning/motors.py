@@ -62,9 +62,9 @@ class TorquePeak:
         return self.value / self.limit
 
     def __str__(self) -> str:
-        spare = "" if self or self.share > 1.0 else f"; {100.0 * MARGIN:g} % of it is kept for what is between samples"
+        spare = "" if self or self.share > 1.0 else f"; {100.0 * MARGIN:g} % of it is a margin for torques between samples"
         return (
-            f"the torque of {self.joint} is at most {self.value:.4g}, at {self.time:.3f} s, "
+            f"the torque of {self.joint} peaks at {self.value:.4g} at {self.time:.3f} s, "
             f"{100.0 * self.share:.4g} % of its limit of {self.limit:.4g}{spare}"
         )
 
@@ -169,8 +169,8 @@ class Motors(NamedTuple):
             torque = np.abs(self.torques(at, qd, np.zeros_like(qd)))
             if (torque > (1.0 - MARGIN) * self.most).any():
                 joint = int(np.argmax(torque / self.most))
-                beyond = f"{self.names[joint]} would need {torque[joint]:.4g} to go straight on at it"
-                raise InputError(name, f"{beyond}, and less than its limit of torque of {self.most[joint]:.4g} is expected")
+                beyond = f"{self.names[joint]} would need a torque of {torque[joint]:.4g} to hold this velocity"
+                raise InputError(name, f"{beyond}, but less than its limit of {self.most[joint]:.4g} is expected")
 
     def _refuse_at_rest(self, rest: Array, shares: Array) -> None:
         """Raise an error if gravity torques leave no torque for a motion. shares: the path's share at each row."""
@@ -215,7 +215,7 @@ def as_motors(
     if torque is None and torque_rate is None:
         return None
     if dynamics is None:
-        raise InputError("torque", "this motion is of a robot whose inertias are not known")
+        raise InputError("torque", "the inertias of this motion's robot are unknown")
     most = np.full(tree.n_dof, np.inf) if torque is None else as_effort_limits(torque, tree)
     most_rate = np.full(tree.n_dof, np.inf) if torque_rate is None else as_torque_rates(torque_rate, tree)
     dynamics.mechanism  # noqa: B018 - raises an error for a robot without inertias

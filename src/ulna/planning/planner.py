@@ -148,7 +148,7 @@ def _checked(checker: Checker, inverse_kinematics: InverseKinematics, asked: Pla
     world = None if asked.world is None else asked.world.snapshot()  # later changes of the world do not affect the plan
     keeps = as_keeps(asked.keep, tree, start, link, group)
     if keeps and options.escape:
-        raise InputError("escape", "the way out of a contact keeps no constraint; it does not go with keep=")
+        raise InputError("escape", "an escape does not satisfy constraints; leave out escape=True or keep=")
     beside = poses_beside(targets, keeps, tree) if keeps else {}
     fixed = columns_of_joints(tree, names) | fixed_for({**targets, **beside} if isinstance(targets, dict) else targets, tree)
     narrow = narrower(table_of(keeps, tree))
@@ -295,7 +295,7 @@ def _beyond(request: Request, more: str = "") -> Reason:
     words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond.items())
     hint = degrees_in_words(start)
     if not hint and not more and not (request.fixed & (start != np.clip(start, tree.lower, tree.upper))).any():
-        hint = "; escape=True begins with the way back within them"
+        hint = "; escape=True first moves back within them"
     return Reason(words + more + hint, beyond)
 
 
@@ -307,7 +307,7 @@ def _within_limits(request: Request) -> Array | Plan:
         return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(request, ", which is held"))
     ways = request.checker.edge_in_collision(start, inside, request.world, self_collision=True, resolution=RESOLUTION)
     if ways.in_collision or not request.is_free(inside[None])[0]:
-        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(request, "; the way back within them is not free"))
+        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(request, "; the straight edge back within them is not free"))
     return inside
 
 

@@ -46,7 +46,7 @@ def narrower(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given |
         k = int(empty[0])
         argument = next((name for name in _POSITIONS if name in stated), "limits")
         range_ = f"{lower[k]:.6g} to {upper[k]:.6g}"
-        raise InputError(argument, f"{names[k]} would go from {range_}, which is no range; held= holds a joint")
+        raise InputError(argument, f"{names[k]} would have the range {range_}, which is empty; held= holds a joint")
     for name, own in rates.items():
         unchanged = ~(narrowed[name] < own) & (own > 0.0)
         narrowed[name] = np.where(unchanged, getattr(kept, name), narrowed[name])
@@ -60,8 +60,8 @@ def _of_file(limits: GivenLimits, tree: Tree, names: tuple[str, ...]) -> dict[st
     arm = limits_of(limits, names, tree.followers, ())
     if arm.scaling != (1.0, 1.0):
         warnings.warn(
-            f"{arm.source}: its default scaling factors are shares that motions take, no limits; they count where limits= is "
-            "given to trajectory()",
+            f"{arm.source}: its default scaling factors are not limits, and are ignored here; "
+            "trajectory(limits=...) applies them",
             DescriptionWarning,
             stacklevel=4,
         )

@@ -300,7 +300,7 @@ class Trajectory(OneLine):
             arm, positions = (arm, positions) if tree is None else within_robot(arm, tree)
         elif velocity is None and acceleration is None and jerk is None and (hand is None or self._limits is not None):
             if self._limits is None:
-                raise InputError("limits", "none is given, and none is known of this motion")
+                raise InputError("limits", "no limits are given, and this motion has none")
             arm = ArmLimits(*self._limits, "")
         given = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk}
         arm = arm._replace(
@@ -330,7 +330,7 @@ class Trajectory(OneLine):
             >>> robot = ulna.load("panda")
             >>> motion = robot.trajectory([robot.home, robot.home + 0.3], acceleration=5.0)
             >>> print(motion.hand_peak())
-            the speed of panda_ee is at most 1.364 m/s, at 0.245 s
+            the speed of panda_ee peaks at 1.364 m/s at 0.245 s
         """
         if quantity not in UNITS:
             raise InputError("quantity", f"{cited(quantity)} is no quantity of a hand{did_you_mean(str(quantity), UNITS)}")
@@ -353,7 +353,7 @@ class Trajectory(OneLine):
         Raises:
             InputError: ``factor`` is not such a number.
         """
-        factor = as_number("factor", factor, 1e-6, "a number from 1e-6 to 1: a faster motion has to be timed again", most=1.0)
+        factor = as_number("factor", factor, 1e-6, "a number from 1e-6 to 1: a faster motion needs a new trajectory", most=1.0)
         if not self.duration:
             return self
         timed, names, ends = self._timed.slowed(factor), self.joint_names, Ends(*(factor * self.end_velocities))
@@ -392,11 +392,9 @@ class Trajectory(OneLine):
         if not plan or motion is None:
             raise InputError("plan", f"there is no path: {plan.status}")
         if self._limits is None or is_from_file(self._timed):
-            reason = "none is known of this motion"
+            reason = "this motion has no limits"
             if self._limits is not None:
-                reason = (
-                    "this motion is from a file, and is not replaced; robot.trajectory(motion, ...) times it anew, within limits"
-                )
+                reason = "a motion from a file cannot be replaced; robot.trajectory(motion, ...) computes new times within limits"
             raise InputError("limits", reason)
         here = self.at(at).q
         if plan.path.shape[1] != len(here) or np.abs(plan.path[0] - here).max() > _NEAR:
@@ -435,7 +433,7 @@ class Trajectory(OneLine):
         if not isinstance(other, Trajectory) or other.joint_names != self.joint_names:
             raise InputError("other", f"{cited(other)}; a motion of the same joints is expected")
         if np.abs(other.q[0] - self.q[-1]).max(initial=0.0) > _NEAR:
-            raise InputError("other", "it begins elsewhere than this motion ends; plan it from motion.q[-1]")
+            raise InputError("other", "its start differs from the end of this motion; plan from motion.q[-1]")
         ends = Ends(self.end_velocities[0], other.end_velocities[1])
         if np.any([self.end_velocities[1], other.end_velocities[0]]):
             raise InputError("other", "both motions must be at rest where they are joined")
@@ -461,7 +459,7 @@ class Trajectory(OneLine):
             InertiaError: A moving link has a shape but no inertia.
         """
         if self._motion is None or self._motion.dynamics is None:
-            raise InputError("motion", "it is of a robot that is not known")
+            raise InputError("motion", "its robot is unknown")
         return self._motion.dynamics.inverse(self.at(t)[:3], None, None, None)
 
     def _caps_of(self, hand: HandLimits | Iterable[HandLimits] | None, torque: ArrayLike | None) -> tuple[PathLimit, ...]:

@@ -108,8 +108,8 @@ def replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFr
     if found is None:
         raise InputError(
             "plan",
-            f"at {at:.6g} s the motion cannot go over into it: no way straight on, or along its own path, and from there into "
-            "the plan's path is within the limits and certified free; plan from another time",
+            f"no transition to it at {at:.6g} s is within the limits and certified free, neither straight on nor along "
+            "the motion's own path; plan from another time",
         )
     return found
 

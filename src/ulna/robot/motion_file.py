@@ -98,11 +98,11 @@ def _of_message(robot: Robot, path: Path, rest: Array | None, option: str) -> Jo
     if len(missing) == len(names):
         raise DescriptionError(f"has none of the joints {listed(names, 12)}; it has {listed(points.names, 12)}", str(path))
     if missing and rest is None:
-        raise DescriptionError(f"has no positions of {listed(missing, 12)}; others=q says where they are", str(path))
+        raise DescriptionError(f"has no positions of {listed(missing, 12)}; give them with others=q", str(path))
     of_robot = {*names, *(joint.name for joint in robot.description.joints)}
     strange = [name for name in points.names if name not in of_robot]
     if strange:
-        message = f"{path}: {listed(strange)}: the robot has no such joint, and they are not used"
+        message = f"{path}: {listed(strange)}: the robot has no such joints; they are ignored"
         warnings.warn(message, DescriptionWarning, stacklevel=5)
     return _with_rest(names, [name for name in names if name in at], points, rest)
 

@@ -168,7 +168,7 @@ class Robot(Forces):
         """
         if isinstance(rows, DHTable):
             if (convention, joint_types, limits, T_base_0, T_n_tip, name) != ("modified", None, None, None, None, "robot"):
-                raise InputError("rows", "a DHTable has its own values of the other arguments; give table.rows to choose others")
+                raise InputError("rows", "a DHTable includes the other arguments; pass table.rows to choose your own")
             return cls(description_of_table(rows))
         return cls(
             description_from_dh(
@@ -397,7 +397,7 @@ class Robot(Forces):
             refuse_unknown("forward_kinematics", unknown)
         if frame is not None:
             if out is not None:
-                raise InputError("out", "goes with the base; with frame= an array is made")
+                raise InputError("out", "cannot be combined with frame=")
             T_base_frame = self.forward_kinematics(q, link=frame) if isinstance(frame, str) else frame_pose(self.tree, frame)
             return inverse(T_base_frame) @ self.forward_kinematics(q, link=link)
         try:
@@ -642,9 +642,9 @@ class Robot(Forces):
             return self._inverse_kinematics.with_defaults(T, q_seed, link)
         if isinstance(T, Keep):
             if task != "pose":
-                raise InputError("task", "a constraint has a task of its own; none is given beside it")
+                raise InputError("task", "a constraint includes a task; leave out task=")
             if frame is not None:
-                raise InputError("frame", "goes with poses; a constraint is in the base")
+                raise InputError("frame", "cannot be combined with a constraint, which is in the base")
             target, link, task = T.target(link)
         else:
             target = T if frame is None else poses_in_base(self.tree, T, frame)
@@ -954,7 +954,7 @@ class Robot(Forces):
             UnknownArgumentError: There is no such argument.
         """
         if unknown:
-            refuse_unknown("check_collision", unknown, "max_distance= is how near pairs may be")
+            refuse_unknown("check_collision", unknown, "max_distance= is the largest distance of a pair")
         return self._checker.check_collision(q, world, self_collision, max_distance)
 
     def distances(
