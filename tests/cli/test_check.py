@@ -32,7 +32,7 @@ def test_the_table_shows_millimeters(run, slider):
     result = run("check", slider, "--q", "0.5", "--box", NEAR)
     assert result.exit_code == 1
     assert re.search(r"cube +cube +box 1 +-100\.000 +1\.00 0\.00 0\.00 +1\.000 \S+ \S+", result.stdout)
-    assert result.stdout.splitlines()[-2:] == ["least distance: -100.000 mm", "collision"]
+    assert result.stdout.splitlines()[-2:] == ["minimum distance: -100.000 mm", "collision"]
 
 
 def test_boxes_are_numbered_and_the_deepest_comes_first(ask, slider):
@@ -206,8 +206,8 @@ def test_a_motion_is_certified_free_and_within_the_limits_of_the_hand_or_touches
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--hand-speed", "1"), "--hand-speed: goes with --motion"),
-        (("--motion", "motion.json", "--q", "0"), "--q, --no-self, --within: go with a configuration"),
+        (("--hand-speed", "1"), "--hand-speed: requires --motion"),
+        (("--motion", "motion.json", "--q", "0"), "--q, --no-self, --within: apply to a configuration"),
         (("--motion", "none.json"), "none.json: no such file"),
         (("--motion", "motion.json", "--hand-speed", "0"), "--hand-speed: 0.0; a number above 0"),
     ],

@@ -89,7 +89,7 @@ def test_fk_beyond_the_limits_warns(ask, run):
 def test_with_several_leaf_links_the_hand_is_used_and_named(run, command):
     result = run(command[0], "ur5", *command[1:])
     assert result.exit_code == 0
-    assert result.stderr == "ulna: ur5 has 2 tips; tool0 is taken, --link names another\n"
+    assert result.stderr == "ulna: ur5 has 2 tips; using tool0, --link selects another\n"
     assert "tool0" in result.stdout
 
 
@@ -106,10 +106,10 @@ def test_an_srdf_beside_the_urdf_is_used_and_named_and_can_be_refused(run, ask, 
     path.write_text('<robot name="slider"><group name="g"><joint name="slide"/></group></robot>')
     answer = ask("info", slider)
     assert (answer.srdf, answer.groups) == (str(path), {"g": ["slide"]})
-    assert "found beside the URDF" in " ".join(run("info", slider).stdout.split())
+    assert "found next to the URDF" in " ".join(run("info", slider).stdout.split())
     answer = ask("info", slider, "--no-srdf")
     assert (answer.srdf, answer.groups) == ("", {})
-    assert "only one of them is expected" in refusal("info", slider, "--srdf", path, "--no-srdf")
+    assert "give only one of them" in refusal("info", slider, "--srdf", path, "--no-srdf")
 
 
 def test_an_srdf_adds_groups_and_unknown_names_are_warnings(run, ask, slider, tmp_path):
@@ -192,7 +192,7 @@ def test_a_wide_jacobian_is_printed_in_blocks_without_truncation(run, tmp_path):
 
 
 def test_expressed_in_with_analytical_is_refused(refusal):
-    assert refusal("jacobian", "--analytical", "--expressed-in", "base").startswith("--expressed-in: goes with")
+    assert refusal("jacobian", "--analytical", "--expressed-in", "base").startswith("--expressed-in: applies to")
 
 
 def test_an_unknown_frame_is_refused_with_a_suggestion(refusal):
@@ -231,7 +231,7 @@ def test_without_an_orientation_ik_uses_that_of_home_and_says_so(ask, run):
     answer = ask("ik", "--xyz", "0.4,0,0.5")
     assert answer.target["orientation"] == "home"
     assert dh_pose(answer.q)[:3, :3] == pytest.approx(dh_pose(HOME)[:3, :3], abs=2e-5)
-    assert "none given: as at home" in run("ik", "--xyz", "0.4,0,0.5").stdout
+    assert "not given: as at home" in run("ik", "--xyz", "0.4,0,0.5").stdout
     assert "none given" not in run("ik", "--xyz", "0.4,0,0.5", "--rpy", "pi,0,0").stdout
 
 
@@ -328,7 +328,7 @@ def test_a_rotation_vector_and_a_frame_are_options(ask, panda):
 
 def test_options_of_a_pose_that_contradict_are_refused(refusal):
     assert "--xyz, --pose: one of them is expected" in refusal("ik", "panda")
-    assert "--controller: goes with --pose" in refusal("ik", "panda", "--xyz", "0,0,0", "--controller", "KUKA")
+    assert "--controller: requires --pose" in refusal("ik", "panda", "--xyz", "0,0,0", "--controller", "KUKA")
     assert "is not known" in refusal("ik", "panda", "--pose", "0,0,0,0,0,0", "--controller", "Kukka")
     assert "7 are expected: x, y, z, q1" in refusal("ik", "panda", "--pose", "0,0,0,0,0,0", "--controller", "ABB")
     assert "moves in the base" in refusal("ik", "panda", "--xyz", "0,0,0", "--frame", "panda_link4")

@@ -31,7 +31,7 @@ def test_a_part_of_a_name_or_package_filters_the_list(ask, run):
     row = next(line for line in run("list", "crx").stdout.splitlines() if "crx10ia" in line)
     assert "FANUC CRX-10iA: 10 kg" in row
     none = run("list", "no such robot")
-    assert (none.exit_code, none.stdout.splitlines()[0]) == (1, "no robot is called so")
+    assert (none.exit_code, none.stdout.splitlines()[0]) == (1, "no robot matches")
 
 
 def test_a_name_is_listed_once_for_the_robot_that_it_loads(ask):

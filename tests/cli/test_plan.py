@@ -132,7 +132,7 @@ def test_the_joints_of_a_motion_are_drawn(run, tmp_path):
         (["--to", RIGHT, "--velocity", "0"], "--velocity: 0.0; a number above 0, or 7 of them, is expected"),
         (["--to", RIGHT, "--jerk", "0"], "--jerk: 0.0; a number above 0, or 7 of them, is expected"),
         (["--to", RIGHT, "--clearance", "-1"], "--clearance: -1.0; a distance [m] of at least 0"),
-        (["--to", RIGHT, "--wxyz", "1,0,0,0"], "--link, --rpy, --wxyz, --rotvec, --frame: go with --xyz and --pose"),
+        (["--to", RIGHT, "--wxyz", "1,0,0,0"], "--link, --rpy, --wxyz, --rotvec, --frame: require --xyz or --pose"),
     ],
 )
 def test_what_is_refused_is_named_in_words_of_the_command_line(refusal, arguments, message):

@@ -63,7 +63,7 @@ def test_three_numbers_are_a_position_and_the_hand_stays_turned_as_at_home(run, 
         (["--goal", "left_hnd=1,2,3,0,0,0"], "no link is called 'left_hnd'; did you mean 'left_hand'?"),
         (["--goal", "left_hand=1,2,3", "--goal", "left_hand=1,2,3"], "--goal: the link 'left_hand' is named twice"),
         (["--goal", "left_hand=1,2,3", "--to", "up"], "--to, --xyz, --pose, --goal: one of them is expected"),
-        (["--goal", "left_hand=1,2,3", "--link", "left_hand"], "--frame: go with --xyz and --pose; --goal names its links"),
+        (["--goal", "left_hand=1,2,3", "--link", "left_hand"], "--frame: require --xyz or --pose; --goal names its links"),
         (
             ["--goal", "right_hand=1,2,3", "--group", "left_arm"],
             "--goal: no joint of the group 'left_arm' moves link 'right_hand'",

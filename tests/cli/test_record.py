@@ -56,7 +56,7 @@ def test_a_bad_trajectory_file_is_refused_in_one_line(refusal, tmp_path, name, c
 
 @pytest.mark.parametrize("two", [("--trajectory", "a.csv", "--q", "0"), ("--trajectory", "a.csv", "--plan", "a.csv")])
 def test_only_one_source_of_joint_positions_is_accepted(refusal, tmp_path, two):
-    assert refusal("record", tmp_path / "a.mp4", *two).startswith("--q, --trajectory, --plan: at most one")
+    assert refusal("record", tmp_path / "a.mp4", *two).startswith("--q, --trajectory, --plan: give at most one")
 
 
 @pytest.mark.slow
@@ -97,9 +97,9 @@ def test_a_bad_motion_file_is_refused_in_one_line(refusal, tmp_path, content, me
         (["panda.mp4", "--seconds", "0"], "--seconds: 0; a length above 0 s with at most 20000 pictures is expected"),
         (["panda.mp4", "--fps", "0"], "--fps: 0; 1 to 120 pictures a second are expected"),
         (["panda.mp4", "--size", "8x8"], "--size: 8x8; each side has 16 to 4096 pixels"),
-        (["panda.png", "--fps", "10"], "--seconds, --fps: go with a video"),
-        (["panda.png", "--seconds", "3"], "--seconds, --fps: go with a video"),
-        (["panda.png", "--at", "1"], "--at: goes with the demo; a robot that does not move has no points in time"),
+        (["panda.png", "--fps", "10"], "--seconds, --fps: require a video"),
+        (["panda.png", "--seconds", "3"], "--seconds, --fps: require a video"),
+        (["panda.png", "--at", "1"], "--at: requires the demo; a robot's picture has no time"),
         (["panda.png", "--q", "1"], "--q: 1 number, but 7 are expected"),
         (["missing/panda.png"], "missing/panda.png: cannot be written: no such folder"),
     ],

@@ -43,24 +43,25 @@ def test_what_it_does_not_hold_is_exit_status_1(ask, run, bar):
     result = run("torque", bar(9), "--q", "0, 0.5", "--payload", "1.1@0.5 0 0")
     assert result.exit_code == 1
     assert re.search(r"turn +20\.60 +20\.00 +103\.0 % +1\.04 +Nm", result.stdout)
-    assert result.stdout.splitlines()[-2:] == ["at 0.5, 0, 0 of slider it bears 1.04 kg: turn limits it", "beyond the limits"]
+    assert result.stdout.splitlines()[-2:] == [
+        "at 0.5, 0, 0 of slider it can hold 1.04 kg, limited by turn",
+        "beyond the torque limits",
+    ]
 
 
 def test_a_joint_without_a_limit_is_named_and_is_no_yes(ask, run, bar):
     answer = ask("torque", bar(0), "--q", "0, 0.5")
     assert (answer.exit_code, answer.holds, answer.unknown) == (1, False, ["slide"])
     assert (answer.limit[1], answer.share[1], answer.bears[1]) == (None, None, None)
-    assert (
-        run("torque", bar(0)).stdout.splitlines()[-1].startswith("not known: the description states no effort above 0 of slide")
-    )
+    assert run("torque", bar(0)).stdout.splitlines()[-1].startswith("unknown: no effort limit above 0 for slide")
     assert ask("torque", bar(0), "--q", "0, 0.5", "--effort", "20, 9").exit_code == 0
     assert ask("torque", bar(0), "--q", "0, 0.5", "--effort", "5").exit_code == 1
 
 
 def test_what_its_maker_rates_an_arm_for_is_beside_what_its_motors_hold(ask, run):
     light, heavy = (run("torque", "ur10e", "--payload", f"{mass}kg@0,0,0.1") for mass in (10, 15))
-    assert "its maker rates it for 12.5 kg" in light.stdout
-    assert "more than the 12.5 kg that its maker rates it for" in heavy.stdout
+    assert "the maker's rated payload is 12.5 kg" in light.stdout
+    assert "more than the maker's rated payload of 12.5 kg" in heavy.stdout
     assert ask("torque", "ur10e").rated == 12.5
     assert ask("torque", "panda").rated == 3.0
 
@@ -84,7 +85,7 @@ def test_motion_and_mounting_count(ask, bar):
         (["--payload", "3lb"], "--payload: '3lb' is not a number"),
         (["--payload", "-3kg"], "--payload: '-3kg'; a mass of at least 0"),
         (["--payload", "3@1,2"], "--payload: 2 numbers, but 3 are expected: x, y, z"),
-        (["--mount", "wall", "--gravity", "0,0,1"], "--mount, --gravity: only one"),
+        (["--mount", "wall", "--gravity", "0,0,1"], "--mount, --gravity: give only one"),
         (["--gravity", "0,1"], "--gravity: 2 numbers, but 3 are expected"),
         (["--effort", "1,2,3"], "--effort: 3 numbers, but 7 are expected"),
         (["--effort", "0"], "--effort: 0; limits above 0"),

@@ -93,10 +93,10 @@ def test_meshes_that_are_not_shown_are_one_sentence(tmp_path, capsys):
         wait_for(lambda: "ulna: " in (tmp_path / "output").read_text(), "the sentence")
     said = [line for line in (tmp_path / "output").read_text().splitlines() if line.startswith("ulna: ")]
     reason = "base.stl: no such file; `ulna inspect` lists where they were looked for"
-    assert said == [f"ulna: bodies are drawn in place of 2 of its meshes: {reason}"]
+    assert said == [f"ulna: collision shapes are drawn in place of 2 missing meshes: {reason}"]
     warn_of_missing(["package://example-robot-data/link0.dae: no such file; tried /a/link0.dae; /b/link0.dae"] * 9)
-    advice = "pip install --no-deps --ignore-requires-python dm-robotics-panda==0.4.8 brings them"
-    assert capsys.readouterr().err == f"ulna: bodies are drawn in place of 9 of its meshes: {advice}\n"
+    advice = "pip install --no-deps --ignore-requires-python dm-robotics-panda==0.4.8 installs them"
+    assert capsys.readouterr().err == f"ulna: collision shapes are drawn in place of 9 missing meshes: {advice}\n"
 
 
 @pytest.mark.slow

@@ -177,7 +177,7 @@ def _print_version(value: bool) -> None:  # noqa: FBT001 -- typer's signature
         raise typer.Exit
 
 
-Version = Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="The version.")]
+Version = Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")]
 
 
 @app.callback()

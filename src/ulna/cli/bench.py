@@ -14,7 +14,7 @@ from ulna.cli.depends import command
 from ulna.cli.output import Output, make_table
 
 Subjects = Annotated[
-    list[str] | None, typer.Argument(metavar="SUBJECT...", help=f"{', '.join(SUBJECTS)}; all of them unless given.")
+    list[str] | None, typer.Argument(metavar="SUBJECT...", help=f"{', '.join(SUBJECTS)}; by default all of them.")
 ]
 Robots = Annotated[list[str] | None, typer.Option(metavar="ROBOT", help=f"{', '.join(NAMES)}, or a file; repeatable.")]
 Targets = Annotated[int, typer.Option("--n", min=1, help="Targets of each protocol of inverse kinematics.")]

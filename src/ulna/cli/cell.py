@@ -26,7 +26,7 @@ from ulna.robot.load import with_meshes
 
 def _advice() -> str:
     hulls, pieces = install_command("hulls"), install_command("decompose")
-    return f"--meshes hulls ({hulls}) or --meshes decompose ({pieces}) checks shapes like them"
+    return f"--meshes hulls ({hulls}) or --meshes decompose ({pieces}) checks convex shapes in their place"
 
 
 class InPlace(StrEnum):
@@ -53,8 +53,8 @@ Meshes = Annotated[
     InPlace | None,
     typer.Option(
         "--meshes",
-        help="What is checked in place of collision meshes: their convex hulls, which fill hollows; a decomposition into convex "
-        "pieces, which takes minutes once; or none. Hulls unless given, where the extra hulls is installed.",
+        help="The shapes to check in place of collision meshes: convex hulls, which fill hollows; a decomposition into convex "
+        "pieces, which takes minutes once; or none. By default hulls, if the extra hulls is installed.",
     ),
 ]
 
@@ -86,7 +86,7 @@ def checked_robot(robot: AnyRobot, *, meshes: Meshes = None, as_json: Json = Fal
     """
     count = n_collision_meshes(robot.description)
     if count and meshes is InPlace.NONE:
-        raise GeometryError(f"{count} of its collision shapes are meshes, which are not checked as they are; {_advice()}")
+        raise GeometryError(f"{count} of its collision shapes are meshes, which cannot be checked directly; {_advice()}")
     return with_chosen_shapes(robot, meshes, quiet=as_json)
 
 
@@ -110,11 +110,11 @@ ShownRobot = Annotated[Robot, Depends(shown_robot)]
 def with_chosen_shapes(robot: Robot, meshes: InPlace | None, *, quiet: bool = False) -> Robot:
     """The robot with its collision meshes converted; unless ``quiet``, standard error names the shapes and the SRDF in use."""
     if robot.srdf.found_at and not quiet:
-        typer.echo(f"links may touch as {robot.srdf.source} beside the URDF says; --no-srdf refuses it", err=True)
+        typer.echo(f"{robot.srdf.source} next to the URDF allows contacts between links; --no-srdf ignores it", err=True)
     if not n_collision_meshes(robot.description) or meshes is InPlace.NONE:
         return robot
     if meshes is InPlace.DECOMPOSE:
-        typer.echo("decomposing meshes; each takes seconds to minutes, and is kept for the next time", err=True)
+        typer.echo("decomposing meshes; each takes seconds to minutes, and is cached for the next run", err=True)
     shaped = with_meshes(robot, meshes or InPlace.HULLS)
     if not quiet:
         typer.echo(in_place_of_meshes(shaped.description), err=True)
@@ -126,7 +126,7 @@ def warn_of_missing(meshes: Sequence[str]) -> None:
     if not meshes:
         return
     if meshes[0].startswith("package://example-robot-data/"):
-        advice = f"{INSTALL_MESHES} brings them"
+        advice = f"{INSTALL_MESHES} installs them"
     else:
         advice = f"{meshes[0].partition('; tried')[0]}; `ulna inspect` lists where they were looked for"
-    warn(f"bodies are drawn in place of {len(meshes)} of its meshes: {advice}")
+    warn(f"collision shapes are drawn in place of {len(meshes)} missing meshes: {advice}")

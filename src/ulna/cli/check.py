@@ -24,7 +24,7 @@ from ulna.robot import Robot
 from ulna.robot.motion_file import motion_of_file
 
 SelfCollision = Annotated[bool, typer.Option("--self/--no-self", help="Check the robot's links against each other too.")]
-Within = Annotated[float, typer.Option("--within", metavar="METERS", help="Show pairs that are free but nearer than this too.")]
+Within = Annotated[float, typer.Option("--within", metavar="METERS", help="Also show free pairs that are closer than this.")]
 
 MotionFile = Annotated[
     Path | None,
@@ -33,12 +33,12 @@ MotionFile = Annotated[
 _PERIOD = 0.001  # [s], the period of the samples that are searched for the first contact of a motion
 
 CHECK_KEYS = (
-    f"{Q_KEYS}; in_place_of_meshes: what of them is checked, in words, or null; "
-    "in_collision; signed_distance: the least, null if there is nothing to measure to; touching: shapes of the "
+    f"{Q_KEYS}; in_place_of_meshes: the shapes checked in their place, in words, or null; "
+    "in_collision; signed_distance: the minimum, null if there is nothing to measure to; touching: shapes of the "
     "robot; pairs: name_a of the robot, link_a, name_b and link_b (null: of the world), signed_distance (negative: overlap), "
-    "witness_a and witness_b: the nearest points, normal from a to b, point: which of a cloud, from 0, else null. With --motion: "
-    "robot; in_collision: whether a sample of it touches; touches_at: when first, in seconds, or null; certified: whether all of "
-    "it is certified free; within_limits; check: that in words; duration, in seconds."
+    "witness_a and witness_b: the nearest points, normal from a to b, point: its index in a cloud, else null. With --motion: "
+    "robot; in_collision: whether a sample touches; touches_at: time of the first contact, in seconds, or null; "
+    "certified: whether all of it is certified free; within_limits; check: the verdict in words; duration, in seconds."
 )
 _OF_PAIR = (*(field.name for field in fields(Pair) if not field.name.startswith("_")), "point")
 
@@ -66,12 +66,12 @@ def check(
     around = world or World()
     if motion is not None:
         if q is not None or not self_collision or max_distance:
-            raise InputError("--q, --no-self, --within", "go with a configuration, and not with --motion")
+            raise InputError("--q, --no-self, --within", "apply to a configuration, not to --motion")
         with as_options({"limits": "--limits", "hand": "--hand-speed"}):
             return _of_motion(robot, around, motion, limits, hand_speed, hand_acceleration)
     for option, given in (("--limits", limits), ("--hand-speed", hand_speed), ("--hand-acceleration", hand_acceleration)):
         if given is not None:
-            raise InputError(option, "goes with --motion")
+            raise InputError(option, "requires --motion")
     return _of_configuration(robot, around, q_of(robot, q=q, degrees=degrees), self_collision=self_collision, within=max_distance)
 
 
@@ -106,7 +106,7 @@ def motion_table(data) -> Iterator[RenderableType]:
     elif data["certified"]:
         yield Text("certified free", "bold green")
     else:
-        yield Text("not certified free; no sample, 1 ms apart, touches", "bold yellow")
+        yield Text("not certified free; no contact at samples every 1 ms", "bold yellow")
 
 
 def _of_configuration(robot: Robot, around: World, q, *, self_collision: bool, within: float) -> Output:
@@ -126,12 +126,12 @@ def check_table(data) -> Iterator[RenderableType]:
     """Show the pairs, deepest first, the minimum distance, and "collision" or "free"."""
     yield title(data, "collision check")
     if data["pairs"]:
-        table = make_table(["robot", "link", "other"], ["apart [mm]"], ["normal", "at [m]"])
+        table = make_table(["robot", "link", "other"], ["distance [mm]"], ["normal", "at [m]"])
         for pair in data["pairs"]:
             vectors = [" ".join(number(x, n) for x in pair[key]) for key, n in (("normal", 2), ("witness_a", 3))]
             other = pair["name_b"] if pair["point"] is None else f"{pair['name_b']}, point {pair['point']}"
             table.add_row(pair["name_a"], pair["link_a"], other, f"{1000 * pair['signed_distance'] + 0.0:.3f}", *vectors)
         yield table
     if data["signed_distance"] is not None:
-        yield f"least distance: {1000 * data['signed_distance'] + 0.0:.3f} mm"
+        yield f"minimum distance: {1000 * data['signed_distance'] + 0.0:.3f} mm"
     yield Text("collision", "bold red") if data["in_collision"] else Text("free", "bold green")

@@ -16,7 +16,7 @@ from ulna.inspection.compare import compare as compare_robots
 from ulna.inspection.differences import KINDS
 
 First = Annotated[str, typer.Argument(metavar="A", help="A bundled name, or the path of a .urdf, .xacro or .sdf file.")]
-Second = Annotated[str, typer.Argument(metavar="B", help="Another one.")]
+Second = Annotated[str, typer.Argument(metavar="B", help="The other description.")]
 Ignored = Annotated[
     list[str] | None, typer.Option(metavar="KIND", help=f"Differences that do not count; repeatable: {', '.join(KINDS)}.")
 ]
@@ -76,7 +76,7 @@ def compare_table(data) -> Iterator[RenderableType]:
 
 def _largest_difference(data) -> str:
     if not data["poses"]:
-        return "no link of one is matched with a link of the other"
+        return "no links match"
     farthest = max(data["poses"], key=lambda pose: (pose["position"], pose["rotation"]))
     where = f" ({farthest['link_a']})" if farthest["position"] > 0 else ""
     apart = f"{data['max_position_difference']:.3g} m{where}, {data['max_rotation_difference']:.3g} rad"

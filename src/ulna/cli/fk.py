@@ -15,7 +15,7 @@ from ulna.description.controllers import Controller, controller_named, pose_as
 from ulna.description.pose import quaternion_from_matrix, rpy_from_matrix
 
 FK_KEYS = (
-    f"{Q_KEYS}; base; link; frame: that of the pose, the base unless given; position; rpy; wxyz; matrix: 4x4; controller: its "
+    f"{Q_KEYS}; base; link; frame: that of the pose, by default the base; position; rpy; wxyz; matrix: 4x4; controller: its "
     "name, labels, units and numbers, or null."
 )
 

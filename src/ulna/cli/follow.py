@@ -30,19 +30,19 @@ Poses = Annotated[
         help="The poses: rows of x, y, z and roll, pitch, yaw (or w, x, y, z, or a matrix) in a .csv file, or a .npy file.",
     ),
 ]
-Out = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the joint path, a row a pose, its names first.")]
+Out = Annotated[
+    Path | None, typer.Option("--csv", metavar="FILE", help="Write the joint path: a line of names, then one row per pose.")
+]
 MaxStep = Annotated[float, typer.Option(metavar="NUMBER", help="The largest step of a joint from pose to pose [rad or m].")]
 Rank = Annotated[
     str | None, typer.Option(metavar="NAME", help="What is minimized: nearest, manipulability, clearance or mid_range.")
 ]
-TimeLimit = Annotated[
-    float | None, typer.Option(metavar="SECONDS", help="The longest time of the search; no limit unless given.")
-]
+TimeLimit = Annotated[float | None, typer.Option(metavar="SECONDS", help="Time limit of the search; none by default.")]
 
 FOLLOW_KEYS = (
-    "robot; base; link; task; poses: how many; status; success; reason; sentence; proof: complete or searched; max_step; "
-    "largest_step; ends_at: the first pose that is not reached, from 0, or null; joints; units; lower; upper; q: rows, null from "
-    "there on; alive, smallest_step, manipulability, least_singular_value, limit_excess, collisions: why it ends, or null."
+    "robot; base; link; task; poses: their number; status; success; reason; sentence; proof: complete or searched; max_step; "
+    "largest_step; ends_at: the first pose not reached, from 0, or null; joints; units; lower; upper; q: rows, null "
+    "from there on; alive, smallest_step, manipulability, least_singular_value, limit_excess, collisions: why it ends, or null."
 )
 _ENDING = ("alive", "smallest_step", "manipulability", "least_singular_value", "limit_excess", "collisions")
 _DEFAULTS = defaults_of(Robot.follow)
@@ -134,7 +134,7 @@ def follow_table(data) -> Iterator[RenderableType]:
     yield Text(f"{data['robot']}: {data['link']} in {data['base']}, {count_of(data['poses'], 'pose')}", "bold")
     rows = data["q"][: data["ends_at"]]
     if rows:
-        table = make_table(["joint"], ["begins", "ends", "least", "most", "lower", "upper", ""], [])
+        table = make_table(["joint"], ["begins", "ends", "min", "max", "lower", "upper", ""], [])
         for k, (name, unit) in enumerate(zip(data["joints"], data["units"], strict=True)):
             q = [row[k] for row in rows]
             limits = map(limit, (data["lower"][k], data["upper"][k]))

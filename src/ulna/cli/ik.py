@@ -23,7 +23,7 @@ Trace = Annotated[bool, typer.Option("--trace", help="Show every step.")]
 IK_KEYS = (
     "robot; base; link; target: matrix, 4x4, orientation, given or home, and frame, a link, a matrix or null; status; "
     "success; joints; units; q; lower; upper; position_error; rotation_error; residual: x, y, z, rx, ry, rz in the axes of the "
-    "target; task; iterations; starts: number of the start that led to q; reason; reach_excess, in meters; limit_excess by "
+    "target; task; iterations; starts: index of the start that led to q; reason; reach_excess, in meters; limit_excess by "
     "joint; trace: rows of position error, rotation error, largest joint step, damping, or null."
 )
 TRACK_WIDTH = 13  # characters
@@ -78,7 +78,7 @@ def ik_table(data) -> Iterator[RenderableType]:
         (f"{data['robot']}: {data['link']} in {data['base']}", "bold"),
         f"\nposition x, y, z  {', '.join(number(x) for x in T[:3, 3])} m",
         f"\nroll, pitch, yaw  {turn}",
-        " (none given: as at home)" if data["target"]["orientation"] == "home" else "",
+        " (not given: as at home)" if data["target"]["orientation"] == "home" else "",
     )
     table = make_table(["joint"], ["q", "", "deg", "lower", "upper"], ["within its limits"])
     for name, unit, q, *limits in zip(*(data[key] for key in ("joints", "units", "q", "lower", "upper")), strict=True):

@@ -18,7 +18,7 @@ INFO_KEYS = (
     "name; base; tip: null if there are several; hand: the link that other commands take; leaves; n_dof; joints: one for each "
     "entry of q, with name, type, lower, upper, soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: "
     "name, joint, multiplier, offset; links; groups: the joints of each, and named_configurations: the q of each, both of "
-    "the SRDF; srdf: the path of the one that was found beside the URDF, else empty; closed_form: of the hand's "
+    "the SRDF; srdf: the path of the file found next to the URDF, else empty; closed_form: of the hand's "
     "inverse kinematics, null without a closed form: family, from_end, held, miss, is_exact; "
     "collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
 )
@@ -80,7 +80,7 @@ def info_table(data) -> Iterator[RenderableType]:
     if data["named_configurations"]:
         yield _names("named configurations", list(data["named_configurations"]))
     if data["srdf"]:
-        yield Text.assemble(("SRDF", "bold"), f": {data['srdf']}, found beside the URDF; --no-srdf refuses it")
+        yield Text.assemble(("SRDF", "bold"), f": {data['srdf']}, found next to the URDF; --no-srdf ignores it")
     shapes = make_table(["collision shape", "link", "kind"], [], ["extents [m]"])
     for shape in data["collision_shapes"]:
         shapes.add_row(shape["name"], shape["link"], shape["kind"], _measures(shape))
@@ -92,8 +92,8 @@ def closed_form_text(form) -> Text:
     if form is None:
         return Text.assemble(("inverse kinematics", "bold"), ": no closed form")
     held, seen = f", {form['held']} held" if form["held"] else "", ", from the end" if form["from_end"] else ""
-    tier = "exact" if form["is_exact"] else "near, starts of the search only"
-    text = f": closed form{held}: {form['family']}{seen} ({tier}; the axes miss it by {form['miss']:.1g})"
+    tier = "exact" if form["is_exact"] else "approximate, for starts of the search only"
+    text = f": closed form{held}: {form['family']}{seen} ({tier}; the axes deviate by {form['miss']:.1g})"
     return Text.assemble(("inverse kinematics", "bold"), text)
 
 

@@ -14,7 +14,7 @@ from ulna.cli.targets import Q
 from ulna.errors import InputError
 from ulna.robot.coordinates import coordinates_of
 
-Frame = Annotated[str | None, typer.Option(metavar="FRAME", help="base, link or spatial; base unless given.")]
+Frame = Annotated[str | None, typer.Option(metavar="FRAME", help="base, link or spatial; by default base.")]
 Analytical = Annotated[bool, typer.Option("--analytical", help="Rates of x, y, z, roll, pitch, yaw instead.")]
 
 JACOBIAN_KEYS = (
@@ -33,7 +33,7 @@ def jacobian(robot: AnyRobot, q: Q, link: Link, *, expressed_in: Frame = None, a
     Rows are linear first, then angular: meters and radians per second.
     """
     if analytical and expressed_in is not None:
-        raise InputError("--expressed-in", "goes with the geometric Jacobian, not with --analytical")
+        raise InputError("--expressed-in", "applies to the geometric Jacobian, not to --analytical")
     frame = None if analytical else "base" if expressed_in is None else expressed_in
     J = robot.analytical_jacobian(q, link=link) if frame is None else robot.jacobian(q, link=link, expressed_in=frame)
     data = {

@@ -20,7 +20,7 @@ KeepTexts = Annotated[
     typer.Option(
         "--keep",
         metavar="NAME=NUMBERS",
-        help="What the motion keeps: upright=5deg, orientation=2deg, line=x,y,z,x,y,z,1mm (two points), "
+        help="A constraint on the motion: upright=5deg, orientation=2deg, line=x,y,z,x,y,z,1mm (two points), "
         "plane=x,y,z,roll,pitch,yaw,1mm, inside=x,y,z,roll,pitch,yaw,length,width,height, looking=x,y,z,5deg (a point), or "
         'together=LINK,LINK; the tolerance may be left out. "LINK:upright=5deg" is about another link. Repeatable.',
     ),

@@ -13,13 +13,11 @@ from ulna.cli.output import Output, make_table
 from ulna.description.names.by_name import KnownRobot, known_robots, packages_to_install
 from ulna.errors import count_of
 
-Part = Annotated[
-    str, typer.Argument(metavar="PART", help="A part of a name, of a maker or of a package; all robots unless given.")
-]
+Part = Annotated[str, typer.Argument(metavar="PART", help="A part of a name, of a maker or of a package; by default all robots.")]
 
 LIST_KEYS = (
     "robots: name, also (its other names), package, path (null if bundled or not downloaded yet), installed, and of bundled ones "
-    "maker, model, payload (kg), reach (m), else null; to_install: packages that would give more."
+    "maker, model, payload (kg), reach (m), else null; to_install: packages that add more robots."
 )
 
 
@@ -48,6 +46,6 @@ def list_table(data) -> Iterator[RenderableType]:
         table.add_row(robot["name"], ", ".join(robot["also"]), robot["package"], about)
     if data["robots"]:
         yield table
-    yield Text(count_of(len(data["robots"]), "robot") if data["robots"] else "no robot is called so", "bold")
+    yield Text(count_of(len(data["robots"]), "robot") if data["robots"] else "no robot matches", "bold")
     if data["to_install"]:
-        yield f"more come by name with: pip install {' '.join(data['to_install'])}"
+        yield f"for more robots: pip install {' '.join(data['to_install'])}"

@@ -28,7 +28,7 @@ Effort = Annotated[
     typer.Option(metavar="NUMBERS", help="Limits in Nm or N, one or one for each joint, in place of the description's."),
 ]
 Torque = Annotated[
-    bool, typer.Option("--torque", help="The motion keeps the limits of effort of the description; --effort gives others.")
+    bool, typer.Option("--torque", help="Keep the description's effort limits during the motion; --effort sets others.")
 ]
 _NAME = "--payload"  # name of the payload among the robot's attached objects
 
@@ -48,7 +48,9 @@ class Loads(NamedTuple):
             InputError: A payload or a mounting is given without torque limits, and so has no effect.
         """
         if not self.torque and self.effort is None and (self.payload is not None or self.free_fall is not None):
-            raise InputError("--payload, --mount, --gravity", "go with --torque or --effort: without a limit no torque counts")
+            raise InputError(
+                "--payload, --mount, --gravity", "require --torque or --effort: without a torque limit they have no effect"
+            )
         robot = mounted(robot, self.free_fall)
         return robot if self.payload is None else holding(robot, *payload_of(self.payload), link)
 

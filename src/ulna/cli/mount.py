@@ -30,7 +30,7 @@ _FREE_FALL = {Mounting.FLOOR: (0.0, 0.0, -_G), Mounting.WALL: (_G, 0.0, 0.0), Mo
 
 Mount = Annotated[
     Mounting | None,
-    typer.Option("--mount", help="floor; wall: the x axis of the base points down; or ceiling. The floor unless given."),
+    typer.Option("--mount", help="floor; wall: the x axis of the base points down; or ceiling. By default the floor."),
 ]
 Gravity = Annotated[
     str | None,
@@ -43,7 +43,7 @@ Gravity = Annotated[
 def free_fall_of(*, mount: Mount = None, gravity: Gravity = None) -> NDArray[np.float64] | None:
     """The acceleration of free fall of ``--mount`` or ``--gravity`` [m/s^2], shape (3,); None without them."""
     if mount is not None and gravity is not None:
-        raise InputError("--mount, --gravity", "only one of them is expected")
+        raise InputError("--mount, --gravity", "give only one of them")
     if gravity is not None:
         return np.array(numbers("--gravity", gravity, _AXES))
     return None if mount is None else np.array(_FREE_FALL[mount])

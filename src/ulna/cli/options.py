@@ -36,28 +36,28 @@ XacroArgs = Annotated[
     list[str] | None, typer.Option("--xacro-arg", metavar="KEY:=VALUE", help="An argument of a xacro file; repeatable.")
 ]
 PackageDirs = Annotated[
-    list[Path] | None, typer.Option("--package-dir", metavar="FOLDER", help="A folder that holds ROS packages; repeatable.")
+    list[Path] | None, typer.Option("--package-dir", metavar="FOLDER", help="A folder that contains ROS packages; repeatable.")
 ]
-Base = Annotated[str | None, typer.Option(metavar="LINK", help="The link to begin at; the root unless given.")]
-Tip = Annotated[str | None, typer.Option(metavar="LINK", help="The link to end at: only the chain to it is kept.")]
+Base = Annotated[str | None, typer.Option(metavar="LINK", help="The base link; by default the root.")]
+Tip = Annotated[str | None, typer.Option(metavar="LINK", help="The tip link: only the chain to it is loaded.")]
 SrdfFile = Annotated[
     Path | None,
     typer.Option("--srdf", metavar="FILE", help="A semantic description: groups, states, pairs of links that may touch."),
 ]
-NoSrdf = Annotated[bool, typer.Option("--no-srdf", help="Do not use an SRDF that lies beside the URDF.")]
+NoSrdf = Annotated[bool, typer.Option("--no-srdf", help="Ignore an SRDF next to the URDF.")]
 LinkName = Annotated[
-    str | None, typer.Option(metavar="NAME", help="The link; unless given the tip or, where there are several, the hand.")
+    str | None, typer.Option(metavar="NAME", help="The link; by default the tip, or the hand if there are several tips.")
 ]
-Degrees = Annotated[bool, typer.Option("--degrees", help="All angles given are degrees, not radians.")]
+Degrees = Annotated[bool, typer.Option("--degrees", help="All angles are in degrees, not radians.")]
 Seed = Annotated[int, typer.Option(help="Chooses the random samples: the same number gives the same result.")]
-HandSpeed = Annotated[float | None, typer.Option("--hand-speed", metavar="NUMBER", help="The greatest of the hand [m/s].")]
+HandSpeed = Annotated[float | None, typer.Option("--hand-speed", metavar="NUMBER", help="Maximum speed of the hand [m/s].")]
 HandAcceleration = Annotated[
-    float | None, typer.Option("--hand-acceleration", metavar="NUMBER", help="The greatest of the hand [m/s^2].")
+    float | None, typer.Option("--hand-acceleration", metavar="NUMBER", help="Maximum acceleration of the hand [m/s^2].")
 ]
-Jerk = Annotated[float | None, typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^3 or m/s^3].")]
+Jerk = Annotated[float | None, typer.Option(metavar="NUMBER", help="Maximum jerk of every joint [rad/s^3 or m/s^3].")]
 TaskName = Annotated[str, typer.Option(metavar="NAME", help="pose, position, or pointing: the z axis alone.")]
 Host = Annotated[str, typer.Option(help="The address to listen on; any but 127.0.0.1, localhost and ::1 lets other machines in.")]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="Its port; 0 takes a free one.")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 selects a free one.")]
 NoOpen = Annotated[bool, typer.Option("--no-open", help="Do not open a browser.")]
 
 
@@ -80,7 +80,7 @@ def loading(
 ) -> dict[str, Any]:
     """The arguments of ``ulna.load``: how a robot is loaded, and which part of it."""
     if no_srdf and srdf is not None:
-        raise InputError("--srdf, --no-srdf", "only one of them is expected")
+        raise InputError("--srdf, --no-srdf", "give only one of them")
     return {**sources, "base": base, "tip": tip, "srdf": False if no_srdf else srdf}
 
 
@@ -110,7 +110,7 @@ def link_or_hand(robot: AnyRobot, loading: Loading, *, link: LinkName = None, as
     """The link of ``named_or_hand``; raises an error if it is not below ``--base``."""
     if link is not None and loading["base"] is not None and link not in robot.link_names:
         advice = f"--frame {robot.base} states poses in {robot.base!r} of the whole robot"
-        raise InputError("--base, --link", f"{link!r} is not below {robot.base!r}, or is no link; {advice}")
+        raise InputError("--base, --link", f"{link!r} is not below {robot.base!r}, or is not a link; {advice}")
     return named_or_hand(robot, link=link, as_json=as_json)
 
 
@@ -129,7 +129,7 @@ def named_or_hand(robot: Robot, *, link: str | None, as_json: bool) -> str:
         return known
     hand = hand_link(robot)
     if not as_json:
-        warn(f"{robot.name} has {len(robot.tree.leaves)} tips; {hand} is taken, --link names another")
+        warn(f"{robot.name} has {len(robot.tree.leaves)} tips; using {hand}, --link selects another")
     return hand
 
 

@@ -45,30 +45,31 @@ Goals = Annotated[
     ),
 ]
 Held = Annotated[
-    list[str] | None, typer.Option(metavar="JOINT", help="A joint that keeps its position, as a lift or a finger; repeatable.")
+    list[str] | None,
+    typer.Option(metavar="JOINT", help="A joint that keeps its position, such as a lift or a finger; repeatable."),
 ]
-Clearance = Annotated[float, typer.Option(metavar="METERS", help="Keep objects at least this far away.")]
-MaxChecks = Annotated[int, typer.Option(help="How many edges are checked at most.")]
-TimeLimit = Annotated[float, typer.Option(metavar="SECONDS", help="The longest time of the search; inf for no limit.")]
+Clearance = Annotated[float, typer.Option(metavar="METERS", help="Minimum distance from objects.")]
+MaxChecks = Annotated[int, typer.Option(help="Maximum number of edge checks.")]
+TimeLimit = Annotated[float, typer.Option(metavar="SECONDS", help="Time limit of the search; inf for none.")]
 Sampled = Annotated[bool, typer.Option("--sampled", help="Check edges at samples instead of certifying them.")]
 Escape = Annotated[bool, typer.Option("--escape", help="Leave a start that touches by at most 10 mm, or is beyond limits.")]
 Velocity = Annotated[
-    float | None, typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s or m/s], below its own limit.")
+    float | None, typer.Option(metavar="NUMBER", help="Maximum velocity of every joint [rad/s or m/s], within its own limit.")
 ]
 Acceleration = Annotated[
     float | None,
-    typer.Option(metavar="NUMBER", help="The greatest of every joint [rad/s^2 or m/s^2]; 5 without --limits."),
+    typer.Option(metavar="NUMBER", help="Maximum acceleration of every joint [rad/s^2 or m/s^2]; 5 without --limits."),
 ]
 ArmLimits = Annotated[
     str | None,
     typer.Option(
         "--limits",
         metavar="NAME",
-        help="Velocity, acceleration and jerk of an arm, as franka, or of a file joint_limits.yaml, where no number is given. "
-        "The plan keeps the file's positions too.",
+        help="Limits of velocity, acceleration and jerk: of an arm such as franka, or a file joint_limits.yaml; "
+        "numbers override them. The plan  keeps the file's position limits too.",
     ),
 ]
-Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the motion in time: a row for each --period.")]
+Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the timed motion: one row per --period.")]
 Period = Annotated[float, typer.Option(metavar="SECONDS", help="The time between two rows of --csv.")]
 _VELOCITY = 1.0  # [rad/s or m/s], for joints without a limit
 _ACCELERATION = 5.0  # [rad/s^2 or m/s^2]
@@ -76,9 +77,9 @@ _DEFAULTS = defaults_of(Robot.plan)
 
 PLAN_KEYS = (
     "robot; status; success; reason; joints; path: rows of q; length; certified; moved: joints that move although their position "
-    "is the same at both ends, since no path was found with them held; worst_violation: the greatest share of its "
-    "tolerance that a constraint uses on the path, at most; clearance, in meters, null without objects; "
-    "checks; duration of the fastest motion within the limits, in seconds, or null; check: which of its samples, 1 ms apart, "
+    "is the same at both ends, since no path was found with them held; worst_violation: the largest share of its "
+    "tolerance that a constraint uses on the path, as an upper bound; clearance, in meters, null without objects; "
+    "checks; duration of the fastest motion within the limits, in seconds, or null; check: the sample, every 1 ms, that "
     "comes nearest to a limit, as a sentence, or null."
 )
 
@@ -125,7 +126,7 @@ def plan(
         raise InputError("--to, --xyz, --pose, --goal", "one of them is expected")
     if (to is not None or goals) and (link is not None or target.is_given):
         other = "--goal names its links and their orientations" if goals else "--to gives positions of all joints"
-        raise InputError("--link, --rpy, --wxyz, --rotvec, --frame", f"go with --xyz and --pose; {other}")
+        raise InputError("--link, --rpy, --wxyz, --rotvec, --frame", f"require --xyz or --pose; {other}")
     if limits is not None:
         with as_options({"limits": "--limits"}):
             robot = _within_positions(robot, limits)
@@ -256,6 +257,6 @@ def plan_table(data) -> Iterator[RenderableType]:
             yield table
     yield data["reason"]
     if data["worst_violation"]:
-        yield f"of the tolerance of what is kept, at most {data['worst_violation']:.1%} is used at any time"
+        yield f"the motion uses at most {data['worst_violation']:.1%} of the constraints' tolerance"
     if data["duration"] is not None:
         yield f"{data['duration']:.3f} s, {data['check']}"

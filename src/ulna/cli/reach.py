@@ -27,29 +27,31 @@ from ulna.reachability.reachability_map import reachability_map
 
 MapPath = Annotated[Path, typer.Argument(metavar="MAP", help="The folder of the map, such as map.zarr.")]
 Voxel = Annotated[float, typer.Option(metavar="METERS", help="The edge of a voxel.")]
-Orientations = Annotated[int, typer.Option(metavar="N", help="How many orientations are tried in each voxel.")]
+Orientations = Annotated[int, typer.Option(metavar="N", help="Number of orientations per voxel.")]
 Bounds = Annotated[
     str | None,
-    typer.Option(
-        metavar="NUMBERS", help='Lowest and highest corner, "x,y,z, x,y,z" in meters; all that is in reach unless given.'
-    ),
+    typer.Option(metavar="NUMBERS", help='Lowest and highest corner, "x,y,z, x,y,z" in meters; by default everything in reach.'),
 ]
 Itself = Annotated[
     bool, typer.Option("--self", help="Poses in which the robot touches itself do not count; --scene and --box check that too.")
 ]
-KeepClearance = Annotated[bool, typer.Option("--keep-clearance", help="Keep the distance to the nearest obstacle.")]
-Solutions = Annotated[bool, typer.Option("--solutions", help="Keep the joint positions found.")]
-KeepPayload = Annotated[bool, typer.Option("--keep-payload", help="Keep the largest mass that the motors hold at the link.")]
-Resume = Annotated[bool, typer.Option("--resume", help="Continue the map that is there, or begin one.")]
+KeepClearance = Annotated[bool, typer.Option("--keep-clearance", help="Store the distance to the nearest obstacle.")]
+Solutions = Annotated[bool, typer.Option("--solutions", help="Store the joint positions.")]
+KeepPayload = Annotated[bool, typer.Option("--keep-payload", help="Store the maximum mass that the motors hold at the link.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Continue an existing map, or begin one.")]
 Scheduler = Annotated[
     str | None,
-    typer.Option(metavar="ADDRESS", help="Of a Dask cluster, as tcp://host:8786; threads of this process unless given."),
+    typer.Option(
+        metavar="ADDRESS", help="The address of a Dask cluster, as tcp://host:8786; by default threads of this process."
+    ),
 ]
-Threads = Annotated[int | None, typer.Option(metavar="N", help="Without a cluster; ULNA_THREADS, or one a processor.")]
-Steps = Annotated[int, typer.Option(metavar="N", help="Steps of the search for one pose; from 16000 on with the reason.")]
+Threads = Annotated[
+    int | None, typer.Option(metavar="N", help="Threads without a cluster; by default ULNA_THREADS, or one per processor.")
+]
+Steps = Annotated[int, typer.Option(metavar="N", help="Steps of the search for one pose; from 16000 on with reasons of failure.")]
 RobotOfMap = Annotated[
     str | None,
-    typer.Option("--robot", metavar="ROBOT", help="The robot, for its looks: a map has its shapes alone."),
+    typer.Option("--robot", metavar="ROBOT", help="The robot, for its appearance: a map contains its collision shapes only."),
 ]
 Figure = Annotated[Path, typer.Argument(metavar="OUT", help="The figure: .png, .svg or .pdf.")]
 
@@ -136,7 +138,7 @@ def compute(
             )  # fmt: skip
         except KeyboardInterrupt:
             kept = ReachabilityMap.open(path).summary.computed
-            warn(f"stopped: {kept} of {count_of(begun[1], 'pose')} kept in {path}; --resume continues")
+            warn(f"stopped: {path} contains {kept} of {count_of(begun[1], 'pose')}; --resume continues")
             raise typer.Exit(130) from None
     return Output(map_data(found, time.perf_counter() - start, begun[1] - begun[0]), map_table)
 

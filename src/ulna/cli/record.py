@@ -22,14 +22,14 @@ from ulna.errors import InputError, needs_extra
 from ulna.robot import Robot
 
 Out = Annotated[Path, typer.Argument(metavar="OUT", help="The file: .mp4, .gif, or .png for a single picture.")]
-Seconds = Annotated[float | None, typer.Option(help="How long it is; 30, or 10 with --robot, or as --plan.")]
-Size = Annotated[str | None, typer.Option(metavar="WxH", help="In pixels; 1280x720, or 640x360 of a .gif.")]
-Rate = Annotated[int | None, typer.Option("--fps", help="Pictures a second; 30, or 10 of a .gif.")]
-At = Annotated[float | None, typer.Option(metavar="SECONDS", help="Which moment of the demo a .png shows.")]
+Seconds = Annotated[float | None, typer.Option(help="The duration; by default 30, 10 with --robot, or that of --plan.")]
+Size = Annotated[str | None, typer.Option(metavar="WxH", help="In pixels; by default 1280x720, or 640x360 for a .gif.")]
+Rate = Annotated[int | None, typer.Option("--fps", help="Pictures per second; by default 30, or 10 for a .gif.")]
+At = Annotated[float | None, typer.Option(metavar="SECONDS", help="The time in the demo that a .png shows.")]
 RecordedRobot = Annotated[
     str | None,
     typer.Option(
-        metavar="ROBOT", help="A robot, instead of the demo; without obstacles, --trajectory and --plan the camera goes round it."
+        metavar="ROBOT", help="A robot, instead of the demo; without obstacles, --trajectory and --plan the camera circles it."
     ),
 ]
 Trajectory = Annotated[
@@ -37,9 +37,9 @@ Trajectory = Annotated[
 ]
 PlanFile = Annotated[
     Path | None,
-    typer.Option("--plan", metavar="FILE", help="A motion that `ulna plan --csv` wrote, or a message of ROS, shown in its time."),
+    typer.Option("--plan", metavar="FILE", help="A motion of `ulna plan --csv`, or a message of ROS, shown in real time."),
 ]
-Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes that collisions of the arm are checked with.")]
+Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes of the arm's collision checks.")]
 _SHORTEST = 0.1  # [s], the minimum length of a film
 _EXTRA = ("recording", "viewer", "trimesh", "av", "PIL")
 
@@ -69,15 +69,15 @@ def record(
     """
     of_robot = any(each is not None for each in (robot, q, world, trajectory, plan))
     if sum(each is not None for each in (q, trajectory, plan)) > 1:
-        raise InputError("--q, --trajectory, --plan", "at most one of them is expected: each has the joint positions")
+        raise InputError("--q, --trajectory, --plan", "give at most one of them: each sets the joint positions")
     if any(value or value is False for value in loading.values()) and not of_robot:
         raise InputError(
-            "--base, --tip, --srdf, --no-srdf, --xacro-arg, --package-dir", "go with --robot; without it the demo is recorded"
+            "--base, --tip, --srdf, --no-srdf, --xacro-arg, --package-dir", "require --robot; without it the demo is recorded"
         )
     if of_robot and at is not None:
-        raise InputError("--at", "goes with the demo; a robot that does not move has no points in time")
+        raise InputError("--at", "requires the demo; a robot's picture has no time")
     if path.suffix.lower() == ".png" and (rate is not None or (of_robot and seconds is not None)):
-        raise InputError("--seconds, --fps", "go with a video; a .png is a single picture, and --seconds the length of the demo")
+        raise InputError("--seconds, --fps", "require a video; a .png is a single picture, and --seconds the length of the demo")
     with needs_extra(*_EXTRA):
         from ulna.viewer.film.recording import make_form  # noqa: PLC0415 -- needs the extra
     if of_robot:

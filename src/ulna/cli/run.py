@@ -30,15 +30,15 @@ class ArmName(StrEnum):
 Driver = Annotated[ArmName, typer.Argument(metavar="ARM", help="franka: a Franka Research 3, by pylibfranka.")]
 Address = Annotated[str, typer.Option(metavar="HOST", help="The address of the arm's controller.")]
 Goal = Annotated[str, typer.Option("--to", metavar="NUMBERS", help="Joint positions to reach, or home.")]
-Speed = Annotated[float, typer.Option(metavar="NUMBER", help="The share of the arm's speed, above 0 and at most 1.")]
+Speed = Annotated[float, typer.Option(metavar="NUMBER", help="The fraction of the arm's speed, above 0 and at most 1.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Connect to nothing and move nothing: check and record the commands.")]
 Yes = Annotated[bool, typer.Option("--yes", help="Move without asking first.")]
-Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the commands and measured positions: a row for each ms.")]
+Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the commands and measured positions: one row per ms.")]
 _SPEED = 0.2  # the default is slow enough to reach the emergency stop
 
 RUN_KEYS = (
     "arm; robot; status; success; reason; joints; path: rows of q; duration at this speed, in seconds, or null; moved: whether "
-    "the arm was commanded to; stopped; arrived: whether it is at the goal; ended: in words, where, or null; "
+    "the arm was commanded to; stopped; arrived: whether it is at the goal; ended: the end of the run, in words, or null; "
     "tracking_error, in radians, or null; lost: periods without a command; q: where it is."
 )
 
@@ -68,9 +68,9 @@ def run(
     """
     robot = load("fr3")
     if start is not None and not dry_run:
-        raise InputError("--from", "the arm starts where it is; with --dry-run a start can be given")
+        raise InputError("--from", "the arm starts at its measured position; --from requires --dry-run")
     if as_json and not (yes or dry_run):
-        raise InputError("--json", "nothing is asked with it; --yes or --dry-run is expected")
+        raise InputError("--json", "it asks no question; add --yes or --dry-run")
     as_number("--speed", speed, 0.0, "a number above 0 and at most 1", above=True, most=1.0)
     goal = positions("--to", to, robot, degrees=degrees)
     begin = robot.home if start is None else positions("--from", start, robot, degrees=degrees)
@@ -102,8 +102,8 @@ def run(
 
 def _confirmed(motion: Trajectory, speed: float, place: str) -> bool:
     """Ask the user whether the arm may move."""
-    typer.echo(f"{place} will move for {motion.duration / speed:.1f} s at {speed:g} of its speed.", err=True)
-    return typer.confirm("Is everybody away from it, and may it move?", err=True)
+    typer.echo(f"{place} will move for {motion.duration / speed:.1f} s at {speed:.0%} of its speed.", err=True)
+    return typer.confirm("Is everybody clear of the arm, and may it move?", err=True)
 
 
 def run_table(data) -> Iterator[RenderableType]:

@@ -86,16 +86,14 @@ HOME = "home"
 Positions = Annotated[
     str | None,
     typer.Option(
-        "--q", metavar="NUMBERS", help='Joint positions, as in "0,-pi/4,0.5 1e-3", or a state of the SRDF; home unless given.'
+        "--q", metavar="NUMBERS", help='Joint positions, as in "0,-pi/4,0.5 1e-3", or a state of the SRDF; by default home.'
     ),
 ]
 Start = Annotated[
     str | None,
     typer.Option("--from", metavar="NUMBERS", help="Joint positions to start from, or a state of the SRDF, or home."),
 ]
-RollPitchYaw = Annotated[
-    str | None, typer.Option(metavar="R,P,Y", help="Roll, pitch, yaw; the orientation at home unless given.")
-]
+RollPitchYaw = Annotated[str | None, typer.Option(metavar="R,P,Y", help="Roll, pitch, yaw; by default the orientation at home.")]
 Quaternion = Annotated[str | None, typer.Option(metavar="W,X,Y,Z", help="The orientation as a quaternion instead.")]
 
 
@@ -112,14 +110,16 @@ WholePose = Annotated[
 ]
 ControllerName = Annotated[
     str | None,
-    typer.Option("--controller", metavar="NAME", help=f"Whose units and angles poses have: {', '.join(CONTROLLERS)}."),
+    typer.Option(
+        "--controller", metavar="NAME", help=f"The controller whose units and angles poses have: {', '.join(CONTROLLERS)}."
+    ),
 ]
 FrameText = Annotated[
     str | None,
     typer.Option(
         "--frame",
         metavar="FRAME",
-        help='The frame of poses: a link that stands still, or its "x,y,z,roll,pitch,yaw".',
+        help='The frame of poses: a fixed link, or its "x,y,z,roll,pitch,yaw".',
     ),
 ]
 
@@ -135,7 +135,7 @@ BeginQ = Annotated[
     typer.Option(
         "--q",
         metavar="NUMBERS",
-        help='Joint positions to begin with, as in "0,-pi/4,0.5 1e-3", or a state of the SRDF; bent and free unless given.',
+        help='Initial joint positions, as in "0,-pi/4,0.5 1e-3", or a state of the SRDF; by default bent and collision-free.',
     ),
 ]
 
@@ -214,10 +214,10 @@ def target_of(
     """The target of ``--pose``, the options of an orientation, and ``--frame``."""
     if whole is None:
         if controller is not None:
-            raise InputError("--controller", "goes with --pose")
+            raise InputError("--controller", "requires --pose")
         return Target(None, orientation, frame)
     if orientation is not None:
-        raise InputError("--pose", "has an orientation; none is expected beside it")
+        raise InputError("--pose", "already contains an orientation; give no other")
     if controller is None:
         xyz_rpy = numbers("--pose", whole, (*XYZ, *RPY), degrees=degrees)
         return Target(pose(xyz_rpy[:3], xyz_rpy[3:]), None, frame)

@@ -20,14 +20,14 @@ from ulna.robot import Robot
 from ulna.robot.coordinates import Coordinate, coordinates_of
 
 Array = NDArray[np.float64]
-Velocities = Annotated[str | None, typer.Option("--qd", metavar="NUMBERS", help="Joint velocities; at rest unless given.")]
-Accelerations = Annotated[str | None, typer.Option("--qdd", metavar="NUMBERS", help="Joint accelerations; 0 unless given.")]
+Velocities = Annotated[str | None, typer.Option("--qd", metavar="NUMBERS", help="Joint velocities; 0 by default.")]
+Accelerations = Annotated[str | None, typer.Option("--qdd", metavar="NUMBERS", help="Joint accelerations; 0 by default.")]
 
 TORQUE_KEYS = (
     f"{Q_KEYS}; link; gravity; mass and center: of the payload, in the frame of the link; joints; units: Nm or N; torque; "
-    "limit: null where none is known; share: torque by limit; bears: the largest mass that each joint alone carries there, kg, "
-    "null without an end; payload: that of all; limited_by: the joint that limits it, or null; unknown: joints without a limit; "
-    "holds: whether all limits are known and kept; rated: what its maker says it may carry, kg, or null."
+    "limit: null where none is known; share: torque by limit; bears: the largest mass that each joint can hold there, kg, "
+    "null without a limit; payload: of all joints; limited_by: the joint that limits it, or null; "
+    "unknown: joints without a limit; holds: whether all limits are known and kept; rated: the rated payload, kg, or null."
 )
 
 
@@ -93,7 +93,7 @@ def torque_table(data) -> Iterator[RenderableType]:
     place = f"{', '.join(f'{x:g}' for x in data['center'])} of {data['link']}"
     what = f"{data['mass']:g} kg at {place}" if data["mass"] else "no payload"
     yield title(data, f"torques with {what}")
-    table = make_table(["joint"], ["torque", "limit", "share", "bears [kg]"], [""])
+    table = make_table(["joint"], ["torque", "limit", "share", "can hold [kg]"], [""])
     for joint, unit, torque, most, share, mass in zip(
         *(data[key] for key in ("joints", "units", "torque", "limit", "share", "bears")), strict=True
     ):
@@ -105,18 +105,18 @@ def torque_table(data) -> Iterator[RenderableType]:
     if data["limited_by"] is None:
         yield f"at {place} no joint limits the payload"
     else:
-        yield f"at {place} it bears {data['payload']:.2f} kg: {data['limited_by']} limits it"
+        yield f"at {place} it can hold {data['payload']:.2f} kg, limited by {data['limited_by']}"
     if data["rated"] is not None:
         if data["mass"] > data["rated"]:
-            yield Text(f"more than the {data['rated']:g} kg that its maker rates it for", "bold yellow")
+            yield Text(f"more than the maker's rated payload of {data['rated']:g} kg", "bold yellow")
         else:
-            yield f"its maker rates it for {data['rated']:g} kg"
+            yield f"the maker's rated payload is {data['rated']:g} kg"
     if data["holds"]:
-        yield Text("within the limits of torque", "bold green")
+        yield Text("within the torque limits", "bold green")
     elif any(share is not None and share > 1.0 for share in data["share"]):
-        yield Text("beyond the limits", "bold red")
+        yield Text("beyond the torque limits", "bold red")
     else:
         yield Text(
-            f"not known: the description states no effort above 0 of {', '.join(data['unknown'])}; --effort gives it",
+            f"unknown: no effort limit above 0 for {', '.join(data['unknown'])}; --effort sets it",
             "bold yellow",
         )

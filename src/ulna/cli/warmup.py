@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from ulna.engine.warmup import Compiled  # imports the compiler
 
 WARMUP_KEYS = (
-    "folder: where the machine code lies; seconds: in all; compiled: entry, shapes (boxes or any, where that is two), seconds, "
-    "was_cached: it lay there already."
+    "folder: of the machine code; seconds: in total; compiled: entry, shapes (boxes or any, where that is two), seconds, "
+    "was_cached: it was there already."
 )
 
 
@@ -41,7 +41,7 @@ def warmup(*, as_json: Json = False) -> Output:
 
     folder = cache_folder()
     if folder is None:
-        reason = "it cannot be written, or is not for this user alone, so nothing would be kept"
+        reason = "it cannot be written, or other users can write to it, so nothing would be stored"
         raise FileError("cache folder", f"{reason}; NUMBA_CACHE_DIR names another")
     jobs, start = all_jobs(Entries("ulna")), time.perf_counter()
     compiled = with_progress(compile_all(jobs, side_by_side=n_threads() > 1), len(jobs), in_lines=not as_json)
@@ -79,7 +79,7 @@ def warmup_table(data) -> Iterator[RenderableType]:
             table.add_row(_named(row["entry"], row["shapes"]), f"{row['seconds']:.1f}")
     if table.row_count:
         yield table
-    yield Text(f"{table.row_count} of {len(data['compiled'])} compiled in {data['seconds']:.1f} s; the others were there already")
+    yield Text(f"{table.row_count} of {len(data['compiled'])} compiled in {data['seconds']:.1f} s; the others were cached")
     yield Text(f"machine code: {data['folder']}", no_wrap=True)
 
 

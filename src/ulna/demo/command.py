@@ -29,9 +29,9 @@ def demo(page: OnPage, *, check: ChecksOnly = False, as_json: Json = False) -> N
     Exit status 1 if a check fails; then the page ends.
     """
     if as_json and not check:
-        raise InputError("--json", "goes with --check; the page has no JSON output")
+        raise InputError("--json", "requires --check; the page has no JSON output")
     if check and page != PageOptions():
-        raise InputError("--host, --port, --no-open", "go with the view; --check stops before it")
+        raise InputError("--host, --port, --no-open", "apply to the page, which --check does not open")
     if not (show_checks(run_checks(), as_json=as_json) if check else _serve(page)):
         raise typer.Exit(1)
 

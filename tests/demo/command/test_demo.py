@@ -125,12 +125,12 @@ def test_a_missing_viewer_extra_is_named(run, monkeypatch, package):
 
 
 def test_json_without_check_is_refused(refusal):
-    assert refusal("demo", "--json").startswith("--json: goes with --check")
+    assert refusal("demo", "--json").startswith("--json: requires --check")
 
 
 @pytest.mark.parametrize("options", [["--host", "::1"], ["--port", "0"], ["--no-open"]])
 def test_options_of_the_page_with_check_are_refused(refusal, options):
-    assert refusal("demo", "--check", *options).startswith("--host, --port, --no-open: go with the view")
+    assert refusal("demo", "--check", *options).startswith("--host, --port, --no-open: apply to the page")
 
 
 def test_a_port_above_65535_is_a_usage_error(run):

@@ -27,7 +27,7 @@ def test_a_png_of_a_long_demo_is_one_picture(run, tmp_path):
         (["demo.mp4", "--at", "3"], "--at: is for a single picture, a .png; demo.mp4 shows the whole demo"),
         (
             ["demo.png", "--package-dir", "x"],
-            "--base, --tip, --srdf, --no-srdf, --xacro-arg, --package-dir: go with --robot",
+            "--base, --tip, --srdf, --no-srdf, --xacro-arg, --package-dir: require --robot",
         ),
         (["missing/demo.png"], "missing/demo.png: cannot be written: no such folder"),
     ],

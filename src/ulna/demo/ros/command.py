@@ -71,7 +71,7 @@ def ros2_demo() -> None:
         ros.play(Demo(), compiler.ask)
 
 
-Topic = Annotated[str | None, typer.Option(help="Where commands are published; unless given where such a controller reads.")]
+Topic = Annotated[str | None, typer.Option(help="The topic of the commands; by default that of such a controller.")]
 
 
 @ros2.command("servo")

@@ -94,7 +94,7 @@ class ClosedForm(OneLine):
 
     def __str__(self) -> str:
         tier = "exact" if self.is_exact else "near"
-        return f"{self.geometry}; {tier}, the axes miss it by {self.miss:.1g}"
+        return f"{self.geometry}; {tier}, the axes deviate by {self.miss:.1g}"
 
 
 def joints_at(form: ClosedForm, q: Array) -> SixJoints:
