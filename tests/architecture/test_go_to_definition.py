@@ -18,7 +18,7 @@ WALKS = {
     "forward_kinematics": ("of CompiledForward forward_one chain_pose", "kernels/chain/poses.py"),
     "jacobian": ("of CompiledJacobian jacobian_one chain_jacobian", "kernels/chain/jacobian.py"),
     "in_collision": ("in_collision overlaps overlap_one overlaps_unindexed", "kernels/collision/overlap.py"),
-    "signed_distance": ("signed_distance least_distance nearest_batch nearest_unindexed", "kernels/collision/nearest.py"),
+    "signed_distance": ("signed_distance min_distance nearest_batch nearest_unindexed", "kernels/collision/nearest.py"),
     "inverse_kinematics": (
         "inverse_kinematics _solver _solver_for solver_of NumericSolver search_one run_jobs advance",
         "kernels/ik/levenberg_marquardt.py",

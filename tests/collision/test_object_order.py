@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ulna.collision.object_tree import compact_order, halved_order
+from ulna.collision.object_tree import compact_order, median_split_order
 
 
 def areas(centers, half, order):
@@ -14,7 +14,7 @@ def areas(centers, half, order):
     return (sides * np.roll(sides, 1, axis=1)).sum()
 
 
-@pytest.mark.parametrize("order", [halved_order, compact_order])
+@pytest.mark.parametrize("order", [median_split_order, compact_order])
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 64, 65, 100, 1000])
 def test_an_order_has_every_object_once(order, n, rng):
     assert sorted(order(rng.uniform(-1, 1, (n, 3))).tolist()) == list(range(n))
@@ -26,5 +26,5 @@ def test_halves_make_smaller_boxes_than_a_curve_through_all(n, rng):
     shares = []
     for _ in range(5):
         centers, half = rng.uniform(-1, 1, (n, 3)), rng.uniform(0.01, 0.1, (n, 3))
-        shares.append(areas(centers, half, halved_order(centers)) / areas(centers, half, compact_order(centers)))
+        shares.append(areas(centers, half, median_split_order(centers)) / areas(centers, half, compact_order(centers)))
     assert np.mean(shares) < 0.95

@@ -6,7 +6,7 @@ import pytest
 from kernel_modes import compiled
 from ulna.collision.arena import Arena
 from ulna.collision.object_tables import make_objects
-from ulna.collision.object_tree import bounds, compact_order, most_nodes, without, write_tree
+from ulna.collision.object_tree import bounds, compact_order, max_nodes, remove_child, write_tree
 from ulna.collision.objects import numbers_below
 from ulna.description.pose import pose
 from ulna.description.shapes import Box
@@ -27,7 +27,7 @@ def search(nodes, root, low, high, stack, some, found):
 
 def tree_of(low, high):
     n = len(low)
-    arena = Arena(0, 0, 2 * most_nodes(n))
+    arena = Arena(0, 0, 2 * max_nodes(n))
     return arena, write_tree(arena, low, high, -1.0 - np.arange(n))
 
 
@@ -72,7 +72,7 @@ def test_a_tree_without_one_has_all_others_and_the_tree_before_is_as_it_was(rng,
     low = rng.uniform(-1, 1, (n, 3))
     (arena, before), everywhere = tree_of(low, low), (np.full(3, -9.0), np.full(3, 9.0))
     for place in (0, n // 2, n - 1):
-        tree = without(arena, before, place)
+        tree = remove_child(arena, before, place)
         assert found_by(arena, tree, *everywhere, n) == [k for k in range(n) if k != place]
         assert sorted(numbers_below(arena.nodes, tree.root).tolist()) == [k for k in range(n) if k != place]
     assert found_by(arena, before, *everywhere, n) == list(range(n))

@@ -6,7 +6,7 @@ import pytest
 import formulas
 from kernel_modes import compiled
 from ulna.collision.arena import Arena
-from ulna.collision.object_tree import compact_order, most_nodes, write_tree
+from ulna.collision.object_tree import compact_order, max_nodes, write_tree
 from ulna.engine.lanes import WIDTH, empty_rows, load, store
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.reached import NEVER, ball_bounds, push_reached, tree_is_reached
@@ -34,7 +34,7 @@ def search(nodes, root, bodies, poses, within_rows, stack, found):
 
 
 def tree_of(points):
-    arena = Arena(0, 0, most_nodes(len(points)))
+    arena = Arena(0, 0, max_nodes(len(points)))
     return arena.nodes, write_tree(arena, points, points, -1.0 - np.arange(len(points))).root
 
 

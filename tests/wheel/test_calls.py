@@ -96,9 +96,9 @@ def test_a_bound_function_takes_its_arguments_by_name(panda):
 def test_the_plain_methods_use_the_extension(panda):
     world = ulna.World()
     panda.forward_kinematics(panda.home), panda.jacobian(panda.home), panda.in_collision(panda.home, world)  # what makes them
-    questions = panda._checker._last
+    queries = panda._checker._last
     of_links = panda._forward[None], panda._jacobian[None, "base"]
-    for function in (*of_links, questions.overlaps, questions.least_distance, questions.edge):
+    for function in (*of_links, queries.overlaps, queries.min_distance, queries.edge):
         assert isinstance(function, _calls.Bound)
 
 
@@ -111,8 +111,8 @@ def test_in_c_and_in_python_are_the_same_bits(panda):
     for q in panda.random(1000, seed=4):
         assert np.array_equal(panda.forward_kinematics(q), fk._validated(q))
         assert np.array_equal(panda.jacobian(q), jac._validated(q))
-        assert panda.in_collision(q, world) == checker.any_touch(scene, q)
-        assert panda.signed_distance(q, world) == checker.least_distance(scene, q)
+        assert panda.in_collision(q, world) == checker.in_collision_by_entries(scene, q)
+        assert panda.signed_distance(q, world) == checker.min_distance(scene, q)
 
 
 def test_in_c_and_in_python_find_the_same_solution(panda):

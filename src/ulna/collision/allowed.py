@@ -12,7 +12,7 @@ ALWAYS = "always"  # in contact in every sampled configuration
 SOMETIMES = "sometimes"  # in contact in some sampled configurations: checked
 NEVER = "never"  # in contact in no sampled configuration: checked, unless the user allows the pair
 USER = "user"  # given by the user
-OF_OBJECTS = "; for the links that may touch an object of a world: world.add(..., touch_links=[...])"
+TOUCH_LINKS_HINT = "; for the links that may touch an object of a world: world.add(..., touch_links=[...])"
 
 
 @dataclass(frozen=True)
@@ -105,9 +105,9 @@ class AllowedCollisions(Collection):
             InputError: A pair is not the names of two different links.
         """
         added = as_link_pairs(pairs)
-        allowed = {pair.links for pair in added}
-        kept = tuple(pair for pair in self.pairs if pair.links not in allowed)
-        return AllowedCollisions(kept + added, tuple(pair for pair in self.checked if pair.links not in allowed))
+        new_sets = {pair.links for pair in added}
+        unchanged = tuple(pair for pair in self.pairs if pair.links not in new_sets)
+        return AllowedCollisions(unchanged + added, tuple(pair for pair in self.checked if pair.links not in new_sets))
 
     def minus(self, *pairs: LinkPair | tuple[str, str]) -> "AllowedCollisions":
         """A copy without some pairs, which are checked from then on.
@@ -116,13 +116,15 @@ class AllowedCollisions(Collection):
             InputError: A pair is not the names of two different links.
             UnknownNameError: A pair is not an allowed pair.
         """
-        taken = as_link_pairs(pairs)
-        for pair in taken:
+        removed = as_link_pairs(pairs)
+        for pair in removed:
             if pair not in self:
                 raise UnknownNameError("allowed pair", f"{pair.link_a} - {pair.link_b}", map(str, self.pairs))
-        away = {pair.links for pair in taken}
-        moved = tuple(pair for pair in self.pairs if pair.links in away)
-        return AllowedCollisions(tuple(pair for pair in self.pairs if pair.links not in away), self.checked + moved)
+        removed_sets = {pair.links for pair in removed}
+        checked_again = tuple(pair for pair in self.pairs if pair.links in removed_sets)
+        return AllowedCollisions(
+            tuple(pair for pair in self.pairs if pair.links not in removed_sets), self.checked + checked_again
+        )
 
     def to_srdf(self, robot: str) -> str:
         """SRDF text for the robot of this name, with a ``disable_collisions`` element for each pair."""
@@ -138,14 +140,14 @@ class AllowedCollisions(Collection):
 
 def as_link_pairs(pairs: Iterable, name: str = "pairs") -> tuple[LinkPair, ...]:
     """The pairs as ``LinkPair``, without repeats. Input pairs are ``LinkPair``, two names, or pairs of an SRDF."""
-    found: dict[frozenset[str], LinkPair] = {}
+    by_links: dict[frozenset[str], LinkPair] = {}
     for pair in pairs:
         links = (pair.link_a, pair.link_b) if hasattr(pair, "link_a") and hasattr(pair, "link_b") else pair
         if not (isinstance(links, tuple | list) and len(links) == 2 and all(isinstance(link, str) for link in links)):
             raise InputError(name, f"{pair!r}; the names of two links are expected")
-        known = pair if isinstance(pair, LinkPair) else LinkPair(*links, reason=(getattr(pair, "reason", "") or USER).lower())
-        found[known.links] = known
-    return tuple(found.values())
+        link_pair = pair if isinstance(pair, LinkPair) else LinkPair(*links, reason=(getattr(pair, "reason", "") or USER).lower())
+        by_links[link_pair.links] = link_pair
+    return tuple(by_links.values())
 
 
 def as_allowed(allowed: Iterable, link_names: tuple[str, ...]) -> AllowedCollisions:
@@ -156,5 +158,5 @@ def as_allowed(allowed: Iterable, link_names: tuple[str, ...]) -> AllowedCollisi
     for pair in collection:
         for link in pair.links:
             if link not in link_names:
-                raise UnknownNameError("link", link, link_names, OF_OBJECTS)
+                raise UnknownNameError("link", link, link_names, TOUCH_LINKS_HINT)
     return collection

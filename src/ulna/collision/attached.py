@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.collision.allowed import OF_OBJECTS
+from ulna.collision.allowed import TOUCH_LINKS_HINT
 from ulna.description.given_names import as_link_names, refuse_no_name
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description, Inertia, frozen
@@ -48,31 +48,31 @@ class Attached:
         return Attached, (self.name, self.shape, self.T_link_object, self.link, self.touch_links, self.inertia)
 
 
-def inertias_of(description: Description, held: tuple[Attached, ...] = ()) -> tuple[tuple[str, Inertia], ...]:
+def inertias_of(description: Description, attached: tuple[Attached, ...] = ()) -> tuple[tuple[str, Inertia], ...]:
     """The inertias that an arm moves: those of its links and of its attached objects.
 
     Each comes with the name of its link, and is in that link's frame.
     """
-    own = ((link.name, link.inertia) for link in description.links if link.inertia is not None)
-    more = ((one.link, one.inertia.moved(one.T_link_object)) for one in held if one.inertia is not None)
-    return (*own, *more)
+    of_links = ((link.name, link.inertia) for link in description.links if link.inertia is not None)
+    of_attached = ((one.link, one.inertia.moved(one.T_link_object)) for one in attached if one.inertia is not None)
+    return (*of_links, *of_attached)
 
 
-def attach(held: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...]) -> tuple[Attached, ...]:
+def attach(attached: tuple[Attached, ...], new: Attached, link_names: tuple[str, ...]) -> tuple[Attached, ...]:
     """Add an attached object, after a check of its names."""
-    taken = (*link_names, *(one.name for one in held))
-    if new.name in taken:
+    names = (*link_names, *(one.name for one in attached))
+    if new.name in names:
         raise InputError("name", f"the robot already has a link or an attached object {new.name!r}")
     if new.link not in link_names:
         raise UnknownNameError("link", new.link, link_names)
     for name in new.touch_links:
-        if name not in taken:
-            raise UnknownNameError("link or attached object", name, taken, OF_OBJECTS)
-    return (*held, new)
+        if name not in names:
+            raise UnknownNameError("link or attached object", name, names, TOUCH_LINKS_HINT)
+    return (*attached, new)
 
 
-def detach(held: tuple[Attached, ...], name: str) -> tuple[Attached, ...]:
+def detach(attached: tuple[Attached, ...], name: str) -> tuple[Attached, ...]:
     """Remove the attached object of this name."""
-    if name not in {one.name for one in held}:
-        raise UnknownNameError("attached object", name, [one.name for one in held])
-    return tuple(one for one in held if one.name != name)
+    if name not in {one.name for one in attached}:
+        raise UnknownNameError("attached object", name, [one.name for one in attached])
+    return tuple(one for one in attached if one.name != name)

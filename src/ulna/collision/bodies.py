@@ -50,13 +50,13 @@ class Bodies:
         return bool((self.table[:, SHAPE] == BOX).all())
 
     @cached_property
-    def _rows_of(self) -> dict[str, list[int]]:
+    def _rows_by_owner(self) -> dict[str, list[int]]:
         """The rows of the bodies of each owner."""
         return {owner: [k for k, name in enumerate(self.owners) if name == owner] for owner in self.owners}
 
     def pairs_of(self, owners: Iterable[tuple[str, str]]) -> list[tuple[int, int]]:
         """All pairs of a body of a and a body of b, for each pair (a, b) of owners."""
-        return [(i, j) for a, b in owners for i in self._rows_of[a] for j in self._rows_of[b]]
+        return [(i, j) for a, b in owners for i in self._rows_by_owner[a] for j in self._rows_by_owner[b]]
 
     def table_of_pairs(self, owners: Iterable[tuple[str, str]]) -> NDArray[np.int64]:
         """``pairs_of`` as an array for the kernels: read-only, shape (n, 2)."""
@@ -79,7 +79,7 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
             f"robot {description.name!r} has no collision shapes, so its collisions cannot be checked: {remedy}; "
             "robot.trajectory(path) gives a path times without a collision check"
         )
-    parts += [(held.link, held.name, held.name, held.shape, held.T_link_object) for held in attached]
+    parts += [(one.link, one.name, one.name, one.shape, one.T_link_object) for one in attached]
     rows, frames, vertices = [], [], [NO_VERTICES]
     for link, _, name, shape, T in parts:
         first = sum(map(len, vertices))
@@ -97,7 +97,7 @@ def make_bodies(description: Description, tree: Tree, attached: tuple[Attached, 
     links, owners, names, *_ = zip(*parts, strict=True)
     table, points = frozen(rows, (len(rows), BODY_WIDTH)), np.concatenate(vertices)
     of_shapes = frozen(frames, (len(frames), FRAME_WIDTH))
-    return Bodies(_distinct(names, links), links, owners, table, of_shapes, frozen(points, points.shape))
+    return Bodies(_make_distinct(names, links), links, owners, table, of_shapes, frozen(points, points.shape))
 
 
 def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attached: tuple[Attached, ...]) -> NDArray[np.int64]:
@@ -105,19 +105,19 @@ def checked_pairs(bodies: Bodies, tree: Tree, allowed: AllowedCollisions, attach
 
     Pairs left out: allowed links, an attached object with its ``touch_links``, and bodies without a joint between them.
     """
-    free = {pair.links for pair in allowed}
-    free |= {frozenset((held.name, other)) for held in attached for other in held.touch_links}
+    allowed_sets = {pair.links for pair in allowed}
+    allowed_sets |= {frozenset((one.name, other)) for one in attached for other in one.touch_links}
     carriers = dict(zip(bodies.owners, bodies.links, strict=True))
-    held = {one.name for one in attached}
+    attached_names = {one.name for one in attached}
     checked = []
     for a, b in combinations(carriers, 2):
-        rigid = tree.link_row[carriers[a]] == tree.link_row[carriers[b]] and (a in held or b in held)
-        if not rigid and frozenset((a, b)) not in free:
+        rigid = tree.link_row[carriers[a]] == tree.link_row[carriers[b]] and (a in attached_names or b in attached_names)
+        if not rigid and frozenset((a, b)) not in allowed_sets:
             checked.append((a, b))
     return bodies.table_of_pairs(checked)
 
 
-def _distinct(names: tuple[str, ...], links: tuple[str, ...]) -> tuple[str, ...]:
+def _make_distinct(names: tuple[str, ...], links: tuple[str, ...]) -> tuple[str, ...]:
     """The shapes' names, made different.
 
     A repeated name gets its link as a prefix, and a number if that is not enough.
@@ -133,15 +133,15 @@ def scene_of(
     objects: Objects,
     may_touch: NDArray[np.bool_] | None = None,
 ) -> Scene:
-    """The scene of bodies, their pairs, and objects, for the kernels. ``may_touch`` defaults to ``may_touch_of`` the two."""
+    """The scene of bodies, their pairs, and objects, for the kernels. ``may_touch`` defaults to their ``touch_table``."""
     layout = objects.layout
     vertices, points = (None, None) if bodies.only_boxes and layout.only_boxes else (bodies.vertices, layout.vertices)
-    may_touch = may_touch_of(bodies, layout.touch_sets) if may_touch is None else may_touch
+    may_touch = touch_table(bodies, layout.touch_sets) if may_touch is None else may_touch
     of_world = layout.table, points, layout.nodes, layout.root, objects.first, objects.end
     return Scene(joints, bodies.table, vertices, pairs, *of_world, may_touch)
 
 
-def may_touch_of(bodies: Bodies, touch_sets: tuple[frozenset[str], ...]) -> NDArray[np.bool_]:
+def touch_table(bodies: Bodies, touch_sets: tuple[frozenset[str], ...]) -> NDArray[np.bool_]:
     """Table of the bodies that may touch the objects of each touch set, shape (n_bodies, n_sets)."""
     may_touch = np.array([[owner in links for links in touch_sets] for owner in bodies.owners])
     may_touch.setflags(write=False)

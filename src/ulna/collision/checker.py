@@ -5,7 +5,7 @@
 2. Both make a *scene*, to which the entries are bound (``bound_scene``). ``overlap`` tests for any contact, ``contacts`` lists
    the contacts, ``nearest`` finds the nearest pair, ``continuous`` checks a whole edge. Scenes of boxes alone have machine code
    of their own.
-3. The scene of the last call is cached, with the queries bound to it (``Questions``).
+3. The scene of the last call is cached, with the queries bound to it (``Queries``).
 4. Contacts and distances come back as row numbers; ``report`` and ``distances`` look up their names.
 """
 
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.allowed import AllowedCollisions
 from ulna.collision.attached import Attached
-from ulna.collision.bodies import NO_PAIRS, Bodies, checked_pairs, make_bodies, may_touch_of, scene_of
+from ulna.collision.bodies import NO_PAIRS, Bodies, checked_pairs, make_bodies, scene_of, touch_table
 from ulna.collision.bound_scene import BoundScene
 from ulna.collision.clouds import PointCloud
 from ulna.collision.distances import Distances, distances_of
@@ -28,7 +28,7 @@ from ulna.collision.object_tables import NO_OBJECTS, make_objects
 from ulna.collision.object_tree import compact_order
 from ulna.collision.objects import Layout, Objects
 from ulna.collision.report import EdgeReport
-from ulna.collision.sampled_pairs import FoundPairs
+from ulna.collision.sampled_pairs import SampledPairs
 from ulna.collision.world import World
 from ulna.description.arrays import as_number, as_switch
 from ulna.description.pose import as_one_pose
@@ -78,8 +78,8 @@ class Checker:
         description: Description,
         tree: Tree,
         attached: tuple[Attached, ...],
-        given: AllowedCollisions | None,
-        found: FoundPairs,
+        user_pairs: AllowedCollisions | None,
+        sampled_pairs: SampledPairs,
     ) -> None:
         """Take a robot.
 
@@ -87,11 +87,12 @@ class Checker:
             description: The robot.
             tree: The same as arrays.
             attached: The objects attached to it.
-            given: The pairs of links that may touch, if the user has given them.
-            found: Finds the allowed pairs at their first use, if the user has given none.
+            user_pairs: The pairs of links that may touch, if the user has given them.
+            sampled_pairs: Finds the allowed pairs at their first use, if the user has given none.
         """
-        self.description, self.tree, self.attached, self.given, self.found = description, tree, attached, given, found
-        self._last: Questions | None = None  # of the last scene
+        self.description, self.tree, self.attached = description, tree, attached
+        self.user_pairs, self.sampled_pairs = user_pairs, sampled_pairs
+        self._last: Queries | None = None  # of the last scene
         self._may_touch: tuple[tuple[frozenset[str], ...], NDArray[np.bool_]] | None = None
 
     @cached_property
@@ -102,12 +103,12 @@ class Checker:
     @property
     def allowed(self) -> AllowedCollisions:
         """The pairs of links that may touch: the user's pairs, or else the sampled pairs with those of the SRDF."""
-        return self.found.counted(self.bodies) if self.given is None else self.given
+        return self.sampled_pairs.with_counts(self.bodies) if self.user_pairs is None else self.user_pairs
 
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
         """The pairs of bodies that are checked, shape (n, 2): all pairs but the allowed ones."""
-        allowed = self.found.without_counts(self.bodies) if self.given is None else self.given
+        allowed = self.sampled_pairs.without_counts(self.bodies) if self.user_pairs is None else self.user_pairs
         return checked_pairs(self.bodies, self.tree, allowed, self.attached)
 
     def in_collision(
@@ -115,12 +116,14 @@ class Checker:
     ) -> bool | NDArray[np.bool_]:
         """Whether anything touches: a bool for one q without ``out``, else shape (...,)."""
         objects = _objects_of(world)
-        questions = self._questions(objects, self_collision)
+        queries = self._queries(objects, self_collision)
         if out is None:
-            return questions.overlaps(q, objects.first, objects.end)
-        return self.any_touch(questions.scene(objects.first, objects.end), q, out)
+            return queries.overlaps(q, objects.first, objects.end)
+        return self.in_collision_by_entries(queries.scene(objects.first, objects.end), q, out)
 
-    def any_touch(self, scene: BoundScene, q: ArrayLike, out: NDArray[np.bool_] | None = None) -> bool | NDArray[np.bool_]:
+    def in_collision_by_entries(
+        self, scene: BoundScene, q: ArrayLike, out: NDArray[np.bool_] | None = None
+    ) -> bool | NDArray[np.bool_]:
         """``in_collision`` in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
@@ -143,12 +146,12 @@ class Checker:
     def signed_distance(self, q: ArrayLike, world: World | None, self_collision: bool, out: Array | None = None) -> Any:
         """The minimum signed distance [m]: a number for one q without ``out``, else shape (...,)."""
         objects = _objects_of(world)
-        questions = self._questions(objects, self_collision)
+        queries = self._queries(objects, self_collision)
         if out is None:
-            return questions.least_distance(q, objects.first, objects.end)
-        return self.least_distance(questions.scene(objects.first, objects.end), q, out)
+            return queries.min_distance(q, objects.first, objects.end)
+        return self.min_distance(queries.scene(objects.first, objects.end), q, out)
 
-    def least_distance(self, scene: BoundScene, q: ArrayLike, out: Array | None = None) -> Any:
+    def min_distance(self, scene: BoundScene, q: ArrayLike, out: Array | None = None) -> Any:
         """``signed_distance`` in Python."""
         q = as_positions(q, self.tree)
         if q.ndim == 1 and out is None:
@@ -183,7 +186,7 @@ class Checker:
         if resolution is not RESOLUTION:
             resolution = as_number("resolution", resolution, MIN_RESOLUTION, _A_RESOLUTION)
         objects = _objects_of(world)
-        report = self._questions(objects, self_collision).edge(q_a, q_b, resolution, objects.first, objects.end)
+        report = self._queries(objects, self_collision).edge(q_a, q_b, resolution, objects.first, objects.end)
         return report if type(report) is EdgeReport else EdgeReport(*report)
 
     def edges(self, scene: BoundScene, q_a: ArrayLike, q_b: ArrayLike, resolution: float) -> EdgeReport:
@@ -228,9 +231,12 @@ class Checker:
     def links_that_touch(self, q: ArrayLike) -> tuple[tuple[str, str], ...]:
         """The checked pairs of links that touch at ``at`` = q, shape (n_dof,)."""
         q = as_configuration(q, self.tree, "at")
-        held, report = {one.name for one in self.attached}, self.check_collision(q, None, self_collision=True, max_distance=0.0)
+        attached, report = (
+            {one.name for one in self.attached},
+            self.check_collision(q, None, self_collision=True, max_distance=0.0),
+        )
         pairs = dict.fromkeys((pair.link_a, str(pair.link_b)) for pair in report.pairs if pair.signed_distance <= 0.0)
-        return tuple(pair for pair in pairs if held.isdisjoint(pair))
+        return tuple(pair for pair in pairs if attached.isdisjoint(pair))
 
     def links_near(
         self, cloud: PointCloud, q: ArrayLike, within: float, pose: ArrayLike | None
@@ -270,9 +276,9 @@ class Checker:
 
     def _scene(self, objects: Objects, self_collision: bool) -> BoundScene:
         """The robot and the objects, bound to the entries."""
-        return self._questions(objects, self_collision).scene(objects.first, objects.end)
+        return self._queries(objects, self_collision).scene(objects.first, objects.end)
 
-    def _questions(self, objects: Objects, self_collision: bool) -> "Questions":
+    def _queries(self, objects: Objects, self_collision: bool) -> "Queries":
         """The queries for objects of this layout. The last ones are cached."""
         last = self._last
         if last is not None and last.layout is objects.layout and last.self_collision is self_collision:
@@ -282,14 +288,14 @@ class Checker:
             raise InputError("world", "is None and self_collision is False, so there is nothing to check")
         known = self._may_touch
         if known is None or known[0] != objects.layout.touch_sets:
-            known = self._may_touch = objects.layout.touch_sets, may_touch_of(self.bodies, objects.layout.touch_sets)
+            known = self._may_touch = objects.layout.touch_sets, touch_table(self.bodies, objects.layout.touch_sets)
         pairs = self.pairs if self_collision else NO_PAIRS
         scene = BoundScene(scene_of(self.tree.joints, self.bodies, pairs, objects, known[1]))
-        self._last = last = Questions(self, objects.layout, self_collision, scene)
+        self._last = last = Queries(self, objects.layout, self_collision, scene)
         return last
 
 
-class Questions:
+class Queries:
     """The queries at one q among objects of one layout, each bound to the layout's tables at its first use.
 
     A query takes q, and ``first`` and ``end``: the rows of the unindexed objects are those from ``first`` to before ``end``.
@@ -315,7 +321,7 @@ class Questions:
         return self._bound(overlap.overlap_one, "truth", (FREE, OVERLAPS), self._overlaps_in_python)
 
     @cached_property
-    def least_distance(self) -> Callable[[ArrayLike, int, int], Any]:
+    def min_distance(self) -> Callable[[ArrayLike, int, int], Any]:
         """The minimum signed distance at q [m]."""
         return self._bound(nearest.nearest_batch, "number", (), self._distance_in_python, NearestPair.records())
 
@@ -324,14 +330,14 @@ class Questions:
         """An edge report from q_a to q_b to a resolution [m], or its three values."""
         return self._bound(continuous.edges_each, "edge", (EDGE_FREE, EDGE_CONTACT), self._edge_in_python)
 
-    def _bound(self, entry: Any, way: Way, codes: tuple[int, ...], otherwise: Callable[..., Any], like: Any = None) -> Any:
-        return bind(entry, way, (self._last.scene,), self._checker.tree.n_dof, codes, otherwise, like)
+    def _bound(self, entry: Any, kind: Way, codes: tuple[int, ...], fallback: Callable[..., Any], example: Any = None) -> Any:
+        return bind(entry, kind, (self._last.scene,), self._checker.tree.n_dof, codes, fallback, example)
 
     def _overlaps_in_python(self, q: ArrayLike, first: int, end: int) -> bool | NDArray[np.bool_]:
-        return self._checker.any_touch(self.scene(first, end), q)
+        return self._checker.in_collision_by_entries(self.scene(first, end), q)
 
     def _distance_in_python(self, q: ArrayLike, first: int, end: int) -> Any:
-        return self._checker.least_distance(self.scene(first, end), q)
+        return self._checker.min_distance(self.scene(first, end), q)
 
     def _edge_in_python(self, q_a: ArrayLike, q_b: ArrayLike, resolution: float, first: int, end: int) -> EdgeReport:
         return self._checker.edges(self.scene(first, end), q_a, q_b, resolution)
@@ -343,9 +349,9 @@ def _objects_of(world: World | None) -> Objects:
     return NO_OBJECTS if world is None else world.objects()
 
 
-def _in_parts(run: Callable[..., bool], arrays: tuple[Any, ...], least: int = MIN_ROWS) -> bool:
+def _in_parts(run: Callable[..., bool], arrays: tuple[Any, ...], min_rows: int = MIN_ROWS) -> bool:
     """Run a function of rows of these arrays with ``in_parts``; a single row directly, which takes less time."""
     n = len(arrays[0])
     if n == 1:
         return run(*arrays)
-    return in_parts(lambda part: run(*(array[part] for array in arrays)), n, least)
+    return in_parts(lambda part: run(*(array[part] for array in arrays)), n, min_rows)

@@ -67,7 +67,7 @@ def _npy(content: bytes, meaning: Meaning) -> NDArray:
     array = np.load(BytesIO(content), allow_pickle=False)
     if array.dtype.names is not None:
         columns, scale = _named_columns(array.dtype.names, meaning.scale)
-        return np.column_stack([_one_each(array[array.dtype.names[column]]) for column in columns]) * scale
+        return np.column_stack([_flat_numbers(array[array.dtype.names[column]]) for column in columns]) * scale
     if array.dtype.kind not in "fiu":
         raise ValueError(f"its entries are {array.dtype}; numbers are expected")
     return (array.reshape(-1, array.shape[-1]) if array.ndim > 2 else array) * meaning.scale
@@ -96,13 +96,15 @@ def _named_columns(names: Sequence[str], scale: float) -> tuple[list[int], float
     columns, factors = required(find_columns(names, XYZ), "xyz", names)
     if len(set(factors)) > 1:
         raise ValueError(f"the columns {', '.join(repr(names[column]) for column in columns)} have different units")
-    stated = factors[0]
-    if stated is not None and scale not in {1.0, stated}:
-        raise ValueError(f"column {names[columns[0]]!r} is in units of {stated:g} m, but the scale is {scale:g}; leave that out")
-    return columns, scale if stated is None else stated
+    named_unit = factors[0]
+    if named_unit is not None and scale not in {1.0, named_unit}:
+        raise ValueError(
+            f"column {names[columns[0]]!r} is in units of {named_unit:g} m, but the scale is {scale:g}; leave that out"
+        )
+    return columns, scale if named_unit is None else named_unit
 
 
-def _one_each(field: NDArray) -> NDArray:
+def _flat_numbers(field: NDArray) -> NDArray:
     """The numbers of a field of records, shape (n,)."""
     if field.dtype.kind not in "fiu":
         raise ValueError(f"a field has entries of {field.dtype}; numbers are expected")
@@ -120,23 +122,23 @@ def _pcd(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
 
     Source: Point Cloud Library, The PCD file format, version 0.7.
     """
-    found = re.search(rb"^DATA +(\w+)\r?\n", content, re.MULTILINE)
-    if found is None:
+    data_line = re.search(rb"^DATA +(\w+)\r?\n", content, re.MULTILINE)
+    if data_line is None:
         raise ValueError("it has no line DATA")
-    lines = content[: found.start()].decode(errors="replace").splitlines()
-    head = {words[0]: words[1:] for words in map(str.split, lines) if words}
-    fields, n = head["FIELDS"], int(head["POINTS"][0])
-    counts = [int(count) for count in head.get("COUNT", ["1"] * len(fields))]
+    lines = content[: data_line.start()].decode(errors="replace").splitlines()
+    header = {words[0]: words[1:] for words in map(str.split, lines) if words}
+    fields, n = header["FIELDS"], int(header["POINTS"][0])
+    counts = [int(count) for count in header.get("COUNT", ["1"] * len(fields))]
     for axis in "xyz":
         if fields.count(axis) != 1 or counts[fields.index(axis)] != 1:
             raise ValueError(f"its FIELDS are {' '.join(fields)[:100]}; one {axis} is expected, of one number")
-    body, form = content[found.end() :], found[1].decode()
+    body, form = content[data_line.end() :], data_line[1].decode()
     if form == "ascii":
         first = np.cumsum([0, *counts])
         columns = [int(first[fields.index(axis)]) for axis in "xyz"]
         points = np.loadtxt(body.decode(errors="replace").splitlines(), usecols=columns, ndmin=2)
     elif form == "binary":
-        kinds = [f"<{_TYPES[kind]}{size}" for kind, size in zip(head["TYPE"], head["SIZE"], strict=True)]
+        kinds = [f"<{_TYPES[kind]}{size}" for kind, size in zip(header["TYPE"], header["SIZE"], strict=True)]
         names = [field if field in "xyz" else f"{field} {k}" for k, field in enumerate(fields)]
         row = np.dtype([(name, kind, (count,)) for name, kind, count in zip(names, kinds, counts, strict=True)])
         rows = np.frombuffer(body[: n * row.itemsize], row)
@@ -145,10 +147,10 @@ def _pcd(content: bytes, meaning: Meaning) -> NDArray[np.float64]:
         raise ValueError(f"its points are {form}; ascii and binary are read")
     if len(points) != n:
         raise ValueError(f"{len(points)} of its {count_of(n, 'point')} can be read")
-    return _seen_from(points, head.get("VIEWPOINT", []), from_sensor=meaning.from_sensor) * meaning.scale
+    return _apply_viewpoint(points, header.get("VIEWPOINT", []), from_sensor=meaning.from_sensor) * meaning.scale
 
 
-def _seen_from(points: NDArray, words: Sequence[str], *, from_sensor: bool | None) -> NDArray:
+def _apply_viewpoint(points: NDArray, words: Sequence[str], *, from_sensor: bool | None) -> NDArray:
     """Move the points of a .pcd by its VIEWPOINT if they are in the frame of the sensor.
 
     VIEWPOINT is x, y, z, then the quaternion w, x, y, z. The sensor writes exact zeros for a missing measurement. Moved, they

@@ -15,8 +15,8 @@ from ulna.kernels.layout import CONTACT
 Points = NDArray[np.floating]
 MILLIMETER = 0.001  # a unit of whole numbers, unless given
 _MAX_VOXELS = 1 << 21  # along an axis (``collision.entries.thinning``)
-_ABREAST = 64
-_FULL, _FULL_OFF = 65535, 1e-5  # and [m] by which it may be rounded as a float32
+_BLOCK = 64
+_SATURATED, _SATURATED_TOLERANCE = 65535, 1e-5  # and [m] by which it may be rounded as a float32
 
 
 def points_of_depth(
@@ -35,14 +35,14 @@ def points_of_depth(
     """
     z = as_depths(depth, depth_scale, max_depth)
     K, T = camera_matrix(intrinsics, z.shape), camera_pose(T_base_camera)
-    seen = z > 0
+    measured = z > 0
     height, width = z.shape
-    across, down = (np.arange(width) - K[0, 2]) / K[0, 0], (np.arange(height) - K[1, 2]) / K[1, 1]
-    z, points = z[seen], np.empty((int(np.count_nonzero(seen)), 3))
+    u_slopes, v_slopes = (np.arange(width) - K[0, 2]) / K[0, 0], (np.arange(height) - K[1, 2]) / K[1, 1]
+    z, points = z[measured], np.empty((int(np.count_nonzero(measured)), 3))
     for axis in range(3):
-        rays = (T[axis, 0] * across)[None, :] + (T[axis, 1] * down + T[axis, 2])[:, None]
-        points[:, axis] = rays[seen] * z + T[axis, 3]
-    return points, seen.size - len(points)
+        rays = (T[axis, 0] * u_slopes)[None, :] + (T[axis, 1] * v_slopes + T[axis, 2])[:, None]
+        points[:, axis] = rays[measured] * z + T[axis, 3]
+    return points, measured.size - len(points)
 
 
 def camera_pose(T_base_camera: ArrayLike) -> NDArray[np.float64]:
@@ -58,26 +58,26 @@ def as_depths(depth: ArrayLike, depth_scale: float | None, max_depth: float | No
     Raises:
         InputError: It is not a depth image, its values are impossible for a camera, or ``max_depth`` is not a length.
     """
-    farthest = np.inf if max_depth is None else positive("max_depth", max_depth, "a depth [m] above 0")
+    max_z = np.inf if max_depth is None else positive("max_depth", max_depth, "a depth [m] above 0")
     image = as_cells("depth", depth, 0)
     if image.ndim != 2 or image.dtype.kind not in "uif":
         raise InputError("depth", f"shape {image.shape} of {image.dtype}; numbers of shape (H, W) are expected")
-    given = image.astype(np.float64)
-    z = given * _scale(depth_scale, image)
+    raw = image.astype(np.float64)
+    z = raw * _scale(depth_scale, image)
     if (z < 0).any():
         raise InputError("depth", f"{z[z < 0].min():g} m; a depth is not below 0")
-    z = np.where((z > 0) & (z < np.inf) & ~_is_full(image.dtype, given, z), z, 0.0)
+    z = np.where((z > 0) & (z < np.inf) & ~_is_saturated(image.dtype, raw, z), z, 0.0)
     check_depths(z)
-    return z if max_depth is None else np.where(z <= farthest, z, 0.0)
+    return z if max_depth is None else np.where(z <= max_z, z, 0.0)
 
 
-def _is_full(kind: np.dtype, image: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _is_saturated(kind: np.dtype, image: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Mask of the pixels with the largest 16-bit number, which cameras write for a missing measurement.
 
     The number counts as itself, as a float, or in meters. For other unsigned integers it is the largest of their type.
     """
-    full = (image == _FULL) | (np.abs(z - _FULL * MILLIMETER) < _FULL_OFF)
-    return full | (image == float(np.iinfo(kind).max)) if kind.kind == "u" else full
+    saturated = (image == _SATURATED) | (np.abs(z - _SATURATED * MILLIMETER) < _SATURATED_TOLERANCE)
+    return saturated | (image == float(np.iinfo(kind).max)) if kind.kind == "u" else saturated
 
 
 def _scale(depth_scale: float | None, image: NDArray) -> float:
@@ -130,22 +130,22 @@ def one_per_voxel(points: Points, voxel: float) -> tuple[NDArray[np.int64], floa
     widest = float((high - low).max())
     if widest >= (_MAX_VOXELS - 1) * float(edge):
         raise InputError("voxel", f"{edge:g} m is too small for points {widest:g} m apart: crop the cloud first")
-    (kept, own), farthest = _voxels_of(points, float(edge), low), np.zeros(1)
+    (indices, voxel_of_point), error = _voxels_of(points, float(edge), low), np.zeros(1)
 
     def compare(rows: slice) -> bool:
-        thinning.compare_with_kept(points, kept, own, np.array([rows.start, rows.stop]), farthest)
+        thinning.compare_with_kept(points, indices, voxel_of_point, np.array([rows.start, rows.stop]), error)
         return True
 
     in_slices(compare, slice(0, len(points)), MIN_POSES)
-    return kept, float(farthest[0]) * (1.0 + 4.0 * CONTACT)
+    return indices, float(error[0]) * (1.0 + 4.0 * CONTACT)
 
 
 def _bounds(points: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The minimum and maximum x, y, z."""
-    even = len(points) // _ABREAST * _ABREAST
-    if even:  # a minimum over rows of three numbers would take many times longer
-        wide = points[:even].reshape(-1, 3 * _ABREAST)
-        points = np.concatenate([wide.min(axis=0).reshape(-1, 3), wide.max(axis=0).reshape(-1, 3), points[even:]])
+    n_in_blocks = len(points) // _BLOCK * _BLOCK
+    if n_in_blocks:  # a minimum over rows of three numbers would take many times longer
+        blocks = points[:n_in_blocks].reshape(-1, 3 * _BLOCK)
+        points = np.concatenate([blocks.min(axis=0).reshape(-1, 3), blocks.max(axis=0).reshape(-1, 3), points[n_in_blocks:]])
     return points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
 
 
@@ -154,7 +154,7 @@ def _voxels_of(points: Points, edge: float, low: NDArray[np.float64]) -> tuple[N
     n, slots, progress = len(points), np.zeros(thinning.FIRST_SIZE, np.int64), np.zeros(3, np.int64)
     voxels = thinning.Voxels(np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n, np.int64))
 
-    def put(rows: slice) -> bool:
+    def insert(rows: slice) -> bool:
         nonlocal slots
         progress[1] = rows.stop
         while True:
@@ -164,5 +164,5 @@ def _voxels_of(points: Points, edge: float, low: NDArray[np.float64]) -> tuple[N
             slots = np.zeros(4 * len(slots), np.int64)
             thinning.move_slots(voxels.numbers[: progress[2]], slots)
 
-    in_slices(put, slice(0, n), MIN_POSES)
+    in_slices(insert, slice(0, n), MIN_POSES)
     return voxels.nearest[: progress[2]], voxels.own

@@ -68,9 +68,9 @@ class PointCloud:
     n_removed: Mapping[str, int]
 
     def __init__(self, points: ArrayLike, radius: float) -> None:
-        rows, n_left_out = _seen(points)
+        rows, n_left_out = _measured_points(points)
         check_points("points", rows)
-        _fill(self, rows, _radius(radius), n_left_out, _NONE)
+        _set_attributes(self, rows, _radius(radius), n_left_out, _NONE)
 
     @classmethod
     def from_depth(
@@ -112,8 +112,8 @@ class PointCloud:
         points, n_left_out = points_of_depth(depth, intrinsics, T_base_camera, depth_scale, max_depth)
         if not len(points):
             raise InputError("depth", f"none of {n_left_out} pixels has a depth: the camera sees nothing")
-        rows, _ = _seen(points)
-        return _fill(object.__new__(cls), rows, _radius(radius), n_left_out, _NONE)
+        rows, _ = _measured_points(points)
+        return _set_attributes(object.__new__(cls), rows, _radius(radius), n_left_out, _NONE)
 
     @classmethod
     def from_file(cls, path: str | Path, *, radius: float, scale: float = 1.0, from_sensor: bool | None = None) -> PointCloud:
@@ -172,9 +172,9 @@ class PointCloud:
         Raises:
             InputError: It is not a length above 0, or less than 5e-7 of the extent of the points.
         """
-        kept, farthest = one_per_voxel(self.points, voxel)
+        indices, thinning_error = one_per_voxel(self.points, voxel)
         check_voxel(float(voxel), self.points)
-        return self._with(self.points.take(kept, axis=0), self.radius + farthest)
+        return self._with(self.points.take(indices, axis=0), self.radius + thinning_error)
 
     def without(self, robot: HasLinks, q: ArrayLike, *, padding: float = 0.01, pose: ArrayLike | None = None) -> PointCloud:
         """Remove the points of the robot itself and of its attached objects; ``n_removed`` counts them.
@@ -203,10 +203,10 @@ class PointCloud:
     ) -> PointCloud:
         """A cloud of some of the points."""
         radius = self.radius if radius is None else radius
-        return _remade(points, radius, self.n_left_out, n_removed or self.n_removed)
+        return _make_cloud(points, radius, self.n_left_out, n_removed or self.n_removed)
 
     def __reduce__(self):
-        return _remade, (np.array(self.points), self.radius, self.n_left_out, dict(self.n_removed))
+        return _make_cloud, (np.array(self.points), self.radius, self.n_left_out, dict(self.n_removed))
 
     def __repr__(self) -> str:
         left_out = f", {self.n_left_out} left out" if self.n_left_out else ""
@@ -220,12 +220,12 @@ def as_padding(padding: float) -> float:
     return length
 
 
-def _remade(points: NDArray[np.floating], radius: float, n_left_out: int, n_removed: Mapping[str, int]) -> PointCloud:
+def _make_cloud(points: NDArray[np.floating], radius: float, n_left_out: int, n_removed: Mapping[str, int]) -> PointCloud:
     """A cloud with these attributes."""
-    return _fill(object.__new__(PointCloud), points, radius, n_left_out, MappingProxyType(dict(n_removed)))
+    return _set_attributes(object.__new__(PointCloud), points, radius, n_left_out, MappingProxyType(dict(n_removed)))
 
 
-def _fill(
+def _set_attributes(
     cloud: PointCloud, points: NDArray[np.floating], radius: float, n_left_out: int, n_removed: Mapping[str, int]
 ) -> PointCloud:
     """Set the attributes of a new cloud, which takes ownership of the points."""
@@ -241,7 +241,7 @@ def _radius(radius: float) -> float:
     return value
 
 
-def _seen(given: ArrayLike) -> tuple[NDArray[np.floating], int]:
+def _measured_points(given: ArrayLike) -> tuple[NDArray[np.floating], int]:
     """A copy of the measured points, shape (n, 3), and the number of points left out.
 
     NaN and a camera's exact zeros are no measurements.

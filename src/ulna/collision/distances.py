@@ -34,7 +34,7 @@ class Distances:
     normal: Array
     gradient: Array
     offsets: NDArray[np.int64]
-    _found: NDArray[np.int64] = field(repr=False)
+    _pairs: NDArray[np.int64] = field(repr=False)
     _bodies: Bodies = field(repr=False)
     _object_names: list[str] = field(repr=False)
 
@@ -49,12 +49,12 @@ class Distances:
     @property
     def body_a(self) -> NDArray[np.int64]:
         """The index of the robot's body in ``robot.collision_names``, shape (m,)."""
-        return self._found[:, PAIR_BODY]
+        return self._pairs[:, PAIR_BODY]
 
     @cached_property
     def body_b(self) -> NDArray[np.int64]:
         """The index of the robot's other body, shape (m,); -1 for an object of the world."""
-        return np.where(self._found[:, PAIR_OBJECT] < 0, self._found[:, PAIR_OTHER], -1)
+        return np.where(self._pairs[:, PAIR_OBJECT] < 0, self._pairs[:, PAIR_OTHER], -1)
 
     @cached_property
     def name_a(self) -> tuple[str, ...]:
@@ -64,7 +64,7 @@ class Distances:
     @cached_property
     def name_b(self) -> tuple[str, ...]:
         """The m names of the robot's other bodies, or of the objects of the world."""
-        numbers, names = self._found[:, PAIR_OBJECT].tolist(), self._bodies.names
+        numbers, names = self._pairs[:, PAIR_OBJECT].tolist(), self._bodies.names
         return tuple(
             names[k] if number < 0 else self._object_names[number]
             for k, number in zip(self.body_b.tolist(), numbers, strict=True)

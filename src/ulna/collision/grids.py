@@ -19,7 +19,7 @@ from ulna.errors import InputError
 
 Array = NDArray[np.float64]
 _MAX_CELLS = 1 << 24  # in a grid: 16 million
-_OFF = 0.01  # cells: tolerance on a center's distance from the lattice of the others
+_LATTICE_TOLERANCE = 0.01  # cells: tolerance on a center's distance from the lattice of the others
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=float)
 
 
@@ -137,9 +137,9 @@ class VoxelGrid:
         low = points.min(axis=0)
         steps = (points - low) / edge
         index = np.rint(steps)
-        if (off := float(np.abs(steps - index).max())) > _OFF:
+        if (deviation := float(np.abs(steps - index).max())) > _LATTICE_TOLERANCE:
             raise InputError(
-                "centers", f"one is off the lattice of the others by {off:.2g} of a cell: is {edge:g} m their edge length?"
+                "centers", f"one is off the lattice of the others by {deviation:.2g} of a cell: is {edge:g} m their edge length?"
             )
         shape = index.max(axis=0) + 1
         if shape.prod() > _MAX_CELLS:
@@ -201,10 +201,10 @@ class VoxelGrid:
         index = np.indices(tuple(shape.astype(int))).reshape(3, -1).T
         corner = -0.5 * edge * shape
         free = np.zeros(len(index), dtype=bool)
-        least = _LeastDepth(z)
+        pyramid = _MinDepthPyramid(z)
         for rows in np.array_split(np.arange(len(index)), max(1, len(index) >> 16)):
             corners = ((index[rows, None] + _CORNERS) * edge + corner) @ R.T + origin
-            free[rows] = least.is_beyond(corners, K)
+            free[rows] = pyramid.is_beyond(corners, K)
         return cls(~free.reshape(shape.astype(int)), edge)
 
     def without(self, robot: HasLinks, q: ArrayLike, *, padding: float = 0.01, pose: ArrayLike | None = None) -> VoxelGrid:
@@ -215,9 +215,9 @@ class VoxelGrid:
         index = np.argwhere(self.occupied)
         balls = PointCloud(self.corner + (index + 0.5) * self.cell, self.cell * math.sqrt(3) / 2)
         _, owner = robot.links_near(balls, q, within=as_padding(padding), pose=pose)
-        kept = np.array(self.occupied)
-        kept[tuple(index[owner >= 0].T)] = False
-        return VoxelGrid(kept, self.cell, self.corner)
+        occupied = np.array(self.occupied)
+        occupied[tuple(index[owner >= 0].T)] = False
+        return VoxelGrid(occupied, self.cell, self.corner)
 
     @property
     def boxes(self) -> tuple[Array, Array]:
@@ -240,7 +240,7 @@ class VoxelGrid:
         return f"VoxelGrid({cells} cells of {self.cell:g} m, {np.count_nonzero(self.occupied)} occupied)"
 
 
-class _LeastDepth:
+class _MinDepthPyramid:
     """A pyramid of minimum depths: level k, entry i, j covers the 2^k x 2^k pixels from i, j on."""
 
     def __init__(self, depth: Array) -> None:
@@ -264,16 +264,16 @@ class _LeastDepth:
         size = np.array(self.levels[0].shape)
         level = np.frexp((last - first).max(axis=1) + 1)[1] - 1  # of the largest squares not longer than the longer side
         inside = (z.min(axis=1) > 0) & (first >= 0).all(axis=1) & (last < size).all(axis=1) & (level < len(self.levels))
-        found = np.zeros(len(corners), dtype=bool)
+        deeper = np.zeros(len(corners), dtype=bool)
         for k in np.unique(level[inside]).tolist():  # four squares at the corners cover the rectangle
-            some = np.flatnonzero(inside & (level == k))
-            begin = np.minimum(first[some], size - 2**k).astype(int)
-            end = np.maximum(last[some] - 2**k + 1, 0).astype(int)
-            least = np.min(
+            cells = np.flatnonzero(inside & (level == k))
+            begin = np.minimum(first[cells], size - 2**k).astype(int)
+            end = np.maximum(last[cells] - 2**k + 1, 0).astype(int)
+            min_depth = np.min(
                 [self.levels[k][rows[:, 0], columns[:, 1]] for rows in (begin, end) for columns in (begin, end)], axis=0
             )
-            found[some] = least > z[some].max(axis=1)
-        return found
+            deeper[cells] = min_depth > z[cells].max(axis=1)
+        return deeper
 
 
 def _as_edge(cell: float) -> float:

@@ -53,16 +53,16 @@ def _in_several_parts(q: Array, scene: BoundScene, n_objects: int, within: float
     found: dict[int, NearPairs] = {}
 
     def run(part: slice) -> bool:
-        of_part = _in_one_part(q[part], scene, n_objects, within, gradients=gradients)
-        if of_part is not None:
-            found[part.start] = of_part
-        return of_part is not None
+        part_pairs = _in_one_part(q[part], scene, n_objects, within, gradients=gradients)
+        if part_pairs is not None:
+            found[part.start] = part_pairs
+        return part_pairs is not None
 
     if not in_parts(run, len(q), least=MIN_ROWS):
         return None
     parts = [found[start] for start in sorted(found)]
-    before = np.cumsum([0, *(len(part.pairs) for part in parts)])
-    ends = np.concatenate([part.ends + first for part, first in zip(parts, before, strict=False)])
+    n_before = np.cumsum([0, *(len(part.pairs) for part in parts)])
+    ends = np.concatenate([part.ends + first for part, first in zip(parts, n_before, strict=False)])
     return NearPairs(ends, *(np.concatenate(arrays) for arrays in list(zip(*parts, strict=True))[1:]))
 
 

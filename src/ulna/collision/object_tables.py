@@ -26,10 +26,10 @@ from ulna.collision.object_tree import (
     ObjectTree,
     bounds,
     compact_order,
-    halved_order,
-    most_cloud_nodes,
-    most_nodes,
-    without,
+    max_cloud_nodes,
+    max_nodes,
+    median_split_order,
+    remove_child,
     write_cloud,
     write_tree,
 )
@@ -58,7 +58,7 @@ _SPARE = 4096  # spare rows and nodes of an arena: as many moves among a few obj
 _NO_LINKS = frozenset[str]()
 
 
-class _Many(NamedTuple):
+class _Compound(NamedTuple):
     """An object of many solids, with its rows and nodes in the arena."""
 
     shape: PointCloud | HeightMap | VoxelGrid
@@ -76,13 +76,13 @@ class ObjectTables:
         """Begin with an empty world."""
         self._arena = Arena()
         self._rows = np.empty((WIDTH, BODY_WIDTH))  # of the objects tested one by one, as they will be in the arena
-        self._alone: dict[str, int] = {}  # the row of each of them
+        self._unindexed: dict[str, int] = {}  # the row of each of them
         self._indexed: dict[str, tuple[int, int]] = {}  # the row, and the place in the tree, of each object in the tree
         self._tree = NO_TREE  # over the indexed objects
-        self._many: dict[str, _Many] = {}
+        self._compounds: dict[str, _Compound] = {}
         self._farthest: dict[str, float] = {}  # radius about the frame's origin, of those of _many that have a speed [m]
-        self._endless: set[str] = set()
-        self._round: set[str] = set()  # shapes other than boxes
+        self._unbounded: set[str] = set()
+        self._not_boxes: set[str] = set()  # shapes other than boxes
         self._sets = {_NO_LINKS: 0}
         self._root: int | None = NO_NODE  # None: the trees have changed
         self._layout: Layout | None = None  # of the last objects
@@ -109,18 +109,18 @@ class ObjectTables:
             touch_links: The links that may touch an object, by its name.
         """
         with self._arena.lock:
-            layout, alone, arena = self._layout, self._alone, self._arena
-            only_moved = changed.keys() <= alone.keys() and not any(changed.values())
-            if layout is not None and only_moved and arena.n_rows + len(alone) <= len(arena.table):
+            layout, unindexed, arena = self._layout, self._unindexed, self._arena
+            only_moved = changed.keys() <= unindexed.keys() and not any(changed.values())
+            if layout is not None and only_moved and arena.n_rows + len(unindexed) <= len(arena.table):
                 for name in changed:
-                    self._rows[alone[name], :12] = poses[name].ravel()[:12]
+                    self._rows[unindexed[name], :12] = poses[name].ravel()[:12]
             else:
-                layout = self._layout = self._laid_out(changed, shapes, poses, touch_links)
+                layout = self._layout = self._make_layout(changed, shapes, poses, touch_links)
                 arena = self._arena
-            first = arena.add_rows(self._rows[: len(self._alone)])
+            first = arena.add_rows(self._rows[: len(self._unindexed)])
             return Objects(layout, first, arena.n_rows)
 
-    def _laid_out(
+    def _make_layout(
         self,
         changed: Mapping[str, bool],
         shapes: Mapping[str, Obstacle],
@@ -129,7 +129,7 @@ class ObjectTables:
     ) -> Layout:
         """The layout after any change, with room in the arena for the rows of the objects that are tested alone."""
         if sum(name in self._indexed for name, remade in changed.items() if not remade) > MAX_UNINDEXED:
-            self._dissolve()
+            self._dissolve_tree()
         for name, remade in changed.items():
             if not remade:
                 self._move(name, poses[name])
@@ -137,73 +137,75 @@ class ObjectTables:
             self._remove(name)
             if name in shapes:
                 self._add(name, shapes[name], poses[name], touch_links.get(name, _NO_LINKS))
-        if len(self._alone) - len(self._endless) > MAX_UNINDEXED:
+        if len(self._unindexed) - len(self._unbounded) > MAX_UNINDEXED:
             self._index()
-        self._need(len(self._alone), 0, most_nodes(len(self._many) + 1))
+        self._reserve(len(self._unindexed), 0, max_nodes(len(self._compounds) + 1))
         if self._root is None:
-            self._root = self._joined()
-        arena, boxes, sets = self._arena, not self._round, tuple(self._sets)
-        clouds = {name: (one.shape, one.nodes.start) for name, one in self._many.items() if isinstance(one.shape, PointCloud)}
+            self._root = self._join_trees()
+        arena, boxes, sets = self._arena, not self._not_boxes, tuple(self._sets)
+        clouds = {
+            name: (one.shape, one.nodes.start) for name, one in self._compounds.items() if isinstance(one.shape, PointCloud)
+        }
         return Layout(*arena.read_only, arena.nodes, self._root, boxes, sets, arena.names, clouds)
 
-    def moving(self, speeds: Mapping[str, float], stated: Mapping[str, int], poses: Mapping[str, Array]) -> tuple[Moving, ...]:
+    def moving(self, speeds: Mapping[str, float], n_updates: Mapping[str, int], poses: Mapping[str, Array]) -> tuple[Moving, ...]:
         """The objects that have a speed, after ``updated``."""
         found = []
         for name, speed in speeds.items():
-            if name in self._many:
-                one = self._many[name]
+            if name in self._compounds:
+                one = self._compounds[name]
                 if one.rows.start == one.rows.stop:  # the object is empty
                     continue
                 if name not in self._farthest:
                     self._farthest[name] = _farthest(one.shape)
                 row, radius = self._arena.table[one.rows.start], self._farthest[name]
             else:
-                row = self._rows[self._alone[name]] if name in self._alone else self._arena.table[self._indexed[name][0]]
+                row = self._rows[self._unindexed[name]] if name in self._unindexed else self._arena.table[self._indexed[name][0]]
                 radius = float(row[REACH])
-            found.append(Moving(name, int(row[OBJECT]), speed, stated[name], poses[name], radius, name not in self._alone))
+            found.append(Moving(name, int(row[OBJECT]), speed, n_updates[name], poses[name], radius, name not in self._unindexed))
         return tuple(found)
 
     def _add(self, name: str, shape: Obstacle, T: Array, links: frozenset[str]) -> None:
         touch_set = self._sets.setdefault(links, len(self._sets))
         if not isinstance(shape, Box | HeightMap | VoxelGrid):
-            self._round.add(name)
+            self._not_boxes.add(name)
         if isinstance(shape, PointCloud | HeightMap | VoxelGrid):
-            self._add_many(name, touch_set, T, shape)
+            self._add_compound(name, touch_set, T, shape)
             return
         vertices = shape_vertices(shape)
-        self._need(0, len(vertices))
+        self._reserve(0, len(vertices))
         arena = self._arena
         first = arena.add_vertices(vertices) if len(vertices) else 0
         row = (*T[:3].ravel().tolist(), arena.add_name(name), touch_set, *shape_columns(shape, first))
-        self._put(name, row)
+        self._append_unindexed(name, row)
         if isinstance(shape, HalfSpace):
-            self._endless.add(name)
+            self._unbounded.add(name)
 
-    def _put(self, name: str, row: ArrayLike) -> None:
+    def _append_unindexed(self, name: str, row: ArrayLike) -> None:
         """Append an object with this row to those that are tested alone."""
-        n = len(self._alone)
+        n = len(self._unindexed)
         if n == len(self._rows):
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
-        self._rows[n], self._alone[name] = row, n
+        self._rows[n], self._unindexed[name] = row, n
 
-    def _add_many(self, name: str, touch_set: int, T: Array, shape: PointCloud | HeightMap | VoxelGrid) -> None:
+    def _add_compound(self, name: str, touch_set: int, T: Array, shape: PointCloud | HeightMap | VoxelGrid) -> None:
         if isinstance(shape, PointCloud):
             n, n_of_points = len(shape.points), -(-len(shape.points) // (2 * WIDTH))
-            number, first_row, first_node = self._begin(name, 1, most_cloud_nodes(n))
+            number, first_row, first_node = self._begin_compound(name, 1, max_cloud_nodes(n))
             row = (*np.eye(4)[:3].ravel().tolist(), number, touch_set, *shape_columns(Sphere(shape.radius)))
             at = self._arena.add_rows(np.array([row]))
             tree = write_cloud(self._arena, shape, T, at) if n else NO_TREE
         else:
             centers, half = shape.boxes
             n, n_of_points = len(centers), 0
-            number, first_row, first_node = self._begin(name, n, most_nodes(n))
+            number, first_row, first_node = self._begin_compound(name, n, max_nodes(n))
             tree = write_tree(self._arena, *self._add_boxes(number, touch_set, T, centers, half)) if n else NO_TREE
         rows, nodes = slice(first_row, self._arena.n_rows), slice(first_node, self._arena.n_nodes)
-        self._many[name], self._root = _Many(shape, touch_set, rows, nodes, n_of_points, tree), None
+        self._compounds[name], self._root = _Compound(shape, touch_set, rows, nodes, n_of_points, tree), None
 
-    def _begin(self, name: str, n_rows: int, n_nodes: int) -> tuple[int, int, int]:
+    def _begin_compound(self, name: str, n_rows: int, n_nodes: int) -> tuple[int, int, int]:
         """Make room for an object of many solids; its number, and its first row and node."""
-        self._need(n_rows, 0, n_nodes)
+        self._reserve(n_rows, 0, n_nodes)
         return self._arena.add_name(name), self._arena.n_rows, self._arena.n_nodes
 
     def _add_boxes(self, number: int, touch_set: int, T: Array, centers: Array, half: Array) -> tuple[Array, Array, Array]:
@@ -217,59 +219,59 @@ class ObjectTables:
         return *bounds(rows), -1.0 - np.arange(float(first), first + len(rows))
 
     def _move(self, name: str, T: Array) -> None:
-        if name in self._many:
-            one = self._many.pop(name)
-            self._add_many(name, one.touch_set, T, one.shape)
+        if name in self._compounds:
+            one = self._compounds.pop(name)
+            self._add_compound(name, one.touch_set, T, one.shape)
             return
         if name in self._indexed:
-            self._put(name, self._take_out(name))
-        self._rows[self._alone[name], :12] = T[:3].ravel()
+            self._append_unindexed(name, self._remove_from_tree(name))
+        self._rows[self._unindexed[name], :12] = T[:3].ravel()
 
     def _remove(self, name: str) -> None:
         if name in self._indexed:
-            self._take_out(name)
-        if self._many.pop(name, None):
+            self._remove_from_tree(name)
+        if self._compounds.pop(name, None):
             self._root = None
             self._farthest.pop(name, None)
-        if name in self._alone:
-            k, n = self._alone.pop(name), len(self._alone)
+        if name in self._unindexed:
+            k, n = self._unindexed.pop(name), len(self._unindexed)
             self._rows[k:n] = self._rows[k + 1 : n + 1]
-            self._alone = {name: k for k, name in enumerate(self._alone)}
-        self._endless.discard(name)
-        self._round.discard(name)
+            self._unindexed = {name: k for k, name in enumerate(self._unindexed)}
+        self._unbounded.discard(name)
+        self._not_boxes.discard(name)
 
-    def _take_out(self, name: str) -> Array:
+    def _remove_from_tree(self, name: str) -> Array:
         """Remove an object from the tree; its row."""
-        self._need(0, 0, MAX_LEVELS)
+        self._reserve(0, 0, MAX_LEVELS)
         row, place = self._indexed.pop(name)
-        self._tree, self._root = without(self._arena, self._tree, place), None
+        self._tree, self._root = remove_child(self._arena, self._tree, place), None
         return self._arena.table[row]
 
-    def _dissolve(self) -> None:
+    def _dissolve_tree(self) -> None:
         """Move all objects of the tree to those that are tested alone, since so many of them move."""
-        n, rows = len(self._alone), self._arena.table[[row for row, _ in self._indexed.values()]]
+        n, rows = len(self._unindexed), self._arena.table[[row for row, _ in self._indexed.values()]]
         self._rows = np.concatenate([self._rows[:n], rows])
-        self._alone |= {name: n + k for k, name in enumerate(self._indexed)}
+        self._unindexed |= {name: n + k for k, name in enumerate(self._indexed)}
         self._indexed, self._tree, self._root = {}, NO_TREE, None
 
     def _index(self) -> None:
         """Build a tree over all bounded objects of one solid."""
-        n = len(self._indexed) + len(self._alone)
-        self._need(n, 0, most_nodes(n))
-        ended = {name: k for name, k in self._alone.items() if name not in self._endless}
-        rows = np.concatenate([self._arena.table[[row for row, _ in self._indexed.values()]], self._rows[[*ended.values()]]])
-        names, (low, high) = [*self._indexed, *ended], bounds(rows)
-        order = halved_order((low + high) / 2)
+        n = len(self._indexed) + len(self._unindexed)
+        self._reserve(n, 0, max_nodes(n))
+        bounded = {name: k for name, k in self._unindexed.items() if name not in self._unbounded}
+        rows = np.concatenate([self._arena.table[[row for row, _ in self._indexed.values()]], self._rows[[*bounded.values()]]])
+        names, (low, high) = [*self._indexed, *bounded], bounds(rows)
+        order = median_split_order((low + high) / 2)
         first = self._arena.add_rows(rows[order])  # in the order of the tree, for fewer cache misses
         self._tree = write_tree(self._arena, low[order], high[order], -1.0 - np.arange(float(first), first + len(rows)))
         self._indexed = {names[k]: (first + place, place) for place, k in enumerate(order.tolist())}
-        endless = [name for name in self._alone if name in self._endless]
-        self._rows[: len(endless)] = self._rows[[self._alone[name] for name in endless]]
-        self._alone, self._root = {name: k for k, name in enumerate(endless)}, None
+        unbounded = [name for name in self._unindexed if name in self._unbounded]
+        self._rows[: len(unbounded)] = self._rows[[self._unindexed[name] for name in unbounded]]
+        self._unindexed, self._root = {name: k for k, name in enumerate(unbounded)}, None
 
-    def _joined(self) -> int:
+    def _join_trees(self) -> int:
         """The root of a tree over all trees, or NO_NODE without trees. The arena must have room for its nodes."""
-        trees = [one.tree for one in self._many.values() if one.tree is not NO_TREE] + [self._tree] * bool(self._indexed)
+        trees = [one.tree for one in self._compounds.values() if one.tree is not NO_TREE] + [self._tree] * bool(self._indexed)
         if len(trees) < 2:
             return trees[0].root if trees else NO_NODE
         low, high = np.array([tree.low for tree in trees]), np.array([tree.high for tree in trees])
@@ -277,27 +279,30 @@ class ObjectTables:
         roots = np.array([float(tree.root) for tree in trees])
         return write_tree(self._arena, low[order], high[order], roots[order]).root
 
-    def _need(self, n_rows: int, n_vertices: int = 0, n_nodes: int = 0) -> None:
+    def _reserve(self, n_rows: int, n_vertices: int = 0, n_nodes: int = 0) -> None:
         """Copy everything in use to a new arena, unless this one has room for as many more."""
         old = self._arena
         if old.has_room(n_rows, n_vertices, n_nodes):
             return
-        names = [*self._alone, *self._indexed]
-        rows = np.concatenate([self._rows[: len(self._alone)], old.table[[row for row, _ in self._indexed.values()]]])
+        names = [*self._unindexed, *self._indexed]
+        rows = np.concatenate([self._rows[: len(self._unindexed)], old.table[[row for row, _ in self._indexed.values()]]])
         hulls = np.flatnonzero(rows[:, SHAPE] == HULL)
-        many = self._many.values()
-        n = len(rows) + sum(one.rows.stop - one.rows.start for one in many)
-        in_use = most_nodes(len(rows)) + sum(one.nodes.stop - one.nodes.start for one in many)
+        compounds = self._compounds.values()
+        n = len(rows) + sum(one.rows.stop - one.rows.start for one in compounds)
+        in_use = max_nodes(len(rows)) + sum(one.nodes.stop - one.nodes.start for one in compounds)
         n_points = int(rows[hulls, N_VERTICES].sum())
         new = self._arena = Arena(2 * (n + n_rows) + _SPARE, 2 * (n_points + n_vertices), 2 * (in_use + n_nodes) + _SPARE)
         for k in hulls:
             first = int(rows[k, FIRST_VERTEX])
             rows[k, FIRST_VERTEX] = new.add_vertices(old.vertices[first : first + int(rows[k, N_VERTICES])])
         rows[:, OBJECT] = [new.add_name(name) for name in names]
-        for name, one in self._many.items():
-            self._many[name] = _copied(old, new, one, new.add_name(name))
+        for name, one in self._compounds.items():
+            self._compounds[name] = _copy_compound(old, new, one, new.add_name(name))
         is_indexed, self._indexed, self._root = bool(self._indexed), {}, None
-        self._rows, self._alone = np.concatenate([rows, np.empty((WIDTH, BODY_WIDTH))]), {name: k for k, name in enumerate(names)}
+        self._rows, self._unindexed = (
+            np.concatenate([rows, np.empty((WIDTH, BODY_WIDTH))]),
+            {name: k for k, name in enumerate(names)},
+        )
         if is_indexed:
             self._index()
 
@@ -316,22 +321,22 @@ def make_objects(
     return ObjectTables().updated(dict.fromkeys(shapes, True), shapes, poses, touch_links)
 
 
-def _copied(old: Arena, new: Arena, one: _Many, number: int) -> _Many:
+def _copy_compound(old: Arena, new: Arena, compound: _Compound, number: int) -> _Compound:
     """Copy the rows and nodes of an object to another arena, where it has this number."""
-    rows = old.table[one.rows].copy()
+    rows = old.table[compound.rows].copy()
     rows[:, OBJECT] = number
-    by_rows = new.add_rows(rows) - one.rows.start
-    first = new.add_nodes(old.nodes.reshape(-1, NODE_ROWS, WIDTH)[one.nodes])
-    by_nodes, nodes = (
-        first - one.nodes.start,
+    row_shift = new.add_rows(rows) - compound.rows.start
+    first = new.add_nodes(old.nodes.reshape(-1, NODE_ROWS, WIDTH)[compound.nodes])
+    node_shift, nodes = (
+        first - compound.nodes.start,
         new.nodes[NODE_ROWS * first : NODE_ROWS * new.n_nodes].reshape(-1, NODE_ROWS, WIDTH),
     )
-    nodes[: one.n_of_points, CHILD, BALL_ROW] += by_rows
-    children = nodes[one.n_of_points :, CHILD]
-    children += np.where(children < 0, -by_rows, PLACES * by_nodes)
-    tree = one.tree if one.tree is NO_TREE else one.tree._replace(root=one.tree.root + PLACES * by_nodes)
-    at = slice(one.rows.start + by_rows, one.rows.stop + by_rows), slice(first, new.n_nodes)
-    return _Many(one.shape, one.touch_set, *at, one.n_of_points, tree)
+    nodes[: compound.n_of_points, CHILD, BALL_ROW] += row_shift
+    children = nodes[compound.n_of_points :, CHILD]
+    children += np.where(children < 0, -row_shift, PLACES * node_shift)
+    tree = compound.tree if compound.tree is NO_TREE else compound.tree._replace(root=compound.tree.root + PLACES * node_shift)
+    slices = slice(compound.rows.start + row_shift, compound.rows.stop + row_shift), slice(first, new.n_nodes)
+    return _Compound(compound.shape, compound.touch_set, *slices, compound.n_of_points, tree)
 
 
 NO_OBJECTS = make_objects({}, {}, {})

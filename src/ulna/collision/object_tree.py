@@ -45,13 +45,13 @@ def bounds(table: Array) -> tuple[Array, Array]:
 
 def compact_order(centers: NDArray[np.floating]) -> NDArray[np.int64]:
     """An order of points in which each node of a tree holds neighbors; a cloud's tree has this order."""
-    order, points = np.empty(len(centers), np.int64), np.ascontiguousarray(centers).view()
-    points.setflags(write=False)  # read-only, as are the points of a cloud: the entry is compiled for read-only arrays
-    morton_order.morton_order(points, order)
+    order, read_only = np.empty(len(centers), np.int64), np.ascontiguousarray(centers).view()
+    read_only.setflags(write=False)  # read-only, as are the points of a cloud: the entry is compiled for read-only arrays
+    morton_order.morton_order(read_only, order)
     return order
 
 
-def halved_order(centers: Array) -> NDArray[np.int64]:
+def median_split_order(centers: Array) -> NDArray[np.int64]:
     """An order for trees that are searched often.
 
     The AABBs of its nodes overlap less than in ``compact_order``, which takes less time to compute.
@@ -62,34 +62,34 @@ def halved_order(centers: Array) -> NDArray[np.int64]:
     """
     n = len(centers)
     size = 1 << max(n - 1, 0).bit_length()
-    filled = np.full((3, size), np.inf)  # the padding is farthest in every direction, so it is sorted last
-    filled[:, :n] = centers.T
+    padded = np.full((3, size), np.inf)  # the padding is farthest in every direction, so it is sorted last
+    padded[:, :n] = centers.T
     order = np.arange(size)
     while size > WIDTH:
-        places = filled[:, order].reshape(3, -1, size)
-        spread = np.where(places < np.inf, places, -np.inf).max(axis=2) - places.min(axis=2)
-        across = np.take_along_axis(places, spread.argmax(axis=0)[None, :, None], axis=0)[0]
+        sorted_centers = padded[:, order].reshape(3, -1, size)
+        spread = np.where(sorted_centers < np.inf, sorted_centers, -np.inf).max(axis=2) - sorted_centers.min(axis=2)
+        along_longest = np.take_along_axis(sorted_centers, spread.argmax(axis=0)[None, :, None], axis=0)[0]
         size //= 2
-        halves = np.argpartition(across, size, axis=1)
+        halves = np.argpartition(along_longest, size, axis=1)
         order = np.take_along_axis(order.reshape(halves.shape), halves, axis=1).ravel()
     return order[order < n]
 
 
-def most_nodes(n: int) -> int:
+def max_nodes(n: int) -> int:
     """The maximum number of nodes of a tree over n solids, or over n trees."""
     return n // (WIDTH - 1) + MAX_LEVELS
 
 
-def most_cloud_nodes(n: int) -> int:
+def max_cloud_nodes(n: int) -> int:
     """The maximum number of nodes of a tree over n points of a cloud."""
-    return n // (2 * WIDTH) + 1 + most_nodes(n // WIDTH + 1)
+    return n // (2 * WIDTH) + 1 + max_nodes(n // WIDTH + 1)
 
 
 def write_tree(arena: Arena, low: Array, high: Array, children: Array) -> ObjectTree:
     """Write a tree over bounds in the given order, shape (n, 3) each, n > 0.
 
     Args:
-        arena: The arena to write to, with room for ``most_nodes``.
+        arena: The arena to write to, with room for ``max_nodes``.
         low: The minimum x, y, z.
         high: The maximum x, y, z.
         children: The child within each bound, as a node encodes it, shape (n,).
@@ -102,7 +102,7 @@ def write_cloud(arena: Arena, cloud: PointCloud, T: Array, row: int) -> ObjectTr
     """Write the tree of a cloud at a pose T_base_cloud, shape (4, 4).
 
     Args:
-        arena: The arena to write to, with room for ``most_cloud_nodes``.
+        arena: The arena to write to, with room for ``max_cloud_nodes``.
         cloud: The points.
         T: Their pose.
         row: The row of the cloud's ball in the arena's table.
@@ -125,7 +125,7 @@ def _tree_at_end(arena: Arena, n_nodes: int, n_lowest: int) -> ObjectTree:
     return ObjectTree(PLACES * (arena.n_nodes - 1), n_levels, sides[:3].min(axis=1), sides[3:CHILD].max(axis=1))
 
 
-def without(arena: Arena, tree: ObjectTree, place: int) -> ObjectTree:
+def remove_child(arena: Arena, tree: ObjectTree, place: int) -> ObjectTree:
     """Remove the child at a place, counted in the order of writing.
 
     The nodes on the path from the root to its leaf are copied to new nodes.

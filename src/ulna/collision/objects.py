@@ -35,7 +35,7 @@ class Moving(NamedTuple):
         name: The object's name.
         number: The object's number, in the rows of its solids.
         speed: The maximum speed of any of its points [m/s].
-        stated: The number of its last pose update among all updates of its world.
+        n_updates: The number of its last pose update among all updates of its world.
         pose: T_base_object, shape (4, 4).
         radius: The radius of a ball about its frame's origin that holds it [m]; infinite for a half-space.
         in_tree: Whether it is in the BVH.
@@ -44,16 +44,18 @@ class Moving(NamedTuple):
     name: str
     number: int
     speed: float
-    stated: int
+    n_updates: int
     pose: Array
     radius: float
     in_tree: bool
 
-    def way_from(self, pose: Array) -> float:
+    def max_displacement(self, pose: Array) -> float:
         """Upper bound on the distance that any of its points moved since another pose [m]."""
-        turned = self.pose[:3, :3] - pose[:3, :3]  # Frobenius norm: sqrt(2) times the spectral norm, which bounds motion
-        moved = self.pose[:3, 3] - pose[:3, 3]
-        return float(np.linalg.norm(moved) + (np.linalg.norm(turned) / np.sqrt(2) * self.radius if turned.any() else 0.0))
+        rotation = self.pose[:3, :3] - pose[:3, :3]  # Frobenius norm: sqrt(2) times the spectral norm, which bounds motion
+        translation = self.pose[:3, 3] - pose[:3, 3]
+        return float(
+            np.linalg.norm(translation) + (np.linalg.norm(rotation) / np.sqrt(2) * self.radius if rotation.any() else 0.0)
+        )
 
 
 @dataclass(eq=False, slots=True)

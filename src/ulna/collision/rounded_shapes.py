@@ -10,7 +10,7 @@ from ulna.errors import GeometryError, install_command
 from ulna.kernels.layout import HALF_SPACE, HULL
 
 NO_VERTICES = np.zeros((0, 3))
-_WORTH_A_TURN = 0.9  # share of the surface of the unrotated box: a rotated frame must save at least the rest
+_MIN_GAIN = 0.9  # share of the surface of the unrotated box: a rotated frame must save at least the rest
 
 
 def _advice() -> str:
@@ -64,12 +64,12 @@ def tight_frame(points: NDArray[np.float64]) -> NDArray[np.float64]:
     T = np.eye(4)
     axes = np.linalg.eigh(np.cov(points.T, bias=True))[1]
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
-    along = points @ axes
-    if _surface(np.ptp(along, axis=0)) < _WORTH_A_TURN * _surface(np.ptp(points, axis=0)):
+    coordinates = points @ axes
+    if _surface(np.ptp(coordinates, axis=0)) < _MIN_GAIN * _surface(np.ptp(points, axis=0)):
         T[:3, :3] = axes
     else:
-        along = points
-    T[:3, 3] = T[:3, :3] @ (0.5 * (along.min(axis=0) + along.max(axis=0)))
+        coordinates = points
+    T[:3, 3] = T[:3, :3] @ (0.5 * (coordinates.min(axis=0) + coordinates.max(axis=0)))
     return T
 
 

@@ -27,7 +27,7 @@ from ulna.kinematics.tree import Tree
 SAMPLES, SEED = 2000, 0
 
 
-class FoundPairs:
+class SampledPairs:
     """The pairs of links of a robot that may touch, found at their first use.
 
     These are links joined by one joint, links without a joint between them, and links that touch in all samples. Robots that
@@ -37,45 +37,45 @@ class FoundPairs:
     def __init__(self, description: Description, tree: Tree) -> None:
         """Take the links of a robot."""
         self._description, self._tree = description, tree
-        self._counted: AllowedCollisions | None = None
-        self._not_counted: AllowedCollisions | None = None
+        self._with_counts: AllowedCollisions | None = None
+        self._without_counts: AllowedCollisions | None = None
 
-    def counted(self, bodies: Bodies) -> AllowedCollisions:
+    def with_counts(self, bodies: Bodies) -> AllowedCollisions:
         """The allowed and the checked pairs, each with its number of contacts in SAMPLES random configurations."""
-        if self._counted is None:
-            allowed, open_pairs = self._by_joints()
-            q, touches = random_positions(self._tree, SAMPLES, SEED), np.empty(SAMPLES, np.bool_)
+        if self._with_counts is None:
+            allowed, open_pairs = self._split_by_joints()
+            q, in_contact = random_positions(self._tree, SAMPLES, SEED), np.empty(SAMPLES, np.bool_)
             checked = []
-            for links, alone in self._alone(bodies, open_pairs):
-                overlap.overlap_batch(alone, for_kernel(q), touches)
-                pair = _judged(*links, touches, q)
+            for links, pair_scene in self._pair_scenes(bodies, open_pairs):
+                overlap.overlap_batch(pair_scene, for_kernel(q), in_contact)
+                pair = _make_pair(*links, in_contact, q)
                 (allowed if pair.reason == ALWAYS else checked).append(pair)
-            self._counted = self._with_srdf(allowed, tuple(checked))
-        return self._counted
+            self._with_counts = self._with_srdf(allowed, tuple(checked))
+        return self._with_counts
 
     def without_counts(self, bodies: Bodies) -> AllowedCollisions:
         """The allowed pairs without counts, which takes less time: most other pairs are free in one of the first samples.
 
         It calls the entry for one q, which compiles in a second or two, and which other calls need anyway.
         """
-        if self._counted is not None:
-            return self._counted
-        if self._not_counted is None:
-            allowed, open_pairs = self._by_joints()
+        if self._with_counts is not None:
+            return self._with_counts
+        if self._without_counts is None:
+            allowed, open_pairs = self._split_by_joints()
             q = for_kernel(random_positions(self._tree, SAMPLES, SEED))
-            for links, alone in self._alone(bodies, open_pairs):
-                if all(overlap.overlap_one(alone, row) == OVERLAPS for row in q):
+            for links, pair_scene in self._pair_scenes(bodies, open_pairs):
+                if all(overlap.overlap_one(pair_scene, row) == OVERLAPS for row in q):
                     allowed.append(LinkPair(*links, ALWAYS))
-            self._not_counted = self._with_srdf(allowed)
-        return self._not_counted
+            self._without_counts = self._with_srdf(allowed)
+        return self._without_counts
 
-    def _alone(self, bodies: Bodies, link_pairs: list[tuple[str, str]]) -> Iterator[tuple[tuple[str, str], Scene]]:
+    def _pair_scenes(self, bodies: Bodies, link_pairs: list[tuple[str, str]]) -> Iterator[tuple[tuple[str, str], Scene]]:
         """Each pair of links with a scene in which only these two are checked."""
         itself = scene_of(self._tree.joints, bodies, NO_PAIRS, NO_OBJECTS)
         for links in link_pairs:
             yield links, itself._replace(pairs=bodies.table_of_pairs([links]))
 
-    def _by_joints(self) -> tuple[list[LinkPair], list[tuple[str, str]]]:
+    def _split_by_joints(self) -> tuple[list[LinkPair], list[tuple[str, str]]]:
         """Split the pairs of links with shapes into those allowed by their joints, and all others."""
         carriers = [link.name for link in self._description.links if link.collisions]
         joined = {frozenset((joint.parent, joint.child)) for joint in self._description.joints}
@@ -93,7 +93,7 @@ class FoundPairs:
         return AllowedCollisions(tuple(allowed), checked).plus(*as_link_pairs(self._description.srdf.disabled_collisions))
 
 
-def _judged(a: str, b: str, touches: NDArray[np.bool_], q: NDArray[np.float64]) -> LinkPair:
-    count = int(np.count_nonzero(touches))
-    reason = NEVER if count == 0 else ALWAYS if count == len(touches) else SOMETIMES
-    return LinkPair(a, b, reason, count, len(touches), tuple(q[int(np.argmax(touches))].tolist()))
+def _make_pair(a: str, b: str, in_contact: NDArray[np.bool_], q: NDArray[np.float64]) -> LinkPair:
+    count = int(np.count_nonzero(in_contact))
+    reason = NEVER if count == 0 else ALWAYS if count == len(in_contact) else SOMETIMES
+    return LinkPair(a, b, reason, count, len(in_contact), tuple(q[int(np.argmax(in_contact))].tolist()))

@@ -189,12 +189,12 @@ def _refuse_unknown(entry: dict[str, Any], known: tuple[str, ...], where: str, s
 
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    values = dict(pairs)
+    if len(values) < len(pairs):
         seen: set[str] = set()
-        twice = next(key for key, _ in pairs if key in seen or seen.add(key))
-        raise ValueError(f"key {cited(twice)} is given twice in one object")
-    return found
+        repeated = next(key for key, _ in pairs if key in seen or seen.add(key))
+        raise ValueError(f"key {cited(repeated)} is given twice in one object")
+    return values
 
 
 def _no_number(word: str) -> float:

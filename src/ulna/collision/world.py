@@ -23,7 +23,7 @@ from ulna.notebook.recording import Recording, drawer
 from ulna.notebook.tables import table
 
 _MAX_SHOWN = 6  # objects
-_OF_OBJECTS = "_shapes", "_poses", "_touch_links", "_speeds", "_stated"
+_CONTENTS = "_shapes", "_poses", "_touch_links", "_speeds", "_update_numbers"
 
 
 class World:
@@ -47,12 +47,12 @@ class World:
         self._touch_links: dict[str, frozenset[str]] = {}
         self._tables: ObjectTables | None = None  # None: all objects need a new layout
         self._speeds: dict[str, float] = {}  # of the objects that may move by themselves
-        self._stated: dict[str, int] = {}  # the number of the last pose update of each of these
-        self._n_stated = 0  # pose updates of the world
+        self._update_numbers: dict[str, int] = {}  # the number of the last pose update of each of these
+        self._n_updates = 0  # pose updates of the world
         self._n_changes = 0  # other changes of the world
         self._changed: dict[str, bool] = {}  # since _objects was made; True if more than the pose changed
         self._objects: Objects | None = None
-        self._kept: tuple[Objects | None, World | None] = (None, None)
+        self._snapshot: tuple[Objects | None, World | None] = (None, None)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -108,7 +108,7 @@ class World:
         """
         _refuse_unsolid(name, shape)
         refuse_no_name(name)
-        T, links = _placed()(np.eye(4) if pose is None else pose), as_link_names(touch_links)
+        T, links = _pose_copier()(np.eye(4) if pose is None else pose), as_link_names(touch_links)
         fastest = None if speed is None else as_number("speed", speed, 0.0, "a speed [m/s] of at least 0")
         check_object(name, shape, T)
         if fastest is not None:
@@ -116,10 +116,10 @@ class World:
         with self._lock:
             if name in self._shapes:
                 raise InputError("name", f"the world already has an object {name!r}; move() moves it")
-            self._mark(name)
+            self._mark_changed(name)
             self._shapes[name], self._poses[name] = shape, T
             if fastest is not None:
-                self._speeds[name], self._stated[name] = fastest, self._n_stated
+                self._speeds[name], self._update_numbers[name] = fastest, self._n_updates
             if links:
                 self._touch_links[name] = links
 
@@ -165,14 +165,14 @@ class World:
             InputError: The pose is not a rigid motion.
             UnknownNameError: There is no such object.
         """
-        T = _placed()(pose)
+        T = _pose_copier()(pose)
         check_place("pose", T)
         with self._lock:
-            self._known(name)
-            self._mark(name, pose_alone=True)
+            self._check_name(name)
+            self._mark_changed(name, pose_alone=True)
             self._poses[name] = T
             if name in self._speeds:
-                self._stated[name] = self._n_stated
+                self._update_numbers[name] = self._n_updates
 
     def move_many(self, names: Sequence[str], poses: ArrayLike) -> None:
         """Move several objects, all or none. A query in another thread sees all of them moved, or none.
@@ -193,19 +193,19 @@ class World:
             >>> world.pose("b")[:3, 3]
             array([0., 1., 0.])
         """
-        placed = orthonormal(as_pose(poses, "poses"))
-        if isinstance(names, str) or placed.ndim != 3 or len(placed) != len(names):
-            raise InputError("poses", f"shape {placed.shape}; one pose for each of {count_of(len(names), 'name')} is expected")
-        if len(placed):
-            check_place("poses", placed[np.linalg.norm(placed[:, :3, 3], axis=1).argmax()])
+        rigid = orthonormal(as_pose(poses, "poses"))
+        if isinstance(names, str) or rigid.ndim != 3 or len(rigid) != len(names):
+            raise InputError("poses", f"shape {rigid.shape}; one pose for each of {count_of(len(names), 'name')} is expected")
+        if len(rigid):
+            check_place("poses", rigid[np.linalg.norm(rigid[:, :3, 3], axis=1).argmax()])
         with self._lock:
             for name in names:
-                self._known(name)
-            moved = dict(zip(names, placed, strict=True))
-            for name in moved:
-                self._mark(name, pose_alone=True)
-            stated = {name: self._n_stated for name in moved if name in self._speeds}
-            self._poses, self._stated = {**self._poses, **moved}, {**self._stated, **stated}
+                self._check_name(name)
+            new_poses = dict(zip(names, rigid, strict=True))
+            for name in new_poses:
+                self._mark_changed(name, pose_alone=True)
+            updates = {name: self._n_updates for name in new_poses if name in self._speeds}
+            self._poses, self._update_numbers = {**self._poses, **new_poses}, {**self._update_numbers, **updates}
 
     def reshape(self, name: str, shape: Obstacle) -> None:
         """Give an object another shape; its pose is unchanged.
@@ -217,12 +217,12 @@ class World:
         _refuse_unsolid(name, shape)
         check_object(name, shape, np.eye(4))
         with self._lock:
-            self._known(name)
-            self._mark(name)
+            self._check_name(name)
+            self._mark_changed(name)
             is_image = not isinstance(shape, Solid)  # a sensor's image is a pose update too
             self._shapes[name] = shape
             if is_image and name in self._speeds:
-                self._stated[name] = self._n_stated
+                self._update_numbers[name] = self._n_updates
 
     def update(self, name: str, points: PointCloud | ArrayLike) -> None:
         """Replace the points of a cloud. Its pose and its ``touch_links`` are unchanged.
@@ -260,13 +260,13 @@ class World:
             UnknownNameError: There is no such object.
         """
         with self._lock:
-            self._known(name)
-            self._mark(name)
+            self._check_name(name)
+            self._mark_changed(name)
             del self._shapes[name], self._poses[name]
             if name in self._touch_links:
                 del self._touch_links[name]
             if name in self._speeds:
-                del self._speeds[name], self._stated[name]
+                del self._speeds[name], self._update_numbers[name]
 
     def shape(self, name: str) -> Obstacle:
         """The shape of an object.
@@ -275,7 +275,7 @@ class World:
             UnknownNameError: There is no such object.
         """
         with self._lock:
-            self._known(name)
+            self._check_name(name)
             return self._shapes[name]
 
     def pose(self, name: str) -> NDArray[np.float64]:
@@ -285,7 +285,7 @@ class World:
             UnknownNameError: There is no such object.
         """
         with self._lock:
-            self._known(name)
+            self._check_name(name)
             return self._poses[name].copy()
 
     def touch_links(self, name: str) -> frozenset[str]:
@@ -295,7 +295,7 @@ class World:
             UnknownNameError: There is no such object.
         """
         with self._lock:
-            self._known(name)
+            self._check_name(name)
             return self._touch_links.get(name, frozenset())
 
     def speed(self, name: str) -> float | None:
@@ -305,7 +305,7 @@ class World:
             UnknownNameError: There is no such object.
         """
         with self._lock:
-            self._known(name)
+            self._check_name(name)
             return self._speeds.get(name)
 
     def copy(self) -> "World":
@@ -320,11 +320,11 @@ class World:
     def snapshot(self) -> "World":
         """A copy that nobody changes; the same copy until an object changes."""
         objects = self.objects()  # computed once, and shared with the copy
-        known, kept = self._kept
-        if kept is None or known is not objects:
-            kept = self.copy()
-            self._kept = kept.objects(), kept
-        return kept
+        known, snapshot = self._snapshot
+        if snapshot is None or known is not objects:
+            snapshot = self.copy()
+            self._snapshot = snapshot.objects(), snapshot
+        return snapshot
 
     def items(self) -> tuple[tuple[str, Obstacle, NDArray[np.float64]], ...]:
         """The name, the shape and T_base_object, shape (4, 4), of every object, as a snapshot.
@@ -357,9 +357,9 @@ class World:
 
     def objects(self) -> Objects:
         """A snapshot of the objects as tables for the kernels; only changes are laid out again."""
-        known = self._objects
-        if known is not None:
-            return known
+        cached = self._objects
+        if cached is not None:
+            return cached
         with self._lock:
             if self._objects is None:
                 tables, self._tables = self._tables, None  # an interruption makes the next call lay out everything
@@ -368,11 +368,11 @@ class World:
                 objects = tables.updated(changed, self._shapes, self._poses, self._touch_links)
                 objects.n_changes = self._n_changes
                 if self._speeds:
-                    objects.moving = tables.moving(self._speeds, self._stated, self._poses)
+                    objects.moving = tables.moving(self._speeds, self._update_numbers, self._poses)
                 self._objects, self._tables, self._changed = objects, tables, {}
             return self._objects
 
-    def _mark(self, name: str, *, pose_alone: bool = False) -> None:
+    def _mark_changed(self, name: str, *, pose_alone: bool = False) -> None:
         """Mark an object as changed, for the next layout and for a servo.
 
         This comes before the change, in case the change is interrupted. CPython handles a signal after a call, at the begin of a
@@ -383,7 +383,7 @@ class World:
             self._changed[name] = not pose_alone
         if not pose_alone or name not in self._speeds:
             self._n_changes += 1
-        self._n_stated += 1
+        self._n_updates += 1
 
     def _exchange(self, removed: Collection[str], new: dict) -> None:
         """Remove objects, then add the contents of another world, which replace objects of the same names.
@@ -392,15 +392,17 @@ class World:
         """
         names, contents = (*removed, *new["_shapes"]), self._contents()
         for name in names:
-            self._mark(name)
-            for of in ("_touch_links", "_speeds", "_stated") if name in new["_shapes"] else _OF_OBJECTS:
-                contents[of].pop(name, None)
-        for of in _OF_OBJECTS:
-            contents[of].update(new[of])
-        contents["_stated"].update(dict.fromkeys(new["_speeds"], self._n_stated))
-        self._shapes, self._poses, self._touch_links, self._speeds, self._stated = (contents[of] for of in _OF_OBJECTS)
+            self._mark_changed(name)
+            for field in ("_touch_links", "_speeds", "_update_numbers") if name in new["_shapes"] else _CONTENTS:
+                contents[field].pop(name, None)
+        for field in _CONTENTS:
+            contents[field].update(new[field])
+        contents["_update_numbers"].update(dict.fromkeys(new["_speeds"], self._n_updates))
+        self._shapes, self._poses, self._touch_links, self._speeds, self._update_numbers = (
+            contents[field] for field in _CONTENTS
+        )
 
-    def _known(self, name: str) -> None:
+    def _check_name(self, name: str) -> None:
         if not isinstance(name, str) or name not in self._shapes:
             raise UnknownNameError("object of the world", str(name), self._shapes)
 
@@ -409,8 +411,8 @@ class World:
             return self._contents()
 
     def _contents(self) -> dict:
-        counts = {"_n_stated": self._n_stated, "_n_changes": self._n_changes}
-        return {name: dict(getattr(self, name)) for name in _OF_OBJECTS} | counts
+        counts = {"_n_updates": self._n_updates, "_n_changes": self._n_changes}
+        return {field: dict(getattr(self, field)) for field in _CONTENTS} | counts
 
     def __setstate__(self, state: dict) -> None:
         World.__init__(self)
@@ -420,8 +422,8 @@ class World:
         with self._lock:
             shown = [f"{name!r} {type(shape).__name__}" for name, shape in list(self._shapes.items())[:_MAX_SHOWN]]
             count = len(self._shapes)
-        more = f" and {count - len(shown)} more" if count > len(shown) else ""
-        return f"<World: {count or 'no'} object{'s' * (count != 1)}{': ' * bool(shown)}{', '.join(shown)}{more}>"
+        rest = f" and {count - len(shown)} more" if count > len(shown) else ""
+        return f"<World: {count or 'no'} object{'s' * (count != 1)}{': ' * bool(shown)}{', '.join(shown)}{rest}>"
 
     def _repr_html_(self) -> str:
         objects = self.items()
@@ -447,7 +449,7 @@ def refuse_no_world(world: object) -> None:
 
 
 @cache
-def _placed() -> Callable[[ArrayLike], NDArray[np.float64]]:
+def _pose_copier() -> Callable[[ArrayLike], NDArray[np.float64]]:
     """``as_one_pose`` of the argument ``pose``: in C in a wheel, else in Python, where a compiler takes long to load."""
     in_python = partial(as_one_pose, name="pose")
     return bind(placing.copy_exact, "copy", (), 4, (4, 4), in_python) if IN_C else in_python

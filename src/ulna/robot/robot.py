@@ -21,7 +21,7 @@ from ulna.collision.attached import Attached, attach, detach, inertias_of
 from ulna.collision.checker import RESOLUTION, Checker
 from ulna.collision.distances import Distances
 from ulna.collision.report import EdgeReport
-from ulna.collision.sampled_pairs import FoundPairs
+from ulna.collision.sampled_pairs import SampledPairs
 from ulna.collision.world import World
 from ulna.description.arrays import as_floats
 from ulna.description.inertias import Payload
@@ -111,7 +111,7 @@ class Robot(Forces):
         attached: Iterable[Attached] = (),
         allowed: AllowedCollisions | None = None,
         gravity: ArrayLike = FREE_FALL,
-        _found: FoundPairs | None = None,
+        _found: SampledPairs | None = None,
         _narrowed: Narrowed | None = None,
     ) -> None:
         wide = build_tree(description)
@@ -119,7 +119,7 @@ class Robot(Forces):
         start = np.clip(np.zeros(tree.n_dof) if home is None else _one_configuration(tree, home), tree.lower, tree.upper)
         start.setflags(write=False)
         carried = tuple(attached)
-        checker = Checker(description, tree, carried, allowed, _found or FoundPairs(description, wide))
+        checker = Checker(description, tree, carried, allowed, _found or SampledPairs(description, wide))
         self.__dict__.update(
             description=description,
             tree=tree,
@@ -1551,7 +1551,7 @@ class Robot(Forces):
         if not isinstance(pairs, AllowedCollisions):
             allowed = self.allowed_collisions.plus(*allowed)
         if touching is not None:
-            more = *more, *self._checker.found.counted(self._checker.bodies).touching(touching)
+            more = *more, *self._checker.sampled_pairs.with_counts(self._checker.bodies).touching(touching)
         return self._changed(allowed=allowed.plus(*more) if more else allowed)
 
     def with_convex_hulls(self) -> Robot:
@@ -1685,10 +1685,15 @@ class Robot(Forces):
     # ---- construction and display --------------------------------------------------------------------------------------
 
     def _changed(self, **changes: Any) -> Robot:
-        kept = {"description": self.description, "home": self.home, "attached": self.attached, "allowed": self._checker.given}
+        kept = {
+            "description": self.description,
+            "home": self.home,
+            "attached": self.attached,
+            "allowed": self._checker.user_pairs,
+        }
         kept.update(_narrowed=self.tree.narrowed, gravity=self.gravity)
         if "description" not in changes:
-            kept["_found"] = self._checker.found
+            kept["_found"] = self._checker.sampled_pairs
         return Robot(**{**kept, **changes})
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -1698,7 +1703,7 @@ class Robot(Forces):
         raise AttributeError(f"a Robot cannot be changed: del {name}")
 
     def __reduce__(self):
-        return _restore, (self.description, self.home, self.attached, self._checker.given, self.tree.narrowed, self.gravity)
+        return _restore, (self.description, self.home, self.attached, self._checker.user_pairs, self.tree.narrowed, self.gravity)
 
     def __dir__(self) -> list[str]:
         return without_other_names(super().__dir__())

@@ -311,7 +311,7 @@ class Servo:
             after = self._capped_tick(after)
         if off >= 0:
             self._report["status"], self._report["entry"] = OFF_COMMAND, off
-        if after.stated:
+        if after.reported:
             after.moving["age"] += self._settings["period"]
         command, worst = self._command(after), max(self._worst, perf_counter() - began)
         self._now, self._worst = after, worst
@@ -396,7 +396,7 @@ class Servo:
     def __getstate__(self) -> dict[str, Any]:
         """Return the state without the tables of robot and world, which ``__setstate__`` makes again as read-only arrays."""
         of = self._checker
-        parts = of.description, of.tree, of.attached, of.given, of.found
+        parts = of.description, of.tree, of.attached, of.user_pairs, of.sampled_pairs
         own = {"_goal_q": self._goal_q.copy(), "_goal_qd": self._goal_qd.copy(), "_report": copied(self._report)}
         return {**self.__dict__, **own, "_now": self._now._replace(objects=None), "_checker": parts, "_driven": None}
 

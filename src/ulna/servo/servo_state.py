@@ -22,7 +22,7 @@ class ServoState(NamedTuple):
         moving: Objects that may move by themselves, shape (n,).
         wider: Distance beyond the clearance that each object needs [m]; every tick overwrites it.
         objects: Objects of the world in which the braking trajectory was certified; None before the first tick.
-        stated: The objects of ``moving`` with their last reported poses.
+        reported: The objects of ``moving`` with their last reported poses.
         too_fast: Name of an object that moved faster than its stated speed before this tick; None without one.
         ticks: Number of ticks since the last start; None before the first start.
     """
@@ -32,7 +32,7 @@ class ServoState(NamedTuple):
     moving: Records[MovingObject]
     wider: Array
     objects: Objects | None
-    stated: tuple[Moving, ...]
+    reported: tuple[Moving, ...]
     too_fast: str | None
     ticks: int | None
 
@@ -45,8 +45,8 @@ class ServoState(NamedTuple):
         """Copy the state for a tick to write to, with the current objects of the world. ticks: The number of the tick."""
         joints, counters = copied(self.joints), copied(self.counters)
         if objects is self.objects:
-            moving = copied(self.moving) if self.stated else self.moving
-            return ServoState(joints, counters, moving, self.wider, objects, self.stated, None, ticks)
+            moving = copied(self.moving) if self.reported else self.moving
+            return ServoState(joints, counters, moving, self.wider, objects, self.reported, None, ticks)
         moving, too_fast = self._moved(objects)
         is_moving = self.objects is not None and counters[0].done < counters[0].ticks
         if not is_moving or too_fast is not None or self.objects is None or objects.n_changes != self.objects.n_changes:
@@ -56,13 +56,13 @@ class ServoState(NamedTuple):
 
     def _moved(self, objects: Objects) -> tuple[Records[MovingObject], str | None]:
         """Make ``moving`` for a changed world, and find an object that moved faster than its stated speed; None without one."""
-        before = {one.name: (one, row.age) for one, row in zip(self.stated, self.moving, strict=True)}
+        before = {one.name: (one, row.age) for one, row in zip(self.reported, self.moving, strict=True)}
         moving, too_fast = MovingObject.records(len(objects.moving)), None
         for one, row in zip(objects.moving, moving, strict=True):
             row.number, row.speed, row.in_tree = one.number, one.speed, one.in_tree
             known, age = before.get(one.name, (one, 0.0))
-            if known.stated == one.stated:
+            if known.n_updates == one.n_updates:
                 row.age = age
-            elif one.way_from(known.pose) > known.speed * age + ROUNDING:
+            elif one.max_displacement(known.pose) > known.speed * age + ROUNDING:
                 too_fast = one.name
         return moving, too_fast

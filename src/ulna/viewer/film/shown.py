@@ -85,7 +85,7 @@ def show_motion(
     """``Trajectory.show``; checker: that of the robot which moves."""
     refuse_no_world(world)
     of, narrowed = checker.description, checker.tree.narrowed
-    robot = Robot(of, attached=checker.attached, allowed=checker.given, _found=checker.found, _narrowed=narrowed)
+    robot = Robot(of, attached=checker.attached, allowed=checker.user_pairs, _found=checker.sampled_pairs, _narrowed=narrowed)
     around, boxes = _snapshot(world), as_switch("boxes", boxes)
     length = min(max(motion.duration, _SHORTEST), _LONGEST) if seconds is None else positive("seconds", seconds, "a time [s]")
 
