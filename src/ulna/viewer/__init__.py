@@ -1,4 +1,4 @@
-"""Shows any robot: ``view`` on a page, ``session`` without the page, ``film`` as pictures.
+"""Shows any robot: ``view`` on a page in the browser, ``film`` as pictures and videos.
 
-Only this package and the demo's page import viser.
+``session`` holds the state of a view and computes it without a page. Only this package and the demo's page import viser.
 """

@@ -1,1 +1,1 @@
-"""The state of a view, without a page: the robot, its hand, its joints, its clearance."""
+"""The state of a view, without its page: the robot, its hand, its joints, its clearance."""

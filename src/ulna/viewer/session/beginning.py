@@ -1,4 +1,7 @@
-"""Chooses the configuration in which a view begins: home, unless the arm is stretched there; and one near by that is free."""
+"""Chooses the configuration in which a view begins, and finds nearby collision-free configurations.
+
+A view begins at home, unless the arm is stretched there.
+"""
 
 from collections.abc import Callable
 from itertools import product
@@ -14,29 +17,34 @@ from ulna.robot.hand_link import hand_link
 from ulna.viewer.session.ellipsoid import driven_columns
 
 NAME = "where the arm begins"
-_STRETCHED = 0.1  # of the largest manipulability of the candidates: home is kept above it
-_ENOUGH = 0.5  # of the largest, for a candidate
-_MAX_BENT = 7  # joints that are tried, those nearest to the hand: 3^7 candidates
+_STRETCHED = 0.1  # share of the largest manipulability of all candidates, below which a configuration is nearly singular
+_ENOUGH = 0.5  # share of the largest manipulability that a bent candidate needs
+_MAX_BENT = 7  # joints that are bent, those nearest to the hand: 3^7 candidates
 _BEND = np.pi / 2
-_NEAR_BY = np.repeat(np.geomspace(0.03, 1.5, 12), 24)  # [rad or m] how far away configurations are tried
-_TRIES = 40
-_ROUNDING = 1e-9  # of the largest singular value: a smaller one is 0 but for rounding
+_NEAR_BY = np.repeat(np.geomspace(0.03, 1.5, 12), 24)  # [rad or m] standard deviations of the sampled configurations
+_TRIES = 40  # calls of ``is_good``
+_ROUNDING = 1e-9  # share of the largest singular value, below which a singular value counts as zero
 Array = NDArray[np.float64]
 
 
 def configurations_of(robot: Robot) -> dict[str, Array]:
-    """Home and the SRDF's configurations of all joints, by name, shape (n_dof,) each; ``home`` is the SRDF's if it has one."""
+    """Home and the SRDF's configurations of all joints, by name, shape (n_dof,) each.
+
+    ``home`` is the SRDF's if it has one.
+    """
     named = {name: q for name, q in robot.named_configurations.items() if np.shape(q) == (robot.n_dof,)}
     return {"home": robot.home, **named}
 
 
 def beginning(robot: Robot, world: World) -> Array:
-    """Home; or, if the hand is nearly singular there, a configuration in which it is not, shape (n_dof,).
+    """Choose home; or, if the hand is nearly singular there, another configuration, shape (n_dof,).
 
-    The SRDF's configurations come first: the first that is not nearly singular and touches nothing is taken. Else, if most joints
-    move the hand, these are bent: each revolute one between the first and the last stays as at home, or turns by a quarter to
-    either side, within its limits. Of the results that touch nothing and have at least half of the largest manipulability, the
-    one with the fewest bent joints is taken, and of equals the one with the highest hand. If no result does, it is home.
+    1. The first of the SRDF's configurations that is collision-free and not nearly singular.
+    2. Otherwise, if most joints move the hand, a bent configuration. Each revolute joint between the first and the last stays as
+       at home, or turns by 90 degrees to either side, within its limits. A candidate has to be collision-free, with at least half
+       of the largest manipulability. The candidate with the fewest bent joints is taken; among equals, the one with the highest
+       hand.
+    3. Otherwise home.
     """
     link, known = hand_link(robot), np.array(list(configurations_of(robot).values()))
     driven, bent = driven_columns(robot, link), _bent(robot, known[0], link)
@@ -57,7 +65,10 @@ def beginning(robot: Robot, world: World) -> Array:
 
 
 def free_near(robot: Robot, world: World, q: Array, is_good: Callable[[Array], bool]) -> Array | None:
-    """A configuration near q, shape (n_dof,), that touches nothing and is good; None if none is found. The same in every run."""
+    """Find a collision-free configuration near q, shape (n_dof,), that ``is_good`` accepts; None if there is none.
+
+    The result is the same in every run.
+    """
     away = _NEAR_BY[:, None] * np.random.default_rng(0).normal(size=(len(_NEAR_BY), robot.n_dof))
     tried = np.clip(np.concatenate([q + away, list(configurations_of(robot).values())]), robot.lower, robot.upper)
     tried = tried[np.argsort(np.abs(tried - q).max(axis=1), kind="stable")]
@@ -66,7 +77,7 @@ def free_near(robot: Robot, world: World, q: Array, is_good: Callable[[Array], b
 
 
 def _bent(robot: Robot, home: Array, link: str) -> Array:
-    """Configurations with joints that are bent from home, shape (n, n_dof)."""
+    """Configurations with joints bent from home, shape (n, n_dof)."""
     types = {joint.name: joint.type for joint in robot.description.joints}
     turning = [
         place.start
@@ -80,7 +91,7 @@ def _bent(robot: Robot, home: Array, link: str) -> Array:
 
 
 def _touching(robot: Robot, q: Array, world: World) -> NDArray[np.bool_]:
-    """Which configurations (n, n_dof) touch anything; none of a robot whose shapes cannot be checked."""
+    """Whether each configuration (n, n_dof) is in collision; False if the robot's shapes cannot be checked."""
     try:
         return np.asarray(robot.in_collision(q, world))
     except GeometryError:

@@ -1,4 +1,4 @@
-"""Holds the changes of a robot on its page: contacts that are allowed, limits, attached objects."""
+"""Holds the changes of a robot that were made on its page: allowed contacts, limits, attached objects."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ class Changes(NamedTuple):
 
     Attributes:
         allowed: Pairs of links that may touch.
-        limits: By the quantity, narrower limits by the joint [rad or m, and s].
-        attached: Objects that its links hold.
+        limits: For each quantity, narrower limits by the name of the joint [rad or m, and s].
+        attached: Objects attached to its links.
     """
 
     allowed: tuple[tuple[str, str], ...] = ()
-    limits: Limits = {}  # noqa: RUF012 - it is never changed
+    limits: Limits = {}  # noqa: RUF012 - never changed
     attached: tuple[Attached, ...] = ()
 
     def of(self, robot: Robot) -> Robot:
-        """A robot with these changes; itself if there are none.
+        """A robot with these changes; the robot itself if there are none.
 
         Raises:
-            UlnaError: A limit or an object cannot be taken.
+            UlnaError: A limit or an object is invalid.
         """
         if self.allowed:
             robot = robot.with_allowed_collisions(self.allowed)
@@ -47,10 +47,10 @@ class Changes(NamedTuple):
         return robot
 
     def with_mass(self, held: Attached, mass: float) -> Changes:
-        """With another mass [kg] of an attached object, spread over its shape; none for 0.
+        """Set the mass of an attached object [kg], spread evenly over its shape; 0 for none.
 
         Raises:
-            InputError: The object came with the robot, or no body has this mass.
+            InputError: The object came with the robot, or the mass is invalid.
         """
         if held.name not in {one.name for one in self.attached}:
             raise InputError(
@@ -62,7 +62,7 @@ class Changes(NamedTuple):
         )
 
     def with_limit(self, robot: Robot, quantity: str, joint: str, value: float) -> Changes:
-        """With another limit of a joint of the robot as it was; its own limit is no change."""
+        """Set a limit of a joint. The limit of the unchanged ``robot`` removes the change."""
         column = robot.joint_slices[robot.joint_names.index(joint)].start
         own = limits_of(robot, column)[quantity]
         of_joints = {name: each for name, each in self.limits.get(quantity, {}).items() if name != joint}
@@ -71,7 +71,7 @@ class Changes(NamedTuple):
         return self._replace(limits={name: each for name, each in limits.items() if each})
 
     def as_expression(self) -> str:
-        """Python that makes a robot with these changes of ``robot``."""
+        """A Python expression that makes these changes to ``robot``."""
         calls = [f".with_allowed_collisions({list(self.allowed)!r})"] if self.allowed else []
         if self.limits:
             calls.append(f".with_limits({', '.join(f'{name}={dict(each)!r}' for name, each in self.limits.items())})")
@@ -83,7 +83,7 @@ class Changes(NamedTuple):
         return "".join(["robot", *calls])
 
     def in_words(self) -> str:
-        """Sentences that say what was changed; empty if nothing was."""
+        """Sentences that list the changes; empty if there are none."""
         joints = dict.fromkeys(joint for of_joints in self.limits.values() for joint in of_joints)
         words = {
             "These links may touch": [" and ".join(pair) for pair in self.allowed],
@@ -102,5 +102,5 @@ def limits_of(robot: Robot, column: int) -> dict[str, float]:
 
 
 def _mass(one: Attached) -> float | None:
-    """The mass of an attached object [kg]; None for one that is taken as weightless."""
+    """The mass of an attached object [kg]; None for an object without inertia."""
     return None if one.inertia is None else one.inertia.mass

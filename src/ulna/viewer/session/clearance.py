@@ -1,4 +1,4 @@
-"""Finds what a robot touches and the nearest pair of it and the world, and names its shapes by their links."""
+"""Finds the contacts of a robot and its nearest obstacle, and names its shapes by their links."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -14,9 +14,9 @@ from ulna.robot import Robot
 
 
 class ShapeNames:
-    """The shown name of each collision shape: the link's; with several shapes on a link, that of the shape behind it.
+    """The names under which the page shows collision shapes: ``link``, or ``link (shape)`` if a link has several.
 
-    A description numbers its shapes ("box 2"), and the page numbers its obstacles: these names could be confused.
+    A description numbers its shapes ("box 2"), and so does the page with its obstacles. The link's name distinguishes them.
 
     Attributes:
         taken: Names that no obstacle can have: those of links and shapes.
@@ -35,7 +35,10 @@ class ShapeNames:
         return self._shown.get(name, name)
 
     def of_pair(self, pair: Pair) -> tuple[str, str]:
-        """The shown names of both shapes of a pair. An obstacle with the name of a part of the robot gets the word "obstacle"."""
+        """The shown names of both shapes of a pair.
+
+        An obstacle with the name of a part of the robot is shown as "obstacle NAME".
+        """
         if pair.link_b is not None:
             return self.of_shape(pair.name_a), self.of_shape(pair.name_b)
         return self.of_shape(pair.name_a), f"obstacle {pair.name_b}" if pair.name_b in self.taken else pair.name_b
@@ -48,11 +51,11 @@ class ShapeNames:
 
 
 def _has_meshes(robot: Robot) -> bool:
-    """Whether it has collision meshes or unknown shapes: then its shapes cannot be checked, and no report names them."""
+    """Whether a robot has collision meshes or unknown shapes, which cannot be checked or named in a report."""
     return any(isinstance(body.shape, Mesh | UnknownShape) for link in robot.description.links for body in link.collisions)
 
 
-_ROUNDING = 1e-5  # [m] by which two computations of the distance of one pair may differ
+_ROUNDING = 1e-5  # [m] two computations of the distance of one pair may differ by this much
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,10 +63,10 @@ class Clearance:
     """The result of a collision check at one configuration.
 
     Attributes:
-        report: The pairs that touch; None if the robot's shapes cannot be checked, or are not checked yet.
-        nearest: The nearest, or deepest, pair of the robot and the world; None if the world is empty.
+        report: The pairs in contact; None if the robot's shapes cannot be checked, or are not checked yet.
+        nearest: The nearest, or deepest, pair of a shape of the robot and an obstacle; None if the world is empty.
         refusal: Why the shapes cannot be checked; empty if they can.
-        touching: The pairs that touch, in words; empty if none does.
+        touching: The pairs in contact, in words; empty if there is none.
         apart: The nearest pair in words; empty if there is none.
     """
 
@@ -90,7 +93,7 @@ class Clearance:
 
 
 def clearance(robot: Robot, q: ArrayLike, world: World, *, itself: bool = True, names: ShapeNames | None = None) -> Clearance:
-    """The pairs that touch at q, and the nearest pair of the robot and the world.
+    """Find the pairs in contact at q, and the nearest pair of the robot and the world.
 
     Args:
         robot: The robot.

@@ -16,9 +16,9 @@ class Mobility:
     """The manipulability of a link at one q.
 
     Attributes:
-        T: The ellipsoid's frame in the base, shape (4, 4): at the link's origin, its x axis the longest.
-        radii: The half axes: the link's largest speeds along these axes [m/s] for joint rates of norm 1, shape (3,).
-        singular_values: Those of the whole Jacobian, in meters and radians, largest first.
+        T: T_base_ellipsoid, shape (4, 4): its origin is the link's, its x axis the longest half axis.
+        radii: The half axes, shape (3,): the maximum speeds of the link along these axes [m/s] for joint velocities of norm 1.
+        singular_values: The singular values of the whole Jacobian, in meters and radians, largest first.
         manipulability: ``robot.manipulability``.
     """
 
@@ -29,10 +29,11 @@ class Mobility:
 
 
 def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
-    """The ellipsoid {J u : |u| = 1} of the linear velocities: axes and radii are those of J J'.
+    """Compute the ellipsoid {J u : |u| = 1} of linear velocities, where J are the linear rows of the Jacobian.
 
-    Planar and floating joints are left out: they do not move while a hand is dragged.
-    Source: Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics Research 1985).
+    Its axes are the left singular vectors of J, its radii the singular values. Planar and floating joints are left out, since
+    they do not move while a hand is dragged. Source: T. Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics
+    Research, 1985).
     """
     J = robot.jacobian(q, link=link)[:, driven_columns(robot, link)]
     axes, radii, _ = np.linalg.svd(np.hstack([J[:3], np.zeros((3, 3))]))
@@ -44,7 +45,7 @@ def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
 
 
 def driven_columns(robot: Robot, link: str) -> list[int]:
-    """The entries of q that move a link, without those of planar and floating joints."""
+    """The entries of q that move a link, without planar and floating joints."""
     types = {joint.name: joint.type for joint in robot.description.joints}
     own = [
         column

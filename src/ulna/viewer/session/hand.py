@@ -1,4 +1,4 @@
-"""Moves an arm so that its hand follows a drag, frame by frame, or gives the reason why not."""
+"""Moves an arm frame by frame so that its hand follows a drag, or gives the reason why it cannot."""
 
 from dataclasses import dataclass, replace
 from math import inf
@@ -16,13 +16,13 @@ from ulna.servo.command import CommandStatus
 from ulna.servo.servo import Servo
 from ulna.viewer.session.clearance import ShapeNames
 
-MAX_A_FRAME = 0.25  # [rad or m] the largest change of a joint: faster than real arms, but too small for another IK branch
+MAX_A_FRAME = 0.25  # [rad or m] maximum change of a joint: faster than real arms, but too small for another IK branch
 _GLIDES, _DAMPING = 10, 0.03  # steps of differential inverse kinematics in a frame, and their damping
-_QUICK = 160  # steps of the search in a frame: if the branch continues, a few are enough
-# The servo of a drag among obstacles. In a frame it speeds up for so many ticks and then stops: by less than MAX_A_FRAME.
+_QUICK = 160  # iterations of inverse kinematics in a frame; on the same branch a few are enough
+# The servo of a drag among obstacles. In a frame it accelerates for _TICKS ticks and then brakes: less than MAX_A_FRAME in all.
 _RATE, _ACCELERATION, _TICKS = 500, 20.0, 50
-_CLEARANCE, _NEAR = 1e-3, 0.05  # [m] from obstacles; and the distance up to which one is named
-_AT_REST = 1e-9  # the least decrease of |displacement|^2 [m^2] + |rotation|^2 [rad^2] that counts as progress
+_CLEARANCE, _NEAR = 1e-3, 0.05  # [m] the clearance from obstacles, and the distance up to which a pair is named
+_AT_REST = 1e-9  # the minimum decrease of |displacement|^2 [m^2] + |rotation|^2 [rad^2] that counts as progress
 BASES = (JointType.PLANAR, JointType.FLOATING)  # a mobile base does not move while its hand is dragged
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Followed:
     Attributes:
         q: Joint positions [rad or m], shape (n_dof,).
         reached: Whether the link is at the target.
-        moving: Whether another frame would bring it nearer.
+        moving: Whether another frame would bring the link nearer to the target.
         reason: Why the target is not reached; see ``IKResult.reason``.
         stopped: Whether the reason is that the arm stopped before a collision.
     """
@@ -62,19 +62,20 @@ class Hand:
         unhurried = tuple(_unhurried(joint) for joint in joints)
         self._loop = _within(Robot(replace(robot.description, joints=unhurried, text=""), home=robot.home), robot)
         self._servo: Servo | None = None
-        self._world: World | None = None  # that of the servo
+        self._world: World | None = None  # the world of the servo
 
     def follow(self, q: Array, T: Array, world: World | None = None) -> Followed:
-        """One frame towards a pose.
+        """Move one frame towards a pose.
 
-        The search stays on the IK branch of q: no joint moves by more than MAX_A_FRAME. If it does not reach the pose,
-        differential inverse kinematics moves the arm nearer, until no step does. If obstacles are to be avoided, the way to what
-        was found is certified, and a servo moves the arm nearer: along them.
+        1. Inverse kinematics searches on the IK branch of q: no joint moves by more than MAX_A_FRAME. Among obstacles, the edge
+           to its solution is certified too.
+        2. If that fails, differential inverse kinematics moves the arm nearer until no step decreases the error. Among obstacles
+           a servo does this instead, and slides along them.
 
         Args:
             q: Joint positions [rad or m], shape (n_dof,).
             T: The pose to reach, T_base_link, shape (4, 4).
-            world: Obstacles to avoid; then self-collision is avoided too. Collisions are not checked unless given.
+            world: Obstacles to avoid, together with self-collision. Collisions are not checked unless given.
         """
         found = self._search(q, T, world, max_iterations=_QUICK)
         if found.success and self._is_free(q, found.q, world):
@@ -82,7 +83,7 @@ class Hand:
         nearer, against = self._nearer(q, T, world)
         if self._miss(q, T) - self._miss(nearer, T) > _AT_REST:
             return Followed(nearer, reached=False, moving=True)
-        found = self._search(nearer, T, world)  # the arm has stopped: find the reason
+        found = self._search(nearer, T, world)  # the arm makes no progress: find the reason
         if found.success and self._is_free(nearer, found.q, world):
             return Followed(found.q, reached=True, moving=False)
         if against:
@@ -91,7 +92,7 @@ class Hand:
         return Followed(nearer, reached=False, moving=False, reason=_words(found))
 
     def place(self, q: Array, T: Array, world: World | None = None) -> Followed:
-        """A configuration at a pose, on any IK branch, however far it is from q. Arguments as ``follow``."""
+        """Find a configuration at a pose on any IK branch, at any distance from q. For the arguments see ``follow``."""
         found = self.robot.inverse_kinematics(T, q, link=self.link, held=self.held, world=world)
         if found.success:
             return Followed(found.q, reached=True, moving=False)
@@ -103,13 +104,13 @@ class Hand:
         )
 
     def _is_free(self, q: Array, nearer: Array, world: World | None) -> bool:
-        """Whether the way between two configurations is certified, where obstacles are to be avoided."""
+        """Whether the edge between two configurations is certified; True if no obstacles are to be avoided."""
         return world is None or not self.robot.edge_in_collision(q, nearer, world)
 
     def _nearer(self, q: Array, T: Array, world: World | None) -> tuple[Array, tuple[Pair, ...]]:
-        """The configuration to which one frame moves the arm, and the pair that prevents more.
+        """Move the arm nearer in one frame. Returns its configuration, and the pair that limits the motion.
 
-        Where the arm touches something it may go any way that ends less deep.
+        An arm in contact may make any motion that decreases the penetration depth.
         """
         depth = inf if world is None else self.robot.signed_distance(q, world)
         if world is None or depth <= 0.0:
@@ -119,7 +120,7 @@ class Hand:
         return self._steer(q, T, world)
 
     def _steer(self, q: Array, T: Array, world: World) -> tuple[Array, tuple[Pair, ...]]:
-        """Where a servo moves the arm towards the pose in one frame, and the pair that prevents more."""
+        """Move the arm towards the pose by a servo, for one frame. Returns as ``_nearer``."""
         if self._servo is None or self._world is not world:
             self._world, self._servo = world, self._servo_in(world)
         command = self._servo.start(np.clip(q, self.robot.lower, self.robot.upper), lead_out=True)
@@ -139,7 +140,7 @@ class Hand:
         )
 
     def _glide(self, q: Array, T: Array) -> Array:
-        """The nearest configuration to the pose that one frame reaches."""
+        """Move the arm towards the pose by differential inverse kinematics, for one frame."""
         miss = self._miss(q, T)
         for _ in range(_GLIDES):
             change = self._loop.differential_ik(q, self._error(q, T), 1.0, link=self.link, damping=_DAMPING)
@@ -150,7 +151,7 @@ class Hand:
         return q
 
     def _error(self, q: Array, T: Array) -> Array:
-        """The remaining displacement [m] and rotation vector [rad], in the axes of the base, shape (6,)."""
+        """The pose error at q: displacement [m] and rotation vector [rad] in the base, shape (6,)."""
         T_base_link = self.robot.forward_kinematics(q, link=self.link)
         return np.concatenate([T[:3, 3] - T_base_link[:3, 3], rotation_vector_from_matrix(T[:3, :3] @ T_base_link[:3, :3].T)])
 
@@ -160,13 +161,13 @@ class Hand:
 
 
 def _within(unhurried: Robot, robot: Robot) -> Robot:
-    """A robot with the limits of position of another one, which may be narrower than its description's."""
+    """A robot with the position limits of another one, which may be narrower than those of its description."""
     narrowed = robot.tree.narrowed
     return unhurried if narrowed is None else unhurried.with_limits(lower=robot.lower, upper=robot.upper)
 
 
 def _words(found: IKResult) -> str:
-    """Why a search has not reached its target."""
+    """The reason why inverse kinematics has not reached its target."""
     return f"{found.status}: {found.reason}" if found.reason else str(found.status)
 
 
@@ -176,6 +177,6 @@ def _shortened(change: Array) -> Array:
 
 
 def _unhurried(joint: Joint) -> Joint:
-    """A joint without a velocity limit, since some files give 0; with the limit 0 if the joint is not to move."""
+    """A joint without a velocity limit, since some files give 0; with the limit 0 for a mobile base."""
     speed = 0.0 if joint.type in BASES else inf
     return replace(joint, limits=Limits(joint.limits.lower, joint.limits.upper, speed, joint.limits.effort))

@@ -1,4 +1,4 @@
-"""Computes the torques that hold a robot still, as shares of the limits of effort."""
+"""Computes the holding torques of a robot at rest, and their shares of the effort limits."""
 
 from dataclasses import dataclass
 
@@ -11,16 +11,16 @@ from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
 TORQUES = "the torques at rest"
-NEAR = 0.8  # of a limit: from here on a joint is shown as one that soon limits the robot
+NEAR = 0.8  # share of the effort limit from which a joint is marked as near it
 
 
 @dataclass(frozen=True)
 class Load:
-    """The torque of one joint at rest.
+    """The holding torque or force of one joint.
 
     Attributes:
-        torque: The torque, in its unit.
-        limit: The limit of effort; infinite where none is known.
+        torque: The torque or force, in its unit.
+        limit: The effort limit; infinite if none is known.
         unit: Nm or N.
     """
 
@@ -30,7 +30,7 @@ class Load:
 
     @property
     def share(self) -> float:
-        """The torque without its sign, by its limit; 0 where none is known."""
+        """The absolute torque divided by its limit; 0 if no limit is known."""
         return abs(self.torque) / self.limit
 
     def __str__(self) -> str:
@@ -40,16 +40,16 @@ class Load:
 
 
 def loads(robot: Robot, q: NDArray[np.float64]) -> tuple[Load, ...]:
-    """The load of each entry of q, with what the robot holds and in its own gravity."""
+    """The load of each entry of q at rest, with attached objects and the robot's own gravity."""
     units = (entry.effort_unit for entry in coordinates_of(robot))
     values = (robot.gravity_torque(q) + 0.0).tolist(), known_limits(robot.tree).tolist(), units
     return tuple(Load(*each) for each in zip(*values, strict=True))
 
 
 def are_known(robot: Robot) -> bool:
-    """Whether all links that move and have a shape have an inertia, and some link moves a mass."""
+    """Whether the torques can be computed: every moving link with a shape has an inertia, and there is a mass."""
     try:
-        robot.inertial_parameters  # noqa: B018 - it is kept
+        robot.inertial_parameters  # noqa: B018 - raises InertiaError
     except InertiaError:
         return False
     return robot.n_dof > 0

@@ -1,4 +1,4 @@
-"""Plans the motion of a view's arm to a goal, samples it as curves to plot, and moves the arm along it."""
+"""Plans the motion of a view's arm to a goal, samples its curves, and moves the arm along it."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from ulna.viewer.session.session import Session
 from ulna.viewer.session.way import Leg, Manner, Waypoint, gripper_of, joined, way_through
 
 NAME = "planning a motion"
-JERK = 30.0  # [rad/s^3 or m/s^3] of every joint, where it is limited
-_POINTS = 200  # of the line that is drawn
-_SAMPLES = 400  # of a curve
+JERK = 30.0  # [rad/s^3 or m/s^3] the limit of every joint, if the jerk is limited
+_POINTS = 200  # points of the drawn line, for each leg
+_SAMPLES = 400  # samples of a curve
 Array = NDArray[np.float64]
 
 
@@ -37,7 +37,7 @@ class Curve:
     Attributes:
         t: Times [s], shape (n,).
         values: The quantity of each entry of q, in radians or meters and seconds, shape (n, n_dof).
-        low, high: Its limits, shape (n_dof,) each; infinite where there are none.
+        low, high: The limits of the quantity, shape (n_dof,) each; infinite where there are none.
     """
 
     t: Array
@@ -47,7 +47,7 @@ class Curve:
 
     @property
     def shares(self) -> Array:
-        """The values from -1 at the lower limit to 1 at the upper one, shape (n, n_dof); NaN where there are no limits."""
+        """The values scaled to -1 at the lower and 1 at the upper limit, shape (n, n_dof); NaN without limits."""
         with np.errstate(invalid="ignore", divide="ignore"):
             middle, half = (self.low + self.high) / 2, (self.high - self.low) / 2
             return np.where(np.isfinite(half) & (half > 0.0), (self.values - middle) / half, np.nan)
@@ -59,14 +59,14 @@ class Planned:
 
     Attributes:
         plan: The plan.
-        motion: Its motion in time; None if there is no path.
+        motion: Its timed trajectory; None if there is no path.
         line: The positions of the hand along the motion [m], shape (n, 3).
-        end: The last configuration of the path, shape (n_dof,). Without a path it is the goal, or a configuration as near to the
-            goal's pose as inverse kinematics without a world comes.
-        curves: What is plotted of the motion; empty without one.
-        kept_line: The ends of the line that is kept [m], shape (2, 3); None if none is.
-        legs: The motions of which it is made.
-        n_reached: How many of the way points, and of the goal after them, are reached.
+        end: The last configuration of the path, shape (n_dof,). Without a path it is the goal. For the pose of a goal it is the
+            nearest configuration that inverse kinematics finds without a world.
+        curves: The plotted curves of the motion by quantity; empty without a motion.
+        kept_line: The ends of the line on which the hand is kept [m], shape (2, 3); None if there is none.
+        legs: The legs of the motion.
+        n_reached: The number of waypoints reached; the goal counts as the last one.
     """
 
     plan: Plan
@@ -80,13 +80,13 @@ class Planned:
 
 
 def planned(robot: Robot, start: Array, stops: tuple[Waypoint, ...], world: World, manner: Manner) -> Planned:
-    """A motion from a configuration through way points, of which the last is the goal."""
+    """Plan a motion from a configuration through waypoints; the last one is the goal."""
     legs, n_reached = way_through(robot, start, stops, world, manner)
     link, last, line, motion = manner.link, legs[-1], legs[-1].line, joined(legs)
     if motion is None:
         end, goal = last.goal, last.goal
         if goal.ndim == 2:
-            of = last.plan.reason.data  # where the goal is out of reach, what is nearest to it: the sentence says how near
+            of = last.plan.reason.data  # of a goal out of reach: the nearest solution, whose distance the sentence gives
             held = manner.held
             near = of if isinstance(of, IKResult) else robot.inverse_kinematics(goal, last.start, link=link, held=held)
             end = near.q
@@ -97,27 +97,27 @@ def planned(robot: Robot, start: Array, stops: tuple[Waypoint, ...], world: Worl
 
 
 def curves_of(motion: Trajectory) -> dict[str, Curve]:
-    """The curves of a motion by quantity; no jerk if it is not limited: then the acceleration has jumps."""
+    """The curves of a motion by quantity, without the jerk if it is unlimited, since then the acceleration jumps."""
     t = np.linspace(0.0, motion.duration, _SAMPLES)
     values: dict[str, Array] = dict(zip(QUANTITIES, motion.at(t), strict=True))
     return {name: Curve(t, values[name], *ends) for name, ends in motion.limits.items()}
 
 
 class Planning:
-    """A goal, the motion to it from where the arm stood, and how much of it is done. Hold the session's lock around its methods.
+    """A goal, the planned motion to it, and the position along it. Hold the session's lock around its methods.
 
-    It plans anew when the goal or an obstacle was moved. When the arm was moved by other means, it plans from there.
+    It plans again when the goal or an obstacle was moved. If the arm was moved by other means, the plan starts from there.
 
     Attributes:
         on: Whether it plans.
-        jerk: The greatest jerk of the motion [rad/s^3 or m/s^3]; None for no limit.
-        upright: Whether what of the hand points up at the start is kept upright.
+        jerk: The jerk limit of the motion [rad/s^3 or m/s^3]; None for no limit.
+        upright: Whether the direction of the hand that points up at the start is kept upright.
         on_line: Whether the hand is kept on the line to the goal.
         held: The joints that keep their positions, besides those of the session.
-        waypoints: The goals through which it goes before the present one.
+        waypoints: The waypoints before the present goal.
         shown: The plan; None without a goal, and while its kernels are compiled.
         waiting: Whether its kernels are being compiled.
-        share: How much of the motion's time has passed, 0 to 1.
+        share: The share of the motion's duration that has passed, from 0 to 1.
         playing: Whether the arm moves along the motion.
     """
 
@@ -132,17 +132,17 @@ class Planning:
         self.shown: Planned | None = None
         self._goal: Array | None = None
         self._start = session.q
-        self._placed = (session.q,)  # where it has put the arm; two while it does so
+        self._placed = (session.q,)  # the configurations at which it has put the arm: two while it moves the arm, else one
         self._asked: tuple | None = None
         self._link = session.link
 
     @property
     def target(self) -> None:
-        """Nothing pulls the goal; see ``Session.target``."""
+        """None: nothing pulls the goal. See ``Session.target``."""
 
     @property
     def hand_pose(self) -> Array:
-        """The goal of the hand, T_base_hand, shape (4, 4); where the hand is while there is no goal."""
+        """The goal of the hand, T_base_hand, shape (4, 4); its present pose while there is no goal."""
         session = self._session
         if self._goal is None:
             return session.hand_pose
@@ -166,12 +166,12 @@ class Planning:
         self._goal = as_floats("q", q).copy()
 
     def keep_goal(self, approach: float = 0.0, retract: float = 0.0, opening: float | None = None) -> None:
-        """Add the goal as a way point, or the present configuration if there is no goal."""
+        """Add the goal as a waypoint, or the present configuration if there is no goal."""
         goal = self._session.q if self._goal is None else self._goal
         self.aims = None, (*self.waypoints, Waypoint(goal, approach, retract, opening))
 
     def drop_waypoint(self) -> None:
-        """Leave the last way point out: it is the goal again, unless there is one."""
+        """Remove the last waypoint, which becomes the goal unless there is one."""
         if self.waypoints:
             *others, last = self.waypoints
             self.aims = (last.goal if self._goal is None else self._goal), (*others,)
@@ -182,7 +182,7 @@ class Planning:
         return len(gripper_of(self._session.robot, self._session.link)) > 0
 
     def words_of(self, stop: Waypoint) -> str:
-        """Where a way point is, and how it is approached and left."""
+        """A line of text for a waypoint: its position, approach, retract and gripper opening."""
         T = stop.goal if stop.goal.ndim == 2 else self._session.robot.forward_kinematics(stop.goal, link=self._session.link)
         words = ", ".join(f"{value + 0.0:.3f}" for value in T[:3, 3].round(3)) + " m"
         for name, way in (("approach", stop.approach), ("retract", stop.retract)):
@@ -191,7 +191,7 @@ class Planning:
 
     @property
     def aims(self) -> Aims:
-        """The goal, or None, and the way points before it."""
+        """The goal, or None, and the waypoints before it."""
         return self._goal, self.waypoints
 
     @aims.setter
@@ -202,26 +202,26 @@ class Planning:
 
     @property
     def manner(self) -> Manner:
-        """The manner in which it plans."""
+        """The options with which it plans."""
         return Manner(self._session.link, (*self._session.held, *self.held), self.jerk, self.upright, self.on_line)
 
     def turn(self, *, on: bool) -> None:
-        """Begin to plan, from where the arm is and without a goal; or end it."""
+        """Begin planning from the present configuration and without a goal, or end it."""
         self._begin(None, (), on=on)
 
     def play(self) -> None:
-        """Move the arm along the motion, from its beginning if it is at the end; or stop it."""
+        """Move the arm along the motion, from the start if it is at the end; or pause it."""
         if self.playing or self.shown is None or self.shown.motion is None:
             self.playing = False
             return
         self.share, self.playing = (0.0 if self.share >= 1.0 else self.share), True
 
     def scrub(self, share: float) -> None:
-        """Put the arm where it is when a share of the motion's time has passed, from 0 to 1."""
+        """Put the arm at a share of the motion's duration, from 0 to 1."""
         self.share, self.playing = min(max(float(share), 0.0), 1.0), False
 
     def frame(self, seconds: float) -> bool:
-        """Plan if something has changed, and move the arm on by a time [s]. Returns whether the plan is another."""
+        """Plan if something has changed, and advance the arm by a time [s]. Returns whether the plan has changed."""
         if not self.on:
             return False
         q = self._session.q
@@ -240,7 +240,7 @@ class Planning:
 
     @property
     def sentence(self) -> str:
-        """What there is to say of the plan; empty if it does not plan."""
+        """The status of the plan as the page shows it; empty if it does not plan."""
         if not self.on:
             return ""
         if self.waiting:
@@ -269,11 +269,14 @@ class Planning:
         return f"{plan.status}: a motion of {motion.duration:.2f} s, {how}, {count_of(plan.checks, 'edge')} checked{too}"
 
     def start_here(self) -> None:
-        """Plan from where the arm is."""
+        """Plan from the present configuration."""
         self._begin(self._goal, self.waypoints, on=self.on)
 
     def _begin(self, goal: Array | None, waypoints: tuple[Waypoint, ...], *, on: bool) -> None:
-        """Plan to a goal from where the arm is. All is stored at last, with no call between, in case it is interrupted."""
+        """Plan to a goal from the present configuration.
+
+        All fields are stored together at the end, without a call in between, so that an interrupt cannot split the change.
+        """
         link, q = self._session.link, self._session.q
         self.on, self._goal, self.waypoints, self._link, self._start, self._placed = on, goal, waypoints, link, q, (q,)
         self.playing, self.share, self.shown, self.waiting, self._asked = False, 0.0, None, False, None
@@ -301,7 +304,7 @@ class Planning:
 
 
 def _short_of(nearest: IKResult) -> str:
-    """By how much a pose is missed that is out of reach."""
+    """The error of the nearest configuration to a pose out of reach, in words."""
     parts = [f"{nearest.position_error * 1e3:.1f} mm"] if nearest.position_error >= 5e-5 else []
     if nearest.rotation_error >= np.radians(0.05):
         parts.append(f"{np.degrees(nearest.rotation_error):.1f} deg")

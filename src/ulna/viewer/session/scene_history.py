@@ -1,4 +1,7 @@
-"""Undoes and redoes what a person does: each step is two acts. Those of the obstacles put back what a step has changed."""
+"""Undoes and redoes the steps of a person on the page.
+
+A step is a pair of functions: one undoes it, one redoes it.
+"""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,7 +18,14 @@ _MAX_STEPS = 100
 
 
 class Entry(NamedTuple):
-    """An object of a world: its shape, T_base_object, shape (4, 4), and the links that may touch it, and its speed [m/s]."""
+    """An object of a world.
+
+    Attributes:
+        shape: Its shape.
+        T: T_base_object, shape (4, 4).
+        touch_links: The links that may touch it.
+        speed: Its maximum speed [m/s], as ``World.add`` takes it; None if it moves by the program alone.
+    """
 
     shape: Obstacle
     T: NDArray[np.float64]
@@ -24,7 +34,7 @@ class Entry(NamedTuple):
 
 
 Scene = dict[str, Entry]
-Act = Callable[[], tuple[str, ...]]  # returns the names of the objects that it gave back or changed
+Act = Callable[[], tuple[str, ...]]  # returns the names of the objects that it added or changed
 
 
 def scene_of(world: World) -> Scene:
@@ -34,7 +44,7 @@ def scene_of(world: World) -> Scene:
 
 
 def world_of(scene: Scene) -> World:
-    """A world of such objects."""
+    """A world with the objects of a scene."""
     world = World()
     for name, (shape, T, touch_links, speed) in scene.items():
         world.add(name, shape, T, touch_links=touch_links, speed=speed)
@@ -42,17 +52,18 @@ def world_of(scene: Scene) -> World:
 
 
 class SceneHistory:
-    """The steps of one world, of which the first ``_n_done`` are done. What the program changes is no step.
+    """The undo and redo history of one world. Changes made by the program are no steps.
 
-    A step that is interrupted, as by Ctrl-C, is noted before, so that the next call goes on with it: then it is done in whole.
+    The first ``_n_done`` steps are done, the others are undone. Every step is noted before it starts. After an interrupt
+    (Ctrl-C) the next call completes it.
     """
 
     def __init__(self, world: World) -> None:
         self._world = world
         self._steps: list[tuple[Act, Act]] = []
         self._n_done = 0
-        self._open: Scene | None = None  # as it was before a step that is being done
-        self._doing: tuple[int, Act] | None = None  # an act that is being done, and how many steps are done after it
+        self._open: Scene | None = None  # the scene before the present step
+        self._doing: tuple[int, Act] | None = None  # the present act, and the number of steps that are done after it
 
     @property
     def can_undo(self) -> bool:
@@ -62,13 +73,13 @@ class SceneHistory:
 
     @property
     def can_redo(self) -> bool:
-        """Whether there is a step to do again."""
+        """Whether there is a step to redo."""
         self._go_on()
         return self._n_done < len(self._steps)
 
     @contextmanager
     def step(self) -> Iterator[None]:
-        """A context: what is changed in it is one step, also if it ends with an exception."""
+        """A context whose changes of the world are one step, even if it ends with an exception."""
         self._go_on()
         self._open = scene_of(self._world)
         try:
@@ -77,17 +88,17 @@ class SceneHistory:
             self._go_on()
 
     def add(self, before: Scene, after: Scene) -> None:
-        """Add a step from one scene to another, unless they are equal. Steps that were undone cannot be done again then."""
+        """Add a step from one scene to another, unless they are equal. This drops the steps that can be redone."""
         self._go_on()
         self._add(before, after)
 
     def add_acts(self, undo: Act, redo: Act) -> None:
-        """Add a step that was done, by what undoes it and what does it again. Each may be called twice."""
+        """Add a completed step as its two functions. Each may be called twice."""
         self._go_on()
         self._add_acts(undo, redo)
 
     def undo(self) -> tuple[str, ...]:
-        """Undo the last step. Returns the names of the objects that it gave back or changed."""
+        """Undo the last step. Returns the names of the objects that this added or changed."""
         if not self.can_undo:
             return ()
         n = self._n_done - 1
@@ -95,7 +106,7 @@ class SceneHistory:
         return self._go_on()
 
     def redo(self) -> tuple[str, ...]:
-        """Do the step again that was undone last. Returns the names of the objects that it added or changed."""
+        """Redo the step that was undone last. Returns the names of the objects that this added or changed."""
         if not self.can_redo:
             return ()
         n = self._n_done
@@ -103,7 +114,7 @@ class SceneHistory:
         return self._go_on()
 
     def _go_on(self) -> tuple[str, ...]:
-        """Do what is noted to the end: an act, or a step whose changes were made."""
+        """Complete an interrupted act, and close a step whose changes were made."""
         names: tuple[str, ...] = ()
         if self._open is not None:
             self._add(self._open, scene_of(self._world))

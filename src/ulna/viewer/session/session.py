@@ -1,4 +1,4 @@
-"""Holds the state of one view: q, the target of the hand, the world; and updates it in each frame."""
+"""Holds the state of one view (q, the target of the hand, the world) and updates it in each frame."""
 
 import threading
 from collections.abc import Callable
@@ -21,38 +21,39 @@ from ulna.viewer.session.clearance import Clearance, ShapeNames, clearance
 from ulna.viewer.session.hand import Hand
 
 Array = NDArray[np.float64]
-HAND, COLLISIONS = "the motion of the hand", "collisions and distances"  # names of the calls of a frame
+HAND, COLLISIONS = "the motion of the hand", "collisions and distances"  # the page shows these names while it compiles
 
 
 def ask_at_once(_name: str, question: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
-    """Call a function at once, however long its compilation takes. Replaces ``Compiler.ask`` where there is no page."""
+    """Call a function at once, even if it has to be compiled first. Replaces ``Compiler.ask`` where there is no page."""
     return question(*arguments, **options)
 
 
 class Session:
     """The state that all tabs and the program share. Each method may be called from any thread.
 
-    One that is interrupted, as by Ctrl-C, is done in whole or not at all: it stores its changes at last, with no call between.
+    Every method is atomic: an interrupt (Ctrl-C) leaves all of its changes or none. Each method stores its results at the end,
+    with no call in between.
 
     Args:
         robot: The robot.
         world: The obstacles around it; an empty world unless given.
-        q: Its first configuration [rad or m], shape (n_dof,); if not given, the SRDF's `home`, or else the robot's;
-            bent instead if the arm is stretched there (``beginning``), as soon as that is compiled and unless it has moved.
-        ask: Calls the functions of a frame, as ``Compiler.ask`` does. It returns None while their kernels are compiled in another
-            thread: then the hand does not move, the clearance is not known, and the next frame calls them again.
+        q: The first configuration [rad or m], shape (n_dof,). Default: the SRDF's `home`, or else the robot's. If the arm is
+            stretched there, it moves to a bent configuration (``beginning``) once that is compiled, unless it has moved before.
+        ask: Calls the functions of a frame, as ``Compiler.ask`` does. It returns None while another thread compiles their
+            kernels. Until then the hand does not move and the clearance is unknown; the next frame calls them again.
 
     Attributes:
-        robot: The robot; what it may touch of itself, its limits and what it holds change with ``use``.
+        robot: The robot. ``use`` replaces it by one with other allowed contacts, limits or attached objects.
         world: The obstacles; any thread may change them at any time.
         target: The pose to which the hand is pulled, T_base_link, shape (4, 4); None if it is not pulled.
         avoiding: Whether the pulled hand avoids collisions with the world and the robot itself.
         itself: Whether self-collision is checked too.
         trouble: Why the hand has not reached its target; empty if it has, while it moves, and after release.
-        missed: Why the last pose given to ``send`` was not reached; empty if it was, and after any other motion.
+        missed: Why the hand did not reach the last pose given to ``send``; empty if it did, and after any other motion.
         stopped: Whether ``trouble`` is that the hand stopped before a collision.
         names: The shown names of the robot's collision shapes.
-        clearance: What the robot touches, and the nearest obstacle.
+        clearance: The pairs in contact, and the nearest obstacle.
         waiting: Whether the pulled hand waits for kernels to be compiled.
         lock: Held during a frame; hold it to make several changes at once.
 
@@ -113,7 +114,7 @@ class Session:
 
     @property
     def link(self) -> str:
-        """The hand: the link that is pulled.
+        """The name of the hand: the link that is pulled.
 
         Raises:
             UnknownNameError: The robot has no link of the new name.
@@ -140,9 +141,9 @@ class Session:
 
     @property
     def frames(self) -> dict[str, Array]:
-        """T_base_frame, shape (4, 4), of each frame for poses: links that stand still, the base first, and obstacles.
+        """T_base_frame, shape (4, 4), of each reference frame for poses: fixed links, the base first, and obstacles.
 
-        An obstacle with the name of such a link is left out.
+        An obstacle with the name of a fixed link is left out.
         """
         tree, world = self.robot.tree, self.world.snapshot()
         names = dict.fromkeys((tree.root, *standing_links(tree)))
@@ -150,7 +151,7 @@ class Session:
         return links | {name: world.pose(name) for name in world.names if name not in links}
 
     def pull(self, T_base_hand: ArrayLike) -> None:
-        """Pull the hand to a pose, shape (4, 4); the following frames move it there.
+        """Pull the hand to a pose T_base_hand, shape (4, 4); the following frames move it there.
 
         Raises:
             InputError: It is not a pose.
@@ -158,7 +159,9 @@ class Session:
         self._pull(T_base_hand, sent=False)
 
     def send(self, T_base_hand: ArrayLike) -> None:
-        """Send the hand to a pose, shape (4, 4), on any IK branch; the following frames move it there, or set ``missed``.
+        """Send the hand to a pose T_base_hand, shape (4, 4), on any IK branch.
+
+        The following frames move it there, or set ``missed``.
 
         Raises:
             InputError: It is not a pose.
@@ -166,7 +169,7 @@ class Session:
         self._pull(T_base_hand, sent=True)
 
     def let_go(self) -> None:
-        """Release the hand: it goes on to its target, and then stops."""
+        """Release the hand: it still moves to its target, and then stops."""
         with self.lock:
             self._letting_go = True
 
@@ -187,24 +190,24 @@ class Session:
                 self.target is None,
             )
             changed = seen != self._seen
-            if changed:  # what was checked is another state: so it is checked again, also if that is interrupted
+            if changed:  # the last check was of another state: check again, even if this frame is interrupted
                 self._seen, self._checked = seen, False
             return not self._checked and (self._check() or changed)
 
     @property
     def own_contacts(self) -> tuple[tuple[str, str], ...]:
-        """The pairs of the robot's links that touch, as last checked; not of attached objects."""
+        """The pairs of the robot's links in contact at the last check, without attached objects."""
         report, held = self.clearance.report, {one.name for one in self.robot.attached}
         pairs = () if report is None else report.pairs
         touching = ((pair.link_a, pair.link_b) for pair in pairs if pair.link_b is not None and pair.signed_distance <= 0.0)
         return tuple(links for links in dict.fromkeys(touching) if held.isdisjoint(links))
 
     def use(self, robot: Robot) -> None:
-        """Take another robot from the next frame on, which has the same joints and links. It waits for no lock."""
+        """Replace the robot from the next frame on by one with the same joints and links. Needs no lock."""
         self._wanted = robot
 
     def _begin(self) -> None:
-        """Bend an arm that is stretched, once, unless it has moved."""
+        """Move a stretched arm to a bent configuration, once, unless it has moved."""
         if self._resting is None:
             return
         if self._q is not self._resting or self.target is not None:
@@ -228,7 +231,7 @@ class Session:
     _on_the_way = False
 
     def _check(self) -> bool:
-        """Find the clearance. Returns whether it is known."""
+        """Compute the clearance. Returns whether it is known."""
         found = Clearance(None, refusal=self.unchecked)
         if not self.unchecked:
             found = self.ask(COLLISIONS, clearance, self.robot, self._q.copy(), self.world, itself=self.itself, names=self.names)
@@ -259,7 +262,7 @@ class Session:
             self._sent, self.missed = sent, ""
 
     def _rest(self, q: Array, hand: Hand | None, missed: str = "") -> None:
-        """Be at q with a hand that nothing pulls, without a target and its reasons."""
+        """Put the arm at q with a hand that is not pulled; clear the target and the reasons."""
         self._q, self._hand, self.missed = q, hand, missed
         self.target, self.trouble, self.stopped = None, "", False
         self._letting_go = self._sent = self._on_the_way = self.waiting = False

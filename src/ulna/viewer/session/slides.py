@@ -1,4 +1,4 @@
-"""Describes the sliders of joints: a range for each entry of q, in groups by limbs, and mimic joints."""
+"""Describes the sliders of joints: the range of each entry of q, grouped by limbs, and mimic joints."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -12,13 +12,16 @@ from ulna.description.structure import columns_of_q, drives_of, joints_from_root
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
-_MIN_RANGE = 1e-3  # the least range of a slider that follows another
+_MIN_RANGE = 1e-3  # [rad or m] the minimum range of a mimic joint's slider
 _FREE = {"rad": pi, "m": 2.0}  # half the range of a joint without limits
 
 
 @dataclass(frozen=True)
 class Slide:
-    """A slider of an entry of q, or of a joint that mimics its leader: position = ratio * q[column] + offset [rad or m]."""
+    """A slider of an entry of q, or of a mimic joint.
+
+    The position of a mimic joint is ratio * q[column] + offset [rad or m]; q[column] belongs to its leader.
+    """
 
     column: int
     name: str
@@ -34,7 +37,7 @@ class Slide:
         return self.ratio * float(q[self.column]) + self.offset
 
     def shown(self, q: NDArray[np.float64]) -> float:
-        """The position as the slider shows it: whole turns subtracted, and within the range."""
+        """The position as the slider shows it: without whole turns, clipped to the range."""
         value = self.position(q)
         if self.unit == "rad" and self.high - self.low >= 2 * pi and not self.low <= value <= self.high:
             value = (value + pi) % (2 * pi) - pi
@@ -42,7 +45,7 @@ class Slide:
 
     @property
     def hint(self) -> str:
-        """What it is: its range, or what it follows."""
+        """A tooltip: the range of the joint, or the joint that it mimics."""
         if not self.leader:
             return f"{self.name}, {self.low:.4g} to {self.high:.4g} {self.unit}"
         factor = "" if self.ratio == 1 else f"{self.ratio:g} * "
@@ -52,7 +55,7 @@ class Slide:
 
 @dataclass(frozen=True)
 class SlideGroup:
-    """Sliders in one folder of the panel: a limb of the robot."""
+    """The sliders of one limb of the robot, in one folder of the panel."""
 
     name: str
     slides: tuple[Slide, ...]
@@ -60,7 +63,10 @@ class SlideGroup:
 
 
 def slide_groups(robot: Robot) -> tuple[SlideGroup, ...]:
-    """All entries of q, in a group for each part of the tree without a branch. A serial arm has one group."""
+    """The sliders of all entries of q, in one group for each unbranched part of the tree.
+
+    A serial arm has one group.
+    """
     slides = _slides(robot)
     followers = _followers(robot, {slide.column: slide for each in slides.values() for slide in each})
     return tuple(
@@ -74,9 +80,9 @@ def slide_groups(robot: Robot) -> tuple[SlideGroup, ...]:
 
 
 def limbs(robot: Robot) -> list[list[str]]:
-    """The independent joints in lists, one for each part of the tree without a branch, in the order of q."""
+    """The names of the independent joints, one list for each unbranched part of the tree, in the order of q."""
     order = {name: k for k, name in enumerate(robot.joint_names)}
-    moving, alive = [], set()  # the movable joints and those above them, and their parent links
+    moving, alive = [], set()  # the movable joints with their ancestors, and the parent links of these
     for joint in reversed(joints_from_root(robot.description)):
         if joint.name in order or joint.child in alive:
             moving.append(joint)
@@ -109,7 +115,7 @@ def _range(robot: Robot, column: int, unit: str) -> tuple[float, float]:
 
 
 def _followers(robot: Robot, slides: dict[int, Slide]) -> list[Slide]:
-    """The joints that follow an entry of q; a mimic of a fixed joint does not move."""
+    """The sliders of the mimic joints; a mimic of a fixed joint does not move, and has none."""
     joints = joints_from_root(robot.description)
     drives = drives_of(joints, columns_of_q(joints), robot.description.source)
     leaders = {place.start: name for name, place in zip(robot.joint_names, robot.joint_slices, strict=True)}
@@ -125,7 +131,7 @@ def _followers(robot: Robot, slides: dict[int, Slide]) -> list[Slide]:
 
 
 def _group_name(limb: list[str]) -> str:
-    """The common beginning of most names of a limb's joints; otherwise that of all, with the first and the last name."""
+    """The stem that most joint names of a limb share; otherwise their shared words, with the first and last name."""
     stems = [name.removesuffix("_joint").rstrip("_0123456789") for name in limb]
     stem, count = Counter(stems).most_common(1)[0]
     if 2 * count > len(limb) and len(stem) > 1:

@@ -1,4 +1,7 @@
-"""Steers a view's arm by buttons that are held: a servo moves it, so that it touches nothing, and says what limits it."""
+"""Steers a view's arm with a servo, by buttons that are held.
+
+The servo avoids every contact, and reports the limit or the obstacle that slows the arm.
+"""
 
 import time
 
@@ -16,19 +19,23 @@ from ulna.viewer.session.clearance import ShapeNames
 from ulna.viewer.session.session import Session
 
 NAME, JOINTS = "steering", "joints"
-RATE = 250  # ticks a second
-TURNING = 3.0  # [rad/m]: how fast the hand turns, for each m/s at which it moves
+RATE = 250  # [1/s] ticks
+TURNING = 3.0  # [rad/m] ratio of the angular speed of the hand to its linear speed
 _ACCELERATION = 5.0  # [rad/s^2 or m/s^2] of every joint
-_TOO_NEAR = 0.012  # [m] a little more than the clearance that the servo keeps
+_TOO_NEAR = 0.012  # [m] slightly more than the clearance that the servo keeps
 _WAY_OUT = "move the obstacle or the arm away, or go to a free pose"
-_HELD_FOR = 0.3  # [s] after the last message of a button, which sends ten a second: so the arm stops if the page is lost
+_HELD_FOR = 0.3  # [s] a held button sends ten messages a second; without one for this time the arm stops (a lost page)
 Array = NDArray[np.float64]
 
 
 def started(
     robot: Robot, world: World, link: str, q: Array, jerk: float | None = None, names: ShapeNames | None = None
 ) -> tuple[Servo | None, str]:
-    """A servo at rest at q, shape (n_dof,), and an empty text; or None, and why the servo cannot start there."""
+    """Start a servo at rest at q, shape (n_dof,).
+
+    Returns:
+        The servo and an empty text; or None and the reason why it cannot start there.
+    """
     try:
         servo = robot.servo(world, link=link, acceleration=_ACCELERATION, jerk=jerk, rate=RATE)
     except (InputError, GeometryError) as error:
@@ -41,7 +48,7 @@ def started(
 
 
 def _too_near(robot: Robot, world: World, q: Array, names: ShapeNames) -> str:
-    """Name, in a sentence, the pair that touches or is too near at q; empty if there is none."""
+    """A sentence that names the pairs in contact or too close at q; empty if there are none."""
     near = robot.check_collision(q, world, max_distance=_TOO_NEAR).pairs
     touching = [pair for pair in near if pair.signed_distance <= 0.0]
     what = names.listed(touching or near)
@@ -57,14 +64,15 @@ class Steering:
     """Steers the hand of a session. Hold the session's lock around its methods.
 
     Attributes:
-        jerk: The greatest of each joint [rad/s^3 or m/s^3]; None for no limit.
+        jerk: The jerk limit of each joint [rad/s^3 or m/s^3]; None for no limit.
         on: Whether it steers.
         waiting: Whether its kernels are being compiled.
-        speed: Of the hand while a button is held [m/s].
-        expressed_in: What the buttons move: the hand along the axes of "base", or of "link", its own; or "joints".
-        axes_of: A link that stands still, along whose axes the hand moves instead of the base's; None for the base.
+        speed: The speed of the hand while a button is held [m/s].
+        expressed_in: ``"base"`` or ``"link"``: the buttons move the hand along the axes of the base, or along its own.
+            ``"joints"``: they move single joints.
+        axes_of: A fixed link whose axes replace those of the base; None for the base.
         command: The last command; None if there was none.
-        refusal: Why the arm cannot be steered from where it is; empty if it can.
+        refusal: Why the arm cannot be steered from its present configuration; empty if it can.
     """
 
     def __init__(self, session: Session, jerk: float | None = None) -> None:
@@ -74,26 +82,29 @@ class Steering:
         self.turn(on=False)
 
     def turn(self, *, on: bool) -> None:
-        """Begin to steer, or end it: then the arm stays where it is."""
+        """Begin or end steering. The arm stays where it is at the end."""
         until = np.zeros((2, max(6, self._session.robot.n_dof)))
         self.on, self.waiting, self.refusal = on, False, ""
         self.command: Command | None = None
         self._servo: Servo | None = None
-        self._step = (0, 0, 0)  # of a step: its entry, its sign, and how many ticks of it are left
-        self._until = until  # when each button counts as released, of negative and of positive directions [s]
+        self._step = (0, 0, 0)  # the entry of the present step, its sign, and the number of ticks left
+        self._until = until  # [s] the time at which each button counts as released; row 0: negative directions, 1: positive
         self._seen: tuple | None = None  # the link, q and the objects for which the servo was made, or refused
-        self._owed = 0.0  # [s] of ticks
+        self._owed = 0.0  # [s] time for which no ticks were made yet
 
     def hold(self, entry: int, sign: int) -> None:
-        """Note that a button is held: of an entry of the twist (v, w), or of q, and of a sign, 1 or -1."""
+        """Note that a button is held. entry: of the twist (v, w), or of q; sign: 1 or -1."""
         self._until[max(sign, 0), entry] = time.monotonic() + _HELD_FOR
 
     def step(self, entry: int, sign: int, size: float) -> None:
-        """Move an entry of the twist, or of q, by a size [m or rad]; braking gives back what gathering speed takes."""
+        """Move along an entry of the twist, or of q, by a size [m or rad].
+
+        The step is commanded for size / speed. The braking distance makes up for the distance lost while accelerating.
+        """
         self._step = entry, sign, round(size / self._speeds()[entry] * RATE)
 
     def go_free(self) -> None:
-        """Put the arm where it is free, near by, so that it can be steered from there."""
+        """Put the arm at a nearby collision-free configuration from which it can be steered."""
         session, link = self._session, self._session.link
         robot, world = session.robot, session.world.snapshot()
         q = free_near(robot, world, session.q, lambda q: started(robot, world, link, q, self.jerk)[0] is not None)
@@ -114,7 +125,7 @@ class Steering:
 
     @property
     def sentence(self) -> str:
-        """What there is to say; empty if it does not steer."""
+        """The status as the page shows it; empty if it does not steer."""
         if not self.on:
             return ""
         if self.waiting:
@@ -122,7 +133,7 @@ class Steering:
         return self.refusal or ("hold a button, or its key" if self.command is None else str(self.command))
 
     def frame(self, seconds: float) -> bool:
-        """Move the arm on by a time [s]. Returns whether there is something else to say."""
+        """Advance the arm by a time [s]. Returns whether ``sentence`` has changed."""
         if not self.on:
             return False
         before = self.sentence
@@ -145,7 +156,10 @@ class Steering:
         return self.sentence != before
 
     def _held(self) -> Array:
-        """Which entries are to move, 1 or -1, and 0 for the others: of the twist, shape (6,), or of q, shape (n_dof,)."""
+        """The direction of each entry: 1, -1, or 0 if it is not to move.
+
+        The entries are those of the twist, shape (6,), or of q, shape (n_dof,).
+        """
         held = self._until > time.monotonic()
         signs = held[1] * 1.0 - held[0]
         entry, sign, ticks = self._step
@@ -155,7 +169,7 @@ class Steering:
 
     @property
     def turns(self) -> NDArray[np.bool_]:
-        """Which entries turn, of the twist, shape (6,), or of q, shape (n_dof,): their speeds are in rad/s."""
+        """Whether the speed of each entry is in rad/s: of the twist, shape (6,), or of q, shape (n_dof,)."""
         if self.expressed_in != JOINTS:
             return np.repeat((False, True), 3)
         return np.array([coordinate.unit == "rad" for coordinate in coordinates_of(self._session.robot)])
@@ -169,13 +183,16 @@ class Steering:
         return session.link, session.q.tobytes(), (session.robot, session.world.objects())
 
     def _ready(self) -> Servo | None:
-        """The servo: a new one where the arm was moved by other means; warm for the world as it is now."""
+        """The servo, compiled for the present world; None if there is none yet.
+
+        A new servo starts if the arm was moved by other means, or if it is at rest and the obstacles have changed.
+        """
         now, session, servo = self._now(), self._session, self._servo
         if now == self._seen:
             return servo
         seen = self._seen
         moved = servo is None or seen is None or (now[:2] != seen[:2] and now[:2] != (seen[0], servo.q.tobytes()))
-        if moved or servo is None or not servo.qd.any():  # at rest: among other obstacles it starts anew
+        if moved or servo is None or not servo.qd.any():  # at rest, a changed world needs a new servo
             found = session.ask(NAME, started, session.robot, session.world, session.link, session.q, self.jerk, session.names)
             self._servo, self.refusal = found or (None, "")
             self.command = None

@@ -1,4 +1,4 @@
-"""Chooses and colors the voxels of a reachability map, and finds the one that is clicked."""
+"""Selects and colors the voxels of a reachability map, and finds the voxel under the pointer."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from ulna.reachability.map import ReachabilityMap
 
 Array = NDArray[np.float64]
 AXES = ("x", "y", "z")
-# From few orientations to all: equal steps of lightness, as of viridis (S. van der Walt, N. Smith, 2015), for every eye.
+# Colors from few orientations to all, in equal steps of lightness, for color-blind people too: viridis (S. van der Walt and
+# N. Smith, 2015).
 RAMP = np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)], dtype=np.float64)
 
 
 class Voxels:
-    """The voxels of a map in which anything is reached: their centers [m], shape (n, 3), and shares, shape (n,)."""
+    """The voxels of a map with a reached orientation: their centers [m], shape (n, 3), and shares, shape (n,)."""
 
     def __init__(self, found: ReachabilityMap) -> None:
         share = np.nan_to_num(found.share.values)
@@ -26,20 +27,24 @@ class Voxels:
         self.colors = _colors(self.shares)
 
     def ends(self, axis: str) -> tuple[float, float]:
-        """Where a clipping plane may lie: from before the first voxel to behind the last [m]."""
+        """The range of a clipping plane along an axis [m]: from before the first voxel to behind the last."""
         if not len(self.centers):
             return 0.0, self.size
         along = self.centers[:, AXES.index(axis)]
         return float(along.min()) - self.size / 2, float(along.max()) + self.size / 2
 
     def shown(self, axis: str, plane: float, least: float) -> NDArray[np.int64]:
-        """The voxels on the far side of a plane across an axis, and with at least a share: those with the larger coordinate."""
+        """The indices of the voxels behind a plane normal to an axis, and with at least a share.
+
+        Behind the plane the coordinate is larger.
+        """
         return np.flatnonzero((self.centers[:, AXES.index(axis)] >= plane) & (self.shares >= least))
 
     def on_ray(self, origin: Array, direction: Array, shown: NDArray[np.int64]) -> int | None:
-        """The first of the shown voxels that a ray from a point (3,) along a direction (3,) passes through; None if it misses.
+        """The first shown voxel on a ray from a point (3,) along a direction (3,); None if there is none.
 
-        The slab test (Kay and Kajiya 1986): a ray is within a cube where it is between all three pairs of its planes.
+        Uses the slab test: a ray is inside a cube where it is between all three pairs of planes. Source: T. Kay and J. Kajiya,
+        Ray tracing complex scenes (1986).
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             first = (self.centers[shown] - self.size / 2 - origin) / direction

@@ -1,4 +1,4 @@
-"""Plans a way of a view's arm through several goals: with straight approaches and retreats, and a gripper's openings."""
+"""Plans the motion of a view's arm through waypoints, with straight approaches and retreats, and gripper openings."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from ulna.planning.plan import Plan
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 
-LONGEST_SEARCH = 0.5  # [s] a page that is dragged cannot wait longer
+LONGEST_SEARCH = 0.5  # [s] the time limit of a plan: the page plans again during a drag
 ACCELERATION = 3.0  # [rad/s^2 or m/s^2] of every joint
-VELOCITY = 1.0  # [rad/s or m/s] of joints whose description gives none
-TILT = float(np.radians(5.0))  # [rad] how far what points up may tilt, where that is kept
-ASIDE = 0.005  # [m] how far the hand may be from the line, where that is kept
+VELOCITY = 1.0  # [rad/s or m/s] of joints without a limit in the description
+TILT = float(np.radians(5.0))  # [rad] tolerance of "keep upright"
+ASIDE = 0.005  # [m] tolerance of "keep on the line": the distance of the hand from it
 Array = NDArray[np.float64]
 
 
 class Waypoint(NamedTuple):
-    """A goal on the way.
+    """A goal that the motion passes through.
 
     Attributes:
         goal: A pose of the hand, T_base_hand, shape (4, 4), or a configuration, shape (n_dof,).
-        approach, retract: How far the hand comes and leaves straight, along its own z axis [m]; not so for 0.
-        opening: How far the gripper opens or closes there, from 0 to 1; None if it stays as it is.
-        moves_gripper: Whether a configuration counts for the gripper too.
+        approach, retract: The lengths of the straight approach and retreat along the z axis of the hand [m]; 0 for none.
+        opening: The opening of the gripper there, from 0 (closed) to 1 (open); None to leave it as it is.
+        moves_gripper: Whether a configuration also sets the joints of the gripper.
     """
 
     goal: Array
@@ -42,13 +42,13 @@ class Waypoint(NamedTuple):
 
 
 class Manner(NamedTuple):
-    """The manner in which a motion is planned.
+    """The options with which a motion is planned.
 
     Attributes:
         link: The hand.
-        held: Joints that keep their positions, whatever a configuration to go to says of them.
-        jerk: The greatest of each joint [rad/s^3 or m/s^3]; None for no limit.
-        upright: Whether what of the hand points up at the start is kept upright.
+        held: Joints that keep their positions, even if a goal configuration has other values for them.
+        jerk: The jerk limit of each joint [rad/s^3 or m/s^3]; None for no limit.
+        upright: Whether the direction of the hand that points up at the start is kept upright.
         on_line: Whether the hand is kept on the line to the goal.
     """
 
@@ -60,14 +60,14 @@ class Manner(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """One motion of a way.
+    """One motion between waypoints.
 
     Attributes:
-        start: Where it begins, shape (n_dof,).
-        goal: As of a way point.
-        line: The ends of the line on which the hand is kept [m], shape (2, 3); None if it is on none.
+        start: The first configuration, shape (n_dof,).
+        goal: The goal; see ``Waypoint.goal``.
+        line: The ends of the line on which the hand is kept [m], shape (2, 3); None if there is none.
         plan: The plan.
-        motion: Its motion; None if there is no path.
+        motion: Its timed trajectory; None if there is no path.
     """
 
     start: Array
@@ -78,7 +78,7 @@ class Leg(NamedTuple):
 
 
 def gripper_of(robot: Robot, link: str) -> NDArray[np.int64]:
-    """The entries of q that move something of a hand, but not the hand itself: those of its fingers."""
+    """The entries of q that move the fingers of a hand: links below it, but not the hand itself."""
     columns = robot.tree.moving_columns
     below = {column for joint in joints_below(robot.description, link) for column in columns(joint.child).tolist()}
     fingers = sorted(below - set(columns(link).tolist()))
@@ -86,13 +86,13 @@ def gripper_of(robot: Robot, link: str) -> NDArray[np.int64]:
 
 
 def rates_of(robot: Robot) -> tuple[Array, Array]:
-    """The greatest velocities and accelerations of a motion on the page, shape (n_dof,) each."""
+    """The velocity and acceleration limits of a motion on the page, shape (n_dof,) each."""
     most = robot.velocity_limits
     return np.where((most > 0) & (most < np.inf), most, VELOCITY), np.minimum(robot.acceleration_limits, ACCELERATION)
 
 
 def leg_to(robot: Robot, start: Array, goal: Array, world: World, manner: Manner) -> Leg:
-    """A motion from a configuration to a goal."""
+    """Plan a motion from a configuration to a goal."""
     if goal.ndim == 1 and manner.held:
         goal = np.where(columns_of_joints(robot.tree, manner.held), start, goal)
     link = manner.link
@@ -112,7 +112,10 @@ def leg_to(robot: Robot, start: Array, goal: Array, world: World, manner: Manner
 
 
 def way_through(robot: Robot, start: Array, stops: tuple[Waypoint, ...], world: World, manner: Manner) -> tuple[list[Leg], int]:
-    """The legs through the way points, and how many of these are reached. Where planning fails, the last leg has no motion."""
+    """Plan the legs through waypoints. Returns the legs and the number of waypoints reached.
+
+    If planning fails, the last leg has no motion.
+    """
     legs: list[Leg] = []
     for k, stop in enumerate(stops):
         found = _to_stop(robot, legs[-1].motion.q[-1] if legs and legs[-1].motion else start, stop, world, manner)
@@ -123,9 +126,9 @@ def way_through(robot: Robot, start: Array, stops: tuple[Waypoint, ...], world: 
 
 
 def _to_stop(robot: Robot, start: Array, stop: Waypoint, world: World, manner: Manner) -> list[Leg]:
-    """The legs to one way point. It ends early with a leg that has no motion.
+    """Plan the legs to one waypoint. If planning fails, the last leg has no motion.
 
-    A straight approach is found backwards, from a configuration at the goal: at the goal there are fewer than before it.
+    A straight approach is planned backwards from a configuration at the goal, where fewer configurations are possible.
     """
     straight, columns, goal = manner._replace(on_line=True), gripper_of(robot, manner.link), stop.goal.copy()
     if goal.ndim == 1 and not stop.moves_gripper:
@@ -156,7 +159,7 @@ def _to_stop(robot: Robot, start: Array, stop: Waypoint, world: World, manner: M
 
 
 def joined(legs: list[Leg]) -> Trajectory | None:
-    """One motion of all legs; None if one has none."""
+    """The motions of all legs as one; None if a leg has none."""
     whole = None
     for leg in legs:
         if leg.motion is None:

@@ -1,4 +1,4 @@
-"""Writes what was made on a page as a program, as commands of the terminal, and as files."""
+"""Writes a motion that was planned on a page as a program, as shell commands, and as files."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 def motion_file(motion: Trajectory, ending: str) -> bytes:
-    """A motion as a file that ``robot.motion_from_file`` reads: ``"csv"`` or ``"json"``."""
+    """The content of a file, ``"csv"`` or ``"json"``, from which ``robot.motion_from_file`` reads a motion."""
     with TemporaryDirectory(prefix="ulna-") as folder:
         path = Path(folder, f"motion.{ending}")
         (motion.to_csv if ending == "csv" else motion.to_json)(path, period=PERIOD)
@@ -33,13 +33,16 @@ def motion_file(motion: Trajectory, ending: str) -> bytes:
 
 
 def name_of(robot: Robot) -> str:
-    """The name or the path by which a robot is loaded."""
+    """The name or path with which ``ulna.load`` loads a robot."""
     description = robot.description
     return Path(description.source).stem if description.folder is None else str(Path(description.folder, description.source))
 
 
 def as_program(robot: Robot, changes: Iterable[str], world: World, legs: Sequence[Leg], manner: Manner) -> str:
-    """Python that makes a motion of legs again, and writes it. changes: lines that change the robot as the page did."""
+    """A Python program that makes a motion of legs and writes it to a file.
+
+    changes: lines that change the robot as the page did.
+    """
     velocity, acceleration = rates_of(robot)
     rates = f"acceleration={_rates(acceleration)}"
     if not np.array_equal(velocity, robot.velocity_limits):
@@ -65,7 +68,7 @@ def as_program(robot: Robot, changes: Iterable[str], world: World, legs: Sequenc
 
 
 def as_commands(robot: Robot, world: World, legs: Sequence[Leg], manner: Manner) -> str:
-    """The lines of a terminal that make a motion again: one for each leg, which writes a file of its own."""
+    """Shell commands that make a motion: one for each leg, which writes its own file."""
     around = ["--scene", _SCENE] if world.names else []
     acceleration = rates_of(robot)[1]
     lines = [f"# {_SCENE}: Save scene, in the tab Obstacles"] if world.names else []
@@ -86,14 +89,14 @@ def as_commands(robot: Robot, world: World, legs: Sequence[Leg], manner: Manner)
 
 
 def _robot_line(robot: Robot) -> str:
-    """The line that loads the robot. What a program has changed of it before it was shown is not known here."""
+    """The line that loads the robot, without the changes that a program made before it showed the robot."""
     if not robot.description.text or not Path(robot.description.source).suffix:
         return "robot = ...  # the robot of the page, which was not loaded as it is by a name or from a file"
     return f"robot = ulna.load({name_of(robot)!r})  # with the same arguments, tools and attached objects as on the page"
 
 
 def _world_lines(world: World) -> list[str]:
-    """The objects of a world; of a file that the page saves, if it has others than plain shapes."""
+    """The lines that make a world. A world with more than plain shapes is loaded from the scene file of the page."""
     items = list(world.items())
     if any(type(shape) not in _PLAIN or world.touch_links(name) or world.speed(name) for name, shape, _ in items):
         return [f"world = ulna.load_world({_SCENE!r})  # Save scene, in the tab Obstacles"]
@@ -109,7 +112,7 @@ def _pose(T: Array) -> str:
 
 
 def _rates(values: Array) -> str:
-    """The greatest rates of all joints: one number if they are equal."""
+    """The limits of all joints: one number if they are equal."""
     return _numbers(values[0] if len(values) and (values == values[0]).all() else values)
 
 
@@ -119,7 +122,7 @@ def _numbers(values: ArrayLike) -> str:
 
 
 def _rounded(values: ArrayLike) -> Array:
-    """Numbers to so many digits that nothing of a robot changes, without the rounding of zeros."""
+    """Numbers rounded to twelve digits, with -0 as 0."""
     return np.asarray(values, dtype=np.float64).round(_DIGITS) + 0.0
 
 
