@@ -29,9 +29,9 @@ class Mobility:
 
 
 def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
-    """Compute the ellipsoid {J u : |u| = 1} of linear velocities, where J are the linear rows of the Jacobian.
+    """Compute the ellipsoid {J u : |u| = 1} of linear velocities.
 
-    Its axes are the left singular vectors of J, its radii the singular values. Planar and floating joints are left out, since
+    J are the linear rows of the Jacobian. The ellipsoid's axes are the left singular vectors of J, its radii the singular values. Planar and floating joints are left out, since
     they do not move while a hand is dragged. Source: T. Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics
     Research, 1985).
     """

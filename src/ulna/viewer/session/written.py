@@ -96,7 +96,7 @@ def _robot_line(robot: Robot) -> str:
 
 
 def _world_lines(world: World) -> list[str]:
-    """The lines that make a world. A world with more than plain shapes is loaded from the scene file of the page."""
+    """The lines that make a world, or load the page's scene file if it has more than plain shapes."""
     items = list(world.items())
     if any(type(shape) not in _PLAIN or world.touch_links(name) or world.speed(name) for name, shape, _ in items):
         return [f"world = ulna.load_world({_SCENE!r})  # Save scene, in the tab Obstacles"]
