@@ -1,13 +1,13 @@
-"""The twelve boxes in the global frame at q = 0, as static markers; the arm: test_collision_boxes.py.
+"""Shows the twelve collision boxes at q = 0 in RViz, as static markers. The arm is shown by test_collision_boxes.py.
 
-They are shown twice; RViz lists both, and their names are written in their colors. "drawn by hand" are the plain numbers below,
-those of the course's own file, as edges alone. "link table" is the assignment's table of boxes in link frames, placed by forward
-kinematics, with their faces. They differ by centimeters; collisions are checked with the table.
+RViz shows two sets of boxes, each with its name in its color. "drawn by hand" are the numbers below, from the course's own file,
+drawn as edges. "link table" is the assignment's table of boxes in link frames, placed by forward kinematics and drawn with faces.
+The sets differ by centimeters. Collisions are checked with the table.
 """
 
 from ulna.cli.quiet_imports import quiet_imports
 
-with quiet_imports():  # Ctrl-C meanwhile ends the script without a traceback
+with quiet_imports():  # Ctrl-C during the imports ends the script without a traceback
     import numpy as np
 
     import ulna
@@ -36,7 +36,7 @@ BOXES = (
 
 
 def drawn_by_hand(robot):
-    """The boxes of the numbers above; their faces are invisible, so that those of the other set are seen."""
+    """The boxes of BOXES, with invisible faces, so that the other set can be seen."""
     return [
         Solid(f"box {k}", robot.base, ulna.pose(position, wxyz=rotation), ulna.Box(size), MOVABLE, opacity=0.0)
         for k, (position, size, rotation) in enumerate(BOXES, start=1)

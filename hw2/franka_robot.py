@@ -1,8 +1,8 @@
-"""The assignment in plain NumPy: a robot from its URDF and its DH table, its Jacobian, inverse kinematics, and box collisions.
+"""The assignment in plain NumPy: forward kinematics from a URDF and a DH table, Jacobian, inverse kinematics, box collisions.
 
-The numbers of the sections are those of the assignment. Lengths are in meters, angles in radians. ``joints`` may be a list, a
-tuple or an array, and longer than seven, since the fingers follow; it is never changed. Ulna is imported in one case alone: it is
-the last resort of inverse kinematics, for a target that the Jacobian transpose does not reach.
+Sections are numbered as in the assignment. Lengths are in meters, angles in radians. ``joints`` may be a list, a tuple or an
+array. It may be longer than seven, since the fingers follow, and is never changed. Ulna is imported in one case: as the last
+resort of inverse kinematics, for a target that the Jacobian transpose does not reach.
 """
 
 import re
@@ -26,8 +26,8 @@ DH_PARAMS = (
     (0, 0.107, 0, 0),
     (0, 0.1034, 0, 0),
 )
-FLANGE_TO_END_EFFECTOR = (0, 0, 0.1034, 0, 0, 0)  # x, y, z, roll, pitch, yaw; it is not in the URDF
-# Section 5: link, translation in its frame, rotation as a quaternion (w, x, y, z), size (length, width, height).
+FLANGE_TO_END_EFFECTOR = (0, 0, 0.1034, 0, 0, 0)  # x, y, z, roll, pitch, yaw; not in the URDF
+# Section 5: link, translation in the link's frame, rotation as a quaternion (w, x, y, z), size (length, width, height).
 BOXES = (
     (1, (-0.04, 0, -0.283), (1, 0, 0, 0), (0.23, 0.2, 0.1)),
     (1, (-0.009, 0, -0.183), (1, 0, 0, 0), (0.13, 0.12, 0.1)),
@@ -42,21 +42,22 @@ BOXES = (
     (7, (-0.0136, 0.0092, 0.0083), (0, 1, 0, 0), (0.12, 0.12, 0.2)),
     (7, (-0.0136, 0.0092, 0.1407), (0.9239, 0, 0, -0.3827), (0.08, 0.22, 0.17)),
 )
-TOLERANCE = 1e-10  # of inverse kinematics, of position [m] and of rotation [rad]
-RETRIES, MAX_STEPS = 4, 5000  # descents after the first, and the steps of each
-PATIENCE = 500  # steps in which the error has to halve; a descent that creeps ends
-PARALLEL = 1e-9  # the sine of the angle between two edges below which their cross product is no axis
+TOLERANCE = 1e-10  # of inverse kinematics, for the position [m] and the rotation [rad]
+RETRIES, MAX_STEPS = 4, 5000  # descents after the first one, and the maximum number of steps of each
+PATIENCE = 500  # the error has to halve in this many steps; otherwise the descent ends
+PARALLEL = 1e-9  # two edges count as parallel below this sine of their angle
 
 
 # Section 2.1: the URDF.
 
 
 def parse_urdf(urdf_file_path):
-    """The joints of a URDF from the base to the flange, then the end-effector.
+    """Read the joints of a URDF from the base to the flange, followed by the end-effector.
 
     Returns:
-        "origin": x, y, z, roll, pitch, yaw of each joint in its parent [m, rad], shape (n + 1, 6). "axis": the axis of each joint
-        in its own frame, shape (n + 1, 3), zeros for a fixed joint. For the Panda n is 8.
+        "origin": x, y, z, roll, pitch, yaw of each joint in its parent [m, rad], shape (n + 1, 6).
+        "axis": the axis of each joint in its own frame, shape (n + 1, 3); zeros for a fixed joint.
+        For the Panda n is 8.
     """
     joints = _chain(urdf_file_path)
     origin = [_numbers(joint, "origin", "xyz", "0 0 0") + _numbers(joint, "origin", "rpy", "0 0 0") for joint in joints]
@@ -65,12 +66,12 @@ def parse_urdf(urdf_file_path):
 
 
 def _chain(urdf_file_path):
-    """The XML elements of the joints, each below the one before it.
+    """The XML elements of the joints in a chain, from the base to the flange.
 
-    The course's file defines a xacro macro and never calls it. So its ``${name}`` are replaced by the macro's defaults, and the
+    The course's file defines a xacro macro and never calls it. So each ``${name}`` is replaced by the default of the macro. The
     joint to ``connected_to``, which is empty by default, is left out.
     """
-    with open(urdf_file_path, encoding="utf-8") as file:  # noqa: PTH123 - a path as a text, too
+    with open(urdf_file_path, encoding="utf-8") as file:  # noqa: PTH123 - the path may be a str
         text = file.read()
     for name, default in re.findall(r"(\w+):='([^']*)'", text):
         text = text.replace(f"${{{name}}}", default)
@@ -96,14 +97,14 @@ def _chain(urdf_file_path):
 
 
 def _numbers(joint, tag, attribute, default):
-    """The numbers of an attribute. One may be written ``${pi/2}``, as xacro does."""
+    """The numbers of an attribute. A number may be a xacro expression such as ``${pi/2}``."""
     element = joint.find(tag)
     words = (default if element is None else element.get(attribute, default)).split()
     return [_number(word[2:-1] if word.startswith("${") else word) for word in words]
 
 
 def _number(word):
-    """A number, or a multiple of pi such as ``-pi/2`` or ``3*pi/4``."""
+    """The value of a number, or of a multiple of pi such as ``-pi/2`` or ``3*pi/4``."""
     multiple = re.fullmatch(r"([+-]?)(?:([\d.]+)\*)?pi(?:/([\d.]+))?", word)
     if not multiple:
         return float(word)
@@ -112,7 +113,7 @@ def _number(word):
 
 
 def joint_limits(urdf_file_path):
-    """The least and the greatest position of each joint that turns [rad], shape (n,) each; infinite where the URDF has none."""
+    """The lower and upper limits of the revolute joints [rad], shape (n,) each; infinite without a limit."""
     lower, upper = [], []
     for joint in _chain(urdf_file_path):
         if joint.get("type") != "fixed":
@@ -127,7 +128,7 @@ def joint_limits(urdf_file_path):
 
 
 def rotation_from_rpy(roll, pitch, yaw):
-    """R = Rz(yaw) Ry(pitch) Rx(roll), as a URDF has it: shape (3, 3)."""
+    """The rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll), as in URDF, shape (3, 3)."""
     (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
     return np.array([
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -137,7 +138,7 @@ def rotation_from_rpy(roll, pitch, yaw):
 
 
 def rpy_from_rotation(R):
-    """Roll, pitch, yaw of a rotation, each in (-pi, pi], pi rather than -pi. Where the pitch is 90 degrees the roll is 0."""
+    """Roll, pitch, yaw of a rotation, each in (-pi, pi]. At a pitch of +-90 degrees the roll is 0."""
     cos_pitch = np.hypot(R[0, 0], R[1, 0])
     roll = np.arctan2(R[2, 1], R[2, 2]) if cos_pitch > 1e-12 else 0.0
     s, c = np.sin(roll), np.cos(roll)
@@ -147,7 +148,7 @@ def rpy_from_rotation(R):
 
 
 def rotation_from_quaternion(w, x, y, z):
-    """The rotation matrix of a quaternion, shape (3, 3). The table rounds to four digits, so it is normalized here."""
+    """The rotation matrix of a quaternion, shape (3, 3). It is normalized, since the table has four digits."""
     w, x, y, z = np.array([w, x, y, z]) / np.linalg.norm([w, x, y, z])
     return np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -157,7 +158,7 @@ def rotation_from_quaternion(w, x, y, z):
 
 
 def skew(axis):
-    """The matrix K of a unit axis, for which K v is the cross product of the axis and v: shape (3, 3)."""
+    """The skew-symmetric matrix K of an axis, shape (3, 3): K v is axis x v."""
     x, y, z = axis
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
@@ -168,24 +169,24 @@ def rotation_vector(R):
     angle = np.arctan2(np.linalg.norm(sine), (np.trace(R) - 1) / 2)
     if angle < pi - 1e-4:
         return sine * (angle / np.sin(angle) if angle > 1e-8 else 1.0)
-    # Near pi the sine vanishes. The largest column of (R + R') / 2 + I is then along the axis.
+    # Near pi the sine vanishes. The largest column of (R + R') / 2 + I then points along the axis.
     columns = (R + R.T) / 2 + np.eye(3)
     axis = columns[:, np.argmax(np.diag(columns))]
     return angle * axis / np.linalg.norm(axis) * (-1 if axis @ sine < 0 else 1)
 
 
 def homogeneous(R, p):
-    """The transformation of a rotation (3, 3) and a translation (3,): shape (4, 4)."""
+    """The transformation matrix of a rotation (3, 3) and a translation (3,), shape (4, 4)."""
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = R, p
     return T
 
 
 def dh_transform(a, d, alpha, theta):
-    """T = Rot_x(alpha) Trans_x(a) Trans_z(d) Rot_z(theta), section 2.2: shape (4, 4)."""
+    """The transformation T = Rot_x(alpha) Trans_x(a) Trans_z(d) Rot_z(theta) of section 2.2, shape (4, 4)."""
     ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta), np.sin(theta)
     rot_x = np.array([[1, 0, 0, 0], [0, ca, -sa, 0], [0, sa, ca, 0], [0, 0, 0, 1]])
-    trans = np.array([[1, 0, 0, a], [0, 1, 0, 0], [0, 0, 1, d], [0, 0, 0, 1]])  # along x and along z: they commute
+    trans = np.array([[1, 0, 0, a], [0, 1, 0, 0], [0, 0, 1, d], [0, 0, 0, 1]])  # Trans_x(a) and Trans_z(d), which commute
     rot_z = np.array([[ct, -st, 0, 0], [st, ct, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
     return rot_x @ trans @ rot_z
 
@@ -194,9 +195,9 @@ class FrankaRobot:
     """The Franka Panda with its end-effector.
 
     Args:
-        urdf_file_path: The course's ``franka_robot.urdf``, or the URDF of another arm that is one chain of revolute joints.
-        dh_params: Rows a [m], d [m], alpha [rad], theta [rad], modified (Craig) convention, shape (9, 4).
-        num_dof: The number of joints that turn: 7.
+        urdf_file_path: The course's ``franka_robot.urdf``, or the URDF of another arm with one chain of revolute joints.
+        dh_params: Rows a [m], d [m], alpha [rad], theta [rad] in the modified (Craig) convention, shape (9, 4).
+        num_dof: The number of revolute joints: 7.
     """
 
     def __init__(self, urdf_file_path, dh_params, num_dof):
@@ -206,7 +207,7 @@ class FrankaRobot:
         origin, axis = self.robot_params["origin"], self.robot_params["axis"]
         self.origins = np.array([homogeneous(rotation_from_rpy(*rpy), (x, y, z)) for x, y, z, *rpy in origin])
         self.lower, self.upper = joint_limits(urdf_file_path)
-        self.turns = axis.any(axis=1)  # of each frame, whether its joint turns
+        self.turns = axis.any(axis=1)  # whether the joint of each frame is revolute
         self.axes = axis[self.turns] / np.linalg.norm(axis[self.turns], axis=1, keepdims=True)
         self.K = np.zeros((len(self.axes), 4, 4))
         self.K[:, :3, :3] = [skew(unit) for unit in self.axes]
@@ -218,10 +219,10 @@ class FrankaRobot:
     # Section 2: forward kinematics.
 
     def forward_kinematics_urdf(self, joints):
-        """The poses of the joints, the flange and the end-effector in the base, from the URDF: shape (9, 4, 4).
+        """The poses of the joints, the flange and the end-effector in the base, from the URDF, shape (9, 4, 4).
 
-        The frame of a joint is that of the joint before it, moved by the origin and then turned about the axis by q_i:
-        T_i = T_(i-1) origin_i R_i, with Rodrigues' formula R_i = I + sin(q_i) K_i + (1 - cos(q_i)) K_i K_i.
+        T_i = T_(i-1) origin_i R_i, where R_i is the rotation about the axis of joint i by q_i. Rodrigues' formula:
+        R_i = I + sin(q_i) K_i + (1 - cos(q_i)) K_i K_i.
         """
         turned, angle = self.origins.copy(), self._moving(joints)[:, None, None]
         turned[self.turns] = turned[self.turns] @ (np.eye(4) + np.sin(angle) * self.K + (1 - np.cos(angle)) * self.K @ self.K)
@@ -231,7 +232,7 @@ class FrankaRobot:
         return np.array(frames)
 
     def forward_kinematics_dh(self, joints):
-        """The same poses as the product of the Denavit-Hartenberg transformations: shape (9, 4, 4)."""
+        """The same poses as products of the Denavit-Hartenberg transformations, shape (9, 4, 4)."""
         joints, T, frames = self._moving(joints), np.eye(4), []
         for i, (a, d, alpha, theta) in enumerate(self.dh_params):
             T = T @ dh_transform(a, d, alpha, theta + (joints[i] if i < self.num_dof else 0))
@@ -239,18 +240,18 @@ class FrankaRobot:
         return np.array(frames)
 
     def ee(self, joints):
-        """The end-effector as [x, y, z, roll, pitch, yaw] [m, rad]: R = Rz Ry Rx, angles in (-pi, pi]."""
+        """The end-effector's [x, y, z, roll, pitch, yaw] [m, rad]: R = Rz Ry Rx, angles in (-pi, pi]."""
         T = self.forward_kinematics_urdf(joints)[-1]
         return np.concatenate([T[:3, 3], rpy_from_rotation(T[:3, :3])])
 
     # Section 3: the Jacobian.
 
     def jacobian(self, joints):
-        """The Jacobian at the end-effector in the axes of the base, linear rows first: shape (6, 7).
+        """The Jacobian at the end-effector in the axes of the base, linear rows first, shape (6, 7).
 
-        Column i is what turning joint i does: with the axis z_i through the point p_i the end-effector p_ee moves with the
-        velocity z_i x (p_ee - p_i) and turns with the angular velocity z_i. The course calls the matrix analytical, because it is
-        derived column by column. The field calls it geometric: its lower rows are not the rates of roll, pitch and yaw.
+        Joint i turns about the axis z_i through the point p_i. Its column is the velocity z_i x (p_ee - p_i) of the end-effector
+        p_ee, and the angular velocity z_i. The course calls the matrix analytical, because it is derived column by column. The
+        field calls it geometric, since its lower rows are not the rates of roll, pitch and yaw.
         """
         return self._jacobian(self.forward_kinematics_urdf(joints))
 
@@ -264,14 +265,15 @@ class FrankaRobot:
     # Section 4: inverse kinematics.
 
     def inverse_kinematics(self, desired_ee_pos, current_joints):
-        """Joints that bring the end-effector to [x, y, z, roll, pitch, yaw], by the Jacobian transpose from the current ones.
+        """Find joints that bring the end-effector to [x, y, z, roll, pitch, yaw], by the Jacobian transpose.
 
-        1. Descend from the current joints, which are brought within their limits first.
-        2. Where the descent ends short of the target, begin again with the joints that are at a limit in the middle of their
-           range, up to RETRIES times.
-        3. The descent may creep, near a singularity for one. Then the target is left to Ulna, which is no part of the assignment.
+        1. Clip the current joints to their limits, and descend from them.
+        2. If the descent ends before the target, put the joints at a limit in the middle of their range. Descend again, up to
+           RETRIES times.
+        3. If all descents fail, for example because one converges slowly near a singularity, use Ulna. This is not part of the
+           assignment.
 
-        Warns if no joints reach the target, with the reason. The joints beyond ``num_dof`` are returned as they are.
+        Warns with the reason if no joints reach the target. Joints beyond ``num_dof`` are returned unchanged.
         """
         desired = _row("desired_ee_pos", desired_ee_pos, "x, y, z, roll, pitch, yaw")
         target = homogeneous(rotation_from_rpy(*desired[3:]), desired[:3])
@@ -289,11 +291,12 @@ class FrankaRobot:
         return joints
 
     def _descend(self, target, q):
-        """Follow the Jacobian transpose from q to where it ends, and say whether that is the target.
+        """Descend from q by the Jacobian transpose. Returns the last q, and whether it is at the target.
 
-        With e = (error of position, rotation vector from the pose to the target), g = J' e is the steepest descent of e' e / 2.
-        The step alpha g with alpha = <e, J g> / <J g, J g> would bring a linear arm nearest to its target; it is halved until the
-        error decreases. A joint at its limit that g would push beyond stays there. A descent that creeps is given up.
+        Let e be the position error and the rotation vector from the pose to the target. g = J' e is the direction of steepest
+        descent of e' e / 2. The step alpha g with alpha = <e, J g> / <J g, J g> is optimal for a linear arm. It is halved until
+        the error decreases. A joint at its limit stays there if g would push it beyond. A descent ends if the error does not
+        halve in PATIENCE steps.
         """
         q = np.clip(q, self.lower, self.upper)
         frames = self.forward_kinematics_urdf(q)
@@ -326,8 +329,8 @@ class FrankaRobot:
         return q, False
 
     def _by_ulna(self, target, q):
-        """The last resort, which is not the assignment's: Ulna's Levenberg-Marquardt search with restarts."""
-        import ulna  # noqa: PLC0415 - nothing else needs it
+        """Solve by Ulna's Levenberg-Marquardt search with restarts: the last resort, not part of the assignment."""
+        import ulna  # noqa: PLC0415 - needed here only
 
         robot = ulna.load(self.urdf_file_path).with_tool(homogeneous(np.eye(3), FLANGE_TO_END_EFFECTOR[:3]))
         found = robot.inverse_kinematics(target, q, position_tolerance=TOLERANCE, rotation_tolerance=TOLERANCE)
@@ -350,7 +353,7 @@ class FrankaRobot:
         )
 
     def _moving(self, joints):
-        """The positions of the joints that turn, as a new array."""
+        """The positions of the revolute joints, as a new array."""
         joints = np.array(joints, dtype=float)
         if joints.ndim != 1 or len(joints) < self.num_dof:
             raise ValueError(f"joints: shape {joints.shape}; one configuration of at least {self.num_dof} numbers is expected")
@@ -360,13 +363,13 @@ class FrankaRobot:
 
 
 def boxes_overlap(T_a, size_a, T_b, size_b):
-    """Whether two boxes touch, by the separating-axis theorem. T: the pose of the center, (4, 4); size: full lengths, (3,).
+    """Whether two boxes touch, by the separating-axis theorem. T: pose of the center, (4, 4); size: full lengths, (3,).
 
-    Two convex bodies are apart just where there is an axis on which their shadows are. For boxes 15 axes suffice: the three edges
-    of each, and the cross products of an edge of one with an edge of the other. On an axis L the shadow of a box reaches to both
-    sides of its center by the sum of |half length * (edge . L)| over its edges (Gottschalk, Lin and Manocha, 1996).
+    Two convex bodies are disjoint exactly if their projections onto some axis are. For boxes 15 axes suffice: the three edges of
+    each, and the cross products of an edge of one with an edge of the other. The projection of a box onto an axis L extends from
+    its center by the sum of |half length * (edge . L)| over its edges. Source: Gottschalk, Lin and Manocha, 1996.
     """
-    edges_a, edges_b = T_a[:3, :3].T, T_b[:3, :3].T  # one edge direction a row
+    edges_a, edges_b = T_a[:3, :3].T, T_b[:3, :3].T  # one edge direction per row
     between = T_b[:3, 3] - T_a[:3, 3]
     crossed = [np.cross(a, b) for a, b in product(edges_a, edges_b)]
     for L in (*edges_a, *edges_b, *(L for L in crossed if np.linalg.norm(L) > PARALLEL)):
@@ -377,12 +380,12 @@ def boxes_overlap(T_a, size_a, T_b, size_b):
 
 
 def _error(target, T):
-    """Which way and how far the pose T is from the target: (p - p_T, rotation vector of R R_T'), in the base, shape (6,)."""
+    """The pose error (p - p_T, rotation vector of R R_T') of T to a target (p, R), shape (6,)."""
     return np.concatenate([target[:3, 3] - T[:3, 3], rotation_vector(target[:3, :3] @ T[:3, :3].T)])
 
 
 def _row(name, values, parts):
-    """One row of finite numbers, one for each of the parts."""
+    """Check one row of finite numbers. parts: their names."""
     row, n = np.array(values, dtype=float), len(parts.split(", "))
     if row.shape != (n,):
         raise ValueError(f"{name}: shape {row.shape}; {n} numbers are expected: {parts}")

@@ -1,4 +1,4 @@
-"""The robot that the scripts of the assignment test."""
+"""Makes the robot that the scripts of the assignment test."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ URDF = Path(__file__).with_name("franka_robot.urdf")
 
 
 def make_robot():
-    """The robot of the assignment."""
+    """Make the robot of the assignment."""
     return FrankaRobot(URDF, DH_PARAMS, 7)
 
 

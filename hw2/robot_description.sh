@@ -1,7 +1,7 @@
 #!/bin/sh
-# Prints the arm for RViz: expanded URDF with the finger joints, for franka_robot.urdf only defines a macro. roslaunch runs in a terminal without the
-# virtual environment, so ulna is also looked for in the usual places: the environments that the README and ros.md make, in this
-# folder or in the one above; one that fails says why, and the next is tried. Without the meshes the arm is seen by its boxes.
+# Prints the arm for RViz: the expanded URDF with the finger joints, since franka_robot.urdf only defines a macro. roslaunch runs in a terminal
+# without the virtual environment. So the script also tries the environments that the README and ros.md make, in this folder and in the one above.
+# One that fails prints its reason, and the script tries the next. Without the meshes RViz shows the arm as boxes.
 here=$(dirname "$0")
 for ulna in "${ULNA:-ulna}" "$VIRTUAL_ENV/bin/ulna" \
     "$here/.venv-ros1/bin/ulna" "$here/.venv/bin/ulna" "$here/venv/bin/ulna" \
@@ -11,5 +11,5 @@ for ulna in "${ULNA:-ulna}" "$VIRTUAL_ENV/bin/ulna" \
         exit
     fi
 done
-echo "no ulna is found that prints it: ULNA=/path/to/venv/bin/ulna roslaunch hw2.launch; the same in the browser, without ROS: ulna demo" >&2
+echo "no ulna was found that can print the robot: run ULNA=/path/to/venv/bin/ulna roslaunch hw2.launch; without ROS, ulna demo shows the same scene in a browser" >&2
 exit 1

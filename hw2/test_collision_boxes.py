@@ -1,8 +1,8 @@
-"""The arm at q = 0, in RViz (roslaunch hw2.launch); its boxes: collision_boxes.py."""
+"""Shows the arm at q = 0 in RViz (roslaunch hw2.launch). Its boxes are shown by collision_boxes.py."""
 
 from ulna.cli.quiet_imports import quiet_imports
 
-with quiet_imports():  # Ctrl-C meanwhile ends the script without a traceback
+with quiet_imports():  # Ctrl-C during the imports ends the script without a traceback
     import numpy as np
 
     from ulna.demo.ros.adapter import ros1_or_exit

@@ -1,8 +1,8 @@
-"""Prints True when both forward kinematics agree, at home, at zero and at random joints."""
+"""Prints True if both forward kinematics agree: URDF and DH table, at home, zero and random joints."""
 
 import signal
 
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the script without a traceback, while it imports too
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the script without a traceback, even during the imports
 
 import numpy as np
 from panda import HOME, make_robot

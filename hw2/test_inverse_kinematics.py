@@ -1,8 +1,8 @@
-"""Prints True when the joints found for a pose bring the end-effector there."""
+"""Prints True if the joints that inverse kinematics finds for a pose bring the end-effector there."""
 
 import signal
 
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the script without a traceback, while it imports too
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the script without a traceback, even during the imports
 
 import numpy as np
 from panda import HOME, make_robot

@@ -1,8 +1,8 @@
-"""Prints True when the Jacobian agrees with what a small turn of each joint does to the end-effector."""
+"""Prints True if the Jacobian agrees with central differences of the end-effector's pose."""
 
 import signal
 
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the script without a traceback, while it imports too
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the script without a traceback, even during the imports
 
 import numpy as np
 from panda import HOME, make_robot
@@ -11,7 +11,7 @@ STEP = 1e-6  # rad
 
 
 def by_differences(robot, joints):
-    """The Jacobian by central differences of the pose: shape (6, 7)."""
+    """The Jacobian by central differences of the pose, shape (6, 7)."""
     R = robot.forward_kinematics_urdf(joints)[-1][:3, :3]
     columns = []
     for turn in STEP * np.eye(7):

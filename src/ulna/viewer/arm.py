@@ -1,4 +1,4 @@
-"""Draws a robot in the scene, and shows or hides its visuals, collision shapes, frames and names of links."""
+"""Draws a robot in the scene, and shows or hides its visuals, collision shapes, link frames and link names."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -22,8 +22,8 @@ from ulna.viewer.nodes import add_shape, add_triangles, grown
 from ulna.viewer.palette import FAINT, FREE, PALE, STRONG, TINT, TOUCHING
 from ulna.viewer.visuals import glb_of, link_visuals, read_mesh
 
-_OVER = 3e-3  # of the robot's size: how far over a surface another is drawn that would flicker into it
-_STILL = 1e-6  # [m or 1] a link that moved by less is not sent to the page again
+_OVER = 3e-3  # share of the robot's size: the offset of a surface drawn over another one, against flicker
+_STILL = 1e-6  # [m or 1] the pose of a link is not sent to the page for a smaller change
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +35,12 @@ class Extent:
 
     @property
     def center(self) -> NDArray[np.float64]:
-        """Its center [m], shape (3,)."""
+        """The center of the AABB [m], shape (3,)."""
         return (self.low + self.high) / 2
 
     @property
     def radius(self) -> float:
-        """Half its diagonal, at least 0.05 [m]."""
+        """Half the diagonal of the AABB [m], at least 0.05."""
         return max(float(np.linalg.norm(self.high - self.low)) / 2, 0.05)
 
 
@@ -50,10 +50,12 @@ class Arm:
     Attributes:
         missing: The meshes that are not shown, each with the reason.
         visuals: The triangles of each link that has any, in its own frame.
-        frames, looks, names: The nodes of the links, of their visuals by link, and of their labels.
+        frames: The nodes of the links.
+        looks: The nodes of the visuals, by link.
+        names: The nodes of the labels.
         hidden: The links whose visuals are hidden.
-        solids, attached: The nodes of the collision shapes and of the objects attached to links, by their names in reports.
-        extent: Its AABB at home.
+        solids, attached: The nodes of the collision shapes and of the attached objects, by their names in reports.
+        extent: The robot's AABB at home.
     """
 
     def __init__(self, server: viser.ViserServer, robot: Robot, root: str = "/robot") -> None:
@@ -77,14 +79,14 @@ class Arm:
             self._scene.add_label(f"{root}/{k}/name", name, visible=False, font_screen_scale=0.9, anchor=f"bottom-{side}")  # type: ignore[arg-type]
             for (k, name), side in zip(_names_by_origin(robot), cycle(("right", "left")), strict=False)
         ]
-        self._link_of = {held.name: held.link for held in robot.attached}  # by the names of shapes
+        self._link_of = {held.name: held.link for held in robot.attached}  # by the name of the shape
         self.solids = self._add_solids(number)
         self.attached: dict[str, Any] = {}
         self._looks_shown, self._n_held = True, 0
         self._clicked: Callable[[str], None] = lambda _: None
         self.hold(robot)
         self._touching: tuple[str, ...] = ()
-        self._tints: dict[str, Any] = {}  # the red over each link that has touched anything
+        self._tints: dict[str, Any] = {}  # the red mesh over each link that was in contact once
         self._near, self._solids_shown = "", True
 
     def move_to(self, q: NDArray[np.float64]) -> None:
@@ -97,7 +99,7 @@ class Arm:
         self._places[moved] = places[moved]
 
     def hold(self, robot: Robot) -> None:
-        """Draw what a robot holds, which has the same links."""
+        """Draw the attached objects of a robot with the same links."""
         held = {one.name: one for one in robot.attached}
         known = {one.name: one for one in self.robot.attached}
         for name in [name for name in self.attached if held.get(name) is not known.get(name)]:
@@ -111,7 +113,7 @@ class Arm:
             self._link_of[name] = one.link
 
     def show_looks(self, *, visible: bool | None = None, hidden: frozenset[str] | None = None) -> None:
-        """Show or hide what the robot looks like, or single links of it."""
+        """Show or hide the visuals: all of them, or those of single links."""
         self._looks_shown = self._looks_shown if visible is None else visible
         self.hidden = self.hidden if hidden is None else hidden
         for link, node in self.looks.items():
@@ -120,20 +122,20 @@ class Arm:
             node.visible = self._looks_shown
 
     def on_click(self, clicked: Callable[[str], None]) -> None:
-        """Call a function with the name of each link that somebody clicks."""
+        """Call a function with the name of each link that a person clicks."""
         self._clicked = clicked
         for link, node in self.looks.items():
             node.on_click(lambda _, link=link: clicked(link))
 
     def mark_touching(self, names: Collection[str]) -> None:
-        """Show the collision shapes of these names opaque and red, and their links; the others pale, but attached objects."""
+        """Show collision shapes and their links in red, by the names of the shapes; all other shapes pale blue."""
         for name, node in (self.solids | self.attached).items():
             if (name in self._touching) != (name in names):
                 node.color = TOUCHING if name in names else FREE
         self._touching = tuple(names)
         self._set_opacities()
         rows = self.robot.tree.link_row
-        bodies = {rows[self._link_of[name]] for name in names if name in self._link_of}  # a hand is fixed to its flange
+        bodies = {rows[self._link_of[name]] for name in names if name in self._link_of}  # links fixed to each other share a row
         red = {link for link in self.visuals if rows[link] in bodies}
         for link in red - self._tints.keys():
             k, mesh = self.robot.link_names.index(link), grown(self.visuals[link].to_mesh(), _OVER * self.extent.radius)
@@ -144,7 +146,7 @@ class Arm:
             node.visible = link in red and link not in self.hidden
 
     def show_near(self, name: str) -> None:
-        """Show the shape between which and an obstacle the distance is shown, faintly if shapes are not shown; empty for none."""
+        """Show the shape of a name, faintly if collision shapes are hidden: the one nearest to an obstacle."""
         if name != self._near and not self._solids_shown:
             for shape, visible in ((self._near, False), (name, True)):
                 if shape in self.solids:
@@ -160,7 +162,10 @@ class Arm:
         self._set_opacities()
 
     def _set_opacities(self) -> None:
-        """What touches or is attached is opaque; alone, the shape to which a distance is shown is faint; the rest is pale."""
+        """Set the opacities of the collision shapes.
+
+        Shapes in contact and attached objects are strong, the others pale. If the others are hidden, the nearest one is faint.
+        """
         for name, node in (self.solids | self.attached).items():
             is_strong = name in self._touching or name in self.attached
             opacity = STRONG if is_strong else FAINT if name == self._near and not self._solids_shown else PALE
@@ -168,7 +173,7 @@ class Arm:
                 node.opacity = opacity
 
     def _add_solids(self, number: dict[str, int]) -> dict[str, Any]:
-        """Add the collision shapes, pale: their nodes by name. Meshes that cannot be read are added to ``missing``."""
+        """Add the collision shapes, pale. Returns their nodes by name, and adds unreadable meshes to ``missing``."""
         files, found = MeshFiles(self.robot.description), {}
         bodies = [(link.name, body) for link in self.robot.description.links for body in link.collisions]
         look = {"cast_shadow": False, "receive_shadow": False}
@@ -189,14 +194,17 @@ class Arm:
         return found
 
     def _solid_names(self, bodies: list[tuple[str, Body]]) -> list[str]:
-        """The names of collision shapes in reports; numbered names for a robot with meshes, which cannot be checked."""
+        """The names of collision shapes in reports; numbered names for a robot whose shapes cannot be checked."""
         if any(isinstance(body.shape, Mesh | UnknownShape) for _, body in bodies) or not bodies:
             return [f"{link}/{body.name} ({n})" for n, (link, body) in enumerate(bodies)]
         return list(self.robot.collision_names[: len(bodies)])
 
 
 def _names_by_origin(robot: Robot) -> list[tuple[int, str]]:
-    """One label for each place: the number of its first link, and the names of all links whose origins coincide there."""
+    """The labels of links: for each origin, the number of its first link and the names of all its links.
+
+    Origins that coincide at two configurations share a label.
+    """
     places = np.hstack([robot.link_poses(q)[:, :3, 3] for q in (robot.home, np.clip(robot.home + 0.1, robot.lower, robot.upper))])
     together: dict[bytes, list[int]] = {}
     for k, place in enumerate(places.round(6) + 0.0):
@@ -224,7 +232,7 @@ def _show_all(nodes: Collection[Any], attribute: str, event: viser.GuiEvent) -> 
 
 
 class VisibilityPanel:
-    """Checkboxes, the tree, and the missing meshes."""
+    """Checkboxes that show parts of the robot, its kinematic tree, and the list of missing meshes."""
 
     def __init__(self, gui: viser.GuiApi, arm: Arm) -> None:
         for name, hint, nodes, attribute in (

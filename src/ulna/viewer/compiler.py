@@ -1,4 +1,4 @@
-"""Compiles kernels in another thread, so that no frame waits up to half a minute for them."""
+"""Compiles kernels in another thread, since a frame would otherwise wait up to half a minute for them."""
 
 import threading
 import time
@@ -28,13 +28,13 @@ class Compiler:
     """Calls functions whose kernels may have to be compiled first. Every method may be called from any thread.
 
     Args:
-        wake: Called when a compilation has ended: then ``ask`` can be called again.
+        wake: Called when a compilation has ended, after which ``ask`` can be called again.
     """
 
     def __init__(self, wake: Callable[[], object]) -> None:
         self._wake = wake
         self._lock = threading.Lock()
-        self._jobs: dict[str, Callable[[], object]] = {}  # the waiting jobs, by name, in order
+        self._jobs: dict[str, Callable[[], object]] = {}  # the waiting jobs by name, in their order
         self._doing: str | None = None
         self._failed: set[str] = set()
         self._thread: threading.Thread | None = None
@@ -43,22 +43,22 @@ class Compiler:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the job that is being compiled, and of those that wait."""
+        """The names of the running job and of the waiting ones."""
         with self._lock:
             return (*filter(None, [self._doing]), *(name for name in self._jobs if name != self._doing))
 
     @property
     def busy_for(self) -> float:
-        """For how long it has been compiling without a pause [s]."""
+        """The time since it began to compile [s]; 0 if it does not."""
         since = self._since
         return 0.0 if since is None else time.monotonic() - since
 
     def ask(self, name: str, question: Callable[_P, _R], *arguments: _P.args, **options: _P.kwargs) -> _R | None:
-        """Call a function; None if a kernel that it needs is being compiled in the other thread.
+        """Call a function; None while the other thread compiles a kernel that it needs.
 
         Args:
             name: A name of the call, which the page shows. Calls of one name are made one after the other.
-            question: The function. It is called again in the thread that compiles, so it must have no side effects.
+            question: The function. The other thread calls it too, so it must have no side effects.
             arguments: Its arguments.
             options: Its keyword arguments.
         """
@@ -71,11 +71,11 @@ class Compiler:
             except NotCompiledError:
                 self._add(name, partial(question, *arguments, **options), first=True)
                 return None
-        self._failed.discard(name)  # it failed in the other thread: call it here, so that the caller gets the exception
+        self._failed.discard(name)  # it failed in the other thread; here the caller gets the exception
         return question(*arguments, **options)
 
     def prepare(self, name: str, job: Callable[[], object]) -> None:
-        """Run a job in the other thread, after all others, so that its kernels are compiled."""
+        """Compile the kernels of a job by running it in the other thread, after all others."""
         self._add(name, job, first=False)
 
     def take_news(self) -> bool:
@@ -84,7 +84,7 @@ class Compiler:
         return news
 
     def stop(self, within: float) -> None:
-        """Start no other compilation, and wait at most ``within`` seconds for the one that is running."""
+        """Start no more compilations, and wait at most ``within`` seconds for the running one."""
         with self._lock:
             self._stopping = True
             self._jobs.clear()
@@ -103,7 +103,7 @@ class Compiler:
             if not self._may_go_on():
                 return
             self._jobs = {name: job, **self._jobs} if first else {**self._jobs, name: job}
-            if self._thread is None:  # not a daemon: a program that ends while a daemon thread compiles would abort
+            if self._thread is None:  # not a daemon: a program that exits while a daemon thread compiles aborts
                 self._since = time.monotonic()
                 self._thread = threading.Thread(target=self._run, name="ulna-compiler", daemon=False)
                 self._thread.start()
@@ -115,7 +115,7 @@ class Compiler:
                     job()
             except NotCompiledError:
                 pass  # ``stop`` was called
-            except Exception:  # noqa: BLE001 - it is logged here, and raised by the next call of ``ask``
+            except Exception:  # noqa: BLE001 - logged here, and raised by the next call of ``ask``
                 traceback.print_exc()
                 self._failed.add(self._doing or "")
             with self._lock:

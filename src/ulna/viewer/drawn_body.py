@@ -1,7 +1,7 @@
-"""Draws a robot that has no visuals from its joints alone: shells, dark joints, and a hand with fingers.
+"""Draws a robot without visuals from its joints alone: shells, dark joints, and a hand with fingers.
 
-A link is a smooth union of tapered legs and of housings round its joints: a distance to a surface, which is then meshed. Two
-links meet in one of three forms. If a link goes on along the axis, there are two shells with a dark ring between them
+A link is a smooth union of tapered legs and of housings around its joints: a signed distance, which is then meshed. Two links
+meet in one of three forms. If the child continues along the joint axis, there are two shells with a dark ring between them
 (``"inline"``). If it leaves the axis, there is a hinge: a fork and a tongue on a dark pin. A slide is drawn on a rail.
 """
 
@@ -21,25 +21,28 @@ from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
 from ulna.robot import Robot
 from ulna.viewer.surface_nets import Distance, Vector, box, cone, cut, drum, mesh_of, union
 
-SHELL, DARK, PAD = (236, 238, 241, 255), (52, 57, 66, 255), (120, 128, 140, 255)  # shells, joints, what is between fingers
-_NARROWEST = 0.6  # the radius at the tip, as a part of that at the base
-_MANY = 10  # joints, from which a robot is thinner, as it has several chains, and drawn in less detail
-_WAIST = 0.92  # the radius of a leg, as a part of its joint's
-_GAP = 0.09  # between two shells, as a part of the radius
+SHELL, DARK, PAD = (236, 238, 241, 255), (52, 57, 66, 255), (120, 128, 140, 255)  # colors of shells, joints, fingers
+_NARROWEST = 0.6  # the radius at the tip, relative to the base
+_MANY = 10  # a robot with at least as many joints has several chains: it is drawn thinner and in less detail
+_WAIST = 0.92  # the radius of a leg, relative to its joint
+_GAP = 0.09  # between two shells, relative to the radius
 _TURNING = (JointType.REVOLUTE, JointType.CONTINUOUS)
-_FARTHEST = 2.0  # [m] from its zero, of a slide that is drawn
-_NEAR = 0.5  # radii: a shorter leg is not drawn
-_PARALLEL = 0.99  # the cosine between axes that are so
+_FARTHEST = 2.0  # [m] the maximum drawn travel of a slide from its zero
+_NEAR = 0.5  # [radii] a shorter leg is not drawn
+_PARALLEL = 0.99  # the minimum cosine between parallel axes
 
 
 @dataclass(frozen=True)
 class _Leg:
-    """The way from a link's origin to a child's: aside to the child's axis, and then along it. Lengths in m."""
+    """The path from a link's origin to a child's: to the nearest point of its axis, then along the axis.
+
+    Lengths are in m, vectors in the axes of the link.
+    """
 
     joint: Joint
-    axis: Vector  # of the child's joint, in the axes of the parent
+    axis: Vector  # the axis of the child's joint
     end: Vector  # the child's origin
-    foot: Vector  # the point of the axis that is nearest to the parent's origin
+    foot: Vector  # the point of the axis nearest to the link's origin
 
     @property
     def along(self) -> float:
@@ -53,11 +56,11 @@ class _Joined:
 
     Attributes:
         kind: ``"inline"``, ``"hinge"``, ``"slide"``; empty for a fixed joint.
-        radius: Radius of the shells there [m].
-        at: For ``"inline"``, the place along the axis, from the child's origin, at which the shells meet [m].
+        radius: The radius of the shells at the joint [m].
+        at: For ``"inline"``, the coordinate along the axis at which the shells meet, from the child's origin [m].
         ahead: For ``"inline"``, 1 if the child is ahead of the parent in the direction of the axis, else -1.
-        straight: Whether the child goes on along the axis.
-        beside: The place along the axis, from the child's origin, at which the child's body runs [m].
+        straight: Whether the child continues along the axis.
+        beside: The coordinate along the axis at which the child's body runs, from the child's origin [m].
     """
 
     kind: str
@@ -69,7 +72,7 @@ class _Joined:
 
 
 def drawn_body(robot: Robot) -> dict[str, trimesh.Scene]:
-    """The body of each link that has one, in its own frame."""
+    """The drawn body of each link that has one, in its own frame."""
     return _Drawing(robot).scenes()
 
 
@@ -90,7 +93,7 @@ class _Drawing:
 
     @cached_property
     def _thickness(self) -> float:
-        """The radius at the base [m]: from the length of the robot, and from its collision shapes, which it is to fill."""
+        """The radius at the base [m], from the length of the robot and the widths of its collision shapes."""
         robot = self._robot
         lengths = sum(float(np.linalg.norm(joint.origin[:3, 3])) for joint in robot.description.joints) or 1.0
         usual = (0.05 if robot.n_dof < _MANY else 0.02) * lengths
@@ -104,13 +107,13 @@ class _Drawing:
         return float(np.clip(np.median(widths), 0.5 * usual, (1.6 if robot.n_dof < _MANY else 1.0) * usual)) if widths else usual
 
     def _taper(self, link: str) -> float:
-        """The factor of the radius of a link: from 1 at the base to _NARROWEST at the end of the longest chain."""
+        """The factor of a link's radius: 1 at the base, _NARROWEST at the end of the longest chain."""
         tree = self._robot.tree
         deepest = max(len(tree.chain(leaf)) for leaf in tree.leaves)
         return 1.0 - (1.0 - _NARROWEST) * len(tree.chain(link)) / deepest
 
     def _onward(self, link: str) -> Vector:
-        """The first leg of a link whose length is above 0, in the link's axes [m]; zeros without one."""
+        """The first leg of a link longer than 0, in the axes of the link [m]; zeros without one."""
         legs = sorted(self._legs[link], key=lambda leg: -float(np.linalg.norm(leg.end)))
         for leg in legs:
             if (length := np.linalg.norm(leg.end)) > 1e-3 * self._thickness:
@@ -149,7 +152,10 @@ class _Drawing:
         return _Joined("hinge", radius)
 
     def _beside(self, link: str, radius: float) -> float:
-        """The place along its axis at which a link between parallel axes runs [m], where its shapes are far from its origin."""
+        """The offset of a link's body along its joint axis [m], for a link between parallel axes.
+
+        It is 0 unless the collision shapes are far from the origin.
+        """
         carrier = self._carriers.get(link)
         if carrier is None or carrier.type not in _TURNING:
             return 0.0
@@ -176,7 +182,7 @@ class _Drawing:
             if all(leg.end[2] >= 0.0 for leg in self._legs[link]):
                 if carrier is None:
                     dark.append(_turned(np.zeros(3), up, (0.0, 0.2 * r), 1.2 * r))
-                cuts.append(drum(-2.0 * r * up, up, 4.0 * r, 2.1 * r, 0.0))  # no leg goes below the foot
+                cuts.append(drum(-2.0 * r * up, up, 4.0 * r, 2.1 * r, 0.0))  # nothing below the foot
         elif carrier is not None:
             _begin(own, _unit(carrier.axis), shells, cuts, dark, leaf=not self._onward(link).any())
         for leg in self._legs[link]:
@@ -196,7 +202,7 @@ class _Drawing:
         return parts + [painted(part, DARK) for part in dark] + ([] if body is None else [painted(body, SHELL)])
 
     def _stands(self, link: str) -> bool:
-        """Whether a link is the root, or is at its place, only turned about z."""
+        """Whether a link is the root, or fixed to the root at its origin with the same z axis."""
         carrier = self._carriers.get(link)
         if carrier is None:
             return True
@@ -204,7 +210,7 @@ class _Drawing:
         return at_place and self._stands(carrier.parent)
 
     def _is_hand(self, joint: Joint) -> bool:
-        """Whether a joint leads from a flange to the point between the fingers of a hand that is drawn."""
+        """Whether a joint leads from a flange to a tool point, so that a hand is drawn between them."""
         carrier = self._carriers.get(joint.parent)
         ends = joint.type == JointType.FIXED and not self._legs[joint.child] and len(self._legs[joint.parent]) == 1
         beyond = carrier is not None and carrier.type == JointType.FIXED and self._robot.tree.link_row[joint.parent] >= 0
@@ -216,7 +222,7 @@ class _Drawing:
         return slides and aside > 1e-3 and float(np.ptp(_range(joint))) < 2 * aside
 
     def _spread(self, link: str, end: Vector) -> Vector:
-        """The direction in which a hand's fingers open, of length 1: the longer side of the collision box there, or y."""
+        """The unit vector along which a hand's fingers open: the longer side of its collision box, or y."""
         robot, along = self._robot, _unit(end)
         places = dict(zip(robot.link_names, robot.link_poses(robot.home), strict=True))
         spread, width = np.array([0.0, 1.0, 0.0]), 0.0
@@ -241,7 +247,7 @@ def _leg(joint: Joint) -> _Leg:
 def _begin(
     own: _Joined, axis: Vector, shells: list[Distance], cuts: list[Distance], dark: list[trimesh.Trimesh], *, leaf: bool
 ) -> None:
-    """The part of a link at the joint that carries it."""
+    """Add the part of a link at its own joint."""
     r = own.radius
     match own.kind:
         case "inline":
@@ -270,7 +276,7 @@ def _go(
     *,
     leaf: bool,
 ) -> None:
-    """The part of a link from where it begins to a child, and at the child's joint."""
+    """Add the part of a link from its beginning to a child, and at the child's joint."""
     r, start = there.radius, _WAIST * own.radius
     aside = float(np.linalg.norm(leg.foot)) > _NEAR * r
     match there.kind:
@@ -305,7 +311,7 @@ def _go(
 
 
 def _lid(place: Vector, out: Vector, radius: float, cuts: list[Distance], dark: list[trimesh.Trimesh]) -> None:
-    """A dark lid in the end of a housing."""
+    """Add a dark lid in the end of a housing."""
     cuts.append(drum(place + 0.2 * radius * out, out, 0.84 * radius, 0.26 * radius, 0.0))
     dark.append(_turned(place, out, (-0.2 * radius, 0.0), 0.8 * radius))
 
@@ -313,18 +319,18 @@ def _lid(place: Vector, out: Vector, radius: float, cuts: list[Distance], dark: 
 def _with_lid(
     body: Distance, place: Vector, out: Vector, radius: float, cuts: list[Distance], dark: list[trimesh.Trimesh]
 ) -> Distance:
-    """A housing that ends at a place, where it has a lid."""
+    """A housing that ends at a place with a lid."""
     _lid(place, out, radius, cuts, dark)
     return cut(body, [_beyond(place, out, radius)], 0.2 * radius)
 
 
 def _range(joint: Joint) -> tuple[float, float]:
-    """The lowest and the highest position of a slide [m]; at most _FARTHEST."""
+    """The drawn range of a slide [m], within +-_FARTHEST."""
     return max(joint.limits.lower, -_FARTHEST), min(joint.limits.upper, _FARTHEST)
 
 
 def _beyond(place: Vector, out: Vector, radius: float, gap: float = 0.0) -> Distance:
-    """The half-space beyond the end of a housing, less a gap [m]. It is cut off a shell."""
+    """The space beyond the end of a housing, to be cut off. It begins by ``gap`` before the end [m]."""
     return drum(place + (1.2 * radius - gap) * out, out, 1.25 * radius, 1.2 * radius, 0.0)
 
 
@@ -332,7 +338,7 @@ def _beyond(place: Vector, out: Vector, radius: float, gap: float = 0.0) -> Dist
 
 
 def _hand(end: Vector, spread: Vector) -> list[trimesh.Trimesh]:
-    """A palm and two fingers, half open, between a flange and the point between the fingertips."""
+    """A palm and two half-open fingers between a flange and the point between the fingertips."""
     length, along = float(np.linalg.norm(end)), _unit(end)
     turn = np.stack([np.cross(spread, along), spread, along], axis=1)
 
@@ -350,7 +356,7 @@ def _hand(end: Vector, spread: Vector) -> list[trimesh.Trimesh]:
 
 
 def _palm(leg: _Leg) -> Distance:
-    """The palm before a finger that slides."""
+    """The palm of a sliding finger."""
     length = float(np.linalg.norm(leg.foot))
     along = leg.foot / length
     turn = np.stack([np.cross(leg.axis, along), leg.axis, along], axis=1)
@@ -358,7 +364,7 @@ def _palm(leg: _Leg) -> Distance:
 
 
 def _finger(joint: Joint) -> Distance:
-    """A finger that slides, on the side to which it opens."""
+    """A sliding finger, on the side to which it opens."""
     leg = _leg(joint)
     length, axis = float(np.linalg.norm(leg.foot)), _unit(joint.axis)
     along = joint.origin[:3, :3].T @ leg.foot / length
@@ -374,12 +380,12 @@ def _unit(vector: Vector) -> Vector:
 
 
 def _turn_to(axis: Vector) -> NDArray[np.float64]:
-    """A rotation, shape (3, 3), that turns z to an axis."""
+    """A rotation, shape (3, 3), that maps z to an axis."""
     return np.asarray(align_vectors([0, 0, 1], axis))[:3, :3]
 
 
 def _half_width(body: Body) -> float:
-    """The middle radius of a collision shape [m], across its longest side; 0 of another shape."""
+    """The mean radius of a collision shape across its longest side [m]; 0 for other shapes."""
     match body.shape:
         case Box(extents):
             return float(np.sort(extents)[:2].mean()) / 2
@@ -389,7 +395,7 @@ def _half_width(body: Body) -> float:
 
 
 def _turned(place: Vector, axis: Vector, ends: tuple[float, float], radius: float) -> trimesh.Trimesh:
-    """A disc about an axis, between two places along it from a place [m], with a rounded edge."""
+    """A disc around an axis with beveled edges. ends: its coordinates along the axis, from ``place`` [m]."""
     (low, high), bevel = ends, min(0.06 * radius, (ends[1] - ends[0]) / 3)
     edge = [(radius - bevel, low), (radius, low + bevel), (radius, high - bevel), (radius - bevel, high)]
     turn = np.eye(4)
@@ -404,13 +410,13 @@ def _boxed(place: Vector, turn: NDArray[np.float64], half: Vector) -> trimesh.Tr
 
 
 def painted(mesh: trimesh.Trimesh, rgba: tuple[int, ...]) -> trimesh.Trimesh:
-    """Set one color of the mesh, red, green, blue and opacity in 0..255, and return it."""
+    """Paint a mesh in place in one color (red, green, blue and opacity in 0..255), and return it."""
     mesh.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=rgba, metallicFactor=0.1, roughnessFactor=0.55))
     return mesh
 
 
 def joined(parts: Iterable[trimesh.Trimesh | trimesh.Scene]) -> trimesh.Scene:
-    """All parts in one scene."""
+    """One scene of all parts."""
     scene = trimesh.Scene()
     for part in parts:
         for geometry in [part] if isinstance(part, trimesh.Trimesh) else part.dump():

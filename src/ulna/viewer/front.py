@@ -1,25 +1,28 @@
-"""Knows which tab of the panel is in front in each browser: a script of the page clicks a button of its name (``head.html``)."""
+"""Keeps track of the front tab of the panel in each browser.
+
+A script of the page (``head.html``) clicks a hidden button with the name of the tab.
+"""
 
 from collections.abc import Callable
 from functools import partial
 
 import viser
 
-_WORDS = "in front: "  # how such a button begins, by which the script finds it and hides it
+_WORDS = "in front: "  # the label of a hidden button begins with these words, by which the script finds it
 
 
 class FrontTabs:
-    """The tab in front in each browser. ``moved`` is called when it is another."""
+    """The tab in front in each browser. ``moved`` is called when it changes."""
 
     def __init__(self, server: viser.ViserServer, names: tuple[str, ...], moved: Callable[[], None]) -> None:
-        self._of: dict[int, str] = {}  # by the browser
+        self._of: dict[int, str] = {}  # the name of the tab, by the number of the browser
         self._moved = moved
         for name in names:
             server.gui.add_button(f"{_WORDS}{name}").on_click(partial(self._note, name))
         server.on_client_disconnect(self._forget)
 
     def shows(self, name: str) -> bool:
-        """Whether a tab is in front in any browser; True while no browser has said which is."""
+        """Whether a tab is in front in any browser; True until the first browser has reported its tab."""
         return not self._of or name in self._of.values()
 
     async def _note(self, name: str, event: viser.GuiEvent) -> None:

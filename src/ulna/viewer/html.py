@@ -1,4 +1,4 @@
-"""Writes the HTML of the panel: text with a colored mark, lists, the tree, tables of numbers."""
+"""Writes the HTML of the panel: text with a colored mark, lists, the kinematic tree, tables of numbers."""
 
 import html
 from collections.abc import Iterable
@@ -17,9 +17,9 @@ BUTTON = "border:1px solid var(--ulna-link);border-radius:2px;color:var(--ulna-l
 
 
 def marked(words: str, color: Color) -> str:
-    """A sign and text; screen readers announce its changes.
+    """Text after a colored mark; screen readers announce its changes.
 
-    The sign is a disc where something is in the way, a ring where nothing is, and a dotted ring where that is not known.
+    The mark is a disc for contacts and stops, a dotted ring for an unknown state, otherwise a ring.
     """
     line = "dotted" if color == UNKNOWN else "solid"
     look = "background:currentColor" if is_in_the_way(color) else f"border:0.22em {line};box-sizing:border-box"
@@ -28,7 +28,7 @@ def marked(words: str, color: Color) -> str:
 
 
 def lead(words: str) -> str:
-    """A sentence in large letters: the first thing to do."""
+    """A sentence in large letters, for the first step of a page."""
     return f'<div style="{STYLE};font-size:1.1em;font-weight:600">{html.escape(words)}</div>'
 
 
@@ -38,7 +38,7 @@ def small_text(words: str) -> str:
 
 
 def copyable(words: str, label: str, copied: str) -> str:
-    """Small text, if there is any, and below it a button that copies another text."""
+    """A button that copies a text, below small text if there is any."""
     button = f'<button data-copy="{html.escape(copied, quote=True)}" style="{BUTTON}">{label}</button>'
     above = f"{html.escape(words)}<br>" if words else ""
     return f'<div style="padding:0 0.75em 0.4em;font-size:0.8em">{above}{button}</div>'
@@ -51,7 +51,7 @@ def listed(lines: Iterable[str]) -> str:
 
 
 def color_bar(title: str, colors: Iterable[Iterable[float]], ends: tuple[str, str]) -> str:
-    """A bar of colors (red, green, blue in 0..255), evenly spaced from one end to the other, below its title."""
+    """A titled bar of evenly spaced colors (red, green, blue in 0..255), with labels at both ends."""
     stops = ", ".join(f"rgb({', '.join(f'{channel:g}' for channel in color)})" for color in colors)
     low, high = (f"<span>{html.escape(end)}</span>" for end in ends)
     bar = f'<div style="height:0.8em;border-radius:0.2em;background:linear-gradient(to right, {stops})"></div>'
@@ -60,7 +60,7 @@ def color_bar(title: str, colors: Iterable[Iterable[float]], ends: tuple[str, st
 
 
 def tree_html(robot: Robot) -> str:
-    """The kinematic tree: each link in bold, and its joint."""
+    """The kinematic tree: each link in bold, followed by its joint."""
     rows = [
         f'<div style="padding-left:{0.7 * branch.depth:.1f}em"><b>{html.escape(branch.link)}</b>'
         + (
@@ -83,9 +83,9 @@ def mobility_html(mobility: Mobility) -> str:
 
 
 def load_bar(joint: str, load: Load) -> str:
-    """A thin bar of the torque of a joint at rest, as a share of its limit, and the numbers beside it.
+    """A thin bar of the holding torque of a joint relative to its limit, with the numbers beside it.
 
-    It is green, orange near the limit, and red beyond it, where it is full.
+    The bar is green, orange near the limit, and red and full beyond the limit.
     """
     color = UNKNOWN if isinf(load.limit) else GREEN if load.share < NEAR else STOPPED if load.share <= 1.0 else RED
     width = min(round(100.0 * load.share, 1), 100.0)
@@ -115,7 +115,7 @@ def _kind(kind: JointType) -> str:
 
 
 class Branch(NamedTuple):
-    """A line of the tree: its depth, the link, and the joint that carries it (None for the root)."""
+    """A line of the tree: its depth, the link, and the parent joint of the link (None for the root)."""
 
     depth: int
     link: str
@@ -123,7 +123,7 @@ class Branch(NamedTuple):
 
 
 def outline(robot: Robot) -> list[Branch]:
-    """The links depth first, in the order of the description."""
+    """The lines of the tree, depth first, in the order of the description."""
     depths, lines = {robot.base: 0}, [Branch(0, robot.base, None)]
     for joint in joints_from_root(robot.description):
         depths[joint.child] = depths[joint.parent] + 1

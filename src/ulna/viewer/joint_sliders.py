@@ -1,4 +1,4 @@
-"""Shows the joints: a slider for each entry of q, its torque at rest below it, and a disabled slider for each mimic joint."""
+"""Shows a slider for each entry of q with its holding torque, and a disabled slider for each mimic joint."""
 
 from collections.abc import Callable, Sequence
 from math import pi
@@ -16,17 +16,17 @@ _DIGITS, _DIGITS_OF_DEGREES = 3, 2  # decimals: milliradians, millimeters
 
 
 class JointSliders:
-    """Sliders in folders, one for each limb. ``moved`` is called, in the server's thread, when a person moves one.
+    """Sliders in folders, one for each limb. ``moved`` is called in the server's thread when a person moves one.
 
     Attributes:
-        degrees: A checkbox, whether they show angles in degrees.
-        sliders: By entry of q: its slide [rad or m], and its slider.
-        bars: By entry of q: its torque at rest; hidden until ``show_loads`` has some.
+        degrees: A checkbox: whether the sliders show angles in degrees.
+        sliders: For each entry of q: its slide [rad or m] and its slider.
+        bars: For each entry of q: its holding torque; hidden until ``show_loads`` has values.
     """
 
     def __init__(self, gui: viser.GuiApi, robot: Robot, moved: Callable[[], None]) -> None:
         self._gui, self._moved, self._q = gui, moved, robot.home
-        self._dirty: dict[int, float] = {}  # what a person has set entries of q to [rad or m]
+        self._dirty: dict[int, float] = {}  # the entries of q that a person has set [rad or m]
         self._prefix = f"{robot.name}_"
         self.sliders: dict[int, tuple[Slide, viser.GuiSliderHandle]] = {}
         self.bars: dict[int, viser.GuiHtmlHandle] = {}
@@ -44,7 +44,7 @@ class JointSliders:
             self._folders.append(folder)
 
     def take(self, q: NDArray[np.float64]) -> bool:
-        """Write the values of sliders that a person has moved into q, within the limits. Returns whether there were any."""
+        """Write the values of moved sliders into q, within the limits. Returns whether a person has moved any."""
         dirty, self._dirty = self._dirty, {}
         for column, value in dirty.items():
             slide, _ = self.sliders[column]
@@ -52,21 +52,21 @@ class JointSliders:
         return bool(dirty)
 
     def show(self, q: NDArray[np.float64]) -> None:
-        """Set the sliders to q, shape (n_dof,), except those that a person has just moved."""
+        """Set the sliders to q, shape (n_dof,), except sliders that a person has just moved."""
         self._q = q
         for slide, slider in (*self.sliders.values(), *self._followers):
             if slide.leader or slide.column not in self._dirty:
                 slider.value = _rounded_within(slide.shown(q) * self._factor(slide), slider.min, slider.max)
 
     def show_loads(self, loads: Sequence[Load]) -> None:
-        """Show the torque of each entry of q at rest; none without any."""
+        """Show the holding torque of each entry of q; hide the bars if ``loads`` is empty."""
         for column, bar in self.bars.items():
             bar.visible = bool(loads)
             if loads:
                 bar.content = load_bar(self.sliders[column][0].name, loads[column])
 
     def relimit(self, robot: Robot) -> None:
-        """Take the limits of a robot, which has the same joints."""
+        """Set the ranges to the limits of a robot with the same joints."""
         slides = {slide.column: slide for group in slide_groups(robot) for slide in group.slides}
         self.sliders = {column: (slides[column], slider) for column, (_, slider) in self.sliders.items()}
         for slide, slider in self.sliders.values():
@@ -74,11 +74,11 @@ class JointSliders:
         self._rescale()
 
     def _factor(self, slide: Slide) -> float:
-        """What a position is multiplied by where it is shown."""
+        """The factor from a position [rad or m] to the shown number."""
         return 180.0 / pi if slide.unit == "rad" and self.degrees.value else 1.0
 
     def _rescale(self) -> None:
-        """Show the range of each slider in radians, or in degrees."""
+        """Show the range of each slider in radians or degrees."""
         digits = _DIGITS_OF_DEGREES if self.degrees.value else _DIGITS
         for slide, slider in (*self.sliders.values(), *self._followers):
             if slide.unit == "rad":
@@ -113,5 +113,5 @@ class JointSliders:
 
 
 def _rounded_within(value: float, low: float, high: float) -> float:
-    """A value rounded to the digits of a slider, and kept between its limits."""
+    """A value rounded to the digits of a slider, and clipped to its range."""
     return min(max(round(value, _DIGITS), low), high)

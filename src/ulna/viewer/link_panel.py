@@ -1,4 +1,4 @@
-"""Shows the link that somebody has clicked or chosen, lets its contacts and limits be changed, and what it holds."""
+"""Shows the chosen link, and lets a person change its contacts, its joint's limits and its attached objects."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class LinkPanel:
     """The folder of one link; hidden while none is chosen.
 
     Args:
-        gui: The panel, to which it is added.
-        session: The robot.
+        gui: The panel, to which the folder is added.
+        session: The session of the robot.
         limit: Called with a joint, a quantity and its new limit.
-        weigh: Called with a link and the mass [kg] of what it holds.
-        acts: By the label of a button, what it does with the link; its name is called with the link too, and is hidden if empty.
+        weigh: Called with a link and the new mass of its attached object [kg].
+        acts: For each button, a function that gives its label for a link (empty to hide the button), and its action on the link.
         moved: Called when another link is chosen, or a value was typed.
     """
 
@@ -68,18 +68,18 @@ class LinkPanel:
         self.close.on_click(lambda _: self.choose(""))
 
     def add_choice(self, gui: viser.GuiApi) -> None:
-        """Add a list of the links where the panel is now, for people without a pointer."""
+        """Add a list of the links at the present place of the panel, for people without a pointer."""
         names = (_NONE, *self._session.robot.link_names)
         self.choice = gui.add_dropdown("Link", names, initial_value=_NONE, hint="Or click it in the scene")
         self.choice.on_update(lambda event: None if event.client is None else self.choose(self.choice.value.replace(_NONE, "")))
 
     def choose(self, link: str) -> None:
-        """Choose a link; none for an empty name. The next ``show`` shows it."""
+        """Choose a link by its name; empty for none. The next ``show`` shows it."""
         self.chosen = link
         self._moved()
 
     def take(self) -> bool:
-        """Apply what was typed. Returns whether there was anything."""
+        """Apply the typed values. Returns whether there were any."""
         typed = self._typed.take()
         for edit in typed:
             joint = self._joints.get(edit.chosen)
@@ -93,7 +93,7 @@ class LinkPanel:
         return bool(typed)
 
     def show(self) -> None:
-        """Show the chosen link as it is now."""
+        """Show the present values of the chosen link."""
         session, robot, link = self._session, self._session.robot, self.chosen
         self.folder.visible = bool(link)
         self.choice.value = link or _NONE
@@ -128,7 +128,7 @@ class LinkPanel:
 
 
 def held_by(robot: Robot, link: str) -> Attached | None:
-    """What was last attached to a link."""
+    """The last object attached to a link; None if there is none."""
     return next((one for one in reversed(robot.attached) if one.link == link), None)
 
 
@@ -137,7 +137,7 @@ def _is_limited(robot: Robot, joint: Joint | None) -> bool:
 
 
 def _facts_of(robot: Robot, q: Any, link: str, joint: Joint | None) -> list[tuple[str, str]]:
-    """The names and values of what there is to say of a link."""
+    """The facts about a link at q, as pairs of a name and a value."""
     T = robot.forward_kinematics(q, link=link)
     own = next(one for one in robot.description.links if one.name == link)
     kinds = Counter(type(body.shape).__name__.lower() for body in own.collisions)

@@ -1,4 +1,4 @@
-"""Runs the thread that draws the frames of a page: after each event, and at intervals."""
+"""Runs the thread that draws the frames of a page, after each event and at intervals."""
 
 import threading
 import traceback
@@ -12,8 +12,8 @@ class Loop:
     Args:
         name: The name of the thread.
         frame: Draws a frame; only this thread calls it.
-        pause: How long to wait for ``wake`` before the next frame [s].
-        failed: Called when a frame fails, with the error, and with None when one succeeds after that.
+        pause: Returns the maximum time to wait for ``wake`` before the next frame [s].
+        failed: Called with the error when a frame fails, and with None when the next one succeeds.
 
     Attributes:
         stopping: Whether ``stop`` was called.

@@ -1,4 +1,4 @@
-"""Shows a reachability map on a page: colored voxels, a plane that clips them, the robot inside."""
+"""Shows a reachability map on a page: colored voxels, a clipping plane, and the robot inside."""
 
 import threading
 from contextlib import suppress
@@ -18,17 +18,17 @@ from ulna.viewer.session.voxels import AXES, RAMP, Voxels
 from ulna.viewer.stage import add_stage
 
 _CLOUD, _PLANE = "/map", "/plane"
-_FILL = 0.3  # of a voxel's edge, half of a mark's width: what lies behind shows through the gaps
+_FILL = 0.3  # half the width of a voxel's mark as a share of its edge; the gaps show the voxels behind
 
 
 class MapView:
-    """A running page of a map. It ends with ``stop``, or with a ``with`` block.
+    """A running page of a map. It ends with ``stop``, or at the end of a ``with`` block.
 
     Attributes:
         found: The map.
         page: The page; ``page.url`` is its address.
-        chosen: The voxel that was clicked last; None if none was.
-        result: Inverse kinematics for its orientations.
+        chosen: The index of the voxel that was clicked last; None if none was.
+        result: Inverse kinematics for the orientations of that voxel.
     """
 
     def __init__(self, found: ReachabilityMap, *, host: str = HOST, port: int = 0) -> None:
@@ -52,7 +52,7 @@ class MapView:
         none = np.zeros((0, 3))
         self._cloud = server.scene.add_point_cloud(
             _CLOUD, none, none.astype(np.uint8), point_size=size, point_shape="square", point_shading="flat"
-        )  # shaded, the colors would not be those of the bar
+        )  # flat, since shaded colors would differ from those of the color bar
         self._mark = server.scene.add_box(
             f"{_CLOUD}_mark",
             (255, 255, 255),
@@ -98,15 +98,15 @@ class MapView:
         self.least.on_update(lambda event: self._draw() if event.client is not None else None)
         self.solution.on_update(lambda event: self._pose_arm() if event.client is not None else None)
 
-    # ---- what is shown -------------------------------------------------------------------------------------------------
+    # ---- the shown voxels ----------------------------------------------------------------------------------------------
 
     @property
     def shown(self) -> np.ndarray:
-        """The voxels that are shown, by their numbers."""
+        """The indices of the shown voxels."""
         return self.voxels.shown(self.axis.value, self.plane.value, self.least.value)
 
     def clip(self, axis: str, plane: float) -> None:
-        """Show only what lies behind a plane across an axis [m]."""
+        """Show only the voxels behind a plane normal to an axis. plane: its coordinate [m]."""
         with self._lock:
             self.axis.value = axis  # type: ignore[assignment]
             self._take_axis()
@@ -114,7 +114,10 @@ class MapView:
             self._take_plane()
 
     def click(self, origin: np.ndarray, direction: np.ndarray) -> None:
-        """Choose the first shown voxel on a ray from a point (3,) [m] along a direction (3,), and solve its orientations."""
+        """Choose the first shown voxel on a ray, and solve its orientations.
+
+        origin: the start of the ray [m], shape (3,). direction: shape (3,).
+        """
         with self._lock:
             chosen = self.voxels.on_ray(origin, direction, self.shown)
             if chosen is None:
@@ -148,7 +151,7 @@ class MapView:
             self._cloud.points, self._cloud.colors = self.voxels.centers[shown].astype(np.float32), self.voxels.colors[shown]
 
     def _take_axis(self) -> None:
-        """Put the plane behind the robot, so that no voxel hides it, with an arrow that drags it."""
+        """Put the plane behind the robot, so that no voxel hides the robot, with an arrow to drag the plane."""
         with self._lock:
             low, high = self.voxels.ends(self.axis.value)
             behind = max(low, min(float(self.arm.extent.high[AXES.index(self.axis.value)]), high - self.voxels.size))
@@ -180,7 +183,7 @@ class MapView:
         corner[AXES.index(self.axis.value)] = plane
         return corner
 
-    # ---- how it ends ---------------------------------------------------------------------------------------------------
+    # ---- the end -------------------------------------------------------------------------------------------------------
 
     @property
     def url(self) -> str:
@@ -194,7 +197,7 @@ class MapView:
                 pass
 
     def stop(self) -> None:
-        """End the page. A second call does nothing."""
+        """Stop the page. A second call does nothing."""
         if not self._ended.is_set():
             self._ended.set()
             self.page.stop()

@@ -1,6 +1,7 @@
-"""Checks what a tab sends before viser acts on it: it may change the values of controls, and upload files of a limited size.
+"""Checks the messages of a browser before viser acts on them.
 
-viser sets whatever a message names on its own object of a control, and keeps the parts of uploads until they are complete.
+A browser may change the values of controls, and upload files of a limited size. viser itself sets any attribute that a message
+names on a control, and keeps the parts of uploads in memory until they are complete.
 """
 
 from collections.abc import Callable
@@ -8,28 +9,28 @@ from typing import Any
 
 import msgspec
 
-MAX_UPLOAD = 100_000_000  # bytes of a file, as of meshes and clouds that are read from disk
+MAX_UPLOAD = 100_000_000  # [bytes] of a file; the same limit as for meshes and point clouds on disk
 _MAX_PARTS = 10_000
-_MAX_UPLOADS = 4  # of one tab at a time
-_CHANGED = {"value"}  # of a control, by a person
+_MAX_UPLOADS = 4  # of one browser at a time
+_CHANGED = {"value"}  # the attributes of a control that a person may change
 
 
 class Incoming:
-    """The messages of one tab.
+    """The messages of one browser.
 
     Args:
-        refused: Called with a sentence about an upload that is not taken.
+        refused: Called with the reason when an upload is refused.
     """
 
     def __init__(self, refused: Callable[[str], object]) -> None:
         self._refused = refused
-        self._left: dict[str, tuple[int, int]] = {}  # bytes and parts that an upload may still send
+        self._left: dict[str, tuple[int, int]] = {}  # the bytes and parts that each upload may still send
 
     def is_taken(self, raw: bytes | str) -> bool:
         """Whether a message is passed on.
 
         Raises:
-            ValueError: It is none that the page sends; its connection is to be closed.
+            ValueError: The page does not send such a message. Its connection is to be closed.
         """
         if not isinstance(raw, bytes):
             raise ValueError("a message is text")  # noqa: TRY004 - as the others
@@ -65,7 +66,7 @@ class Incoming:
         name, content = message.get("transfer_uuid"), message.get("content")
         if not isinstance(name, str) or not isinstance(content, bytes):
             raise ValueError("a part of an upload has no content")  # noqa: TRY004 - as the others
-        if name not in self._left:  # of one that was refused
+        if name not in self._left:  # a part of a refused upload
             return False
         size, parts = self._left.pop(name)
         if len(content) > size or parts < 1:

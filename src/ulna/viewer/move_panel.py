@@ -1,6 +1,6 @@
-"""Moves the arm: its hand by handles, or q, set to home, to a named configuration, or to one of a file.
+"""The tab Move: drags the hand, and sets q to home, a named configuration or one of a file.
 
-The hand's mark is red if it cannot follow, and orange if it stops before a collision.
+The hand's mark is red if the hand cannot follow, and orange if it stops before a collision.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ _MAX_BYTES = 1_000_000  # of a file
 
 
 class HandPanel:
-    """Pulls the hand of a session to its handles. ``moved`` is called after each event. ``size`` is that of the robot [m]."""
+    """Pulls the hand of a session to its handles. ``moved`` is called after each event. size: of the robot [m]."""
 
     def __init__(self, server: viser.ViserServer, session: Session, size: float, moved: Callable[[], None]) -> None:
         self._session, self._moved = session, moved
@@ -51,16 +51,16 @@ class HandPanel:
         self.avoiding.on_update(self._avoid)
 
     def take(self) -> None:
-        """Pull the hand to where a person has dragged the handles, or release it."""
+        """Pull the hand to the pose of the dragged handles, or release it."""
         self.pose.take()
-        released = self.handles.take_release()  # read first: the last move comes before the end of a drag
+        released = self.handles.take_release()  # before ``take``, since the last move of a drag comes before its end
         if self.handles.take():
             self._session.pull(self.handles.pose)
         if released:
             self._session.let_go()
 
     def show(self) -> None:
-        """Show the state of the hand; while it is not pulled, the handles are moved to it."""
+        """Show the state of the hand. While it is not pulled, the handles move to it."""
         session, trouble = self._session, self._session.trouble or self._session.missed
         pulled = session.target is not None
         if not pulled:
@@ -80,7 +80,7 @@ class HandPanel:
         self.reason.text, self.reason.visible = label, bool(session.trouble)
         self.status.content = marked(words, color)
         self.pose.show()
-        if session.link != self._shown:  # otherwise a person has chosen another link, which the session does not have yet
+        if session.link != self._shown:  # the program chose it; a choice of a person reaches the session later
             self._shown = self.link.value = session.link
 
     def _choose(self, event: viser.GuiEvent) -> None:
@@ -94,7 +94,7 @@ class HandPanel:
 
 
 def _choices(robot: Robot) -> list[str]:
-    """Every link that a joint moves, the leaves first; the base if there is none."""
+    """The links that a joint moves, the leaves first; the base if there are none."""
     moved = [name for name in robot.link_names if robot.tree.link_row[name] >= 0]
     return [name for name in moved if name in robot.tree.leaves] + [name for name in moved if name not in robot.tree.leaves] or [
         robot.base
@@ -102,7 +102,7 @@ def _choices(robot: Robot) -> list[str]:
 
 
 class ConfigurationPanel:
-    """A list of configurations, and q as text. ``moved`` is called when q was changed."""
+    """Buttons of named configurations, and q as text. ``moved`` is called when q was changed."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, moved: Callable[[], None]) -> None:
         self._session, self._moved = session, moved
@@ -138,12 +138,12 @@ class ConfigurationPanel:
 
 
 def as_text(q: NDArray[np.float64]) -> str:
-    """q, shape (n_dof,), with all digits, as ``--q`` reads it."""
+    """The text of q, shape (n_dof,), with all digits, as the option ``--q`` reads it."""
     return ", ".join(repr(float(value)) for value in q)
 
 
 def first_row(content: bytes, robot: Robot) -> NDArray[np.float64]:
-    """The first row of a .csv file, shape (n_dof,), its columns by the names of the joints if it has names."""
+    """The first row of a .csv file as q, shape (n_dof,). Columns with names are matched to the joints."""
     lines = text_of(content[:_MAX_BYTES]).splitlines()
     joints, n_dof = joint_columns(robot), robot.n_dof
     try:

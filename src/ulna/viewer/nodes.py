@@ -1,4 +1,4 @@
-"""Adds shapes, and handles that a person drags in any tab, to the scene of a page."""
+"""Adds shapes, and handles that a person can drag, to the scene of a page."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,8 +14,10 @@ from ulna.description.shapes import Box, Cylinder, HalfSpace, Sphere
 from ulna.viewer.palette import Color
 from ulna.viewer.visuals import triangles
 
-_GRAZING, _FARTHEST = 0.05, 4.0  # a drag along the floor: the least sine of the sight to it, and how much farther than now
-_GROUND = (4.0, 4.0, 0.004)  # the box that is drawn for a half-space [m]
+# Of a drag along a horizontal plane: the minimum sine of the angle between ray and plane, and the maximum distance of the new
+# point from the eye, relative to the old point.
+_GRAZING, _FARTHEST = 0.05, 4.0
+_GROUND = (4.0, 4.0, 0.004)  # [m] the box that is drawn for a half-space
 
 
 def add_shape(
@@ -27,7 +29,7 @@ def add_shape(
     T: NDArray[np.float64] | None = None,
     **look: Any,
 ) -> Any:
-    """Add a shape at T_parent_shape, shape (4, 4); ``look`` are further options of viser."""
+    """Add a shape at a pose T_parent_shape, shape (4, 4). ``look``: further options of viser."""
     pose = np.eye(4) if T is None else T
     look |= {"opacity": opacity, "position": pose[:3, 3], "wxyz": quaternion_from_matrix(pose)}
     match shape:
@@ -40,7 +42,7 @@ def add_shape(
         case HalfSpace():
             look["position"] = pose[:3, 3] - pose[:3, 2] * _GROUND[2] / 2
             return scene.add_box(name, color, _GROUND, **look)
-        case PointCloud(points, radius):  # a disc for each point, which is opaque
+        case PointCloud(points, radius):  # an opaque disc for each point
             del look["opacity"]
             single = points.astype(np.float32, copy=False)
             look |= {"point_size": radius, "point_shape": "circle", "precision": "float32"}
@@ -50,7 +52,7 @@ def add_shape(
 
 
 def paint(node: Any, color: Color, opacity: float | None) -> None:
-    """Give a shape that was added another color, and opacity unless it is a cloud."""
+    """Set the color of a shape's node, and the opacity unless the shape is a point cloud."""
     if isinstance(node, viser.PointCloudHandle):
         node.colors = np.array(color, dtype=np.uint8)
     else:
@@ -58,7 +60,7 @@ def paint(node: Any, color: Color, opacity: float | None) -> None:
 
 
 def reshape(node: Any, old: Obstacle, new: Obstacle) -> bool:
-    """Give a shape that was added another form, without a new node. False if that is not possible: only clouds can."""
+    """Change the shape of a node in place. Returns False if that is not possible; it is for point clouds."""
     if not (isinstance(old, PointCloud) and isinstance(new, PointCloud)):
         return False
     node.points, node.point_size = new.points.astype(np.float32, copy=False), new.radius
@@ -66,21 +68,25 @@ def reshape(node: Any, old: Obstacle, new: Obstacle) -> bool:
 
 
 def add_triangles(scene: viser.SceneApi, name: str, mesh: Any, color: Color, **look: Any) -> viser.MeshHandle:
-    """Add a mesh of trimesh in one color."""
+    """Add a trimesh mesh in one color."""
     return scene.add_mesh_simple(name, np.asarray(mesh.vertices), np.asarray(mesh.faces), color=color, flat_shading=True, **look)
 
 
 def on_level(eye: NDArray[Any], seen: NDArray[Any], point: NDArray[Any]) -> NDArray[Any]:
-    """Where the ray from the eye through a point meets the horizontal plane of another; the point itself if that is too far."""
+    """Project ``seen`` along the ray from the eye onto the horizontal plane through ``point``, shape (3,) each.
+
+    Returns ``seen`` itself if the intersection is too far away.
+    """
     down, way = float(point[2] - eye[2]), seen - eye
     share = down / way[2] if abs(way[2]) > _GRAZING * float(np.linalg.norm(way)) else -1.0
     return eye + share * way if 0.0 < share < _FARTHEST else seen
 
 
 def grown(mesh: Any, by: float) -> Any:
-    """A mesh of trimesh whose vertices are moved outwards [m], so that it does not flicker into what it lies on.
+    """A copy of a trimesh mesh with its vertices moved outwards [m], against flicker with the surface below.
 
-    A vertex moves along the mean of the normals about it, by their angles. That of trimesh prints a traceback without SciPy.
+    A vertex moves along its normal: the mean of the normals of its faces, weighted by their angles. The vertex normals of
+    trimesh itself print a traceback without SciPy.
     """
     mesh, sums = mesh.copy(), np.zeros(mesh.vertices.shape)
     for corner in range(3):
@@ -90,7 +96,9 @@ def grown(mesh: Any, by: float) -> Any:
 
 
 class Handles:
-    """A transform control. ``moved`` is called, in the server's thread, whenever a person moves or releases it.
+    """A transform control: arrows and rings that a person drags.
+
+    ``moved`` is called in the server's thread whenever a person moves or releases it.
 
     Attributes:
         moved_by_hand: Whether a person has moved it since ``take`` was called.
@@ -98,15 +106,15 @@ class Handles:
 
     def __init__(self, scene: viser.SceneApi, name: str, size: float, moved: Callable[[], None], *, visible: bool = True) -> None:
         self.control = scene.add_transform_controls(name, scale=size, line_width=3.0, depth_test=False, visible=visible)
-        self._holders: set[int | None] = set()
-        self._from = np.zeros(3), np.zeros(3)  # where a drag of what it moves began: its position, and the grabbed point
+        self._holders: set[int | None] = set()  # the browsers in which it is dragged
+        self._from = np.zeros(3), np.zeros(3)  # at the start of a drag of a node: the position, and the grabbed point
         self.moved_by_hand = self._let_go = False
         self._moved = moved
         self.control.on_update(self._update)
 
     @property
     def dragged(self) -> bool:
-        """Whether it is being dragged in some tab."""
+        """Whether it is being dragged in any browser."""
         return bool(self._holders)
 
     @property
@@ -120,21 +128,21 @@ class Handles:
         return moved
 
     def take_release(self) -> bool:
-        """Whether it was released since the last call, and is dragged in no tab now."""
+        """Whether it was released since the last call, and is dragged in no browser now."""
         let_go, self._let_go = self._let_go, False
         return let_go and not self.dragged
 
     def put(self, T: NDArray[Any]) -> None:
-        """Move it to a pose, shape (4, 4), unless a person drags it or has just moved it."""
+        """Move it to a pose T_base_handles, shape (4, 4), unless a person drags it or has just moved it."""
         if not self._holders and not self.moved_by_hand:
             self.control.position, self.control.wxyz = T[:3, 3], quaternion_from_matrix(T)
 
     def grip(self, node: Any, grabbed: Callable[[], NDArray[Any] | None] = lambda: None) -> None:
-        """Let a node be dragged itself: parallel to the floor, with shift parallel to the screen.
+        """Let a person drag a node itself: parallel to the floor, or with Shift parallel to the screen.
 
         Args:
             node: The node.
-            grabbed: Called when a drag begins; returns the pose to which the handles go first, shape (4, 4), unless None.
+            grabbed: Called when a drag begins. It returns the pose to which the handles move first, shape (4, 4), or None.
         """
 
         async def dragged(event: viser.SceneNodeDragEvent) -> None:
@@ -158,14 +166,14 @@ class Handles:
         node.on_drag("left", modifier="shift")(dragged)
 
     def show(self, *, visible: bool) -> None:
-        """Show or hide it. Hiding releases it, as the page does not send the end of such a drag."""
+        """Show or hide it. Hiding also releases it, since the page does not send the end of that drag."""
         if not visible and self._holders:
             self._holders.clear()
             self._let_go = True
         self.control.visible = visible
 
     async def _update(self, event: viser.TransformControlsEvent) -> None:
-        if event.phase == "end":  # also sent when the tab is closed in which it is dragged
+        if event.phase == "end":  # also sent if the browser is closed during a drag
             self._holders.discard(event.client_id)
             self._let_go = True
         elif event.phase == "start":

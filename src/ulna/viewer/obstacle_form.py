@@ -1,4 +1,4 @@
-"""Shows and edits the chosen obstacle: its name, its dimensions, its pose."""
+"""Shows and edits the name, the dimensions and the pose of the chosen obstacle."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,13 +27,15 @@ def _size_field(gui: viser.GuiApi, name: str, count: int) -> Any:
 
 
 class ObstacleForm:
-    """The fields of one obstacle; those that its shape does not have are hidden. Typed values are not overwritten until ``take``.
+    """The fields of one obstacle. Fields that its shape does not have are hidden.
+
+    Typed values are not overwritten until ``take``.
 
     Args:
         gui: The panel, to which the fields are added.
         world: The obstacles.
         change: Called with an obstacle's name, and its new shape, pose and name.
-        moved: Called when ``take`` is to be called.
+        moved: Called after an event, for which ``take`` is to be called.
 
     Attributes:
         sizes: The field of each dimension that some kind of shape has, by the attribute of the shape.
@@ -60,13 +62,13 @@ class ObstacleForm:
         return self._next or self.choice.value
 
     def choose(self, name: str) -> None:
-        """Choose an obstacle; the next ``show`` shows it."""
+        """Choose an obstacle by its name; the next ``show`` shows it."""
         self._next, self._changed = name, True
 
     def take(self) -> bool:
-        """Apply what was typed since the last call; a refused value is reset. Returns whether another obstacle was chosen."""
+        """Apply the values typed since the last call, and reset invalid ones. Returns whether another obstacle was chosen."""
         typed = self._fields.take()
-        for edit in sorted(typed, key=lambda edit: edit.field is self.name):  # the name last: the others have the old one
+        for edit in sorted(typed, key=lambda edit: edit.field is self.name):  # the name last: the others refer to the old one
             with refusals_shown(edit.client, "Not changed"):
                 self._apply(edit)
         if typed:
@@ -75,7 +77,7 @@ class ObstacleForm:
         return changed
 
     def show(self, known: Known) -> None:
-        """Show the chosen obstacle as it is now."""
+        """Show the present values of the chosen obstacle."""
         options = (_NONE, *known)
         chosen = self.chosen if self.chosen in known else _NONE
         self._next = ""

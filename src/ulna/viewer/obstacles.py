@@ -1,4 +1,4 @@
-"""Shows the obstacles, and lets them be added, edited, dragged, deleted, saved and loaded."""
+"""Shows the obstacles, and lets a person add, edit, drag, delete, save and load them."""
 
 import threading
 from collections.abc import Callable, Collection, Iterable, Iterator
@@ -27,25 +27,25 @@ from ulna.viewer.session.scene_history import Entry, Scene, SceneHistory, scene_
 from ulna.viewer.typed_fields import refusals_shown
 from ulna.viewer.uploads import ENDINGS, shapes_of_file
 
-_EDGE = 0.15  # the edge of a new obstacle, as a part of the robot's size
+_EDGE = 0.15  # the edge of a new obstacle, as a share of the robot's size
 _NEW = {kind.__name__: looks.new for kind, looks in LOOKS.items()}
 _UNITS = {"m": 1.0, "mm": 1e-3}  # [m]
 
 
 class Obstacles:
-    """A world's objects as nodes of the scene. The chosen one has the handles, and the form shows it.
+    """The objects of a world as nodes of the scene. The chosen one has handles and a form.
 
     Args:
         server: The page.
-        world: The obstacles. The program may change it too; the next ``show`` draws it.
+        world: The obstacles. The program may change it too; the next ``show`` draws the change.
         place: The position of a new obstacle in the base frame [m], shape (3,).
         size: The robot's size [m].
         moved: Called when the obstacles were changed.
         taken: Names that no obstacle can have: those of the robot's links and shapes.
 
     Attributes:
-        history: What a person has done, to be undone.
-        is_picked: Whether the chosen one was clicked or dragged in the scene, so that it has handles in any tab.
+        history: The undo history of the page.
+        is_picked: Whether the chosen obstacle was clicked or dragged in the scene, and so has handles in any tab.
     """
 
     def __init__(
@@ -61,10 +61,10 @@ class Obstacles:
         self._edge, self._reach = round(_EDGE * size, 2) or 0.01, 0.25 * size
         self.nodes: dict[str, Any] = {}
         self._drawn: dict[str, tuple[Obstacle, NDArray[np.float64]]] = {}
-        self._colors: dict[str, Color] = {}  # of each obstacle that was drawn, also after it was deleted: undone, it is the same
+        self._colors: dict[str, Color] = {}  # of every obstacle that was drawn; kept after its deletion, which may be undone
         self._count = 0
         self.lock, self.history = threading.RLock(), SceneHistory(world)
-        self._grabbed: Scene = {}  # the obstacle that is dragged, as it was before
+        self._grabbed: Scene = {}  # the dragged obstacle as it was before the drag
         self.is_picked = False
         gui = server.gui
         self.handles = Handles(server.scene, "/chosen", 0.25 * size, moved, visible=False)
@@ -96,7 +96,7 @@ class Obstacles:
         return self.form.chosen if self.form.chosen in self.world.names else None
 
     def add(self, kind: str) -> None:
-        """Add an obstacle, and choose it."""
+        """Add an obstacle and choose it. kind: a key of ``_NEW``."""
         stem = f"new {kind.lower()}" if f"{kind.lower()} 1" in self._taken else kind.lower()
         with self.changing():
             name = self._free(f"{stem} {n}" for n in count(1))
@@ -115,7 +115,7 @@ class Obstacles:
                 self.world.remove(self.chosen)
 
     def change(self, name: str, shape: Obstacle, T: NDArray[np.float64], new_name: str) -> None:
-        """Give an obstacle another shape, pose, shape (4, 4), or name."""
+        """Change the shape, the pose T, shape (4, 4), or the name of an obstacle."""
         if new_name != name and new_name in self._taken:
             raise InputError("name", f"{new_name!r} is a part of the robot")
         with self.changing():
@@ -133,17 +133,17 @@ class Obstacles:
 
     @contextmanager
     def changing(self) -> Iterator[None]:
-        """A context in which a person changes the obstacles, which is one step to undo."""
+        """A context whose changes of the obstacles are one step to undo."""
         with self.lock, self.history.step():
             yield
         self.moved()
 
     def take(self) -> bool:
-        """Move the chosen obstacle to where its handles were dragged. Returns whether another one was chosen."""
+        """Move the chosen obstacle to its dragged handles. Returns whether another obstacle was chosen."""
         with self.lock:
             other = self.form.take()
             dragged = self.handles.take()
-            if dragged and not other and self.chosen is not None:  # otherwise a drag of the obstacle chosen before
+            if dragged and not other and self.chosen is not None:  # with another choice, the drag was of the obstacle before
                 self._grabbed = self._grabbed or {self.chosen: scene_of(self.world)[self.chosen]}
                 self.world.move(self.chosen, self.handles.pose)
             if self._grabbed and not self.handles.dragged:
@@ -153,7 +153,10 @@ class Obstacles:
             return other
 
     def show(self, touching: set[str], *, handled: bool = True) -> None:
-        """Draw the world as it is now; what touches the robot is red. handled: whether the chosen one may have handles."""
+        """Draw the present world, with the obstacles of the names in ``touching`` in red.
+
+        handled: whether the chosen obstacle may have handles.
+        """
         with self.lock:
             known = {name: (shape, T) for name, shape, T in self.world.items()}
             for name, (shape, at) in [*self._drawn.items()]:
@@ -176,13 +179,13 @@ class Obstacles:
 
     def _draw(self, name: str, shape: Obstacle, T: NDArray[np.float64], *, red: bool) -> None:
         own = self._colors.setdefault(name, OBSTACLES[len(self._colors) % len(OBSTACLES)])
-        color, opacity = TOUCHING if red else own, None  # of 1.0 it would be sorted among what is translucent
-        if isinstance(shape, HalfSpace):  # everything above it is seen in front of it
+        color, opacity = TOUCHING if red else own, None  # viser sorts a node with opacity 1.0 among the translucent ones
+        if isinstance(shape, HalfSpace):  # translucent, so that it hides nothing
             color, opacity = TOUCHING if red else GROUND, PALE
         if name not in self._drawn:
             self._count += 1
             node = self.nodes[name] = add_shape(self._server.scene, f"/obstacles/{self._count}", shape, color, opacity, T)
-            if not isinstance(shape, PointCloud):  # viser has no clicks on them
+            if not isinstance(shape, PointCloud):  # viser sends no clicks on point clouds
                 node.on_click(lambda _: self._pick(name))
                 if not isinstance(shape, HalfSpace):
                     self.handles.grip(node, lambda: self._grab(name))
@@ -192,7 +195,7 @@ class Obstacles:
         self._drawn[name] = (shape, T)
 
     def _grab(self, name: str) -> NDArray[np.float64] | None:
-        """Choose an obstacle that somebody begins to drag. Returns its pose, shape (4, 4)."""
+        """Choose an obstacle at the start of its drag. Returns its pose, shape (4, 4)."""
         with self.lock:
             self.is_picked = True
             if self.form.chosen != name:
@@ -212,7 +215,7 @@ class Obstacles:
                 event.client.send_file_download("scene.json", world_to_json(self.world).encode(), save_immediately=True)
 
     def step(self, act: Callable[[], tuple[str, ...]]) -> None:
-        """Undo or redo by the history, unless an obstacle is being dragged, and choose an obstacle that has changed."""
+        """Undo or redo a step, unless an obstacle is being dragged, and choose an obstacle that it changed."""
         with self.lock:
             names = () if self._grabbed else act()
             if names:
@@ -224,7 +227,7 @@ class Obstacles:
             self.replace(world_from_json(self.load.value.content, self.load.value.name))
 
     def _add_file(self, event: viser.GuiEvent) -> None:
-        """Add the shapes of a mesh or a cloud where the file has them in the base frame, and choose one."""
+        """Add the shapes of a mesh or point cloud file, whose frame is taken as the base, and choose one."""
         file = self.file.value
 
         def announce(_: str) -> None:
@@ -242,7 +245,7 @@ class Obstacles:
                     self.form.choose(name)
 
     def _free_place(self) -> NDArray[np.float64]:
-        """A place for a new obstacle, beside those that are there [m], shape (3,)."""
+        """A position for a new obstacle beside the present ones [m], shape (3,)."""
         others = np.array([T[:3, 3] for _, _, T in self.world.items()]).reshape(-1, 3)
         ways = [
             np.array([0.0, 0.0, 0.0]),
@@ -252,5 +255,5 @@ class Obstacles:
         return next(free, self._place)
 
     def _free(self, names: Iterable[str]) -> str:
-        """The first of the names that neither an obstacle nor a part of the robot has."""
+        """The first name that no obstacle and no part of the robot has."""
         return next(name for name in names if name not in self.world.names and name not in self._taken)

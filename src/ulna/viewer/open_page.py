@@ -28,25 +28,25 @@ def view(
     steer: bool = False,
     jerk: float | None = None,
 ) -> View:
-    """Show a robot on a page: drag its hand, move its joints, steer it, add obstacles. Meanwhile the program continues.
+    """Show a robot on a page: drag its hand, move its joints, steer it, add obstacles. The program continues.
 
     Args:
         robot: The robot.
-        world: The obstacles: the page shows and changes them; an empty world unless given.
-        q: The first joint positions [rad or m], shape (n_dof,). If not given: the SRDF's `home`, or else ``robot.home``.
-        host: The address to listen on; with any but 127.0.0.1, localhost and ::1 other machines can connect.
+        world: The obstacles, which the page shows and changes; an empty world unless given.
+        q: The first joint positions [rad or m], shape (n_dof,). Default: the SRDF's `home`, or else ``robot.home``.
+        host: The address to listen on. Only with 127.0.0.1, localhost and ::1 can no other machine connect.
         port: The TCP port; a free one unless given.
-        open_browser: Open a page on this machine, if it has a browser.
-        origins: Addresses of other pages that may connect to it, such as ``"https://hub.example.org"`` of a proxy.
-        steer: Begin with the tab in which the hand is steered, by buttons and keys, with a servo that touches nothing.
-        jerk: The greatest of each joint while it is steered [rad/s^3 or m/s^3]; no limit unless given.
+        open_browser: Whether to open the page in a browser of this machine, if there is one.
+        origins: Origins of other pages that may connect, such as ``"https://hub.example.org"`` of a proxy.
+        steer: Whether to begin with the tab Steer, where buttons and keys move the hand with a servo that avoids contact.
+        jerk: The jerk limit of each joint while it is steered [rad/s^3 or m/s^3]; no limit unless given.
 
     Returns:
-        A ``View``: ``url``; ``q``, which can be set; ``world``; ``stop()``. It stops at the end of a ``with`` block, and Jupyter
+        A ``View``: ``url``; ``q``, which can be set; ``world``; ``stop()``. It stops at the end of a ``with`` block. Jupyter
         shows it in a frame.
 
     Raises:
-        InputError: The address cannot be listened on, or the robot, the world, q or the jerk is not one; then no page is opened.
+        InputError: The server cannot listen on the address, or the robot, the world, q or the jerk is invalid. No page is opened.
         MissingExtraError: The extra ``viewer`` is not installed.
 
     Example:

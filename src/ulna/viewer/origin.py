@@ -1,6 +1,6 @@
-"""Serves viser's page with a title and ``head.html``, and refuses requests of foreign pages: other sites in the same browser.
+"""Serves viser's page with a title and ``head.html``, and refuses requests of foreign pages.
 
-A browser lets any page open a websocket to 127.0.0.1, and sends the page's address in the header ``Origin``. viser does not check
+A browser lets any site open a websocket to 127.0.0.1, and sends the site's address in the header ``Origin``. viser does not check
 it. Source: RFC 6455, section 10.2. A foreign host name can resolve to this machine (DNS rebinding): CWE-350.
 """
 
@@ -21,10 +21,10 @@ from ulna.errors import UlnaError
 from ulna.viewer.messages import Incoming
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
-EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - addresses of all interfaces, and by which this machine reaches itself
+EVERYWHERE = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}  # noqa: S104 - the loopback address for each address of all interfaces
 _TITLE = b"<title>Viser</title>"
-_HEAD = Path(__file__).with_name("head.html").read_bytes()  # scripts and a style, with why each is needed
-_CLOSE_SECONDS = 0.5  # for a tab to confirm that its connection ends
+_HEAD = Path(__file__).with_name("head.html").read_bytes()  # scripts and styles, each with its reason
+_CLOSE_SECONDS = 0.5  # the maximum time to wait for a browser to confirm that its connection ends
 _starting = threading.Lock()
 _log = logging.getLogger(__name__)
 
@@ -32,11 +32,11 @@ _log = logging.getLogger(__name__)
 def is_own_page(headers: Headers, host: str, others: Collection[str] = ()) -> bool:
     """Whether a request comes from this server's own page, from one of ``others``, or from a program.
 
-    The page's address must be that of the request, and its host must be the server's ``host`` or a loopback name. A server that
-    listens on all interfaces cannot know its own names, so it accepts any host name.
+    The page's address must equal that of the request, and its host must be the server's ``host`` or a loopback name. A server
+    that listens on all interfaces cannot know its own names, so it accepts any host name.
     """
     origins, asked = headers.get_all("Origin"), headers.get_all("Host")
-    if not origins:  # a program: browsers always send the header
+    if not origins:  # a program, since browsers always send the header
         return True
     if len(origins) > 1 or len(asked) > 1:
         return False
@@ -57,16 +57,16 @@ def refusing_foreign_pages(
     title: str = "Ulna",
     refused: Callable[[str], object] = str,
 ) -> Iterator[None]:
-    """A context in which a server of viser is started: it refuses foreign pages with status 403, and its page has the title.
+    """A context to start a server of viser that refuses foreign pages (status 403) and whose page has a title.
 
-    ``refused`` is called with a sentence about an upload that is not taken. A tab that does not confirm the end of its connection
-    is waited for half a second.
+    ``refused`` is called with the reason when an upload is refused. The server waits at most half a second for a browser to
+    confirm the end of its connection.
 
-    viser has no argument for this, so the function of websockets that it calls is replaced meanwhile.
+    viser has no argument for this, so the context replaces the function of websockets that viser calls.
     """
     guarded = []
     with _starting:
-        serve = websockets.asyncio.server.serve  # read under the lock: another thread may have replaced it before
+        serve = websockets.asyncio.server.serve  # read under the lock, since another thread may have replaced it
 
         def guarding(handler: Callable, *arguments: Any, process_request: Callable, **options: Any) -> Any:
             guarded.append(_asking(process_request, host, others, title))
@@ -83,9 +83,9 @@ def refusing_foreign_pages(
 
 
 def _closing_if_it_fails(handler: Callable, refused: Callable[[str], object]) -> Callable:
-    """The handler of connections, whose messages are checked (``messages``).
+    """A handler of connections that checks their messages (``messages``).
 
-    One that fails, as by a message that viser cannot decode, is closed, with one line about it.
+    It closes a connection that fails, for example by a message that viser cannot decode, and logs one line.
     """
 
     async def handle(connection: Any) -> None:
@@ -99,7 +99,7 @@ def _closing_if_it_fails(handler: Callable, refused: Callable[[str], object]) ->
         connection.recv = checked
         try:
             await handler(connection)
-        except Exception as error:  # noqa: BLE001 - viser decodes with several packages, which raise their own
+        except Exception as error:  # noqa: BLE001 - viser decodes with several packages, which raise their own errors
             words = " ".join(f"{type(error).__name__} {error}".split())[:200]
             _log.warning("a connection of the page was closed: %s", ascii(words))
             _log.debug("it failed here", exc_info=error)
@@ -109,7 +109,7 @@ def _closing_if_it_fails(handler: Callable, refused: Callable[[str], object]) ->
 
 
 def _asking(process_request: Callable, host: str, others: Collection[str], title: str) -> Callable:
-    """The handler of requests: it refuses foreign pages, and leaves the others to viser."""
+    """A handler of requests that refuses foreign pages, and passes the others to viser."""
 
     def ask(connection: Any, request: Any) -> Any:
         if not is_own_page(request.headers, host, others):
@@ -122,7 +122,7 @@ def _asking(process_request: Callable, host: str, others: Collection[str], title
 
 
 def _completed(response: Any, title: str) -> Any:
-    """A successful response with the title, the scripts and the style inserted; any other response unchanged."""
+    """A successful response with the title, the scripts and the styles inserted; any other response unchanged."""
     if response is None or response.status_code != http.HTTPStatus.OK:
         return response
     head, found, rest = response.body.partition(b"</head>")
@@ -134,7 +134,7 @@ def _completed(response: Any, title: str) -> Any:
 
 
 def _asks_for_page(request: Any) -> bool:
-    """Whether a request is for the page itself. If so, its Accept-Encoding is removed, so that the text is not compressed."""
+    """Whether a request is for the page itself. Removes its Accept-Encoding, so that the page is not compressed."""
     if request.path.partition("?")[0] not in ("/", "/index.html"):
         return False
     while "Accept-Encoding" in request.headers:

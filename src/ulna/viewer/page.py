@@ -22,7 +22,7 @@ _silence = threading.Lock()
 
 
 class Page:
-    """A page of viser to which no page of another origin can connect. ``port=0`` chooses a free port.
+    """A page of viser to which no page of a foreign origin can connect. ``port=0`` chooses a free port.
 
     Attributes:
         server: The server.
@@ -36,19 +36,19 @@ class Page:
         try:
             with _quiet(), refusing_foreign_pages(host, origins, title, self._refuse_upload):
                 self.server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
-        except UlnaError:  # the server runs, but accepts foreign pages
+        except UlnaError:  # the server runs, but accepts foreign origins
             self.stop()
             raise
-        self.server.request_share_url = lambda verbose=True: None  # noqa: ARG005 - a page must not open a tunnel to the world
+        self.server.request_share_url = lambda verbose=True: None  # noqa: ARG005 - no tunnel to the internet
         self.floor: viser.GridHandle | None = None
         self.server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False)
-        self.server.gui.main_panel.dock_right()  # people can still move or fold it
+        self.server.gui.main_panel.dock_right()  # a person can still move or fold it
         name = EVERYWHERE.get(host, host)
         name = f"[{name}]" if ":" in name else name
         self.url = f"http://{name}:{self.server.get_port()}"
 
     def open(self) -> None:
-        """Open the page in a browser, if this machine has a display; a text browser would block the terminal."""
+        """Open the page in a browser if this machine has a display. A text browser would block the terminal."""
         if sys.platform in ("win32", "darwin") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
             webbrowser.open(self.url)
 
@@ -62,7 +62,7 @@ class Page:
             raise
 
     def add_dark_button(self) -> None:
-        """Add a button where the panel is now that changes between light and dark colors in the browser that shows the page."""
+        """Add a button that switches between light and dark colors in the browser that shows it."""
         self.server.gui.add_html(
             f'<div style="padding:0 0.75em 0.5em"><button data-dark style="{BUTTON}">Light or dark</button></div>'
         )
@@ -79,9 +79,9 @@ class Page:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Suppress what viser prints: the caller prints the address itself.
+    """A context in which viser prints nothing; the caller prints the address itself.
 
-    Only the console that viser uses is silenced, by one page at a time: other threads of the program also write to sys.stdout.
+    Only the console that viser uses is silenced, by one page at a time. Other threads of the program may write to sys.stdout.
     """
     console = rich.get_console()
     with _silence:
@@ -93,7 +93,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _refuse_busy(host: str, port: int) -> None:
-    """Refuse a port that cannot be used; viser would use the next one without a message."""
+    """Raise an InputError if the port cannot be used; viser would silently use the next one."""
     try:
         family = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
         with socket.create_server((host, port), family=family):

@@ -1,6 +1,6 @@
 """Colors (red, green, blue in 0..255) and opacities of everything drawn, and a shape with its pose and color.
 
-Free and touching shapes also differ in lightness or opacity, for people who cannot distinguish red from green.
+Free shapes and shapes in contact also differ in lightness or opacity, for people who cannot distinguish red from green.
 """
 
 from collections.abc import Collection, Iterator
@@ -15,15 +15,15 @@ from ulna.robot import Robot
 
 Color = tuple[int, int, int]
 
-GREEN: Color = (40, 180, 75)  # nothing touches
-RED: Color = (225, 45, 45)  # something touches, or a target is not reached
-STOPPED: Color = (225, 140, 20)  # the hand stops before a collision, or something limits it
+GREEN: Color = (40, 180, 75)  # collision-free
+RED: Color = (225, 45, 45)  # in collision, or a target is not reached
+STOPPED: Color = (225, 140, 20)  # the hand stops before a collision, or a limit slows it
 UNKNOWN: Color = (150, 150, 150)  # not checked
-INK: Color = (40, 45, 52)  # words
-SLATE: Color = (95, 105, 120)  # lines, on a light page and on a dark one
+INK: Color = (40, 45, 52)  # text
+SLATE: Color = (95, 105, 120)  # lines, on light and on dark pages
 FREE: Color = (90, 140, 220)  # collision shapes of the robot
 TOUCHING: Color = RED
-TRAIL: Color = (0, 150, 165)  # the way of the hand along a plan
+TRAIL: Color = (0, 150, 165)  # the path of the hand along a plan
 MOVABLE: Color = (240, 170, 40)  # obstacles
 OBSTACLES: tuple[Color, ...] = (
     MOVABLE,
@@ -32,13 +32,13 @@ OBSTACLES: tuple[Color, ...] = (
     (206, 152, 104),
     (205, 190, 90),
     (222, 144, 186),
-)  # by their order, on the page and in a film; red is not among them
+)  # obstacles get them in this order, on the page and in a film; red is reserved for contacts
 AXES: dict[str, Color] = {
     "x": (215, 55, 75),
     "y": (38, 128, 56),
     "z": (28, 113, 216),
-}  # of buttons, with white letters, on a light page and on a dark one
-GROUND: Color = (150, 160, 172)  # half-spaces among them
+}  # buttons with white letters, on light and on dark pages
+GROUND: Color = (150, 160, 172)  # half-spaces
 CURVES: tuple[Color, ...] = (
     (0, 120, 185),
     (213, 94, 0),
@@ -48,31 +48,31 @@ CURVES: tuple[Color, ...] = (
     (176, 130, 0),
     (120, 94, 240),
     (110, 110, 110),
-)  # of joints in a plot, which color-blind people can distinguish; after M. Okabe and K. Ito, 2008
-FLOOR_CELLS: Color = (148, 156, 168)  # the floor's thin lines: all tabs have the same, on light pages and on dark ones
-FLOOR_SECTIONS: Color = (124, 132, 145)
+)  # joints in a plot; color-blind people can distinguish them. Source: M. Okabe and K. Ito, 2008
+FLOOR_CELLS: Color = (148, 156, 168)  # thin lines of the floor, for light and dark pages: all browsers get the same
+FLOOR_SECTIONS: Color = (124, 132, 145)  # thick lines of the floor
 SKY: tuple[Color, Color] = ((249, 250, 252), (223, 227, 233))  # from the upper edge of a light page to the lower
 TO_SUN = (0.9, 0.25, 1.5)  # the direction to the sun, on the page and in a film
-PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, touching
-FAINT = 0.1  # of the robot's shape to which the distance is shown
-TINT = 0.7  # of the red over a link that touches
-HOLLOW = 0.35  # of a mark in the scene, unless something is in the way
+PALE, STRONG = 0.2, 0.75  # opacities of the robot's collision shapes: free, in contact
+FAINT = 0.1  # opacity of the shape nearest to an obstacle, if the others are hidden
+TINT = 0.7  # opacity of the red over a link in contact
+HOLLOW = 0.35  # opacity of a mark in the scene, unless it shows a contact or a stop
 
 ShapeT = TypeVar("ShapeT", Box, Cylinder)
 
 
 def is_in_the_way(color: Color) -> bool:
-    """Whether a color says that something touches, or stops an arm: signs of it are full, all others hollow."""
+    """Whether a color stands for a contact or a stop. Marks of these colors are full, all others hollow."""
     return color in (RED, STOPPED)
 
 
 @dataclass(frozen=True, eq=False)
 class Solid(Generic[ShapeT]):
-    """A shape that is drawn on a link.
+    """A shape drawn on a link.
 
     Attributes:
-        name: Its name, the same in the page, in RViz and in a film.
-        link: The link that it moves with.
+        name: Its name, the same on the page, in RViz and in a film.
+        link: The link with which it moves.
         pose: T_link_solid, shape (4, 4).
         shape: Its shape.
         color: Red, green, blue in 0..255.
@@ -90,7 +90,7 @@ class Solid(Generic[ShapeT]):
 
 
 def collision_boxes(robot: Robot, touching: Collection[str] = ()) -> Iterator[Solid[Box]]:
-    """The collision boxes of a robot: pale, or strong and red if their names are in ``touching``."""
+    """The collision boxes of a robot: pale blue, or strong red if their names are in ``touching``."""
     for link in robot.description.links:
         for body in link.collisions:
             if isinstance(body.shape, Box):

@@ -1,7 +1,7 @@
-"""Reads the Panda's meshes from the small package dm-robotics-panda, where the package that the description names is missing.
+"""Reads the Panda's meshes from the small package dm-robotics-panda, if the description's own package is missing.
 
-Its triangles are those of franka_description (Apache-2.0). Its files of materials are missing but for one, so the colors are a
-table here.
+The triangles are those of franka_description (Apache-2.0). All but one of the package's material files are missing, so this file
+has a table of the colors.
 """
 
 import re
@@ -30,11 +30,11 @@ _COLORS = {
     "Blue": "0.04 0.54 0.78",
     "Green": "0.1 0.75 0.2",
     "Red": "0.85 0.1 0.1",
-}  # all others are white
+}  # all other materials are white
 
 
 def packaged_mesh(uri: str) -> Path | None:
-    """The file of the package in place of a mesh that the Panda's description names; None if there is none."""
+    """The file of the package that replaces a mesh of the Panda's description; None if there is none."""
     name = uri.removeprefix(MESHES).removesuffix(".dae")
     if name == uri or name not in _FILES:
         return None
@@ -43,10 +43,10 @@ def packaged_mesh(uri: str) -> Path | None:
 
 
 def read_packaged(path: Path) -> trimesh.Scene:
-    """The triangles of such a file, each with its color. The file is one of a known package, and is read as it is.
+    """The triangles of a file of the package, with their colors.
 
     Raises:
-        FileError: It cannot be read.
+        FileError: The file cannot be read.
     """
     data = mesh_bytes(path)
     try:
@@ -56,12 +56,12 @@ def read_packaged(path: Path) -> trimesh.Scene:
 
 
 class _Colors(Resolver):
-    """Gives the table of colors for whatever file of materials a mesh names, in the notation of Wavefront."""
+    """Returns the table of colors as a Wavefront material file, whichever file a mesh names."""
 
     def __init__(self, data: bytes) -> None:
         self._names = dict.fromkeys(re.findall(r"^usemtl (\S+)", data.decode(errors="replace"), re.MULTILINE))
 
-    def get(self, key: str) -> bytes:  # noqa: ARG002 -- of the interface
+    def get(self, key: str) -> bytes:  # noqa: ARG002 -- part of the interface
         return "".join(f"newmtl {name}\nKd {_COLORS.get(name, _WHITE)}\n" for name in self._names).encode()
 
     def write(self, name: str, data: object) -> None:

@@ -1,4 +1,4 @@
-"""The panel of plans: takes a goal and constraints, shows the path of the hand or why there is no plan, and plays the motion."""
+"""The tab Plan: takes a goal and constraints, shows the plan or why there is none, and plays its motion."""
 
 import time
 from collections.abc import Callable
@@ -36,19 +36,22 @@ _OPENINGS = {"as it is": None, "closed": 0.0, "half open": 0.5, "open": 1.0}
 _NO_CURVES: dict[str, Curve] = {}
 _GHOST_OPACITY = 0.3
 _BAND_OPACITY = 0.35
-_CORNERS = 32  # of a cone
-_LONGEST_FRAME = 0.1  # [s] after a pause the arm does not jump
+_CORNERS = 32  # of the rim of a cone
+_LONGEST_FRAME = 0.1  # [s] so that the arm does not jump after a pause
 
 
 class Ghost:
-    """The visuals of the links that move, at another configuration. Its nodes are added when it is first shown."""
+    """The visuals of the moving links at another configuration. Its nodes are added when it is first shown."""
 
     def __init__(self, server: viser.ViserServer, arm: Arm, root: str) -> None:
         self._scene, self._arm, self._root = server.scene, arm, root
         self._nodes: dict[str, Any] = {}
 
     def show(self, q: NDArray[np.float64] | None, color: Color, now: NDArray[np.float64]) -> None:
-        """Show it at q, shape (n_dof,), in a color, but for links that are there now; hide it if q is None."""
+        """Show the ghost at q, shape (n_dof,), without the links that have the same pose at ``now``.
+
+        q is None to hide it.
+        """
         robot = self._arm.robot
         if q is not None and not self._nodes:
             look = {"opacity": _GHOST_OPACITY, "cast_shadow": False, "receive_shadow": False}
@@ -70,22 +73,22 @@ class Ghost:
 
 
 class Bands:
-    """What a motion keeps: the bar about a line, and the cones in which an axis stays. size: the robot's [m]."""
+    """The constraints of a motion: a bar around its line, and cones around the vertical. size: the robot's [m]."""
 
     def __init__(self, scene: viser.SceneApi, size: float) -> None:
         look = {"opacity": _BAND_OPACITY, "visible": False, "cast_shadow": False, "receive_shadow": False}
-        side = np.sqrt(2.0) * ASIDE  # a square whose corners are as far away as is allowed
+        side = np.sqrt(2.0) * ASIDE  # of a square whose corners are at the tolerance from the line
         self.bar = scene.add_box("/plan/bar", TRAIL, (side, side, 1.0), **look)
         angle, height = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False), 0.3 * size
         rim = height * np.stack([np.cos(angle) * np.tan(TILT), np.sin(angle) * np.tan(TILT), np.ones(_CORNERS)], axis=1)
-        vertices = np.concatenate([rim, -rim, np.zeros((1, 3))])  # below the hand, where the arm does not hide it, and above
+        vertices = np.concatenate([rim, -rim, np.zeros((1, 3))])  # above the hand, and below it, where the arm does not hide it
         k = np.arange(_CORNERS)
         upper = np.stack([np.full(_CORNERS, 2 * _CORNERS), k, (k + 1) % _CORNERS], axis=1)
         faces = np.concatenate([upper, upper + np.array([0, _CORNERS, _CORNERS])])
         self.cone = scene.add_mesh_simple("/plan/cone", vertices, faces, color=TRAIL, side="double", **look)
 
     def show_line(self, ends: NDArray[np.float64] | None, color: Color) -> None:
-        """Show the bar about the line between two points [m], shape (2, 3), in a color; hide it for None."""
+        """Show the bar around the line between two points [m], shape (2, 3); hide it for None."""
         self.bar.visible = ends is not None
         if ends is not None:
             along = ends[1] - ends[0]
@@ -96,14 +99,17 @@ class Bands:
             self.bar.wxyz = quaternion_from_matrix(Task.pointing(along / length).frame)
 
     def show_tilt(self, point: NDArray[np.float64] | None) -> None:
-        """Show the cones above and below a point [m], shape (3,); hide it for None."""
+        """Show the cones above and below a point [m], shape (3,); hide them for None."""
         self.cone.visible = point is not None
         if point is not None:
             self.cone.position = point
 
 
 class WayPanel:
-    """The way points: a list, how each is approached and left, and the gripper's opening. ``do`` runs an act of a person."""
+    """The list of waypoints, and fields for the approach, retract and gripper opening of the next one.
+
+    ``do`` runs an action of a person.
+    """
 
     def __init__(self, gui: viser.GuiApi, planning: Planning, do: Callable[[Callable[[], object]], None]) -> None:
         self._planning, self._shown = planning, None
@@ -119,7 +125,7 @@ class WayPanel:
         self.remove.on_click(lambda _: do(planning.drop_waypoint))
 
     def show(self) -> None:
-        """List the way points."""
+        """List the waypoints."""
         if self._shown is self._planning.waypoints:
             return
         self._shown = self._planning.waypoints
@@ -132,7 +138,7 @@ class WayPanel:
 
 
 class KeepPanel:
-    """Saves the motion that is planned, and copies it as a program and as commands."""
+    """Saves the planned motion as a file, and copies it as a program and as shell commands."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, planning: Planning) -> None:
         self._session, self._planning = session, planning
@@ -143,7 +149,7 @@ class KeepPanel:
         self.save.on_click(self._save)
 
     def show(self) -> None:
-        """Show what can be saved and copied, if there is a motion."""
+        """Show the buttons to save and copy the motion, if there is one."""
         planning, shown = self._planning, self._planning.shown
         motion = None if shown is None or not planning.on else shown.motion
         self.save.visible = self.copies.visible = motion is not None
@@ -165,7 +171,7 @@ class KeepPanel:
 
 
 class PlanPanel:
-    """The tab of plans. ``moved`` is called after each event."""
+    """The tab Plan. ``moved`` is called after each event."""
 
     def __init__(self, server: viser.ViserServer, session: Session, arm: Arm, moved: Callable[[], None]) -> None:
         size = arm.extent.radius
@@ -204,7 +210,7 @@ class PlanPanel:
         self.bands = Bands(server.scene, size)
         self.plots = Plots(gui, session.robot, lambda: self._do(lambda: None))
         self._last, self._acted = time.perf_counter(), False
-        self._aims, self._was_on = self.planning.aims, False  # as noted last
+        self._aims, self._was_on = self.planning.aims, False  # at the last call of ``note_aims``
         for button, on in ((self.begin, True), (self.end, False)):
             button.on_click(lambda _, on=on: self._do(lambda: self.planning.turn(on=on)))
         self.known.on_click(lambda event: self._do(lambda: self.planning.send_to(self._known[event.target.value])))
@@ -223,7 +229,7 @@ class PlanPanel:
         return self.planning.playing
 
     def take(self) -> bool:
-        """Plan, and move the arm, as a person has asked. Returns whether the tab shows something else."""
+        """Plan and move the arm as a person has asked. Returns whether the content of the tab has changed."""
         planning = self.planning
         now = time.perf_counter()
         seconds, self._last = min(now - self._last, _LONGEST_FRAME), now
@@ -236,7 +242,7 @@ class PlanPanel:
         return planning.frame(seconds) or acted
 
     def note_aims(self, history: SceneHistory) -> None:
-        """Make another goal, or other way points, a step to undo."""
+        """Add a change of the goal or of the waypoints to the undo history."""
         before, now, went_on = self._aims, self.planning.aims, self.planning.on and self._was_on
         self._was_on = self.planning.on
         if self.handles.dragged or (before[0] is now[0] and before[1] is now[1]):
@@ -251,7 +257,7 @@ class PlanPanel:
         return ()
 
     def show(self, *, handled: bool = True) -> None:
-        """Show the goal, the line, the sentence, and how far the arm is. handled: whether the goal may have handles."""
+        """Show the goal, the path, the status and the position along it. handled: whether the goal may have handles."""
         planning, shown = self.planning, self.planning.shown
         fields = (
             self.known,

@@ -1,4 +1,4 @@
-"""Plots the curves of a planned motion in the panel: of all joints as shares of their limits, or of one joint in its units."""
+"""Plots the curves of a planned motion: all joints relative to their limits, or one in its units."""
 
 import html
 from collections.abc import Callable, Mapping
@@ -23,7 +23,7 @@ _SHARES = (-1.1, 1.1)
 class Plots:
     """A chart for each quantity, with dashed lines at the limits; hidden while there is no motion.
 
-    ``chosen`` is called when a person has chosen a joint; then ``show`` is to be called.
+    ``chosen`` is called when a person has chosen a joint, after which ``show`` is to be called.
     """
 
     def __init__(self, gui: viser.GuiApi, robot: Robot, chosen: Callable[[], None]) -> None:
@@ -42,7 +42,7 @@ class Plots:
         self.joint.on_update(lambda _: chosen())
 
     def show(self, curves: Mapping[str, Curve]) -> None:
-        """Plot curves by quantity, of the joint that is chosen; nothing if there are none."""
+        """Plot the curves of the chosen joint, by quantity; hide the charts if there are none."""
         joint = self.joint.value
         if curves is self._shown[0] and joint == self._shown[1]:
             return

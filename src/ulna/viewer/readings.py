@@ -1,4 +1,7 @@
-"""Shows the nearest pair, the manipulability ellipsoid and the singular values, what is compiled, and why a frame has failed."""
+"""Shows readings of the robot and of the page.
+
+These are the nearest pair, the manipulability ellipsoid and singular values, running compilations, and errors of frames.
+"""
 
 import html
 
@@ -15,12 +18,12 @@ from ulna.viewer.session.session import Session
 
 COLOR = (124, 92, 200)
 _NAME = "the manipulability"
-_SECONDS = 0.25  # the half axes are the distances that the link moves in this time [s]
-_THINNEST = 1e-3  # [m] so that a flat ellipsoid is drawn as a disc
+_SECONDS = 0.25  # [s] a half axis is drawn as long as the path of the link in this time
+_THINNEST = 1e-3  # [m] minimum half axis, so that a flat ellipsoid is drawn as a disc
 
 
 class ClearancePanel:
-    """The text at the top of the panel, and the line between the nearest points; ``size`` is that of the robot [m]."""
+    """The text at the top of the panel, and the line between the nearest points. size: of the robot [m]."""
 
     def __init__(self, server: viser.ViserServer, size: float) -> None:
         self.state = server.gui.add_html(marked("checking ...", UNKNOWN))
@@ -34,7 +37,7 @@ class ClearancePanel:
         self.label = server.scene.add_label("/nearest/label", "", visible=False, anchor="bottom-center", font_screen_scale=1.2)
 
     def show(self, clearance: Clearance) -> None:
-        """Show what touches and what is nearest."""
+        """Show the contacts and the nearest pair."""
         color = {"free": GREEN, "collision": RED}.get(clearance.state, UNKNOWN)
         pair = clearance.nearest
         words = clearance.refusal if pair is None else f"{clearance.distance}: {clearance.apart}"
@@ -56,7 +59,7 @@ class ClearancePanel:
 
 
 class EllipsoidPanel:
-    """A checkbox, which is off at first, the ellipsoid, and the singular values."""
+    """A checkbox (off at first) that shows the manipulability ellipsoid and the singular values."""
 
     def __init__(self, server: viser.ViserServer, session: Session) -> None:
         self._session = session
@@ -70,7 +73,7 @@ class EllipsoidPanel:
         self.on.on_update(lambda _: self.show())
 
     def show(self) -> None:
-        """Draw it at the hand, if the checkbox is on."""
+        """Draw the ellipsoid at the hand if the checkbox is on."""
         session, found = self._session, None
         if self.on.value:
             found = session.ask(_NAME, mobility, session.robot, session.q, session.link)
@@ -93,7 +96,7 @@ class Notice:
 
     @property
     def text(self) -> str:
-        """Its text; empty if there is nothing to report."""
+        """The text of the line; empty if there is nothing to report."""
         if self._failure:
             return f"This picture is not up to date. {self._failure}"
         if self._compiling:
@@ -103,12 +106,12 @@ class Notice:
         return ""
 
     def show_compiling(self, names: tuple[str, ...]) -> None:
-        """Show the names of what is being compiled."""
+        """Show the names of the running and waiting compilations."""
         self._compiling = names
         self._write()
 
     def show_failure(self, error: Exception | None) -> None:
-        """Show why the last frame failed; None if it did not."""
+        """Show the error of the last frame; None if it succeeded."""
         self._failure = "" if error is None else f"{type(error).__name__}: {error}"
         self._write()
 

@@ -1,4 +1,7 @@
-"""Steers the hand or single joints by buttons that are held, or by their keys (``head.html``), and shows what limits it."""
+"""The tab Steer: held buttons move the hand or single joints, and a line shows the status of the servo.
+
+Keys and gamepads press the buttons by a script of the page (``head.html``).
+"""
 
 import time
 from collections.abc import Callable
@@ -15,16 +18,16 @@ from ulna.viewer.palette import AXES, GREEN, RED, STOPPED, UNKNOWN
 from ulna.viewer.session.session import Session
 from ulna.viewer.session.steering import JOINTS, Steering
 
-_KEYS = {"x": ("↑", "↓"), "y": ("←", "→"), "z": ("PgUp", "PgDn")}  # of the positive and of the negative direction
+_KEYS = {"x": ("↑", "↓"), "y": ("←", "→"), "z": ("PgUp", "PgDn")}  # of the positive and the negative direction
 _WHAT = (
     "Hold a button, or its key, and the hand moves until you let go. Before an obstacle it slows down and stops, and a sentence "
     "says why. The floor is an obstacle once it is ticked in Obstacles."
 )
-_AXES = {"base": "base", "hand": "link", "joints": JOINTS}  # and the other links that stand still, by their names
-_STEPS = {"while held": 0.0, "1 mm or 0.5°": 1.0, "1 cm or 5°": 10.0, "5 cm or 25°": 50.0}  # [mm or half a degree]
+_AXES = {"base": "base", "hand": "link", "joints": JOINTS}  # the list also has the other fixed links, by their names
+_STEPS = {"while held": 0.0, "1 mm or 0.5°": 1.0, "1 cm or 5°": 10.0, "5 cm or 25°": 50.0}  # [mm or 0.5 degrees]
 _MM, _HALF_A_DEGREE = 1e-3, np.radians(0.5)
-_LONGEST_FRAME = 0.1  # [s] after a pause the arm does not jump
-_EVERY = 10.0  # [1/s]: messages of a button that is held
+_LONGEST_FRAME = 0.1  # [s] so that the arm does not jump after a pause
+_EVERY = 10.0  # [1/s] messages of a held button
 _FINE = {
     CommandStatus.FOLLOWING,
     CommandStatus.AT_REST,
@@ -35,7 +38,7 @@ _FINE = {
 
 
 class SteerPanel:
-    """The tab of steering. ``moved`` is called after each event."""
+    """The tab Steer. ``moved`` is called after each event."""
 
     def __init__(
         self, gui: viser.GuiApi, session: Session, moved: Callable[[], None], *, on: bool, jerk: float | None = None
@@ -83,14 +86,14 @@ class SteerPanel:
         return self.steering.moving
 
     def take(self) -> bool:
-        """Move the arm on. Returns whether the tab shows something else."""
+        """Advance the arm. Returns whether the content of the tab has changed."""
         now = time.perf_counter()
         seconds, self._last = min(now - self._last, _LONGEST_FRAME), now
         acted, self._acted = self._acted, False
         return self.steering.frame(seconds) or acted
 
     def show(self) -> None:
-        """Show the buttons, and what limits the hand."""
+        """Show the buttons and the status of the servo."""
         steering, command = self.steering, self.steering.command
         self.begin.visible = not steering.on
         for element in (self.speed, self.axes, self.step, self.stop):
@@ -111,7 +114,7 @@ class SteerPanel:
             self._do(lambda: self.steering.hold(entry, sign))
 
     async def _click(self, entry: int, sign: int, _: viser.GuiEvent) -> None:
-        """Move by a step, unless the hand moves while a button is held."""
+        """Move by a step, if the person has chosen a step size."""
         if n := _STEPS[self.step.value]:
             size = n * (_HALF_A_DEGREE if self.steering.turns[entry] else _MM)
             self._do(lambda: self.steering.step(entry, sign, size))

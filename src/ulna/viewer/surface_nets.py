@@ -1,6 +1,8 @@
-"""Meshes smooth bodies that are given by distances: rounded primitives, smooth unions and cuts, and surface nets.
+"""Meshes smooth bodies by surface nets.
 
-Source: S. Gibson, Constrained elastic surface nets (1998); I. Quilez, Distance functions and Smooth minimum (iquilezles.org).
+A body is a signed distance: a rounded primitive, or a smooth union or difference of bodies.
+
+Sources: S. Gibson, Constrained elastic surface nets (1998); I. Quilez, Distance functions and Smooth minimum (iquilezles.org).
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -12,12 +14,17 @@ from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
 _MAX_CELLS = 600_000
-_BLOCK = 5  # corners of the grid on a side of a block
-_STEPS = 4  # of Newton's method, by which vertices come onto the surface
+_BLOCK = 5  # grid points along a side of a block
+_STEPS = 4  # of Newton's method, which moves vertices onto the surface
 
 
 class Distance(NamedTuple):
-    """A body: the signed distance of points, shape (n, 3) to (n,), below 0 inside; and its AABB. All in m."""
+    """A body as a signed distance, with lengths in m.
+
+    Attributes:
+        of: The signed distance of points, shape (n, 3) to (n,); negative inside.
+        low, high: The corners of the body's AABB, shape (3,) each.
+    """
 
     of: Callable[[Vector], Vector]
     low: Vector
@@ -25,7 +32,7 @@ class Distance(NamedTuple):
 
 
 def cone(a: Vector, b: Vector, radius_a: float, radius_b: float) -> Distance:
-    """A leg with round ends, from a to b."""
+    """A tapered leg with round ends, from a to b."""
     along, radius = b - a, max(radius_a, radius_b)
     square = max(float(along @ along), 1e-18)
 
@@ -59,7 +66,7 @@ def _length(vectors: Vector) -> Vector:
 
 
 def _rounded(excess: Iterable[Vector], fillet: float) -> Vector:
-    """The distance of a body whose half sizes are exceeded by so much, shape (n,) each, with rounded edges."""
+    """The distance to a body with rounded edges. excess: coordinates minus half sizes, shape (n,) each."""
     deepest, square = np.float64(-np.inf), np.float64(0.0)
     for one in excess:
         deepest, square = np.maximum(deepest, one + fillet), square + np.maximum(one + fillet, 0.0) ** 2
@@ -67,7 +74,7 @@ def _rounded(excess: Iterable[Vector], fillet: float) -> Vector:
 
 
 def union(bodies: Sequence[Distance], blend: float) -> Distance:
-    """All bodies, with hollows of the size ``blend`` filled between them."""
+    """The smooth union of bodies. blend: the size of the fillets between them [m]."""
 
     def of(points: Vector) -> Vector:
         total = bodies[0].of(points)
@@ -80,7 +87,7 @@ def union(bodies: Sequence[Distance], blend: float) -> Distance:
 
 
 def cut(body: Distance, others: Sequence[Distance], blend: float) -> Distance:
-    """A body without others; its new edges are rounded by ``blend``."""
+    """The smooth difference of a body and others. blend: the size of the rounding of new edges [m]."""
 
     def of(points: Vector) -> Vector:
         total = body.of(points)
@@ -99,10 +106,12 @@ def _smooth_minimum(a: Vector, b: Vector, blend: float) -> Vector:
 
 
 def mesh_of(body: Distance, cell: float) -> trimesh.Trimesh | None:
-    """The surface of a body, by surface nets on cells of a side [m], larger if there were too many; None if it is empty.
+    """Mesh the surface of a body by surface nets; None if the body is empty.
 
-    1. Which corners of the grid are inside. 2. A vertex in each cell with corners of both kinds. 3. A quadrilateral round each
-    edge of the grid that the surface crosses. 4. Newton's steps of the vertices to the surface.
+    1. Find the grid points inside. 2. Put a vertex into each cell with corners inside and outside. 3. Connect the vertices
+    around each grid edge that the surface crosses to a quadrilateral. 4. Move the vertices to the surface by Newton steps.
+
+    cell: the side of a cell [m]; larger if there would be too many cells.
     """
     extent = body.high - body.low
     cell = max(cell, float(np.prod(extent + 4 * cell) / _MAX_CELLS) ** (1 / 3))
@@ -124,7 +133,7 @@ def mesh_of(body: Distance, cell: float) -> trimesh.Trimesh | None:
 
 
 def _inside(body: Distance, low: Vector, n_blocks: NDArray[np.int64], cell: float) -> NDArray[np.int8]:
-    """Which corners of a grid are inside. Only in blocks that the surface may cross is each asked for."""
+    """Whether each grid point is inside. Only blocks that the surface may cross are evaluated point by point."""
     side = np.arange(_BLOCK)
     within = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1)  # of a block
     firsts = _BLOCK * np.argwhere(np.ones(n_blocks))
@@ -134,13 +143,13 @@ def _inside(body: Distance, low: Vector, n_blocks: NDArray[np.int64], cell: floa
     points = low + cell * (firsts[near][:, None] + within.reshape(-1, 3))
     blocks[near] = body.of(points.reshape(-1, 3)).reshape(-1, _BLOCK**3) < 0.0
     grid = blocks.reshape(*n_blocks, _BLOCK, _BLOCK, _BLOCK).transpose(0, 3, 1, 4, 2, 5).reshape(n_blocks * _BLOCK)
-    return np.pad(grid[1:-1, 1:-1, 1:-1], 1).astype(np.int8)  # the surface is closed, whatever the body
+    return np.pad(grid[1:-1, 1:-1, 1:-1], 1).astype(np.int8)  # the border is outside, so that the surface is closed
 
 
 def _on_surface(body: Distance, centers: Vector, faces: NDArray[np.int64], cell: float) -> tuple[Vector, Vector]:
-    """Points of the surface near the centers of cells, and the normals there, shape (n, 3) each.
+    """Points on the surface near the centers of cells, and their normals, shape (n, 3) each.
 
-    Between its steps each point moves into the middle of its neighbors, for even triangles.
+    Halfway through the steps each point moves to the mean of its neighbors, for even triangles.
     """
     points, counts = centers.copy(), np.bincount(faces.ravel(), minlength=len(centers))[:, None]
     for k in range(_STEPS):
@@ -162,7 +171,7 @@ def _slope(body: Distance, points: Vector, step: float) -> tuple[Vector, Vector]
 
 
 def _quadrilaterals(inside: NDArray[np.int8], number: NDArray[np.int64], axis: int) -> NDArray[np.int64]:
-    """The vertices of the cells round each edge along an axis that the surface crosses, shape (n, 4), outwards."""
+    """The quadrilaterals around the grid edges along an axis that the surface crosses, facing outwards, shape (n, 4)."""
     u, v = np.eye(3, dtype=int)[[(axis + 1) % 3, (axis + 2) % 3]]
     change = np.diff(inside, axis=axis)
     edges = np.argwhere(change)

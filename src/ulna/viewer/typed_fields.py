@@ -1,4 +1,4 @@
-"""Holds what a person types into fields until a frame takes it, shows refusals, and shows a hand's pose in two fields."""
+"""Collects the values typed into fields until a frame takes them, shows their errors, and shows poses in fields."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,12 +13,12 @@ from ulna.errors import UlnaError
 from ulna.viewer.session.planned_motion import Planning
 from ulna.viewer.session.session import Session
 
-_DIGITS = 4  # decimals: tenths of millimeters
+_DIGITS = 4  # decimals: 0.1 mm
 
 
 @contextmanager
 def refusals_shown(client: viser.ClientHandle | None, title: str) -> Iterator[None]:
-    """A context: an error of Ulna's in it is shown in a tab."""
+    """A context whose UlnaErrors are shown in a person's browser instead of raised."""
     try:
         yield
     except UlnaError as error:
@@ -27,7 +27,14 @@ def refusals_shown(client: viser.ClientHandle | None, title: str) -> Iterator[No
 
 
 class Typed(NamedTuple):
-    """The last value typed into a field, what was chosen then, and the tab in which it was typed."""
+    """The last value typed into a field.
+
+    Attributes:
+        field: The field.
+        value: The value.
+        chosen: The name that was chosen at that time.
+        client: The browser in which it was typed.
+    """
 
     field: Any
     value: Any
@@ -36,7 +43,7 @@ class Typed(NamedTuple):
 
 
 class TypedFields:
-    """Fields whose typed values ``write`` does not overwrite until ``take``. ``moved`` is called after something was typed."""
+    """Fields whose typed values ``write`` does not overwrite until ``take``. ``moved`` is called after each one."""
 
     def __init__(self, fields: tuple[Any, ...], moved: Callable[[], None], chosen: Callable[[], str] = str) -> None:
         self._typed: dict[int, Typed] = {}
@@ -45,17 +52,17 @@ class TypedFields:
             field.on_update(self._listen)
 
     def take(self) -> list[Typed]:
-        """What was typed since the last call."""
+        """Return the values typed since the last call."""
         typed, self._typed = self._typed, {}
         return list(typed.values())
 
     def write(self, field: Any, value: Any) -> None:
-        """Show a value in a field, unless something was just typed there."""
+        """Show a value in a field, unless a person has just typed there."""
         if id(field) not in self._typed:
             field.value = value
 
     def write_pose(self, xyz: Any, rpy: Any, T: NDArray[Any]) -> None:
-        """Show a pose, shape (4, 4), in a field of its position and one of its angles."""
+        """Show a pose, shape (4, 4), in a field for its position and one for its angles."""
         self.write(xyz, rounded(T[:3, 3]))
         self.write(rpy, rounded(rpy_from_matrix(T)))
 
@@ -66,27 +73,30 @@ class TypedFields:
 
 
 def retype_position(T: NDArray[Any], typed: tuple[float, ...]) -> None:
-    """Change the position of a pose, shape (4, 4), to the typed one."""
+    """Set the position of a pose, shape (4, 4), in place to the typed one [m]."""
     T[:3, 3] = _retyped(T[:3, 3], typed)
 
 
 def retype_angles(T: NDArray[Any], typed: tuple[float, ...]) -> None:
-    """Change the rotation of a pose, shape (4, 4), to the typed roll, pitch and yaw [rad]."""
+    """Set the rotation of a pose, shape (4, 4), in place to the typed roll, pitch and yaw [rad]."""
     T[:3, :3] = pose(rpy=_retyped(rpy_from_matrix(T), typed))[:3, :3]
 
 
 def _retyped(exact: NDArray[Any], typed: tuple[float, ...]) -> NDArray[Any]:
-    """The typed numbers where they differ from the rounded ones that the form showed; the exact numbers elsewhere."""
+    """The typed numbers; the exact ones where the typed number is the rounded one that the field showed."""
     return np.where(np.equal(typed, rounded(exact)), exact, typed)
 
 
 def rounded(values: NDArray[Any]) -> tuple[float, ...]:
-    """Numbers as the form shows them."""
+    """Numbers as a field shows them."""
     return tuple(float(value) + 0.0 for value in values.round(_DIGITS))
 
 
 class HandPose:
-    """Two fields, position and angles, in a frame. A typed pose sends the hand of a session, or the goal of a plan, there."""
+    """Two fields, position and angles, of a pose in a frame that a person chooses.
+
+    A typed pose becomes the target of a session's hand, or the goal of a plan.
+    """
 
     def __init__(
         self,
@@ -112,7 +122,7 @@ class HandPose:
         self._fields = TypedFields((self.xyz, self.rpy), moved)
 
     def take(self) -> None:
-        """Send the hand to what was typed since the last call."""
+        """Send the hand to the pose typed since the last call."""
         typed = self._fields.take()
         if not typed:
             return
@@ -124,7 +134,10 @@ class HandPose:
             self._sent.send(frame @ T)
 
     def show(self, *, visible: bool = True) -> None:
-        """Show the pose of the hand, except in a field that was just typed in. The frame is shown where there are several."""
+        """Show the pose of the hand, except in a field that was just typed in.
+
+        The choice of a frame is shown if there are several.
+        """
         frames = self._sent.frames
         if (names := tuple(frames)) != self.frame.options:
             chosen = self.frame.value if self.frame.value in names else names[0]
@@ -135,7 +148,7 @@ class HandPose:
         self._fields.write_pose(self.xyz, self.rpy, np.linalg.solve(self._frame(frames), self._sent.hand_pose))
 
     def _frame(self, frames: dict[str, NDArray[Any]]) -> NDArray[Any]:
-        """T_base_frame of the frame that is chosen; that of the base where it is there no more."""
+        """T_base_frame of the chosen frame, shape (4, 4); the identity if it no longer exists."""
         return frames.get(self.frame.value, np.eye(4))
 
     def _choose(self, event: viser.GuiEvent) -> None:

@@ -1,4 +1,4 @@
-"""Buttons and keys that undo and redo what a person did on the page, in every tab."""
+"""Buttons and keys that undo and redo the steps of a person on the page, in every tab."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ from ulna.viewer.session.scene_history import SceneHistory
 
 
 class UndoPanel:
-    """Two buttons, and two keys. ``step_by`` says what they do."""
+    """Two buttons and two keys. ``step_by`` connects them to a history."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._gui = gui
@@ -16,7 +16,7 @@ class UndoPanel:
         self.redo = gui.add_button("Redo", hint="Ctrl-Shift-Z: do again what was undone", color="gray", disabled=True)
 
     def step_by(self, history: SceneHistory, step: Callable[[Callable[[], tuple[str, ...]]], None]) -> None:
-        """Call ``step`` with what undoes, or does again, the last step of a history."""
+        """Call ``step`` with the method of a history, ``undo`` or ``redo``, at each click or key."""
         self._history = history
         for button, act, words, modifier in (
             (self.undo, history.undo, "Undo what was last done", "cmd/ctrl"),
@@ -26,5 +26,5 @@ class UndoPanel:
             self._gui.add_command(words, hotkey="Z", modifier=modifier).on_trigger(lambda _, act=act: step(act))  # type: ignore[arg-type]
 
     def show(self) -> None:
-        """Enable the buttons that would do anything."""
+        """Enable the buttons that have a step to undo or redo."""
         self.undo.disabled, self.redo.disabled = not self._history.can_undo, not self._history.can_redo

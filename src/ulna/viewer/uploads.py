@@ -1,4 +1,4 @@
-"""Reads the shape of an obstacle from a file that a person uploads: the hull or the pieces of a mesh, or a cloud of points."""
+"""Reads obstacles from an uploaded file: the convex hull or the convex pieces of a mesh, or a point cloud."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -15,8 +15,8 @@ from ulna.description.meshes.reader import MAX_BYTES
 from ulna.description.shapes import ConvexMesh
 from ulna.errors import FileError
 
-MAX_POINTS = 300_000  # of a cloud that a browser draws, and that a scene file holds
-RADIUS = 0.01  # [m] of the points of a new cloud
+MAX_POINTS = 300_000  # of a point cloud that a browser draws, and that a scene file holds
+RADIUS = 0.01  # [m] of the points of a new point cloud
 
 
 def shapes_of_file(
@@ -26,9 +26,9 @@ def shapes_of_file(
 
     Args:
         name: The name of the file; its ending gives the format.
-        content: Its bytes.
+        content: The bytes of the file.
         scale: The unit of the file [m].
-        pieces: Whether a mesh is decomposed into convex pieces, which takes seconds to minutes; else its convex hull is taken.
+        pieces: Whether to decompose a mesh into convex pieces, in seconds to minutes. Otherwise its convex hull is taken.
         announce: Called with a message before a decomposition.
     """
     ending = Path(name).suffix.lower()
@@ -48,7 +48,7 @@ def shapes_of_file(
 
 
 def _mesh(name: str, content: bytes, scale: float, announce: Callable[[str], object] | None) -> tuple[ConvexMesh, ...]:
-    """The hull of a mesh, or its pieces where ``announce`` is given."""
+    """The convex hull of a mesh, or its convex pieces if ``announce`` is given."""
     with TemporaryDirectory(prefix="ulna-") as folder:
         path = Path(folder, f"mesh{Path(name).suffix.lower()}")
         path.write_bytes(content)

@@ -1,4 +1,4 @@
-"""Shows a robot on a page, moved by its joints and its hand among obstacles, beside the program."""
+"""Shows a robot on a page, where a person moves it among obstacles, while the program continues."""
 
 import html
 import time
@@ -38,11 +38,11 @@ from ulna.viewer.steer_panel import SteerPanel
 from ulna.viewer.undo_panel import UndoPanel
 
 FRAME_S = 1 / 60
-IDLE_S = 1 / 20  # between frames at rest: the program may have changed the world
-_LOADING_S = 0.5  # compiling is shown after this time: loading from disk is faster
+IDLE_S = 1 / 20  # between frames at rest, since the program may have changed the world
+_LOADING_S = 0.5  # after this time the page shows that it compiles; loading from disk is faster
 _TABS = "Move", "Obstacles", "Plan", "Steer", "Look"
-_ONE_MOVE_S = 0.5  # without an event, after which a motion of the arm is a step to undo
-_STOP_WITHIN_S = 60.0  # how long to wait for a compilation
+_ONE_MOVE_S = 0.5  # after this time without an event, a motion of the arm becomes a step to undo
+_STOP_WITHIN_S = 60.0  # maximum time to wait for a compilation
 
 
 class View:
@@ -50,7 +50,7 @@ class View:
 
     Attributes:
         url: The address of the page.
-        world: The obstacles; they may be changed at any time, and the page shows them.
+        world: The obstacles. The program may change them at any time, and the page shows the change.
         answer_time: The time from the last event to the end of its frame [s].
     """
 
@@ -69,7 +69,7 @@ class View:
         self.answer_time, begin_steering = 0.0, as_switch("steer", steer)
         self._event_time: float | None = None
         self._rehearsed = False
-        self._modes = False, False  # whether it planned and steered in the last frame
+        self._modes = False, False  # whether planning and steering were on in the last frame
         self._loop = Loop("ulna-view", self._timed_frame, lambda: FRAME_S if self._moving else IDLE_S, self._failed)
         self.compiler = Compiler(self._loop.wake)
         self.session = Session(robot, world, q, self.compiler.ask)
@@ -110,7 +110,7 @@ class View:
         self.link = LinkPanel(server.gui, session, self._set_limit, self._weigh, acts, self._happened)
         self.arm.on_click(self.link.choose)
         tabs = server.gui.add_tab_group()
-        self.steer = self._add_steering(tabs, jerk, on=True) if steer else None  # the first tab is the one that is open
+        self.steer = self._add_steering(tabs, jerk, on=True) if steer else None  # the first tab is open at first
         with tabs.add_tab("Move"):
             self.hand = HandPanel(server, session, extent.radius, self._happened) if robot.n_dof else None
             self.configuration = ConfigurationPanel(server.gui, session, self._happened)
@@ -154,7 +154,10 @@ class View:
 
     @property
     def ready(self) -> bool:
-        """Whether all kernels of the page are compiled. Compiling starts when the page is first opened, and the page shows it."""
+        """Whether all kernels of the page are compiled.
+
+        Compilation starts when the page is first opened, and the page shows its progress.
+        """
         return self._rehearsed and not self.compiler.names
 
     @property
@@ -167,7 +170,7 @@ class View:
         """The joint positions [rad or m], shape (n_dof,). Setting them moves the robot.
 
         Raises:
-            InputError: The new ones have another shape or are out of range.
+            InputError: They have another shape or are out of range.
         """
         return self.session.q
 
@@ -180,10 +183,10 @@ class View:
         """Stop the page and its threads. A second call does nothing.
 
         Args:
-            within: How long to wait for the last frame, and for a compilation [s], which cannot be interrupted.
+            within: The maximum time to wait for the last frame, and for a compilation, which cannot be interrupted [s].
 
         Returns:
-            Whether both have ended. If not, a program that exits now waits for them, unless it calls ``os._exit``.
+            Whether both have ended. If not, a program that exits waits for them, unless it calls ``os._exit``.
         """
         if not self._loop.stopping:
             self._loop.stop(within)
@@ -257,7 +260,7 @@ class View:
             self.notice.show_compiling(self.compiler.names if self.compiler.busy_for > _LOADING_S else ())
 
     def _end_one_mode(self) -> None:
-        """Either plan or steer: whichever was begun last."""
+        """End planning if steering was begun, and the reverse: one mode is on at a time."""
         if self._planning and self._steering and self.plans is not None and self.steer is not None:
             if self._modes[0]:
                 self.plans.planning.turn(on=False)
@@ -278,7 +281,7 @@ class View:
         self.notice.show_failure(error)
 
     def _is_shown_otherwise(self) -> bool:
-        """Whether another link is chosen, or another tab is in front, than was shown last."""
+        """Whether the chosen link, the hidden links or the tab in front differ from those shown last."""
         fronts, before = tuple(map(self.front.shows, _TABS)), self._seen
         if fronts != before[0]:
             self.obstacles.is_picked = False
@@ -296,7 +299,7 @@ class View:
         self.arm.move_to(session.q)
         self.arm.mark_touching(report.touching if report is not None else ())
         pair = session.clearance.nearest
-        self.arm.show_near("" if pair is None or pair.signed_distance <= 0.0 else pair.name_a)  # what touches is red
+        self.arm.show_near("" if pair is None or pair.signed_distance <= 0.0 else pair.name_a)  # a shape in contact is red
         self.clearance.show(session.clearance)
         self.allow.visible = bool(session.own_contacts)
         if self._under != (under := session.world.objects()) and self.page.floor is not None:
@@ -329,10 +332,10 @@ class View:
     def _moving(self) -> bool:
         return self.session.moving or any(panel is not None and panel.moving for panel in (self.plans, self.steer))
 
-    # ---- what a person changes ------------------------------------------------------------------------------------------
+    # ---- changes by a person --------------------------------------------------------------------------------------------
 
     def _change(self, after: Changes, gone: tuple[str, ...] = (), back: Scene | None = None) -> None:
-        """Change the robot, take obstacles away and add others: one step to undo."""
+        """Change the robot, remove obstacles (``gone``) and add others (``back``), as one step to undo."""
         before, back = self.changes, back or {}
         with self.obstacles.lock:
             was = {name: entry for name, entry in scene_of(self.world).items() if name in gone or name in back}
@@ -342,20 +345,20 @@ class View:
         self._happened()
 
     def _set(self, changes: Changes, gone: tuple[str, ...], back: Scene) -> tuple[str, ...]:
-        robot = changes.of(self._first)  # refused before anything is changed
+        robot = changes.of(self._first)  # raises before anything is changed
         self.changes = changes
         self.session.use(robot)
         exchange(self.world, gone, world_of(back))
         return tuple(back)
 
     def _tell_changes(self, robot: Robot) -> None:
-        """Show what was changed of the robot on the page."""
+        """Show the changes of the robot on the page."""
         self._told, words = robot, self.changes.in_words()
         self.allowed.visible = bool(words)
         self.allowed.content = copyable(words, "Copy for a program", self.changes.as_expression()) if words else ""
 
     def _allow(self, pairs: tuple[tuple[str, str], ...] = (), back: Scene | None = None) -> None:
-        """Allow pairs of the robot's links, or all that touch here; and put obstacles back that links may touch."""
+        """Allow contacts of pairs of links; all pairs in contact unless given. back: obstacles that links may touch."""
         robot = self.session.robot
         if not pairs and not back:
             more, known = robot.with_allowed_collisions(at=self.session.q).allowed_collisions, robot.allowed_collisions
@@ -363,7 +366,7 @@ class View:
         self._change(self.changes._replace(allowed=(*self.changes.allowed, *pairs)), (), back)
 
     def _contacts_of(self, link: str) -> tuple[tuple[tuple[str, str], ...], tuple[str, ...]]:
-        """The pairs of links, of which it is one, and the obstacles that it touches."""
+        """The contacts of a link: the pairs with other links, and the names of obstacles."""
         report = self.session.clearance.report
         hits = () if report is None else [pair for pair in report.pairs if pair.signed_distance <= 0.0]
         pairs = tuple(pair for pair in self.session.own_contacts if link in pair)
@@ -398,7 +401,7 @@ class View:
         self._change(self.changes._replace(attached=(*self.changes.attached, held)), (name,))
 
     def _weigh(self, link: str, mass: float) -> None:
-        """Give what a link holds a mass [kg], spread over its shape; none for 0."""
+        """Set the mass of the object attached to a link [kg], spread evenly over its shape; 0 for none."""
         held = held_by(self.session.robot, link)
         if held is not None:
             self._change(self.changes.with_mass(held, mass))
@@ -408,7 +411,7 @@ class View:
         return f"Put {', '.join(names)} down" if names else ""
 
     def _put_down(self, link: str) -> None:
-        """Make what a link holds obstacles again, where they are."""
+        """Turn the objects attached to a link back into obstacles, at their present poses."""
         T = self.session.robot.forward_kinematics(self.session.q, link=link)
         down = [held for held in self.changes.attached if held.link == link]
         world = World()
@@ -428,7 +431,7 @@ class View:
         return ()
 
     def _set_limit(self, joint: str, quantity: str, value: float) -> None:
-        """Narrow a limit of a joint, as for a cell."""
+        """Set a limit of a joint, at most as wide as the robot's own."""
         self._change(self.changes.with_limit(self._first, quantity, joint, value))
 
     def _step(self, act: Callable[[], tuple[str, ...]]) -> None:
@@ -437,7 +440,7 @@ class View:
         self.obstacles.step(act)
 
     def _note_moves(self, *, at_once: bool = False) -> None:
-        """Make what a person did to the arm, its goal and its way points steps to undo, once they rest."""
+        """Add a person's changes of the arm, the goal and the waypoints to the undo history, once the arm rests."""
         if self.plans is not None:
             self.plans.note_aims(self.obstacles.history)
         q = self.session.q

@@ -1,4 +1,4 @@
-"""Makes the triangles of links and shapes: meshes with their materials, shapes, or a body that is drawn."""
+"""Makes the triangles of links and shapes: meshes with their materials, primitive shapes, or a drawn body."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -25,14 +25,22 @@ from ulna.viewer.primitives import primitive_triangles
 
 @dataclass(frozen=True, eq=False)
 class Visuals:
-    """The visuals of each link, in its own frame; and the meshes that could not be read, each with the reason."""
+    """The visuals of a robot.
+
+    Attributes:
+        scenes: The visuals of each link, in its own frame.
+        missing: The meshes that could not be read, each with the reason.
+    """
 
     scenes: dict[str, trimesh.Scene]
     missing: tuple[str, ...] = ()
 
 
 def link_visuals(robot: Robot) -> Visuals:
-    """The visuals of a robot. A link with a missing mesh gets a body that is drawn; all links do if none has visuals."""
+    """The visuals of a robot.
+
+    A link with a missing mesh gets a drawn body. All links get one if none has visuals.
+    """
     files, scenes, missing = MeshFiles(robot.description), {}, {}
     for link in robot.description.links:
         try:
@@ -46,7 +54,7 @@ def link_visuals(robot: Robot) -> Visuals:
 
 
 def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
-    """The triangles of a mesh file, scaled, with its materials: the same triangles as for collision checking."""
+    """The scaled triangles of a mesh file with their materials; collision checking uses the same triangles."""
     try:
         path = files.find(mesh.uri)
     except FileError:
@@ -62,7 +70,7 @@ def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
 
 
 def glb_of(scene: trimesh.Scene) -> bytes:
-    """A scene as a file for the page. Its colors are of linear light there, as glTF has them; here they are as on a screen."""
+    """A scene as a binary glTF file for the page. Its sRGB colors become linear light, as glTF requires."""
     before = {name: mesh.visual for name, mesh in scene.geometry.items() if isinstance(mesh, trimesh.Trimesh)}
     for name, visual in before.items():
         if isinstance(visual, TextureVisuals) and (material := _in_linear_light(visual.material)) is not None:
@@ -86,7 +94,7 @@ def _in_linear_light(material: Any) -> PBRMaterial | None:
 
 
 def triangles(shape: Primitive | ConvexMesh | PointCloud | HeightMap | VoxelGrid) -> trimesh.Trimesh:
-    """A shape other than a file's mesh as triangles, in its own frame."""
+    """The triangles of a shape in its own frame; ``read_mesh`` is for mesh files."""
     match shape:
         case ConvexMesh(vertices):
             return _hull(vertices)
@@ -97,7 +105,7 @@ def triangles(shape: Primitive | ConvexMesh | PointCloud | HeightMap | VoxelGrid
 
 
 def _colored(body: Body, files: MeshFiles) -> trimesh.Scene:
-    """A visual in the frame of its link. The color of the description is used for meshes without a material."""
+    """A visual in the frame of its link. A mesh without a material gets the color of the description."""
     rgba = SHELL if body.color is None else tuple(round(255 * share) for share in body.color)
     if isinstance(body.shape, Mesh):
         scene = read_mesh(body.shape, files)
@@ -113,7 +121,7 @@ def _colored(body: Body, files: MeshFiles) -> trimesh.Scene:
 
 
 def _hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:
-    """The convex hull; a ball at each vertex if the hull has no volume, or SciPy is not installed."""
+    """The convex hull of vertices; without a volume or without SciPy, a ball at each vertex."""
     try:
         return trimesh.convex.convex_hull(vertices)
     except (ImportError, ValueError, RuntimeError):  # Qhull's own error is a RuntimeError
@@ -123,7 +131,7 @@ def _hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:
 
 
 def _many(shape: PointCloud | HeightMap | VoxelGrid) -> trimesh.Trimesh:
-    """A coarse ball at each point, or a column for each cell."""
+    """The triangles of a point cloud or grid: a coarse ball at each point, or a box for each cell."""
     if isinstance(shape, PointCloud):
         one, places, sizes = trimesh.creation.icosphere(subdivisions=0), shape.points, np.full((1, 3), shape.radius)
     else:

@@ -1,4 +1,4 @@
-"""A pinhole camera, and its projection in the form of the kernels' arguments."""
+"""A pinhole camera, and its projection as arguments of the kernels."""
 
 from dataclasses import dataclass
 from math import atan, cos, sin, tan
@@ -6,9 +6,9 @@ from math import atan, cos, sin, tan
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-_CENTRINGS = 4  # times that a camera is turned to the middle of what it sees
-_MARGIN = 1.05  # of the distance from which a camera frames points
-_UPRIGHT = 1e-9  # the sine of the angle between its axis and z, below which "up" is not defined
+_CENTRINGS = 4  # iterations that center the points in the picture
+_MARGIN = 1.05  # factor of the distance from which the points just fit
+_UPRIGHT = 1e-9  # the sine of the angle between the camera's axis and z, below which "up" is not defined
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Camera:
 
     Attributes:
         position: Its position in the base frame [m].
-        look_at: The point in the middle of the picture [m].
+        look_at: The point in the middle of the picture, in the base frame [m].
         fov: The vertical field of view [rad].
     """
 
@@ -27,7 +27,7 @@ class Camera:
 
     @classmethod
     def around(cls, middle: ArrayLike, radius: float, turn: float, aspect: float) -> "Camera":
-        """A camera that sees all of a ball from above.
+        """A camera above a ball that sees all of it.
 
         Args:
             middle: The center of the ball in the base frame [m], shape (3,).
@@ -40,10 +40,11 @@ class Camera:
 
     @classmethod
     def framing(cls, points: NDArray[np.float64], turn: float, aspect: float) -> "Camera":
-        """A camera that sees points from above, as large as there is room for, and in the middle of the picture.
+        """A camera above points that shows them as large as possible and centered.
 
-        From the point that the camera looks at, a point is r to the right, d down and f forward. At a distance a of the camera
-        its depth is a + f, and it is in the picture if d and r / aspect are at most tan(fov / 2) (a + f) long.
+        In the axes of the camera, from the point it looks at, a point is at r (right), d (down), f (forward). Let a be the
+        distance of the camera. The depth of the point is a + f. It is in the picture if |d| and |r| / aspect are at most
+        tan(fov / 2) (a + f).
 
         Args:
             points: In the base frame [m], shape (n, 3).
@@ -61,27 +62,34 @@ class Camera:
 
     @classmethod
     def _from_above(cls, middle: NDArray[np.float64], turn: float, distance: float) -> "Camera":
-        """A camera at a distance [m] from a point that it looks at."""
+        """A camera above a point, at a distance from it [m]."""
         away = np.array([cos(turn), sin(turn), 0.42])
         position = middle + away / np.linalg.norm(away) * distance
         return cls(tuple(position.tolist()), tuple(middle.tolist()))
 
     def rays(self, width: int, height: int) -> NDArray[np.float64]:
-        """Its position, the direction through the raster's corner, and its change for a pixel right and down, shape (4, 3)."""
+        """The rays of the pixels, shape (4, 3).
+
+        Row 0 is the camera's position, row 1 the direction through the raster's corner. Rows 2 and 3 are the changes of the
+        direction for a pixel to the right and down.
+        """
         right, down, forward = self.axes()
         sample = 2.0 * tan(self.fov / 2.0) / height
         corner = forward - right * (sample * width / 2.0) - down * (sample * height / 2.0)
         return np.array([self.position, corner, right * sample, down * sample])
 
     def view(self, width: int, height: int) -> NDArray[np.float64]:
-        """The projection of a point in the base frame to x * depth, y * depth [pixel m] and depth [m], shape (3, 4)."""
+        """The projection matrix, shape (3, 4).
+
+        It maps a point in the base frame to x * depth, y * depth [pixel m] and depth [m].
+        """
         right, down, forward = self.axes()
         scale = height / (2.0 * tan(self.fov / 2.0))
         rows = np.array([scale * right + width / 2.0 * forward, scale * down + height / 2.0 * forward, forward])
         return np.column_stack([rows, -rows @ np.array(self.position)])
 
     def place(self, point: ArrayLike, width: int, height: int) -> tuple[float, float]:
-        """The place in the picture [pixels x, y] of a point in the base frame [m]."""
+        """The position in the picture (x, y) [pixels] of a point in the base frame [m]."""
         x, y, depth = self.view(width, height) @ np.append(np.asarray(point, dtype=np.float64), 1.0)
         return float(x / depth), float(y / depth)
 
@@ -97,9 +105,10 @@ class Camera:
 
 
 def sun_view(direction: ArrayLike, middle: ArrayLike, radius: float, texels: int) -> NDArray[np.float64]:
-    """The projection of points to the shadow map of a sun, which covers a radius [m] around a point, shape (3, 4).
+    """The projection of points to the shadow map of a sun, shape (3, 4).
 
-    The third row is the height towards the sun [m], above zero within twice the radius of the point.
+    The map covers a radius around ``middle`` [m]. The third row gives the height towards the sun [m], positive within twice the
+    radius of ``middle``.
     """
     towards = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
     right = np.cross((0.0, 0.0, 1.0), towards)

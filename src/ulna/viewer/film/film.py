@@ -1,4 +1,4 @@
-"""Paints the pictures of a film in threads, and writes them into a file: .mp4, .gif or .png by the ending of its name."""
+"""Paints the pictures of a film in threads, and writes them to a file: .mp4, .gif or .png."""
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -19,20 +19,20 @@ from ulna.viewer.film.painter import Ground, Painter, Picture
 from ulna.viewer.film.skin import Model
 
 Pixels = NDArray[np.uint8]
-_MAX_THREADS = 8  # each has a raster of its own, 60 MB for 1280x720
+_MAX_THREADS = 8  # each has its own raster, 60 MB for 1280x720
 
 
 class Film:
-    """Pictures and how to paint them.
+    """Pictures, and the painters that paint them.
 
     Args:
         model: The robot.
-        pictures: The pictures, in their order; each has solids of its own.
+        pictures: The pictures in their order, each with its own solids.
         size: Width and height [pixels].
-        rate: Pictures a second.
+        rate: Pictures per second.
         ground: The floor.
-        samples: Samples of a pixel, across and down.
-        tell: Called with the number of pictures done so far.
+        samples: The number of samples per pixel, across and down.
+        tell: Called with the number of finished pictures.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class Film:
         self.pictures, self.size, self.rate = pictures, size, rate
         self._tell = tell
         self._n_threads = min(n_threads(), len(pictures), _MAX_THREADS)
-        self._painters: SimpleQueue[Painter] = SimpleQueue()  # each thread takes one, and puts it back
+        self._painters: SimpleQueue[Painter] = SimpleQueue()  # each thread takes a painter, and puts it back
         for _ in range(self._n_threads):
             self._painters.put(Painter(model, size, ground, samples))
 
@@ -61,7 +61,7 @@ class Film:
             ahead: deque = deque()
             for k, picture in enumerate(self.pictures):
                 ahead.append(pool.submit(self._paint, picture))
-                if len(ahead) > 2 * self._n_threads:  # keeps at most so many: a film may be larger than memory
+                if len(ahead) > 2 * self._n_threads:  # a bound, since a film may be larger than memory
                     yield ahead.popleft().result()
                     self._tell(k + 1 - len(ahead))
             while ahead:
@@ -82,17 +82,19 @@ class Film:
 
 
 _STEADY = "mbtree=0"  # with macroblock trees the output of x264 varies from run to run on some processors
-_QUALITY = "20"  # of H.264: 0 is without loss, 51 the worst
-_THREADS = 4  # of the encoder: its output depends on their number, so the number is fixed
+_QUALITY = "20"  # constant rate factor of H.264: 0 is lossless, 51 the worst
+_THREADS = 4  # of the encoder: fixed, since the output depends on their number
 _COLORS = 255  # of a .gif: the last of its 256 is reserved for unchanged pixels
-_LOOKED_AT = 30  # frames, to choose the colors
+_LOOKED_AT = 30  # frames from which the colors are chosen
 
 
 def write_film(path: Path, film: Film) -> None:
-    """Write a film in the format of its path's ending: into a temporary file that is then renamed, so none is left incomplete.
+    """Write a film in the format of its path's ending.
+
+    It writes to a temporary file and then renames it, so that no incomplete file remains.
 
     Raises:
-        FileError: It cannot be written there.
+        FileError: The file cannot be written.
     """
     unfinished = path.with_name(f".{path.name}.part")
     try:
@@ -109,7 +111,7 @@ def write_film(path: Path, film: Film) -> None:
 
 
 def _write_mp4(path: Path, film: Film) -> None:
-    """A video that every browser plays: H.264 in the colors of HD television."""
+    """Write a video that every browser plays: H.264 in the colors of HD television (BT.709)."""
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
         stream = container.add_stream("libx264", rate=film.rate, options={"crf": _QUALITY, "x264-params": _STEADY})
         stream.width, stream.height = film.size
@@ -123,7 +125,7 @@ def _write_mp4(path: Path, film: Film) -> None:
 
 
 def _write_gif(path: Path, film: Film) -> None:
-    """A .gif that repeats for ever. Its colors are chosen once, so that still parts are the same in every frame."""
+    """Write a .gif that repeats forever. One palette for all frames keeps still parts unchanged."""
     palette = _palette(np.concatenate(film.some(_LOOKED_AT)))
     frames = (Image.fromarray(pixels).quantize(palette=palette, dither=Image.Dither.NONE) for pixels in film.frames())
     ticks = np.diff(np.round(np.arange(len(film) + 1) * 100 / film.rate)) * 10  # the format counts hundredths of a second
@@ -131,7 +133,7 @@ def _write_gif(path: Path, film: Film) -> None:
 
 
 def _palette(pixels: NDArray[np.uint8]) -> Image.Image:
-    """A palette near the colors of pictures; rare colors count too, since a small red light matters."""
+    """A palette for the colors of pictures. Rare colors have a higher weight, since a small red light matters."""
     six_bits = (pixels.reshape(-1, 3) >> 2).astype(np.int32)
     counts = np.bincount(six_bits @ np.array([1 << 12, 1 << 6, 1], np.int32), minlength=1 << 18)
     codes = np.flatnonzero(counts)
@@ -142,7 +144,7 @@ def _palette(pixels: NDArray[np.uint8]) -> Image.Image:
 
 
 def _write_png(path: Path, film: Film) -> None:
-    """The first picture."""
+    """Write the first picture."""
     Image.fromarray(next(film.frames())).save(path, "PNG", optimize=True)
 
 

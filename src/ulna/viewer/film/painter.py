@@ -1,4 +1,4 @@
-"""Paints pictures of a robot and of solids and translucent boxes around it on the CPU, with no display."""
+"""Paints pictures of a robot, solids and translucent boxes on the CPU, without a display."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from ulna.viewer.film.entries import rendering
 from ulna.viewer.film.skin import Model, Skin, is_opaque, linear
 from ulna.viewer.palette import INK, TO_SUN, Solid
 
-# The sides of a cube of edge 2, each as four corners in order around it.
+# The sides of a cube of edge 2, each as four corners in order around the side.
 _SIDES = np.array(
     [
         np.roll([(sign, y * sign, z) for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))], axis, axis=1)
@@ -24,10 +24,10 @@ _SIDES = np.array(
     ],
     dtype=np.float64,
 )
-_SHADE = 0.25  # by which part a side that faces down is darker
-TEXELS = 1024  # a side of the sun's raster
-_LETTERS = 0.03  # the height of the letters, as a part of the picture's
-_MIN_LETTERS = 11  # [pixels] the least height of the letters: smaller ones cannot be read
+_SHADE = 0.25  # a side that faces down is darker by this share
+TEXELS = 1024  # along a side of the sun's shadow map
+_LETTERS = 0.03  # the height of the letters, relative to the picture
+_MIN_LETTERS = 11  # [pixels] the minimum height of readable letters
 _PAPER = (255, 255, 255, 215)
 NO_LAMP = (0.0, 0.0, -1.0, -1.0, -1.0)
 
@@ -36,11 +36,15 @@ Array = NDArray[np.float64]
 
 
 def make_panes(solids: Sequence[tuple[Solid[Box], Array]], eye: Array) -> tuple[Array, Array]:
-    """The sides of boxes that face the eye, shape (3,), from far to near; each box comes with its T_base_box, shape (4, 4).
+    """The sides of boxes that face the eye, sorted from far to near.
+
+    Args:
+        solids: The boxes, each with its T_base_box, shape (4, 4).
+        eye: The position of the eye in the base frame [m], shape (3,).
 
     Returns:
-        Their corners in the base frame [m], four for each side in order around it, shape (4 n, 3); and their red, green, blue
-        (linear light) and opacity, shape (n, 4).
+        The corners of the sides in the base frame [m], shape (4 n, 3), four in order around each side; and their red, green,
+        blue (linear light) and opacity, shape (n, 4).
     """
     quads, paints = [np.empty((0, 4, 3))], [np.empty((0, 4))]
     for solid, T in solids:
@@ -62,7 +66,7 @@ class Caption:
 
     Attributes:
         text: The text; nothing is written if it is empty.
-        position: Where the middle of their upper edge is, in the base frame [m].
+        position: The middle of the upper edge of the text, in the base frame [m].
     """
 
     text: str
@@ -92,7 +96,7 @@ class Ground:
 
     Attributes:
         middle: The middle of everything shown, in the base frame [m].
-        radius: The radius of a ball around it that contains everything shown [m].
+        radius: The radius of a ball around ``middle`` that contains everything shown [m].
         height: The height of the floor [m].
         cell: The side of a cell of the floor's grid [m].
     """
@@ -104,13 +108,13 @@ class Ground:
 
 
 class Painter:
-    """Paints one picture at a time, on its own raster; several painters may work at once.
+    """Paints one picture at a time on its own raster. Several painters may work at once.
 
     Args:
         model: The robot.
-        size: Of the pictures: width and height [pixels].
+        size: Width and height of the pictures [pixels].
         ground: The floor.
-        samples: How many samples a pixel has, across and down.
+        samples: The number of samples per pixel, across and down.
     """
 
     def __init__(self, model: Model, size: tuple[int, int], ground: Ground, samples: int = 2) -> None:
@@ -124,10 +128,13 @@ class Painter:
         self._sun = sun_view(TO_SUN, ground.middle, ground.radius, TEXELS)
 
     def paint(self, picture: Picture) -> NDArray[np.uint8]:
-        """The picture's pixels: red, green, blue, shape (height, width, 3).
+        """Paint the pixels of a picture: red, green, blue, shape (height, width, 3).
 
-        1. A shadow map: the heights that the sun sees. 2. The triangle that the camera sees at each sample. 3. The light of each
-        pixel. 4. The translucent boxes, blended over it. 5. The caption.
+        1. Draw the shadow map: the heights that the sun sees.
+        2. Find the triangle that the camera sees at each sample.
+        3. Compute the light of each pixel.
+        4. Blend the translucent boxes over it.
+        5. Write the caption.
         """
         solids = [solid for solid in picture.solids if is_opaque(solid)]
         skin, poses = self.model.skin_among(solids), self.model.poses(picture.q, solids)
@@ -170,7 +177,7 @@ class Painter:
         )
 
     def _lamp(self, picture: Picture, poses: NDArray) -> tuple[float, ...]:
-        """The position of the lamp on the floor and its light, for ``kernels.render.illumination``."""
+        """The position of the lamp on the floor and its light, as ``kernels.render.illumination`` takes them."""
         for solid in picture.solids:
             if solid.glows:
                 x, y = (poses[self.model.links[solid.link]] @ solid.pose)[:2, 3]
@@ -187,7 +194,7 @@ class Painter:
 
 
 def _twelves(poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Poses, shape (n, 4, 4), as rows of twelve numbers for the kernels, shape (n, 12)."""
+    """Poses, shape (n, 4, 4), as rows of twelve numbers, shape (n, 12), which kernels take."""
     return np.ascontiguousarray(poses[:, :3]).reshape(-1, 12)
 
 
@@ -197,13 +204,16 @@ def _map(view: NDArray[np.float64], has_depth: float) -> NDArray[np.float64]:
 
 
 def write_text(pixels: NDArray[np.uint8], text: str, place: tuple[float, float]) -> None:
-    """Write text on a light strip in pixels, shape (height, width, 3), under the middle of its upper edge [pixels x, y]."""
+    """Write text on a light strip into pixels, shape (height, width, 3).
+
+    place: the middle of the upper edge of the strip (x, y) [pixels].
+    """
     if not text:
         return
     height, width = pixels.shape[:2]
     font = _font(max(round(_LETTERS * height), _MIN_LETTERS))
     left, _, right, _ = font.getbbox(text)
-    _, top, _, bottom = font.getbbox("Ag")  # as high as any letters
+    _, top, _, bottom = font.getbbox("Ag")  # the height of all letters
     margin = 0.4 * (bottom - top)
     wide, high = right - left + 2 * margin, bottom - top + 1.6 * margin
     x = min(max(place[0] - wide / 2, margin), width - wide - margin)
@@ -217,5 +227,5 @@ def write_text(pixels: NDArray[np.uint8], text: str, place: tuple[float, float])
 
 @cache
 def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    """Pillow's own font, so that no font of the system is needed."""
+    """The font of Pillow, so that no system font is needed."""
     return ImageFont.load_default(size)

@@ -1,4 +1,4 @@
-"""Records a robot into a file: while the camera goes round it, or while it moves among obstacles."""
+"""Records a robot to a file, while the camera circles it or while it moves among obstacles."""
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
@@ -23,10 +23,10 @@ from ulna.viewer.film.skin import BoundingBall, Model
 from ulna.viewer.palette import FREE, GROUND, OBSTACLES, TOUCHING, Color, Solid, collision_boxes
 from ulna.viewer.visuals import triangles
 
-TURN_FROM = 0.75  # [rad] about z from x: where the camera starts to go round a robot
-_KEPT = 2  # robots
+TURN_FROM = 0.75  # [rad] the first angle of the camera about z, from x
+_KEPT = 2  # robots whose models are cached
 LARGEST_SIZE, MAX_FRAMES = 4096, 20_000
-FINE_PIXELS = 1920 * 1080  # a single picture of at most so many pixels has more samples a pixel
+FINE_PIXELS = 1920 * 1080  # a single picture of at most so many pixels has more samples per pixel
 Tell = Callable[[int], object]
 
 
@@ -39,10 +39,10 @@ class Form:
     """The format of a video or picture file.
 
     Attributes:
-        path: Its path, which ends in .mp4, .gif or .png.
-        seconds: Its length [s].
-        size: Width and height [pixels]; those of a video are even.
-        rate: Pictures a second.
+        path: The path of the file, which ends in .mp4, .gif or .png.
+        seconds: The length of the film [s].
+        size: Width and height [pixels]; even numbers for a video.
+        rate: Pictures per second.
     """
 
     path: Path
@@ -52,17 +52,17 @@ class Form:
 
     @property
     def is_still(self) -> bool:
-        """True for a single picture."""
+        """Whether the file is a single picture."""
         return self.path.suffix.lower() == ".png"
 
     @property
     def n_frames(self) -> int:
-        """The number of its pictures."""
+        """The number of pictures."""
         return 1 if self.is_still else max(round(self.seconds * self.rate), 1)
 
 
 def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, rate: int | None = None) -> Form:
-    """A form with defaults by its file's ending: 1280x720 at 30 pictures a second, or 640x360 at 10 for a .gif.
+    """A form with defaults: 1280x720 at 30 Hz, or 640x360 at 10 Hz for a .gif.
 
     Raises:
         InputError: The ending is unknown, or the length, the size or the rate is out of range.
@@ -80,27 +80,27 @@ def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, r
     if not (0.0 < seconds < inf and (ending == ".png" or seconds * rate <= MAX_FRAMES)):
         raise InputError("seconds", f"{seconds:g}; a length above 0 s with at most {MAX_FRAMES} pictures is expected")
     if ending == ".mp4":
-        width, height = width + width % 2, height + height % 2  # H.264 halves the colors' raster
+        width, height = width + width % 2, height + height % 2  # H.264 halves the raster of the colors
     return Form(path, seconds, (width, height), rate)
 
 
 @lru_cache(_KEPT)
 def model_of(robot: Robot) -> Model:
-    """The triangles of a robot, kept for its next picture: reading meshes takes seconds."""
+    """The triangles of a robot, cached for its next picture, since reading meshes takes seconds."""
     return Model(robot)
 
 
 def record_robot(
     form: Form, robot: Robot, q: NDArray[np.float64], *, boxes: bool = True, tell: Tell = report_nothing
 ) -> tuple[str, ...]:
-    """Record a robot at one q, while the camera goes round it once.
+    """Record a robot at one q, while the camera circles it once.
 
     Args:
         form: The format of the file.
         robot: The robot.
         q: Its joint positions [rad or m], shape (n_dof,).
-        boxes: Show its collision boxes.
-        tell: Called with the number of pictures done so far.
+        boxes: Whether to show its collision boxes.
+        tell: Called with the number of finished pictures.
 
     Returns:
         The meshes that could not be shown, each with the reason.
@@ -119,7 +119,7 @@ def record_robot(
 
 
 def write_pictures(form: Form, model: Model, pictures: Sequence[Picture], ground: Ground, tell: Tell = report_nothing) -> None:
-    """Paint pictures of a model, and write them into the file that a form describes.
+    """Paint pictures of a model, and write them to the file of a form.
 
     Raises:
         FileError: The file cannot be written.
@@ -130,20 +130,22 @@ def write_pictures(form: Form, model: Model, pictures: Sequence[Picture], ground
 
 
 def ground_of(ball: BoundingBall) -> Ground:
-    """A floor under the lowest point, or at the base if that is lower; its cells are about a tenth of the robot's size."""
+    """A floor under the lowest point and the base, with cells of about a tenth of the size."""
     cell = 10.0 ** np.round(np.log10(max(ball.radius, 1e-3) / 6.0))
     return Ground(tuple(ball.center.tolist()), 1.5 * ball.radius, min(ball.lowest, 0.0), float(cell))
 
 
 Array = NDArray[np.float64]
-_FAR = 4.0  # in radii of the robot: the picture does not include obstacles farther away
+_FAR = 4.0  # [radii of the robot] the picture leaves out obstacles farther away
 _THICKNESS = 0.004  # [m] of the slab that is drawn for a half-space
 
 
 def record_moving(
     form: Form, robot: Robot, path: Array, world: World, *, boxes: bool = True, tell: Tell = report_nothing
 ) -> tuple[str, ...]:
-    """Record a robot along rows of q, shape (n, n_dof), evenly spaced in time, as ``record_robot``; what touches is red.
+    """Record a robot along a path of q, shape (n, n_dof), evenly spaced in time. Shapes in contact are red.
+
+    The other arguments and the result are those of ``record_robot``.
 
     Raises:
         FileError: The file cannot be written.
@@ -160,14 +162,14 @@ def record_moving(
 
 
 def _along(path: Array, n: int) -> Iterator[Array]:
-    """n configurations at even times from the first row to the last, linear between rows."""
+    """Yield n evenly spaced configurations from the first row to the last, interpolated linearly."""
     for place in np.linspace(0.0, len(path) - 1, n) if n > 1 else [0.0]:
         k = min(int(place), max(len(path) - 2, 0))
         yield path[k] + (place - k) * (path[min(k + 1, len(path) - 1)] - path[k])
 
 
 def solids_at(robot: Robot, q: Array, world: World, middle: BoundingBall, *, boxes: bool) -> tuple[Solid, ...]:
-    """The robot's boxes, the objects attached to it, and the obstacles, each in a color of its own; red if they touch."""
+    """The robot's boxes, its attached objects and the obstacles, each in its own color, or red if in contact."""
     report = _report(robot, q, world)
     panes = collision_boxes(robot, report.touching) if boxes else ()
     held = [_attached(each, touching=each.name in report.touching) for each in robot.attached]
@@ -176,13 +178,13 @@ def solids_at(robot: Robot, q: Array, world: World, middle: BoundingBall, *, box
 
 
 def solids_of_world(robot: Robot, world: World, middle: BoundingBall, hit: Collection[str] = ()) -> tuple[Solid, ...]:
-    """The obstacles, each in a color of its own; red those of the names in ``hit``."""
+    """The obstacles, each in its own color, or red if its name is in ``hit``."""
     colored = zip(world.items(), cycle(OBSTACLES))
     return tuple(_obstacle(robot, *each, TOUCHING if each[0] in hit else color, middle) for each, color in colored)
 
 
 def _report(robot: Robot, q: Array, world: World) -> Report:
-    """The collision report; an empty one if the robot's shapes cannot be checked."""
+    """The collision report; empty if the robot's shapes cannot be checked."""
     try:
         return robot.check_collision(q, world)
     except GeometryError:
@@ -194,9 +196,9 @@ def _attached(held: Attached, *, touching: bool) -> Solid:
 
 
 def _obstacle(robot: Robot, name: str, shape: object, T: Array, color: Color, middle: BoundingBall) -> Solid:
-    """An obstacle as it is drawn; a half-space is drawn as a slab under its surface, below the robot's middle."""
+    """The drawing of an obstacle. A half-space is drawn as a slab under its surface, centered below the robot."""
     if isinstance(shape, HalfSpace):
-        pose, z, side = T.copy(), T[:3, 2], 3.0 * middle.radius  # no corner of it is behind the camera
+        pose, z, side = T.copy(), T[:3, 2], 3.0 * middle.radius  # small enough that no corner is behind the camera
         pose[:3, 3] = middle.center - z * ((middle.center - T[:3, 3]) @ z + _THICKNESS / 2)
         shape, color = Box((side, side, _THICKNESS)), color if color == TOUCHING else GROUND
     else:
@@ -205,12 +207,12 @@ def _obstacle(robot: Robot, name: str, shape: object, T: Array, color: Color, mi
 
 
 def _near(points: Array, world: World) -> list[Array]:
-    """The vertices of the obstacles near the robot's, shape (n, 3), in the base frame [m]."""
+    """The vertices of the obstacles near points, shape (n, 3) each, in the base frame [m]."""
     low, high = points.min(axis=0), points.max(axis=0)
     return [solid for solid in outline_of(world) if np.abs(solid - (low + high) / 2).max() <= _FAR * np.max(high - low) / 2]
 
 
 def outline_of(world: World) -> list[Array]:
-    """The vertices of every obstacle but half-spaces, shape (n, 3), in the base frame [m]."""
+    """The vertices of every obstacle except half-spaces, shape (n, 3) each, in the base frame [m]."""
     bounded = [(shape, T) for _, shape, T in world.items() if not isinstance(shape, HalfSpace)]
     return [triangles(shape).vertices @ T[:3, :3].T + T[:3, 3] for shape, T in bounded]

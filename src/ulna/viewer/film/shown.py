@@ -1,4 +1,4 @@
-"""Draws what a notebook shows: a robot, a world or a motion, as a picture or a short film with no display."""
+"""Draws a robot, a world or a motion for a notebook, as a picture or a short film."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -34,9 +34,9 @@ from ulna.viewer.visuals import Visuals
 
 Array = NDArray[np.float64]
 _PICTURE, _FILM = (720, 480), (480, 320)  # [pixels] unless given
-_LONGEST, _SHORTEST = 10.0, 0.5  # [s] of a film unless given: it is kept in the notebook
-_FILM_LARGE = (1280, 720)  # [pixels] of an .mp4, which is kept in a file of its own
-_EMPTY = np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 0.5]])  # [m]: seen of a world without objects
+_LONGEST, _SHORTEST = 10.0, 0.5  # [s] bounds of the length of a film unless given, since the notebook stores it
+_FILM_LARGE = (1280, 720)  # [pixels] of an .mp4, which is a separate file
+_EMPTY = np.array([[-0.5, -0.5, 0.0], [0.5, 0.5, 0.5]])  # [m] the framed corners for a world without objects
 
 
 class Motion(Protocol):
@@ -48,12 +48,12 @@ class Motion(Protocol):
         ...
 
     def at(self, t: ArrayLike) -> Moment:
-        """Where it is at times [s]."""
+        """The positions and their derivatives at times [s]."""
         ...
 
 
 def show_robot(robot: Robot, q: ArrayLike | None, world: World | None, *, boxes: bool, size: tuple[int, int] | None) -> Recording:
-    """``Robot.show``."""
+    """Implementation of ``Robot.show``."""
     refuse_no_world(world)
     at, around = robot.home if q is None else as_configuration(q, robot.tree, "q"), _snapshot(world)
     boxes = as_switch("boxes", boxes)
@@ -65,7 +65,7 @@ def show_robot(robot: Robot, q: ArrayLike | None, world: World | None, *, boxes:
 
 
 def show_world(world: World, *, size: tuple[int, int] | None) -> Recording:
-    """``World.show``."""
+    """Implementation of ``World.show``."""
     around = world.copy()
 
     def write(form: Form) -> None:
@@ -82,7 +82,7 @@ def show_world(world: World, *, size: tuple[int, int] | None) -> Recording:
 def show_motion(
     motion: Motion, checker: Checker, world: World | None, *, seconds: float | None, boxes: bool, size: tuple[int, int] | None
 ) -> Recording:
-    """``Trajectory.show``; checker: that of the robot which moves."""
+    """Implementation of ``Trajectory.show``. checker: of the moving robot."""
     refuse_no_world(world)
     of, narrowed = checker.description, checker.tree.narrowed
     robot = Robot(of, attached=checker.attached, allowed=checker.user_pairs, _found=checker.sampled_pairs, _narrowed=narrowed)
@@ -113,7 +113,7 @@ def _picture(write: Callable[[Form], None], size: tuple[int, int] | None, subjec
 
 
 def _bytes_of(write: Callable[[Form], None], name: str, seconds: float, size: tuple[int, int]) -> bytes:
-    """The bytes of a file of that name, as ``write`` writes it."""
+    """The bytes of the file that ``write`` writes under a name."""
     with TemporaryDirectory(prefix="ulna-") as folder:
         path = Path(folder, name)
         write(make_form(path, seconds, size))

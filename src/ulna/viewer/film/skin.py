@@ -1,4 +1,4 @@
-"""Makes triangles of a robot and of opaque solids as arrays: vertices, normals, colors, and the frames they move with."""
+"""Makes triangles of a robot and of opaque solids as arrays: vertices, normals, colors and moving frames."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -13,9 +13,9 @@ from ulna.robot import Robot
 from ulna.viewer.palette import Solid
 from ulna.viewer.visuals import Visuals, link_visuals, triangles
 
-CREASE = 0.75  # the cosine of the angle from which an edge is drawn sharp: 41 degrees
-_KEPT = 8  # skins of a robot among different shapes, one for each thread that paints
-_SAME_PLACE = 1e-6  # vertices within this part of a mesh's extent are at one place
+CREASE = 0.75  # the cosine of the angle above which an edge is drawn sharp: 41 degrees
+_KEPT = 8  # cached skins of a robot among different shapes, one for each painting thread
+_SAME_PLACE = 1e-6  # vertices within this share of a mesh's extent coincide
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +25,9 @@ class Skin:
     Attributes:
         points: The vertices in their frames, shape (n, 3).
         frames: The frame of each vertex, shape (n,).
-        triangles: Their vertices, shape (m, 3).
-        normals: The normals at their corners, in the axes of their frame, shape (3 m, 3).
-        colors: Their colors as linear light, shape (m, 3).
+        triangles: The vertices of each triangle, shape (m, 3).
+        normals: The normals at the corners of the triangles, in the axes of their frames, shape (3 m, 3).
+        colors: The color of each triangle as linear light, shape (m, 3).
         owners: The frame of each triangle, shape (m,).
     """
 
@@ -45,7 +45,7 @@ def linear(rgb: ArrayLike) -> NDArray[np.float64]:
 
 
 def make_skin(scenes: Iterable[tuple[int, trimesh.Scene]]) -> Skin:
-    """One skin of all scenes, each with the number of the frame that it moves with."""
+    """One skin of all scenes, each with the number of its moving frame."""
     pieces = [(frame, mesh) for frame, scene in scenes for mesh in _meshes(scene)]
     if not pieces:
         none, numbers = np.zeros((0, 3)), np.zeros(0, np.int64)
@@ -63,7 +63,7 @@ def make_skin(scenes: Iterable[tuple[int, trimesh.Scene]]) -> Skin:
 
 
 def joined(a: Skin, b: Skin) -> Skin:
-    """One skin of two."""
+    """The union of two skins."""
     parts = {each.name: np.concatenate([getattr(a, each.name), getattr(b, each.name)]) for each in fields(Skin)}
     parts["triangles"] = np.concatenate([a.triangles, b.triangles + len(a.points)])
     return Skin(**parts)
@@ -72,16 +72,16 @@ def joined(a: Skin, b: Skin) -> Skin:
 def corner_normals(points: NDArray, triangles: NDArray) -> NDArray[np.float64]:
     """The normal at each corner of each triangle, shape (3 m, 3): smooth over flat edges, sharp at creases.
 
-    1. Each triangle's normal, as long as twice its area.
-    2. Corners at one place belong together, even if their vertices have different numbers.
-    3. A corner's normal is the sum of the normals at its place whose angle to its own is smaller than that of a crease.
+    1. Compute the normal of each triangle, with twice the area as its length.
+    2. Group coincident corners, even if their vertices have different numbers.
+    3. The normal at a corner is the sum over its group of the normals within the crease angle of its own triangle's.
     """
     a, b, c = np.moveaxis(points[triangles], 1, 0)
     flat = np.cross(b - a, c - a)
     unit = _unit(flat)
     grid = np.round(points / max(_SAME_PLACE * float(np.ptp(points, axis=0).max()), 1e-12)).astype(np.int64)
     place = np.unique(grid, axis=0, return_inverse=True)[1].reshape(-1)[triangles].reshape(-1)
-    order = np.argsort(place, kind="stable")  # corners, those of one place in a row
+    order = np.argsort(place, kind="stable")  # the corners, sorted by groups
     counts = np.bincount(place)
     first = (np.cumsum(counts) - counts)[place[order]]
     own = order // 3
@@ -95,7 +95,7 @@ def corner_normals(points: NDArray, triangles: NDArray) -> NDArray[np.float64]:
 
 
 def _unit(vectors: NDArray) -> NDArray[np.float64]:
-    """Normalized vectors; zero vectors, of triangles without area, become (0, 0, 1)."""
+    """Normalized vectors. Zero vectors, from triangles without area, become (0, 0, 1)."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(length > 0.0, vectors / np.where(length > 0.0, length, 1.0), (0.0, 0.0, 1.0))
 
@@ -107,7 +107,7 @@ def _meshes(scene: trimesh.Scene) -> Iterator[trimesh.Trimesh]:
 
 
 def _colors(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
-    """The color of each triangle: that of its material, or its own."""
+    """The color of each triangle, from its material or its own."""
     visual: Any = mesh.visual
     rgba = visual.material.main_color if hasattr(visual, "material") else visual.face_colors
     return np.broadcast_to(linear(rgba)[..., :3], (len(mesh.faces), 3))
@@ -115,7 +115,13 @@ def _colors(mesh: trimesh.Trimesh) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, eq=False)
 class BoundingBall:
-    """A ball around points: its center in the base frame and its radius [m]; and the height of the lowest point [m]."""
+    """A ball around points.
+
+    Attributes:
+        center: The center in the base frame [m], shape (3,).
+        radius: The radius [m].
+        lowest: The height of the lowest point [m].
+    """
 
     center: NDArray[np.float64]
     radius: float
@@ -123,22 +129,22 @@ class BoundingBall:
 
     @classmethod
     def of(cls, points: NDArray[np.float64]) -> "BoundingBall":
-        """The ball around points in the base frame [m], shape (n, 3), with its center in the middle of their AABB."""
+        """The ball around points in the base frame [m], shape (n, 3), centered in their AABB."""
         low, high = points.min(axis=0), points.max(axis=0)
         return cls((low + high) / 2, float(np.linalg.norm(points - (low + high) / 2, axis=1).max()), float(low[2]))
 
 
 class Model:
-    """A robot as triangles, and with the solids of any picture.
+    """The triangles of a robot, alone or together with the solids of a picture.
 
     Attributes:
-        skin: The robot's triangles; each moves with a link, by its index in ``links``.
+        skin: The robot's triangles. Each moves with a link, numbered as in ``links``.
         links: The index of each link, by its name.
         missing: The meshes that could not be read, each with the reason.
     """
 
     def __init__(self, robot: Robot, visuals: Visuals | None = None) -> None:
-        """The model of a robot as it is drawn, unless other ``visuals`` of its links are given."""
+        """Make the model of a robot. visuals: those of its links; read from its description unless given."""
         self.robot = robot
         self.links = {name: k for k, name in enumerate(robot.link_names)}
         visuals = link_visuals(robot) if visuals is None else visuals
@@ -147,7 +153,7 @@ class Model:
         self._skin_among = lru_cache(_KEPT)(self._make_skin_among)  # most pictures of a film show the same shapes
 
     def skin_among(self, solids: Sequence[Solid]) -> Skin:
-        """The triangles of the robot and of opaque solids; each of these has a frame, numbered after the links."""
+        """The triangles of the robot and of opaque solids. The solids have the frames after those of the links."""
         return self._skin_among(tuple(solid.shape for solid in solids))
 
     def _make_skin_among(self, shapes: tuple[Any, ...]) -> Skin:
@@ -162,7 +168,7 @@ class Model:
         return np.concatenate([poses, *((poses[self.links[solid.link]] @ solid.pose)[None] for solid in solids)])
 
     def paints(self, skin: Skin, solids: Sequence[Solid]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The color of every triangle (linear light), shape (m, 3), and the part of it that it emits, shape (m,)."""
+        """The color of every triangle (linear light), shape (m, 3), and its emitted share, shape (m,)."""
         colors, glow = skin.colors.copy(), np.zeros(len(skin.colors))
         for k, solid in enumerate(solids):
             own = skin.owners == len(self.links) + k
@@ -176,5 +182,5 @@ class Model:
 
 
 def is_opaque(solid: Solid) -> bool:
-    """Whether a solid hides what is behind it."""
+    """Whether a solid is opaque."""
     return solid.opacity >= 1.0

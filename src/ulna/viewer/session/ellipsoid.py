@@ -31,9 +31,9 @@ class Mobility:
 def mobility(robot: Robot, q: ArrayLike, link: str) -> Mobility:
     """Compute the ellipsoid {J u : |u| = 1} of linear velocities.
 
-    J are the linear rows of the Jacobian. The ellipsoid's axes are the left singular vectors of J, its radii the singular values. Planar and floating joints are left out, since
-    they do not move while a hand is dragged. Source: T. Yoshikawa, Manipulability of robotic mechanisms (Int. J. Robotics
-    Research, 1985).
+    J are the linear rows of the Jacobian. The ellipsoid's axes are the left singular vectors of J, its radii the singular values.
+    Planar and floating joints are left out, since they do not move while a hand is dragged. Source: T. Yoshikawa, Manipulability
+    of robotic mechanisms (Int. J. Robotics Research, 1985).
     """
     J = robot.jacobian(q, link=link)[:, driven_columns(robot, link)]
     axes, radii, _ = np.linalg.svd(np.hstack([J[:3], np.zeros((3, 3))]))

@@ -1,4 +1,4 @@
-"""Entries of pictures: what Python calls (``engine.entries``)."""
+"""Entries of the renderer: the compiled functions that Python calls (``engine.entries``)."""
 
 from typing import TYPE_CHECKING
 

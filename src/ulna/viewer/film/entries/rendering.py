@@ -1,4 +1,4 @@
-"""Rasterizes, shades and composes one picture."""
+"""Compiled loops over pixels that rasterize, shade and compose one picture."""
 
 from typing import NamedTuple
 
@@ -29,17 +29,17 @@ from ulna.kernels.spatial.vectors import plus, scaled, transform
 
 @entry((MATRIX, MATRIX, NEARNESS, LIGHT))
 def lay_panes(points, paints, nearness, light):
-    """Lay flat panes of four corners over the light of a picture, one after the other.
+    """Blend flat panes of four corners over the light of a picture, one after the other.
 
-    1. For each pixel within a pane's bounds, of its samples that lie in the pane with nothing drawn nearer: the sum of the pane's
-       opacities there, which are higher along its edges.
-    2. Blend the pixel's light with the pane's by that opacity.
+    1. For each pixel within a pane's bounds, take the mean opacity of the pane over the pixel's samples. A sample outside the
+       pane, or behind a nearer surface, counts as 0. The opacity is higher along the edges.
+    2. Blend the pixel's light with the pane's color by that opacity.
 
     Args:
-        points: Raster coordinates of the corners, shape (4 n, 3), as in ``kernels.render.raster``: four in turn.
+        points: Raster coordinates of the corners, shape (4 n, 3), as in ``kernels.render.raster``; four in a row are a pane.
         paints: Red, green, blue (linear) and opacity of each pane, shape (n, 4).
-        nearness: What was drawn before, shape (m * height, m * width).
-        light: Shape (height, width, 3); written to.
+        nearness: The nearness of the surfaces drawn before, shape (m * height, m * width).
+        light: The light of the pixels, shape (height, width, 3); written to.
     """
     height, width = light.shape[0], light.shape[1]
     m = nearness.shape[0] // height
@@ -65,12 +65,12 @@ def place_points(points, frames, poses, view, placed):
     """Write the raster coordinates of points that move with frames.
 
     Args:
-        points: In their frames, shape (n, 3).
-        frames: The frame of each, shape (n,).
-        poses: Of the frames in the base, twelve numbers each, shape (n_frames, 12).
-        view: The map from the base to the raster, twelve numbers, and a thirteenth, shape (1, 13): 1 for a camera, of which the
-            third number is the depth, by which the others are divided; 0 for a light far away.
-        placed: Shape (n, 3); written to. Behind a camera the nearness is zero.
+        points: The points in their frames, shape (n, 3).
+        frames: The frame of each point, shape (n,).
+        poses: The poses of the frames in the base, twelve numbers each, shape (n_frames, 12).
+        view: Twelve numbers of the projection from the base to the raster, and a thirteenth, shape (1, 13). The thirteenth is 1
+            for a camera, whose first two rows are divided by the third, the depth; it is 0 for a light far away.
+        placed: The raster coordinates, shape (n, 3); written to. Behind a camera the nearness is zero.
     """
     for k in range(points.shape[0]):
         p = transform(constant_pose(poses, frames[k], 0.0), row(points, k))
@@ -83,17 +83,17 @@ def place_points(points, frames, poses, view, placed):
 
 @entry((MATRIX, INDEX_ROWS, NEARNESS, NUMBERED), (MATRIX, INDEX_ROWS, NEARNESS, NONE))
 def draw_triangles(points, triangles, nearness, numbers):
-    """Enter triangles into a raster.
+    """Draw triangles into a depth buffer.
 
-    1. Leave out a triangle with a corner behind the eye, or of no area.
-    2. In each row of samples those between its edges: where none of the three weights of its corners is negative.
-    3. There its nearness; if none nearer was entered, enter it and the triangle's number.
+    1. Skip a triangle without area, or with a corner behind the eye.
+    2. In each row of samples, find the samples inside: all three barycentric weights are nonnegative.
+    3. Compute the nearness of the triangle at each of these. If it is the nearest, store it and the triangle's number.
 
     Args:
         points: Raster coordinates of the vertices, shape (n, 3).
-        triangles: Their vertices, shape (m, 3).
-        nearness: What was entered so far, zero where nothing, shape (height, width); written to.
-        numbers: The triangle that was nearest, of the same shape, or None if only the nearness is asked for; written to.
+        triangles: The vertices of each triangle, shape (m, 3).
+        nearness: The nearness of the nearest surface, zero where there is none, shape (height, width); written to.
+        numbers: The number of the nearest triangle, of the same shape, or None to store the nearness alone; written to.
     """
     for k in range(triangles.shape[0]):
         a, b, c = corners(points, triangles, k)
@@ -116,27 +116,27 @@ def draw_triangles(points, triangles, nearness, numbers):
 
 
 class Raster(NamedTuple):
-    """The triangles on a raster, and what is seen of them."""
+    """Triangles on a raster, and the depth buffer that they were drawn into."""
 
     points: NDArray[np.float64]
     """Raster coordinates of the vertices, shape (n_points, 3)."""
     triangles: NDArray[np.int64]
-    """Their vertices, shape (n_triangles, 3)."""
+    """The vertices of each triangle, shape (n_triangles, 3)."""
     numbers: NDArray[np.int32]
-    """The triangle behind each sample, shape (n * height, n * width)."""
+    """The number of the triangle seen at each sample, shape (n * height, n * width)."""
     nearness: NDArray[np.float32]
-    """Its nearness there."""
+    """The nearness of that triangle at the sample, of the same shape."""
 
 
 class Lighting(NamedTuple):
     """The light of a picture. See ``kernels.render.illumination``."""
 
     sun: NDArray[np.float64]
-    """Shape (3, 4)."""
+    """The projection to the sun's raster, shape (3, 4)."""
     shadows: NDArray[np.float32]
-    """Nearness on the sun's raster."""
+    """The nearness on the sun's raster: the shadow map."""
     floor: NDArray[np.float64]
-    """Shape (7,)."""
+    """The height of the floor, its cell, and the lamp, shape (7,)."""
 
 
 _RASTER, _LIGHTING = Group((MATRIX, INDEX_ROWS, NUMBERED, NEARNESS), Raster), Group((MATRIX, NEARNESS, NUMBERS), Lighting)
@@ -144,19 +144,19 @@ _RASTER, _LIGHTING = Group((MATRIX, INDEX_ROWS, NUMBERED, NEARNESS), Raster), Gr
 
 @entry((_RASTER, SKIN, MATRICES, MATRIX, _LIGHTING, LIGHT))
 def shade_pixels(raster, skin, turns, camera, lighting, light):
-    """Write the light of every pixel.
+    """Compute the light of every pixel.
 
-    1. Where all samples of a pixel show the same piece of surface, or the floor, the light of its middle.
-    2. Elsewhere the mean of the light of each: so edges are smooth, and only they cost more.
+    1. If all samples of a pixel show the same piece of surface, or the floor, take the light at the middle of the pixel.
+    2. Otherwise take the mean of the light at its samples. So edges are smooth, and only pixels at edges cost more.
 
     Args:
         raster: A ``Raster``.
-        skin: Four arrays of the triangles: the normals of their corners in the axes of their link, shape (3 n_triangles, 3);
-            linear colors, shape (n_triangles, 3); how much of it each shines by itself, 0 for none; their links.
+        skin: Four arrays of the triangles: the normals at their corners in the axes of their links, shape (3 n_triangles, 3);
+            their linear colors, shape (n_triangles, 3); their emitted shares, 0 for none; their links.
         turns: The rotation of each link, shape (n_links, 3, 3).
-        camera: Shape (4, 3). See ``kernels.render.illumination``.
+        camera: The rays of the camera, shape (4, 3). See ``kernels.render.illumination``.
         lighting: A ``Lighting``.
-        light: Shape (height, width, 3); written to.
+        light: The light of the pixels, shape (height, width, 3); written to.
     """
     numbers = raster.numbers
     n = numbers.shape[0] // light.shape[0]
@@ -178,11 +178,13 @@ def shade_pixels(raster, skin, turns, camera, lighting, light):
 
 @entry((LIGHT, PIXELS))
 def encode(light, pixels):
-    """Light as the numbers of a screen, 0 to 255, whose square it is: a screen's curve is near that.
+    """Convert linear light to screen values, 0 to 255, by a square root.
+
+    The square root is close to the response curve of a screen.
 
     Args:
-        light: Linear, shape (height, width, 3).
-        pixels: Of the same shape, uint8; written to.
+        light: The linear light, shape (height, width, 3).
+        pixels: The screen values, uint8, of the same shape; written to.
     """
     for i in range(light.shape[0]):
         for j in range(light.shape[1]):
