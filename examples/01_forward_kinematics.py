@@ -1,4 +1,4 @@
-"""Forward kinematics twice, from a URDF and from a Denavit-Hartenberg table, and why they must agree."""
+"""Computes forward kinematics from a URDF and from a Denavit-Hartenberg table, and compares both."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from ulna.description.names.panda import DH_JOINT_TYPES, DH_LINKS, DH_ROWS
 robot = ulna.load("panda")
 dh_robot = ulna.Robot.from_dh(DH_ROWS, convention="modified", joint_types=DH_JOINT_TYPES)
 
-# The URDF places each joint by xyz and rpy, the table by a, d, alpha and theta: two ways to write the same seven axes.
+# The URDF places each joint by xyz and rpy, the table by a, d, alpha and theta: two descriptions of the same seven axes.
 q = robot.random(1000, seed=0)
 T_urdf = robot.link_poses(q)[:, [robot.link_names.index(name) for name in DH_LINKS]]
 T_dh = dh_robot.link_poses(q)[:, 1:]  # all but the base

@@ -1,4 +1,4 @@
-"""Why a Jacobian looks as it does: column i is the motion of the hand when joint i alone turns."""
+"""Builds the Jacobian column by column: column i is the velocity of the hand when joint i alone turns."""
 
 import sys
 

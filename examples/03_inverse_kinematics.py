@@ -1,4 +1,4 @@
-"""Inverse kinematics: a pose one centimeter aside and every step on the way to it, and a target out of reach."""
+"""Solves inverse kinematics for a pose one centimeter away, with a trace, and for a target out of reach."""
 
 import sys
 
@@ -15,7 +15,7 @@ for step, (position_error, rotation_error, largest, damping) in enumerate(found.
 assert found.success
 assert abs(robot.forward_kinematics(found.q) - target).max() < 1e-9
 
-target[0, 3] = 2.0  # two meters away: the arm is shorter
+target[0, 3] = 2.0  # two meters away: beyond the reach of the arm
 found = robot.inverse_kinematics(target)
 print(f"out of reach: {found}")
 assert not found.success

@@ -1,4 +1,4 @@
-"""Which of the arm's boxes touch an obstacle, and for how many of a hundred thousand configurations any does."""
+"""Finds the boxes of the arm that touch an obstacle, and the share of 100,000 configurations in collision."""
 
 import sys
 
@@ -16,7 +16,7 @@ for pair in report.pairs:
     print(f"  {pair.name_a} is {-pair.signed_distance * 1e3:.1f} mm inside {pair.name_b}, along {pair.normal.round(3)}")
 assert report.touching == ("box 12",)
 
-# Moving out along the normal by the depth parts the deepest pair.
+# Moving the crate along the normal by the penetration depth separates the deepest pair.
 deepest = report.pairs[0]
 world.move("crate", ulna.pose(xyz=np.array([0.3, 0.0, 0.5]) + deepest.normal * (1e-6 - deepest.signed_distance)))
 assert deepest.name_a not in robot.check_collision(robot.home, world).touching

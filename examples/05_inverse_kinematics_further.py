@@ -1,4 +1,4 @@
-"""Inverse kinematics further: a batch, a drill, every branch, a path without jumps, and a control loop."""
+"""More inverse kinematics: a batch, a drill, every branch, a path without jumps, and a control loop."""
 
 import numpy as np
 
@@ -15,9 +15,10 @@ assert np.all(found.success)
 drill = robot.inverse_kinematics(targets[0], task="pointing")
 print(f"pointing: {drill}")
 assert drill.success
-assert np.abs(drill.residual[:5]).max() < 1e-5  # all but the turn about z
+assert np.abs(drill.residual[:5]).max() < 1e-5  # all components except the rotation about z
 
-# A UR5e (its maker's "Parameters for calculations of kinematics and dynamics") reaches most poses in eight ways.
+# A UR5e reaches most poses in eight configurations. Source of the table: Universal Robots, "Parameters for calculations of
+# kinematics and dynamics".
 rows = [
     (0, 0.1625, np.pi / 2, 0), (-0.425, 0, 0, 0), (-0.3922, 0, 0, 0),
     (0, 0.1333, np.pi / 2, 0), (0, 0.0997, -np.pi / 2, 0), (0, 0.0996, 0, 0),
@@ -27,7 +28,7 @@ branches = ur5e.all_solutions(ur5e.forward_kinematics([0.3, -1.2, 1.5, -0.7, 1.1
 print(f"ur5e: {branches}")
 assert branches.valid.sum() == 8
 
-# The hand goes once there and back. Solved pose by pose this may run into a dead end: follow looks at the whole path.
+# The hand moves to one side, to the other, and back. Pose by pose, IK may run into a dead end; ``follow`` solves the whole path.
 T_path = np.repeat(robot.forward_kinematics(robot.home)[None], 100, axis=0)
 T_path[:, 1, 3] += 0.1 * np.sin(np.linspace(0, 2 * np.pi, 100))
 path = robot.follow(T_path, robot.home)

@@ -1,4 +1,4 @@
-"""How far the arm with a cup is from two hundred books and from itself, which way leads out, and which motions are free."""
+"""Measures the distance of an arm with a cup from 200 books, follows its gradient, and certifies edges."""
 
 import sys
 
@@ -20,15 +20,15 @@ print(f"at the start {nearest.name_a} is {1000 * nearest.signed_distance:.1f} mm
 assert np.isclose(nearest.signed_distance, robot.signed_distance(start, world), atol=1e-9)
 assert nearest.signed_distance > 0
 
-# Up the gradient, step by step: the clearance from the world grows.
+# Gradient ascent increases the clearance from the world.
 q, before = start, robot.signed_distance(start, world, self_collision=False)
 for _ in range(20):
     q = np.clip(q + 0.02 * robot.distance_gradient(q, world, self_collision=False), robot.lower, robot.upper)
 after = robot.signed_distance(q, world, self_collision=False)
-print(f"from the world it is {1000 * before:.1f} mm, and twenty steps later {1000 * after:.1f} mm")
+print(f"its clearance from the world is {1000 * before:.1f} mm, and {1000 * after:.1f} mm after twenty steps")
 assert after > before + 0.02
 
-# Every edge that is certified free is free at a thousand samples of it.
+# Check every edge that is certified collision-free at a thousand samples.
 goals = np.clip(q + rng.normal(scale=0.5, size=(40, 7)), robot.lower, robot.upper)
 edges = robot.edge_in_collision(q, goals, world)
 print(edges)

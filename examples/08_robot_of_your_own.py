@@ -1,7 +1,8 @@
-"""A robot of your own: the folder desk_arm has its URDF, its SRDF and its meshes, which are addressed as ``package://desk_arm/``.
+"""Loads your own robot from a folder, and draws a square with it.
 
-It draws a square 5 mm above the desk with ``robot.follow``, and touches neither that nor the mug. Convex hulls
-need the extra ``hulls``. The meshes are made by desk_arm/make_meshes.py. With ``--view`` you drag the pen and the mug on a page.
+The folder desk_arm has the URDF, the SRDF and the meshes (``package://desk_arm/``), which desk_arm/make_meshes.py made. The arm
+draws a square 5 mm above the desk with ``robot.follow``, and touches neither the desk nor the mug. Convex hulls need the extra
+``hulls``. With ``--view`` you drag the pen and the mug on a page.
 """
 
 import sys
@@ -14,12 +15,13 @@ import ulna
 
 FOLDER = Path(__file__).with_name("desk_arm")
 
-print(ulna.inspect(FOLDER / "desk_arm.urdf"))  # what is wrong with a description, before it is used
+print(ulna.inspect(FOLDER / "desk_arm.urdf"))  # lists the faults of a description
 robot = ulna.load(FOLDER / "desk_arm.urdf", srdf=FOLDER / "desk_arm.srdf")
 ready = robot.named_configurations["arm/ready"]
 print(f"{robot} with the joints {', '.join(robot.groups['arm'].joint_names)}")
 
-# Meshes are checked as their convex hulls, and only on request. Which links may touch is found from samples, or said by the SRDF.
+# Collision checking uses the convex hulls of meshes, on request. The SRDF lists the links that may touch; without one, samples
+# can find them.
 robot = robot.with_convex_hulls().with_allowed_collisions(robot.srdf.disabled_collisions)
 print(robot.allowed_collisions)
 
@@ -29,7 +31,7 @@ world.add("mug", ulna.Cylinder(radius=0.04, length=0.1), ulna.pose(xyz=(0.3, 0.1
 
 corners = np.array([(0.2, -0.05), (0.3, -0.05), (0.3, 0.05), (0.2, 0.05), (0.2, -0.05)])
 square = np.concatenate([a + np.linspace(0, 1, 25)[:, None] * (b - a) for a, b in pairwise(corners)])
-# The pen points down. Four joints do not reach every pose: how the pen is turned about itself follows from the place.
+# The pen points down. Four joints do not reach every pose: the rotation of the pen about its axis follows from its position.
 T_path = np.stack([ulna.pose((x, y, 0.005), rpy=(0.0, np.pi, np.arctan2(y, x))) for x, y in square])
 path = robot.follow(T_path, world=world)
 print(f"the square: {path}")
@@ -41,7 +43,7 @@ print(f"from the configuration 'ready' to its first corner: {approach}")
 assert approach, approach
 assert not np.any(robot.edge_in_collision(path.q[:-1], path.q[1:], world).in_collision)
 clearance = robot.signed_distance(path.q, world).min()
-print(f"nothing comes nearer than {1e3 * clearance:.1f} mm")
+print(f"the smallest distance along the square is {1e3 * clearance:.1f} mm")
 assert abs(clearance - 0.005) < 1e-5
 
 if "--view" in sys.argv:

@@ -1,8 +1,8 @@
-"""Pick and place: the Panda takes a part from one side of a wall and puts it down on the other, and touches nothing on the way.
+"""Picks a part on one side of a wall and places it on the other, without collisions.
 
-Each move is planned with ``robot.plan`` and timed with ``plan.trajectory``. With ``--view`` the arm works on a page, again and
-again, and you drag the wall: choose it in the tab Obstacles. The rest of a motion is certified anew at every frame, and planned
-again where the wall is in the way. Ctrl-C ends.
+``robot.plan`` plans each move, and ``plan.trajectory`` gives it a time parameterization. With ``--view`` the arm works on a page,
+again and again, while you drag the wall: choose it in the tab Obstacles. Every frame certifies the rest of the motion. If the
+wall is in the way, the arm plans again. Ctrl-C ends.
 """
 
 import sys
@@ -13,9 +13,9 @@ import numpy as np
 import ulna
 
 PART = ulna.Box(extents=(0.04, 0.04, 0.1))
-HAND = ("panda_link7",)  # carries the boxes of the hand and the fingers
-T_EE_PART = ulna.pose(xyz=(0.0, 0.0, 0.03))  # the fingers hold it near its top
-# The part stands 1 mm above the table, since what touches is not free; upside down, as the hand is that takes it.
+HAND = ("panda_link7",)  # has the collision boxes of the hand and the fingers
+T_EE_PART = ulna.pose(xyz=(0.0, 0.0, 0.03))  # the fingers hold the part near its top
+# The part stands 1 mm above the table, since contact counts as a collision. Its frame is upside down, as the hand's is.
 LEFT, RIGHT = (ulna.pose(xyz=(0.45, y, 0.151), rpy=(np.pi, 0.0, 0.0)) for y in (-0.25, 0.25))
 UP = ulna.pose(xyz=(0.0, 0.0, 0.12))
 FRAME_S = 1 / 30
@@ -34,14 +34,17 @@ def obstacles(arm, world):
 
 
 def move(arm, q, T_part, world):
-    """Bring the fingers to the pose of the part. Yields q frame by frame; the arm stands still while there is no way."""
+    """Move the arm so that its fingers are at the pose of the part. Yields q frame by frame.
+
+    The arm stands still while there is no path.
+    """
     goal = T_part @ np.linalg.inv(T_EE_PART)
     while True:
         plan = arm.plan(q, goal, obstacles(arm, world))
         if not plan:
             yield q
             continue
-        motion = plan.improve(500).trajectory(acceleration=3.0)  # 500 more edges, some 10 ms, for a shorter way
+        motion = plan.improve(500).trajectory(acceleration=3.0)  # 500 more edges, about 10 ms, for a shorter path
         for t in np.arange(FRAME_S, motion.duration + FRAME_S, FRAME_S):
             if not motion.is_free(obstacles(arm, world), since=t - FRAME_S):  # the wall was moved
                 break
@@ -52,7 +55,7 @@ def move(arm, q, T_part, world):
 
 
 def pick_and_place(world, q, T_from, T_to):
-    """Carry the part from one pose to another. Yields, frame by frame, the arm (bare, or holding the part) and its q."""
+    """Carry the part from one pose to another. Yields the arm (bare or holding) and q of each frame."""
     for arm, T_part in (
         (robot, UP @ T_from),
         (robot, T_from),
@@ -69,7 +72,7 @@ def pick_and_place(world, q, T_from, T_to):
 
 
 def show(world):
-    """There and back again on a page, until Ctrl-C."""
+    """Carry the part there and back on a page, until Ctrl-C."""
     T_from, T_to = LEFT, RIGHT
     with ulna.view(robot, world, open_browser=True) as view:
         print(f"{view.url}: choose the wall in the tab Obstacles and drag it; Ctrl-C ends", flush=True)
@@ -97,9 +100,9 @@ else:
     assert np.allclose(world.pose("part"), RIGHT, atol=1e-4)
     carried, around = np.array([q for arm, q in frames if arm is holding]), obstacles(holding, world)
     clearance = holding.signed_distance(carried, around).min()
-    print(f"for {len(carried) * FRAME_S:.1f} s the arm carries it, never nearer to anything than {1e3 * clearance:.1f} mm")
+    print(f"the arm carries it for {len(carried) * FRAME_S:.1f} s, with a clearance of at least {1e3 * clearance:.1f} mm")
     assert clearance > 0
     straight = holding.edge_in_collision(carried[0], carried[-1], around)
     pair = holding.check_collision(straight.q, around, max_distance=1e-3).pairs[0]
-    print(f"with all joints straight to there, {pair.name_a} touches {pair.name_b} after {straight.free_until:.0%} of the way")
+    print(f"on a straight line in joint space, {pair.name_a} touches {pair.name_b} after {straight.free_until:.0%} of the path")
     assert straight.in_collision

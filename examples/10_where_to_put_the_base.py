@@ -1,7 +1,7 @@
-"""Where to put the base: five screws on a cabinet, and a place from which a Panda reaches all of them and touches nothing.
+"""Finds a base from which a Panda reaches five screws on a cabinet without collisions.
 
-A map of what the arm reaches ranks places of the base; inverse kinematics among the obstacles then proves each that is printed.
-Needs the extra ``reach``: pip install -e ".[reach]" in a copy of the repository.
+A reachability map ranks poses of the base. Inverse kinematics among the obstacles then proves each printed pose. Needs the extra
+``reach``: pip install -e ".[reach]" in a copy of the repository.
 """
 
 import tempfile
@@ -11,8 +11,8 @@ import numpy as np
 
 import ulna
 
-DOWN = (np.pi, 0.0, 0.0)  # the hand points at the floor
-SLANTED = (0.0, 0.75 * np.pi, 0.0)  # and half down, half along x
+DOWN = (np.pi, 0.0, 0.0)  # the hand points down
+SLANTED = (0.0, 0.75 * np.pi, 0.0)  # the hand points half down, half along x
 SCREWS = np.stack(
     [
         ulna.pose((0.05, -0.30, 0.40), DOWN),
@@ -38,10 +38,10 @@ for place in places:
     x, y = place.T_world_base[:2, 3]
     print(
         f"base at x {x:.2f} m, y {y:.2f} m, turned by {np.degrees(place.yaw):.0f} deg: "
-        f"score {place.score:.2f}, least manipulability {place.manipulability.min():.3f}"
+        f"score {place.score:.2f}, minimum manipulability {place.manipulability.min():.3f}"
     )
     reached = place.T_world_base @ robot.forward_kinematics(place.q)
     assert np.abs(reached - SCREWS).max() < 1e-4
-    moved = ulna.World()  # the cabinet, seen from the base
+    moved = ulna.World()  # the cabinet in the frame of the base
     moved.add("cabinet", world.shape("cabinet"), np.linalg.inv(place.T_world_base) @ world.pose("cabinet"))
     assert not np.any(robot.in_collision(place.q, moved))

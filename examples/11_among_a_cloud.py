@@ -1,7 +1,7 @@
-"""Motions among the points of a depth camera: a cloud is one object of the world, and every edge of a plan is certified free.
+"""Plans motions among the points of a depth camera: a point cloud is one object of the world.
 
-The camera is imitated: it sees a shelf with six compartments. The arm visits all of them; ``robot.plan_many`` plans in threads.
-With ``--view`` a page shows the cloud, and the arm that goes in and out. Ctrl-C ends.
+A simulated camera sees a shelf with six compartments. The arm visits all of them. ``robot.plan_many`` plans in threads, and every
+edge of a plan is certified. With ``--view`` a page shows the cloud, and the arm that moves in and out. Ctrl-C ends.
 """
 
 import sys
@@ -27,7 +27,7 @@ world = ulna.World()
 world.add("camera", ulna.PointCloud(np.concatenate([*boards, *sides]), radius=0.01))
 print(world.shape("camera"))
 
-# In each compartment the hand points into the shelf; how it is turned about its own axis is free.
+# In each compartment the hand points into the shelf. Its rotation about its own axis is free.
 places = np.stack([ulna.pose((x, 0.65, z), rpy=(-np.pi / 2, 0.0, 0.0)) for z in (0.45, 0.75) for x in (-0.4, 0.0, 0.4)])
 before = time.perf_counter()
 plans = robot.plan_many(robot.home, places, world, task="pointing", clearance=0.005)

@@ -1,7 +1,7 @@
-"""Two arms at one table, as one robot: they exchange their places, and neither touches the other on the way.
+"""Plans for two arms at one table as one robot: their hands exchange places without a collision of the arms.
 
-The cell is made of two Pandas with a few lines of URDF. A goal has a pose for each hand: ``robot.plan`` moves all joints in one
-search. With ``--view`` a page shows the motion, again and again. Ctrl-C ends.
+A few lines of URDF make the cell of two Pandas. A goal has a pose for each hand: ``robot.plan`` moves all joints in one search.
+With ``--view`` a page shows the motion, again and again. Ctrl-C ends.
 """
 
 import itertools
@@ -18,7 +18,7 @@ text = text[text.index("<link") : text.index("</robot>")]  # the links and joint
 
 
 def arm(side, y):
-    """URDF of a Panda that stands at the table, with names of its own."""
+    """URDF of a Panda at the table, with its own names."""
     mount = f'<parent link="table"/><child link="{side}_link0"/><origin xyz="0 {y} 0"/>'
     return text.replace('"panda_', f'"{side}_') + f'<joint name="{side}_mount" type="fixed">{mount}</joint>'
 
@@ -38,13 +38,13 @@ def hands(x_left, y_left, x_right, y_right):
 
 there = cell.plan(home, hands(0.65, 0.0, 0.35, -0.1), world)  # the left hand is far out in the middle, the right one near
 assert there, there
-goal = hands(0.35, 0.1, 0.65, 0.0)  # and now the other way round
+goal = hands(0.35, 0.1, 0.65, 0.0)  # now the right hand is far out, the left one near
 exchange = cell.plan(there.path[-1], goal, world)
 assert exchange, exchange
 
 straight = cell.edge_in_collision(exchange.path[0], exchange.path[-1], world)
 pair = cell.check_collision(straight.q, world, max_distance=1e-3).pairs[0]
-print(f"with all joints straight to the goal, {pair.name_a} touches {pair.name_b} after {straight.free_until:.0%} of the way")
+print(f"on a straight line in joint space, {pair.name_a} touches {pair.name_b} after {straight.free_until:.0%} of the path")
 assert straight.in_collision
 print(f"planned: {exchange}")
 assert exchange.certified
@@ -52,7 +52,7 @@ assert exchange.certified
 motion = exchange.trajectory(acceleration=4.0)
 samples = motion.at(np.linspace(0.0, motion.duration, 2000)).q
 nearest = cell.signed_distance(samples, world).min()
-print(f"in time: {motion}; the arms are never nearer than {1e3 * nearest:.1f} mm")
+print(f"trajectory: {motion}; the smallest distance is {1e3 * nearest:.1f} mm")
 assert nearest > 0
 for link, T in goal.items():
     assert np.allclose(cell.forward_kinematics(samples[-1], link=link), T, atol=1e-4)

@@ -1,9 +1,10 @@
-"""Into a bin that a depth camera sees, while the parts in it change: each image replaces the cloud, and each plan is certified.
+"""Moves into a bin that a depth camera sees, while the parts in the bin change.
 
-The camera is imitated: ``benchmarks/depth_camera.py`` sends rays to a table, a bin, the parts in it and the arm, with noise. The
-hand goes above the highest part that it fits to. On its way the parts change. The next image is taken there, and the arm plans
-anew from where it is. Every motion is compared with the boxes that were there. With ``--view`` a page shows the cloud and the
-arm, again and again; Ctrl-C ends.
+Each image replaces the point cloud, and each plan is certified. ``benchmarks/depth_camera.py`` simulates the camera: it sends
+rays to a table, a bin, parts and the arm, with noise. The hand moves above the highest part that it can reach between the walls.
+Meanwhile the parts change. After a share of the motion the camera takes the next image, and the arm plans again from its present
+configuration. Every motion is compared with the true boxes. With ``--view`` a page shows the cloud and the arm, again and again.
+Ctrl-C ends.
 """
 
 import itertools
@@ -18,20 +19,20 @@ import ulna
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from benchmarks.depth_camera import Camera, bin_on_a_table
 
-RADIUS = 0.003  # [m] of a ball: half of what neighbors are apart, and the noise
-PADDING = 0.02  # [m] around the arm; points there are its own
-FITS, T_FITS = ulna.Box((0.14, 0.09, 0.2)), ulna.pose((0.55, 0.0, 0.11))  # where the hand fits between the bin's walls
-ABOVE = 0.06  # [m] from the highest point to the tips of the fingers: other parts may be hidden by the arm
-SHARE = 0.6  # of a motion, after which the next image is taken
+RADIUS = 0.003  # [m] of a point: half the distance between neighbors, plus the noise
+PADDING = 0.02  # [m] points within this distance of the arm count as the arm itself
+FITS, T_FITS = ulna.Box((0.14, 0.09, 0.2)), ulna.pose((0.55, 0.0, 0.11))  # the space where the hand fits between the bin's walls
+ABOVE = 0.06  # [m] from the highest point to the tips of the fingers, since the arm may hide other parts
+SHARE = 0.6  # share of a motion after which the camera takes the next image
 
 robot, world = ulna.load("panda"), ulna.World()
 world.add("seen", ulna.PointCloud(np.empty((0, 3)), RADIUS))
 camera = Camera.of_pixels(320 * 240)
-arm = [body.shape for link in robot.description.links for body in link.collisions if isinstance(body.shape, ulna.Box)]  # all are
+arm = [body.shape for link in robot.description.links for body in link.collisions if isinstance(body.shape, ulna.Box)]
 
 
 def look(boxes, q, seed):
-    """Replace the cloud by what the camera sees now, without the arm at q. Returns where to go: above the highest part."""
+    """Replace the cloud by a new image without the arm at q. Returns the goal: above the highest part."""
     of_arm = [(np.array(shape.half_extents), T) for shape, T in zip(arm, robot.collision_poses(q), strict=True)]
     image = camera.image([*boxes, *of_arm], np.random.default_rng(seed))
     seen = camera.cloud(image, RADIUS).cropped(ulna.Box((2, 2, 2))).without(robot, q, padding=PADDING)
@@ -56,11 +57,11 @@ for k in range(4):
     rows = motion.at(np.linspace(0, motion.duration, 500)).q
     nearest = robot.signed_distance(rows, there, self_collision=False).min()
     print(f"image {k}: {world.shape('seen')}, planned to {goal[:3, 3].round(2)} m in {1e3 * took:.0f} ms")
-    print(f"  {motion.duration:.2f} s, and at least {1e3 * nearest:.0f} mm from what was there")
+    print(f"  {motion.duration:.2f} s, at least {1e3 * nearest:.0f} mm from the true boxes")
     assert nearest > 0
     clouds.append(world.shape("seen"))
     motions.append(motion)
-    q = motion.at(SHARE * motion.duration).q  # where the next image finds the arm
+    q = motion.at(SHARE * motion.duration).q  # the arm at the time of the next image
 
 if "--view" in sys.argv:
     with ulna.view(robot, world, open_browser=True) as view:

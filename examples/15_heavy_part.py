@@ -1,7 +1,8 @@
-"""A heavy part: the same arm, the same path, with empty fingers and with 3 kg in them, no motor beyond its limit of torque.
+"""Moves along the same path with empty fingers and with 3 kg, within the torque limits of all motors.
 
-A path does not change with what the arm holds, but its fastest motion does. ``plan.trajectory(torque=True)`` keeps the limits of
-effort of the description, gravity and the part included; without it the motion is as fast, and a motor is beyond its limit.
+The load does not change the path, but the fastest motion along it. ``plan.trajectory(torque=True)`` keeps the effort limits of
+the description, including gravity and the part. Without this option the load does not slow the motion, and a motor exceeds its
+limit.
 """
 
 import numpy as np
@@ -11,7 +12,7 @@ import ulna
 PART = ulna.Box(extents=(0.08, 0.08, 0.12))
 T_EE_PART = ulna.pose(xyz=(0.0, 0.0, 0.07))
 FROM, TO = (ulna.pose(xyz=(0.68, y, 0.3), rpy=(np.pi, 0.0, 0.0)) for y in (-0.3, 0.3))
-FAST = 20.0  # rad/s^2: more than the motors can do with the part
+FAST = 20.0  # rad/s^2: more than the motors can deliver with the part
 
 robot = ulna.load("panda")
 world = ulna.World()
@@ -20,20 +21,20 @@ world.add("wall", ulna.Box(extents=(0.3, 0.02, 0.3)), ulna.pose(xyz=(0.6, 0.0, 0
 
 
 def holding(mass):
-    """The Panda with a part of a mass [kg]."""
+    """The Panda with the part attached. mass: of the part [kg]."""
     return robot.with_attached("part", PART, T_EE_PART, touch_links=["panda_link7"], mass=mass)
 
 
-def strain(motion):
-    """The joint whose motor is nearest to its limit in a motion, and the largest share of it."""
+def peak_load(motion):
+    """The joint with the highest load in a motion, and its peak torque as a share of the limit."""
     t = np.arange(0.0, motion.duration, 1e-4)
     shares = np.abs(motion.torques(t)).max(axis=0) / robot.effort_limits
     return robot.joint_names[int(shares.argmax())], float(shares.max())
 
 
 q_from, q_to = (robot.inverse_kinematics(T).q for T in (FROM, TO))
-for name, q in (("from", q_from), ("to", q_to)):
-    print(f"where it goes {name}, the arm bears {robot.payload(q, com=T_EE_PART[:3, 3]):.1f} kg")
+for name, q in (("start", q_from), ("goal", q_to)):
+    print(f"the payload at the {name} is {robot.payload(q, com=T_EE_PART[:3, 3]):.1f} kg")
     assert robot.payload(q, com=T_EE_PART[:3, 3]) > 3.0
 
 plan = holding(0.0).plan(q_from, q_to, world, seed=1)
@@ -48,7 +49,7 @@ for words, found, torque in (
     ("3 kg, within torques", heavy, True),
 ):
     motion = found.trajectory(acceleration=FAST, torque=torque)
-    joint, share = strain(motion)
+    joint, share = peak_load(motion)
     durations[words] = motion.duration
     print(f"{words}: {motion.duration:.3f} s; {joint} uses {share:.0%} of its limit")
     assert motion.is_free(world)

@@ -1,4 +1,4 @@
-"""A network learns inverse kinematics of a Panda that keeps clear of a ball, by the gradients of poses and distances.
+"""Trains a network for inverse kinematics of a Panda around a ball, with gradients of poses and distances.
 
 Needs the extra ``torch``: pip install -e ".[torch]" in a copy of the repository.
 """
@@ -18,35 +18,38 @@ sizes = (3, 128), (128, 128), (128, 7)
 network = torch.nn.Sequential(*(layer for size in sizes for layer in (torch.nn.Linear(*size), torch.nn.Tanh())))
 
 
-def off_and_clear(n):
-    """How far the hand is from n random points in front of the arm, and the arm from the ball [m], shape (n,) each."""
+def errors_and_distances(n):
+    """Evaluate the network at n random points in front of the arm.
+
+    Returns the distances of the hand from the points and of the arm from the ball [m], shape (n,) each.
+    """
     points = torch.tensor([0.35, -0.4, 0.2]) + torch.rand(n, 3) * torch.tensor([0.25, 0.8, 0.5])
     q = middle + span * network(points)
     hand = ulna.torch.forward_kinematics(robot, q)[:, :3, 3]
     return (hand - points).norm(dim=1), ulna.torch.signed_distance(robot, q, world, self_collision=False)
 
 
-def tested():
-    """The median of how far the hand is off [m], and the share of configurations in which the arm touches the ball."""
+def evaluate():
+    """The median error of the hand [m], and the share of configurations in collision with the ball."""
     with torch.no_grad():
-        off, clear = off_and_clear(2000)
-    return off.median().item(), (clear <= 0).double().mean().item()
+        error, distance = errors_and_distances(2000)
+    return error.median().item(), (distance <= 0).double().mean().item()
 
 
 steps = 2000
 optimizer = torch.optim.Adam(network.parameters(), lr=3e-3)
 schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps)
-before = tested()
+before = evaluate()
 for _ in range(steps):
-    off, clear = off_and_clear(256)
+    error, distance = errors_and_distances(256)
     optimizer.zero_grad()
-    (off.mean() + 5 * torch.relu(0.02 - clear).mean()).backward()
+    (error.mean() + 5 * torch.relu(0.02 - distance).mean()).backward()
     optimizer.step()
     schedule.step()
 
-after = tested()
-for when, (off, touching) in (("before", before), ("after", after)):
-    print(f"{when}: {1000 * off:.0f} mm off, {100 * touching:.1f} % touch the ball")
+after = evaluate()
+for when, (error, touching) in (("before", before), ("after", after)):
+    print(f"{when}: a median error of {1000 * error:.0f} mm, {100 * touching:.1f} % touch the ball")
 assert before[0] > 0.2
 assert after[0] < 0.03
 assert after[1] < 0.01

@@ -1,11 +1,11 @@
-"""Writes the meshes of the desk arm: tapered links of eight sides along z, as OBJ files in meters."""
+"""Writes the meshes of the desk arm as OBJ files in meters: tapered links along z, with eight sides."""
 
 from pathlib import Path
 
 import numpy as np
 
 SIDES = 8
-LINKS = {  # height of each ring [m], and its radius [m]
+LINKS = {  # height and radius of each ring [m]
     "foot": ((0.0, 0.07), (0.02, 0.07), (0.05, 0.04)),
     "turret": ((0.0, 0.04), (0.07, 0.035)),
     "upper_arm": ((-0.03, 0.02), (0.0, 0.03), (0.22, 0.022), (0.24, 0.015)),
@@ -15,7 +15,7 @@ LINKS = {  # height of each ring [m], and its radius [m]
 
 
 def as_obj(rings):
-    """Rings of vertices, joined by quadrilaterals, and closed by a polygon at either end. Counter-clockwise from outside."""
+    """An OBJ file of rings joined by quadrilaterals, with a polygon at either end; counterclockwise from outside."""
     turns = 2 * np.pi * np.arange(SIDES) / SIDES
     lines = [f"v {r * np.cos(a):.5f} {r * np.sin(a):.5f} {z:.5f}" for z, r in rings for a in turns]
     around = [(s + 1, (s + 1) % SIDES + 1) for s in range(SIDES)]
